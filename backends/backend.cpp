@@ -1,0 +1,108 @@
+#include "backends/backend.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+
+namespace hdmbench {
+
+namespace {
+
+std::string lower_case(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
+std::size_t choose(std::string_view backend, const std::vector<Device>& devices, const std::string& request) {
+  if (request.empty()) {
+    const auto hardware = std::ranges::find_if_not(devices, &Device::is_software);
+    return hardware == devices.end() ? 0 : static_cast<std::size_t>(hardware - devices.begin());
+  }
+  std::size_t number = 0;
+  const char* end = request.data() + request.size();
+  const auto parsed = std::from_chars(request.data(), end, number);
+  if (parsed.ec == std::errc{} && parsed.ptr == end && number < devices.size()) {
+    return number;
+  }
+  const std::string wanted = lower_case(request);
+  const auto found = std::ranges::find_if(devices, [&](const Device& device) {
+    return lower_case(device.name).find(wanted) != std::string::npos;
+  });
+  if (found == devices.end()) {
+    std::string list;
+    for (std::size_t i = 0; i < devices.size(); ++i) {
+      list += fmt::format("{}{} \"{}\"", i == 0 ? "" : ", ", i, devices[i].name);
+    }
+    throw DeviceError(fmt::format("{} has no device \"{}\"; it has {}", backend, request, list));
+  }
+  return static_cast<std::size_t>(found - devices.begin());
+}
+
+} // namespace
+
+void Session::load(const Level& level) {
+  extent_.reset();
+  do_load(level);
+  extent_ = level.extent;
+  written_ = false;
+  stepped_ = false;
+}
+
+void Session::write(const VectorField& displacement) {
+  require_loaded("write");
+  if (displacement.extent != *extent_ || displacement.x.size() != extent_->sites() ||
+      displacement.y.size() != extent_->sites()) {
+    throw std::logic_error(fmt::format("write: the field is {} x {}, the level {} x {}",
+                                       displacement.extent.width, displacement.extent.height, extent_->width,
+                                       extent_->height));
+  }
+  do_write(displacement);
+  written_ = true;
+  stepped_ = false;
+}
+
+void Session::step(int iterations) {
+  require_loaded("step");
+  if (!written_ || iterations < 0) {
+    throw std::logic_error(written_ ? "step: a negative number of iterations" : "step: called before write");
+  }
+  if (iterations > 0) {
+    do_step(iterations);
+    stepped_ = true;
+  }
+}
+
+void Session::read(VectorField& displacement) {
+  require_loaded("read");
+  if (!written_) {
+    throw std::logic_error("read: called before write");
+  }
+  if (displacement.extent != *extent_) {
+    displacement = VectorField(*extent_);
+  }
+  do_read(displacement);
+}
+
+std::int64_t Session::changed() {
+  require_loaded("changed");
+  return stepped_ ? do_changed() : 0;
+}
+
+void Session::require_loaded(const char* call) const {
+  if (!extent_) {
+    throw std::logic_error(fmt::format("{}: called before load", call));
+  }
+}
+
+std::unique_ptr<Session> Backend::open(const SessionOptions& options) const {
+  return do_open(choose(name(), devices(), options.device), options);
+}
+
+Device Backend::device(const SessionOptions& options) const {
+  const std::vector<Device> all = devices();
+  return all[choose(name(), all, options.device)];
+}
+
+} // namespace hdmbench

@@ -1,0 +1,53 @@
+#include "backends/gl/context.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <string_view>
+
+namespace hdmbench::gl {
+
+namespace {
+
+std::string text(const Api& api, GLenum name) {
+  const GLubyte* found = api.GetString(name);
+  return found == nullptr ? std::string() : std::string(reinterpret_cast<const char*>(found));
+}
+
+/// "4.5 (Compatibility Profile) Mesa 22.3.6": GL_MAJOR_VERSION does not exist in OpenGL 2.1.
+Version parse_version(std::string_view version) {
+  Version parsed;
+  const auto dot = version.find('.');
+  if (dot != std::string_view::npos) {
+    std::from_chars(version.data(), version.data() + dot, parsed.major);
+    std::from_chars(version.data() + dot + 1, version.data() + version.size(), parsed.minor);
+  }
+  return parsed;
+}
+
+bool is_software(std::string_view renderer) {
+  constexpr std::array<std::string_view, 4> rasterizers{"llvmpipe", "softpipe", "swrast", "SWR"};
+  for (const std::string_view name : rasterizers) {
+    if (renderer.find(name) != std::string_view::npos) {
+      return true;
+    }
+  }
+  return false;
+}
+
+} // namespace
+
+Device describe(Context& context, Version version) {
+  const Context::Current current(context);
+  const std::string renderer = text(context.api(), GL_RENDERER);
+  const std::string found = text(context.api(), GL_VERSION);
+  const Version parsed = parse_version(found);
+  if (parsed.major < version.major || (parsed.major == version.major && parsed.minor < version.minor)) {
+    throw DeviceError(
+        fmt::format("{} offers OpenGL {}, {}.{} is needed", renderer, found, version.major, version.minor));
+  }
+  return {.name = renderer, .driver = "OpenGL " + found, .is_software = is_software(renderer)};
+}
+
+} // namespace hdmbench::gl

@@ -1,0 +1,65 @@
+#pragma once
+
+#include "backends/gl/api.hpp"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace hdmbench::gl {
+
+/// The oldest OpenGL a backend can live with.
+struct Version {
+  int major = 0;
+  int minor = 0;
+};
+
+/// An OpenGL context without a window. It is current only while a Current lives: EGL's and OSMesa's libraries
+/// may share the thread's dispatch table, so a context of one must not stay behind while the other works.
+class Context {
+public:
+  Context() = default;
+  Context(const Context&) = delete;
+  Context& operator=(const Context&) = delete;
+  virtual ~Context() = default;
+
+  class Current {
+  public:
+    explicit Current(Context& context) : context_(context) { context_.bind(); }
+    Current(const Current&) = delete;
+    Current& operator=(const Current&) = delete;
+    ~Current() { context_.unbind(); }
+
+  private:
+    Context& context_;
+  };
+
+  /// Only while current.
+  [[nodiscard]] virtual const Api& api() const = 0;
+
+private:
+  virtual void bind() = 0;
+  virtual void unbind() noexcept = 0;
+};
+
+/// Where contexts come from: EGL or OSMesa.
+class Platform {
+public:
+  Platform() = default;
+  Platform(const Platform&) = delete;
+  Platform& operator=(const Platform&) = delete;
+  virtual ~Platform() = default;
+
+  /// Everything that offers `version`. Throws DeviceError with the reason where nothing does.
+  [[nodiscard]] virtual std::vector<Device> devices(Version version) const = 0;
+  /// `index` into devices(version). Throws DeviceError.
+  [[nodiscard]] virtual std::unique_ptr<Context> open(std::size_t index, Version version) const = 0;
+};
+
+[[nodiscard]] std::unique_ptr<Platform> make_egl_platform();
+[[nodiscard]] std::unique_ptr<Platform> make_osmesa_platform();
+
+/// GL_RENDERER and GL_VERSION of a context; throws DeviceError if the context is older than `version`.
+[[nodiscard]] Device describe(Context& context, Version version);
+
+} // namespace hdmbench::gl

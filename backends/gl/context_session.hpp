@@ -1,0 +1,76 @@
+#pragma once
+
+#include "backends/gl/context.hpp"
+
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace hdmbench::gl {
+
+/// A Session over `Sweep`, a class with load, write, step, read and changed that owns OpenGL objects: makes
+/// the context current around every call, and around the Sweep's construction and destruction.
+template <typename Sweep>
+class ContextSession final : public Session {
+public:
+  explicit ContextSession(std::unique_ptr<Context> context) : context_(std::move(context)) {
+    const Context::Current current(*context_);
+    sweep_.emplace(context_->api());
+  }
+  ContextSession(const ContextSession&) = delete;
+  ContextSession& operator=(const ContextSession&) = delete;
+  ~ContextSession() override {
+    const Context::Current current(*context_);
+    sweep_.reset();
+  }
+
+private:
+  void do_load(const Level& level) override {
+    const Context::Current current(*context_);
+    sweep_->load(level);
+  }
+  void do_write(const VectorField& displacement) override {
+    const Context::Current current(*context_);
+    sweep_->write(displacement);
+  }
+  void do_step(int iterations) override {
+    const Context::Current current(*context_);
+    sweep_->step(iterations);
+  }
+  void do_read(VectorField& displacement) override {
+    const Context::Current current(*context_);
+    sweep_->read(displacement);
+  }
+  std::int64_t do_changed() override {
+    const Context::Current current(*context_);
+    return sweep_->changed();
+  }
+
+  std::unique_ptr<Context> context_;
+  std::optional<Sweep> sweep_;
+};
+
+/// A Backend whose sessions are ContextSession<Sweep> on the contexts of a platform.
+template <typename Sweep>
+class ContextBackend final : public Backend {
+public:
+  ContextBackend(std::string_view name, std::string_view description, std::unique_ptr<Platform> platform,
+                 Version version)
+      : name_(name), description_(description), platform_(std::move(platform)), version_(version) {}
+
+  std::string_view name() const override { return name_; }
+  std::string_view description() const override { return description_; }
+  std::vector<Device> devices() const override { return platform_->devices(version_); }
+
+private:
+  std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions& /*options*/) const override {
+    return std::make_unique<ContextSession<Sweep>>(platform_->open(index, version_));
+  }
+
+  std::string name_;
+  std::string description_;
+  std::unique_ptr<Platform> platform_;
+  Version version_;
+};
+
+} // namespace hdmbench::gl

@@ -1,0 +1,218 @@
+#include "backends/gl/context.hpp"
+#include "backends/library.hpp"
+
+#include <EGL/egl.h>
+#include <EGL/eglext.h>
+#include <fmt/format.h>
+
+#include <array>
+#include <string_view>
+
+namespace hdmbench::gl {
+
+namespace {
+
+const char* error_name(EGLint error) {
+  switch (error) {
+  case EGL_SUCCESS:
+    return "EGL_SUCCESS";
+  case EGL_NOT_INITIALIZED:
+    return "EGL_NOT_INITIALIZED";
+  case EGL_BAD_ACCESS:
+    return "EGL_BAD_ACCESS";
+  case EGL_BAD_ALLOC:
+    return "EGL_BAD_ALLOC";
+  case EGL_BAD_ATTRIBUTE:
+    return "EGL_BAD_ATTRIBUTE";
+  case EGL_BAD_CONFIG:
+    return "EGL_BAD_CONFIG";
+  case EGL_BAD_CONTEXT:
+    return "EGL_BAD_CONTEXT";
+  case EGL_BAD_DISPLAY:
+    return "EGL_BAD_DISPLAY";
+  case EGL_BAD_MATCH:
+    return "EGL_BAD_MATCH";
+  case EGL_BAD_PARAMETER:
+    return "EGL_BAD_PARAMETER";
+  case EGL_CONTEXT_LOST:
+    return "EGL_CONTEXT_LOST";
+  default:
+    return "unknown EGL error";
+  }
+}
+
+bool has_word(const char* list, std::string_view word) {
+  const std::string_view all = list == nullptr ? "" : list;
+  for (auto at = all.find(word); at != std::string_view::npos; at = all.find(word, at + 1)) {
+    const auto end = at + word.size();
+    if ((at == 0 || all[at - 1] == ' ') && (end == all.size() || all[end] == ' ')) {
+      return true;
+    }
+  }
+  return false;
+}
+
+struct Egl {
+  Library library{"libEGL.so.1"};
+
+#define HDMBENCH_EGL(name) decltype(&::name) name = library.function<decltype(&::name)>(#name)
+  HDMBENCH_EGL(eglBindAPI);
+  HDMBENCH_EGL(eglChooseConfig);
+  HDMBENCH_EGL(eglCreateContext);
+  HDMBENCH_EGL(eglDestroyContext);
+  HDMBENCH_EGL(eglGetError);
+  HDMBENCH_EGL(eglGetProcAddress);
+  HDMBENCH_EGL(eglInitialize);
+  HDMBENCH_EGL(eglMakeCurrent);
+  HDMBENCH_EGL(eglQueryString);
+#undef HDMBENCH_EGL
+
+  [[noreturn]] void fail(const char* call) const {
+    throw DeviceError(fmt::format("{}: {}", call, error_name(eglGetError())));
+  }
+};
+
+/// An initialised display. Displays belong to the process and eglTerminate would take every other session's
+/// contexts along, so they are left to the end of the process.
+EGLDisplay initialise(const Egl& egl, EGLDisplay display) {
+  if (display == EGL_NO_DISPLAY) {
+    egl.fail("eglGetPlatformDisplayEXT");
+  }
+  if (egl.eglInitialize(display, nullptr, nullptr) == EGL_FALSE) {
+    egl.fail("eglInitialize");
+  }
+  if (!has_word(egl.eglQueryString(display, EGL_EXTENSIONS), "EGL_KHR_surfaceless_context")) {
+    throw DeviceError("the EGL display has no EGL_KHR_surfaceless_context");
+  }
+  return display;
+}
+
+class EglContext final : public Context {
+public:
+  EglContext(std::shared_ptr<const Egl> egl, EGLDisplay display, Version version)
+      : egl_(std::move(egl)), display_(initialise(*egl_, display)), context_(create(version)),
+        api_([this](const char* name) { return egl_->eglGetProcAddress(name); }) {}
+
+  EglContext(const EglContext&) = delete;
+  EglContext& operator=(const EglContext&) = delete;
+  ~EglContext() override { egl_->eglDestroyContext(display_, context_); }
+
+  const Api& api() const override { return api_; }
+
+private:
+  [[nodiscard]] EGLContext create(Version version) const {
+    if (egl_->eglBindAPI(EGL_OPENGL_API) == EGL_FALSE) {
+      egl_->fail("eglBindAPI(EGL_OPENGL_API)");
+    }
+    const std::array<EGLint, 5> wanted{EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT,
+                                       EGL_NONE};
+    EGLConfig config = nullptr;
+    EGLint count = 0;
+    if (egl_->eglChooseConfig(display_, wanted.data(), &config, 1, &count) == EGL_FALSE) {
+      egl_->fail("eglChooseConfig");
+    }
+    if (count == 0) {
+      throw DeviceError("eglChooseConfig: no configuration for desktop OpenGL");
+    }
+    const std::array<EGLint, 5> attributes{EGL_CONTEXT_MAJOR_VERSION, version.major,
+                                           EGL_CONTEXT_MINOR_VERSION, version.minor, EGL_NONE};
+    EGLContext context = egl_->eglCreateContext(display_, config, EGL_NO_CONTEXT, attributes.data());
+    if (context == EGL_NO_CONTEXT) {
+      egl_->fail(fmt::format("eglCreateContext (OpenGL {}.{})", version.major, version.minor).c_str());
+    }
+    return context;
+  }
+
+  void bind() override {
+    if (egl_->eglBindAPI(EGL_OPENGL_API) == EGL_FALSE ||
+        egl_->eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_) == EGL_FALSE) {
+      egl_->fail("eglMakeCurrent");
+    }
+  }
+
+  void unbind() noexcept override {
+    egl_->eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+  }
+
+  std::shared_ptr<const Egl> egl_;
+  EGLDisplay display_;
+  EGLContext context_;
+  Api api_;
+};
+
+/// Every EGL device by EGL_EXT_platform_device, and Mesa's surfaceless platform where devices cannot be
+/// listed.
+std::vector<EGLDisplay> displays(const Egl& egl) {
+  const char* extensions = egl.eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
+  const auto get_display =
+      reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(egl.eglGetProcAddress("eglGetPlatformDisplayEXT"));
+  if (get_display == nullptr) {
+    throw DeviceError("libEGL has no EGL_EXT_platform_base");
+  }
+  std::vector<EGLDisplay> found;
+  if (has_word(extensions, "EGL_EXT_platform_device") && has_word(extensions, "EGL_EXT_device_enumeration")) {
+    const auto query_devices =
+        reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(egl.eglGetProcAddress("eglQueryDevicesEXT"));
+    EGLint count = 0;
+    if (query_devices != nullptr && query_devices(0, nullptr, &count) != EGL_FALSE) {
+      std::vector<EGLDeviceEXT> devices(static_cast<std::size_t>(count));
+      query_devices(count, devices.data(), &count);
+      for (EGLDeviceEXT device : devices) {
+        found.push_back(get_display(EGL_PLATFORM_DEVICE_EXT, device, nullptr));
+      }
+    }
+  }
+  if (found.empty() && has_word(extensions, "EGL_MESA_platform_surfaceless")) {
+    found.push_back(get_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr));
+  }
+  return found;
+}
+
+class EglPlatform final : public Platform {
+public:
+  std::vector<Device> devices(Version version) const override {
+    std::vector<Device> found;
+    for (const Candidate& candidate : candidates(version)) {
+      found.push_back(candidate.device);
+    }
+    return found;
+  }
+
+  std::unique_ptr<Context> open(std::size_t index, Version version) const override {
+    return std::move(candidates(version).at(index).context);
+  }
+
+private:
+  struct Candidate {
+    Device device;
+    std::unique_ptr<Context> context;
+  };
+
+  /// A device can be named only by asking a context on it.
+  static std::vector<Candidate> candidates(Version version) {
+    const auto egl = std::make_shared<const Egl>();
+    std::vector<Candidate> found;
+    std::string reasons;
+    for (EGLDisplay display : displays(*egl)) {
+      try {
+        auto context = std::make_unique<EglContext>(egl, display, version);
+        Device device = describe(*context, version);
+        found.push_back({std::move(device), std::move(context)});
+      } catch (const DeviceError& error) {
+        reasons += fmt::format("{}{}", reasons.empty() ? "" : "; ", error.what());
+      }
+    }
+    if (found.empty()) {
+      throw DeviceError(reasons.empty() ? "EGL has no device and no surfaceless platform" : reasons);
+    }
+    return found;
+  }
+};
+
+} // namespace
+
+std::unique_ptr<Platform> make_egl_platform() {
+  return std::make_unique<EglPlatform>();
+}
+
+} // namespace hdmbench::gl

@@ -1,0 +1,16 @@
+#pragma once
+
+#include "backends/backend.hpp"
+#include "backends/gl/context.hpp"
+
+#include <memory>
+#include <string_view>
+
+namespace hdmbench::gl {
+
+/// The thesis's own design on the contexts of one platform: GLSL 1.20, two framebuffer objects, one quad per
+/// iteration. Needs OpenGL 2.1, EXT_framebuffer_object, ARB_texture_rectangle and ARB_texture_float.
+[[nodiscard]] std::unique_ptr<Backend> make_fragment(std::string_view name, std::string_view description,
+                                                     std::unique_ptr<Platform> platform);
+
+} // namespace hdmbench::gl

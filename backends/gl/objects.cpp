@@ -1,0 +1,108 @@
+#include "backends/gl/objects.hpp"
+
+#include <fmt/format.h>
+#include <shaders/energy.hpp>
+#include <shaders/gather.hpp>
+
+#include <string_view>
+
+namespace hdmbench::gl {
+
+namespace {
+
+/// A driver's log for a shader or a program, without the trailing newline.
+std::string info_log(GLuint name, const Function<decltype(&::glGetShaderiv)>& get_integer,
+                     const Function<decltype(&::glGetShaderInfoLog)>& get_log) {
+  GLint length = 0;
+  get_integer(name, GL_INFO_LOG_LENGTH, &length);
+  std::string log(static_cast<std::size_t>(length), '\0');
+  GLsizei written = 0;
+  if (length > 0) {
+    get_log(name, length, &written, log.data());
+  }
+  log.resize(static_cast<std::size_t>(written));
+  while (!log.empty() && log.back() == '\n') {
+    log.pop_back();
+  }
+  return log;
+}
+
+/// Owns a shader until the program has it.
+class Shader {
+public:
+  Shader(const Api& api, const Program::Stage& stage) : api_(&api), name_(api.CreateShader(stage.type)) {
+    const GLchar* text = stage.source.c_str();
+    api.ShaderSource(name_, 1, &text, nullptr);
+    api.CompileShader(name_);
+    GLint compiled = GL_FALSE;
+    api.GetShaderiv(name_, GL_COMPILE_STATUS, &compiled);
+    if (compiled == GL_FALSE) {
+      const std::string log = info_log(name_, api.GetShaderiv, api.GetShaderInfoLog);
+      api.DeleteShader.call_quietly(name_);
+      throw DeviceError(fmt::format("glCompileShader: {}", log));
+    }
+  }
+  Shader(const Shader&) = delete;
+  Shader& operator=(const Shader&) = delete;
+  ~Shader() { api_->DeleteShader.call_quietly(name_); }
+
+  [[nodiscard]] GLuint name() const { return name_; }
+
+private:
+  const Api* api_;
+  GLuint name_;
+};
+
+void replace(std::string& text, std::string_view what, std::string_view by) {
+  const auto at = text.find(what);
+  if (at != std::string::npos) {
+    text.replace(at, what.size(), by);
+  }
+}
+
+} // namespace
+
+Program::Program(const Api& api, std::initializer_list<Stage> stages)
+    : api_(&api), name_(api.CreateProgram()) {
+  try {
+    for (const Stage& stage : stages) {
+      const Shader shader(api, stage);
+      api.AttachShader(name_, shader.name());
+      if (stage.type == GL_VERTEX_SHADER) {
+        api.BindAttribLocation(name_, 0, "corner");
+      }
+    }
+    api.LinkProgram(name_);
+    GLint linked = GL_FALSE;
+    api.GetProgramiv(name_, GL_LINK_STATUS, &linked);
+    if (linked == GL_FALSE) {
+      throw DeviceError(
+          fmt::format("glLinkProgram: {}", info_log(name_, api.GetProgramiv, api.GetProgramInfoLog)));
+    }
+  } catch (...) {
+    api.DeleteProgram.call_quietly(name_);
+    throw;
+  }
+}
+
+Program::~Program() {
+  api_->DeleteProgram.call_quietly(name_);
+}
+
+void Program::use() const {
+  api_->UseProgram(name_);
+}
+
+GLint Program::uniform(const char* name) const {
+  return api_->GetUniformLocation(name_, name);
+}
+
+std::string assemble(std::string_view shader, int step_count) {
+  std::string text(shader);
+  replace(text, "#include \"energy.inc\"", sources::energy);
+  replace(text, "#include \"gather.glsl\"", sources::gather);
+  text.insert(text.find('\n') + 1, fmt::format("#define STEP_COUNT {}\n", step_count));
+  return text;
+}
+
+} // namespace hdmbench::gl

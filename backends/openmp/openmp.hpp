@@ -1,0 +1,11 @@
+#pragma once
+
+#include "backends/backend.hpp"
+
+#include <memory>
+
+namespace hdmbench {
+
+[[nodiscard]] std::unique_ptr<Backend> make_openmp();
+
+} // namespace hdmbench

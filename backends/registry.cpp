@@ -1,0 +1,109 @@
+#include "backends/registry.hpp"
+
+#include "backends/openmp/openmp.hpp"
+#include "backends/scalar.hpp"
+#include "kernels/input_error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#ifdef HDMBENCH_WITH_EGL
+#include "backends/gl/compute.hpp"
+#endif
+#if defined(HDMBENCH_WITH_EGL) || defined(HDMBENCH_WITH_OSMESA)
+#include "backends/gl/fragment.hpp"
+#endif
+#ifdef HDMBENCH_WITH_VULKAN
+#include "backends/vulkan/vulkan_compute.hpp"
+#endif
+
+namespace hdmbench {
+
+namespace {
+
+/// Stands in for a backend that this build has left out.
+class NotBuilt final : public Backend {
+public:
+  NotBuilt(std::string_view name, std::string_view option) : name_(name), option_(option) {}
+  std::string_view name() const override { return name_; }
+  std::string_view description() const override { return "not part of this build"; }
+  std::vector<Device> devices() const override {
+    throw DeviceError(fmt::format("this build was configured without {} (-D{}=ON)", option_, option_));
+  }
+
+private:
+  std::unique_ptr<Session> do_open(std::size_t /*index*/, const SessionOptions& /*options*/) const override {
+    throw DeviceError(fmt::format("{} is not part of this build", name_));
+  }
+
+  std::string_view name_;
+  std::string_view option_;
+};
+
+[[maybe_unused]] std::unique_ptr<Backend> not_built(std::string_view name, std::string_view option) {
+  return std::make_unique<NotBuilt>(name, option);
+}
+
+std::unique_ptr<Backend> gl_fragment() {
+#ifdef HDMBENCH_WITH_EGL
+  return gl::make_fragment("gl-fragment",
+                           "GLSL 1.20 fragment shader, OpenGL through EGL: the thesis's design",
+                           gl::make_egl_platform());
+#else
+  return not_built("gl-fragment", "HDMBENCH_EGL");
+#endif
+}
+
+std::unique_ptr<Backend> gl_fragment_osmesa() {
+#ifdef HDMBENCH_WITH_OSMESA
+  return gl::make_fragment("gl-fragment-osmesa", "the same shader, OpenGL through OSMesa",
+                           gl::make_osmesa_platform());
+#else
+  return not_built("gl-fragment-osmesa", "HDMBENCH_OSMESA");
+#endif
+}
+
+std::unique_ptr<Backend> gl_compute() {
+#ifdef HDMBENCH_WITH_EGL
+  return gl::make_compute();
+#else
+  return not_built("gl-compute", "HDMBENCH_EGL");
+#endif
+}
+
+std::unique_ptr<Backend> vulkan_compute() {
+#ifdef HDMBENCH_WITH_VULKAN
+  return make_vulkan_compute();
+#else
+  return not_built("vulkan-compute", "HDMBENCH_VULKAN");
+#endif
+}
+
+} // namespace
+
+std::vector<std::unique_ptr<Backend>> make_backends() {
+  std::vector<std::unique_ptr<Backend>> backends;
+  backends.push_back(make_scalar());
+  backends.push_back(make_openmp());
+  backends.push_back(gl_fragment());
+  backends.push_back(gl_fragment_osmesa());
+  backends.push_back(gl_compute());
+  backends.push_back(vulkan_compute());
+  return backends;
+}
+
+const Backend& find_backend(const std::vector<std::unique_ptr<Backend>>& backends, std::string_view name) {
+  const auto found =
+      std::ranges::find_if(backends, [&](const auto& backend) { return backend->name() == name; });
+  if (found == backends.end()) {
+    std::string names;
+    for (const auto& backend : backends) {
+      names += fmt::format("{}{}", names.empty() ? "" : ", ", backend->name());
+    }
+    throw InputError(fmt::format("there is no backend \"{}\"; the backends are {}", name, names));
+  }
+  return **found;
+}
+
+} // namespace hdmbench

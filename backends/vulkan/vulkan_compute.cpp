@@ -1,0 +1,52 @@
+#include "backends/vulkan/vulkan_compute.hpp"
+
+#include "backends/vulkan/compute_device.hpp"
+#include "backends/vulkan/session.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+#include <vector>
+
+namespace hdmbench {
+
+namespace {
+
+class VulkanCompute final : public Backend {
+public:
+  [[nodiscard]] std::string_view name() const override { return "vulkan-compute"; }
+  [[nodiscard]] std::string_view description() const override {
+    return "GLSL 4.50 compute shader (SPIR-V), Vulkan 1.1, texel buffers";
+  }
+
+  [[nodiscard]] std::vector<Device> devices() const override {
+    return vulkan::translate_errors([] {
+      const vulkan::Installation installation;
+      std::vector<Device> all;
+      for (const auto& device : installation.compute_devices()) {
+        all.push_back(vulkan::describe(device.physical));
+      }
+      return all;
+    });
+  }
+
+private:
+  [[nodiscard]] std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions&) const override {
+    return vulkan::translate_errors([&] {
+      vulkan::Installation installation;
+      const auto devices = installation.compute_devices();
+      if (index >= devices.size()) {
+        throw DeviceError(fmt::format("Vulkan device {} has gone, {} are left", index, devices.size()));
+      }
+      return vulkan::make_session(std::move(installation), devices[index]);
+    });
+  }
+};
+
+} // namespace
+
+std::unique_ptr<Backend> make_vulkan_compute() {
+  return std::make_unique<VulkanCompute>();
+}
+
+} // namespace hdmbench

@@ -1,0 +1,18 @@
+#pragma once
+
+#include "kernels/energy_macros.hpp"
+
+/// energy.inc in float as C++: Site, Displacement, improved_displacement(), site_energy(). All of it has
+/// internal linkage, so that translation units built for different instruction sets cannot be mixed up by the
+/// linker.
+namespace hdmbench::energy {
+
+using real = float;
+
+HDM_FUNCTION real abs(real value) {
+  return __builtin_fabsf(value);
+}
+
+#include "kernels/energy.inc"
+
+} // namespace hdmbench::energy

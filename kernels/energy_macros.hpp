@@ -1,0 +1,6 @@
+#pragma once
+
+/// What energy.inc needs in C++. `precise` is -ffp-contract=off there; that the functions are inlined is what
+/// lets the loop over sites become SIMD.
+#define HDM_FUNCTION [[maybe_unused, gnu::always_inline]] static inline
+#define HDM_PRECISE

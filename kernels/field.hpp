@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace hdmbench {
+
+/// Width and height of a pixel grid, each >= 1. Site (x, y) has index y * width + x; y grows downwards.
+struct Extent {
+  int width = 0;
+  int height = 0;
+
+  [[nodiscard]] std::size_t sites() const {
+    return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  }
+  [[nodiscard]] std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+  }
+  bool operator==(const Extent&) const = default;
+};
+
+/// One float per site.
+struct ScalarField {
+  ScalarField() = default;
+  explicit ScalarField(Extent extent_, float fill = 0.0F) : extent(extent_), values(extent_.sites(), fill) {}
+
+  Extent extent;
+  std::vector<float> values;
+};
+
+/// Two floats per site, planar: displacement or target (pixels of the full resolution image on every level),
+/// or confidence (0 ... 1).
+struct VectorField {
+  VectorField() = default;
+  explicit VectorField(Extent extent_, float fill = 0.0F)
+      : extent(extent_), x(extent_.sites(), fill), y(extent_.sites(), fill) {}
+
+  Extent extent;
+  std::vector<float> x;
+  std::vector<float> y;
+};
+
+} // namespace hdmbench

@@ -1,0 +1,53 @@
+// Collects what energy.inc's Site needs, for every shading language. The includer supplies
+//
+//   POSITION             vec2 with pixel centres at .5, or ivec2
+//   displacement_at(p)   vec2: dx, dy
+//   observation_at(p)    vec4: target x, target y, modulus, 1 / modulus   (thesis Tab. 6.2; alpha is ours)
+//   confidence_at(p)     vec2: cx, cy
+
+// Which site stands for the neighbour at `offset`: itself, or the centre where it is outside (thesis 6.2.6).
+POSITION neighbour(POSITION centre, POSITION offset, POSITION size) {
+  POSITION site = centre + offset;
+  bool inside = all(greaterThanEqual(site, POSITION(0))) && all(lessThan(site, size));
+  return inside ? site : centre;
+}
+
+Site gather(POSITION at, POSITION size, real penalty) {
+  POSITION north_west = neighbour(at, POSITION(-1, -1), size);
+  POSITION north = neighbour(at, POSITION(0, -1), size);
+  POSITION north_east = neighbour(at, POSITION(1, -1), size);
+  POSITION west = neighbour(at, POSITION(-1, 0), size);
+  POSITION east = neighbour(at, POSITION(1, 0), size);
+  POSITION south_west = neighbour(at, POSITION(-1, 1), size);
+  POSITION south = neighbour(at, POSITION(0, 1), size);
+  POSITION south_east = neighbour(at, POSITION(1, 1), size);
+
+  vec2 d_north_west = displacement_at(north_west);
+  vec2 d_north = displacement_at(north);
+  vec2 d_north_east = displacement_at(north_east);
+  vec2 d_west = displacement_at(west);
+  vec2 d_centre = displacement_at(at);
+  vec2 d_east = displacement_at(east);
+  vec2 d_south_west = displacement_at(south_west);
+  vec2 d_south = displacement_at(south);
+  vec2 d_south_east = displacement_at(south_east);
+  vec4 observation = observation_at(at);
+  vec2 confidence = confidence_at(at);
+
+  Site site;
+  site.dx = Neighbours(d_north_west.x, d_north.x, d_north_east.x, d_west.x, d_centre.x, d_east.x,
+                       d_south_west.x, d_south.x, d_south_east.x);
+  site.dy = Neighbours(d_north_west.y, d_north.y, d_north_east.y, d_west.y, d_centre.y, d_east.y,
+                       d_south_west.y, d_south.y, d_south_east.y);
+  site.inverse_modulus =
+      Neighbours(observation_at(north_west).w, observation_at(north).w, observation_at(north_east).w,
+                 observation_at(west).w, observation.w, observation_at(east).w, observation_at(south_west).w,
+                 observation_at(south).w, observation_at(south_east).w);
+  site.modulus = observation.z;
+  site.target_x = observation.x;
+  site.target_y = observation.y;
+  site.confidence_x = confidence.x;
+  site.confidence_y = confidence.y;
+  site.penalty = penalty;
+  return site;
+}

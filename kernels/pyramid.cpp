@@ -1,0 +1,162 @@
+#include "kernels/pyramid.hpp"
+
+#include "kernels/input_error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace hdmbench {
+
+namespace {
+
+/// n, then the powers of two below n in falling order.
+std::vector<int> axis_sizes(int n) {
+  std::vector<int> sizes{n};
+  while (sizes.back() > 1) {
+    const auto below = static_cast<unsigned>(sizes.back() - 1);
+    sizes.push_back(static_cast<int>(std::bit_floor(below)));
+  }
+  return sizes;
+}
+
+std::vector<int> sampled_indices(int coarse, int fine, Alignment alignment) {
+  std::vector<int> indices(static_cast<std::size_t>(coarse));
+  for (int i = 0; i < coarse; ++i) {
+    indices[static_cast<std::size_t>(i)] = sampled_index(i, coarse, fine, alignment);
+  }
+  return indices;
+}
+
+/// The two coarse sites around a fine one and the weight of the second.
+struct Interpolation {
+  int first = 0;
+  int second = 0;
+  float weight = 0.0F;
+};
+
+std::vector<Interpolation> interpolations(int coarse, int fine, Alignment alignment) {
+  std::vector<Interpolation> result(static_cast<std::size_t>(fine));
+  for (int i = 0; i < fine; ++i) {
+    double position = 0.0;
+    if (alignment == Alignment::center) {
+      position = (i + 0.5) * coarse / fine - 0.5;
+    } else if (fine > 1) {
+      position = static_cast<double>(i) * (coarse - 1) / (fine - 1);
+    }
+    position = std::clamp(position, 0.0, static_cast<double>(coarse - 1));
+    const int first = static_cast<int>(position);
+    result[static_cast<std::size_t>(i)] = {.first = first,
+                                           .second = std::min(first + 1, coarse - 1),
+                                           .weight = static_cast<float>(position - first)};
+  }
+  return result;
+}
+
+std::vector<float> prolongate_component(const std::vector<float>& coarse, Extent coarse_extent,
+                                        const std::vector<Interpolation>& columns,
+                                        const std::vector<Interpolation>& rows) {
+  std::vector<float> fine;
+  fine.reserve(columns.size() * rows.size());
+  const auto along_x = [&](int row, const Interpolation& column) {
+    const float a = coarse[coarse_extent.index(column.first, row)];
+    const float b = coarse[coarse_extent.index(column.second, row)];
+    return a + column.weight * (b - a);
+  };
+  for (const Interpolation& row : rows) {
+    for (const Interpolation& column : columns) {
+      const float a = along_x(row.first, column);
+      const float b = along_x(row.second, column);
+      fine.push_back(a + row.weight * (b - a));
+    }
+  }
+  return fine;
+}
+
+/// Copies the sites that `extent` samples from a planar array of `full`.
+class Sampler {
+public:
+  Sampler(Extent full, Extent extent, Alignment alignment)
+      : full_(full), columns_(sampled_indices(extent.width, full.width, alignment)),
+        rows_(sampled_indices(extent.height, full.height, alignment)) {}
+
+  void operator()(const std::vector<float>& from, std::vector<float>& to) const {
+    auto next = to.begin();
+    for (const int y : rows_) {
+      for (const int x : columns_) {
+        *next++ = from[full_.index(x, y)];
+      }
+    }
+  }
+
+private:
+  Extent full_;
+  std::vector<int> columns_;
+  std::vector<int> rows_;
+};
+
+} // namespace
+
+std::vector<Extent> pyramid_extents(Extent full) {
+  if (full.width < 1 || full.height < 1) {
+    throw InputError(
+        fmt::format("the image is {} x {} pixels, each must be at least 1", full.width, full.height));
+  }
+  const std::vector<int> widths = axis_sizes(full.width);
+  const std::vector<int> heights = axis_sizes(full.height);
+  std::vector<Extent> extents;
+  for (std::size_t level = 0; level < std::max(widths.size(), heights.size()); ++level) {
+    extents.push_back(
+        {level < widths.size() ? widths[level] : 1, level < heights.size() ? heights[level] : 1});
+  }
+  return extents;
+}
+
+int sampled_index(int coarse_index, int coarse, int fine, Alignment alignment) {
+  const long long i = coarse_index;
+  if (alignment == Alignment::center || coarse == 1) {
+    return static_cast<int>((2 * i + 1) * fine / (2LL * coarse));
+  }
+  return static_cast<int>((2 * i * (fine - 1) + (coarse - 1)) / (2LL * (coarse - 1)));
+}
+
+Level sample_level(const Level& full, Extent extent, Alignment alignment) {
+  Level level{.extent = extent,
+              .target = VectorField(extent),
+              .confidence = VectorField(extent),
+              .modulus = ScalarField(extent),
+              .inverse_modulus = ScalarField(extent),
+              .penalty = full.penalty,
+              .steps = full.steps,
+              .update = full.update};
+  const Sampler sample(full.extent, extent, alignment);
+  sample(full.target.x, level.target.x);
+  sample(full.target.y, level.target.y);
+  sample(full.confidence.x, level.confidence.x);
+  sample(full.confidence.y, level.confidence.y);
+  sample(full.modulus.values, level.modulus.values);
+  sample(full.inverse_modulus.values, level.inverse_modulus.values);
+  return level;
+}
+
+VectorField prolongate(const VectorField& coarse, Extent fine, Alignment alignment) {
+  const auto columns = interpolations(coarse.extent.width, fine.width, alignment);
+  const auto rows = interpolations(coarse.extent.height, fine.height, alignment);
+  VectorField result;
+  result.extent = fine;
+  result.x = prolongate_component(coarse.x, coarse.extent, columns, rows);
+  result.y = prolongate_component(coarse.y, coarse.extent, columns, rows);
+  return result;
+}
+
+VectorField sample_field(const VectorField& full, Extent extent, Alignment alignment) {
+  VectorField result(extent);
+  const Sampler sample(full.extent, extent, alignment);
+  sample(full.x, result.x);
+  sample(full.y, result.y);
+  return result;
+}
+
+} // namespace hdmbench

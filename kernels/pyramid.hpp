@@ -1,0 +1,33 @@
+#pragma once
+
+#include "kernels/level.hpp"
+
+namespace hdmbench {
+
+/// Which fine site a coarse one stands for.
+enum class Alignment {
+  corner, ///< first and last sites coincide on all levels, so that conditions on the border exist on every
+          ///< level
+  center, ///< pixel areas coincide: a border one pixel wide is lost on coarse levels
+};
+
+/// Extents of all levels, index 0 the full image, the last one 1 x 1. Per axis: n, then the powers of two
+/// below n in falling order, then 1 until the longer axis has arrived: 300 gives 300 256 128 ... 2 1
+/// (thesis 4.11). Throws InputError where a side is < 1.
+[[nodiscard]] std::vector<Extent> pyramid_extents(Extent full);
+
+/// The index on an axis of `fine` sites that site `coarse_index` of an axis of `coarse` sites samples. Exact
+/// integer arithmetic, halves round up; an axis of one site samples the middle.
+[[nodiscard]] int sampled_index(int coarse_index, int coarse, int fine, Alignment alignment);
+
+/// Target, confidence and moduli of `full` at the sampled sites; penalty, steps and update as they are.
+[[nodiscard]] Level sample_level(const Level& full, Extent extent, Alignment alignment);
+
+/// Bilinear interpolation of a displacement from the level above, first along x, then along y, each as
+/// a + t * (b - a) in float. Values are pixels of the full image on every level and are not rescaled.
+[[nodiscard]] VectorField prolongate(const VectorField& coarse, Extent fine, Alignment alignment);
+
+/// A displacement of the full image at the sites of `extent`, nearest neighbour: where a pyramid starts from.
+[[nodiscard]] VectorField sample_field(const VectorField& full, Extent extent, Alignment alignment);
+
+} // namespace hdmbench

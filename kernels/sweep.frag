@@ -1,0 +1,29 @@
+#version 120
+#extension GL_ARB_texture_rectangle : require
+// One simultaneous ICM iteration as the thesis ran it: GLSL 1.20, float rectangle textures, a quad per iteration
+// (Tab. 6.1, 6.2, Alg. 4). GLSL 1.20 has no `precise`: the order in energy.inc must be one that compilers keep.
+
+#define real float
+#define HDM_FUNCTION
+#define HDM_PRECISE
+#define POSITION vec2
+
+uniform sampler2DRect image;       // rg: displacement
+uniform sampler2DRect observation; // rg: target, b: modulus, a: 1 / modulus
+uniform sampler2DRect confidence;  // rg
+uniform vec2 dimension;
+uniform float penalty;
+uniform float steps[16];
+const int step_count = STEP_COUNT; // supplied after #version
+
+vec2 displacement_at(vec2 p) { return texture2DRect(image, p).rg; }
+vec4 observation_at(vec2 p) { return texture2DRect(observation, p); }
+vec2 confidence_at(vec2 p) { return texture2DRect(confidence, p).rg; }
+
+#include "energy.inc"
+#include "gather.glsl"
+
+void main() {
+  Displacement next = improved_displacement(gather(gl_FragCoord.xy, dimension, penalty), steps, step_count);
+  gl_FragColor = vec4(next.x, next.y, 0.0, 0.0);
+}

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "kernels/level.hpp"
+
+namespace hdmbench {
+
+/// The energy of one site in double, written from (4.5)-(4.17) and sharing no arithmetic with kernels/:
+/// moduli are divided, the squares are those of the thesis. What the float arithmetic of the kernels is
+/// judged by.
+class ThesisEnergy {
+public:
+  /// Both must outlive this object; displacement has the level's extent.
+  ThesisEnergy(const Level& level, const VectorField& displacement)
+      : level_(level), displacement_(displacement) {}
+
+  struct Value {
+    double x = 0.0;
+    double y = 0.0;
+  };
+
+  /// U_t with the neighbours as they are and the centre's own displacement replaced by `centre`. The terms of
+  /// x and of y, whose sum is U_t.
+  [[nodiscard]] Value at(int x, int y, Value centre) const;
+  /// The same with the centre as it is.
+  [[nodiscard]] Value at(int x, int y) const;
+
+private:
+  const Level& level_;
+  const VectorField& displacement_;
+};
+
+} // namespace hdmbench
