@@ -1,0 +1,95 @@
+#include "harness/bench.hpp"
+
+#include "harness/compare.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+namespace hdmbench {
+
+namespace {
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// Shaders are compiled, or specialised for a size, when they first run: let every level run once.
+void warm_up(const Scene& scene, Session& session) {
+  Scene once = scene;
+  once.schedule.iterations = 1;
+  once.schedule.stop = Stop::fixed;
+  Progress silent(false);
+  (void)solve(once, session, silent);
+}
+
+/// Returns the displacement.
+VectorField measure(const Scene& scene, const Backend& backend, const BenchOptions& options,
+                    Progress& progress, BenchResult& result) {
+  const auto start = std::chrono::steady_clock::now();
+  const std::unique_ptr<Session> session = backend.open(options.session);
+  warm_up(scene, *session);
+  result.setup_seconds = seconds_since(start);
+  Solution solution;
+  for (int i = 0; i < options.repeats; ++i) {
+    progress.describe(fmt::format("bench {} {} x {} on {}, sample {} of {}", scene.name, scene.extent().width,
+                                  scene.extent().height, backend.name(), i + 1, options.repeats));
+    solution = solve(scene, *session, progress);
+    result.samples.push_back(solution.timings);
+  }
+  return solution.displacement;
+}
+
+} // namespace
+
+double median_seconds(std::span<const Timings> samples, double (*part)(const Timings&)) {
+  if (samples.empty()) {
+    return 0.0;
+  }
+  std::vector<double> values;
+  std::ranges::transform(samples, std::back_inserter(values), part);
+  std::ranges::sort(values);
+  const std::size_t middle = values.size() / 2;
+  return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
+}
+
+std::vector<BenchResult> bench(const Scene& scene, std::span<const Backend* const> backends,
+                               const BenchOptions& options, Progress& progress) {
+  const auto total = [](const Timings& timings) { return timings.total(); };
+  std::vector<BenchResult> results;
+  VectorField expected;
+  for (const Backend* backend : backends) {
+    BenchResult& result = results.emplace_back();
+    result.backend = backend->name();
+    VectorField found;
+    try {
+      result.device = backend->device(options.session);
+      found = measure(scene, *backend, options, progress, result);
+    } catch (const DeviceError& error) {
+      result.samples.clear();
+      result.reason = error.what();
+      continue;
+    }
+    if (results.size() == 1) {
+      expected = found;
+    }
+    if (expected.extent != found.extent) {
+      result.reason =
+          fmt::format("{} did not run, so there is nothing to check against", results.front().backend);
+      continue;
+    }
+    const FieldDifference difference = compare(expected, found);
+    result.valid = difference.sites == 0;
+    if (result.valid) {
+      result.speed_up =
+          median_seconds(results.front().samples, total) / median_seconds(result.samples, total);
+    } else {
+      result.reason = fmt::format("{} sites differ from {}, by up to {:.3g} px", difference.sites,
+                                  results.front().backend, difference.largest);
+    }
+  }
+  return results;
+}
+
+} // namespace hdmbench

@@ -1,0 +1,170 @@
+#include "harness/commands/arguments.hpp"
+
+#include "kernels/input_error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <map>
+
+namespace hdmbench::commands {
+
+namespace {
+
+const std::map<std::string, Stop> stops{
+    {"fixed", Stop::fixed}, {"still", Stop::still}, {"energy", Stop::energy}};
+const std::map<std::string, Alignment> alignments{{"corner", Alignment::corner},
+                                                  {"center", Alignment::center}};
+const std::map<std::string, Update> updates{{"simultaneous", Update::simultaneous},
+                                            {"sequential", Update::sequential}};
+
+int parse_side(std::string_view text, const std::string& whole) {
+  int side = 0;
+  const auto result = std::from_chars(text.data(), text.data() + text.size(), side);
+  if (result.ec != std::errc{} || result.ptr != text.data() + text.size() || side < 1) {
+    throw InputError(fmt::format("the size \"{}\" is not understood; give 300 or 257x130", whole));
+  }
+  return side;
+}
+
+} // namespace
+
+void ScheduleOverrides::add_to(CLI::App& command) {
+  const auto group = "Instead of what the scene says";
+  command.add_option("--iterations", iterations, "Iterations per level, exact or at most (see --stop)")
+      ->check(CLI::NonNegativeNumber)
+      ->group(group);
+  command.add_option("--start-level", start_level, "First level computed; 0 is the full resolution")
+      ->check(CLI::NonNegativeNumber)
+      ->group(group);
+  command
+      .add_option("--stop", stop, "When a level ends: fixed, still (no site changed) or energy (thesis 5.3)")
+      ->transform(CLI::CheckedTransformer(stops))
+      ->group(group);
+  command.add_option("--epsilon", epsilon, "Change of the mean energy that ends a level with --stop energy")
+      ->check(CLI::NonNegativeNumber)
+      ->group(group);
+  command.add_option("--alignment", alignment, "Of the pyramid's levels: corner or center")
+      ->transform(CLI::CheckedTransformer(alignments))
+      ->group(group);
+  command.add_option("--update", update, "simultaneous, or sequential (scalar only)")
+      ->transform(CLI::CheckedTransformer(updates))
+      ->group(group);
+  command.add_option("--steps", steps, "Candidates: default, thesis, fine, or numbers such as 0,-1,1")
+      ->group(group);
+  command.add_option("--penalty", penalty, "K > 0 of the observation term")->group(group);
+}
+
+void ScheduleOverrides::apply(Scene& scene) const {
+  scene.schedule.iterations = iterations.value_or(scene.schedule.iterations);
+  scene.schedule.start_level = start_level.has_value() ? start_level : scene.schedule.start_level;
+  scene.schedule.stop = stop.value_or(scene.schedule.stop);
+  scene.schedule.epsilon = epsilon.value_or(scene.schedule.epsilon);
+  scene.schedule.alignment = alignment.value_or(scene.schedule.alignment);
+  scene.schedule.update = update.value_or(scene.schedule.update);
+  scene.full.update = scene.schedule.update;
+  if (!steps.empty()) {
+    scene.full.steps = StepSet::parse(steps);
+  }
+  if (penalty) {
+    scene.full.penalty = static_cast<float>(*penalty);
+    validate(scene.full);
+  }
+}
+
+void CommonArguments::add_to(CLI::App& command) {
+  command.add_option("scenes", scenes,
+                     "Scenes by name or TOML file (none: all that the command is made for)");
+  command.add_option("--sizes,--size", sizes, "Image sizes: 300 (square) or 257x130, several with commas")
+      ->delimiter(',');
+  command
+      .add_option("--backends", backends, "Backends with commas (none: all; one that is named must be there)")
+      ->delimiter(',');
+  command.add_option("--require", required, "Backends that must be there, others may be skipped")
+      ->delimiter(',');
+  command.add_option("--device", session.device, "Device by part of its name or by number (see devices)");
+  command.add_option("--threads", session.threads, "CPU threads (0: all)")->check(CLI::NonNegativeNumber);
+  command.add_flag("--quick", quick, "A shorter run; the results say so");
+  command.add_option("--json", json, "Write the results to this file");
+  schedule.add_to(command);
+}
+
+std::vector<Scene> CommonArguments::load_scenes(const std::vector<std::string>& by_default) const {
+  std::vector<SceneOptions> options;
+  std::ranges::transform(sizes, std::back_inserter(options),
+                         [](const std::string& size) { return SceneOptions{.size = parse_size(size)}; });
+  if (options.empty()) {
+    options.emplace_back();
+  }
+  std::vector<Scene> loaded;
+  for (const std::string& name : scenes.empty() ? by_default : scenes) {
+    for (const SceneOptions& option : options) {
+      try {
+        Scene scene = load_scene(name, option);
+        schedule.apply(scene);
+        loaded.push_back(std::move(scene));
+      } catch (const MissingFile& error) {
+        if (!scenes.empty()) {
+          throw;
+        }
+        fmt::print("{} is left out: {}\n", name, error.what());
+      }
+    }
+  }
+  return loaded;
+}
+
+std::vector<const Backend*>
+CommonArguments::choose(const std::vector<std::unique_ptr<Backend>>& registry) const {
+  for (const auto* names : {&backends, &required}) {
+    for (const std::string& name : *names) {
+      const Backend& backend = find_backend(registry, name);
+      try {
+        (void)backend.device(&backend == registry.front().get() ? SessionOptions{} : session);
+      } catch (const DeviceError& error) {
+        throw DeviceError(fmt::format("{} is needed but not there: {}", name, error.what()));
+      }
+    }
+  }
+  std::vector<const Backend*> chosen{registry.front().get()};
+  for (const auto& backend : registry) {
+    const bool wanted = backends.empty() || std::ranges::find(backends, backend->name()) != backends.end();
+    if (wanted && backend != registry.front()) {
+      chosen.push_back(backend.get());
+    }
+  }
+  return chosen;
+}
+
+Extent parse_size(const std::string& text) {
+  const auto cross = text.find('x');
+  if (cross == std::string::npos) {
+    const int side = parse_side(text, text);
+    return {side, side};
+  }
+  const std::string_view view = text;
+  return {parse_side(view.substr(0, cross), text), parse_side(view.substr(cross + 1), text)};
+}
+
+std::string command_line(int argc, const char* const* argv) {
+  std::string line;
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view word = argv[i];
+    const bool plain =
+        !word.empty() && word.find_first_of(" \t\n'\"\\$&|;<>()*?#~`!{}") == std::string_view::npos;
+    line += i > 1 ? " " : "";
+    if (plain) {
+      line += word;
+      continue;
+    }
+    line += '\'';
+    for (const char c : word) {
+      line += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    }
+    line += '\'';
+  }
+  return line;
+}
+
+} // namespace hdmbench::commands

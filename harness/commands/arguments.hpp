@@ -1,0 +1,64 @@
+#pragma once
+
+#include "backends/registry.hpp"
+#include "harness/scene.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace hdmbench::commands {
+
+/// The program ends with one of these.
+enum ExitStatus : int { success = 0, disagreement = 1, bad_input = 2 };
+
+/// What the user may change about every scene's schedule.
+struct ScheduleOverrides {
+  std::optional<int> iterations;
+  std::optional<int> start_level;
+  std::optional<Stop> stop;
+  std::optional<double> epsilon;
+  std::optional<Alignment> alignment;
+  std::optional<Update> update;
+  std::string steps;
+  std::optional<double> penalty;
+
+  void add_to(CLI::App& command);
+  /// Throws InputError.
+  void apply(Scene& scene) const;
+};
+
+/// Arguments that verify and bench share.
+struct CommonArguments {
+  std::vector<std::string> scenes; ///< names or files; empty: the command's own choice
+  std::vector<std::string> sizes;  ///< "300" or "257x130"; empty: each scene's own
+  std::vector<std::string> backends;
+  std::vector<std::string> required;
+  SessionOptions session;
+  ScheduleOverrides schedule;
+  bool quick = false;
+  std::filesystem::path json;
+
+  void add_to(CLI::App& command);
+
+  /// Scenes at sizes in the order they are asked for. Without scenes on the command line: `by_default`, of
+  /// which one whose files are not on this machine is left out with a line on standard output. Throws
+  /// InputError.
+  [[nodiscard]] std::vector<Scene> load_scenes(const std::vector<std::string>& by_default) const;
+  /// The reference first, then the chosen backends (all if none was named) without it. Throws InputError for
+  /// an unknown name and DeviceError for one that was named here or with --require and is not there.
+  [[nodiscard]] std::vector<const Backend*>
+  choose(const std::vector<std::unique_ptr<Backend>>& registry) const;
+};
+
+/// "300" is 300 x 300, "257x130" is that. Throws InputError.
+[[nodiscard]] Extent parse_size(const std::string& text);
+
+/// The words after the program's name, as a shell would take them again.
+[[nodiscard]] std::string command_line(int argc, const char* const* argv);
+
+} // namespace hdmbench::commands

@@ -1,0 +1,189 @@
+#include "harness/bench.hpp"
+
+#include "harness/commands/arguments.hpp"
+#include "harness/commands/commands.hpp"
+#include "harness/context.hpp"
+#include "harness/file_output.hpp"
+#include "harness/table.hpp"
+#include "reference/published.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace hdmbench::commands {
+
+namespace {
+
+struct Arguments : CommonArguments {
+  int repeats = 3;
+};
+
+double total(const Timings& timings) {
+  return timings.total();
+}
+double projection(const Timings& timings) {
+  return timings.projection;
+}
+double upload(const Timings& timings) {
+  return timings.upload;
+}
+double compute(const Timings& timings) {
+  return timings.compute;
+}
+double readback(const Timings& timings) {
+  return timings.readback;
+}
+
+/// The scenes of Tables 5.2, 5.4, 5.6 and 5.8.
+std::vector<std::string> published_scenes() {
+  std::vector<std::string> scenes;
+  for (const PublishedTiming& row : published_timings()) {
+    if (std::ranges::find(scenes, row.scene) == scenes.end()) {
+      scenes.emplace_back(row.scene);
+    }
+  }
+  return scenes;
+}
+
+/// 10^6 site updates per second of compute; 0 without samples.
+double msites_per_second(const Scene& scene, const BenchResult& result) {
+  const double seconds = median_seconds(result.samples, compute);
+  return seconds > 0.0 ? site_updates(scene) / seconds * 1e-6 : 0.0;
+}
+
+int iterations_in_all(const Scene& scene) {
+  const int levels = static_cast<int>(pyramid_extents(scene.extent()).size());
+  const int used = std::min(scene.schedule.start_level.value_or(levels - 1) + 1, levels);
+  return used * scene.schedule.iterations;
+}
+
+nlohmann::json to_json(const Scene& scene, const BenchResult& result) {
+  nlohmann::json seconds = nlohmann::json::array();
+  std::ranges::transform(result.samples, std::back_inserter(seconds), total);
+  return {{"scene", scene.name},
+          {"width", scene.extent().width},
+          {"height", scene.extent().height},
+          {"backend", result.backend},
+          {"device", result.device.name},
+          {"method", method_name(scene.schedule)},
+          {"iterations", iterations_in_all(scene)},
+          {"seconds", seconds},
+          {"seconds_median", median_seconds(result.samples, total)},
+          {"msites_per_second", msites_per_second(scene, result)},
+          {"setup_seconds", result.setup_seconds},
+          {"projection_seconds", median_seconds(result.samples, projection)},
+          {"upload_seconds", median_seconds(result.samples, upload)},
+          {"compute_seconds", median_seconds(result.samples, compute)},
+          {"readback_seconds", median_seconds(result.samples, readback)},
+          {"speed_up_over_scalar", result.speed_up ? nlohmann::json(*result.speed_up) : nlohmann::json()},
+          {"valid", result.valid},
+          {"reason", result.reason}};
+}
+
+/// Three digits that matter: 0.00123, 1.23, 123.
+std::string seconds_text(double seconds) {
+  const int decimals = seconds >= 100.0  ? 0
+                       : seconds >= 10.0 ? 1
+                       : seconds >= 1.0  ? 2
+                       : seconds >= 0.1  ? 3
+                                         : 4;
+  return fmt::format("{:.{}f}", seconds, decimals);
+}
+
+void print_scene(const Scene& scene, const std::vector<BenchResult>& results) {
+  fmt::print("\n{}, {} x {}: {}, {} iterations, {:.4g} million site updates\n", scene.name,
+             scene.extent().width, scene.extent().height, method_name(scene.schedule),
+             iterations_in_all(scene), site_updates(scene) * 1e-6);
+  const PublishedTiming* published = scene.extent().width == scene.extent().height
+                                         ? published_timing(scene.name, scene.extent().width)
+                                         : nullptr;
+  if (published != nullptr) {
+    fmt::print("  thesis, table {}: GPU {} s, CPU {} s, speed-up {}\n", published->table,
+               published->gpu_seconds, published->cpu_seconds, published->speed_up);
+  }
+  Table table({{"backend", Table::Align::left},
+               {"seconds", Table::Align::right},
+               {"min", Table::Align::right},
+               {"max", Table::Align::right},
+               {"projection", Table::Align::right},
+               {"upload", Table::Align::right},
+               {"compute", Table::Align::right},
+               {"readback", Table::Align::right},
+               {"set-up", Table::Align::right},
+               {"Msites/s", Table::Align::right},
+               {"speed-up", Table::Align::right}});
+  std::string remarks;
+  for (const BenchResult& result : results) {
+    if (!result.valid) {
+      remarks += fmt::format("  {}: no speed-up: {}\n", result.backend, result.reason);
+    }
+    if (result.samples.empty()) {
+      continue;
+    }
+    const auto [fastest, slowest] = std::ranges::minmax_element(result.samples, {}, total);
+    const auto part = [&](double (*which)(const Timings&)) {
+      return seconds_text(median_seconds(result.samples, which));
+    };
+    table.add({result.backend, part(total), seconds_text(fastest->total()), seconds_text(slowest->total()),
+               part(projection), part(upload), part(compute), part(readback),
+               seconds_text(result.setup_seconds), fmt::format("{:.1f}", msites_per_second(scene, result)),
+               result.speed_up ? fmt::format("{:.2f}", *result.speed_up) : "-"});
+  }
+  fmt::print("{}{}", table.text(), remarks);
+}
+
+int run_bench(Arguments& arguments, const std::string& line) {
+  if (!arguments.json.empty()) {
+    require_writable(arguments.json);
+  }
+  if (arguments.sizes.empty()) {
+    arguments.sizes = arguments.quick ? std::vector<std::string>{"300", "600"}
+                                      : std::vector<std::string>{"300", "600", "1200"};
+  }
+  const auto registry = make_backends();
+  const std::vector<const Backend*> backends = arguments.choose(registry);
+  const std::vector<Scene> scenes = arguments.load_scenes(published_scenes());
+  Progress progress;
+  double work = 0.0;
+  for (const Scene& scene : scenes) {
+    work += site_updates(scene);
+  }
+  progress.set_total(work * arguments.repeats * static_cast<double>(backends.size()));
+  fmt::print("Seconds are medians of {} samples of a whole solution without set-up{}.\n", arguments.repeats,
+             arguments.quick ? " (quick: sizes 300 and 600 only unless others were asked for)" : "");
+
+  nlohmann::json rows = nlohmann::json::array();
+  bool all_agree = true;
+  for (const Scene& scene : scenes) {
+    const std::vector<BenchResult> results =
+        bench(scene, backends, {.session = arguments.session, .repeats = arguments.repeats}, progress);
+    progress.clear();
+    print_scene(scene, results);
+    for (const BenchResult& result : results) {
+      rows.push_back(to_json(scene, result));
+      all_agree = all_agree && (result.valid || result.samples.empty());
+    }
+  }
+  if (!arguments.json.empty()) {
+    write_results(arguments.json, "bench", run_context(line, arguments.quick), std::move(rows));
+  }
+  return all_agree ? success : disagreement;
+}
+
+} // namespace
+
+void add_bench(CLI::App& program, const std::string& arguments, int& status) {
+  auto* command = program.add_subcommand(
+      "bench",
+      "Time whole solutions on every backend: Tables 5.2, 5.4, 5.6 and 5.8 of the thesis by default.\n"
+      "A field that is not scalar's to the bit gets no speed-up and exit status 1.");
+  const auto own = std::make_shared<Arguments>();
+  own->add_to(*command);
+  command->add_option("--repeat", own->repeats, "Samples per backend, scene and size")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->callback([own, arguments, &status] { status = run_bench(*own, arguments); });
+}
+
+} // namespace hdmbench::commands

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <string>
+
+/// One function per subcommand: declares it and, if the user calls it, runs it. `status` receives an
+/// ExitStatus; `arguments` is the command line for the results' context. Callbacks throw InputError and
+/// DeviceError, which main() reports.
+namespace hdmbench::commands {
+
+void add_devices(CLI::App& program, const std::string& arguments, int& status);
+void add_run(CLI::App& program, const std::string& arguments, int& status);
+void add_verify(CLI::App& program, const std::string& arguments, int& status);
+void add_bench(CLI::App& program, const std::string& arguments, int& status);
+void add_report(CLI::App& program, int& status);
+
+} // namespace hdmbench::commands

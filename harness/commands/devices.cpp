@@ -1,0 +1,83 @@
+#include "harness/commands/arguments.hpp"
+#include "harness/commands/commands.hpp"
+#include "harness/context.hpp"
+#include "harness/file_output.hpp"
+#include "harness/table.hpp"
+
+#include <fmt/format.h>
+
+namespace hdmbench::commands {
+
+namespace {
+
+struct Arguments {
+  std::filesystem::path json;
+};
+
+nlohmann::json updates(const Backend& backend) {
+  nlohmann::json names = nlohmann::json::array();
+  for (const auto& [update, name] :
+       {std::pair{Update::simultaneous, "simultaneous"}, std::pair{Update::sequential, "sequential"}}) {
+    if (backend.supports(update)) {
+      names.push_back(name);
+    }
+  }
+  return names;
+}
+
+void list_devices(const Arguments& arguments, const std::string& line) {
+  if (!arguments.json.empty()) {
+    require_writable(arguments.json);
+  }
+  Table table({{"backend", Table::Align::left},
+               {"no.", Table::Align::right},
+               {"device", Table::Align::left},
+               {"driver", Table::Align::left}});
+  nlohmann::json rows = nlohmann::json::array();
+  std::string absent;
+  for (const auto& backend : make_backends()) {
+    nlohmann::json row{{"backend", backend->name()},
+                       {"description", backend->description()},
+                       {"updates", updates(*backend)},
+                       {"available", true},
+                       {"device", ""},
+                       {"driver", ""},
+                       {"software", false},
+                       {"reason", ""}};
+    try {
+      const std::vector<Device> devices = backend->devices();
+      for (std::size_t i = 0; i < devices.size(); ++i) {
+        table.add({i == 0 ? std::string(backend->name()) : "", std::to_string(i), devices[i].name,
+                   devices[i].driver});
+        row["device"] = devices[i].name;
+        row["driver"] = devices[i].driver;
+        row["software"] = devices[i].is_software;
+        rows.push_back(row);
+      }
+    } catch (const DeviceError& error) {
+      row["available"] = false;
+      row["reason"] = error.what();
+      rows.push_back(row);
+      absent += fmt::format("  {}: {}\n", backend->name(), error.what());
+    }
+  }
+  fmt::print("{}", table.text());
+  if (!absent.empty()) {
+    fmt::print("\nNot there:\n{}", absent);
+  }
+  if (!arguments.json.empty()) {
+    write_results(arguments.json, "devices", run_context(line, false), std::move(rows));
+  }
+}
+
+} // namespace
+
+void add_devices(CLI::App& program, const std::string& arguments, int& /*status*/) {
+  auto* command =
+      program.add_subcommand("devices", "List every backend with its devices, or why it is not there");
+  const auto own = std::make_shared<Arguments>();
+  command->add_option("--json", own->json, "Write the list to this file");
+  command->callback([own, arguments] { list_devices(*own, arguments); });
+}
+
+} // namespace hdmbench::commands

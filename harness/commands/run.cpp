@@ -1,0 +1,167 @@
+#include "harness/commands/arguments.hpp"
+#include "harness/commands/commands.hpp"
+#include "harness/context.hpp"
+#include "harness/file_output.hpp"
+#include "harness/images.hpp"
+#include "harness/solve.hpp"
+#include "harness/table.hpp"
+#include "kernels/input_error.hpp"
+#include "kernels/mean_energy.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace hdmbench::commands {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  std::string scene;
+  std::string size;
+  std::string backend = "openmp";
+  SessionOptions session;
+  ScheduleOverrides schedule;
+  fs::path output = "hdmbench-output";
+  fs::path json;
+};
+
+double largest_displacement(const VectorField& displacement) {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < displacement.x.size(); ++i) {
+    largest = std::max(largest, std::hypot(static_cast<double>(displacement.x[i]), displacement.y[i]));
+  }
+  return largest;
+}
+
+/// File names by what they show, relative to `folder`.
+nlohmann::json write_pictures(const Scene& scene, const VectorField& displacement, const fs::path& folder) {
+  nlohmann::json names;
+  const auto file = [&](const char* what) {
+    names[what] = fmt::format("{}-{}.png", scene.name, what);
+    return folder / std::string(names[what]);
+  };
+  // About thirty lines across.
+  const int spacing = std::max(2, std::min(scene.extent().width, scene.extent().height) / 30);
+  write_png(file("before"), scene.picture);
+  write_png(file("after"), warp(scene.picture, displacement));
+  write_png(file("grid"), warp(grid_picture(scene.extent(), spacing), displacement));
+  write_magnitude_png(file("magnitude"), displacement, std::max(largest_displacement(displacement), 1e-6));
+  return names;
+}
+
+void print_levels(const Solution& solution) {
+  Table table({{"level", Table::Align::right},
+               {"size", Table::Align::right},
+               {"iterations", Table::Align::right},
+               {"still moving", Table::Align::right}});
+  for (const LevelResult& level : solution.levels) {
+    table.add({std::to_string(level.level), fmt::format("{} x {}", level.extent.width, level.extent.height),
+               std::to_string(level.iterations), fmt::format("{} sites", level.changed)});
+  }
+  fmt::print("{}", table.text());
+}
+
+void run_scene(const Arguments& arguments, const std::string& line) {
+  SceneOptions options;
+  if (!arguments.size.empty()) {
+    options.size = parse_size(arguments.size);
+  }
+  Scene scene = load_scene(arguments.scene, options);
+  arguments.schedule.apply(scene);
+  const auto registry = make_backends();
+  const Backend& backend = find_backend(registry, arguments.backend);
+  if (!backend.supports(scene.schedule.update)) {
+    throw InputError(fmt::format("{} cannot update sequentially; use --backend scalar", backend.name()));
+  }
+  const Device device = backend.device(arguments.session);
+  if (!arguments.json.empty()) {
+    require_writable(arguments.json);
+  }
+  if (have_images()) {
+    std::error_code error;
+    fs::create_directories(arguments.output, error);
+    require_writable(arguments.output / "field.nrrd");
+  }
+
+  Progress progress;
+  progress.set_total(site_updates(scene));
+  progress.describe(fmt::format("run {} on {}", scene.name, backend.name()));
+  const auto session = backend.open(arguments.session);
+  const Solution solution = solve(scene, *session, progress, true);
+  progress.clear();
+
+  std::int64_t iterations = 0;
+  for (const LevelResult& level : solution.levels) {
+    iterations += level.iterations;
+  }
+  const double energy = mean_energy(scene.full, solution.displacement);
+  const double largest = largest_displacement(solution.displacement);
+  fmt::print("{}\n{} x {} pixels of {:.4g} mm, {} on {} ({})\n\n", scene.title, scene.extent().width,
+             scene.extent().height, scene.spacing, method_name(scene.schedule), backend.name(), device.name);
+  print_levels(solution);
+  fmt::print("\n  mean energy {:.6g}, largest displacement {:.4g} px, {} iterations in {:.3g} s\n", energy,
+             largest, iterations, solution.timings.total());
+
+  nlohmann::json row{{"scene", scene.name},
+                     {"title", scene.title},
+                     {"width", scene.extent().width},
+                     {"height", scene.extent().height},
+                     {"backend", backend.name()},
+                     {"device", device.name},
+                     {"method", method_name(scene.schedule)},
+                     {"seconds", solution.timings.total()},
+                     {"levels", solution.levels.size()},
+                     {"iterations", iterations},
+                     {"mean_energy", energy},
+                     {"largest_displacement", largest},
+                     {"spacing", scene.spacing}};
+  if (have_images()) {
+    const std::string field = scene.name + ".nrrd";
+    write_displacement(arguments.output / field, solution.displacement, scene.spacing);
+    nlohmann::json pictures = write_pictures(scene, solution.displacement, arguments.output);
+    fmt::print("  {}: the displacement in millimetres; beside it {}, {}, {} and {}\n",
+               (arguments.output / field).string(), std::string(pictures["before"]),
+               std::string(pictures["after"]), std::string(pictures["grid"]),
+               std::string(pictures["magnitude"]));
+    if (!arguments.json.empty()) {
+      const fs::path relative = fs::proximate(arguments.output, fs::absolute(arguments.json).parent_path());
+      row["field"] = (relative / field).string();
+      for (auto& name : pictures) {
+        name = (relative / std::string(name)).string();
+      }
+      row["pictures"] = pictures;
+    }
+  } else {
+    fmt::print("  No files are written: this build has no image support (-DHDMBENCH_IMAGES=ON).\n");
+  }
+  if (!arguments.json.empty()) {
+    write_results(arguments.json, "run", run_context(line, false), nlohmann::json::array({row}));
+  }
+}
+
+} // namespace
+
+void add_run(CLI::App& program, const std::string& arguments, int& /*status*/) {
+  auto* command = program.add_subcommand("run", "Solve one scene; write the displacement as NRRD, and the "
+                                                "picture before and after, the deformed grid and\n"
+                                                "the displacement's magnitude as PNG.");
+  const auto own = std::make_shared<Arguments>();
+  command->add_option("scene", own->scene, "Scene by name or TOML file")->required();
+  command->add_option("--size", own->size, "Image size: 300 (square) or 257x130");
+  command->add_option("--backend", own->backend, "Backend that computes")->capture_default_str();
+  command->add_option("--device", own->session.device,
+                      "Device by part of its name or by number (see devices)");
+  command->add_option("--threads", own->session.threads, "CPU threads (0: all)")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--output", own->output, "Folder for the files, made if missing")
+      ->capture_default_str();
+  command->add_option("--json", own->json, "Write the result to this file");
+  own->schedule.add_to(*command);
+  command->callback([own, arguments] { run_scene(*own, arguments); });
+}
+
+} // namespace hdmbench::commands

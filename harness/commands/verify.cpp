@@ -1,0 +1,204 @@
+#include "harness/verify.hpp"
+
+#include "harness/commands/arguments.hpp"
+#include "harness/commands/commands.hpp"
+#include "harness/context.hpp"
+#include "harness/file_output.hpp"
+#include "harness/solve.hpp"
+#include "harness/table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace hdmbench::commands {
+
+namespace {
+
+/// Iterations per level of a --quick run.
+constexpr int quick_iterations = 10;
+
+std::string_view text(Mode mode) {
+  return mode == Mode::resync ? "resync" : "free";
+}
+
+std::string_view text(Verdict verdict) {
+  switch (verdict) {
+  case Verdict::agree:
+    return "agree";
+  case Verdict::disagree:
+    return "disagree";
+  case Verdict::mistrusted:
+    return "mistrusted";
+  case Verdict::skipped:
+    return "skipped";
+  }
+  return "";
+}
+
+nlohmann::json to_json(const FirstDifference& first) {
+  return {{"level", first.level},
+          {"iteration", first.iteration},
+          {"x", first.x},
+          {"y", first.y},
+          {"expected", first.expected},
+          {"found", first.found},
+          {"energy_before", first.energy_before},
+          {"energy_expected", first.energy_expected},
+          {"energy_found", first.energy_found}};
+}
+
+nlohmann::json to_json(const Scene& scene, const Comparison& comparison) {
+  return {{"scene", scene.name},
+          {"width", scene.extent().width},
+          {"height", scene.extent().height},
+          {"backend", comparison.backend},
+          {"device", comparison.device.name},
+          {"mode", text(comparison.mode)},
+          {"levels", comparison.levels},
+          {"iterations", comparison.iterations},
+          {"sites_compared", comparison.sites_compared},
+          {"sites_differing", comparison.sites_differing},
+          {"not_finite", comparison.not_finite},
+          {"counts_differing", comparison.counts_differing},
+          {"certified_ties", 0},
+          {"uncertified", comparison.sites_differing},
+          {"max_abs_difference", comparison.largest_difference},
+          {"first_difference", comparison.first ? to_json(*comparison.first) : nlohmann::json()},
+          {"tier", comparison.verdict == Verdict::agree ? "bitwise" : "none"},
+          {"verdict", text(comparison.verdict)},
+          {"reason", comparison.reason}};
+}
+
+/// 1234567 as 1,234,567.
+std::string grouped(std::int64_t value) {
+  std::string digits = std::to_string(value);
+  for (auto at = static_cast<std::ptrdiff_t>(digits.size()) - 3; at > 0; at -= 3) {
+    digits.insert(static_cast<std::size_t>(at), ",");
+  }
+  return digits;
+}
+
+std::string differing(const Comparison& comparison) {
+  if (comparison.verdict == Verdict::skipped) {
+    return "-";
+  }
+  return fmt::format("{} of {}", grouped(comparison.sites_differing), grouped(comparison.sites_compared));
+}
+
+void explain(const Scene& scene, const Comparison& comparison, const CommonArguments& arguments) {
+  if (comparison.verdict == Verdict::agree) {
+    return;
+  }
+  fmt::print("  {} ({}): {}{}\n", comparison.backend, text(comparison.mode), text(comparison.verdict),
+             comparison.reason.empty() ? "" : ": " + comparison.reason);
+  if (comparison.verdict != Verdict::disagree) {
+    return;
+  }
+  if (comparison.not_finite > 0) {
+    fmt::print("    {} values are NaN or infinite\n", grouped(comparison.not_finite));
+  }
+  if (comparison.first) {
+    const FirstDifference& first = *comparison.first;
+    fmt::print("    first: level {}, iteration {}, x = {}, y = {}: expected ({}, {}), found ({}, {}) px\n",
+               first.level, first.iteration, first.x, first.y, first.expected[0], first.expected[1],
+               first.found[0], first.found[1]);
+    fmt::print("    energy of that site (double): {} before, {} expected, {} found\n", first.energy_before,
+               first.energy_expected, first.energy_found);
+  }
+  if (comparison.counts_differing > 0) {
+    fmt::print("    the number of changed sites was wrong after {} iterations\n",
+               grouped(comparison.counts_differing));
+  }
+  fmt::print("    repeat: hdmbench verify {} --size {}x{} --backends {}{}\n", scene.name,
+             scene.extent().width, scene.extent().height, comparison.backend,
+             arguments.quick ? " --quick" : "");
+}
+
+/// Two comparisons, resync and free, of one backend as one row.
+void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
+                 const CommonArguments& arguments) {
+  const auto ran = std::ranges::find_if_not(
+      comparisons, [](const Comparison& comparison) { return comparison.verdict == Verdict::skipped; });
+  fmt::print("\n{}, {} x {}", scene.name, scene.extent().width, scene.extent().height);
+  if (ran != comparisons.end()) {
+    fmt::print(": {} levels, {} iterations{}", ran->levels, ran->iterations,
+               arguments.quick ? " (quick)" : "");
+  }
+  fmt::print("\n");
+  Table table({{"backend", Table::Align::left},
+               {"device", Table::Align::left},
+               {"differing, resync", Table::Align::right},
+               {"differing, free", Table::Align::right},
+               {"wrong counts", Table::Align::right},
+               {"verdict", Table::Align::left}});
+  for (std::size_t i = 0; i + 1 < comparisons.size(); i += 2) {
+    const Comparison& resync = comparisons[i];
+    const Comparison& free = comparisons[i + 1];
+    const bool agree = resync.verdict == Verdict::agree && free.verdict == Verdict::agree;
+    table.add(
+        {resync.backend, resync.device.name, differing(resync), differing(free),
+         resync.verdict == Verdict::skipped ? "-" : grouped(resync.counts_differing + free.counts_differing),
+         agree ? "agree, bitwise" : std::string(text(std::max(resync.verdict, free.verdict)))});
+  }
+  fmt::print("{}", table.text());
+  for (const Comparison& comparison : comparisons) {
+    explain(scene, comparison, arguments);
+  }
+}
+
+int run_verify(const CommonArguments& arguments, const std::string& line) {
+  if (!arguments.json.empty()) {
+    require_writable(arguments.json);
+  }
+  const auto registry = make_backends();
+  const std::vector<const Backend*> backends = arguments.choose(registry);
+  const std::vector<Scene> scenes = arguments.load_scenes(shipped_scenes());
+  VerifyOptions options{.session = arguments.session, .iteration_limit = std::nullopt};
+  if (arguments.quick) {
+    options.iteration_limit = quick_iterations;
+  }
+  Progress progress;
+  double total = 0.0;
+  for (const Scene& scene : scenes) {
+    total += site_updates(scene, options.iteration_limit);
+  }
+  progress.set_total(total);
+
+  nlohmann::json rows = nlohmann::json::array();
+  std::int64_t agreeing = 0;
+  std::int64_t failing = 0;
+  std::int64_t skipped = 0;
+  for (const Scene& scene : scenes) {
+    const std::vector<Comparison> comparisons =
+        verify(scene, *backends.front(), std::span(backends).subspan(1), options, progress);
+    progress.clear();
+    print_scene(scene, comparisons, arguments);
+    for (const Comparison& comparison : comparisons) {
+      rows.push_back(to_json(scene, comparison));
+      agreeing += comparison.verdict == Verdict::agree ? 1 : 0;
+      skipped += comparison.verdict == Verdict::skipped ? 1 : 0;
+      failing += comparison.verdict == Verdict::disagree || comparison.verdict == Verdict::mistrusted ? 1 : 0;
+    }
+  }
+  fmt::print("\n{} comparisons with scalar agree to the bit, {} do not, {} skipped\n", agreeing, failing,
+             skipped);
+  if (!arguments.json.empty()) {
+    write_results(arguments.json, "verify", run_context(line, arguments.quick), std::move(rows));
+  }
+  return failing > 0 ? disagreement : success;
+}
+
+} // namespace
+
+void add_verify(CLI::App& program, const std::string& arguments, int& status) {
+  auto* command = program.add_subcommand(
+      "verify", "Run every backend beside scalar and compare all sites after every iteration, bit for bit.\n"
+                "resync: each iteration starts from scalar's field. free: each backend runs on its own.\n"
+                "Exit status 1 if a backend disagrees or a scene could not have shown it.");
+  const auto own = std::make_shared<CommonArguments>();
+  own->add_to(*command);
+  command->callback([own, arguments, &status] { status = run_verify(*own, arguments); });
+}
+
+} // namespace hdmbench::commands

@@ -1,0 +1,54 @@
+#pragma once
+
+#include "harness/scene.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace hdmbench {
+
+/// The levels of a scene's pyramid in the order they are computed (thesis Alg. 3). Every level samples level
+/// 0, never a resampled copy. The scene must outlive this object.
+class LevelSequence {
+public:
+  explicit LevelSequence(const Scene& scene);
+
+  /// Indices of the levels, coarsest first; 0 is the full resolution and comes last. A start level beyond the
+  /// coarsest counts as the coarsest.
+  [[nodiscard]] const std::vector<int>& order() const { return order_; }
+  [[nodiscard]] Extent extent(int level) const { return extents_[static_cast<std::size_t>(level)]; }
+
+  /// Moduli, targets and confidences of a level.
+  [[nodiscard]] Level sample(int level) const;
+  /// The displacement a level begins with: that of the level computed before, interpolated; the scene's start
+  /// for the first.
+  [[nodiscard]] VectorField begin(int level, const VectorField& computed_before) const;
+
+private:
+  const Scene& scene_;
+  std::vector<Extent> extents_;
+  std::vector<int> order_;
+};
+
+/// Decides after each iteration whether a level is finished.
+class StopRule {
+public:
+  explicit StopRule(const Schedule& schedule) : schedule_(schedule) {}
+
+  /// Asked before each iteration.
+  [[nodiscard]] bool may_continue(int iterations_done) const {
+    return !stopped_ && iterations_done < schedule_.iterations;
+  }
+  /// Whether report() needs the field at all.
+  [[nodiscard]] bool needs_field() const { return schedule_.stop == Stop::energy; }
+  /// After an iteration: the number of sites it changed and, where needs_field(), the new displacement.
+  void report(std::int64_t changed, const Level& level, const VectorField& displacement);
+
+private:
+  const Schedule& schedule_;
+  bool stopped_ = false;
+  std::optional<double> energy_; ///< mean energy after the iteration before
+};
+
+} // namespace hdmbench

@@ -1,0 +1,142 @@
+#include "harness/outline.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace hdmbench {
+
+namespace {
+
+/// Walks one row or column of a planar array.
+struct Line {
+  double* first;
+  std::ptrdiff_t stride;
+  int count;
+
+  double& operator[](int i) const { return first[stride * i]; }
+};
+
+/// Replaces f by the lower envelope of the parabolas f(q) + (p - q)^2.
+class LowerEnvelope {
+public:
+  void apply(const Line& line) {
+    const auto count = static_cast<std::size_t>(line.count);
+    values_.resize(count);
+    apex_.resize(count);
+    from_.resize(count + 1);
+    for (int q = 0; q < line.count; ++q) {
+      values_[static_cast<std::size_t>(q)] = line[q];
+    }
+    std::size_t last = 0;
+    apex_[0] = 0;
+    from_[0] = -std::numeric_limits<double>::infinity();
+    for (int q = 1; q < line.count; ++q) {
+      double crossing = intersect(q, apex_[last]);
+      while (last > 0 && crossing <= from_[last]) {
+        --last;
+        crossing = intersect(q, apex_[last]);
+      }
+      ++last;
+      apex_[last] = q;
+      from_[last] = crossing;
+    }
+    const std::size_t parabolas = last + 1;
+    std::size_t k = 0;
+    for (int p = 0; p < line.count; ++p) {
+      while (k + 1 < parabolas && from_[k + 1] < p) {
+        ++k;
+      }
+      const double offset = p - apex_[k];
+      line[p] = values_[static_cast<std::size_t>(apex_[k])] + offset * offset;
+    }
+  }
+
+private:
+  [[nodiscard]] double intersect(int q, int r) const {
+    const double fq = values_[static_cast<std::size_t>(q)] + static_cast<double>(q) * q;
+    const double fr = values_[static_cast<std::size_t>(r)] + static_cast<double>(r) * r;
+    return (fq - fr) / (2.0 * (q - r));
+  }
+
+  std::vector<double> values_;
+  std::vector<int> apex_;
+  std::vector<double> from_;
+};
+
+/// Squared distance of every site to the nearest one with the flag `wanted`.
+std::vector<double> squared_distance(const std::vector<bool>& flags, bool wanted, Extent extent) {
+  // Far beyond any distance in an image, small enough to be squared and added to without loss that matters.
+  constexpr double far = 1e12;
+  std::vector<double> distance(extent.sites());
+  for (std::size_t i = 0; i < distance.size(); ++i) {
+    distance[i] = flags[i] == wanted ? 0.0 : far;
+  }
+  LowerEnvelope envelope;
+  for (int y = 0; y < extent.height; ++y) {
+    envelope.apply({distance.data() + extent.index(0, y), 1, extent.width});
+  }
+  for (int x = 0; x < extent.width; ++x) {
+    envelope.apply({distance.data() + x, extent.width, extent.height});
+  }
+  return distance;
+}
+
+/// One pass of the 3 x 3 binomial filter, the border repeated.
+std::vector<double> smooth(const std::vector<double>& values, Extent extent) {
+  std::vector<double> result(values.size());
+  for (int y = 0; y < extent.height; ++y) {
+    for (int x = 0; x < extent.width; ++x) {
+      double sum = 0.0;
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dx = -1; dx <= 1; ++dx) {
+          const double weight = (dx == 0 ? 2.0 : 1.0) * (dy == 0 ? 2.0 : 1.0) / 16.0;
+          sum += weight * values[extent.index(std::clamp(x + dx, 0, extent.width - 1),
+                                              std::clamp(y + dy, 0, extent.height - 1))];
+        }
+      }
+      result[extent.index(x, y)] = sum;
+    }
+  }
+  return result;
+}
+
+} // namespace
+
+Outline find_outline(const std::vector<bool>& inside, Extent extent) {
+  const std::vector<double> to_region = squared_distance(inside, true, extent);
+  const std::vector<double> to_outside = squared_distance(inside, false, extent);
+  std::vector<double> signed_distance(extent.sites());
+  for (std::size_t i = 0; i < signed_distance.size(); ++i) {
+    // The outline runs half way between the last site inside and the first one outside.
+    signed_distance[i] = inside[i] ? 0.5 - std::sqrt(to_outside[i]) : std::sqrt(to_region[i]) - 0.5;
+  }
+  Outline outline{.distance = ScalarField(extent), .normal = VectorField(extent)};
+  std::ranges::transform(signed_distance, outline.distance.values.begin(),
+                         [](double value) { return static_cast<float>(value); });
+
+  constexpr int smoothing_passes = 8; // a Gaussian of about 2 pixels
+  for (int pass = 0; pass < smoothing_passes; ++pass) {
+    signed_distance = smooth(signed_distance, extent);
+  }
+  for (int y = 0; y < extent.height; ++y) {
+    for (int x = 0; x < extent.width; ++x) {
+      const auto difference = [&](int dx, int dy) {
+        return signed_distance[extent.index(std::min(x + dx, extent.width - 1),
+                                            std::min(y + dy, extent.height - 1))] -
+               signed_distance[extent.index(std::max(x - dx, 0), std::max(y - dy, 0))];
+      };
+      const double gx = difference(1, 0);
+      const double gy = difference(0, 1);
+      const double length = std::hypot(gx, gy);
+      if (length > 0.0) {
+        const auto i = extent.index(x, y);
+        outline.normal.x[i] = static_cast<float>(gx / length);
+        outline.normal.y[i] = static_cast<float>(gy / length);
+      }
+    }
+  }
+  return outline;
+}
+
+} // namespace hdmbench

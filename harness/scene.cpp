@@ -1,0 +1,345 @@
+#include "harness/scene.hpp"
+
+#include "harness/conditions.hpp"
+#include "harness/geometry.hpp"
+#include "harness/images.hpp"
+#include "harness/random_content.hpp"
+#include "harness/toml_reader.hpp"
+#include "kernels/input_error.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <scene_texts.hpp>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+namespace hdmbench {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Tissue {
+  float modulus = 0.0F;
+  float gray = 0.0F;
+};
+
+/// What the pixels are made of, before conditions.
+struct Content {
+  LabelField labels;
+  ScalarField modulus;
+  ScalarField picture;
+  double spacing = 1.0;
+};
+
+std::map<int, Tissue> read_tissues(TomlReader& scene) {
+  std::map<int, Tissue> tissues;
+  for (TomlReader& table : scene.tables("tissue")) {
+    const int label = table.integer("label");
+    const double modulus = table.number("modulus");
+    if (!(modulus > 0.0)) {
+      table.fail("modulus", fmt::format("is {}, it must be positive (MPa)", modulus));
+    }
+    (void)table.text("name", "");
+    const Tissue tissue{static_cast<float>(modulus), static_cast<float>(table.number("gray", 0.0))};
+    table.finish();
+    if (!tissues.emplace(label, tissue).second) {
+      table.fail("label", fmt::format("{} has a tissue already", label));
+    }
+  }
+  return tissues;
+}
+
+void assign_tissues(TomlReader& scene, const std::map<int, Tissue>& tissues, Content& content,
+                    bool needs_picture) {
+  content.modulus = ScalarField(content.labels.extent);
+  if (needs_picture) {
+    content.picture = ScalarField(content.labels.extent);
+  }
+  for (std::size_t i = 0; i < content.labels.values.size(); ++i) {
+    const auto tissue = tissues.find(content.labels.values[i]);
+    if (tissue == tissues.end()) {
+      const auto width = static_cast<std::size_t>(content.labels.extent.width);
+      scene.fail("tissue", fmt::format("none has the label {} of the pixel x = {}, y = {}",
+                                       content.labels.values[i], i % width, i / width));
+    }
+    content.modulus.values[i] = tissue->second.modulus;
+    if (needs_picture) {
+      content.picture.values[i] = tissue->second.gray;
+    }
+  }
+}
+
+/// Image files are found relative to the scene file.
+class Files {
+public:
+  explicit Files(fs::path folder) : folder_(std::move(folder)) {}
+  [[nodiscard]] fs::path operator()(const std::string& name) const { return folder_ / name; }
+
+private:
+  fs::path folder_;
+};
+
+void require_extent(TomlReader& table, std::string_view key, Extent found, Extent wanted) {
+  if (found != wanted) {
+    table.fail(key, fmt::format("is {} x {}, the scene is {} x {}", found.width, found.height, wanted.width,
+                                wanted.height));
+  }
+}
+
+/// Gray values stretched to 0 ... 255, so that any modality can be looked at.
+void stretch(ScalarField& picture) {
+  const auto [low, high] = std::ranges::minmax_element(picture.values);
+  const float offset = *low;
+  const float scale = *high > *low ? 255.0F / (*high - *low) : 0.0F;
+  for (float& value : picture.values) {
+    value = (value - offset) * scale;
+  }
+}
+
+Content read_image_content(TomlReader& image, TomlReader& scene, const Files& file,
+                           std::optional<Extent> size) {
+  Content content;
+  ReadOptions options{.slice = std::nullopt, .size = size};
+  if (image.has("slice")) {
+    options.slice = image.integer("slice");
+  }
+  const auto tissues = read_tissues(scene);
+  if (image.has("labels") == image.has("modulus")) {
+    image.fail("labels", "or modulus: give exactly one of the two images");
+  }
+  if (image.has("labels")) {
+    auto labels = read_labels(file(image.text("labels")), options);
+    content.labels = std::move(labels.pixels);
+    content.spacing = labels.spacing;
+    assign_tissues(scene, tissues, content, !image.has("picture"));
+  } else {
+    auto modulus = read_scalar(file(image.text("modulus")), options);
+    content.modulus = std::move(modulus.pixels);
+    content.spacing = modulus.spacing;
+    content.labels = {content.modulus.extent, std::vector<int>(content.modulus.extent.sites(), 1)};
+    content.picture = content.modulus;
+    stretch(content.picture);
+  }
+  if (image.has("picture")) {
+    content.picture = read_scalar(file(image.text("picture")), options).pixels;
+    require_extent(image, "picture", content.picture.extent, content.modulus.extent);
+    stretch(content.picture);
+  }
+  return content;
+}
+
+Content read_brain_content(TomlReader& brain, TomlReader& scene, const Files& file, Extent size) {
+  const auto tissues = read_tissues(scene);
+  const std::string name = brain.text("file");
+  const int slice = brain.integer("slice");
+  const int classes = brain.integer("classes");
+  const double margin = brain.number("margin");
+  if (classes < 1 || classes > 8) {
+    brain.fail("classes", "must be 1 ... 8");
+  }
+  if (!(margin >= 0.0 && margin < 0.5)) {
+    brain.fail("margin", "must be at least 0 and below 0.5");
+  }
+  brain.finish();
+  BrainSlice found = read_brain(file(name), slice, classes, margin, size);
+  Content content{.labels = std::move(found.tissue),
+                  .modulus = {},
+                  .picture = std::move(found.picture),
+                  .spacing = found.spacing};
+  assign_tissues(scene, tissues, content, false);
+  return content;
+}
+
+Schedule read_schedule(TomlReader& table) {
+  constexpr std::array<std::string_view, 3> stops{"fixed", "still", "energy"};
+  constexpr std::array<std::string_view, 2> alignments{"corner", "center"};
+  constexpr std::array<std::string_view, 2> updates{"simultaneous", "sequential"};
+  Schedule schedule;
+  schedule.iterations = table.integer("iterations", schedule.iterations);
+  if (schedule.iterations < 0) {
+    table.fail("iterations", "must not be negative");
+  }
+  schedule.stop = static_cast<Stop>(table.choice("stop", stops, 0));
+  schedule.epsilon = table.number("epsilon", schedule.epsilon);
+  if (table.has("start_level")) {
+    schedule.start_level = table.integer("start_level");
+    if (*schedule.start_level < 0) {
+      table.fail("start_level", "must not be negative (0 is the full resolution)");
+    }
+  }
+  schedule.alignment = static_cast<Alignment>(table.choice("alignment", alignments, 0));
+  schedule.update = static_cast<Update>(table.choice("update", updates, 0));
+  table.finish();
+  return schedule;
+}
+
+StepSet read_steps(TomlReader& scene) {
+  if (!scene.has("steps")) {
+    return {};
+  }
+  try {
+    return scene.is_text("steps") ? StepSet::parse(scene.text("steps")) : StepSet(scene.numbers("steps"));
+  } catch (const InputError& error) {
+    scene.fail("steps", error.what());
+  }
+}
+
+std::optional<Extent> read_size(TomlReader& scene, const SceneOptions& options) {
+  std::optional<Extent> size = options.size;
+  if (scene.has("size")) {
+    const auto pair = scene.pair("size");
+    const bool valid = std::ranges::all_of(pair, [](double side) {
+      return side >= 1.0 && side <= 1e6 && side == static_cast<double>(static_cast<int>(side));
+    });
+    if (!valid) {
+      scene.fail("size", "must be two whole numbers >= 1, [width, height]");
+    }
+    if (!size) {
+      size = Extent{static_cast<int>(pair[0]), static_cast<int>(pair[1])};
+    }
+  }
+  return size;
+}
+
+/// Optional images of target displacement (pixels) and confidence, before the built-in conditions.
+void read_condition_images(TomlReader& image, const Files& file, std::optional<Extent> size, Level& full) {
+  const auto read = [&](std::string_view key, VectorField& into) {
+    if (image.has(key)) {
+      into = read_vector(file(image.text(key)), {.slice = std::nullopt, .size = size}).pixels;
+      require_extent(image, key, into.extent, full.extent);
+    }
+  };
+  if (image.has("target") != image.has("confidence")) {
+    image.fail("target", "and confidence: give both images or none");
+  }
+  read("target", full.target);
+  read("confidence", full.confidence);
+}
+
+Scene build(const toml::table& root, const std::string& name, const std::string& file_name, const Files& file,
+            const SceneOptions& options) {
+  TomlReader reader(root, file_name, "");
+  Scene scene;
+  scene.name = name;
+  scene.title = reader.text("title", name);
+  const std::optional<Extent> size = read_size(reader, options);
+
+  constexpr std::array<std::string_view, 4> sources{"shape", "image", "brain", "random"};
+  if (std::ranges::count_if(sources, [&](std::string_view source) { return reader.has(source); }) != 1) {
+    reader.fail("shape", "tables, [image], [brain] or [random]: a scene needs exactly one of these");
+  }
+  TomlReader image = reader.table("image");
+  TomlReader brain = reader.table("brain");
+  Content content;
+  if (reader.has("image")) {
+    content = read_image_content(image, reader, file, size);
+  } else {
+    if (!size) {
+      reader.fail("size", "is missing: [width, height]");
+    }
+    if (reader.has("brain")) {
+      content = read_brain_content(brain, reader, file, *size);
+    } else if (reader.has("random")) {
+      content.labels = {*size, std::vector<int>(size->sites(), 1)};
+      content.modulus = ScalarField(*size);
+    } else {
+      content.labels = paint_shapes(reader, *size);
+      assign_tissues(reader, read_tissues(reader), content, true);
+    }
+  }
+
+  const Extent extent = content.modulus.extent;
+  Level& full = scene.full;
+  full.extent = extent;
+  full.target = VectorField(extent);
+  full.confidence = VectorField(extent);
+  full.modulus = std::move(content.modulus);
+  scene.start = VectorField(extent);
+  if (reader.has("random")) {
+    TomlReader random = reader.table("random");
+    fill_randomly(random, full, scene.start);
+    content.picture = full.modulus;
+    stretch(content.picture);
+  }
+  read_condition_images(image, file, size, full);
+  image.finish();
+  apply_conditions(reader, content.labels, full);
+  full.penalty = static_cast<float>(reader.number("penalty", 1000.0));
+  full.steps = read_steps(reader);
+  scene.spacing = reader.number("spacing", content.spacing);
+  if (!(scene.spacing > 0.0)) {
+    reader.fail("spacing", "must be positive (millimetres per pixel)");
+  }
+  TomlReader schedule = reader.table("schedule");
+  scene.schedule = read_schedule(schedule);
+  full.update = scene.schedule.update;
+  reader.finish();
+  set_inverse_modulus(full);
+  scene.picture = std::move(content.picture);
+  return scene;
+}
+
+std::string read_text(const fs::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  if (!stream || !text || fs::is_directory(path)) {
+    throw InputError(fmt::format("{}: cannot be read", path.string()));
+  }
+  return text.str();
+}
+
+} // namespace
+
+const std::vector<std::string>& shipped_scenes() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> list;
+    for (const auto& scene : scene_texts::all) {
+      list.emplace_back(scene.name);
+    }
+    return list;
+  }();
+  return names;
+}
+
+Scene load_scene(const std::string& scene, const SceneOptions& options) {
+  if (options.size && (options.size->width < 1 || options.size->height < 1)) {
+    throw InputError(fmt::format("the size {} x {} is not possible, each side must be at least 1",
+                                 options.size->width, options.size->height));
+  }
+  const auto shipped = std::ranges::find(scene_texts::all, scene, &scene_texts::Text::name);
+  std::string text;
+  std::string file_name = scene;
+  Files files{fs::path()};
+  std::string name = scene;
+  if (shipped != scene_texts::all.end()) {
+    text = shipped->text;
+    file_name += ".toml";
+  } else {
+    const fs::path path(scene);
+    if (!fs::exists(path)) {
+      throw MissingFile(fmt::format("there is no scene and no file \"{}\"; the shipped scenes are {}", scene,
+                                    fmt::join(shipped_scenes(), ", ")));
+    }
+    text = read_text(path);
+    files = Files(path.parent_path());
+    name = path.stem().string();
+  }
+  try {
+    const toml::table root = toml::parse(text, file_name);
+    Scene result = build(root, name, file_name, files, options);
+    validate(result.full);
+    return result;
+  } catch (const toml::parse_error& error) {
+    throw InputError(
+        fmt::format("{}:{}: {}", file_name, error.source().begin.line, std::string(error.description())));
+  }
+}
+
+} // namespace hdmbench

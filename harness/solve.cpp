@@ -1,0 +1,105 @@
+#include "harness/solve.hpp"
+
+#include "harness/level_sequence.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+namespace hdmbench {
+
+namespace {
+
+/// Adds the life of the object to a sum of seconds.
+class Stopwatch {
+public:
+  explicit Stopwatch(double& seconds) : seconds_(seconds), start_(std::chrono::steady_clock::now()) {}
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+  ~Stopwatch() {
+    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+private:
+  double& seconds_;
+  std::chrono::steady_clock::time_point start_;
+};
+
+/// One iteration at a time, until the rule says stop. Returns the number of iterations.
+int step_until_stopped(const Level& level, const Schedule& schedule, Session& session, Timings& timings) {
+  StopRule rule(schedule);
+  VectorField displacement;
+  int iterations = 0;
+  while (rule.may_continue(iterations)) {
+    std::int64_t changed = 0;
+    {
+      const Stopwatch watch(timings.compute);
+      session.step(1);
+      changed = session.changed();
+      ++iterations;
+    }
+    if (rule.needs_field()) {
+      const Stopwatch watch(timings.readback);
+      session.read(displacement);
+    }
+    rule.report(changed, level, displacement);
+  }
+  return iterations;
+}
+
+} // namespace
+
+std::string method_name(const Schedule& schedule) {
+  return schedule.update == Update::sequential ? "sequential" : "icm";
+}
+
+Solution solve(const Scene& scene, Session& session, Progress& progress, bool last_changed) {
+  const LevelSequence levels(scene);
+  Solution solution;
+  for (const int index : levels.order()) {
+    Level level;
+    VectorField begin;
+    {
+      const Stopwatch watch(solution.timings.projection);
+      level = levels.sample(index);
+      begin = levels.begin(index, solution.displacement);
+    }
+    {
+      const Stopwatch watch(solution.timings.upload);
+      session.load(level);
+      session.write(begin);
+    }
+    LevelResult result{.level = index, .extent = level.extent};
+    if (scene.schedule.stop == Stop::fixed) {
+      const Stopwatch watch(solution.timings.compute);
+      session.step(scene.schedule.iterations);
+      result.iterations = scene.schedule.iterations;
+    } else {
+      result.iterations = step_until_stopped(level, scene.schedule, session, solution.timings);
+    }
+    if (last_changed) {
+      result.changed = session.changed();
+    }
+    {
+      const Stopwatch watch(solution.timings.readback);
+      session.read(solution.displacement);
+    }
+    solution.levels.push_back(result);
+    progress.advance(static_cast<double>(level.extent.sites()) * scene.schedule.iterations);
+  }
+  return solution;
+}
+
+double site_updates(const Scene& scene, std::optional<int> iteration_limit) {
+  const int iterations =
+      std::min(scene.schedule.iterations, iteration_limit.value_or(scene.schedule.iterations));
+  const LevelSequence levels(scene);
+  double sum = 0.0;
+  for (const int index : levels.order()) {
+    sum += static_cast<double>(levels.extent(index).sites()) * iterations;
+  }
+  return sum;
+}
+
+} // namespace hdmbench

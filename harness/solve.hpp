@@ -1,0 +1,49 @@
+#pragma once
+
+#include "backends/backend.hpp"
+#include "harness/progress.hpp"
+#include "harness/scene.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace hdmbench {
+
+/// Seconds of wall clock spent in the parts of a solution.
+struct Timings {
+  double projection = 0.0; ///< on the host: sampling the levels, interpolating the displacement between them
+  double upload = 0.0;     ///< load and write
+  double compute = 0.0;    ///< step and changed
+  double readback = 0.0;   ///< read
+
+  [[nodiscard]] double total() const { return projection + upload + compute + readback; }
+};
+
+struct LevelResult {
+  int level = 0;
+  Extent extent;
+  int iterations = 0;
+  std::int64_t changed = 0; ///< sites that the last iteration changed
+};
+
+struct Solution {
+  VectorField displacement; ///< full resolution, pixels
+  std::vector<LevelResult> levels;
+  Timings timings;
+};
+
+/// The method's name in results: "icm" or "sequential".
+[[nodiscard]] std::string method_name(const Schedule& schedule);
+
+/// The scene's schedule on an open session. With Stop::fixed each level is one call of step, so that a device
+/// is never interrupted. `last_changed` asks for LevelResult::changed also where the stop rule does not need
+/// it. Throws what Session throws.
+[[nodiscard]] Solution solve(const Scene& scene, Session& session, Progress& progress,
+                             bool last_changed = false);
+
+/// Iterations times sites over all levels, the unit of work of a solution; `iteration_limit` caps the
+/// schedule's iterations per level. With Stop::fixed this is exact, else the most that can be needed.
+[[nodiscard]] double site_updates(const Scene& scene, std::optional<int> iteration_limit = std::nullopt);
+
+} // namespace hdmbench

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace hdmbench {
+
+/// A plain text table: columns aligned, numbers to the right, words to the left, wide characters not counted.
+class Table {
+public:
+  enum class Align { left, right };
+  struct Column {
+    std::string title;
+    Align align = Align::right;
+  };
+
+  explicit Table(std::vector<Column> columns);
+
+  /// As many cells as columns.
+  void add(std::vector<std::string> cells);
+  /// Lines that end in a newline, each indented by two spaces.
+  [[nodiscard]] std::string text() const;
+
+private:
+  std::vector<Column> columns_;
+  std::vector<std::vector<std::string>> rows_;
+};
+
+} // namespace hdmbench

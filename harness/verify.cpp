@@ -1,0 +1,164 @@
+#include "harness/verify.hpp"
+
+#include "harness/compare.hpp"
+#include "harness/level_sequence.hpp"
+#include "reference/thesis_energy.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace hdmbench {
+
+namespace {
+
+/// What the reference did in one iteration of one level.
+struct ReferenceStep {
+  const Level& level;
+  int level_index;
+  int iteration;
+  const VectorField& before;
+  const VectorField& after;
+  std::int64_t changed;
+};
+
+/// The energies that the two answers give the site, all else being as the reference had it before the
+/// iteration.
+FirstDifference describe_difference(const ReferenceStep& step, const VectorField& found, std::size_t site) {
+  const auto width = static_cast<std::size_t>(step.level.extent.width);
+  FirstDifference first{.level = step.level_index,
+                        .iteration = step.iteration,
+                        .x = static_cast<int>(site % width),
+                        .y = static_cast<int>(site / width),
+                        .expected = {step.after.x[site], step.after.y[site]},
+                        .found = {found.x[site], found.y[site]}};
+  const ThesisEnergy energy(step.level, step.before);
+  const auto total = [](ThesisEnergy::Value value) { return value.x + value.y; };
+  first.energy_before = total(energy.at(first.x, first.y));
+  first.energy_expected = total(energy.at(first.x, first.y, {first.expected[0], first.expected[1]}));
+  first.energy_found = total(energy.at(first.x, first.y, {first.found[0], first.found[1]}));
+  return first;
+}
+
+/// One backend that follows the reference in one mode.
+class Follower {
+public:
+  Follower(const Backend& backend, const SessionOptions& options, Mode mode) {
+    comparison_.backend = backend.name();
+    comparison_.mode = mode;
+    try {
+      comparison_.device = backend.device(options);
+      session_ = backend.open(options);
+    } catch (const DeviceError& error) {
+      comparison_.reason = error.what();
+    }
+  }
+
+  void begin_level(const LevelSequence& levels, const Level& level, int index) {
+    if (session_ != nullptr) {
+      session_->load(level);
+      session_->write(levels.begin(index, displacement_));
+      ++comparison_.levels;
+    }
+  }
+
+  void follow(const ReferenceStep& step) {
+    if (session_ == nullptr) {
+      return;
+    }
+    if (comparison_.mode == Mode::resync) {
+      session_->write(step.before);
+    }
+    session_->step(1);
+    session_->read(displacement_);
+    const FieldDifference difference = compare(step.after, displacement_);
+    ++comparison_.iterations;
+    comparison_.sites_compared += static_cast<std::int64_t>(step.level.extent.sites());
+    comparison_.sites_differing += difference.sites;
+    comparison_.not_finite += difference.not_finite;
+    comparison_.counts_differing += session_->changed() == step.changed ? 0 : 1;
+    comparison_.largest_difference = std::max(comparison_.largest_difference, difference.largest);
+    if (difference.first && !comparison_.first) {
+      comparison_.first = describe_difference(step, displacement_, *difference.first);
+    }
+  }
+
+  /// A level without iterations still hands its field on.
+  void end_level() {
+    if (session_ != nullptr) {
+      session_->read(displacement_);
+    }
+  }
+
+  [[nodiscard]] Comparison finish(std::int64_t reference_changes) {
+    if (session_ != nullptr) {
+      const bool equal = comparison_.sites_differing == 0 && comparison_.counts_differing == 0;
+      comparison_.verdict = equal ? Verdict::agree : Verdict::disagree;
+      if (equal && reference_changes == 0) {
+        comparison_.verdict = Verdict::mistrusted;
+        comparison_.reason = "no site ever moved, so a backend that does nothing would pass";
+      }
+    }
+    return comparison_;
+  }
+
+private:
+  std::unique_ptr<Session> session_; ///< null: skipped
+  VectorField displacement_;
+  Comparison comparison_;
+};
+
+} // namespace
+
+std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
+                               std::span<const Backend* const> backends, const VerifyOptions& options,
+                               Progress& progress) {
+  std::vector<Follower> followers;
+  for (const Backend* backend : backends) {
+    followers.emplace_back(*backend, options.session, Mode::resync);
+    followers.emplace_back(*backend, options.session, Mode::free);
+  }
+  Schedule schedule = scene.schedule;
+  schedule.iterations = std::min(schedule.iterations, options.iteration_limit.value_or(schedule.iterations));
+
+  const std::unique_ptr<Session> session = reference.open(options.session);
+  const LevelSequence levels(scene);
+  VectorField after;
+  VectorField before;
+  std::int64_t changes = 0;
+  for (const int index : levels.order()) {
+    const Level level = levels.sample(index);
+    progress.describe(fmt::format("verify {}: level {} of {}, {} x {}", scene.name, index,
+                                  levels.order().size(), level.extent.width, level.extent.height));
+    before = levels.begin(index, after);
+    session->load(level);
+    session->write(before);
+    for (Follower& follower : followers) {
+      follower.begin_level(levels, level, index);
+    }
+    StopRule rule(schedule);
+    for (int iteration = 1; rule.may_continue(iteration - 1); ++iteration) {
+      session->step(1);
+      session->read(after);
+      const std::int64_t changed = session->changed();
+      changes += changed;
+      rule.report(changed, level, after);
+      for (Follower& follower : followers) {
+        follower.follow({level, index, iteration, before, after, changed});
+      }
+      std::swap(before, after);
+      progress.advance(static_cast<double>(level.extent.sites()));
+    }
+    after = before; // the swap above left the newest field there
+    for (Follower& follower : followers) {
+      follower.end_level();
+    }
+  }
+  std::vector<Comparison> comparisons;
+  for (Follower& follower : followers) {
+    comparisons.push_back(follower.finish(changes));
+  }
+  return comparisons;
+}
+
+} // namespace hdmbench
