@@ -9,6 +9,16 @@
 #include <cstdlib>
 #include <string>
 
+namespace {
+
+bool has_command(const CLI::App& program, const std::string& name) {
+  const auto commands =
+      program.get_subcommands([&](const CLI::App* command) { return command->get_name() == name; });
+  return !commands.empty();
+}
+
+} // namespace
+
 int main(int argc, char** argv) {
   using namespace hdmbench;
   const std::string arguments = commands::command_line(argc, argv);
@@ -24,6 +34,9 @@ int main(int argc, char** argv) {
     commands::add_verify(program, arguments, status);
     commands::add_bench(program, arguments, status);
     commands::add_report(program, status);
+    if (argc > 1 && argv[1][0] != '-' && !has_command(program, argv[1])) {
+      throw InputError(fmt::format("there is no command \"{}\"; hdmbench --help lists them", argv[1]));
+    }
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return program.exit(error) == 0 ? commands::success : commands::bad_input;

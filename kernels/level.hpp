@@ -14,12 +14,12 @@ enum class Update {
 /// One level of the pyramid: all that a sweep reads and does not write.
 struct Level {
   Extent extent;
-  VectorField target;          ///< y, pixels of the full resolution image
-  VectorField confidence;      ///< c in [0, 1] per component, 0 = unknown
-  ScalarField modulus;         ///< m > 0, MPa
-  ScalarField inverse_modulus; ///< 1 / m rounded to float
-  float penalty = 1.0F;        ///< K > 0
-  StepSet steps;
+  VectorField target{};          ///< y, pixels of the full resolution image
+  VectorField confidence{};      ///< c in [0, 1] per component, 0 = unknown
+  ScalarField modulus{};         ///< m > 0, MPa
+  ScalarField inverse_modulus{}; ///< 1 / m rounded to float
+  float penalty = 1.0F;          ///< K > 0
+  StepSet steps{};
   Update update = Update::simultaneous;
 };
 

@@ -64,8 +64,8 @@ void ScheduleOverrides::apply(Scene& scene) const {
   scene.schedule.alignment = alignment.value_or(scene.schedule.alignment);
   scene.schedule.update = update.value_or(scene.schedule.update);
   scene.full.update = scene.schedule.update;
-  if (!steps.empty()) {
-    scene.full.steps = StepSet::parse(steps);
+  if (steps) {
+    scene.full.steps = StepSet::parse(*steps);
   }
   if (penalty) {
     scene.full.penalty = static_cast<float>(*penalty);

@@ -24,7 +24,7 @@ struct ScheduleOverrides {
   std::optional<double> epsilon;
   std::optional<Alignment> alignment;
   std::optional<Update> update;
-  std::string steps;
+  std::optional<std::string> steps;
   std::optional<double> penalty;
 
   void add_to(CLI::App& command);

@@ -155,6 +155,7 @@ int run_bench(Arguments& arguments, const std::string& line) {
 
   nlohmann::json rows = nlohmann::json::array();
   bool all_agree = true;
+  bool all_ran = true; // of those whose device is there
   for (const Scene& scene : scenes) {
     const std::vector<BenchResult> results =
         bench(scene, backends, {.session = arguments.session, .repeats = arguments.repeats}, progress);
@@ -163,12 +164,16 @@ int run_bench(Arguments& arguments, const std::string& line) {
     for (const BenchResult& result : results) {
       rows.push_back(to_json(scene, result));
       all_agree = all_agree && (result.valid || result.samples.empty());
+      all_ran = all_ran && (!result.samples.empty() || result.device.name.empty());
     }
   }
   if (!arguments.json.empty()) {
     write_results(arguments.json, "bench", run_context(line, arguments.quick), std::move(rows));
   }
-  return all_agree ? success : disagreement;
+  if (!all_agree) {
+    return disagreement;
+  }
+  return all_ran ? success : bad_input;
 }
 
 } // namespace

@@ -122,7 +122,7 @@ void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
       comparisons, [](const Comparison& comparison) { return comparison.verdict == Verdict::skipped; });
   fmt::print("\n{}, {} x {}", scene.name, scene.extent().width, scene.extent().height);
   if (ran != comparisons.end()) {
-    fmt::print(": {} levels, {} iterations{}", ran->levels, ran->iterations,
+    fmt::print(": {} level{}, {} iterations{}", ran->levels, ran->levels == 1 ? "" : "s", ran->iterations,
                arguments.quick ? " (quick)" : "");
   }
   fmt::print("\n");

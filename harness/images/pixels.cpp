@@ -1,0 +1,127 @@
+#include "harness/images/pixels.hpp"
+
+#include "harness/images/intact.hpp"
+
+#include "kernels/input_error.hpp"
+
+#include <fmt/format.h>
+#include <itkImageFileReader.h>
+#include <itkJPEGImageIO.h>
+#include <itkMetaImageIO.h>
+#include <itkNiftiImageIO.h>
+#include <itkNrrdImageIO.h>
+#include <itkPNGImageIO.h>
+#include <itkTIFFImageIO.h>
+
+#include <fstream>
+#include <new>
+#include <sstream>
+#include <string_view>
+
+namespace hdmbench::images {
+
+namespace {
+
+InputError unreadable(const std::filesystem::path& file, std::string_view why) {
+  return InputError(fmt::format("cannot read the image {}: {}", file.string(), why));
+}
+
+/// ITK reports a folder and a missing file as an unknown format.
+void require_file(const std::filesystem::path& file) {
+  std::error_code error;
+  const auto status = std::filesystem::status(file, error);
+  if (!std::filesystem::exists(status)) {
+    throw unreadable(file, error ? error.message() : "there is no such file");
+  }
+  if (!std::filesystem::is_regular_file(status)) {
+    throw unreadable(file, "it is not a file");
+  }
+  if (!std::ifstream(file)) {
+    throw unreadable(file, "it may not be opened (permission denied)");
+  }
+}
+
+/// Chosen by hand, not by ITK's factories: those are global state, and load what an environment variable
+/// names.
+template <typename... Formats>
+itk::ImageIOBase::Pointer first_that_can_read(const std::filesystem::path& file) {
+  itk::ImageIOBase::Pointer found;
+  const auto try_format = [&](itk::ImageIOBase::Pointer format) {
+    if (format->CanReadFile(file.c_str())) {
+      found = format;
+    }
+    return found.IsNotNull();
+  };
+  (try_format(Formats::New().GetPointer()) || ...);
+  return found;
+}
+
+itk::ImageIOBase::Pointer recognise(const std::filesystem::path& file) {
+  const auto format = first_that_can_read<itk::NrrdImageIO, itk::MetaImageIO, itk::NiftiImageIO,
+                                          itk::PNGImageIO, itk::JPEGImageIO, itk::TIFFImageIO>(file);
+  if (format.IsNull()) {
+    throw unreadable(
+        file, "its content or its name is not that of a NRRD, MetaImage, NIfTI, PNG, JPEG or TIFF image");
+  }
+  format->SetFileName(file.string());
+  format->ReadImageInformation();
+  return format;
+}
+
+/// ImageFileReader would drop the axes past the third without a word.
+void require_reasonable(const std::filesystem::path& file, const itk::ImageIOBase& format) {
+  double values = format.GetNumberOfComponents();
+  for (unsigned axis = 0; axis < format.GetNumberOfDimensions(); ++axis) {
+    const auto size = format.GetDimensions(axis);
+    if (axis > 2 && size != 1) {
+      throw unreadable(
+          file, fmt::format("axis {} has {} pixels, only three axes may have more than one", axis + 1, size));
+    }
+    values *= static_cast<double>(size);
+  }
+  constexpr double most_values = 1 << 30; // 4 GiB as float
+  if (!(values >= 1.0 && values <= most_values)) {
+    throw unreadable(file,
+                     fmt::format("its header promises {} values, 1 to {} can be read", values, most_values));
+  }
+}
+
+} // namespace
+
+std::string own_words(const itk::ExceptionObject& error) {
+  std::istringstream description(error.GetDescription());
+  std::string words;
+  for (std::string word; description >> word;) {
+    words += (words.empty() ? "" : " ") + word;
+  }
+  // "ITK ERROR: PNGImageIO(0x5581): ..."
+  if (words.starts_with("ITK ERROR: ") || words.starts_with("itk::ERROR: ")) {
+    const auto address_end = words.find("): ");
+    words.erase(0, address_end == std::string::npos ? 0 : address_end + 3);
+  }
+  // "... [nrrd] nrrdRead: trouble [nrrd] _nrrdEncodingRaw_read: fread got only ...": the last one says why
+  if (const auto last = words.rfind("[nrrd] "); last != std::string::npos) {
+    words.erase(0, words.find(": ", last) + 2);
+  }
+  return words;
+}
+
+Pixels::Pointer read_pixels(const std::filesystem::path& file) {
+  require_file(file);
+  try {
+    require_intact(file);
+    const auto format = recognise(file);
+    require_reasonable(file, *format);
+    const auto reader = itk::ImageFileReader<Pixels>::New();
+    reader->SetFileName(file.string());
+    reader->SetImageIO(format);
+    reader->Update();
+    return reader->GetOutput();
+  } catch (const itk::ExceptionObject& error) {
+    throw unreadable(file, own_words(error));
+  } catch (const std::bad_alloc&) {
+    throw unreadable(file, "it does not fit into memory");
+  }
+}
+
+} // namespace hdmbench::images

@@ -1,0 +1,203 @@
+#include "harness/report/plots.hpp"
+
+#include "harness/report/gnuplot.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <utility>
+
+namespace hdmbench::report {
+
+namespace {
+
+constexpr double plot_width = 460.0; // SVG units, as are all lengths here
+constexpr double plot_height = 430.0;
+constexpr double left_margin = 66.0;
+constexpr double top_margin = 12.0;
+constexpr double bottom_margin = 48.0;
+constexpr double font_size = 13.0;
+
+// Each reaches a contrast of 4.5 on white; neighbours differ in lightness as well as in hue.
+constexpr std::array<const char*, 8> colours{"1f2328", "0067a8", "b04a00", "00795a",
+                                             "a3307a", "7a5c00", "5b4bb7", "9f1d2f"};
+
+struct Range {
+  double low = HUGE_VAL;
+  double high = 0.0;
+
+  void include(double value) {
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  void widen(double factor) {
+    low /= factor;
+    high *= factor;
+  }
+  // 0 ... 1 on the logarithmic axis
+  [[nodiscard]] double position(double value) const { return std::log(value / low) / std::log(high / low); }
+};
+
+double pixels(const TimeSeries::Size& size) {
+  return static_cast<double>(size.width) * static_cast<double>(size.height);
+}
+
+std::string shortened(const std::string& name) {
+  constexpr std::size_t longest = 30;
+  if (name.size() <= longest) {
+    return name;
+  }
+  std::size_t end = longest - 1;
+  while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0U) == 0x80U) {
+    --end; // not in the middle of a UTF-8 character
+  }
+  return name.substr(0, end) + "…";
+}
+
+struct EndLabel {
+  std::size_t series = 0;
+  double position = 0.0; // fraction of the axis height, from the bottom
+};
+
+// Moves labels apart that would overlap: those that touch become a stack around the mean of where they
+// belong.
+void spread(std::vector<EndLabel>& labels, double gap) {
+  struct Stack {
+    std::size_t first = 0;
+    std::size_t count = 0;
+    double wanted = 0.0; // sum over its labels of the position where each wants the lowest one of the stack
+
+    [[nodiscard]] double low() const { return wanted / static_cast<double>(count); }
+  };
+  std::ranges::stable_sort(labels, {}, &EndLabel::position);
+  std::vector<Stack> stacks;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    Stack stack{i, 1, labels[i].position};
+    while (!stacks.empty() &&
+           stack.low() < stacks.back().low() + gap * static_cast<double>(stacks.back().count)) {
+      const Stack below = stacks.back();
+      stacks.pop_back();
+      stack = {below.first, below.count + stack.count,
+               below.wanted + stack.wanted - gap * static_cast<double>(below.count * stack.count)};
+    }
+    stacks.push_back(stack);
+  }
+  for (const Stack& stack : stacks) {
+    for (std::size_t i = 0; i < stack.count; ++i) {
+      labels[stack.first + i].position = stack.low() + gap * static_cast<double>(i);
+    }
+  }
+}
+
+std::string size_tics(const std::vector<TimeSeries>& series, const Range& x) {
+  std::map<double, std::string> names;
+  for (const TimeSeries& line : series) {
+    for (const TimeSeries::Size& size : line.sizes) {
+      names[pixels(size)] = size.width == size.height ? fmt::format("{}²", size.width)
+                                                      : fmt::format("{}×{}", size.width, size.height);
+    }
+  }
+  std::string tics;
+  double last = -1.0;
+  for (const auto& [position, name] : names) {
+    const bool fits = x.position(position) - last > 0.13;
+    tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", gnuplot_text(fits ? name : ""), position);
+    last = fits ? x.position(position) : last;
+  }
+  return tics;
+}
+
+std::string colour_of(const TimeSeries& line) {
+  return line.published ? "6e6e6e" : colours.at(line.colour % colours.size());
+}
+
+std::string data_blocks(const std::vector<TimeSeries>& series) {
+  std::string blocks;
+  for (std::size_t i = 0; i < series.size(); ++i) {
+    std::string samples;
+    std::string medians;
+    for (const TimeSeries::Size& size : series[i].sizes) {
+      medians += fmt::format("{} {}\n", pixels(size), size.median);
+      for (const double sample : size.samples) {
+        samples += fmt::format("{} {}\n", pixels(size), sample);
+      }
+    }
+    blocks += fmt::format("$medians{0} << END\n{1}END\n$samples{0} << END\n{2}END\n", i, medians, samples);
+  }
+  return blocks;
+}
+
+std::string plot_command(const std::vector<TimeSeries>& series) {
+  std::string command = "plot ";
+  for (std::size_t i = 0; i < series.size(); ++i) {
+    const TimeSeries& line = series[i];
+    const bool sampled =
+        std::ranges::any_of(line.sizes, [](const auto& size) { return !size.samples.empty(); });
+    command += i == 0 ? "" : ", ";
+    if (sampled) {
+      command += fmt::format("$samples{} using 1:2 with points pt 7 ps 0.55 lc rgb \"#a8{}\" notitle, ", i,
+                             colour_of(line));
+    }
+    command +=
+        fmt::format("$medians{} using 1:2 with linespoints lw 1.5 dt {} pt 7 ps 0.4 lc rgb \"#{}\" notitle",
+                    i, line.published ? 2 : 1, colour_of(line));
+  }
+  return command + '\n';
+}
+
+} // namespace
+
+std::string time_plot(const std::vector<TimeSeries>& series, const std::string& prefix,
+                      const std::string& label) {
+  Range x;
+  Range y;
+  std::size_t longest_name = 0;
+  for (const TimeSeries& line : series) {
+    longest_name = std::max(longest_name, shortened(line.name).size());
+    for (const TimeSeries::Size& size : line.sizes) {
+      x.include(pixels(size));
+      y.include(size.median);
+      std::ranges::for_each(size.samples, [&](double sample) { y.include(sample); });
+    }
+  }
+  x.widen(1.25);
+  y.widen(1.5);
+
+  // Sans-serif letters are on average about 0.54 of the font size wide.
+  const double right_margin = 14.0 + 0.54 * font_size * static_cast<double>(longest_name);
+  const double axis_height = plot_height - top_margin - bottom_margin;
+  std::vector<EndLabel> labels;
+  for (std::size_t i = 0; i < series.size(); ++i) {
+    const auto last = std::ranges::max_element(series[i].sizes, {}, pixels);
+    labels.push_back({i, y.position(last->median)});
+  }
+  spread(labels, 1.15 * font_size / axis_height);
+
+  std::string script = fmt::format(
+      "set encoding utf8\n"
+      "set terminal svg size {0},{1} dynamic font \"sans-serif,{2}\" background \"#ffffff\"\n"
+      "set lmargin at screen {3}\nset rmargin at screen {4}\nset tmargin at screen {5}\nset "
+      "bmargin at screen {6}\n"
+      "set logscale xy\nset xrange [{7}:{8}]\nset yrange [{9}:{10}]\n"
+      "set border 3 lc rgb \"#8a8f98\"\nset format y \"%g\"\n"
+      "set tics nomirror scale 0.6,0.3 textcolor rgb \"#3c4046\"\n"
+      "set grid xtics ytics lt 1 lw 0.6 lc rgb \"#e3e5e8\"\n"
+      "set label \"pixels\" at graph 0.5, screen {11} center textcolor rgb \"#3c4046\"\n"
+      "set label \"seconds\" at screen {12}, graph 0.5 center rotate textcolor rgb \"#3c4046\"\n"
+      "set xtics ({13})\n",
+      plot_width, plot_height, font_size, left_margin / plot_width, 1.0 - right_margin / plot_width,
+      1.0 - top_margin / plot_height, bottom_margin / plot_height, x.low, x.high, y.low, y.high,
+      11.0 / plot_height, 12.0 / plot_width, size_tics(series, x));
+  for (const EndLabel& end : labels) {
+    script += fmt::format("set label {} at graph 1.02, graph {} noenhanced textcolor rgb \"#{}\"\n",
+                          gnuplot_text(shortened(series[end.series].name)), end.position,
+                          colour_of(series[end.series]));
+  }
+  return gnuplot_svg(script + data_blocks(series) + plot_command(series), prefix, label);
+}
+
+} // namespace hdmbench::report

@@ -1,0 +1,230 @@
+#include "harness/report/sections.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+namespace hdmbench::report {
+
+namespace {
+
+struct Column {
+  std::string backend;
+  std::string device;
+};
+
+struct SceneSize {
+  std::string scene;
+  std::int64_t width = 0;
+  std::int64_t height = 0;
+
+  bool operator==(const SceneSize&) const = default;
+};
+
+// A row that was skipped may have no device; it belongs to its backend's first column.
+bool belongs(const VerifyRow& row, const Column& column) {
+  return row.backend == column.backend && (row.device == column.device || row.device.empty());
+}
+
+std::vector<Column> columns_of(const std::vector<VerifyRow>& rows) {
+  std::vector<Column> columns;
+  for (const VerifyRow& row : rows) {
+    const auto same = std::ranges::find_if(columns, [&](const Column& column) {
+      return row.backend == column.backend &&
+             (row.device == column.device || row.device.empty() || column.device.empty());
+    });
+    if (same == columns.end()) {
+      columns.push_back({row.backend, row.device});
+    } else if (same->device.empty()) {
+      same->device = row.device;
+    }
+  }
+  return columns;
+}
+
+std::vector<SceneSize> scenes_of(const std::vector<VerifyRow>& rows) {
+  std::vector<SceneSize> scenes;
+  for (const VerifyRow& row : rows) {
+    const SceneSize scene{row.scene, row.width, row.height};
+    if (std::ranges::find(scenes, scene) == scenes.end()) {
+      scenes.push_back(scene);
+    }
+  }
+  return scenes;
+}
+
+std::string css_class(Verdict verdict) {
+  switch (verdict) {
+  case Verdict::agree:
+    return "agree";
+  case Verdict::certified:
+    return "certified";
+  case Verdict::disagree:
+    return "disagree";
+  case Verdict::mistrusted:
+    return "mistrusted";
+  default:
+    return "skipped";
+  }
+}
+
+// With a sign, so that it does not depend on colour.
+std::string verdict_html(const VerifyRow& row) {
+  switch (row.verdict) {
+  case Verdict::agree:
+    return "✓ " + escape(row.tier);
+  case Verdict::certified:
+    return "≈ certified";
+  case Verdict::disagree:
+    return "✗ disagrees";
+  case Verdict::mistrusted:
+    return "? mistrusted";
+  default:
+    return "– skipped";
+  }
+}
+
+std::string differing_html(const VerifyRow& row) {
+  if (row.verdict == Verdict::skipped || row.verdict == Verdict::mistrusted) {
+    return escape(row.reason);
+  }
+  std::string html =
+      plural(row.sites_differing, "site") + (row.sites_differing == 1 ? " differs" : " differ");
+  if (row.not_finite > 0) {
+    html += fmt::format(", {} not finite", count_text(row.not_finite));
+  }
+  if (row.counts_differing > 0) {
+    html += ", the number of changed sites is wrong after " + plural(row.counts_differing, "iteration");
+  }
+  return html;
+}
+
+std::string line_html(const std::string& modes, const VerifyRow& row) {
+  return fmt::format("<div class=\"{}\"><b>{}</b><small>{}: {}</small></div>", css_class(row.verdict),
+                     verdict_html(row), modes, differing_html(row));
+}
+
+// Both modes in one line where they say the same.
+std::string cell_html(const std::vector<const VerifyRow*>& rows) {
+  if (rows.empty()) {
+    return "<td class=\"faint\">not compared</td>";
+  }
+  std::string html = "<td>";
+  if (rows.size() == 2 && rows[0]->mode != rows[1]->mode && rows[0]->verdict == rows[1]->verdict &&
+      rows[0]->tier == rows[1]->tier && differing_html(*rows[0]) == differing_html(*rows[1])) {
+    html += line_html("both modes", *rows[0]);
+  } else {
+    for (const VerifyRow* const row : rows) {
+      html += line_html(escape(row->mode), *row);
+    }
+  }
+  return html + "</td>";
+}
+
+std::string matrix_html(const Results& results, const std::string& machine,
+                        const std::vector<VerifyRow>& rows) {
+  const std::vector<Column> columns = columns_of(rows);
+  std::string html = "<div class=\"scroll\"><table class=\"matrix\">\n<thead><tr><th>Scene</th>";
+  for (const Column& column : columns) {
+    html += fmt::format("<th scope=\"col\">{}<small>{}</small></th>", escape(column.backend),
+                        device_html(results, machine, column.backend, column.device));
+  }
+  html += "</tr></thead>\n<tbody>\n";
+  for (const SceneSize& scene : scenes_of(rows)) {
+    html += fmt::format("<tr><th scope=\"row\">{}<small>{}</small></th>", escape(scene.scene),
+                        size_text(scene.width, scene.height));
+    std::vector<bool> placed(rows.size(), false);
+    for (const Column& column : columns) {
+      std::vector<const VerifyRow*> cell;
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        if (!placed[i] && SceneSize{rows[i].scene, rows[i].width, rows[i].height} == scene &&
+            belongs(rows[i], column)) {
+          cell.push_back(&rows[i]);
+          placed[i] = true;
+        }
+      }
+      html += cell_html(cell);
+    }
+    html += "</tr>\n";
+  }
+  return html + "</tbody></table></div>\n";
+}
+
+std::string first_difference_html(const VerifyRow& row) {
+  if (!row.first_difference) {
+    return "<td class=\"faint\">none</td>";
+  }
+  const FirstDifference& first = *row.first_difference;
+  return fmt::format("<td class=\"place\">level {}, iteration {}, site ({}, {}){}</td>", first.level,
+                     first.iteration, first.x, first.y,
+                     first.more.empty() ? "" : "<small>" + escape(first.more) + "</small>");
+}
+
+std::string largest_difference_html(const VerifyRow& row) {
+  return row.max_abs_difference ? fmt::format("<td class=\"number\">{:.3g}</td>", *row.max_abs_difference)
+                                : "<td class=\"disagree\">not finite</td>";
+}
+
+std::string detail_row_html(const VerifyRow& row, bool with_device) {
+  std::string html =
+      fmt::format("<tr><th scope=\"row\">{}<small>{}</small></th><td class=\"name\">{}{}</td><td>{}</td>",
+                  escape(row.scene), size_text(row.width, row.height), escape(row.backend),
+                  with_device ? "<small>" + escape(row.device) + "</small>" : "", escape(row.mode));
+  html += fmt::format("<td class=\"{}\">{}{}</td>", css_class(row.verdict), verdict_html(row),
+                      row.reason.empty() ? "" : "<small class=\"reason\">" + escape(row.reason) + "</small>");
+  if (row.verdict == Verdict::skipped) {
+    return html + "<td class=\"faint\" colspan=\"8\">not run</td></tr>\n";
+  }
+  html += first_difference_html(row);
+  for (const std::int64_t number : {row.levels, row.iterations, row.sites_compared, row.sites_differing,
+                                    row.certified_ties, row.uncertified}) {
+    html += fmt::format("<td class=\"number\">{}</td>", count_text(number));
+  }
+  return html + largest_difference_html(row) + "</tr>\n";
+}
+
+std::string details_html(const std::string& title, bool open, const std::vector<VerifyRow>& rows) {
+  const std::vector<Column> columns = columns_of(rows);
+  std::string html = fmt::format("<details{}><summary>{}</summary>\n", open ? " open" : "", title);
+  html += table_start("details", {"Scene", "Backend", "Mode", "Verdict", "First difference", ">Levels",
+                                  ">Iterations", ">Sites compared", ">Differing", ">Certified",
+                                  ">Uncertified", ">Largest difference<br>[px]"});
+  for (const VerifyRow& row : rows) {
+    html += detail_row_html(row, std::ranges::count(columns, row.backend, &Column::backend) > 1);
+  }
+  return html + std::string(table_end) + "</details>\n";
+}
+
+std::string all_details_html(const std::vector<VerifyRow>& rows) {
+  std::vector<VerifyRow> trouble;
+  std::ranges::copy_if(rows, std::back_inserter(trouble), [](const VerifyRow& row) {
+    return row.verdict == Verdict::disagree || row.verdict == Verdict::mistrusted;
+  });
+  std::ranges::stable_sort(trouble, {}, &VerifyRow::verdict); // disagreements first
+  std::string html;
+  if (!trouble.empty()) {
+    html += details_html(plural(std::ssize(trouble), "comparison") + " without agreement", true, trouble);
+  }
+  return html + details_html("All " + plural(std::ssize(rows), "comparison") + " in figures", false, rows);
+}
+
+} // namespace
+
+std::string agreement_section(const Results& results, Anchors& anchors) {
+  std::string html = "<section>\n" + heading(2, anchors.unique("agreement"), "Do they agree?");
+  if (results.verify.empty()) {
+    html += no_data("comparisons", "verify");
+  }
+  html += quick_note(results, results.verify);
+  for (const std::string& machine : results.machines) {
+    const std::vector<VerifyRow> rows = results.of(results.verify, machine);
+    if (!rows.empty()) {
+      html += machine_heading(results, machine, anchors) + matrix_html(results, machine, rows) +
+              all_details_html(rows);
+    }
+  }
+  return html + "</section>\n";
+}
+
+} // namespace hdmbench::report

@@ -1,0 +1,44 @@
+#pragma once
+
+#include "harness/report/html.hpp"
+#include "harness/report/results.hpp"
+
+#include <string>
+
+/// The parts of the page, in its order, each a run of HTML. A part without data says which command produces
+/// it.
+namespace hdmbench::report {
+
+[[nodiscard]] std::string summary_section(const Results& results); ///< verdict and machines
+[[nodiscard]] std::string support_section(const Results& results, Anchors& anchors);
+[[nodiscard]] std::string agreement_section(const Results& results, Anchors& anchors);
+/// Tables and plots; needs gnuplot where there are valid timings.
+[[nodiscard]] std::string speed_section(const Results& results, Anchors& anchors);
+[[nodiscard]] std::string pictures_section(const Results& results, Anchors& anchors);
+[[nodiscard]] std::string reading_section(const Results& results, Anchors& anchors);
+
+/// "<p>" saying that `command` makes what would stand here.
+[[nodiscard]] std::string no_data(std::string_view what, std::string_view command);
+
+/// A <h3> with the machine's name where the page has several machines, else nothing.
+[[nodiscard]] std::string machine_heading(const Results& results, const std::string& machine,
+                                          Anchors& anchors);
+
+/// The device as a table shows it: escaped, with a tag where it is the CPU in disguise.
+[[nodiscard]] std::string device_html(const Results& results, const std::string& machine,
+                                      const std::string& backend, const std::string& device);
+
+/// A sentence where any of the rows comes from a --quick run, else nothing.
+template <typename Row>
+[[nodiscard]] std::string quick_note(const Results& results, const std::vector<Row>& rows) {
+  for (const Row& row : rows) {
+    if (results.contexts[row.context].quick) {
+      return R"(<p class="note">Includes results of <code>--quick</code>, good enough to see that everything works, not to
+quote: fewer iterations compared, fewer sizes timed than in a full run.</p>
+)";
+    }
+  }
+  return {};
+}
+
+} // namespace hdmbench::report

@@ -1,0 +1,229 @@
+// Every backend of the registry against scalar; a new one is tested by being there.
+
+#include "backends/registry.hpp"
+#include "harness/compare.hpp"
+#include "test/random_level.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace hdmbench {
+namespace {
+
+std::vector<std::string> backend_names() {
+  std::vector<std::string> names;
+  for (const auto& backend : make_backends()) {
+    names.emplace_back(backend->name());
+  }
+  return names;
+}
+
+VectorField read(Session& session) {
+  VectorField field;
+  session.read(field);
+  return field;
+}
+
+class BackendTest : public testing::TestWithParam<std::string> {
+protected:
+  void SetUp() override {
+    try {
+      session_ = find_backend(backends_, GetParam()).open({});
+    } catch (const DeviceError& error) {
+      GTEST_SKIP() << GetParam() << " is not there: " << error.what();
+    }
+    scalar_ = backends_.front()->open({});
+  }
+
+  /// Both sessions from the same start; compares field and count after every iteration.
+  void expect_same(const test::Problem& problem, int iterations, const std::string& what) {
+    for (Session* session : {scalar_.get(), session_.get()}) {
+      session->load(problem.level);
+      session->write(problem.start);
+    }
+    for (int i = 1; i <= iterations; ++i) {
+      scalar_->step(1);
+      session_->step(1);
+      const FieldDifference difference = compare(read(*scalar_), read(*session_));
+      ASSERT_EQ(difference.sites, 0) << what << ", iteration " << i << ", first site index "
+                                     << *difference.first;
+      ASSERT_EQ(session_->changed(), scalar_->changed()) << what << ", iteration " << i;
+    }
+  }
+
+  std::vector<std::unique_ptr<Backend>> backends_ = make_backends();
+  std::unique_ptr<Session> scalar_;
+  std::unique_ptr<Session> session_;
+};
+
+TEST_P(BackendTest, SameBitsAtEverySize) {
+  std::uint64_t seed = 100;
+  for (const Extent extent : {Extent{1, 1}, Extent{1, 7}, Extent{5, 1}, Extent{2, 2}, Extent{3, 3},
+                              Extent{64, 3}, Extent{65, 17}, Extent{257, 130}}) {
+    for (const test::Texture texture :
+         {test::Texture::smooth, test::Texture::tie_rich, test::Texture::dyadic}) {
+      ++seed;
+      expect_same(test::random_problem(extent, texture, seed), 25,
+                  fmt::format("random_problem({{{}, {}}}, Texture({}), {})", extent.width, extent.height,
+                              static_cast<int>(texture), seed));
+    }
+  }
+}
+
+TEST_P(BackendTest, SameBitsForEveryNumberOfCandidates) {
+  std::vector<float> steps;
+  for (int count = 1; count <= StepSet::maximum_count; ++count) {
+    steps.push_back(count % 2 == 0 ? 0.1F * static_cast<float>(count)
+                                   : -0.3F * static_cast<float>(count - 1));
+    expect_same(test::random_problem({40, 30}, test::Texture::tie_rich, 7, StepSet(steps)), 10,
+                std::to_string(count) + " candidates");
+  }
+}
+
+TEST_P(BackendTest, SameChoiceAmongExactTies) {
+  for (const char* steps : {"0,-1,-0.25,1,0.25", "1,-1,0.5,-0.5", "0.25,-0.25,0"}) {
+    expect_same(test::random_problem({70, 50}, test::Texture::dyadic, 17, StepSet::parse(steps)), 20, steps);
+  }
+}
+
+TEST_P(BackendTest, SameBitsForTheThesisSteps) {
+  expect_same(test::random_problem({50, 50}, test::Texture::tie_rich, 8, StepSet::parse("thesis")), 30,
+              "thesis");
+}
+
+TEST_P(BackendTest, ManyIterationsInOneCallEqualSingleOnes) {
+  const auto problem = test::random_problem({90, 70}, test::Texture::smooth, 9);
+  for (Session* session : {scalar_.get(), session_.get()}) {
+    session->load(problem.level);
+    session->write(problem.start);
+  }
+  for (const int iterations : {0, 1, 2, 7, 300}) {
+    for (int i = 0; i < iterations; ++i) {
+      scalar_->step(1);
+    }
+    session_->step(iterations);
+    EXPECT_EQ(compare(read(*scalar_), read(*session_)).sites, 0) << iterations;
+    EXPECT_EQ(session_->changed(), scalar_->changed()) << iterations;
+  }
+}
+
+TEST_P(BackendTest, ASessionForgetsTheLevelBefore) {
+  for (const Extent extent : {Extent{60, 40}, Extent{8, 8}, Extent{100, 90}, Extent{1, 1}, Extent{60, 40}}) {
+    expect_same(test::random_problem(extent, test::Texture::tie_rich, 10,
+                                     StepSet::parse(extent.width > 50 ? "fine" : "default")),
+                5, "after another level");
+  }
+}
+
+TEST_P(BackendTest, SessionsDoNotDisturbEachOther) {
+  const auto other = find_backend(backends_, GetParam()).open({});
+  const auto problem = test::random_problem({33, 44}, test::Texture::tie_rich, 11);
+  const auto decoy = test::random_problem({12, 70}, test::Texture::smooth, 12);
+  other->load(decoy.level);
+  other->write(decoy.start);
+  expect_same(problem, 3, "beside another session");
+  other->step(3);
+  scalar_->load(decoy.level);
+  scalar_->write(decoy.start);
+  scalar_->step(3);
+  EXPECT_EQ(compare(read(*scalar_), read(*other)).sites, 0);
+}
+
+TEST_P(BackendTest, WritingRestartsTheCount) {
+  const auto problem = test::random_problem({20, 20}, test::Texture::smooth, 13);
+  session_->load(problem.level);
+  session_->write(problem.start);
+  EXPECT_EQ(session_->changed(), 0);
+  session_->step(1);
+  EXPECT_GT(session_->changed(), 0);
+  session_->write(problem.start);
+  EXPECT_EQ(session_->changed(), 0);
+  EXPECT_EQ(compare(problem.start, read(*session_)).sites, 0);
+}
+
+TEST_P(BackendTest, CallsOutOfOrderAreRefused) {
+  VectorField field({4, 4});
+  EXPECT_THROW(session_->step(1), std::logic_error);
+  EXPECT_THROW(session_->write(field), std::logic_error);
+  EXPECT_THROW(session_->read(field), std::logic_error);
+  EXPECT_THROW((void)session_->changed(), std::logic_error);
+  session_->load(test::random_problem({4, 5}, test::Texture::smooth, 1).level);
+  EXPECT_THROW(session_->step(1), std::logic_error) << "before write";
+  EXPECT_THROW(session_->write(field), std::logic_error) << "wrong size";
+  VectorField right({4, 5});
+  session_->write(right);
+  EXPECT_THROW(session_->step(-1), std::logic_error);
+}
+
+TEST_P(BackendTest, AnUnknownDeviceIsRefusedWithTheListOfDevices) {
+  const Backend& backend = find_backend(backends_, GetParam());
+  try {
+    (void)backend.open({.device = "no such device"});
+    FAIL() << "opened";
+  } catch (const DeviceError& error) {
+    EXPECT_NE(std::string(error.what()).find(backend.devices().front().name), std::string::npos)
+        << error.what();
+  }
+  EXPECT_EQ(backend.device({.device = "0"}).name, backend.devices().front().name);
+  EXPECT_FALSE(backend.devices().front().name.empty());
+}
+
+TEST_P(BackendTest, AnImageBeyondTheDevicesLimitIsRefused) {
+  if (GetParam() == "scalar" || GetParam() == "openmp") {
+    GTEST_SKIP() << "limited by memory only";
+  }
+  // One row longer than any texture or number of work groups today, small in memory.
+  const Extent extent = GetParam() == "vulkan-compute" ? Extent{1, 70000} : Extent{70000, 1};
+  const auto problem = test::random_problem(extent, test::Texture::smooth, 1);
+  try {
+    session_->load(problem.level);
+    GTEST_SKIP() << "this device takes 70000 sites in a line";
+  } catch (const DeviceError& error) {
+    EXPECT_NE(std::string(error.what()).find("70000"), std::string::npos) << error.what();
+  }
+  expect_same(test::random_problem({9, 9}, test::Texture::smooth, 14), 2, "after a refused level");
+}
+
+TEST(OpenMpBackend, SameBitsForEveryNumberOfThreads) {
+  const auto backends = make_backends();
+  const auto problem = test::random_problem({131, 97}, test::Texture::tie_rich, 15);
+  VectorField expected;
+  for (int threads = 1; threads <= 8; ++threads) {
+    const auto session = find_backend(backends, "openmp").open({.device = {}, .threads = threads});
+    session->load(problem.level);
+    session->write(problem.start);
+    session->step(20);
+    if (threads == 1) {
+      session->read(expected);
+    }
+    EXPECT_EQ(compare(expected, read(*session)).sites, 0) << threads;
+  }
+}
+
+TEST(ScalarBackend, SequentialSweepsSeeNewValues) {
+  auto problem = test::random_problem({40, 40}, test::Texture::smooth, 16);
+  const auto scalar = make_backends().front()->open({});
+  std::vector<VectorField> fields;
+  for (const Update update : {Update::simultaneous, Update::sequential}) {
+    problem.level.update = update;
+    scalar->load(problem.level);
+    scalar->write(problem.start);
+    scalar->step(1);
+    fields.push_back(read(*scalar));
+  }
+  EXPECT_GT(compare(fields[0], fields[1]).sites, 100);
+  // The first site of the raster sees no new value yet.
+  EXPECT_EQ(fields[0].x[0], fields[1].x[0]);
+}
+
+INSTANTIATE_TEST_SUITE_P(Registry, BackendTest, testing::ValuesIn(backend_names()),
+                         [](const auto& information) {
+                           std::string name = information.param;
+                           std::ranges::replace(name, '-', '_');
+                           return name;
+                         });
+
+} // namespace
+} // namespace hdmbench

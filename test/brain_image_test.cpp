@@ -1,0 +1,200 @@
+#include "test/image_files.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <set>
+#include <utility>
+
+namespace hdmbench {
+namespace {
+
+TEST_F(ImageFiles, BrainIsTurnedByItsHeader) {
+  // positive axes point to the right, to the front and up; brighter in front (y) and to the right (x)
+  std::string voxels;
+  for (int z = 0; z < 2; ++z) {
+    for (int y = 0; y < 5; ++y) {
+      for (int x = 0; x < 4; ++x) {
+        voxels += fmt::format("{} ", z == 0 ? 0 : 1 + x + 10 * y);
+      }
+    }
+  }
+  const auto file = write_nrrd("ras.nrrd", "float", "4 5 2", voxels,
+                               "space: right-anterior-superior\nspace directions: (2,0,0) (0,2,0) (0,0,2)\n"
+                               "space origin: (0,0,0)\n");
+  const auto brain = read_brain(file, 1, 2, 0.0, {4, 5});
+  EXPECT_NEAR(brain.spacing, 2.0, 1e-6);
+  for (int y = 0; y < 5; ++y) {
+    for (int x = 0; x < 4; ++x) {
+      const int stored = 1 + (3 - x) + 10 * (4 - y);
+      EXPECT_NEAR(brain.picture.values[brain.picture.extent.index(x, y)], 255.0 * stored / 44.0, 0.01);
+    }
+  }
+  EXPECT_EQ(brain.tissue.values.front(), 2);
+  EXPECT_EQ(brain.tissue.values.back(), 1);
+  expect_refusal([&] { (void)read_brain(file, 0, 2, 0.0, {4, 5}); }, "no pixel > 0");
+}
+
+TEST_F(ImageFiles, BrainIsOnePartWithoutHoles) {
+  const auto file = write_nrrd("b.nrrd", "float", "8 5 1",
+                               "0 0 0 0 0 0 0 0 "
+                               "0 5 5 5 0 0 0 0 "
+                               "0 5 0 9 0 0 7 0 "
+                               "0 5 5 9 0 0 0 0 "
+                               "0 0 0 0 0 0 0 0");
+  const auto brain = read_brain(file, 0, 2, 0.0, {3, 3});
+  EXPECT_EQ(brain.tissue.values, (std::vector<int>{1, 1, 1, 1, 1, 2, 1, 1, 2}));
+  EXPECT_EQ(brain.picture.values[4], 0.0F);
+  const auto flat = write_nrrd("flat.nrrd", "float", "2 2 1", "3 3 3 3");
+  EXPECT_EQ(read_brain(flat, 0, 3, 0.0, {2, 2}).tissue.values, (std::vector<int>{1, 1, 1, 1}));
+  const auto broken = write_nrrd("nan.nrrd", "float", "2 2 1", "3 nan 3 3");
+  expect_refusal([&] { (void)read_brain(broken, 0, 3, 0.0, {2, 2}); }, "not finite");
+  const auto vectors = write_nrrd("v.nrrd", "float", "2 2 1", "1 2 3 4", "kinds: vector domain domain\n");
+  expect_refusal([&] { (void)read_brain(vectors, 0, 3, 0.0, {2, 2}); }, "2 components");
+}
+
+/// Colin27 without skull, of the Debian package mricron-data.
+class Colin : public ImageFiles {
+protected:
+  void SetUp() override {
+    ImageFiles::SetUp();
+    if (!IsSkipped() && !fs::exists(file_)) {
+      GTEST_SKIP() << file_ << " is not there: install mricron-data";
+    }
+  }
+  [[nodiscard]] BrainSlice brain(Extent size, int classes = 3) const {
+    return read_brain(file_, slice_, classes, margin_, size);
+  }
+
+  const fs::path file_ = "/usr/share/mricron/templates/ch2bet.nii.gz";
+  static constexpr int slice_ = 76;
+  static constexpr double margin_ = 0.1;
+};
+
+/// How many sites that hold a path of four-neighbours from a first one reaches.
+int connected_sites(Extent extent, const std::vector<bool>& holds, std::size_t from) {
+  std::vector<bool> seen(extent.sites());
+  std::vector<std::size_t> open{from};
+  seen[from] = true;
+  int count = 0;
+  while (!open.empty()) {
+    const std::size_t site = open.back();
+    open.pop_back();
+    ++count;
+    const int x = static_cast<int>(site) % extent.width;
+    const int y = static_cast<int>(site) / extent.width;
+    for (const auto& [dx, dy] : {std::pair{1, 0}, std::pair{-1, 0}, std::pair{0, 1}, std::pair{0, -1}}) {
+      if (x + dx >= 0 && x + dx < extent.width && y + dy >= 0 && y + dy < extent.height) {
+        const std::size_t next = extent.index(x + dx, y + dy);
+        if (holds[next] && !seen[next]) {
+          seen[next] = true;
+          open.push_back(next);
+        }
+      }
+    }
+  }
+  return count;
+}
+
+TEST_F(Colin, FillsTheGrid) {
+  for (const int classes : {3, 4}) {
+    for (const Extent size : {Extent{300, 300}, Extent{400, 200}}) {
+      const auto slice = brain(size, classes);
+      ASSERT_EQ(slice.tissue.extent, size);
+      ASSERT_EQ(slice.picture.extent, size);
+      std::set<int> labels(slice.tissue.values.begin(), slice.tissue.values.end());
+      EXPECT_EQ(*labels.begin(), 0);
+      EXPECT_EQ(*labels.rbegin(), classes);
+      EXPECT_EQ(labels.size(), static_cast<std::size_t>(classes) + 1);
+
+      Extent low = size;
+      Extent high{};
+      std::vector<double> sum(labels.size());
+      std::vector<int> count(labels.size());
+      std::vector<bool> inside(size.sites());
+      for (int y = 0; y < size.height; ++y) {
+        for (int x = 0; x < size.width; ++x) {
+          const std::size_t site = size.index(x, y);
+          const float gray = slice.picture.values[site];
+          EXPECT_TRUE(gray >= 0.0F && gray <= 255.0F);
+          const auto label = static_cast<std::size_t>(slice.tissue.values[site]);
+          sum[label] += double{gray};
+          ++count[label];
+          if (label > 0) {
+            inside[site] = true;
+            low = {std::min(low.width, x), std::min(low.height, y)};
+            high = {std::max(high.width, x), std::max(high.height, y)};
+          }
+        }
+      }
+      EXPECT_EQ(sum[0], 0.0);
+      for (std::size_t label = 1; label < labels.size(); ++label) {
+        EXPECT_GT(sum[label] / count[label], sum[label - 1] / count[label - 1])
+            << "brightness of label " << label;
+        EXPECT_GT(count[label], 1000);
+      }
+      EXPECT_NEAR(low.width + high.width, size.width - 1, 2);
+      EXPECT_NEAR(low.height + high.height, size.height - 1, 2);
+      const int free =
+          std::min({low.width, low.height, size.width - 1 - high.width, size.height - 1 - high.height});
+      EXPECT_NEAR(free, margin_ * std::min(size.width, size.height), 2);
+
+      const auto first = static_cast<std::size_t>(std::ranges::find(inside, true) - inside.begin());
+      EXPECT_EQ(connected_sites(size, inside, first), std::ranges::count(inside, true));
+      std::vector<bool> outside = inside;
+      outside.flip();
+      EXPECT_EQ(connected_sites(size, outside, 0), std::ranges::count(outside, true));
+    }
+  }
+}
+
+TEST_F(Colin, IsTheSameEveryTime) {
+  const auto first = brain({300, 300});
+  const auto second = brain({300, 300});
+  EXPECT_EQ(first.picture.values, second.picture.values);
+  EXPECT_EQ(first.tissue.values, second.tissue.values);
+  EXPECT_EQ(first.spacing, second.spacing);
+}
+
+TEST_F(Colin, FitsEverySize) {
+  for (const Extent size : {Extent{1, 1}, Extent{2, 2}, Extent{1, 9}, Extent{9, 1}, Extent{3, 3},
+                            Extent{16, 16}, Extent{17, 31}, Extent{1200, 1200}}) {
+    const auto slice = brain(size);
+    EXPECT_EQ(slice.tissue.values.size(), size.sites());
+    EXPECT_GT(std::ranges::max(slice.tissue.values), 0);
+    EXPECT_LE(std::ranges::max(slice.tissue.values), 3);
+    EXPECT_GT(slice.spacing, 0.0);
+  }
+  EXPECT_NEAR(brain({300, 300}).spacing, 4.0 * brain({1200, 1200}).spacing, 1e-6);
+}
+
+TEST_F(Colin, RefusesWhatItCannotDo) {
+  const auto refused = [this](int slice, int classes, double margin, Extent size, std::string_view words) {
+    expect_refusal([&] { (void)read_brain(file_, slice, classes, margin, size); }, words);
+  };
+  refused(181, 3, 0.1, {10, 10}, "slices 0 ... 180");
+  refused(-1, 3, 0.1, {10, 10}, "slices 0 ... 180");
+  refused(180, 3, 0.1, {10, 10}, "no pixel > 0");
+  refused(76, 0, 0.1, {10, 10}, "0 tissue classes");
+  refused(76, 5, 0.1, {10, 10}, "5 tissue classes");
+  refused(76, 3, 0.5, {10, 10}, "margin");
+  refused(76, 3, -0.1, {10, 10}, "margin");
+  refused(76, 3, std::numeric_limits<double>::quiet_NaN(), {10, 10}, "margin");
+  refused(76, 3, 0.1, {0, 10}, "0 x 10");
+  expect_refusal([&] { (void)read_scalar(file_); }, "3-D");
+}
+
+TEST_F(Colin, CutShortIsRefused) {
+  for (const double share : {0.999, 0.5, 0.01, 0.00005}) {
+    const auto file = cut(file_, share, "cut.nii.gz");
+    expect_refusal([&] { (void)read_brain(file, 76, 3, 0.1, {10, 10}); }, file.string());
+    expect_refusal([&] { (void)read_scalar(file, {.slice = 10, .size = {}}); }, file.string());
+  }
+  std::string bytes = content(file_);
+  bytes[bytes.size() / 2] = static_cast<char>(~bytes[bytes.size() / 2]);
+  const auto damaged = write("damaged.nii.gz", bytes);
+  expect_refusal([&] { (void)read_scalar(damaged, {.slice = 10, .size = {}}); }, "damaged");
+}
+
+} // namespace
+} // namespace hdmbench

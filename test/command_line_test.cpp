@@ -1,0 +1,179 @@
+// The program as a user types it: exit status, messages, files.
+
+#include "test/temporary_folder.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdio>
+#include <memory>
+
+namespace hdmbench {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+struct Outcome {
+  int status;
+  std::string output; ///< standard output and standard error
+};
+
+Outcome hdmbench(const std::string& arguments, const std::string& environment = "") {
+  const std::string command = environment + " '" HDMBENCH_PROGRAM "' " + arguments + " 2>&1";
+  FILE* pipe = popen(command.c_str(), "r");
+  std::string output;
+  std::array<char, 4096> buffer{};
+  for (std::size_t n = 0; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) {
+    output.append(buffer.data(), n);
+  }
+  const int code = pclose(pipe);
+  return {WIFEXITED(code) ? WEXITSTATUS(code) : 128, output};
+}
+
+nlohmann::json read_json(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  return nlohmann::json::parse(stream);
+}
+
+TEST(CommandLine, ExplainsItself) {
+  EXPECT_EQ(hdmbench("--help").status, 0);
+  for (const char* command : {"devices", "run", "verify", "bench", "report"}) {
+    EXPECT_THAT(hdmbench("--help").output, HasSubstr(command));
+    const Outcome help = hdmbench(std::string(command) + " --help");
+    EXPECT_EQ(help.status, 0);
+    EXPECT_THAT(help.output, HasSubstr("--help"));
+  }
+  EXPECT_EQ(hdmbench("--version").output, "0.1.0\n");
+}
+
+TEST(CommandLine, BadInputIsASentenceAndStatusTwo) {
+  const std::array<std::pair<const char*, const char*>, 20> cases{{
+      {"", "subcommand"},
+      {"fly", "fly"},
+      {"run", "scene"},
+      {"run nowhere.toml", "nowhere.toml"},
+      {"verify square --size 0", "\"0\""},
+      {"verify square --size 12y", "12y"},
+      {"verify square --size -5", "-5"},
+      {"verify square --backends none", "there is no backend \"none\""},
+      {"verify square --size 9 --require nothing", "there is no backend \"nothing\""},
+      {"verify square --size 9 --backends openmp --device Voodoo2", "Voodoo2"},
+      {"verify square --size 9 --steps ''", "empty"},
+      {"verify square --size 9 --steps 0,x", "\"x\" is not a number"},
+      {"verify square --size 9 --penalty 0", "penalty K"},
+      {"verify square --size 9 --penalty nan", "penalty"},
+      {"verify square --size 9 --iterations -1", "iterations"},
+      {"verify square --size 9 --stop never", "never"},
+      {"run square --size 9 --update sequential", "--backend scalar"},
+      {"bench square --size 9 --repeat 0", "repeat"},
+      {"verify square --size 9 --json /no/such/folder/a.json", "/no/such/folder"},
+      {"report /no/such/results", "/no/such/results"},
+  }};
+  for (const auto& [arguments, message] : cases) {
+    const Outcome outcome = hdmbench(arguments);
+    EXPECT_EQ(outcome.status, 2) << arguments << "\n" << outcome.output;
+    EXPECT_THAT(outcome.output, AllOf(HasSubstr(message), Not(HasSubstr("internal error")))) << arguments;
+  }
+}
+
+TEST(CommandLine, WithoutOpenGlItSaysSo) {
+  const std::string no_driver = "__EGL_VENDOR_LIBRARY_FILENAMES=/nonexistent EGL_PLATFORM=none";
+  const Outcome needed = hdmbench("verify square --size 9 --backends gl-fragment", no_driver);
+  if (needed.status == 0) {
+    GTEST_SKIP() << "this EGL finds a driver all the same";
+  }
+  EXPECT_EQ(needed.status, 2) << needed.output;
+  EXPECT_THAT(needed.output, HasSubstr("gl-fragment is needed but not there"));
+  const Outcome required = hdmbench("verify square --size 9 --require gl-compute", no_driver);
+  EXPECT_EQ(required.status, 2) << required.output;
+  const Outcome skipped = hdmbench("verify square --size 9", no_driver);
+  EXPECT_EQ(skipped.status, 0) << skipped.output;
+  EXPECT_THAT(skipped.output,
+              AllOf(HasSubstr("gl-fragment (resync): skipped: "), Not(HasSubstr("0 skipped"))));
+}
+
+TEST(CommandLine, VerifyWritesTheAgreement) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "verify.json";
+  const Outcome outcome =
+      hdmbench("verify circular tie-rich --sizes 24,1x7 --backends openmp --json " + file.string());
+  ASSERT_EQ(outcome.status, 0) << outcome.output;
+  const nlohmann::json document = read_json(file);
+  EXPECT_EQ(document["schema"], 1);
+  EXPECT_EQ(document["command"], "verify");
+  for (const char* key : {"machine", "cpu", "compiler", "flags", "commit", "date"}) {
+    EXPECT_FALSE(document["context"][key].get<std::string>().empty()) << key;
+  }
+  ASSERT_EQ(document["results"].size(), 8U);
+  for (const auto& row : document["results"]) {
+    EXPECT_EQ(row["verdict"], "agree");
+    EXPECT_EQ(row["tier"], "bitwise");
+    EXPECT_EQ(row["sites_differing"], 0);
+    EXPECT_GT(row["sites_compared"], 0);
+    EXPECT_TRUE(row["first_difference"].is_null());
+  }
+}
+
+TEST(CommandLine, ASceneThatCannotShowADifferenceFails) {
+  const Outcome outcome = hdmbench("verify square --size 9 --backends openmp --steps 0");
+  EXPECT_EQ(outcome.status, 1) << outcome.output;
+  EXPECT_THAT(outcome.output, HasSubstr("mistrusted"));
+}
+
+TEST(CommandLine, BenchWritesRawSamples) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "bench.json";
+  const Outcome outcome =
+      hdmbench("bench square --size 32 --backends openmp --repeat 5 --iterations 5 --json " + file.string());
+  ASSERT_EQ(outcome.status, 0) << outcome.output;
+  const nlohmann::json rows = read_json(file)["results"];
+  ASSERT_EQ(rows.size(), 2U);
+  for (const auto& row : rows) {
+    EXPECT_EQ(row["seconds"].size(), 5U);
+    EXPECT_EQ(row["iterations"], 6 * 5);
+    EXPECT_TRUE(row["valid"]);
+    EXPECT_GT(row["speed_up_over_scalar"], 0.0);
+    auto seconds = row["seconds"].get<std::vector<double>>();
+    std::ranges::sort(seconds);
+    EXPECT_EQ(row["seconds_median"], seconds[2]);
+    EXPECT_GT(seconds[0], 0.0);
+  }
+  EXPECT_EQ(rows[0]["speed_up_over_scalar"], 1.0);
+}
+
+TEST(CommandLine, DevicesListsEveryBackend) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "devices.json";
+  ASSERT_EQ(hdmbench("devices --json " + file.string()).status, 0);
+  std::vector<std::string> names;
+  const nlohmann::json document = read_json(file);
+  for (const auto& row : document["results"]) {
+    names.push_back(row["backend"]);
+    EXPECT_NE(row["available"].get<bool>(), row["device"].get<std::string>().empty());
+  }
+  for (const char* name :
+       {"scalar", "openmp", "gl-fragment", "gl-fragment-osmesa", "gl-compute", "vulkan-compute"}) {
+    EXPECT_THAT(names, testing::Contains(name));
+  }
+}
+
+TEST(CommandLine, ReportFromResults) {
+  const test::TemporaryFolder folder;
+  const std::string at = folder.path().string();
+  ASSERT_EQ(hdmbench("devices --json " + at + "/devices.json").status, 0);
+  ASSERT_EQ(hdmbench("verify square --size 32 --quick --json " + at + "/verify.json").status, 0);
+  ASSERT_EQ(hdmbench("bench square --sizes 16,32 --repeat 2 --json " + at + "/bench.json").status, 0);
+  const Outcome run = hdmbench("run circular --size 32 --output " + at + "/out --json " + at + "/run.json");
+  ASSERT_EQ(run.status, 0) << run.output;
+  const Outcome outcome = hdmbench("report " + at + " --output " + at + "/report.html");
+  ASSERT_EQ(outcome.status, 0) << outcome.output;
+  EXPECT_GT(std::filesystem::file_size(folder.path() / "report.html"), 10000U);
+}
+
+} // namespace
+} // namespace hdmbench

@@ -1,0 +1,169 @@
+// The specification against the thesis: kernels/energy.inc in float and in double beside (4.5)-(4.17) as
+// printed.
+
+#include "kernels/gather.hpp"
+#include "kernels/mean_energy.hpp"
+#include "reference/thesis_energy.hpp"
+#include "test/random_level.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace hdmbench {
+namespace {
+
+/// energy.inc once more with double as its scalar: what remains against the thesis is algebra, not rounding.
+namespace in_double {
+using real = double;
+HDM_FUNCTION real abs(real value) {
+  return __builtin_fabs(value);
+}
+#include "kernels/energy.inc"
+} // namespace in_double
+
+double total(ThesisEnergy::Value value) {
+  return value.x + value.y;
+}
+
+in_double::Neighbours widen(const energy::Neighbours& n) {
+  return {n.north_west, n.north, n.north_east, n.west, n.centre, n.east, n.south_west, n.south, n.south_east};
+}
+
+/// The same site in double, with 1 / m exact to double instead of rounded to float.
+in_double::Site widen(const energy::Site& site, const Level& level, int x, int y) {
+  in_double::Site wide{widen(site.dx),    widen(site.dy),    {},
+                       site.modulus,      site.target_x,     site.target_y,
+                       site.confidence_x, site.confidence_y, site.penalty};
+  const auto inverse = [&](int dx, int dy) {
+    const bool inside =
+        x + dx >= 0 && x + dx < level.extent.width && y + dy >= 0 && y + dy < level.extent.height;
+    const auto at = inside ? level.extent.index(x + dx, y + dy) : level.extent.index(x, y);
+    return 1.0 / static_cast<double>(level.modulus.values[at]);
+  };
+  wide.inverse_modulus = {inverse(-1, -1), inverse(0, -1), inverse(1, -1), inverse(-1, 0), inverse(0, 0),
+                          inverse(1, 0),   inverse(-1, 1), inverse(0, 1),  inverse(1, 1)};
+  return wide;
+}
+
+TEST(Energy, DifferenceFormEqualsThesisForEveryCandidate) {
+  const auto [level, start] = test::random_problem({23, 17}, test::Texture::smooth, 11);
+  const ThesisEnergy thesis(level, start);
+  for (int y = 0; y < level.extent.height; ++y) {
+    for (int x = 0; x < level.extent.width; ++x) {
+      const in_double::Site site = widen(energy::gather(level, start, x, y), level, x, y);
+      const double before = total(thesis.at(x, y));
+      // Rounding of a few dozen double operations on the site's energy.
+      const double tolerance = 1e-12 * (1.0 + std::abs(before));
+      EXPECT_NEAR(in_double::site_energy(site), before, tolerance) << "x = " << x << ", y = " << y;
+      for (const double step : {-1.0, 0.3, 2.0}) {
+        const in_double::Neighbours toward = in_double::stiffness_ratios(site);
+        double curvature = in_double::add_curvature(0.0, toward.south_east, toward.north_west);
+        curvature = in_double::add_curvature(curvature, toward.north_east, toward.south_west);
+        curvature = in_double::add_curvature(curvature, toward.east, toward.west);
+        double gradient = in_double::add_gradient(0.0, toward.south_east, toward.north_west,
+                                                  site.dx.north_west, site.dx.centre, site.dx.south_east);
+        gradient = in_double::add_gradient(gradient, toward.north_east, toward.south_west, site.dx.south_west,
+                                           site.dx.centre, site.dx.north_east);
+        gradient = in_double::add_gradient(gradient, toward.east, toward.west, site.dx.west, site.dx.centre,
+                                           site.dx.east);
+        const double change = in_double::energy_change(
+            step, gradient, curvature, site.target_x - site.dx.centre, site.penalty * site.confidence_x);
+        const double after = total(thesis.at(x, y, {site.dx.centre + step, site.dy.centre}));
+        EXPECT_NEAR(change, after - before, 10.0 * tolerance + 1e-12 * std::abs(after))
+            << "x = " << x << ", y = " << y << ", step " << step;
+      }
+    }
+  }
+}
+
+TEST(Energy, ChosenStepIsTheBestOfAllPairsInTheThesisEnergy) {
+  const auto [level, start] =
+      test::random_problem({19, 21}, test::Texture::smooth, 12, StepSet::parse("fine"));
+  const ThesisEnergy thesis(level, start);
+  for (int y = 0; y < level.extent.height; ++y) {
+    for (int x = 0; x < level.extent.width; ++x) {
+      const energy::Site site = energy::gather(level, start, x, y);
+      const energy::Displacement next =
+          energy::improved_displacement(site, level.steps.padded().data(), level.steps.count());
+      const double chosen = total(thesis.at(x, y, {next.x, next.y}));
+      for (const float ex : level.steps.values()) {
+        for (const float ey : level.steps.values()) {
+          const double other =
+              total(thesis.at(x, y,
+                              {static_cast<double>(site.dx.centre) + static_cast<double>(ex),
+                               static_cast<double>(site.dy.centre) + static_cast<double>(ey)}));
+          // A float near-tie may go either way: allow the float rounding of the energies compared.
+          EXPECT_LE(chosen, other + 1e-5 * (1.0 + std::abs(other))) << "x = " << x << ", y = " << y;
+        }
+      }
+    }
+  }
+}
+
+TEST(Energy, FirstCandidateWinsATie) {
+  // A homogeneous field at rest is symmetric: +1 and -1 cost the same.
+  Level level{.extent = {3, 3},
+              .target = VectorField({3, 3}),
+              .confidence = VectorField({3, 3}),
+              .modulus = ScalarField({3, 3}, 1.0F),
+              .inverse_modulus = {}};
+  set_inverse_modulus(level);
+  const VectorField rest({3, 3});
+  const energy::Site site = energy::gather(level, rest, 1, 1);
+  for (const auto& [text, expected] :
+       {std::pair{"1,-1", 1.0F}, std::pair{"-1,1", -1.0F}, std::pair{"2,-1,1", -1.0F}}) {
+    const StepSet steps = StepSet::parse(text);
+    const energy::Displacement next =
+        energy::improved_displacement(site, steps.padded().data(), steps.count());
+    EXPECT_EQ(next.x, expected) << text;
+    EXPECT_EQ(next.y, expected) << text;
+  }
+}
+
+TEST(Energy, HomogeneousMinimiserIsTheMeanOfSixNeighbours) {
+  const auto problem = test::random_problem({3, 3}, test::Texture::tie_rich, 5);
+  Level level = problem.level;
+  level.confidence = VectorField(level.extent);
+  const in_double::Site site = widen(energy::gather(level, problem.start, 1, 1), level, 1, 1);
+  const in_double::Neighbours& d = site.dx;
+  const double mean = (d.west + d.east + d.north_west + d.north_east + d.south_west + d.south_east) / 6.0;
+  const ThesisEnergy thesis(level, problem.start);
+  const double lowest = thesis.at(1, 1, {mean, 0.0}).x;
+  EXPECT_LT(lowest, thesis.at(1, 1, {mean + 1e-3, 0.0}).x);
+  EXPECT_LT(lowest, thesis.at(1, 1, {mean - 1e-3, 0.0}).x);
+}
+
+TEST(Energy, ExampleOfTheThesisHasZeroEnergy) {
+  // Example 4.3: moduli 20, 20, 10 and displacements 1, 2, 4 in a row.
+  Level level{.extent = {3, 1},
+              .target = VectorField({3, 1}),
+              .confidence = VectorField({3, 1}),
+              .modulus = ScalarField({3, 1}, 20.0F),
+              .inverse_modulus = {}};
+  level.modulus.values[2] = 10.0F;
+  set_inverse_modulus(level);
+  VectorField displacement({3, 1});
+  displacement.x = {1.0F, 2.0F, 4.0F};
+  EXPECT_EQ(20.0 / 10.0 * (2.0 - 1.0) - (4.0 - 2.0), 0.0);
+  const energy::Site site = energy::gather(level, displacement, 1, 0);
+  EXPECT_EQ(energy::residual(site.modulus * site.inverse_modulus.east, 1.0F, 2.0F, 4.0F), 0.0F);
+}
+
+TEST(Energy, MeanEnergyIsTheMeanOfTheThesisEnergy) {
+  const auto [level, start] = test::random_problem({31, 12}, test::Texture::smooth, 3);
+  const ThesisEnergy thesis(level, start);
+  double sum = 0.0;
+  for (int y = 0; y < level.extent.height; ++y) {
+    for (int x = 0; x < level.extent.width; ++x) {
+      sum += total(thesis.at(x, y));
+    }
+  }
+  const double expected = sum / static_cast<double>(level.extent.sites());
+  // Around 40 float operations a site, errors of either sign.
+  EXPECT_NEAR(mean_energy(level, start), expected, 40 * std::numeric_limits<float>::epsilon() * expected);
+}
+
+} // namespace
+} // namespace hdmbench

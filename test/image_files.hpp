@@ -1,0 +1,95 @@
+#pragma once
+
+#include "harness/images.hpp"
+#include "kernels/input_error.hpp"
+#include "test/temporary_folder.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <random>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace hdmbench {
+
+namespace fs = std::filesystem;
+
+/// What the InputError says that `call` must throw.
+inline std::string refusal(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  ADD_FAILURE() << "no InputError";
+  return {};
+}
+
+inline void expect_refusal(const std::function<void()>& call, std::string_view part) {
+  const std::string words = refusal(call);
+  EXPECT_NE(words.find(part), std::string::npos) << "expected \"" << part << "\" in: " << words;
+  EXPECT_EQ(words.find('\n'), std::string::npos) << words;
+}
+
+inline std::string content(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// Tests that read and write files; skipped in a build that cannot.
+class ImageFiles : public testing::Test {
+protected:
+  void SetUp() override {
+    if (!have_images()) {
+      GTEST_SKIP() << "built without ITK (HDMBENCH_IMAGES=OFF)";
+    }
+  }
+
+  [[nodiscard]] fs::path path(std::string_view name) const { return folder_.path() / name; }
+
+  fs::path write(std::string_view name, std::string_view bytes) const { return folder_.write(name, bytes); }
+
+  fs::path write_nrrd(std::string_view name, std::string_view type, std::string_view sizes,
+                      std::string_view pixels, std::string_view more = "") const {
+    const auto dimension = 1 + std::ranges::count(sizes, ' ');
+    return write(name, fmt::format("NRRD0004\ntype: {}\ndimension: {}\n{}sizes: {}\nencoding: ascii\n\n{}\n",
+                                   type, dimension, more, sizes, pixels));
+  }
+
+  /// The first `share` of a file's bytes under another name.
+  fs::path cut(const fs::path& file, double share, std::string_view name) const {
+    const std::string whole = content(file);
+    return write(name,
+                 std::string_view(whole).substr(0, static_cast<std::size_t>(share * double(whole.size()))));
+  }
+
+  [[nodiscard]] std::vector<std::string> files() const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(folder_.path())) {
+      names.push_back(entry.path().filename().string());
+    }
+    return names;
+  }
+
+private:
+  test::TemporaryFolder folder_;
+};
+
+inline VectorField some_displacement(Extent extent) {
+  VectorField field(extent);
+  std::mt19937 random(1);
+  for (auto* component : {&field.x, &field.y}) {
+    std::ranges::generate(*component,
+                          [&random] { return static_cast<float>(random() % 2001) * 0.05F - 50.0F; });
+  }
+  return field;
+}
+
+} // namespace hdmbench

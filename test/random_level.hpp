@@ -1,0 +1,62 @@
+#pragma once
+
+#include "kernels/level.hpp"
+
+#include <cmath>
+#include <cstdint>
+#include <random>
+
+namespace hdmbench::test {
+
+/// What the numbers of a random level look like.
+enum class Texture {
+  smooth,   ///< any float: hides most mistakes
+  tie_rich, ///< modulus 1, all on a 0.1 grid: candidates nearly tie everywhere, exposes rounding
+  dyadic    ///< moduli 1, 2 and 4, all on a 0.25 grid: every operation is exact, candidates tie to the bit
+};
+
+struct Problem {
+  Level level;
+  VectorField start;
+};
+
+/// The same for the same arguments on every machine.
+inline Problem random_problem(Extent extent, Texture texture, std::uint64_t seed, StepSet steps = {}) {
+  std::mt19937_64 engine(seed);
+  const auto uniform = [&] { return static_cast<double>(engine() >> 11) * 0x1p-53; };
+  const double grid = texture == Texture::tie_rich ? 0.1 : texture == Texture::dyadic ? 0.25 : 0.0;
+  const auto displacement = [&] {
+    const double value = 10.0 * (2.0 * uniform() - 1.0);
+    return static_cast<float>(grid > 0.0 ? grid * std::round(value / grid) : value);
+  };
+  const auto confidence = [&] {
+    const double draw = uniform();
+    const double partial = texture == Texture::dyadic ? 0.5 : uniform();
+    return static_cast<float>(draw < 0.1 ? 1.0 : draw < 0.2 ? partial : 0.0);
+  };
+  Problem problem{.level = {.extent = extent,
+                            .target = VectorField(extent),
+                            .confidence = VectorField(extent),
+                            .modulus = ScalarField(extent, 1.0F),
+                            .inverse_modulus = {},
+                            .penalty = texture == Texture::smooth ? 300.0F : 4.0F,
+                            .steps = steps},
+                  .start = VectorField(extent)};
+  for (std::size_t i = 0; i < extent.sites(); ++i) {
+    if (texture == Texture::smooth) {
+      problem.level.modulus.values[i] = static_cast<float>(1.0 + 50.0 * uniform());
+    } else if (texture == Texture::dyadic) {
+      problem.level.modulus.values[i] = static_cast<float>(1 << static_cast<int>(3.0 * uniform()));
+    }
+    problem.level.target.x[i] = displacement();
+    problem.level.target.y[i] = displacement();
+    problem.level.confidence.x[i] = confidence();
+    problem.level.confidence.y[i] = confidence();
+    problem.start.x[i] = displacement();
+    problem.start.y[i] = displacement();
+  }
+  set_inverse_modulus(problem.level);
+  return problem;
+}
+
+} // namespace hdmbench::test

@@ -1,0 +1,127 @@
+#include "test/report_samples.hpp"
+
+#include <array>
+#include <cstdlib>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace hdmbench {
+namespace {
+
+using namespace report_samples;
+
+class ReportInput : public ReportFolder {};
+
+// Sets PATH for as long as it lives.
+class PathVariable {
+public:
+  explicit PathVariable(const Path& value) {
+    const char* const before = std::getenv("PATH");
+    before_ = before == nullptr ? "" : before;
+    setenv("PATH", value.c_str(), 1);
+  }
+  PathVariable(const PathVariable&) = delete;
+  PathVariable& operator=(const PathVariable&) = delete;
+  ~PathVariable() { setenv("PATH", before_.c_str(), 1); }
+
+private:
+  std::string before_;
+};
+
+TEST_F(ReportInput, EveryKeyIsRequired) {
+  const std::array<std::pair<const char*, json>, 4> samples{
+      {{"verify", verify_row("openmp", "free")},
+       {"bench", bench_row("openmp", "square", 300, 1.0, 2.0)},
+       {"run", run_row()},
+       {"devices", device_row("openmp", true)}}};
+  for (const auto& [command, row] : samples) {
+    for (const auto& [key, value] : row.items()) {
+      json mistyped = row;
+      mistyped[key] = json::array({json::object()}); // the type of no key
+      const std::string type_error = error_of(document(command, rows(row, mistyped)));
+      EXPECT_NE(type_error.find("results.json: \"results[1]." + key + "\" must be"), std::string::npos)
+          << type_error;
+      if (key == "field" || key == "pictures") {
+        continue; // a build without images writes none
+      }
+      json missing = row;
+      missing.erase(key);
+      const std::string error = error_of(document(command, rows(row, missing)));
+      EXPECT_NE(error.find("results.json: \"results[1]." + key + "\" is missing"), std::string::npos)
+          << error;
+    }
+  }
+  const json complete = context();
+  for (const auto& [key, value] : complete.items()) {
+    json missing = complete;
+    missing.erase(key);
+    const std::string error = error_of(document("verify", json::array(), missing));
+    EXPECT_NE(error.find("\"context." + key + "\" is missing"), std::string::npos) << error;
+  }
+}
+
+TEST_F(ReportInput, RefusesWhatIsNotAResultFile) {
+  EXPECT_NE(error_of_files({folder_ / "gone.json"}).find("gone.json: cannot be read"), std::string::npos);
+  EXPECT_NE(error_of_files({write_text("a.json", "{\"schema\": 1")}).find("a.json: is not JSON"),
+            std::string::npos);
+  EXPECT_NE(error_of(json::array()).find("results.json: the document must be an object"), std::string::npos);
+  json other = document("verify", agreeing_rows());
+  other["schema"] = 2;
+  EXPECT_NE(error_of(other).find("is 2, but this program reads schema 1"), std::string::npos);
+  EXPECT_NE(error_of_files({}).find("no result files"), std::string::npos);
+  std::filesystem::create_directory(folder_ / "empty");
+  EXPECT_NE(error_of_files({folder_ / "empty"}).find("has no *.json file"), std::string::npos);
+}
+
+TEST_F(ReportInput, RefusesRowsThatContradictThemselves) {
+  json row = verify_row("openmp", "free");
+  row["sites_differing"] = 1;
+  EXPECT_NE(error_of(document("verify", rows(row))).find("\"agree\" although 1 sites differ"),
+            std::string::npos);
+  row = verify_row("openmp", "free");
+  row["sites_compared"] = 0;
+  EXPECT_NE(error_of(document("verify", rows(row))).find("although no site was compared"), std::string::npos);
+  row.update({{"sites_compared", 9}, {"verdict", "certified"}, {"uncertified", 1}});
+  EXPECT_NE(error_of(document("verify", rows(row))).find("1 differing sites are uncertified"),
+            std::string::npos);
+  row = verify_row("openmp", "free");
+  row["counts_differing"] = 2;
+  EXPECT_NE(error_of(document("verify", rows(row))).find("2 counts of changed sites differ"),
+            std::string::npos);
+  json bench = bench_row("openmp", "square", 300, 1.0, 2.0);
+  bench["seconds_median"] = 5.0;
+  EXPECT_NE(error_of(document("bench", rows(bench))).find("seconds_median"), std::string::npos);
+  bench["seconds"] = json::array();
+  EXPECT_NE(error_of(document("bench", rows(bench))).find("there are no seconds"), std::string::npos);
+}
+
+TEST_F(ReportInput, SaysThatGnuplotIsMissing) {
+  const Path results = write("b.json", document("bench", rows(bench_row("openmp", "square", 300, 1.0, 2.0))));
+  const PathVariable nowhere(folder_ / "empty");
+  const std::string error = error_of_files({results});
+  EXPECT_NE(error.find("gnuplot"), std::string::npos) << error;
+  EXPECT_NE(error.find("gnuplot-nox"), std::string::npos) << error;
+}
+
+TEST_F(ReportInput, PassesOnWhatGnuplotSays) {
+  const Path results = write("b.json", document("bench", rows(bench_row("openmp", "square", 300, 1.0, 2.0))));
+  const Path fake = write_text("gnuplot", "#!/bin/sh\necho '<svg></svg>'\necho 'out of ink' >&2\nexit 3\n");
+  std::filesystem::permissions(fake, std::filesystem::perms::owner_all);
+  const PathVariable only(folder_);
+  const std::string error = error_of_files({results});
+  EXPECT_NE(error.find("exit status 3"), std::string::npos) << error;
+  EXPECT_NE(error.find("out of ink"), std::string::npos) << error;
+}
+
+TEST_F(ReportInput, NoNameReachesGnuplotAsACommand) {
+  const Path mark = folder_ / "executed";
+  const std::string evil = "x'\nsystem('touch " + mark.string() + "')\n`touch " + mark.string() + "`";
+  json row = bench_row(evil, evil, 300, 1.0, 2.0);
+  row["device"] = evil;
+  EXPECT_NE(render(document("bench", rows(row))).find("<svg"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(mark));
+}
+
+} // namespace
+} // namespace hdmbench

@@ -1,0 +1,266 @@
+#include "test/report_samples.hpp"
+
+#include <map>
+#include <regex>
+#include <string>
+#include <vector>
+
+namespace hdmbench {
+namespace {
+
+using namespace report_samples;
+
+class ReportPage : public ReportFolder {};
+
+std::size_t occurrences(const std::string& text, const std::string& part) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + part.size())) {
+    ++count;
+  }
+  return count;
+}
+
+TEST_F(ReportPage, SaysThatAllAgree) {
+  const std::string box = verdict(render(document("verify", agreeing_rows())));
+  EXPECT_NE(box.find("verdict good"), std::string::npos) << box;
+  EXPECT_NE(
+      box.find("All 2 backends on this machine agree with scalar to the last bit in 4 of 4 comparisons."),
+      std::string::npos)
+      << box;
+}
+
+TEST_F(ReportPage, NamesWhatDisagrees) {
+  json checks = agreeing_rows();
+  checks[2] = disagreeing(checks[2]);
+  checks[2].update({{"counts_differing", 2}, {"not_finite", 1}});
+  checks[2]["first_difference"].update({{"found", {0.1, nullptr}}});
+  const std::string page = render(document("verify", checks));
+  EXPECT_NE(
+      page.find("7 sites differ, 1 not finite, the number of changed sites is wrong after 2 iterations"),
+      std::string::npos);
+  EXPECT_NE(page.find("found (0.1, not finite)"), std::string::npos);
+  EXPECT_NE(verdict(page).find("verdict bad"), std::string::npos);
+  EXPECT_NE(
+      verdict(page).find("1 of 4 comparisons disagrees with scalar on this machine: gl-fragment on square."),
+      std::string::npos)
+      << verdict(page);
+  EXPECT_NE(page.find("level 2, iteration 17, site (3, 4)"), std::string::npos);
+  EXPECT_EQ(page.find("All 2 backends"), std::string::npos);
+}
+
+TEST_F(ReportPage, SkippedIsNeverAPass) {
+  json checks = agreeing_rows();
+  checks.push_back(skipped(verify_row("vulkan-compute", "resync"), "no Vulkan driver"));
+  checks.push_back(skipped(verify_row("vulkan-compute", "free"), "no Vulkan driver"));
+  const std::string page = render(document("verify", checks));
+  EXPECT_NE(verdict(page).find("All 2 backends that were compared on this machine agree"), std::string::npos);
+  EXPECT_NE(verdict(page).find("4 of 4 comparisons"), std::string::npos);
+  EXPECT_NE(verdict(page).find("Skipped, so not checked: vulkan-compute, 2 comparisons (no Vulkan driver)."),
+            std::string::npos)
+      << verdict(page);
+  EXPECT_NE(page.find("– skipped"), std::string::npos);
+}
+
+TEST_F(ReportPage, AllSkippedIsNotGood) {
+  const std::string box = verdict(
+      render(document("verify", rows(skipped(verify_row("vulkan-compute", "free"), "no Vulkan driver")))));
+  EXPECT_EQ(box.find("verdict good"), std::string::npos);
+  EXPECT_NE(box.find("Nothing was cross-checked"), std::string::npos) << box;
+}
+
+TEST_F(ReportPage, MistrustedIsNotGood) {
+  json checks = agreeing_rows();
+  checks[0].update({{"verdict", "mistrusted"}, {"reason", "no site moved"}});
+  const std::string box = verdict(render(document("verify", checks)));
+  EXPECT_NE(box.find("verdict unsure"), std::string::npos);
+  EXPECT_NE(box.find("1 of 4 cannot be trusted: openmp on square."), std::string::npos) << box;
+  EXPECT_NE(box.find("3 of 4 comparisons agree."), std::string::npos) << box;
+  EXPECT_NE(box.find("no site moved"), std::string::npos) << box;
+}
+
+TEST_F(ReportPage, CertifiedIsSaidApart) {
+  json checks = agreeing_rows();
+  checks[0].update(
+      {{"verdict", "certified"}, {"tier", "certified"}, {"sites_differing", 2}, {"certified_ties", 2}});
+  const std::string box = verdict(render(document("verify", checks)));
+  EXPECT_NE(
+      box.find("4 of 4 comparisons, 3 to the last bit and 1 with every difference a certified near-tie"),
+      std::string::npos)
+      << box;
+}
+
+TEST_F(ReportPage, NamesBackendsThatWereNeverCompared) {
+  const Path devices =
+      write("devices.json", document("devices", rows(device_row("scalar", true), device_row("openmp", true),
+                                                     device_row("gl-compute", true))));
+  const Path verify = write("verify.json", document("verify", agreeing_rows()));
+  EXPECT_NE(verdict(render_files({devices, verify})).find("Never compared: gl-compute."), std::string::npos);
+}
+
+TEST_F(ReportPage, SupportMatrixHasTheReason) {
+  const std::string page =
+      render(document("devices", rows(device_row("vulkan-compute", false, "no Vulkan driver"))));
+  EXPECT_NE(
+      page.find("<td class=\"skipped\">no</td><td class=\"skipped\" colspan=\"4\">no Vulkan driver</td>"),
+      std::string::npos);
+  EXPECT_NE(verdict(page).find("Nothing was cross-checked"), std::string::npos);
+}
+
+TEST_F(ReportPage, PartsWithoutDataNameTheirCommand) {
+  const std::string page = render(document("verify", agreeing_rows()));
+  EXPECT_NE(page.find("hdmbench devices --json FILE"), std::string::npos);
+  EXPECT_NE(page.find("hdmbench bench --json FILE"), std::string::npos);
+  EXPECT_NE(page.find("hdmbench run SCENE --json FILE"), std::string::npos);
+}
+
+TEST_F(ReportPage, EscapesEveryText) {
+  const std::string evil = "<script>alert(\"1\")</script>&'";
+  json where = context(evil);
+  for (const char* const key :
+       {"cpu", "operating_system", "compiler", "flags", "commit", "version", "arguments"}) {
+    where[key] = evil;
+  }
+  json verify = disagreeing(verify_row(evil, "free", evil));
+  verify.update({{"device", evil}, {"reason", evil}});
+  verify["first_difference"]["found"] = evil;
+  json bench = bench_row(evil, evil, 300, 1.0, 2.0);
+  bench.update({{"device", evil}, {"method", evil}});
+  json unverified = bench_row("other", evil, 300, 1.0, 2.0);
+  unverified.update({{"valid", false}, {"reason", evil}});
+  json device = device_row(evil, true);
+  device.update({{"device", evil}, {"driver", evil}, {"description", evil}});
+  json run = run_row();
+  run.update({{"scene", evil},
+              {"title", evil},
+              {"backend", evil},
+              {"device", evil},
+              {"method", evil},
+              {"field", evil}});
+  const std::string page =
+      render_files({write("v.json", document("verify", rows(verify), where)),
+                    write("b.json", document("bench", rows(bench, unverified), where)),
+                    write("d.json", document("devices", rows(device, device_row("x", false, evil)), where)),
+                    write("r.json", document("run", rows(run), where))});
+  EXPECT_EQ(page.find("<script"), std::string::npos);
+  EXPECT_EQ(page.find("alert(\""), std::string::npos);
+  EXPECT_GT(occurrences(page, "&lt;script&gt;alert(&quot;1&quot;)&lt;/script&gt;&amp;&#39;"), 20U);
+}
+
+TEST_F(ReportPage, LoadsNothingFromOutside) {
+  const std::string page =
+      render_files({write("v.json", document("verify", agreeing_rows())),
+                    write("b.json", document("bench", rows(bench_row("openmp", "square", 300, 1.0, 2.0))))});
+  const std::regex reference("(?:src|href|srcset|data|action)\\s*=\\s*[\"']([^\"']*)");
+  int found = 0;
+  for (std::sregex_iterator match(page.begin(), page.end(), reference), end; match != end; ++match, ++found) {
+    const std::string target = (*match)[1];
+    EXPECT_TRUE(target.starts_with("#") || target.starts_with("data:image/png;base64,")) << target;
+  }
+  EXPECT_GT(found, 5);
+  EXPECT_EQ(page.find("://"), std::string::npos);
+  EXPECT_EQ(page.find("@import"), std::string::npos);
+  EXPECT_EQ(page.find("url("), std::string::npos);
+}
+
+TEST_F(ReportPage, IdsAreUniqueAndReferencesResolve) {
+  json rows = json::array();
+  for (const char* const scene : {"square", "circular", "my scene", "my-scene"}) {
+    rows.push_back(bench_row("openmp", scene, 300, 1.0, 2.0));
+    rows.push_back(bench_row("openmp", scene, 600, 4.0, 2.0));
+  }
+  const std::string page = render_files({write("a.json", document("bench", rows)),
+                                         write("b.json", document("bench", rows, context("bench-2")))});
+  std::map<std::string, int> ids;
+  const std::regex id("\\sid\\s*=\\s*[\"']([^\"']*)");
+  for (std::sregex_iterator match(page.begin(), page.end(), id), end; match != end; ++match) {
+    EXPECT_EQ(++ids[(*match)[1]], 1) << (*match)[1];
+  }
+  EXPECT_EQ(occurrences(page, "<svg"), 8U);
+  EXPECT_GT(ids.size(), 8U * 10U); // every plot has at least its markers
+  const std::regex reference("href\\s*=\\s*[\"']#([^\"']*)");
+  for (std::sregex_iterator match(page.begin(), page.end(), reference), end; match != end; ++match) {
+    EXPECT_EQ(ids.count((*match)[1]), 1U) << (*match)[1];
+  }
+}
+
+TEST_F(ReportPage, PutsTheThesisBesideTheTimes) {
+  const std::string page = render(document("bench", rows(bench_row("scalar", "square", 300, 2.0, 1.0),
+                                                         bench_row("openmp", "square", 300, 0.25, 8.0))));
+  EXPECT_NE(page.find("square, thesis Table 5.2"), std::string::npos);
+  EXPECT_NE(page.find(">0.250<small>0.225–0.275</small>"), std::string::npos);
+  EXPECT_NE(page.find(">8.00×<"), std::string::npos);
+  EXPECT_NE(page.find(">52.78×<"), std::string::npos);
+  EXPECT_NE(page.find(">1056.09<"), std::string::npos);
+}
+
+TEST_F(ReportPage, UnverifiedTimesHaveNoSpeedUp) {
+  json invalid = bench_row("gl-fragment", "square", 300, 0.125, 77.7);
+  invalid.update({{"valid", false}, {"reason", "7 uncertified sites"}});
+  json absent = bench_row("vulkan-compute", "square", 300, 1.0, 66.6);
+  absent.update({{"valid", false},
+                 {"reason", "no Vulkan driver"},
+                 {"seconds", json::array()},
+                 {"seconds_median", nullptr},
+                 {"device", ""}});
+  const std::string page =
+      render(document("bench", rows(bench_row("openmp", "square", 300, 0.25, 8.0), invalid, absent)));
+  EXPECT_EQ(page.find("77.7"), std::string::npos);
+  EXPECT_EQ(page.find("66.6"), std::string::npos);
+  EXPECT_NE(page.find("<td class=\"number best\">8.00×</td>"), std::string::npos);
+  EXPECT_NE(page.find("✗ not verified</b><small>7 uncertified sites"), std::string::npos);
+  EXPECT_NE(page.find("– skipped</b><small>no Vulkan driver"), std::string::npos);
+  const std::string plot = page.substr(page.find("<svg"), page.find("</svg>") - page.find("<svg"));
+  EXPECT_NE(plot.find("openmp"), std::string::npos);
+  EXPECT_EQ(plot.find("gl-fragment"), std::string::npos);
+}
+
+TEST_F(ReportPage, ADisagreementTakesTheSpeedUpBack) {
+  const std::string page = render_files(
+      {write("b.json", document("bench", rows(bench_row("gl-fragment", "square", 300, 0.125, 77.7)))),
+       write("v.json", document("verify", rows(disagreeing(verify_row("gl-fragment", "free")))))});
+  EXPECT_EQ(page.find("77.7"), std::string::npos);
+  EXPECT_NE(page.find("✗ not verified"), std::string::npos);
+}
+
+TEST_F(ReportPage, QuickRunsSaySo) {
+  json where = context();
+  where["quick"] = true;
+  EXPECT_NE(render(document("verify", agreeing_rows(), where)).find("--quick"), std::string::npos);
+}
+
+TEST_F(ReportPage, NewerRowsReplaceOlderOnesOfTheSameMachine) {
+  json checks = agreeing_rows();
+  checks[0] = disagreeing(checks[0]);
+  const Path older = write("a.json", document("verify", checks, context("bench-1", "2026-01-01T00:00:00Z")));
+  const Path newer =
+      write("b.json", document("verify", agreeing_rows(), context("bench-1", "2026-02-01T00:00:00Z")));
+  const Path other =
+      write("c.json", document("verify", agreeing_rows(), context("bench-2", "2026-02-01T00:00:00Z")));
+  EXPECT_NE(verdict(render_files({newer, older})).find("4 of 4 comparisons"), std::string::npos);
+  EXPECT_NE(verdict(render_files({older, other})).find("1 of 8 comparisons disagrees"), std::string::npos);
+  EXPECT_NE(render_files({newer, older}).find("4 rows, 4 of them replaced by newer ones"), std::string::npos);
+}
+
+TEST_F(ReportPage, EmbedsPictures) {
+  // The head of a PNG of 2 x 1 pixels; the report reads no further.
+  const std::string png("\x89PNG\r\n\x1A\n\0\0\0\x0DIHDR\0\0\0\x02\0\0\0\x01", 24);
+  write_text("before.png", png);
+  json row = run_row();
+  row["pictures"] = {{"before", "before.png"}};
+  const std::string page = render(document("run", rows(row)));
+  EXPECT_NE(
+      page.find("src=\"data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAAB\" width=\"2\" height=\"1\" "
+                "style=\"max-width:min(100%,4px)\""),
+      std::string::npos);
+  EXPECT_NE(page.find("largest displacement 50 px = 25 mm"), std::string::npos);
+
+  std::filesystem::remove(folder_ / "page.html");
+  row["pictures"] = {{"before", "gone.png"}};
+  EXPECT_NE(error_of(document("run", rows(row))).find("gone.png"), std::string::npos);
+  write_text("text.png", "not a picture");
+  row["pictures"] = {{"before", "text.png"}};
+  EXPECT_NE(error_of(document("run", rows(row))).find("is not a PNG picture"), std::string::npos);
+}
+
+} // namespace
+} // namespace hdmbench

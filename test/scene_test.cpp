@@ -1,0 +1,209 @@
+#include "harness/scene.hpp"
+
+#include "harness/images.hpp"
+#include "harness/outline.hpp"
+#include "kernels/input_error.hpp"
+#include "test/temporary_folder.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace hdmbench {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+std::string refusal(const std::string& scene, const SceneOptions& options = {}) {
+  try {
+    (void)load_scene(scene, options);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+constexpr std::string_view good = R"(size = [8, 6]
+[[tissue]]
+label = 1
+modulus = 20.0
+[[shape]]
+kind = "everything"
+label = 1
+[[condition]]
+where = "left"
+dx = -5.0
+)";
+
+class SceneFile : public testing::Test {
+protected:
+  /// What loading `good` says after `from` was replaced by `to`.
+  std::string refusal_with(std::string_view from, std::string_view to) {
+    std::string text(good);
+    const auto at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    text.replace(at, from.size(), to);
+    return refusal(folder_.write("scene.toml", text).string());
+  }
+
+  test::TemporaryFolder folder_;
+};
+
+TEST(ShippedScenes, AllButTheBrainLoadAtAnySize) {
+  for (const std::string& name : shipped_scenes()) {
+    if (name == "brain") {
+      continue; // images_test and command_line_test
+    }
+    for (const Extent extent : {Extent{300, 300}, Extent{64, 64}, Extent{97, 61}}) {
+      const Scene scene = load_scene(name, {.size = extent});
+      EXPECT_EQ(scene.extent(), extent) << name;
+      EXPECT_EQ(scene.picture.values.size(), extent.sites()) << name;
+      EXPECT_FALSE(scene.title.empty());
+    }
+  }
+}
+
+TEST(ShippedScenes, TheSquareIsTheThesiss) {
+  const Scene scene = load_scene("square");
+  const Level& full = scene.full;
+  EXPECT_EQ(full.extent, (Extent{300, 300}));
+  EXPECT_EQ(scene.schedule.iterations, 50);
+  EXPECT_FALSE(scene.schedule.start_level.has_value());
+  for (int i = 0; i < 300; ++i) {
+    EXPECT_EQ(full.target.x[full.extent.index(0, i)], -50.0F);
+    EXPECT_EQ(full.confidence.x[full.extent.index(0, i)], 1.0F);
+    EXPECT_EQ(full.confidence.x[full.extent.index(299, i)], 1.0F);
+    EXPECT_EQ(full.target.x[full.extent.index(299, i)], 0.0F);
+    EXPECT_EQ(full.confidence.y[full.extent.index(i, 0)], 1.0F);
+    EXPECT_EQ(full.target.y[full.extent.index(i, 299)], 50.0F);
+  }
+  EXPECT_EQ(std::ranges::count(full.confidence.x, 1.0F), 600);
+  EXPECT_EQ(std::ranges::count(full.confidence.y, 1.0F), 600);
+  EXPECT_EQ(full.modulus.values[full.extent.index(150, 150)], 10.0F);
+  EXPECT_EQ(full.modulus.values[full.extent.index(20, 150)], 20.0F);
+  // A third of the side, within a pixel.
+  EXPECT_NEAR(static_cast<double>(std::ranges::count(full.modulus.values, 10.0F)), 1e4, 2.1e2);
+}
+
+TEST(ShippedScenes, SchedulesAreTheThesiss) {
+  EXPECT_EQ(load_scene("square-modified").schedule.start_level, 5);
+  EXPECT_EQ(load_scene("square-modified").schedule.iterations, 500);
+  EXPECT_EQ(load_scene("square-single-level").schedule.start_level, 0);
+  EXPECT_EQ(load_scene("circular").schedule.iterations, 70);
+  EXPECT_EQ(load_scene("circular-radial").schedule.iterations, 50);
+}
+
+TEST(ShippedScenes, TheCircularBorderMovesAwayFromTheCentre) {
+  const Level full = load_scene("circular").full;
+  const double centre = 149.5;
+  for (int x = 0; x < 300; ++x) {
+    const auto i = full.extent.index(x, 0);
+    EXPECT_NEAR(std::hypot(full.target.x[i], full.target.y[i]), 50.0, 1e-4);
+    EXPECT_NEAR(full.target.x[i] * (0 - centre), full.target.y[i] * (x - centre), 1e-2);
+    EXPECT_LT(full.target.y[i], 0.0F);
+  }
+  EXPECT_EQ(std::ranges::count(full.confidence.x, 1.0F), 4 * 299);
+}
+
+TEST(ShippedScenes, TheRadialExpansionFallsLinearlyFromTheOutlineToTheImageBorder) {
+  const Level full = load_scene("circular-radial").full;
+  // Along the horizontal axis the outline is at 0.3 * 299 = 89.7 from the centre, the border at 149.5.
+  for (int x = 245; x < 300; ++x) {
+    const auto i = full.extent.index(x, 150);
+    const double radius = x - 149.5;
+    EXPECT_NEAR(full.target.x[i], 50.0 * (149.5 - radius) / (149.5 - 89.7), 1.0) << x;
+    EXPECT_NEAR(full.target.y[i], 0.0, 1.0) << x;
+    EXPECT_EQ(full.confidence.x[i], 1.0F);
+    EXPECT_EQ(full.confidence.y[i], 1.0F);
+  }
+  EXPECT_EQ(full.confidence.x[full.extent.index(150, 150)], 0.0F);
+  EXPECT_EQ(full.target.x[full.extent.index(299, 150)], 0.0F);
+}
+
+TEST(ShippedScenes, TieRichIsOnItsGrid) {
+  const Scene scene = load_scene("tie-rich", {.size = Extent{40, 40}});
+  for (const float value : scene.start.x) {
+    EXPECT_EQ(value, static_cast<float>(0.1 * std::round(value * 10.0)));
+  }
+  EXPECT_TRUE(std::ranges::all_of(scene.full.modulus.values, [](float m) { return m == 1.0F; }));
+}
+
+TEST_F(SceneFile, AGoodFileIsAccepted) {
+  const Scene scene = load_scene(folder_.write("mine.toml", good).string());
+  EXPECT_EQ(scene.name, "mine");
+  EXPECT_EQ(scene.extent(), (Extent{8, 6}));
+  EXPECT_EQ(std::ranges::count(scene.full.confidence.x, 1.0F), 6);
+  EXPECT_EQ(load_scene(folder_.write("mine.toml", good).string(), {.size = Extent{3, 2}}).extent(),
+            (Extent{3, 2}));
+}
+
+TEST_F(SceneFile, MistakesAreNamedWithTheirLine) {
+  EXPECT_THAT(refusal_with("dx = -5.0", "dx = nan"), AllOf(HasSubstr("scene.toml:10"), HasSubstr("dx")));
+  EXPECT_THAT(refusal_with("dx = -5.0", "dx = \"five\""), HasSubstr("must be a number"));
+  EXPECT_THAT(refusal_with("dx = -5.0", "dx = -5.0\nconfidence = 1.5"), HasSubstr("within 0 ... 1"));
+  EXPECT_THAT(refusal_with("dx = -5.0", "dxx = -5.0"), HasSubstr("dxx is not a key"));
+  EXPECT_THAT(refusal_with("dx = -5.0", ""), HasSubstr("give dx, dy or outward"));
+  EXPECT_THAT(refusal_with("\"left\"", "\"middle\""), HasSubstr("it must be one of left, right"));
+  EXPECT_THAT(refusal_with("modulus = 20.0", "modulus = 0.0"),
+              AllOf(HasSubstr(":4"), HasSubstr("must be positive")));
+  EXPECT_THAT(refusal_with("modulus = 20.0", "modulus = -3.0"), HasSubstr("must be positive"));
+  EXPECT_THAT(refusal_with("modulus = 20.0", "modulus = inf"), HasSubstr("must be finite"));
+  EXPECT_THAT(refusal_with("modulus = 20.0", "modulus = 1e-60"), HasSubstr("modulus"));
+  EXPECT_THAT(refusal_with("modulus = 20.0", ""), HasSubstr("modulus is missing"));
+  EXPECT_THAT(refusal_with("label = 1\nmodulus", "label = 2\nmodulus"),
+              AllOf(HasSubstr("label 1"), HasSubstr("x = 0")));
+  EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8, 0]"), HasSubstr("whole numbers >= 1"));
+  EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8]"), HasSubstr("two numbers"));
+  EXPECT_THAT(refusal_with("size = [8, 6]", ""), HasSubstr("size is missing"));
+  EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8, 6]\npenalty = 0.0"), HasSubstr("penalty K"));
+  EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8, 6]\nsteps = []"), HasSubstr("empty"));
+  EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8, 6]\nsteps = \"fast\""), HasSubstr("not a number"));
+  EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8, 6"), HasSubstr("scene.toml:"));
+  EXPECT_THAT(refusal_with("\"everything\"", "\"rectangle\""), HasSubstr("centre is missing"));
+  EXPECT_THAT(
+      refusal_with("kind = \"everything\"", "kind = \"ellipse\"\ncentre = [0.5, 0.5]\nsize = [0.1, 0.1]"),
+      HasSubstr("unpainted"));
+  EXPECT_THAT(refusal_with("\"left\"\ndx", "\"outside\"\noutward"), HasSubstr("no pixel has label 0"));
+  EXPECT_THAT(refusal_with("[[shape]]", "[schedule]\niterations = -1\n[[shape]]"), HasSubstr("iterations"));
+  EXPECT_THAT(refusal_with("[[shape]]", "[schedule]\nstop = \"never\"\n[[shape]]"),
+              HasSubstr("fixed, still, energy"));
+  EXPECT_THAT(refusal_with("[[shape]]", "[image]\nlabels = \"a.png\"\n[[shape]]"),
+              HasSubstr("exactly one of these"));
+}
+
+TEST_F(SceneFile, MissingFilesAreNamed) {
+  EXPECT_THAT(refusal("no-such-scene"), AllOf(HasSubstr("no-such-scene"), HasSubstr("square")));
+  EXPECT_THAT(refusal(folder_.path().string()), HasSubstr("cannot be read"));
+  const auto scene = folder_.write("scene.toml", "[image]\nlabels = \"missing.png\"\n");
+  EXPECT_THAT(refusal(scene.string()), HasSubstr(have_images() ? "missing.png" : "without image support"));
+}
+
+TEST(Outline, DistancesAndNormalsOfADisc) {
+  const Extent extent{81, 81};
+  std::vector<bool> inside(extent.sites());
+  for (int y = 0; y < 81; ++y) {
+    for (int x = 0; x < 81; ++x) {
+      inside[extent.index(x, y)] = std::hypot(x - 40, y - 40) <= 20.0;
+    }
+  }
+  const Outline outline = find_outline(inside, extent);
+  for (int y = 5; y < 76; ++y) {
+    for (int x = 5; x < 76; ++x) {
+      const auto i = extent.index(x, y);
+      const double radius = std::hypot(x - 40, y - 40);
+      EXPECT_NEAR(outline.distance.values[i], radius - 20.0, 1.0);
+      EXPECT_EQ(outline.distance.values[i] < 0.0F, static_cast<bool>(inside[i]));
+      if (radius > 18.0) {
+        const double nx = static_cast<double>(outline.normal.x[i]);
+        const double ny = static_cast<double>(outline.normal.y[i]);
+        EXPECT_GT((nx * (x - 40) + ny * (y - 40)) / radius, 0.995);
+      }
+    }
+  }
+}
+
+} // namespace
+} // namespace hdmbench

@@ -1,0 +1,109 @@
+// What running on a rasterizer that never contracts cannot show: the shaders as texts and as SPIR-V.
+
+#include "backends/gl/context.hpp"
+#include "backends/gl/objects.hpp"
+#include "test/temporary_folder.hpp"
+
+#include <gtest/gtest.h>
+#include <shaders/count_compute.hpp>
+#include <shaders/count_fragment.hpp>
+#include <shaders/quad_vertex.hpp>
+#include <shaders/sweep_compute.hpp>
+#include <shaders/sweep_fragment.hpp>
+#include <shaders/sweep_vulkan.hpp>
+
+#include <cstdlib>
+#include <set>
+#include <span>
+
+namespace hdmbench {
+namespace {
+
+/// Status of glslangValidator, which is stricter than drivers are.
+int lint(const test::TemporaryFolder& folder, const char* file_name, std::string_view text) {
+  const auto file = folder.write(file_name, text);
+  return std::system(("glslangValidator '" + file.string() + "'").c_str());
+}
+
+TEST(Shaders, AreStrictGlsl) {
+  if (std::system("command -v glslangValidator >/dev/null") != 0) {
+    GTEST_SKIP() << "glslangValidator is not installed";
+  }
+  const test::TemporaryFolder folder;
+  for (const int steps : {1, 5, 16}) {
+    EXPECT_EQ(lint(folder, "sweep.frag", gl::assemble(sources::sweep_fragment, steps)), 0);
+    EXPECT_EQ(lint(folder, "sweep.comp", gl::assemble(sources::sweep_compute, steps)), 0);
+  }
+  EXPECT_EQ(lint(folder, "count.frag", sources::count_fragment), 0);
+  EXPECT_EQ(lint(folder, "quad.vert", sources::quad_vertex), 0);
+  EXPECT_EQ(lint(folder, "count.comp", sources::count_compute), 0);
+  EXPECT_NE(lint(folder, "wrong.frag", "#version 120\nvoid main() { gl_FragColor = 1; }\n"), 0)
+      << "the lint is blind";
+}
+
+struct Arithmetic {
+  int operations = 0; ///< float additions, subtractions and multiplications
+  int contractible = 0;
+};
+
+/// SPIR-V: a header of five words, then instructions whose first word is length << 16 | opcode.
+Arithmetic count_arithmetic(std::span<const std::uint32_t> words) {
+  constexpr std::uint32_t decorate = 71;
+  constexpr std::uint32_t no_contraction = 42;
+  const std::set<std::uint32_t> arithmetic{129, 131, 133}; // OpFAdd, OpFSub, OpFMul
+  std::set<std::uint32_t> protected_ids;
+  Arithmetic found;
+  for (std::size_t at = 5; at < words.size(); at += words[at] >> 16) {
+    const std::uint32_t opcode = words[at] & 0xffffU;
+    if (opcode == decorate && words[at + 2] == no_contraction) {
+      protected_ids.insert(words[at + 1]);
+    }
+    if (arithmetic.contains(opcode)) {
+      ++found.operations;
+      found.contractible += protected_ids.contains(words[at + 2]) ? 0 : 1;
+    }
+  }
+  return found;
+}
+
+TEST(Shaders, VulkanMayNotContractAnyFloatOperation) {
+  const Arithmetic found = count_arithmetic(sweep_vulkan);
+  EXPECT_GT(found.operations, 30);
+  EXPECT_EQ(found.contractible, 0);
+}
+
+TEST(Shaders, ACompilerErrorComesWithTheDriversLog) {
+  std::unique_ptr<gl::Context> context;
+  try {
+    context = gl::make_egl_platform()->open(0, {2, 1});
+  } catch (const DeviceError& error) {
+    GTEST_SKIP() << "no OpenGL: " << error.what();
+  }
+  const gl::Context::Current current(*context);
+  try {
+    const gl::Program program(
+        context->api(), {{GL_FRAGMENT_SHADER, "#version 120\nvoid main() { gl_FragColor = nonsense; }\n"}});
+    FAIL() << "compiled";
+  } catch (const DeviceError& error) {
+    EXPECT_NE(std::string(error.what()).find("nonsense"), std::string::npos) << error.what();
+  }
+}
+
+TEST(OpenGl, AnErrorNamesItsCall) {
+  std::unique_ptr<gl::Context> context;
+  try {
+    context = gl::make_egl_platform()->open(0, {2, 1});
+  } catch (const DeviceError& error) {
+    GTEST_SKIP() << "no OpenGL: " << error.what();
+  }
+  const gl::Context::Current current(*context);
+  try {
+    context->api().DrawArrays(GL_TRIANGLES, 0, -1);
+    FAIL() << "accepted";
+  } catch (const DeviceError& error) {
+    EXPECT_STREQ(error.what(), "glDrawArrays: GL_INVALID_VALUE (0x0501)");
+  }
+}
+
+} // namespace
+} // namespace hdmbench

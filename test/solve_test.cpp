@@ -1,0 +1,111 @@
+#include "harness/solve.hpp"
+
+#include "backends/registry.hpp"
+#include "harness/bench.hpp"
+#include "harness/compare.hpp"
+#include "kernels/mean_energy.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace hdmbench {
+namespace {
+
+Solution solve_on(const std::string& backend, const Scene& scene) {
+  const auto backends = make_backends();
+  const auto session = find_backend(backends, backend).open({});
+  Progress silent(false);
+  return solve(scene, *session, silent, true);
+}
+
+TEST(Solve, TheSquareReachesItsBorderValues) {
+  const Scene scene = load_scene("square", {.size = Extent{64, 64}});
+  const Solution solution = solve_on("scalar", scene);
+  EXPECT_EQ(solution.levels.size(), 7U);
+  for (int y = 0; y < 64; ++y) {
+    // A pinned site comes to rest within half the smallest step.
+    EXPECT_NEAR(solution.displacement.x[scene.extent().index(0, y)], -50.0F, 0.0501F);
+    EXPECT_NEAR(solution.displacement.x[scene.extent().index(63, y)], 0.0F, 0.0501F);
+    EXPECT_NEAR(solution.displacement.y[scene.extent().index(y, 63)], 50.0F, 0.0501F);
+  }
+  // Softer in the middle: more of the displacement happens there than in as wide a strip of normal matter.
+  const auto dx = [&](int x) { return solution.displacement.x[scene.extent().index(x, 32)]; };
+  EXPECT_GT(dx(37) - dx(27), dx(15) - dx(5));
+}
+
+TEST(Solve, UntilStillEndsAtAnExactFixedPoint) {
+  Scene scene = load_scene("square", {.size = Extent{48, 48}});
+  scene.schedule.stop = Stop::still;
+  scene.schedule.iterations = 5000;
+  const auto backends = make_backends();
+  const auto session = backends.front()->open({});
+  Progress silent(false);
+  const Solution solution = solve(scene, *session, silent, true);
+  ASSERT_LT(solution.levels.back().iterations, 5000);
+  EXPECT_EQ(solution.levels.back().changed, 0);
+  session->step(10);
+  VectorField later;
+  session->read(later);
+  EXPECT_EQ(compare(solution.displacement, later).sites, 0);
+}
+
+TEST(Solve, EveryStopRuleGivesTheSameFieldAndIterationsOnEveryBackend) {
+  Scene scene = load_scene("circular", {.size = Extent{40, 33}});
+  scene.schedule.iterations = 300;
+  for (const Stop stop : {Stop::fixed, Stop::still, Stop::energy}) {
+    scene.schedule.stop = stop;
+    const Solution expected = solve_on("scalar", scene);
+    for (const auto& backend : make_backends()) {
+      try {
+        (void)backend->devices();
+      } catch (const DeviceError&) {
+        continue; // backends_test says so visibly
+      }
+      const Solution found = solve_on(std::string(backend->name()), scene);
+      EXPECT_EQ(compare(expected.displacement, found.displacement).sites, 0) << backend->name();
+      for (std::size_t i = 0; i < expected.levels.size(); ++i) {
+        EXPECT_EQ(found.levels[i].iterations, expected.levels[i].iterations)
+            << backend->name() << ", level " << i;
+      }
+    }
+  }
+}
+
+TEST(Solve, SequentialLowersTheEnergyLikeSimultaneous) {
+  Scene scene = load_scene("square", {.size = Extent{48, 48}});
+  const double at_rest = mean_energy(scene.full, scene.start);
+  for (const Update update : {Update::simultaneous, Update::sequential}) {
+    scene.schedule.update = update;
+    scene.full.update = update;
+    EXPECT_LT(mean_energy(scene.full, solve_on("scalar", scene).displacement), 0.01 * at_rest);
+  }
+}
+
+TEST(Solve, StartLevelSkipsCoarseLevels) {
+  Scene scene = load_scene("square", {.size = Extent{64, 64}});
+  scene.schedule.start_level = 2;
+  const Solution solution = solve_on("scalar", scene);
+  ASSERT_EQ(solution.levels.size(), 3U);
+  EXPECT_EQ(solution.levels.front().extent, (Extent{16, 16}));
+  scene.schedule.start_level = 99;
+  EXPECT_EQ(solve_on("scalar", scene).levels.size(), 7U);
+}
+
+TEST(Solve, SiteUpdatesAreCounted) {
+  Scene scene = load_scene("square", {.size = Extent{8, 8}});
+  scene.schedule.iterations = 3;
+  EXPECT_EQ(site_updates(scene), 3.0 * (64 + 16 + 4 + 1));
+  EXPECT_EQ(site_updates(scene, 2), 2.0 * (64 + 16 + 4 + 1));
+}
+
+TEST(Bench, MediansAreOfRawSamples) {
+  const std::vector<Timings> samples{{.compute = 5.0}, {.compute = 1.0}, {.compute = 2.0}, {.compute = 9.0}};
+  const auto compute = [](const Timings& timings) { return timings.compute; };
+  EXPECT_EQ(median_seconds(samples, compute), 3.5);
+  EXPECT_EQ(median_seconds(std::span(samples).first(3), compute), 2.0);
+  EXPECT_EQ(median_seconds({}, compute), 0.0);
+}
+
+} // namespace
+} // namespace hdmbench

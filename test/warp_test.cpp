@@ -1,0 +1,137 @@
+#include "test/image_files.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <random>
+#include <utility>
+
+namespace hdmbench {
+namespace {
+
+ScalarField some_picture(Extent extent) {
+  ScalarField picture(extent);
+  std::mt19937 random(2);
+  std::ranges::generate(picture.values,
+                        [&random] { return 1.0F + static_cast<float>(random() % 2540) * 0.1F; });
+  return picture;
+}
+
+TEST(Warp, ZeroChangesNothing) {
+  for (const Extent extent : {Extent{1, 1}, Extent{1, 7}, Extent{7, 1}, Extent{2, 2}, Extent{31, 17}}) {
+    const ScalarField picture = some_picture(extent);
+    EXPECT_EQ(warp(picture, VectorField(extent)).values, picture.values)
+        << extent.width << " x " << extent.height;
+  }
+}
+
+TEST(Warp, IntegerTranslationIsExact) {
+  const Extent extent{23, 19};
+  const ScalarField picture = some_picture(extent);
+  for (const auto& [dx, dy] : {std::pair{3, 0}, std::pair{-4, 7}, std::pair{0, -18}, std::pair{40, 0}}) {
+    VectorField displacement(extent);
+    std::ranges::fill(displacement.x, static_cast<float>(dx));
+    std::ranges::fill(displacement.y, static_cast<float>(dy));
+    const ScalarField warped = warp(picture, displacement);
+    for (int y = 0; y < extent.height; ++y) {
+      for (int x = 0; x < extent.width; ++x) {
+        const bool arrives = x - dx >= 0 && x - dx < extent.width && y - dy >= 0 && y - dy < extent.height;
+        EXPECT_EQ(warped.values[extent.index(x, y)],
+                  arrives ? picture.values[extent.index(x - dx, y - dy)] : 0.0F);
+      }
+    }
+  }
+}
+
+TEST(Warp, GoesForwards) {
+  const Extent extent{9, 9};
+  ScalarField picture(extent);
+  picture.values[extent.index(2, 4)] = 100.0F;
+  VectorField displacement(extent);
+  std::ranges::fill(displacement.x, 5.0F);
+  EXPECT_EQ(warp(picture, displacement).values[extent.index(7, 4)], 100.0F);
+}
+
+TEST(Warp, LinearMapOfALinearPictureIsExact) {
+  const Extent extent{40, 30};
+  ScalarField picture(extent);
+  VectorField displacement(extent);
+  for (int y = 0; y < extent.height; ++y) {
+    for (int x = 0; x < extent.width; ++x) {
+      const std::size_t site = extent.index(x, y);
+      picture.values[site] = 10.0F + 3.0F * static_cast<float>(x) + 2.0F * static_cast<float>(y);
+      displacement.x[site] = 0.5F * static_cast<float>(x - 20);
+      displacement.y[site] = -0.25F * static_cast<float>(y - 16);
+    }
+  }
+  const ScalarField warped = warp(picture, displacement);
+  for (int y = 4; y <= 26; ++y) {
+    for (int x = 0; x < extent.width; ++x) {
+      const double from_x = 20.0 + (x - 20.0) / 1.5;
+      const double from_y = 16.0 + (y - 16.0) / 0.75;
+      if (from_y >= 0.0 && from_y <= 29.0) {
+        EXPECT_NEAR(warped.values[extent.index(x, y)], 10.0 + 3.0 * from_x + 2.0 * from_y, 1e-4);
+      }
+    }
+  }
+  EXPECT_EQ(warped.values[extent.index(20, 0)], 0.0F); // the picture shrinks away from here
+}
+
+TEST(Warp, FoldsAreDrawn) {
+  const Extent extent{64, 64};
+  const ScalarField picture = some_picture(extent);
+  const ScalarField warped = warp(picture, some_displacement(extent));
+  const auto [low, high] = std::ranges::minmax(warped.values);
+  EXPECT_GE(low, 0.0F);
+  EXPECT_LE(high, std::ranges::max(picture.values) + 1e-3F);
+  VectorField mirrored(extent);
+  for (int y = 0; y < extent.height; ++y) {
+    for (int x = 0; x < extent.width; ++x) {
+      mirrored.x[extent.index(x, y)] = static_cast<float>(63 - 2 * x);
+    }
+  }
+  const ScalarField mirror = warp(picture, mirrored);
+  for (int x = 0; x < 64; ++x) {
+    EXPECT_EQ(mirror.values[extent.index(x, 5)], picture.values[extent.index(63 - x, 5)]);
+  }
+  std::ranges::fill(mirrored.x, 1e30F);
+  EXPECT_EQ(std::ranges::max(warp(picture, mirrored).values), 0.0F);
+}
+
+TEST(Warp, RefusesWhatIsNoDisplacement) {
+  VectorField displacement({4, 4});
+  displacement.x[5] = std::numeric_limits<float>::quiet_NaN();
+  expect_refusal([&] { (void)warp(ScalarField({4, 4}), displacement); }, "x = 1, y = 1");
+  expect_refusal([&] { (void)warp(ScalarField({4, 5}), VectorField({4, 4})); }, "4 x 5");
+}
+
+TEST(Grid, HasALineEverySoManyPixels) {
+  for (const int every : {2, 5, 10}) {
+    const Extent extent{100, 60};
+    const ScalarField grid = grid_picture(extent, every);
+    const int row = every - every / 2 + every / 2; // half-way between two lines
+    std::vector<int> lines;
+    for (int x = 0; x < extent.width; ++x) {
+      if (grid.values[extent.index(x, row)] == 0.0F) {
+        lines.push_back(x);
+      }
+    }
+    ASSERT_GE(lines.size(), 2U) << every;
+    for (std::size_t i = 1; i < lines.size(); ++i) {
+      EXPECT_EQ(lines[i] - lines[i - 1], every);
+    }
+    EXPECT_NEAR(static_cast<double>(lines.size()), 100.0 / every, 1.0);
+    EXPECT_EQ(std::ranges::max(grid.values), 255.0F);
+    // a whole line in both directions
+    for (int y = 0; y < extent.height; ++y) {
+      EXPECT_EQ(grid.values[extent.index(lines[0], y)], 0.0F);
+    }
+    for (int x = 0; x < extent.width; ++x) {
+      EXPECT_EQ(grid.values[extent.index(x, lines[0])], 0.0F);
+    }
+  }
+  expect_refusal([] { (void)grid_picture({10, 10}, 1); }, "every 1 pixels");
+  expect_refusal([] { (void)grid_picture({10, 10}, -3); }, "every -3 pixels");
+}
+
+} // namespace
+} // namespace hdmbench
