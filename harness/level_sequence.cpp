@@ -14,8 +14,12 @@ LevelSequence::LevelSequence(const Scene& scene) : scene_(scene), extents_(pyram
   }
 }
 
-Level LevelSequence::sample(int level) const {
-  return level == 0 ? scene_.full : sample_level(scene_.full, extent(level), scene_.schedule.alignment);
+const Level& LevelSequence::sample(int level) {
+  if (level == 0) {
+    return scene_.full;
+  }
+  sampled_ = sample_level(scene_.full, extent(level), scene_.schedule.alignment);
+  return sampled_;
 }
 
 VectorField LevelSequence::begin(int level, const VectorField& computed_before) const {

@@ -19,8 +19,8 @@ public:
   [[nodiscard]] const std::vector<int>& order() const { return order_; }
   [[nodiscard]] Extent extent(int level) const { return extents_[static_cast<std::size_t>(level)]; }
 
-  /// Moduli, targets and confidences of a level.
-  [[nodiscard]] Level sample(int level) const;
+  /// Moduli, targets and confidences of a level; valid until the next call.
+  [[nodiscard]] const Level& sample(int level);
   /// The displacement a level begins with: that of the level computed before, interpolated; the scene's start
   /// for the first.
   [[nodiscard]] VectorField begin(int level, const VectorField& computed_before) const;
@@ -29,6 +29,7 @@ private:
   const Scene& scene_;
   std::vector<Extent> extents_;
   std::vector<int> order_;
+  Level sampled_;
 };
 
 /// Decides after each iteration whether a level is finished.

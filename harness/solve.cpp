@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 namespace hdmbench {
 
@@ -25,6 +26,13 @@ private:
   double& seconds_;
   std::chrono::steady_clock::time_point start_;
 };
+
+/// call(), its seconds added to `seconds`.
+template <typename Call>
+auto timed(double& seconds, Call&& call) {
+  const Stopwatch watch(seconds);
+  return call();
+}
 
 /// One iteration at a time, until the rule says stop. Returns the number of iterations.
 int step_until_stopped(const Level& level, const Schedule& schedule, Session& session, Timings& timings) {
@@ -55,16 +63,13 @@ std::string method_name(const Schedule& schedule) {
 }
 
 Solution solve(const Scene& scene, Session& session, Progress& progress, bool last_changed) {
-  const LevelSequence levels(scene);
+  LevelSequence levels(scene);
   Solution solution;
   for (const int index : levels.order()) {
-    Level level;
-    VectorField begin;
-    {
-      const Stopwatch watch(solution.timings.projection);
-      level = levels.sample(index);
-      begin = levels.begin(index, solution.displacement);
-    }
+    const auto [level, begin] = timed(solution.timings.projection, [&] {
+      return std::pair<const Level&, VectorField>(levels.sample(index),
+                                                  levels.begin(index, solution.displacement));
+    });
     {
       const Stopwatch watch(solution.timings.upload);
       session.load(level);

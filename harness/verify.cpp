@@ -122,12 +122,12 @@ std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
   schedule.iterations = std::min(schedule.iterations, options.iteration_limit.value_or(schedule.iterations));
 
   const std::unique_ptr<Session> session = reference.open(options.session);
-  const LevelSequence levels(scene);
+  LevelSequence levels(scene);
   VectorField after;
   VectorField before;
   std::int64_t changes = 0;
   for (const int index : levels.order()) {
-    const Level level = levels.sample(index);
+    const Level& level = levels.sample(index);
     progress.describe(fmt::format("verify {}: level {} of {}, {} x {}", scene.name, index,
                                   levels.order().size(), level.extent.width, level.extent.height));
     before = levels.begin(index, after);

@@ -1,9 +1,10 @@
 // Collects what energy.inc's Site needs, for every shading language. The includer supplies
 //
-//   POSITION             vec2 with pixel centres at .5, or ivec2
-//   displacement_at(p)   vec2: dx, dy
-//   observation_at(p)    vec4: target x, target y, modulus, 1 / modulus   (thesis Tab. 6.2; alpha is ours)
-//   confidence_at(p)     vec2: cx, cy
+//   POSITION               vec2 with pixel centres at .5, or ivec2
+//   displacement_at(p)     vec2: dx, dy
+//   inverse_modulus_at(p)  1 / modulus
+//   observation_at(p)      vec3: target x, target y, modulus (thesis Tab. 6.2)
+//   confidence_at(p)       vec2: cx, cy
 
 // Which site stands for the neighbour at `offset`: itself, or the centre where it is outside (thesis 6.2.6).
 POSITION neighbour(POSITION centre, POSITION offset, POSITION size) {
@@ -31,7 +32,7 @@ Site gather(POSITION at, POSITION size, real penalty) {
   vec2 d_south_west = displacement_at(south_west);
   vec2 d_south = displacement_at(south);
   vec2 d_south_east = displacement_at(south_east);
-  vec4 observation = observation_at(at);
+  vec3 observation = observation_at(at);
   vec2 confidence = confidence_at(at);
 
   Site site;
@@ -40,9 +41,9 @@ Site gather(POSITION at, POSITION size, real penalty) {
   site.dy = Neighbours(d_north_west.y, d_north.y, d_north_east.y, d_west.y, d_centre.y, d_east.y,
                        d_south_west.y, d_south.y, d_south_east.y);
   site.inverse_modulus =
-      Neighbours(observation_at(north_west).w, observation_at(north).w, observation_at(north_east).w,
-                 observation_at(west).w, observation.w, observation_at(east).w, observation_at(south_west).w,
-                 observation_at(south).w, observation_at(south_east).w);
+      Neighbours(inverse_modulus_at(north_west), inverse_modulus_at(north), inverse_modulus_at(north_east),
+                 inverse_modulus_at(west), inverse_modulus_at(at), inverse_modulus_at(east),
+                 inverse_modulus_at(south_west), inverse_modulus_at(south), inverse_modulus_at(south_east));
   site.modulus = observation.z;
   site.target_x = observation.x;
   site.target_y = observation.y;

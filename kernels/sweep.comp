@@ -19,7 +19,8 @@ layout(location = 2) uniform float steps[16];
 const int step_count = STEP_COUNT; // supplied after #version
 
 vec2 displacement_at(ivec2 p) { return texelFetch(image, p, 0).rg; }
-vec4 observation_at(ivec2 p) { return texelFetch(observation, p, 0); }
+float inverse_modulus_at(ivec2 p) { return texelFetch(observation, p, 0).a; }
+vec3 observation_at(ivec2 p) { return texelFetch(observation, p, 0).rgb; }
 vec2 confidence_at(ivec2 p) { return texelFetch(confidence, p, 0).rg; }
 
 #include "energy.inc"

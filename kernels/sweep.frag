@@ -8,8 +8,8 @@
 #define HDM_PRECISE
 #define POSITION vec2
 
-uniform sampler2DRect image;       // rg: displacement
-uniform sampler2DRect observation; // rg: target, b: modulus, a: 1 / modulus
+uniform sampler2DRect image;       // rg: displacement, b: 1 / modulus, handed on: a neighbour costs one fetch
+uniform sampler2DRect observation; // rg: target, b: modulus
 uniform sampler2DRect confidence;  // rg
 uniform vec2 dimension;
 uniform float penalty;
@@ -17,7 +17,8 @@ uniform float steps[16];
 const int step_count = STEP_COUNT; // supplied after #version
 
 vec2 displacement_at(vec2 p) { return texture2DRect(image, p).rg; }
-vec4 observation_at(vec2 p) { return texture2DRect(observation, p); }
+float inverse_modulus_at(vec2 p) { return texture2DRect(image, p).b; }
+vec3 observation_at(vec2 p) { return texture2DRect(observation, p).rgb; }
 vec2 confidence_at(vec2 p) { return texture2DRect(confidence, p).rg; }
 
 #include "energy.inc"
@@ -25,5 +26,5 @@ vec2 confidence_at(vec2 p) { return texture2DRect(confidence, p).rg; }
 
 void main() {
   Displacement next = improved_displacement(gather(gl_FragCoord.xy, dimension, penalty), steps, step_count);
-  gl_FragColor = vec4(next.x, next.y, 0.0, 0.0);
+  gl_FragColor = vec4(next.x, next.y, inverse_modulus_at(gl_FragCoord.xy), 0.0);
 }

@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 
 // One simultaneous ICM iteration, an invocation per site. Texel buffers because software rasterizers read them
-// several times faster than storage buffers. backends/vulkan_compute.cpp fixes the bindings and the block's layout.
+// several times faster than storage buffers. backends/vulkan/session.cpp fixes the bindings and the block's layout.
 
 #define real float
 #define HDM_FUNCTION
@@ -26,7 +26,8 @@ layout(push_constant) uniform Parameters {
 
 int index_of(ivec2 site) { return site.y * width + site.x; }
 vec2 displacement_at(ivec2 site) { return texelFetch(displacement, index_of(site)).xy; }
-vec4 observation_at(ivec2 site) { return texelFetch(observation, index_of(site)); }
+float inverse_modulus_at(ivec2 site) { return texelFetch(observation, index_of(site)).w; }
+vec3 observation_at(ivec2 site) { return texelFetch(observation, index_of(site)).xyz; }
 vec2 confidence_at(ivec2 site) { return texelFetch(confidence, index_of(site)).xy; }
 
 #include "energy.inc"

@@ -55,9 +55,10 @@ public:
       pixels_[4 * i] = level.target.x[i];
       pixels_[4 * i + 1] = level.target.y[i];
       pixels_[4 * i + 2] = level.modulus.values[i];
-      pixels_[4 * i + 3] = level.inverse_modulus.values[i];
+      pixels_[4 * i + 3] = 0.0F;
     }
     allocate(observation_, pixels_.data());
+    inverse_modulus_ = level.inverse_modulus.values;
     pack(level.confidence);
     allocate(confidence_, pixels_.data());
     for (std::size_t i = 0; i < 2; ++i) {
@@ -135,12 +136,13 @@ private:
                    GL_FLOAT, pixels);
   }
 
-  /// Two components into rg, 0 into ba (thesis Tab. 6.2).
+  /// A field into rg and 1 / modulus into b, which thesis Tab. 6.2 leaves free; the confidence image ignores
+  /// it.
   void pack(const VectorField& field) {
     for (std::size_t i = 0; i < extent_.sites(); ++i) {
       pixels_[4 * i] = field.x[i];
       pixels_[4 * i + 1] = field.y[i];
-      pixels_[4 * i + 2] = 0.0F;
+      pixels_[4 * i + 2] = inverse_modulus_[i];
       pixels_[4 * i + 3] = 0.0F;
     }
   }
@@ -186,6 +188,7 @@ private:
   int program_steps_ = 0;
   Extent extent_;
   std::size_t current_ = 0;
+  std::vector<float> inverse_modulus_;
   std::vector<GLfloat> pixels_; ///< RGBA staging
 };
 

@@ -62,6 +62,42 @@ NeighbourPointers neighbours(const float* values, Extent extent, int y, bool wes
           .south_east = pick(1, 1)};
 }
 
+/// Columns first ... last - 1 of a row, with or without an observation.
+struct Run {
+  int first;
+  int last;
+  bool observed;
+};
+
+/// A row as few runs: the outermost columns by themselves, because they have neighbours outside; between them
+/// blocks of columns that are called unobserved only if nobody in them is observed.
+std::vector<Run> find_runs(const Level& level, int y) {
+  constexpr int block = 64;
+  const int width = level.extent.width;
+  const auto is_observed = [&](int first, int last) {
+    for (std::size_t i = level.extent.index(first, y); i < level.extent.index(last, y); ++i) {
+      if (level.confidence.x[i] != 0.0F || level.confidence.y[i] != 0.0F) {
+        return true;
+      }
+    }
+    return false;
+  };
+  std::vector<Run> runs{{0, 1, true}};
+  for (int first = 1; first < width - 1; first += block) {
+    const int last = std::min(first + block, width - 1);
+    const bool observed = is_observed(first, last);
+    if (first > 1 && runs.back().observed == observed) {
+      runs.back().last = last;
+    } else {
+      runs.push_back({first, last, observed});
+    }
+  }
+  if (width > 1) {
+    runs.push_back({width - 1, width, true});
+  }
+  return runs;
+}
+
 /// Threads share the rows, SIMD lanes the sites of a row.
 class OpenMpSession final : public Session {
 public:
@@ -73,6 +109,10 @@ private:
       throw DeviceError("openmp sweeps simultaneously only; use scalar for sequential updates");
     }
     level_ = level;
+    runs_.clear();
+    for (int y = 0; y < level.extent.height; ++y) {
+      runs_.push_back(find_runs(level, y));
+    }
     current_ = VectorField(level.extent);
     next_ = VectorField(level.extent);
   }
@@ -109,19 +149,18 @@ private:
   }
 
   [[nodiscard]] std::int64_t sweep_row(const VectorField& from, VectorField& to, int y) const {
-    const int width = level_.extent.width;
-    if (width == 1) {
-      return kernel_(part(from, to, y, 0, 1));
+    std::int64_t changed = 0;
+    for (const Run& run : runs_[static_cast<std::size_t>(y)]) {
+      changed += kernel_(part(from, to, y, run));
     }
-    return kernel_(part(from, to, y, 0, 1)) + kernel_(part(from, to, y, 1, width - 1)) +
-           kernel_(part(from, to, y, width - 1, width));
+    return changed;
   }
 
-  [[nodiscard]] RowPart part(const VectorField& from, VectorField& to, int y, int first, int last) const {
+  [[nodiscard]] RowPart part(const VectorField& from, VectorField& to, int y, const Run& run) const {
     const Extent extent = level_.extent;
     const std::size_t row = extent.index(0, y);
-    const bool west = first == 0;
-    const bool east = last == extent.width;
+    const bool west = run.first == 0;
+    const bool east = run.last == extent.width;
     return {.dx = neighbours(from.x.data(), extent, y, west, east),
             .dy = neighbours(from.y.data(), extent, y, west, east),
             .inverse_modulus = neighbours(level_.inverse_modulus.values.data(), extent, y, west, east),
@@ -135,13 +174,15 @@ private:
             .step_count = level_.steps.count(),
             .next_x = to.x.data() + row,
             .next_y = to.y.data() + row,
-            .first = first,
-            .last = last};
+            .first = run.first,
+            .last = run.last,
+            .observed = run.observed};
   }
 
   int threads_;
   SweepRow kernel_;
   Level level_;
+  std::vector<std::vector<Run>> runs_; ///< per row
   VectorField current_;
   VectorField next_;
   std::int64_t changed_ = 0;

@@ -21,7 +21,8 @@ struct NeighbourPointers {
   const float* south_east;
 };
 
-/// Sites first ... last - 1 of one row, all with the same kind of neighbours.
+/// Sites first ... last - 1 of one row, all with the same kind of neighbours, all with an observation or all
+/// without.
 struct RowPart {
   NeighbourPointers dx;
   NeighbourPointers dy;
@@ -38,6 +39,7 @@ struct RowPart {
   float* next_y;
   int first;
   int last;
+  bool observed; ///< false: both confidences are 0 all along the part; they and the targets are not read
 };
 
 /// Returns the number of sites that changed.
