@@ -22,7 +22,7 @@ public:
 struct Device {
   std::string name;         ///< as the driver calls it
   std::string driver;       ///< driver and version
-  bool is_software = false; ///< a rasterizer on the CPU, or the CPU itself
+  bool is_software = false; ///< a CPU that pretends to be a GPU
 };
 
 /// Which device to open and how.

@@ -16,7 +16,7 @@ Device cpu_device(std::string_view driver) {
       break;
     }
   }
-  return {.name = name, .driver = std::string(driver), .is_software = true};
+  return {.name = name, .driver = std::string(driver), .is_software = false};
 }
 
 } // namespace hdmbench

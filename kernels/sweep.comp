@@ -1,6 +1,6 @@
 #version 430
-// One simultaneous ICM iteration as an OpenGL 4.3 compute shader. Textures instead of storage buffers: on
-// rasterizers that run on the CPU their fetches are several times faster.
+// One simultaneous ICM iteration as an OpenGL 4.3 compute shader. Buffer textures: on rasterizers that run on the CPU
+// their fetches are several times faster than storage buffers and twice as fast as two-dimensional textures.
 
 #define real float
 #define HDM_FUNCTION
@@ -9,19 +9,20 @@
 
 layout(local_size_x = 64, local_size_y = 1) in;
 
-layout(binding = 0) uniform sampler2D image;       // rg: displacement
-layout(binding = 1) uniform sampler2D observation; // rg: target, b: modulus, a: 1 / modulus
-layout(binding = 2) uniform sampler2D confidence;  // rg
-layout(binding = 0, rg32f) uniform writeonly image2D next_image;
+layout(binding = 0) uniform samplerBuffer image;       // rg: displacement
+layout(binding = 1) uniform samplerBuffer observation; // rg: target, b: modulus, a: 1 / modulus
+layout(binding = 2) uniform samplerBuffer confidence;  // rg
+layout(binding = 0, rg32f) uniform restrict writeonly imageBuffer next_image;
 layout(location = 0) uniform ivec2 dimension;
 layout(location = 1) uniform float penalty;
 layout(location = 2) uniform float steps[16];
 const int step_count = STEP_COUNT; // supplied after #version
 
-vec2 displacement_at(ivec2 p) { return texelFetch(image, p, 0).rg; }
-float inverse_modulus_at(ivec2 p) { return texelFetch(observation, p, 0).a; }
-vec3 observation_at(ivec2 p) { return texelFetch(observation, p, 0).rgb; }
-vec2 confidence_at(ivec2 p) { return texelFetch(confidence, p, 0).rg; }
+int index_of(ivec2 p) { return p.y * dimension.x + p.x; }
+vec2 displacement_at(ivec2 p) { return texelFetch(image, index_of(p)).rg; }
+float inverse_modulus_at(ivec2 p) { return texelFetch(observation, index_of(p)).a; }
+vec3 observation_at(ivec2 p) { return texelFetch(observation, index_of(p)).rgb; }
+vec2 confidence_at(ivec2 p) { return texelFetch(confidence, index_of(p)).rg; }
 
 #include "energy.inc"
 #include "gather.glsl"
@@ -30,6 +31,6 @@ void main() {
   ivec2 at = ivec2(gl_GlobalInvocationID.xy);
   if (at.x < dimension.x) {
     Displacement next = improved_displacement(gather(at, dimension, penalty), steps, step_count);
-    imageStore(next_image, at, vec4(next.x, next.y, 0.0, 0.0));
+    imageStore(next_image, index_of(at), vec4(next.x, next.y, 0.0, 0.0));
   }
 }

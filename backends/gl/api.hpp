@@ -78,6 +78,7 @@ struct Api {
   HDMBENCH_GL(BindBuffer);
   HDMBENCH_GL(BindTexture);
   HDMBENCH_GL(BufferData);
+  HDMBENCH_GL(BufferSubData);
   HDMBENCH_GL(ColorMask);
   HDMBENCH_GL(CompileShader);
   HDMBENCH_GL(CreateProgram);
@@ -101,7 +102,6 @@ struct Api {
   HDMBENCH_GL(GetShaderInfoLog);
   HDMBENCH_GL(GetShaderiv);
   HDMBENCH_GL(GetString);
-  HDMBENCH_GL(GetTexImage);
   HDMBENCH_GL(GetUniformLocation);
   HDMBENCH_GL(LinkProgram);
   HDMBENCH_GL(PixelStorei);
@@ -135,6 +135,7 @@ struct Api {
   HDMBENCH_GL(DispatchCompute);
   HDMBENCH_GL(GetBufferSubData);
   HDMBENCH_GL(MemoryBarrier);
+  HDMBENCH_GL(TexBuffer);
 #undef HDMBENCH_GL
 };
 

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <optional>
+#include <span>
 
 namespace hdmbench::gl {
 
@@ -27,35 +28,61 @@ constexpr GLint steps_location = 2;
 
 constexpr int group_width = 64;
 
+/// A buffer that shaders read as a texture of one row.
+class BufferTexture {
+public:
+  explicit BufferTexture(const Api& api) : gl_(api), buffer_(api), texture_(api) {}
+
+  /// `bytes` of texels of `format`; uninitialised where data is null.
+  void allocate(GLenum format, std::size_t bytes, const GLfloat* data) const {
+    gl_.BindBuffer(GL_TEXTURE_BUFFER, buffer_.name());
+    gl_.BufferData(GL_TEXTURE_BUFFER, static_cast<GLsizeiptr>(bytes), data, GL_DYNAMIC_COPY);
+    gl_.BindTexture(GL_TEXTURE_BUFFER, texture_.name());
+    gl_.TexBuffer(GL_TEXTURE_BUFFER, format, buffer_.name());
+  }
+  void write(std::span<const GLfloat> data) const {
+    gl_.BindBuffer(GL_TEXTURE_BUFFER, buffer_.name());
+    gl_.BufferSubData(GL_TEXTURE_BUFFER, 0, static_cast<GLsizeiptr>(data.size_bytes()), data.data());
+  }
+  void read(std::span<GLfloat> data) const {
+    gl_.BindBuffer(GL_TEXTURE_BUFFER, buffer_.name());
+    gl_.GetBufferSubData(GL_TEXTURE_BUFFER, 0, static_cast<GLsizeiptr>(data.size_bytes()), data.data());
+  }
+  void bind(GLenum unit) const {
+    gl_.ActiveTexture(GL_TEXTURE0 + unit);
+    gl_.BindTexture(GL_TEXTURE_BUFFER, texture_.name());
+  }
+  [[nodiscard]] GLuint texture() const { return texture_.name(); }
+
+private:
+  const Api& gl_;
+  Buffer buffer_;
+  Texture texture_;
+};
+
 /// Everything that lives in the context, so that it can be destroyed while the context is current.
 class ComputeSweep {
 public:
   explicit ComputeSweep(const Api& api)
-      : gl_(api), images_{Texture(api), Texture(api)}, observation_(api), confidence_(api), counter_(api) {
-    count_program_.emplace(
-        api, std::initializer_list<Program::Stage>{{GL_COMPUTE_SHADER, std::string(sources::count_compute)}});
-  }
+      : gl_(api), images_{BufferTexture(api), BufferTexture(api)}, observation_(api), confidence_(api),
+        counter_(api), count_program_(api, {{GL_COMPUTE_SHADER, std::string(sources::count_compute)}}) {}
 
   void load(const Level& level) {
-    GLint limit = 0;
-    gl_.GetIntegerv(GL_MAX_TEXTURE_SIZE, &limit);
-    if (level.extent.width > limit || level.extent.height > limit) {
-      throw DeviceError(fmt::format("the image is {} x {}, this device's textures end at {} x {}",
-                                    level.extent.width, level.extent.height, limit, limit));
-    }
+    require_room(level.extent);
     extent_ = level.extent;
-    pixels_.resize(4 * extent_.sites());
-    for (std::size_t i = 0; i < extent_.sites(); ++i) {
-      pixels_[4 * i] = level.target.x[i];
-      pixels_[4 * i + 1] = level.target.y[i];
-      pixels_[4 * i + 2] = level.modulus.values[i];
-      pixels_[4 * i + 3] = level.inverse_modulus.values[i];
+    const std::size_t sites = extent_.sites();
+    texels_.resize(4 * sites);
+    for (std::size_t i = 0; i < sites; ++i) {
+      texels_[4 * i] = level.target.x[i];
+      texels_[4 * i + 1] = level.target.y[i];
+      texels_[4 * i + 2] = level.modulus.values[i];
+      texels_[4 * i + 3] = level.inverse_modulus.values[i];
     }
-    allocate(observation_, GL_RGBA32F, GL_RGBA, pixels_.data());
+    observation_.allocate(GL_RGBA32F, 4 * sites * sizeof(GLfloat), texels_.data());
     interleave(level.confidence);
-    allocate(confidence_, GL_RG32F, GL_RG, pixels_.data());
-    for (const Texture& image : images_) {
-      allocate(image, GL_RG32F, GL_RG, nullptr);
+    confidence_.allocate(GL_RG32F, texels_.size() * sizeof(GLfloat), texels_.data());
+    for (const BufferTexture& image : images_) {
+      image.allocate(GL_RG32F, texels_.size() * sizeof(GLfloat), nullptr);
     }
     prepare_program(level);
     gl_.Finish();
@@ -63,19 +90,18 @@ public:
 
   void write(const VectorField& displacement) {
     interleave(displacement);
-    gl_.MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);
-    gl_.BindTexture(GL_TEXTURE_2D, images_[current_].name());
-    gl_.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, extent_.width, extent_.height, GL_RG, GL_FLOAT, pixels_.data());
+    gl_.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    images_[current_].write(texels_);
     gl_.Finish();
   }
 
   void step(int iterations) {
     sweep_program_->use();
-    bind(observation_unit, observation_);
-    bind(confidence_unit, confidence_);
+    observation_.bind(observation_unit);
+    confidence_.bind(confidence_unit);
     for (int i = 0; i < iterations; ++i) {
-      bind(image_unit, images_[current_]);
-      gl_.BindImageTexture(0, images_[1 - current_].name(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RG32F);
+      images_[current_].bind(image_unit);
+      gl_.BindImageTexture(0, images_[1 - current_].texture(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RG32F);
       dispatch();
       gl_.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
       current_ = 1 - current_;
@@ -84,12 +110,12 @@ public:
   }
 
   void read(VectorField& displacement) {
-    gl_.MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);
-    gl_.BindTexture(GL_TEXTURE_2D, images_[current_].name());
-    gl_.GetTexImage(GL_TEXTURE_2D, 0, GL_RG, GL_FLOAT, pixels_.data());
+    gl_.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    texels_.resize(2 * extent_.sites());
+    images_[current_].read(texels_);
     for (std::size_t i = 0; i < extent_.sites(); ++i) {
-      displacement.x[i] = pixels_[2 * i];
-      displacement.y[i] = pixels_[2 * i + 1];
+      displacement.x[i] = texels_[2 * i];
+      displacement.y[i] = texels_[2 * i + 1];
     }
   }
 
@@ -98,10 +124,10 @@ public:
     gl_.BindBuffer(GL_ATOMIC_COUNTER_BUFFER, counter_.name());
     gl_.BufferData(GL_ATOMIC_COUNTER_BUFFER, sizeof(count), &count, GL_DYNAMIC_READ);
     gl_.BindBufferBase(GL_ATOMIC_COUNTER_BUFFER, 0, counter_.name());
-    count_program_->use();
+    count_program_.use();
     gl_.Uniform2i(dimension_location, extent_.width, extent_.height);
-    bind(image_unit, images_[current_]);
-    bind(previous_unit, images_[1 - current_]);
+    images_[current_].bind(image_unit);
+    images_[1 - current_].bind(previous_unit);
     dispatch();
     gl_.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     gl_.GetBufferSubData(GL_ATOMIC_COUNTER_BUFFER, 0, sizeof(count), &count);
@@ -109,9 +135,16 @@ public:
   }
 
 private:
-  void bind(GLenum unit, const Texture& texture) const {
-    gl_.ActiveTexture(GL_TEXTURE0 + unit);
-    gl_.BindTexture(GL_TEXTURE_2D, texture.name());
+  void require_room(Extent extent) const {
+    GLint texels = 0;
+    gl_.GetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
+    // The number of groups along y; core OpenGL guarantees 65535 and has no query without an index.
+    constexpr int largest_height = 65535;
+    if (extent.sites() > static_cast<std::size_t>(texels) || extent.height > largest_height) {
+      throw DeviceError(
+          fmt::format("the image is {} x {}, this device's buffer textures end at {} sites and {} rows",
+                      extent.width, extent.height, texels, largest_height));
+    }
   }
 
   void dispatch() const {
@@ -119,19 +152,11 @@ private:
                         static_cast<GLuint>(extent_.height), 1);
   }
 
-  void allocate(const Texture& texture, GLint internal_format, GLenum format, const GLfloat* pixels) const {
-    gl_.BindTexture(GL_TEXTURE_2D, texture.name());
-    gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
-    gl_.TexImage2D(GL_TEXTURE_2D, 0, internal_format, extent_.width, extent_.height, 0, format, GL_FLOAT,
-                   pixels);
-  }
-
   void interleave(const VectorField& field) {
+    texels_.resize(2 * extent_.sites());
     for (std::size_t i = 0; i < extent_.sites(); ++i) {
-      pixels_[2 * i] = field.x[i];
-      pixels_[2 * i + 1] = field.y[i];
+      texels_[2 * i] = field.x[i];
+      texels_[2 * i + 1] = field.y[i];
     }
   }
 
@@ -148,16 +173,16 @@ private:
   }
 
   const Api& gl_;
-  std::array<Texture, 2> images_;
-  Texture observation_;
-  Texture confidence_;
+  std::array<BufferTexture, 2> images_;
+  BufferTexture observation_;
+  BufferTexture confidence_;
   Buffer counter_;
+  Program count_program_;
   std::optional<Program> sweep_program_;
-  std::optional<Program> count_program_;
   int program_steps_ = 0;
   Extent extent_;
   std::size_t current_ = 0;
-  std::vector<GLfloat> pixels_; ///< interleaved staging, up to 4 floats a site
+  std::vector<GLfloat> texels_; ///< interleaved staging, as long as what was uploaded or read last
 };
 
 } // namespace
