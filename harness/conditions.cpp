@@ -20,6 +20,7 @@ struct Condition {
   std::optional<double> dx;
   std::optional<double> dy;
   std::optional<double> outward;
+  double closing = 0.0; ///< fraction of the image's shorter side
   float confidence = 1.0F;
 };
 
@@ -31,10 +32,17 @@ Condition read_condition(TomlReader& table) {
                       .dx = table.optional_number("dx"),
                       .dy = table.optional_number("dy"),
                       .outward = table.optional_number("outward"),
+                      .closing = table.number("closing", 0.0),
                       .confidence = static_cast<float>(table.number("confidence", 1.0))};
   table.finish();
   if (!(condition.confidence >= 0.0F && condition.confidence <= 1.0F)) {
     table.fail("confidence", "must be within 0 ... 1");
+  }
+  if (!(condition.closing >= 0.0 && condition.closing < 1.0)) {
+    table.fail("closing", "must be at least 0 and below 1 (a fraction of the image)");
+  }
+  if (table.has("closing") && condition.where != Where::outside) {
+    table.fail("closing", "belongs to where = \"outside\"");
   }
   if (!condition.dx && !condition.dy && !condition.outward) {
     table.fail("where", "has no displacement beside it: give dx, dy or outward");
@@ -122,6 +130,7 @@ void apply_outside(TomlReader& scene, const Condition& condition, const LabelFie
   if (std::ranges::find(inside, false) == inside.end()) {
     scene.fail("condition", "where = \"outside\": no pixel has label 0, so nothing is outside");
   }
+  inside = close_gaps(inside, extent, condition.closing * std::min(extent.width, extent.height));
   if (!condition.outward) {
     for (std::size_t site = 0; site < inside.size(); ++site) {
       if (!inside[site]) {

@@ -22,7 +22,8 @@ fs::path folder_of(const fs::path& target) {
 void require_writable(const fs::path& target) {
   const fs::path folder = folder_of(target);
   if (!fs::is_directory(folder)) {
-    throw InputError(fmt::format("{}: the folder {} does not exist", target.string(), folder.string()));
+    throw InputError(fmt::format("{}: {} {}", target.string(), folder.string(),
+                                 fs::exists(folder) ? "is a file, not a folder" : "does not exist"));
   }
   if (fs::is_directory(target)) {
     throw InputError(fmt::format("{}: is a folder", target.string()));

@@ -17,4 +17,8 @@ struct Outline {
 /// these do not follow the pixel staircase. The region must be neither empty nor everything.
 [[nodiscard]] Outline find_outline(const std::vector<bool>& inside, Extent extent);
 
+/// `inside` with every gap filled that a disc of `radius` pixels does not fit into from outside: a
+/// morphological closing, for a brain the envelope over its furrows. Beyond the image there is nothing.
+[[nodiscard]] std::vector<bool> close_gaps(const std::vector<bool>& inside, Extent extent, double radius);
+
 } // namespace hdmbench

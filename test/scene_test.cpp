@@ -205,5 +205,26 @@ TEST(Outline, DistancesAndNormalsOfADisc) {
   }
 }
 
+TEST(Outline, ClosingFillsNarrowGapsOnly) {
+  // A block with a slit 4 pixels wide and a bay 20 pixels wide.
+  const Extent extent{80, 40};
+  std::vector<bool> inside(extent.sites());
+  for (int y = 10; y < 40; ++y) {
+    for (int x = 0; x < 80; ++x) {
+      const bool slit = x >= 20 && x < 24 && y < 30;
+      const bool bay = x >= 40 && x < 60 && y < 30;
+      inside[extent.index(x, y)] = !slit && !bay;
+    }
+  }
+  const std::vector<bool> closed = close_gaps(inside, extent, 5.0);
+  EXPECT_TRUE(closed[extent.index(22, 20)]);
+  EXPECT_FALSE(closed[extent.index(50, 20)]);
+  EXPECT_FALSE(closed[extent.index(30, 5)]);
+  for (std::size_t i = 0; i < inside.size(); ++i) {
+    EXPECT_LE(inside[i], closed[i]);
+  }
+  EXPECT_EQ(close_gaps(inside, extent, 0.0), inside);
+}
+
 } // namespace
 } // namespace hdmbench

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdio>
 
 namespace hdmbench::commands {
 
@@ -161,6 +162,7 @@ int run_bench(Arguments& arguments, const std::string& line) {
         bench(scene, backends, {.session = arguments.session, .repeats = arguments.repeats}, progress);
     progress.clear();
     print_scene(scene, results);
+    std::fflush(stdout); // into a pipe too: the next scene may take long
     for (const BenchResult& result : results) {
       rows.push_back(to_json(scene, result));
       all_agree = all_agree && (result.valid || result.samples.empty());

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdio>
 
 namespace hdmbench::commands {
 
@@ -174,6 +175,7 @@ int run_verify(const CommonArguments& arguments, const std::string& line) {
         verify(scene, *backends.front(), std::span(backends).subspan(1), options, progress);
     progress.clear();
     print_scene(scene, comparisons, arguments);
+    std::fflush(stdout); // into a pipe too: the next scene may take long
     for (const Comparison& comparison : comparisons) {
       rows.push_back(to_json(scene, comparison));
       agreeing += comparison.verdict == Verdict::agree ? 1 : 0;

@@ -29,7 +29,7 @@ std::string picture_html(const RunRow& row, const char* key, const char* caption
 }
 
 std::string caption_html(const Results& results, const RunRow& row) {
-  std::string text = fmt::format("{} at {} mm a pixel", size_text(row.width, row.height), row.spacing);
+  std::string text = fmt::format("{} at {:.4g} mm a pixel", size_text(row.width, row.height), row.spacing);
   if (row.largest_displacement) {
     text += fmt::format("; largest displacement {:.4g} px = {:.4g} mm", *row.largest_displacement,
                         *row.largest_displacement * row.spacing);
