@@ -43,6 +43,9 @@ std::size_t choose(std::string_view backend, const std::vector<Device>& devices,
 } // namespace
 
 void Session::load(const Level& level) {
+  if (level.update == Update::sequential && !sequential_) {
+    throw DeviceError(fmt::format("{} cannot update sequentially, only scalar can", backend_));
+  }
   extent_.reset();
   do_load(level);
   extent_ = level.extent;
@@ -97,7 +100,10 @@ void Session::require_loaded(const char* call) const {
 }
 
 std::unique_ptr<Session> Backend::open(const SessionOptions& options) const {
-  return do_open(choose(name(), devices(), options.device), options);
+  std::unique_ptr<Session> session = do_open(choose(name(), devices(), options.device), options);
+  session->backend_ = name();
+  session->sequential_ = supports(Update::sequential);
+  return session;
 }
 
 Device Backend::device(const SessionOptions& options) const {

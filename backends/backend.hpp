@@ -63,8 +63,11 @@ private:
   virtual void do_read(VectorField& displacement) = 0;
   virtual std::int64_t do_changed() = 0;
 
+  friend class Backend;
   void require_loaded(const char* call) const;
 
+  std::string backend_;     ///< name of the backend that opened this session, for errors
+  bool sequential_ = false; ///< whether that backend supports sequential updates
   std::optional<Extent> extent_;
   bool written_ = false;
   bool stepped_ = false;

@@ -62,6 +62,10 @@ std::vector<BenchResult> bench(const Scene& scene, std::span<const Backend* cons
   for (const Backend* backend : backends) {
     BenchResult& result = results.emplace_back();
     result.backend = backend->name();
+    if (!backend->supports(scene.schedule.update)) {
+      result.reason = "cannot update sequentially";
+      continue;
+    }
     VectorField found;
     try {
       result.device = backend->device(options.session);

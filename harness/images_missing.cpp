@@ -11,7 +11,7 @@ namespace hdmbench {
 namespace {
 
 [[noreturn]] void refuse(const std::filesystem::path& file) {
-  throw InputError(
+  throw MissingFile(
       fmt::format("{}: this hdmbench was built without image support; install libinsighttoolkit5-dev "
                   "and configure with -DHDMBENCH_IMAGES=ON",
                   file.string()));

@@ -49,7 +49,8 @@ struct SceneOptions {
 [[nodiscard]] const std::vector<std::string>& shipped_scenes();
 
 /// `scene` is the name of a shipped scene or the path of a TOML file (harness/scenes/README.md). Throws
-/// InputError with file, line where there is one, and what to do.
+/// InputError with file, line where there is one, and what to do; MissingFile where a file that the scene
+/// refers to, or what is needed to read it, is not on this machine.
 [[nodiscard]] Scene load_scene(const std::string& scene, const SceneOptions& options = {});
 
 } // namespace hdmbench

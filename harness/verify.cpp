@@ -43,9 +43,13 @@ FirstDifference describe_difference(const ReferenceStep& step, const VectorField
 /// One backend that follows the reference in one mode.
 class Follower {
 public:
-  Follower(const Backend& backend, const SessionOptions& options, Mode mode) {
+  Follower(const Backend& backend, const SessionOptions& options, Update update, Mode mode) {
     comparison_.backend = backend.name();
     comparison_.mode = mode;
+    if (!backend.supports(update)) {
+      comparison_.reason = "cannot update sequentially";
+      return;
+    }
     try {
       comparison_.device = backend.device(options);
       session_ = backend.open(options);
@@ -115,8 +119,9 @@ std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
                                Progress& progress) {
   std::vector<Follower> followers;
   for (const Backend* backend : backends) {
-    followers.emplace_back(*backend, options.session, Mode::resync);
-    followers.emplace_back(*backend, options.session, Mode::free);
+    for (const Mode mode : {Mode::resync, Mode::free}) {
+      followers.emplace_back(*backend, options.session, scene.schedule.update, mode);
+    }
   }
   Schedule schedule = scene.schedule;
   schedule.iterations = std::min(schedule.iterations, options.iteration_limit.value_or(schedule.iterations));

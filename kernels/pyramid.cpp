@@ -58,18 +58,23 @@ std::vector<Interpolation> interpolations(int coarse, int fine, Alignment alignm
 std::vector<float> prolongate_component(const std::vector<float>& coarse, Extent coarse_extent,
                                         const std::vector<Interpolation>& columns,
                                         const std::vector<Interpolation>& rows) {
-  std::vector<float> fine;
-  fine.reserve(columns.size() * rows.size());
-  const auto along_x = [&](int row, const Interpolation& column) {
-    const float a = coarse[coarse_extent.index(column.first, row)];
-    const float b = coarse[coarse_extent.index(column.second, row)];
-    return a + column.weight * (b - a);
-  };
-  for (const Interpolation& row : rows) {
+  std::vector<float> wide; // coarse rows, fine columns
+  wide.reserve(columns.size() * static_cast<std::size_t>(coarse_extent.height));
+  for (int y = 0; y < coarse_extent.height; ++y) {
     for (const Interpolation& column : columns) {
-      const float a = along_x(row.first, column);
-      const float b = along_x(row.second, column);
-      fine.push_back(a + row.weight * (b - a));
+      const float a = coarse[coarse_extent.index(column.first, y)];
+      const float b = coarse[coarse_extent.index(column.second, y)];
+      wide.push_back(a + column.weight * (b - a));
+    }
+  }
+  const std::size_t width = columns.size();
+  std::vector<float> fine(width * rows.size());
+  for (std::size_t y = 0; y < rows.size(); ++y) {
+    const float* a = wide.data() + static_cast<std::size_t>(rows[y].first) * width;
+    const float* b = wide.data() + static_cast<std::size_t>(rows[y].second) * width;
+    float* to = fine.data() + y * width;
+    for (std::size_t x = 0; x < width; ++x) {
+      to[x] = a[x] + rows[y].weight * (b[x] - a[x]);
     }
   }
   return fine;

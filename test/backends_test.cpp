@@ -157,6 +157,16 @@ TEST_P(BackendTest, CallsOutOfOrderAreRefused) {
   EXPECT_THROW(session_->step(-1), std::logic_error);
 }
 
+TEST_P(BackendTest, SequentialUpdatesAreDoneOrRefused) {
+  auto problem = test::random_problem({12, 12}, test::Texture::smooth, 18);
+  problem.level.update = Update::sequential;
+  if (find_backend(backends_, GetParam()).supports(Update::sequential)) {
+    expect_same(problem, 3, "sequential");
+  } else {
+    EXPECT_THROW(session_->load(problem.level), DeviceError);
+  }
+}
+
 TEST_P(BackendTest, AnUnknownDeviceIsRefusedWithTheListOfDevices) {
   const Backend& backend = find_backend(backends_, GetParam());
   try {

@@ -9,7 +9,7 @@ namespace hdmbench {
 namespace {
 
 TEST_F(ImageFiles, WhatIsNoImageIsRefused) {
-  expect_refusal([&] { (void)read_scalar(path("gone.png")); }, "No such file");
+  expect_refusal([&] { (void)read_scalar(path("gone.png")); }, "there is no such file");
   expect_refusal([&] { (void)read_scalar(path("")); }, "not a file");
   for (const auto* name : {"a.png", "a.nrrd", "a.nii", "a.nii.gz", "a.mha", "a.jpg", "a.tif", "a"}) {
     const auto text = write(name, "This is no image.\n");

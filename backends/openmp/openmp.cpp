@@ -105,9 +105,6 @@ public:
 
 private:
   void do_load(const Level& level) override {
-    if (level.update != Update::simultaneous) {
-      throw DeviceError("openmp sweeps simultaneously only; use scalar for sequential updates");
-    }
     level_ = level;
     runs_.clear();
     for (int y = 0; y < level.extent.height; ++y) {

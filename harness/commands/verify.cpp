@@ -116,6 +116,13 @@ void explain(const Scene& scene, const Comparison& comparison, const CommonArgum
              arguments.quick ? " --quick" : "");
 }
 
+/// For both modes of a backend, where nothing needs to be told apart.
+void explain_once(const Comparison& comparison) {
+  if (comparison.verdict != Verdict::agree) {
+    fmt::print("  {}: {}: {}\n", comparison.backend, text(comparison.verdict), comparison.reason);
+  }
+}
+
 /// Two comparisons, resync and free, of one backend as one row.
 void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
                  const CommonArguments& arguments) {
@@ -143,8 +150,15 @@ void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
          agree ? "agree, bitwise" : std::string(text(std::max(resync.verdict, free.verdict)))});
   }
   fmt::print("{}", table.text());
-  for (const Comparison& comparison : comparisons) {
-    explain(scene, comparison, arguments);
+  for (std::size_t i = 0; i + 1 < comparisons.size(); i += 2) {
+    const Comparison& resync = comparisons[i];
+    const Comparison& free = comparisons[i + 1];
+    if (resync.verdict == free.verdict && resync.verdict != Verdict::disagree) {
+      explain_once(resync);
+    } else {
+      explain(scene, resync, arguments);
+      explain(scene, free, arguments);
+    }
   }
 }
 

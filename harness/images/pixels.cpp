@@ -22,8 +22,9 @@ namespace hdmbench::images {
 
 namespace {
 
-InputError unreadable(const std::filesystem::path& file, std::string_view why) {
-  return InputError(fmt::format("cannot read the image {}: {}", file.string(), why));
+template <typename Error = InputError>
+Error unreadable(const std::filesystem::path& file, std::string_view why) {
+  return Error(fmt::format("cannot read the image {}: {}", file.string(), why));
 }
 
 /// ITK reports a folder and a missing file as an unknown format.
@@ -31,7 +32,7 @@ void require_file(const std::filesystem::path& file) {
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
   if (!std::filesystem::exists(status)) {
-    throw unreadable(file, error ? error.message() : "there is no such file");
+    throw unreadable<MissingFile>(file, "there is no such file");
   }
   if (!std::filesystem::is_regular_file(status)) {
     throw unreadable(file, "it is not a file");
