@@ -1,6 +1,7 @@
 #include "backends/gl/compute.hpp"
 
 #include "backends/gl/context_session.hpp"
+#include "backends/gl/interleave.hpp"
 #include "backends/gl/objects.hpp"
 
 #include <fmt/format.h>
@@ -71,15 +72,11 @@ public:
     require_room(level.extent);
     extent_ = level.extent;
     const std::size_t sites = extent_.sites();
-    texels_.resize(4 * sites);
-    for (std::size_t i = 0; i < sites; ++i) {
-      texels_[4 * i] = level.target.x[i];
-      texels_[4 * i + 1] = level.target.y[i];
-      texels_[4 * i + 2] = level.modulus.values[i];
-      texels_[4 * i + 3] = level.inverse_modulus.values[i];
-    }
+    interleave<4>({level.target.x.data(), level.target.y.data(), level.modulus.values.data(),
+                   level.inverse_modulus.values.data()},
+                  sites, texels_);
     observation_.allocate(GL_RGBA32F, 4 * sites * sizeof(GLfloat), texels_.data());
-    interleave(level.confidence);
+    interleave<2>({level.confidence.x.data(), level.confidence.y.data()}, sites, texels_);
     confidence_.allocate(GL_RG32F, texels_.size() * sizeof(GLfloat), texels_.data());
     for (const BufferTexture& image : images_) {
       image.allocate(GL_RG32F, texels_.size() * sizeof(GLfloat), nullptr);
@@ -89,7 +86,7 @@ public:
   }
 
   void write(const VectorField& displacement) {
-    interleave(displacement);
+    interleave<2>({displacement.x.data(), displacement.y.data()}, extent_.sites(), texels_);
     gl_.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     images_[current_].write(texels_);
     gl_.Finish();
@@ -150,14 +147,6 @@ private:
   void dispatch() const {
     gl_.DispatchCompute(static_cast<GLuint>((extent_.width + group_width - 1) / group_width),
                         static_cast<GLuint>(extent_.height), 1);
-  }
-
-  void interleave(const VectorField& field) {
-    texels_.resize(2 * extent_.sites());
-    for (std::size_t i = 0; i < extent_.sites(); ++i) {
-      texels_[2 * i] = field.x[i];
-      texels_[2 * i + 1] = field.y[i];
-    }
   }
 
   void prepare_program(const Level& level) {

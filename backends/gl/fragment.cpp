@@ -1,6 +1,7 @@
 #include "backends/gl/fragment.hpp"
 
 #include "backends/gl/context_session.hpp"
+#include "backends/gl/interleave.hpp"
 #include "backends/gl/objects.hpp"
 
 #include <fmt/format.h>
@@ -50,13 +51,8 @@ public:
                                     level.extent.width, level.extent.height, limit, limit));
     }
     extent_ = level.extent;
-    pixels_.resize(4 * extent_.sites());
-    for (std::size_t i = 0; i < extent_.sites(); ++i) {
-      pixels_[4 * i] = level.target.x[i];
-      pixels_[4 * i + 1] = level.target.y[i];
-      pixels_[4 * i + 2] = level.modulus.values[i];
-      pixels_[4 * i + 3] = 0.0F;
-    }
+    interleave<4>({level.target.x.data(), level.target.y.data(), level.modulus.values.data(), nullptr},
+                  extent_.sites(), pixels_);
     allocate(observation_, pixels_.data());
     inverse_modulus_ = level.inverse_modulus.values;
     pack(level.confidence);
@@ -139,12 +135,8 @@ private:
   /// A field into rg and 1 / modulus into b, which thesis Tab. 6.2 leaves free; the confidence image ignores
   /// it.
   void pack(const VectorField& field) {
-    for (std::size_t i = 0; i < extent_.sites(); ++i) {
-      pixels_[4 * i] = field.x[i];
-      pixels_[4 * i + 1] = field.y[i];
-      pixels_[4 * i + 2] = inverse_modulus_[i];
-      pixels_[4 * i + 3] = 0.0F;
-    }
+    interleave<4>({field.x.data(), field.y.data(), inverse_modulus_.data(), nullptr}, extent_.sites(),
+                  pixels_);
   }
 
   void require_complete() const {

@@ -1,0 +1,106 @@
+// Every instruction set of the openmp backend, not only the one this processor would choose; and that the
+// comparison sees the one thing the compiler must not do.
+
+#include "backends/openmp/row.hpp"
+#include "kernels/gather.hpp"
+#include "test/random_level.hpp"
+
+#include <gtest/gtest.h>
+
+namespace hdmbench::openmp::contracted {
+/// row.cpp built with fused multiply-adds: a planted fault.
+std::int64_t sweep_row(const RowPart& part);
+} // namespace hdmbench::openmp::contracted
+
+namespace hdmbench {
+namespace {
+
+/// One sweep over the interior by a row kernel and by energy.inc as the scalar backend calls it: the number
+/// of sites that differ. The problem goes on from scalar's field.
+int sweep_and_compare(openmp::SweepRow kernel, test::Problem& problem) {
+  const Level& level = problem.level;
+  const VectorField& from = problem.start;
+  const Extent extent = level.extent;
+  VectorField next(extent);
+  VectorField expected = from;
+  int differing = 0;
+  for (int y = 1; y + 1 < extent.height; ++y) {
+    const auto row = extent.index(0, y);
+    const auto neighbours = [&](const std::vector<float>& values) {
+      const float* c = values.data() + row;
+      const auto w = static_cast<std::ptrdiff_t>(extent.width);
+      return openmp::NeighbourPointers{c - w - 1, c - w,     c - w + 1, c - 1,    c,
+                                       c + 1,     c + w - 1, c + w,     c + w + 1};
+    };
+    kernel({.dx = neighbours(from.x),
+            .dy = neighbours(from.y),
+            .inverse_modulus = neighbours(level.inverse_modulus.values),
+            .modulus = level.modulus.values.data() + row,
+            .target_x = level.target.x.data() + row,
+            .target_y = level.target.y.data() + row,
+            .confidence_x = level.confidence.x.data() + row,
+            .confidence_y = level.confidence.y.data() + row,
+            .penalty = level.penalty,
+            .steps = level.steps.padded().data(),
+            .step_count = level.steps.count(),
+            .next_x = next.x.data() + row,
+            .next_y = next.y.data() + row,
+            .first = 1,
+            .last = extent.width - 1,
+            .observed = true});
+    for (int x = 1; x + 1 < extent.width; ++x) {
+      const auto i = extent.index(x, y);
+      const energy::Displacement moved = energy::improved_displacement(
+          energy::gather(level, from, x, y), level.steps.padded().data(), level.steps.count());
+      differing += (next.x[i] != moved.x || next.y[i] != moved.y) ? 1 : 0;
+      expected.x[i] = moved.x;
+      expected.y[i] = moved.y;
+    }
+  }
+  problem.start = expected;
+  return differing;
+}
+
+int differing_sites(openmp::SweepRow kernel) {
+  int differing = 0;
+  for (const test::Texture texture :
+       {test::Texture::smooth, test::Texture::tie_rich, test::Texture::dyadic}) {
+    for (const char* steps : {"default", "fine", "0,-1,-0.25,1,0.25"}) {
+      auto problem = test::random_problem({301, 101}, texture, 31, StepSet::parse(steps));
+      for (int sweep = 0; sweep < 20; ++sweep) {
+        differing += sweep_and_compare(kernel, problem);
+      }
+    }
+  }
+  return differing;
+}
+
+TEST(OpenMpRow, BaselineHasTheBitsOfScalar) {
+  EXPECT_EQ(differing_sites(openmp::baseline::sweep_row), 0);
+}
+
+#if defined(__x86_64__)
+TEST(OpenMpRow, Avx2HasTheBitsOfScalar) {
+  if (__builtin_cpu_supports("avx2") == 0) {
+    GTEST_SKIP() << "this processor has no AVX2";
+  }
+  EXPECT_EQ(differing_sites(openmp::avx2::sweep_row), 0);
+}
+
+TEST(OpenMpRow, Avx512HasTheBitsOfScalar) {
+  if (__builtin_cpu_supports("avx512bw") == 0 || __builtin_cpu_supports("avx512vl") == 0) {
+    GTEST_SKIP() << "this processor has no AVX-512";
+  }
+  EXPECT_EQ(differing_sites(openmp::avx512::sweep_row), 0);
+}
+
+TEST(OpenMpRow, ContractionIsSeen) {
+  if (__builtin_cpu_supports("fma") == 0 || __builtin_cpu_supports("avx2") == 0) {
+    GTEST_SKIP() << "this processor has no fused multiply-add";
+  }
+  EXPECT_GT(differing_sites(openmp::contracted::sweep_row), 100);
+}
+#endif
+
+} // namespace
+} // namespace hdmbench
