@@ -43,7 +43,7 @@ nlohmann::json run_context(std::string_view arguments, bool quick) {
           {"architecture", names.machine},
           {"operating_system", operating_system()},
           {"compiler", build::compiler},
-          {"flags", build::flags},
+          {"flags", fmt::format("{} (scalar: -O2)", build::flags)},
           {"commit", build::commit},
           {"version", build::version},
           {"date", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)))},

@@ -297,14 +297,10 @@ std::string read_text(const fs::path& path) {
 
 } // namespace
 
-const std::vector<std::string>& shipped_scenes() {
-  static const std::vector<std::string> names = [] {
-    std::vector<std::string> list;
-    for (const auto& scene : scene_texts::all) {
-      list.emplace_back(scene.name);
-    }
-    return list;
-  }();
+std::vector<std::string> shipped_scenes() {
+  std::vector<std::string> names;
+  std::ranges::transform(scene_texts::all, std::back_inserter(names),
+                         [](const scene_texts::Text& scene) { return std::string(scene.name); });
   return names;
 }
 
@@ -313,7 +309,7 @@ Scene load_scene(const std::string& scene, const SceneOptions& options) {
     throw InputError(fmt::format("the size {} x {} is not possible, each side must be at least 1",
                                  options.size->width, options.size->height));
   }
-  const auto shipped = std::ranges::find(scene_texts::all, scene, &scene_texts::Text::name);
+  const auto* const shipped = std::ranges::find(scene_texts::all, scene, &scene_texts::Text::name);
   std::string text;
   std::string file_name = scene;
   Files files{fs::path()};

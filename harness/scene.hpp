@@ -46,7 +46,7 @@ struct SceneOptions {
 };
 
 /// The shipped scenes in the order of the thesis, the brain last.
-[[nodiscard]] const std::vector<std::string>& shipped_scenes();
+[[nodiscard]] std::vector<std::string> shipped_scenes();
 
 /// `scene` is the name of a shipped scene or the path of a TOML file (harness/scenes/README.md). Throws
 /// InputError with file, line where there is one, and what to do; MissingFile where a file that the scene

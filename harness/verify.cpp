@@ -160,6 +160,7 @@ std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
     }
   }
   std::vector<Comparison> comparisons;
+  comparisons.reserve(followers.size());
   for (Follower& follower : followers) {
     comparisons.push_back(follower.finish(changes));
   }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <string_view>
@@ -28,12 +29,8 @@ Version parse_version(std::string_view version) {
 
 bool is_software(std::string_view renderer) {
   constexpr std::array<std::string_view, 4> rasterizers{"llvmpipe", "softpipe", "swrast", "SWR"};
-  for (const std::string_view name : rasterizers) {
-    if (renderer.find(name) != std::string_view::npos) {
-      return true;
-    }
-  }
-  return false;
+  return std::ranges::any_of(
+      rasterizers, [&](std::string_view name) { return renderer.find(name) != std::string_view::npos; });
 }
 
 } // namespace

@@ -119,10 +119,8 @@ private:
   std::int64_t do_changed() override { return changed_; }
 
   void do_step(int iterations) override {
-    const std::size_t useful = level_.extent.sites() / sites_worth_a_thread + 1;
-    const int threads = static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(threads_), useful));
     std::int64_t changed = 0;
-#pragma omp parallel num_threads(threads) reduction(+ : changed)
+#pragma omp parallel num_threads(useful_threads()) reduction(+ : changed)
     {
       const int rows = level_.extent.height;
       const int first =
@@ -143,6 +141,11 @@ private:
       std::swap(current_, next_);
     }
     changed_ = changed;
+  }
+
+  [[nodiscard]] int useful_threads() const {
+    const std::size_t most = level_.extent.sites() / sites_worth_a_thread + 1;
+    return static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(threads_), most));
   }
 
   [[nodiscard]] std::int64_t sweep_row(const VectorField& from, VectorField& to, int y) const {

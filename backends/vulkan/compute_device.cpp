@@ -1,5 +1,6 @@
 #include "backends/vulkan/compute_device.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <optional>
 #include <string_view>
@@ -53,12 +54,10 @@ std::optional<std::uint32_t> compute_queue_family(const vk::raii::PhysicalDevice
 }
 
 bool has_extension(const vk::raii::PhysicalDevice& physical, std::string_view name) {
-  for (const vk::ExtensionProperties& extension : physical.enumerateDeviceExtensionProperties()) {
-    if (extension.extensionName.data() == name) {
-      return true;
-    }
-  }
-  return false;
+  const auto extensions = physical.enumerateDeviceExtensionProperties();
+  return std::ranges::any_of(extensions, [&](const vk::ExtensionProperties& extension) {
+    return extension.extensionName.data() == name;
+  });
 }
 
 vk::raii::Device make_device(const Installation::ComputeDevice& chosen,

@@ -31,7 +31,7 @@ int parse_side(std::string_view text, const std::string& whole) {
 } // namespace
 
 void ScheduleOverrides::add_to(CLI::App& command) {
-  const auto group = "Instead of what the scene says";
+  const auto* const group = "Instead of what the scene says";
   command.add_option("--iterations", iterations, "Iterations per level, exact or at most (see --stop)")
       ->check(CLI::NonNegativeNumber)
       ->group(group);

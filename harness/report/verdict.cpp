@@ -28,6 +28,7 @@ std::string where(const std::vector<VerifyRow>& rows, Verdict verdict) {
     }
   }
   std::vector<std::string> parts;
+  parts.reserve(scenes_of.size());
   for (const auto& [backend, scenes] : scenes_of) {
     parts.push_back(fmt::format("{} on {}", backend, joined(scenes, ", ")));
   }
