@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <scene_texts.hpp>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -207,6 +208,19 @@ std::optional<Extent> read_size(TomlReader& scene, const SceneOptions& options) 
   return size;
 }
 
+/// Refuses an image that this machine's memory cannot hold, before the kernel kills the program for it.
+void require_memory(Extent extent) {
+  // A scene has 40 bytes a site, a session and the pyramid about as much again.
+  const double needed = 80.0 * static_cast<double>(extent.sites());
+  const double present =
+      static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
+  if (needed > present) {
+    throw InputError(
+        fmt::format("an image of {} x {} pixels needs about {:.0f} GiB of memory, this machine has {:.0f}",
+                    extent.width, extent.height, needed / 0x1p30, present / 0x1p30));
+  }
+}
+
 /// Optional images of target displacement (pixels) and confidence, before the built-in conditions.
 void read_condition_images(TomlReader& image, const Files& file, std::optional<Extent> size, Level& full) {
   const auto read = [&](std::string_view key, VectorField& into) {
@@ -229,6 +243,9 @@ Scene build(const toml::table& root, const std::string& name, const std::string&
   scene.name = name;
   scene.title = reader.text("title", name);
   const std::optional<Extent> size = read_size(reader, options);
+  if (size) {
+    require_memory(*size);
+  }
 
   constexpr std::array<std::string_view, 4> sources{"shape", "image", "brain", "random"};
   if (std::ranges::count_if(sources, [&](std::string_view source) { return reader.has(source); }) != 1) {

@@ -52,7 +52,7 @@ TEST(CommandLine, ExplainsItself) {
 }
 
 TEST(CommandLine, BadInputIsASentenceAndStatusTwo) {
-  const std::array<std::pair<const char*, const char*>, 20> cases{{
+  const std::array<std::pair<const char*, const char*>, 21> cases{{
       {"", "subcommand"},
       {"fly", "fly"},
       {"run", "scene"},
@@ -60,6 +60,7 @@ TEST(CommandLine, BadInputIsASentenceAndStatusTwo) {
       {"verify square --size 0", "\"0\""},
       {"verify square --size 12y", "12y"},
       {"verify square --size -5", "-5"},
+      {"verify square --size 2000000", "GiB of memory"},
       {"verify square --backends none", "there is no backend \"none\""},
       {"verify square --size 9 --require nothing", "there is no backend \"nothing\""},
       {"verify square --size 9 --backends openmp --device Voodoo2", "Voodoo2"},

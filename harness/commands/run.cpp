@@ -129,9 +129,9 @@ void run_scene(const Arguments& arguments, const std::string& line) {
                std::string(pictures["magnitude"]));
     if (!arguments.json.empty()) {
       const fs::path relative = fs::proximate(arguments.output, fs::absolute(arguments.json).parent_path());
-      row["field"] = (relative / field).string();
+      row["field"] = (relative / field).lexically_normal().string();
       for (auto& name : pictures) {
-        name = (relative / std::string(name)).string();
+        name = (relative / std::string(name)).lexically_normal().string();
       }
       row["pictures"] = pictures;
     }
