@@ -347,6 +347,7 @@ Scene load_scene(const std::string& scene, const SceneOptions& options) {
   try {
     const toml::table root = toml::parse(text, file_name);
     Scene result = build(root, name, file_name, files, options);
+    result.source = scene;
     validate(result.full);
     return result;
   } catch (const toml::parse_error& error) {

@@ -30,6 +30,7 @@ struct Schedule {
 /// A problem at full resolution together with the way the thesis solves it.
 struct Scene {
   std::string name;     ///< "square"
+  std::string source;   ///< the name or path it was loaded by
   std::string title;    ///< one line for people
   Level full;           ///< the finest level: everything but the displacement
   VectorField start;    ///< displacement to begin with, pixels

@@ -73,6 +73,45 @@ void ScheduleOverrides::apply(Scene& scene) const {
   }
 }
 
+std::string ScheduleOverrides::text() const {
+  std::string result;
+  const auto add = [&](std::string_view option, const auto& value) {
+    if (value) {
+      result += fmt::format(" {} {}", option, *value);
+    }
+  };
+  const auto add_name = [&](std::string_view option, const auto& value, const auto& names) {
+    for (const auto& [name, meaning] : names) {
+      if (value == meaning) {
+        result += fmt::format(" {} {}", option, name);
+      }
+    }
+  };
+  add("--iterations", iterations);
+  add("--start-level", start_level);
+  add_name("--stop", stop, stops);
+  add("--epsilon", epsilon);
+  add_name("--alignment", alignment, alignments);
+  add_name("--update", update, updates);
+  add("--steps", steps ? std::optional(shell_word(*steps)) : std::nullopt);
+  add("--penalty", penalty);
+  return result;
+}
+
+std::string CommonArguments::repeat(std::string_view command, const Scene& scene,
+                                    std::string_view backend) const {
+  std::string line =
+      fmt::format("hdmbench {} {} --size {}x{} --backends {}", command, shell_word(scene.source),
+                  scene.extent().width, scene.extent().height, backend);
+  if (!session.device.empty()) {
+    line += " --device " + shell_word(session.device);
+  }
+  if (session.threads != 0) {
+    line += fmt::format(" --threads {}", session.threads);
+  }
+  return line + (quick ? " --quick" : "") + schedule.text();
+}
+
 void CommonArguments::add_to(CLI::App& command) {
   command.add_option("scenes", scenes,
                      "Scenes by name or TOML file (none: all that the command is made for)");
@@ -147,22 +186,21 @@ Extent parse_size(const std::string& text) {
   return {parse_side(view.substr(0, cross), text), parse_side(view.substr(cross + 1), text)};
 }
 
+std::string shell_word(std::string_view word) {
+  if (!word.empty() && word.find_first_of(" \t\n'\"\\$&|;<>()*?#~`!{}") == std::string_view::npos) {
+    return std::string(word);
+  }
+  std::string result = "'";
+  for (const char c : word) {
+    result += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  }
+  return result + "'";
+}
+
 std::string command_line(int argc, const char* const* argv) {
   std::string line;
   for (int i = 1; i < argc; ++i) {
-    const std::string_view word = argv[i];
-    const bool plain =
-        !word.empty() && word.find_first_of(" \t\n'\"\\$&|;<>()*?#~`!{}") == std::string_view::npos;
-    line += i > 1 ? " " : "";
-    if (plain) {
-      line += word;
-      continue;
-    }
-    line += '\'';
-    for (const char c : word) {
-      line += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    }
-    line += '\'';
+    line += (i > 1 ? " " : "") + shell_word(argv[i]);
   }
   return line;
 }

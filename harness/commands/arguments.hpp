@@ -30,6 +30,8 @@ struct ScheduleOverrides {
   void add_to(CLI::App& command);
   /// Throws InputError.
   void apply(Scene& scene) const;
+  /// The arguments that were given, each with a space before it: " --iterations 5".
+  [[nodiscard]] std::string text() const;
 };
 
 /// Arguments that verify and bench share.
@@ -45,6 +47,10 @@ struct CommonArguments {
 
   void add_to(CLI::App& command);
 
+  /// The command line that repeats one comparison.
+  [[nodiscard]] std::string repeat(std::string_view command, const Scene& scene,
+                                   std::string_view backend) const;
+
   /// Scenes at sizes in the order they are asked for. Without scenes on the command line: `by_default`, of
   /// which one whose files are not on this machine is left out with a line on standard output. Throws
   /// InputError.
@@ -57,6 +63,9 @@ struct CommonArguments {
 
 /// "300" is 300 x 300, "257x130" is that. Throws InputError.
 [[nodiscard]] Extent parse_size(const std::string& text);
+
+/// A word as a shell takes it: in quotes where it has to be.
+[[nodiscard]] std::string shell_word(std::string_view word);
 
 /// The words after the program's name, as a shell would take them again.
 [[nodiscard]] std::string command_line(int argc, const char* const* argv);

@@ -111,9 +111,7 @@ void explain(const Scene& scene, const Comparison& comparison, const CommonArgum
     fmt::print("    the number of changed sites was wrong after {} iterations\n",
                grouped(comparison.counts_differing));
   }
-  fmt::print("    repeat: hdmbench verify {} --size {}x{} --backends {}{}\n", scene.name,
-             scene.extent().width, scene.extent().height, comparison.backend,
-             arguments.quick ? " --quick" : "");
+  fmt::print("    repeat: {}\n", arguments.repeat("verify", scene, comparison.backend));
 }
 
 /// For both modes of a backend, where nothing needs to be told apart.
