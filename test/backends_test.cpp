@@ -196,19 +196,24 @@ TEST_P(BackendTest, AnImageBeyondTheDevicesLimitIsRefused) {
   expect_same(test::random_problem({9, 9}, test::Texture::smooth, 14), 2, "after a refused level");
 }
 
-TEST(OpenMpBackend, SameBitsForEveryNumberOfThreads) {
+TEST(OpenMpBackend, SameBitsForEveryNumberOfThreadsAndIterations) {
+  // Large enough for eight threads; bands of 200 / 8 rows have seams that iterations pass together.
   const auto backends = make_backends();
-  const auto problem = test::random_problem({131, 97}, test::Texture::tie_rich, 15);
-  VectorField expected;
-  for (int threads = 1; threads <= 8; ++threads) {
-    const auto session = find_backend(backends, "openmp").open({.device = {}, .threads = threads});
-    session->load(problem.level);
-    session->write(problem.start);
-    session->step(20);
-    if (threads == 1) {
-      session->read(expected);
+  const auto problem = test::random_problem({300, 200}, test::Texture::tie_rich, 15);
+  const auto scalar = backends.front()->open({});
+  scalar->load(problem.level);
+  for (const int iterations : {1, 2, 3, 5, 8, 20}) {
+    scalar->write(problem.start);
+    scalar->step(iterations);
+    const VectorField expected = read(*scalar);
+    for (int threads = 1; threads <= 8; ++threads) {
+      const auto session = find_backend(backends, "openmp").open({.device = {}, .threads = threads});
+      session->load(problem.level);
+      session->write(problem.start);
+      session->step(iterations);
+      EXPECT_EQ(compare(expected, read(*session)).sites, 0) << threads << " threads, " << iterations;
+      EXPECT_EQ(session->changed(), scalar->changed()) << threads << " threads, " << iterations;
     }
-    EXPECT_EQ(compare(expected, read(*session)).sites, 0) << threads;
   }
 }
 

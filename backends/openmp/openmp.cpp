@@ -7,6 +7,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <array>
 
 namespace hdmbench {
 
@@ -98,7 +99,27 @@ std::vector<Run> find_runs(const Level& level, int y) {
   return runs;
 }
 
-/// Threads share the rows, SIMD lanes the sites of a row.
+/// Rows first ... last - 1, one thread's share.
+struct Band {
+  int first;
+  int last;
+};
+
+Band band_of(int thread, int threads, int rows) {
+  const auto begin = [&](int index) {
+    return static_cast<int>(static_cast<long long>(rows) * index / threads);
+  };
+  return {begin(thread), begin(thread + 1)};
+}
+
+/// Threads share the rows, SIMD lanes the sites of a row. Up to `most_fused` iterations pass through a band
+/// together, each one row behind the one before, so that a row is still in the cache when the next iteration
+/// wants it: a large image is read from memory once for all of them.
+///
+/// Two buffers are enough. Iteration t overwrites row y of iteration t - 2 after iteration t - 1 has done row
+/// y + 1, the last one to read it. Where two bands meet neither thread has its neighbour's rows, so there
+/// iteration t keeps t rows away from the seam; when all bands are done the gap is filled, iteration by
+/// iteration, from rows that nobody has overwritten.
 class OpenMpSession final : public Session {
 public:
   OpenMpSession(int threads, SweepRow kernel) : threads_(threads), kernel_(kernel) {}
@@ -110,37 +131,66 @@ private:
     for (int y = 0; y < level.extent.height; ++y) {
       runs_.push_back(find_runs(level, y));
     }
-    current_ = VectorField(level.extent);
-    next_ = VectorField(level.extent);
+    fields_ = {VectorField(level.extent), VectorField(level.extent)};
+    newest_ = 0;
   }
 
-  void do_write(const VectorField& displacement) override { current_ = displacement; }
-  void do_read(VectorField& displacement) override { displacement = current_; }
+  void do_write(const VectorField& displacement) override { fields_[newest_] = displacement; }
+  void do_read(VectorField& displacement) override { displacement = fields_[newest_]; }
   std::int64_t do_changed() override { return changed_; }
 
   void do_step(int iterations) override {
+    const int rows = level_.extent.height;
     std::int64_t changed = 0;
 #pragma omp parallel num_threads(useful_threads()) reduction(+ : changed)
     {
-      const int rows = level_.extent.height;
-      const int first =
-          static_cast<int>(static_cast<long long>(rows) * omp_get_thread_num() / omp_get_num_threads());
-      const int last =
-          static_cast<int>(static_cast<long long>(rows) * (omp_get_thread_num() + 1) / omp_get_num_threads());
-      for (int i = 0; i < iterations; ++i) {
-        const VectorField& from = i % 2 == 0 ? current_ : next_;
-        VectorField& to = i % 2 == 0 ? next_ : current_;
-        changed = 0;
-        for (int y = first; y < last; ++y) {
-          changed += sweep_row(from, to, y);
-        }
+      const int threads = omp_get_num_threads();
+      const Band band = band_of(omp_get_thread_num(), threads, rows);
+      // Two seams must not meet in the middle of a band.
+      const int deepest = threads == 1 ? most_fused : std::clamp(rows / threads / 2, 1, most_fused);
+      for (int done = 0; done < iterations;) {
+        const int depth = std::min(deepest, iterations - done);
+        changed = sweep_band(band, done, depth);
 #pragma omp barrier
+        if (depth > 1) {
+          changed += fill_seam(band.first, done, depth);
+#pragma omp barrier
+        }
+        done += depth;
       }
     }
-    if (iterations % 2 != 0) {
-      std::swap(current_, next_);
-    }
+    newest_ = (newest_ + static_cast<std::size_t>(iterations)) % 2;
     changed_ = changed;
+  }
+
+  /// Iterations done ... done + depth - 1 of a band; the count of changes is that of the last one.
+  [[nodiscard]] std::int64_t sweep_band(Band band, int done, int depth) {
+    const int rows = level_.extent.height;
+    std::int64_t changed = 0;
+    for (int front = band.first; front < band.last + depth - 1; ++front) {
+      for (int t = 0; t < depth; ++t) {
+        const int y = front - t;
+        const int first = band.first == 0 ? 0 : band.first + t;
+        const int last = band.last == rows ? rows : band.last - t;
+        if (y >= first && y < last) {
+          const std::int64_t in_row = sweep_row(done + t, y);
+          changed += t == depth - 1 ? in_row : 0;
+        }
+      }
+    }
+    return changed;
+  }
+
+  /// What sweep_band left out above and below the seam over row `seam`; there is none over row 0.
+  [[nodiscard]] std::int64_t fill_seam(int seam, int done, int depth) {
+    std::int64_t changed = 0;
+    for (int t = 1; t < depth && seam > 0; ++t) {
+      for (int y = seam - t; y < seam + t; ++y) {
+        const std::int64_t in_row = sweep_row(done + t, y);
+        changed += t == depth - 1 ? in_row : 0;
+      }
+    }
+    return changed;
   }
 
   [[nodiscard]] int useful_threads() const {
@@ -148,7 +198,10 @@ private:
     return static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(threads_), most));
   }
 
-  [[nodiscard]] std::int64_t sweep_row(const VectorField& from, VectorField& to, int y) const {
+  /// `iteration` counts from the newest field.
+  [[nodiscard]] std::int64_t sweep_row(int iteration, int y) {
+    const VectorField& from = fields_[(newest_ + static_cast<std::size_t>(iteration)) % 2];
+    VectorField& to = fields_[(newest_ + static_cast<std::size_t>(iteration) + 1) % 2];
     std::int64_t changed = 0;
     for (const Run& run : runs_[static_cast<std::size_t>(y)]) {
       changed += kernel_(part(from, to, y, run));
@@ -179,12 +232,14 @@ private:
             .observed = run.observed};
   }
 
+  static constexpr int most_fused = 8;
+
   int threads_;
   SweepRow kernel_;
   Level level_;
   std::vector<std::vector<Run>> runs_; ///< per row
-  VectorField current_;
-  VectorField next_;
+  std::array<VectorField, 2> fields_;
+  std::size_t newest_ = 0; ///< index of the field after the last iteration
   std::int64_t changed_ = 0;
 };
 
