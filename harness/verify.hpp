@@ -33,8 +33,8 @@ struct FirstDifference {
   int y = 0;
   std::array<float, 2> expected{}; ///< displacement (x, y), pixels
   std::array<float, 2> found{};
-  double energy_before =
-      0.0; ///< U_t in double: before the iteration, and with either displacement as the centre's
+  // U_t of that site in double: before the iteration, and with either answer as the centre's displacement.
+  double energy_before = 0.0;
   double energy_expected = 0.0;
   double energy_found = 0.0;
 };

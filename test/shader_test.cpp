@@ -13,6 +13,8 @@
 #include <shaders/sweep_vulkan.hpp>
 
 #include <cstdlib>
+#include <memory>
+#include <optional>
 #include <set>
 #include <span>
 
@@ -72,33 +74,38 @@ TEST(Shaders, VulkanMayNotContractAnyFloatOperation) {
   EXPECT_EQ(found.contractible, 0);
 }
 
-TEST(Shaders, ACompilerErrorComesWithTheDriversLog) {
-  std::unique_ptr<gl::Context> context;
-  try {
-    context = gl::make_egl_platform()->open(0, {2, 1});
-  } catch (const DeviceError& error) {
-    GTEST_SKIP() << "no OpenGL: " << error.what();
+/// With a current OpenGL 2.1 context.
+class OpenGl : public testing::Test {
+protected:
+  void SetUp() override {
+    try {
+      context_ = gl::make_egl_platform()->open(0, {2, 1});
+      current_.emplace(*context_);
+    } catch (const DeviceError& error) {
+      GTEST_SKIP() << "no OpenGL: " << error.what();
+    }
   }
-  const gl::Context::Current current(*context);
+
+  [[nodiscard]] const gl::Api& api() const { return context_->api(); }
+
+private:
+  std::unique_ptr<gl::Context> context_;
+  std::optional<gl::Context::Current> current_;
+};
+
+TEST_F(OpenGl, ACompilerErrorComesWithTheDriversLog) {
   try {
     const gl::Program program(
-        context->api(), {{GL_FRAGMENT_SHADER, "#version 120\nvoid main() { gl_FragColor = nonsense; }\n"}});
+        api(), {{GL_FRAGMENT_SHADER, "#version 120\nvoid main() { gl_FragColor = nonsense; }\n"}});
     FAIL() << "compiled";
   } catch (const DeviceError& error) {
     EXPECT_NE(std::string(error.what()).find("nonsense"), std::string::npos) << error.what();
   }
 }
 
-TEST(OpenGl, AnErrorNamesItsCall) {
-  std::unique_ptr<gl::Context> context;
+TEST_F(OpenGl, AnErrorNamesItsCall) {
   try {
-    context = gl::make_egl_platform()->open(0, {2, 1});
-  } catch (const DeviceError& error) {
-    GTEST_SKIP() << "no OpenGL: " << error.what();
-  }
-  const gl::Context::Current current(*context);
-  try {
-    context->api().DrawArrays(GL_TRIANGLES, 0, -1);
+    api().DrawArrays(GL_TRIANGLES, 0, -1);
     FAIL() << "accepted";
   } catch (const DeviceError& error) {
     EXPECT_STREQ(error.what(), "glDrawArrays: GL_INVALID_VALUE (0x0501)");
