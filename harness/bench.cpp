@@ -38,6 +38,10 @@ VectorField measure(const Scene& scene, const Backend& backend, const BenchOptio
     solution = solve(scene, *session, progress);
     result.samples.push_back(solution.timings);
   }
+  for (const LevelResult& level : solution.levels) {
+    result.iterations += level.iterations;
+    result.site_updates += static_cast<double>(level.extent.sites()) * level.iterations;
+  }
   return solution.displacement;
 }
 

@@ -3,6 +3,7 @@
 #include "backends/backend.hpp"
 #include "harness/solve.hpp"
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -14,6 +15,8 @@ namespace hdmbench {
 struct BenchResult {
   std::string backend;
   Device device;
+  std::int64_t iterations = 0;    ///< that a solution took, over all levels
+  double site_updates = 0.0;      ///< iterations times sites, over all levels
   double setup_seconds = 0.0;     ///< opening, compiling, and a first pass of one iteration per level
   std::vector<Timings> samples;   ///< raw, in the order measured
   std::optional<double> speed_up; ///< over the reference's median; only if valid

@@ -152,6 +152,20 @@ TEST(CommandLine, BenchWritesRawSamples) {
   EXPECT_EQ(rows[0]["speed_up_over_scalar"], 1.0);
 }
 
+TEST(CommandLine, BenchCountsTheIterationsThatWereDone) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "bench.json";
+  const Outcome outcome = hdmbench("bench square --size 32 --backends openmp --repeat 1 --stop still "
+                                   "--iterations 5000 --json " +
+                                   file.string());
+  ASSERT_EQ(outcome.status, 0) << outcome.output;
+  const nlohmann::json document = read_json(file);
+  for (const auto& row : document["results"]) {
+    EXPECT_GT(row["iterations"], 0);
+    EXPECT_LT(row["iterations"], 6 * 5000) << "the cap is not what was done";
+  }
+}
+
 TEST(CommandLine, DevicesListsEveryBackend) {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "devices.json";

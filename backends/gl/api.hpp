@@ -79,7 +79,6 @@ struct Api {
   HDMBENCH_GL(BindTexture);
   HDMBENCH_GL(BufferData);
   HDMBENCH_GL(BufferSubData);
-  HDMBENCH_GL(ColorMask);
   HDMBENCH_GL(CompileShader);
   HDMBENCH_GL(CreateProgram);
   HDMBENCH_GL(CreateShader);
@@ -104,7 +103,6 @@ struct Api {
   HDMBENCH_GL(GetString);
   HDMBENCH_GL(GetUniformLocation);
   HDMBENCH_GL(LinkProgram);
-  HDMBENCH_GL(PixelStorei);
   HDMBENCH_GL(ReadPixels);
   HDMBENCH_GL(ShaderSource);
   HDMBENCH_GL(TexImage2D);

@@ -48,15 +48,9 @@ std::vector<std::string> published_scenes() {
 }
 
 /// 10^6 site updates per second of compute; 0 without samples.
-double msites_per_second(const Scene& scene, const BenchResult& result) {
+double msites_per_second(const BenchResult& result) {
   const double seconds = median_seconds(result.samples, compute);
-  return seconds > 0.0 ? site_updates(scene) / seconds * 1e-6 : 0.0;
-}
-
-int iterations_in_all(const Scene& scene) {
-  const int levels = static_cast<int>(pyramid_extents(scene.extent()).size());
-  const int used = std::min(scene.schedule.start_level.value_or(levels - 1) + 1, levels);
-  return used * scene.schedule.iterations;
+  return seconds > 0.0 ? result.site_updates / seconds * 1e-6 : 0.0;
 }
 
 nlohmann::json to_json(const Scene& scene, const BenchResult& result) {
@@ -68,10 +62,10 @@ nlohmann::json to_json(const Scene& scene, const BenchResult& result) {
           {"backend", result.backend},
           {"device", result.device.name},
           {"method", method_name(scene.schedule)},
-          {"iterations", iterations_in_all(scene)},
+          {"iterations", result.iterations},
           {"seconds", seconds},
           {"seconds_median", median_seconds(result.samples, total)},
-          {"msites_per_second", msites_per_second(scene, result)},
+          {"msites_per_second", msites_per_second(result)},
           {"setup_seconds", result.setup_seconds},
           {"projection_seconds", median_seconds(result.samples, projection)},
           {"upload_seconds", median_seconds(result.samples, upload)},
@@ -93,9 +87,10 @@ std::string seconds_text(double seconds) {
 }
 
 void print_scene(const Scene& scene, const std::vector<BenchResult>& results) {
+  const BenchResult& reference = results.front();
   fmt::print("\n{}, {} x {}: {}, {} iterations, {:.4g} million site updates\n", scene.name,
-             scene.extent().width, scene.extent().height, method_name(scene.schedule),
-             iterations_in_all(scene), site_updates(scene) * 1e-6);
+             scene.extent().width, scene.extent().height, method_name(scene.schedule), reference.iterations,
+             reference.site_updates * 1e-6);
   const PublishedTiming* published = scene.extent().width == scene.extent().height
                                          ? published_timing(scene.name, scene.extent().width)
                                          : nullptr;
@@ -128,7 +123,7 @@ void print_scene(const Scene& scene, const std::vector<BenchResult>& results) {
     };
     table.add({result.backend, part(total), seconds_text(fastest->total()), seconds_text(slowest->total()),
                part(projection), part(upload), part(compute), part(readback),
-               seconds_text(result.setup_seconds), fmt::format("{:.1f}", msites_per_second(scene, result)),
+               seconds_text(result.setup_seconds), fmt::format("{:.1f}", msites_per_second(result)),
                result.speed_up ? fmt::format("{:.2f}", *result.speed_up) : "-"});
   }
   fmt::print("{}{}", table.text(), remarks);
