@@ -22,7 +22,26 @@ constexpr std::array<PublishedTiming, 12> timings{{
     {"5.8", "circular-radial", 1200, 20.24, 1078.13, 53.27},
 }};
 
+constexpr std::array<PublishedAccuracy, 12> accuracies{{
+    {"5.1", "square", "CPU", 0.15469, 1.54026, 336, 3.94},
+    {"5.1", "square", "GPU", 0.00350, 1.72135, 500, 1.27},
+    {"5.1", "square", "FEM", std::nullopt, std::nullopt, std::nullopt, 1.30},
+    {"5.3", "square-modified", "CPU", 0.00356, 0.59, 468, 5.453},
+    {"5.3", "square-modified", "GPU", 0.00359, 0.46, 3000, 9.516},
+    {"5.3", "square-modified", "FEM", std::nullopt, std::nullopt, std::nullopt, 1.30},
+    {"5.5", "circular", "CPU", 0.12984, 1.43, 686, 23.67},
+    {"5.5", "circular", "GPU", 0.19404, 1.44, 700, 1.63},
+    {"5.5", "circular", "FEM", std::nullopt, std::nullopt, std::nullopt, 1.30},
+    {"5.7", "circular-radial", "CPU", 31.7299, 0.60, 558, 39.34},
+    {"5.7", "circular-radial", "GPU", 32.4421, 0.60, 500, 1.25},
+    {"5.7", "circular-radial", "FEM", std::nullopt, std::nullopt, std::nullopt, 0.70},
+}};
+
 } // namespace
+
+std::span<const PublishedAccuracy> published_accuracy() {
+  return accuracies;
+}
 
 std::span<const PublishedTiming> published_timings() {
   return timings;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -20,5 +21,18 @@ struct PublishedTiming {
 
 /// The row for a scene and size; nullptr where the thesis has none.
 [[nodiscard]] const PublishedTiming* published_timing(std::string_view scene, int size);
+
+/// A row of Tables 5.1, 5.3, 5.5, 5.7: 300 x 300, against finite elements (ABAQUS) as ground truth.
+struct PublishedAccuracy {
+  std::string_view table;            ///< "5.1"
+  std::string_view scene;            ///< our scene's name
+  std::string_view method;           ///< "CPU" (until stable), "GPU" (fixed iterations), "FEM"
+  std::optional<double> mean_energy; ///< the thesis's weighting of the observation is not printed
+  std::optional<double> rmsd;        ///< pixels, all sites
+  std::optional<int> iterations;     ///< over all levels
+  double seconds;
+};
+
+[[nodiscard]] std::span<const PublishedAccuracy> published_accuracy();
 
 } // namespace hdmbench

@@ -1,0 +1,51 @@
+#pragma once
+
+#include "kernels/level.hpp"
+#include "reference/reference_field.hpp"
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <vector>
+
+namespace hdmbench {
+
+/// Where an element is integrated: unit coordinates r, s in [-1, 1] as in (A.1)-(A.4), and the weight.
+struct QuadraturePoint {
+  double r = 0.0;
+  double s = 0.0;
+  double weight = 1.0;
+};
+
+/// The physics of a bilinear element (Q4) with sides of length 1.
+struct ElementRule {
+  /// Stress (xx, yy, xy) from strain (xx, yy, engineering shear xy) for Young's modulus 1.
+  Eigen::Matrix3d elasticity;
+  std::vector<QuadraturePoint> points;
+
+  /// Plane stress with 2 x 2 Gauss points; -1 < poisson_ratio <= 0.5, or InputError.
+  static ElementRule plane_stress(double poisson_ratio);
+};
+
+/// A sheet whose nodes are the sites of a pixel grid, (width - 1) x (height - 1) square elements of side 1.
+struct ElasticProblem {
+  Extent extent;                     ///< nodes, at least 2 x 2
+  std::vector<double> modulus;       ///< per node's pixel, > 0; a quadrature point has that of its pixel
+  std::vector<std::uint8_t> fixed_x; ///< per node, not 0 where the component is prescribed
+  std::vector<std::uint8_t> fixed_y;
+  ReferenceField prescribed; ///< displacement where fixed, pixels
+  ReferenceField force;      ///< load on every node, MPa * pixel * thickness; may be empty: none
+};
+
+/// The level as an elastic sheet: every observed component (confidence > 0) prescribed as it stands.
+[[nodiscard]] ElasticProblem elastic_problem(const Level& level);
+
+/// The displacement of every node in pixels, from a direct factorisation. Throws InputError for sizes that do
+/// not match, a modulus <= 0, or conditions that leave the sheet free to move.
+[[nodiscard]] ReferenceField solve_finite_elements(const ElasticProblem& problem, const ElementRule& rule);
+
+/// Twice the elastic energy of a displacement, u' K u without loads: 0 for rigid motion.
+[[nodiscard]] double elastic_energy(const ElasticProblem& problem, const ElementRule& rule,
+                                    const ReferenceField& displacement);
+
+} // namespace hdmbench
