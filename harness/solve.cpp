@@ -62,7 +62,7 @@ std::string method_name(const Schedule& schedule) {
   return schedule.update == Update::sequential ? "sequential" : "icm";
 }
 
-Solution solve(const Scene& scene, Session& session, Progress& progress, bool last_changed) {
+Solution solve(const Scene& scene, Session& session, Progress& progress, const SolveOptions& options) {
   LevelSequence levels(scene);
   Solution solution;
   for (const int index : levels.order()) {
@@ -83,7 +83,7 @@ Solution solve(const Scene& scene, Session& session, Progress& progress, bool la
     } else {
       result.iterations = step_until_stopped(level, scene.schedule, session, solution.timings);
     }
-    if (last_changed) {
+    if (options.last_changed) {
       result.changed = session.changed();
     }
     {
@@ -91,6 +91,9 @@ Solution solve(const Scene& scene, Session& session, Progress& progress, bool la
       session.read(solution.displacement);
     }
     solution.levels.push_back(result);
+    if (options.level_done) {
+      options.level_done(result, solution.displacement);
+    }
     progress.advance(static_cast<double>(level.extent.sites()) * scene.schedule.iterations);
   }
   return solution;

@@ -4,6 +4,7 @@
 #include "harness/progress.hpp"
 #include "harness/scene.hpp"
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -36,11 +37,16 @@ struct Solution {
 /// The method's name in results: "icm" or "sequential".
 [[nodiscard]] std::string method_name(const Schedule& schedule);
 
+struct SolveOptions {
+  bool last_changed = false; ///< LevelResult::changed also where the stop rule does not need it
+  /// Called after each level with its field; not part of the timings.
+  std::function<void(const LevelResult&, const VectorField&)> level_done{};
+};
+
 /// The scene's schedule on an open session. With Stop::fixed each level is one call of step, so that a device
-/// is never interrupted. `last_changed` asks for LevelResult::changed also where the stop rule does not need
-/// it. Throws what Session throws.
+/// is never interrupted. Throws what Session throws.
 [[nodiscard]] Solution solve(const Scene& scene, Session& session, Progress& progress,
-                             bool last_changed = false);
+                             const SolveOptions& options = {});
 
 /// Iterations times sites over all levels, the unit of work of a solution; `iteration_limit` caps the
 /// schedule's iterations per level. With Stop::fixed this is exact, else the most that can be needed.

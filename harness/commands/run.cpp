@@ -91,7 +91,7 @@ void run_scene(const Arguments& arguments, const std::string& line) {
   progress.set_total(site_updates(scene));
   progress.describe(fmt::format("run {} on {}", scene.name, backend.name()));
   const auto session = backend.open(arguments.session);
-  const Solution solution = solve(scene, *session, progress, true);
+  const Solution solution = solve(scene, *session, progress, {.last_changed = true});
   progress.clear();
 
   std::int64_t iterations = 0;
