@@ -1,6 +1,7 @@
 #include "harness/bench.hpp"
 
 #include "harness/compare.hpp"
+#include "harness/median.hpp"
 
 #include <fmt/format.h>
 
@@ -48,14 +49,9 @@ VectorField measure(const Scene& scene, const Backend& backend, const BenchOptio
 } // namespace
 
 double median_seconds(std::span<const Timings> samples, double (*part)(const Timings&)) {
-  if (samples.empty()) {
-    return 0.0;
-  }
   std::vector<double> values;
   std::ranges::transform(samples, std::back_inserter(values), part);
-  std::ranges::sort(values);
-  const std::size_t middle = values.size() / 2;
-  return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
+  return median(std::move(values));
 }
 
 std::vector<BenchResult> bench(const Scene& scene, std::span<const Backend* const> backends,

@@ -24,8 +24,7 @@ struct BenchResult {
   std::string reason;             ///< why not valid
 };
 
-/// Middle of the totals, or of one part, over the samples; the mean of the middle two if their number is
-/// even. 0 without samples.
+/// median() of the totals, or of one part, over the samples.
 [[nodiscard]] double median_seconds(std::span<const Timings> samples, double (*part)(const Timings&));
 
 struct BenchOptions {

@@ -30,6 +30,32 @@ std::string operating_system() {
   return fmt::format("{} {}", names.sysname, names.release);
 }
 
+/// As dump(1), but arrays of numbers stay on one line: a profile of 300 values is for machines.
+void append_json(std::string& text, const nlohmann::ordered_json& value, std::size_t depth) {
+  const bool flat =
+      !value.is_structured() || value.empty() ||
+      (value.is_array() && std::ranges::none_of(value, [](const auto& item) { return !item.is_number(); }));
+  if (flat) {
+    text += value.dump();
+    return;
+  }
+  const bool object = value.is_object();
+  text += object ? '{' : '[';
+  bool first = true;
+  for (const auto& [key, item] : value.items()) {
+    text += first ? "\n" : ",\n";
+    first = false;
+    text.append(depth + 1, ' ');
+    if (object) {
+      text += nlohmann::json(key).dump() + ": ";
+    }
+    append_json(text, item, depth + 1);
+  }
+  text += '\n';
+  text.append(depth, ' ');
+  text += object ? '}' : ']';
+}
+
 } // namespace
 
 nlohmann::json run_context(std::string_view arguments, bool quick) {
@@ -55,7 +81,9 @@ void write_results(const std::filesystem::path& file, std::string_view command, 
                    nlohmann::json results) {
   const nlohmann::ordered_json document{
       {"schema", 1}, {"command", command}, {"context", std::move(context)}, {"results", std::move(results)}};
-  write_text(file, document.dump(1) + "\n");
+  std::string text;
+  append_json(text, document, 0);
+  write_text(file, text + "\n");
 }
 
 } // namespace hdmbench

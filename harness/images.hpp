@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <vector>
 
 /// Image files through ITK: NRRD, MetaImage, NIfTI, PNG, JPEG and TIFF. Where the project is built without it
@@ -74,6 +75,11 @@ void write_png(const std::filesystem::path& file, const ScalarField& picture);
 /// 8-bit colour PNG of |displacement|, black = 0 ... light yellow = `largest` pixels and beyond, brighter all
 /// the way. Written beside the target and renamed.
 void write_magnitude_png(const std::filesystem::path& file, const VectorField& displacement, double largest);
+
+/// 8-bit colour PNG of one signed value per site in raster order: blue = -`largest` and beyond, white = 0,
+/// red = `largest`. Written beside the target and renamed.
+void write_signed_png(const std::filesystem::path& file, Extent extent, std::span<const float> values,
+                      double largest);
 
 /// The picture after the deformation: the gray value at site s moves to s + d_s, linear between sites; the
 /// mean where the field folds over itself, 0 where nothing arrives. The time grows with the area that pixels

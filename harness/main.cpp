@@ -33,6 +33,7 @@ int main(int argc, char** argv) {
     commands::add_run(program, arguments, status);
     commands::add_verify(program, arguments, status);
     commands::add_bench(program, arguments, status);
+    commands::add_accuracy(program, arguments, status);
     commands::add_report(program, status);
     if (argc > 1 && argv[1][0] != '-' && !has_command(program, argv[1])) {
       throw InputError(fmt::format("there is no command \"{}\"; hdmbench --help lists them", argv[1]));

@@ -293,6 +293,10 @@ Scene build(const toml::table& root, const std::string& name, const std::string&
   if (!(scene.spacing > 0.0)) {
     reader.fail("spacing", "must be positive (millimetres per pixel)");
   }
+  scene.poisson = reader.number("poisson", scene.poisson);
+  if (!(scene.poisson > -1.0 && scene.poisson <= 0.5)) {
+    reader.fail("poisson", "must lie in (-1, 0.5]");
+  }
   TomlReader schedule = reader.table("schedule");
   scene.schedule = read_schedule(schedule);
   full.update = scene.schedule.update;

@@ -36,6 +36,7 @@ struct Scene {
   VectorField start;    ///< displacement to begin with, pixels
   ScalarField picture;  ///< gray values 0 ... 255, only to look at
   double spacing = 1.0; ///< millimetres per pixel
+  double poisson = 0.3; ///< Poisson's ratio of all tissues, for the finite elements; HDM has none
   Schedule schedule;
 
   [[nodiscard]] Extent extent() const { return full.extent; }

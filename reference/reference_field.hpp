@@ -2,6 +2,7 @@
 
 #include "kernels/field.hpp"
 
+#include <algorithm>
 #include <vector>
 
 namespace hdmbench {
@@ -14,6 +15,15 @@ struct ReferenceField {
   /// The same values in double.
   explicit ReferenceField(const VectorField& field)
       : extent(field.extent), x(field.x.begin(), field.x.end()), y(field.y.begin(), field.y.end()) {}
+
+  /// Rounded to float.
+  [[nodiscard]] VectorField to_float() const {
+    const auto round = [](double value) { return static_cast<float>(value); };
+    VectorField field(extent);
+    std::ranges::transform(x, field.x.begin(), round);
+    std::ranges::transform(y, field.y.begin(), round);
+    return field;
+  }
 
   Extent extent;
   std::vector<double> x;

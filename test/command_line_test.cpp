@@ -42,7 +42,7 @@ nlohmann::json read_json(const std::filesystem::path& file) {
 
 TEST(CommandLine, ExplainsItself) {
   EXPECT_EQ(hdmbench("--help").status, 0);
-  for (const char* command : {"devices", "run", "verify", "bench", "report"}) {
+  for (const char* command : {"devices", "run", "verify", "bench", "accuracy", "report"}) {
     EXPECT_THAT(hdmbench("--help").output, HasSubstr(command));
     const Outcome help = hdmbench(std::string(command) + " --help");
     EXPECT_EQ(help.status, 0);

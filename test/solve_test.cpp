@@ -16,7 +16,7 @@ Solution solve_on(const std::string& backend, const Scene& scene) {
   const auto backends = make_backends();
   const auto session = find_backend(backends, backend).open({});
   Progress silent(false);
-  return solve(scene, *session, silent, true);
+  return solve(scene, *session, silent, {.last_changed = true});
 }
 
 TEST(Solve, TheSquareReachesItsBorderValues) {
@@ -41,7 +41,7 @@ TEST(Solve, UntilStillEndsAtAnExactFixedPoint) {
   const auto backends = make_backends();
   const auto session = backends.front()->open({});
   Progress silent(false);
-  const Solution solution = solve(scene, *session, silent, true);
+  const Solution solution = solve(scene, *session, silent, {.last_changed = true});
   ASSERT_LT(solution.levels.back().iterations, 5000);
   EXPECT_EQ(solution.levels.back().changed, 0);
   session->step(10);

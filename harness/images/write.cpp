@@ -109,6 +109,19 @@ unsigned char to_byte(double gray) {
   return static_cast<unsigned char>(std::lround(gray > 0.0 ? std::min(gray, 255.0) : 0.0));
 }
 
+/// `colour` gives the colour of a site by its index.
+template <typename SiteColour>
+void write_colours(const std::filesystem::path& file, Extent extent, const SiteColour& colour) {
+  using Pixel = itk::RGBPixel<unsigned char>;
+  const auto picture = allocate<itk::Image<Pixel, 2>>(extent);
+  Pixel* const pixels = picture->GetBufferPointer();
+  for (std::size_t site = 0; site < extent.sites(); ++site) {
+    const Colour own = colour(site);
+    pixels[site].Set(to_byte(own.red), to_byte(own.green), to_byte(own.blue));
+  }
+  write_file(file, picture.GetPointer(), itk::PNGImageIO::New());
+}
+
 itk::ImageIOBase::Pointer format_of_displacement(const std::filesystem::path& file) {
   if (file.extension() == ".nrrd") {
     return itk::NrrdImageIO::New().GetPointer();
@@ -158,15 +171,26 @@ void write_png(const std::filesystem::path& file, const ScalarField& picture) {
 void write_magnitude_png(const std::filesystem::path& file, const VectorField& displacement, double largest) {
   require_png(file);
   validate(displacement, displacement.extent, "the displacement to write");
-  using Pixel = itk::RGBPixel<unsigned char>;
-  const auto picture = allocate<itk::Image<Pixel, 2>>(displacement.extent);
-  Pixel* const pixels = picture->GetBufferPointer();
-  for (std::size_t site = 0; site < displacement.extent.sites(); ++site) {
+  write_colours(file, displacement.extent, [&](std::size_t site) {
     const double magnitude = std::hypot(displacement.x[site], displacement.y[site]);
-    const Colour colour = colour_of(magnitude > 0.0 ? magnitude / largest : 0.0);
-    pixels[site].Set(to_byte(colour.red), to_byte(colour.green), to_byte(colour.blue));
+    return colour_of(magnitude > 0.0 ? magnitude / largest : 0.0);
+  });
+}
+
+void write_signed_png(const std::filesystem::path& file, Extent extent, std::span<const float> values,
+                      double largest) {
+  require_png(file);
+  if (values.size() != extent.sites() ||
+      !std::ranges::all_of(values, [](float v) { return std::isfinite(v); })) {
+    throw unwritable(file, "the values are not finite or not one per site");
   }
-  write_file(file, picture.GetPointer(), itk::PNGImageIO::New());
+  write_colours(file, extent, [&](std::size_t site) {
+    const double fraction = std::clamp(static_cast<double>(values[site]) / largest, -1.0, 1.0);
+    const Colour end = fraction < 0.0 ? Colour{20, 70, 180} : Colour{180, 30, 30};
+    const double share = std::abs(fraction);
+    return Colour{std::lerp(255.0, end.red, share), std::lerp(255.0, end.green, share),
+                  std::lerp(255.0, end.blue, share)};
+  });
 }
 
 } // namespace hdmbench

@@ -1,0 +1,81 @@
+#pragma once
+
+#include "backends/backend.hpp"
+#include "harness/accuracy/arithmetic.hpp"
+#include "harness/accuracy/figures.hpp"
+#include "harness/accuracy/truths.hpp"
+#include "harness/progress.hpp"
+#include "harness/scene.hpp"
+#include "harness/solve.hpp"
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace hdmbench {
+
+/// The whole pyramid run with different numbers of iterations per level (thesis Figs. 5.3a, 5.8a, 5.11, ...).
+struct Convergence {
+  std::vector<int> iterations_per_level;
+  std::vector<double> rmsd_to_fem;         ///< Poisson ratio of the scene, pixels
+  std::vector<double> rmsd_to_fixed_point; ///< pixels
+  std::vector<double> mean_energy;
+};
+
+/// A deformed grid and the deformed material interfaces.
+struct GridFigure {
+  int spacing = 0; ///< pixels between lines
+  std::vector<figures::Polyline> lines;
+  std::vector<figures::Polyline> interfaces;
+};
+
+/// One field against the truths.
+struct AccuracyRow {
+  std::string method;  ///< icm, sequential, fixed-point, fem, fem-coarse, interpolation or b-spline
+  std::string variant; ///< what differs from the scene's own schedule; empty: nothing
+  std::string note;    ///< a sentence for people about the variant
+  std::optional<double> poisson_used; ///< of a finite element solution
+  std::string backend;                ///< of icm and sequential
+  Device device;
+  std::string status = "ok";   ///< else why there is no result
+  bool valid = true;           ///< a result, finite, and the bits of scalar where a backend computed it
+  std::vector<double> seconds; ///< raw samples
+  std::vector<LevelResult> levels;
+  ReferenceField field; ///< empty without a result
+  double mean_energy = 0.0;
+  Deviations deviations;
+  struct Split {
+    double poisson = 0.0;
+    Decomposition parts;
+  };
+  std::vector<Split> decompositions;         ///< of icm and sequential, one per Poisson ratio
+  std::optional<ArithmeticError> arithmetic; ///< of icm
+  std::optional<double> rmsd_to_double; ///< of icm: float32 against double over the whole schedule, pixels
+  std::optional<Convergence> convergence;
+  std::optional<figures::Profiles> profiles;
+  std::vector<figures::LevelProfile> level_profiles;
+  std::optional<GridFigure> grid;
+  bool with_difference = false; ///< the picture of field - finite elements is wanted
+};
+
+struct AccuracyOptions {
+  SessionOptions session;
+  int repeats = 3;            ///< samples of seconds per backend
+  bool quick = false;         ///< no variants, no other backends' arithmetic, no convergence
+  int arithmetic_stride = 10; ///< see measure_arithmetic
+  bool registration = false;  ///< also the elastic registration of the pictures (thesis 5.11); needs ITK
+};
+
+struct SceneAccuracy {
+  Truths truths;
+  std::vector<AccuracyRow> rows;
+};
+
+/// Solves the scene by every method and measures each field against the truths. The first backend is the
+/// reference for bits; it also runs the sequential method. Throws InputError as find_truths does; a backend
+/// that is not there becomes a row without result.
+[[nodiscard]] SceneAccuracy measure_accuracy(const Scene& scene, std::span<const Backend* const> backends,
+                                             const AccuracyOptions& options, Progress& progress);
+
+} // namespace hdmbench

@@ -1,0 +1,191 @@
+// Every figure of `accuracy`: deviations and their split, regions, figures, and the thesis's scenes against
+// the truths.
+
+#include "harness/accuracy/accuracy.hpp"
+
+#include "backends/registry.hpp"
+#include "kernels/input_error.hpp"
+#include "test/random_level.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace hdmbench {
+namespace {
+
+ReferenceField random_field(Extent extent, std::uint64_t seed) {
+  return ReferenceField(test::random_problem(extent, test::Texture::smooth, seed).start);
+}
+
+TEST(Deviation, IsTheRootOfTheMeanSquare) {
+  const ReferenceField zero({2, 2});
+  ReferenceField field({2, 2});
+  field.x = {3.0, 0.0, 0.0, 0.0};
+  field.y = {4.0, 0.0, 0.0, 1.0};
+  EXPECT_DOUBLE_EQ(rmsd(field, zero), std::sqrt(26.0 / 4.0));
+  const std::vector<std::uint8_t> last_two{0, 0, 1, 1};
+  EXPECT_DOUBLE_EQ(rmsd(field, zero, last_two), std::sqrt(0.5));
+  EXPECT_EQ(rmsd(field, field), 0.0);
+  EXPECT_THROW((void)rmsd(field, ReferenceField({2, 3})), InputError);
+}
+
+TEST(Decomposition, AddsUp) {
+  const Extent extent{31, 17};
+  const Decomposition parts =
+      decompose(random_field(extent, 1), random_field(extent, 2), random_field(extent, 3));
+  EXPECT_GT(parts.model, 1.0);
+  EXPECT_GT(parts.optimisation, 1.0);
+  EXPECT_NE(parts.covariance, 0.0);
+  EXPECT_NEAR(parts.remainder(), 0.0, 1e-12 * parts.total * parts.total);
+  Decomposition wrong = parts;
+  wrong.covariance = -wrong.covariance;
+  EXPECT_GT(std::abs(wrong.remainder()), 1e-3);
+}
+
+TEST(Figures, ProfilesFollowTheThesis) {
+  ReferenceField field({5, 3});
+  for (int y = 0; y < 3; ++y) {
+    for (int x = 0; x < 5; ++x) {
+      field.x[field.extent.index(x, y)] = x + 10.0 * y;
+      field.y[field.extent.index(x, y)] = 0.5 * y;
+    }
+  }
+  const figures::Profiles profiles = figures::profiles(field);
+  EXPECT_THAT(profiles.horizontal, testing::ElementsAre(10.0, 11.0, 12.0, 13.0, 14.0));
+  EXPECT_THAT(profiles.vertical, testing::ElementsAre(0.0, 0.5, 1.0));
+  ASSERT_EQ(profiles.falling.size(), 5U);
+  EXPECT_DOUBLE_EQ(profiles.falling.front(), 0.0);
+  EXPECT_DOUBLE_EQ(profiles.falling.back(), std::hypot(24.0, 1.0));
+  EXPECT_DOUBLE_EQ(profiles.rising.front(), std::hypot(20.0, 1.0));
+  EXPECT_DOUBLE_EQ(profiles.rising.back(), std::hypot(4.0, 0.0));
+}
+
+TEST(Figures, GridLinesMoveWithTheField) {
+  ReferenceField field({21, 11}, 2.0);
+  std::ranges::fill(field.y, -1.0);
+  const auto lines = figures::deformed_grid(field, 10);
+  ASSERT_EQ(lines.size(), 2U + 3U);
+  EXPECT_DOUBLE_EQ(lines.front()[0], 2.0);
+  EXPECT_DOUBLE_EQ(lines.front()[1], -1.0);
+  EXPECT_DOUBLE_EQ(lines.front()[lines.front().size() - 2], 22.0);
+  EXPECT_DOUBLE_EQ(lines.back()[0], 22.0);
+  EXPECT_DOUBLE_EQ(lines.back().back(), 9.0);
+}
+
+TEST(Figures, InterfacesAreClosedLinesAroundEveryPatch) {
+  const Extent extent{12, 10};
+  Scene scene;
+  scene.full.extent = extent;
+  scene.full.modulus = ScalarField(extent, 20.0F);
+  for (const auto& [x, y] : {std::pair(3, 3), std::pair(4, 3), std::pair(8, 6)}) {
+    scene.full.modulus.values[extent.index(x, y)] = 10.0F;
+  }
+  const auto lines = figures::deformed_interfaces(scene, ReferenceField(extent, 1.0));
+  ASSERT_EQ(lines.size(), 2U);
+  std::vector<std::size_t> lengths{lines[0].size() / 2 - 1, lines[1].size() / 2 - 1};
+  std::ranges::sort(lengths);
+  EXPECT_THAT(lengths, testing::ElementsAre(4U, 6U)); // edges of one pixel, of two
+  for (const auto& line : lines) {
+    EXPECT_EQ(line[0], line[line.size() - 2]);
+    EXPECT_EQ(line[1], line.back());
+  }
+}
+
+TEST(Truths, KnowWhatIsFreeAndWhatIsNearAnInterface) {
+  const Scene scene = load_scene("square", {.size = Extent{60, 60}});
+  Progress silent(false);
+  const Truths truths = find_truths(scene, silent);
+  // Only the corners have both components given.
+  EXPECT_EQ(truths.free_sites, 60U * 60U - 4U);
+  EXPECT_EQ(truths.interface[scene.extent().index(20, 30)], 1);
+  EXPECT_EQ(truths.interface[scene.extent().index(30, 30)], 0);
+  EXPECT_EQ(truths.elsewhere[scene.extent().index(30, 30)], 1);
+  EXPECT_EQ(truths.elsewhere[scene.extent().index(0, 0)], 0);
+  EXPECT_GT(truths.interface_sites, 700U);
+  EXPECT_LT(truths.interface_sites, 1000U);
+}
+
+SceneAccuracy measure(const Scene& scene, bool quick) {
+  const auto registry = make_backends();
+  std::vector<const Backend*> backends;
+  for (const auto& backend : registry) {
+    backends.push_back(backend.get());
+  }
+  Progress silent(false);
+  return measure_accuracy(scene, backends, {.repeats = 1, .quick = quick}, silent);
+}
+
+TEST(Accuracy, JudgesEveryMethodAndBackend) {
+  const Scene scene = load_scene("circular", {.size = Extent{48, 40}});
+  const SceneAccuracy accuracy = measure(scene, false);
+  std::vector<std::string> methods;
+  const AccuracyRow* first = nullptr;
+  for (const AccuracyRow& row : accuracy.rows) {
+    methods.push_back(row.method);
+    if (row.field.x.empty()) {
+      EXPECT_TRUE(row.status.starts_with("skipped")) << row.status;
+      continue;
+    }
+    EXPECT_TRUE(row.valid) << row.method << row.status;
+    EXPECT_FALSE(row.seconds.empty());
+    for (const auto& [poisson, parts] : row.decompositions) {
+      EXPECT_NEAR(parts.remainder(), 0.0, 1e-10 * (1.0 + parts.total * parts.total));
+      EXPECT_GT(parts.model, 0.0);
+    }
+    if (row.method == "icm" && row.variant.empty()) {
+      first = first == nullptr ? &row : first;
+      EXPECT_EQ(row.deviations.to_fem, first->deviations.to_fem) << row.backend;
+      ASSERT_TRUE(row.arithmetic) << row.backend;
+      EXPECT_EQ(row.arithmetic->beyond_bound, 0);
+      EXPECT_TRUE(row.rmsd_to_double);
+    }
+  }
+  for (const char* method : {"fem", "fem-coarse", "fixed-point", "interpolation", "icm", "sequential"}) {
+    EXPECT_THAT(methods, testing::Contains(method));
+  }
+  EXPECT_EQ(std::ranges::count_if(accuracy.rows, [](const auto& row) { return !row.variant.empty(); }), 4);
+  ASSERT_NE(first, nullptr);
+  EXPECT_TRUE(first->convergence);
+  EXPECT_EQ(first->level_profiles.size(), first->levels.size());
+}
+
+/// The bars: RMSD in pixels of the fixed point and of ICM to finite elements without Poisson effect, at
+/// 300 x 300.
+struct Bar {
+  const char* scene;
+  double fixed_point;
+  double icm;
+};
+
+class ThesisScene : public testing::TestWithParam<Bar> {};
+
+TEST_P(ThesisScene, IsCloseToTheFiniteElements) {
+  const SceneAccuracy accuracy = measure(load_scene(GetParam().scene), true);
+  for (const AccuracyRow& row : accuracy.rows) {
+    if (row.method == "fixed-point") {
+      EXPECT_LE(row.deviations.to_fem_no_poisson, GetParam().fixed_point);
+      EXPECT_GT(row.deviations.to_fem_no_poisson, 0.0);
+    }
+    if (row.method == "icm" && row.valid) {
+      EXPECT_LE(row.deviations.to_fem_no_poisson, GetParam().icm) << row.backend;
+    }
+    if (row.method == "interpolation") {
+      EXPECT_GT(row.deviations.to_fem_no_poisson, GetParam().fixed_point) << "the scene needs no model";
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Simulations, ThesisScene,
+                         testing::Values(Bar{"square", 0.35, 0.5}, Bar{"circular", 0.35, 0.8},
+                                         Bar{"circular-radial", 0.35, 1.1}),
+                         [](const auto& parameter) {
+                           std::string name = parameter.param.scene;
+                           std::ranges::replace(name, '-', '_');
+                           return name;
+                         });
+
+} // namespace
+} // namespace hdmbench
