@@ -146,7 +146,7 @@ TEST(Accuracy, JudgesEveryMethodAndBackend) {
   for (const char* method : {"fem", "fem-coarse", "fixed-point", "interpolation", "icm", "sequential"}) {
     EXPECT_THAT(methods, testing::Contains(method));
   }
-  EXPECT_EQ(std::ranges::count_if(accuracy.rows, [](const auto& row) { return !row.variant.empty(); }), 4);
+  EXPECT_EQ(std::ranges::count_if(accuracy.rows, [](const auto& row) { return !row.variant.empty(); }), 5);
   ASSERT_NE(first, nullptr);
   EXPECT_TRUE(first->convergence);
   EXPECT_EQ(first->level_profiles.size(), first->levels.size());

@@ -221,6 +221,12 @@ private:
         "Every site has to move at every iteration, so the field never rests: a floor of the error of "
         "the size of the smallest step.");
     scene = icm;
+    scene.full.steps = StepSet::parse("0,-1,0.1,1");
+    add_variant(
+        scene, "step set as printed, with 0",
+        "The thesis prints {-1, 0.1, 1, 0.1}. Read without the -0.1 that it seems to mean, a component "
+        "can creep up but not down.");
+    scene = icm;
     scene.full.steps = StepSet::parse("fine");
     add_variant(
         scene, "step set with 0.01",

@@ -60,7 +60,7 @@ struct AccuracyRow {
 };
 
 struct AccuracyOptions {
-  SessionOptions session;
+  SessionOptions session{};
   int repeats = 3;            ///< samples of seconds per backend
   bool quick = false;         ///< no variants, no other backends' arithmetic, no convergence
   int arithmetic_stride = 10; ///< see measure_arithmetic
