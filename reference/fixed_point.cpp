@@ -111,12 +111,23 @@ public:
     require_observations(level.extent);
   }
 
+  /// Both directions of release at once are Newton's method: few rounds, but nothing forbids a cycle, and
+  /// when all sites let go at once the system is singular. One direction at a time, from all held, is policy
+  /// iteration on a maximum of minima of M-matrix equations: each stage is monotone, so it ends, and the
+  /// weights of what pulls up and down never let the last site go.
   void settle() {
-    constexpr int most_rounds = 200;
+    constexpr int most_quick_rounds = 30;
+    constexpr int most_rounds = 1000;
+    bool one_sided = false;
     for (rounds_ = 1; rounds_ <= most_rounds; ++rounds_) {
       solve();
-      if (!update_states()) {
+      if (!update_states(one_sided)) {
         return;
+      }
+      if (!one_sided && (held() == 0 || rounds_ == most_quick_rounds)) {
+        one_sided = true;
+        std::ranges::replace_if(
+            states_, [](State state) { return state != State::unobserved; }, State::held);
       }
     }
     throw InputError(fmt::format("the fixed point in {} was not found in {} rounds: the sites that their "
@@ -197,8 +208,9 @@ private:
     }
   }
 
-  /// Whether any state contradicted the displacement.
-  bool update_states() {
+  /// Whether any state contradicted the displacement. One-sided: what is or would be below its target waits
+  /// until all others agree.
+  bool update_states(bool one_sided) {
     bool changed = change([&](std::size_t i, double beyond, double gradient) {
       switch (states_[i]) {
       case State::held:
@@ -209,6 +221,9 @@ private:
         return states_[i];
       }
     });
+    if (one_sided && changed) {
+      return true;
+    }
     changed =
         change([&](std::size_t i, double beyond, double gradient) {
           switch (states_[i]) {
@@ -236,7 +251,6 @@ private:
         states_[i] = next;
       }
     }
-    fmt::print("{} round {}: {} changes, {} held\n", component_.name, rounds_, changes, held());
     return changes > 0;
   }
 
