@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 namespace hdmbench {
 
@@ -111,12 +112,24 @@ public:
     require_observations(level.extent);
   }
 
+  /// Letting go in both directions at once is Newton's method: few rounds, but nothing forbids a cycle. In
+  /// one direction at a time, starting from all held, it is policy iteration on a maximum of minima of
+  /// M-matrix equations: slow, but each stage is monotone and so ends, and as long as those above their
+  /// targets are taken back before the last site lets go, one can stay held.
   void settle() {
-    constexpr int most_rounds = 200;
+    constexpr int most_quick_rounds = 60;
+    constexpr int most_rounds = 1000;
     for (rounds_ = 1; rounds_ <= most_rounds; ++rounds_) {
       solve();
-      if (!update_states()) {
+      const bool one_sided = rounds_ > most_quick_rounds;
+      if (!update_states(one_sided)) {
         return;
+      }
+      if (rounds_ == most_quick_rounds) {
+        take_back(State::below);
+        take_back(State::above);
+      } else if (held() == 0) {
+        one_sided ? take_back(State::above) : hold_median();
       }
     }
     throw InputError(fmt::format("the fixed point in {} was not found in {} rounds: the sites that their "
@@ -163,7 +176,6 @@ private:
     if (count == 0) {
       return;
     }
-    SparseMatrix matrix(count, count);
     Eigen::VectorXd right_side = Eigen::VectorXd::Zero(count);
     std::vector<Eigen::Triplet<double, std::int64_t>> entries;
     entries.reserve(7 * static_cast<std::size_t>(count));
@@ -185,20 +197,83 @@ private:
       entries.emplace_back(row, row, diagonal);
       right_side[row] = right;
     }
-    matrix.setFromTriplets(entries.begin(), entries.end());
-    const auto solution = solve_general(matrix, right_side, solver_);
-    if (!solution) {
-      throw InputError(fmt::format("the system of the fixed point in {} is singular", component_.name));
-    }
+    const Eigen::VectorXd solution = solved(count, entries, right_side);
     for (std::size_t i = 0; i < states_.size(); ++i) {
       if (unknown[i] >= 0) {
-        displacement_[i] = (*solution)[unknown[i]];
+        displacement_[i] = solution[unknown[i]];
       }
     }
   }
 
-  /// Whether any state contradicted the displacement.
-  bool update_states() {
+  void take_back(State state) { std::ranges::replace(states_, state, State::held); }
+
+  /// Where every site has let go the system is singular: its left null vector p says that the pulls, p_i K
+  /// c_i / 2 up or down, must balance by themselves. They do when the whole field is shifted by the weighted
+  /// median of what is left to the targets, so that site is held.
+  void hold_median() {
+    if (balance_.empty()) {
+      balance_ = left_null_vector();
+    }
+    std::vector<std::pair<double, std::size_t>> ways; // y - d, site
+    double sum = 0.0;
+    for (std::size_t i = 0; i < states_.size(); ++i) {
+      if (states_[i] != State::unobserved) {
+        ways.emplace_back(static_cast<double>(component_.target[i]) - displacement_[i], i);
+        sum += balance_[i] * pull_[i];
+      }
+    }
+    std::ranges::sort(ways);
+    double passed = 0.0;
+    const auto median = std::ranges::find_if(ways, [&](const auto& way) {
+      passed += balance_[way.second] * pull_[way.second];
+      return passed >= 0.5 * sum;
+    });
+    states_[median->second] = State::held;
+  }
+
+  /// p > 0 with p' G = 0 for the matrix G of all equations without observations; p = 1 at site 0.
+  [[nodiscard]] std::vector<double> left_null_vector() const {
+    const auto count = static_cast<std::int64_t>(states_.size()) - 1;
+    Eigen::VectorXd right_side = Eigen::VectorXd::Zero(count);
+    std::vector<Eigen::Triplet<double, std::int64_t>> entries;
+    for (std::size_t i = 0; i < states_.size(); ++i) {
+      const std::int64_t column = static_cast<std::int64_t>(i) - 1;
+      equations_.for_each_neighbour(i, [&](std::size_t neighbour, double weight) {
+        const std::int64_t row = static_cast<std::int64_t>(neighbour) - 1;
+        if (column < 0) {
+          right_side[row] = weight;
+          return;
+        }
+        entries.emplace_back(column, column, weight);
+        if (row >= 0) {
+          entries.emplace_back(row, column, -weight);
+        }
+      });
+    }
+    const Eigen::VectorXd solution = solved(count, entries, right_side);
+    std::vector<double> result{1.0};
+    result.insert(result.end(), solution.begin(), solution.end());
+    return result;
+  }
+
+  [[nodiscard]] Eigen::VectorXd solved(std::int64_t count,
+                                       const std::vector<Eigen::Triplet<double, std::int64_t>>& entries,
+                                       const Eigen::VectorXd& right_side) const {
+    SparseMatrix matrix(count, count);
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    auto solution = solve_general(matrix, right_side, solver_);
+    if (!solution) {
+      throw InputError(
+          fmt::format("the system of the fixed point in {} is singular to working precision: the "
+                      "moduli differ too much",
+                      component_.name));
+    }
+    return *std::move(solution);
+  }
+
+  /// Whether any state contradicted the displacement. One-sided: what is or would be below its target waits
+  /// until all others agree.
+  bool update_states(bool one_sided) {
     bool changed = change([&](std::size_t i, double beyond, double gradient) {
       switch (states_[i]) {
       case State::held:
@@ -209,6 +284,9 @@ private:
         return states_[i];
       }
     });
+    if (one_sided && changed) {
+      return true;
+    }
     changed =
         change([&](std::size_t i, double beyond, double gradient) {
           switch (states_[i]) {
@@ -236,7 +314,6 @@ private:
         states_[i] = next;
       }
     }
-    fmt::print("{} round {}: {} changes, {} held\n", component_.name, rounds_, changes, held());
     return changes > 0;
   }
 
@@ -246,7 +323,8 @@ private:
   std::vector<double> pull_; ///< K c / 2
   std::vector<State> states_;
   std::vector<double> displacement_;
-  double tolerance_ = 0.0; ///< pixels by which a state must be contradicted
+  std::vector<double> balance_; ///< left null vector, once it was needed
+  double tolerance_ = 0.0;      ///< pixels by which a state must be contradicted
   int rounds_ = 0;
 };
 
