@@ -1,3 +1,4 @@
+#include "harness/elastic_registration.hpp"
 #include "harness/images.hpp"
 
 #include "kernels/input_error.hpp"
@@ -37,6 +38,11 @@ Image<VectorField> read_vector(const std::filesystem::path& file, const ReadOpti
 
 BrainSlice read_brain(const std::filesystem::path& file, int, int, double, Extent) {
   refuse(file);
+}
+
+RegistrationResult register_elastically(const ScalarField&, const ScalarField&, const RegistrationOptions&,
+                                        Progress&) {
+  refuse("elastic registration");
 }
 
 void write_displacement(const std::filesystem::path& file, const VectorField&, double) {

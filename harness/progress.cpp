@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <algorithm>
+#include <utility>
 
 namespace hdmbench {
 
@@ -12,6 +12,10 @@ using namespace std::chrono_literals;
 Progress::Progress(bool enabled)
     : enabled_(enabled), terminal_(isatty(STDERR_FILENO) != 0), start_(std::chrono::steady_clock::now()),
       next_(start_ + (terminal_ ? 1s : 10s)) {}
+
+Progress::Progress(std::function<void(double)> listener) : Progress(false) {
+  listener_ = std::move(listener);
+}
 
 void Progress::describe(std::string what) {
   what_ = std::move(what);
@@ -25,6 +29,9 @@ void Progress::set_total(double total) {
 void Progress::advance(double amount) {
   done_ += amount;
   show();
+  if (listener_ && total_ > 0.0) {
+    listener_(fraction());
+  }
 }
 
 void Progress::clear() {
@@ -42,9 +49,8 @@ void Progress::show() {
   next_ = now + (terminal_ ? std::chrono::steady_clock::duration(200ms) : 10s);
   std::string line = what_;
   if (total_ > 0.0 && done_ > 0.0) {
-    const double fraction = std::min(done_ / total_, 1.0);
     const double elapsed = std::chrono::duration<double>(now - start_).count();
-    line = fmt::format("{:3.0f} %  {:.0f} s left  {}", 100.0 * fraction, elapsed * (1.0 / fraction - 1.0),
+    line = fmt::format("{:3.0f} %  {:.0f} s left  {}", 100.0 * fraction(), elapsed * (1.0 / fraction() - 1.0),
                        what_);
   }
   if (terminal_) {

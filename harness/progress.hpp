@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <functional>
 #include <string>
 
 namespace hdmbench {
@@ -11,6 +13,9 @@ namespace hdmbench {
 class Progress {
 public:
   explicit Progress(bool enabled = true);
+  /// Prints nothing: `listener` is told the share of the work that is done, 0 ... 1, at every advance(). What
+  /// it throws ends the work.
+  explicit Progress(std::function<void(double)> listener);
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
   ~Progress() { clear(); }
@@ -26,6 +31,9 @@ public:
 private:
   void show();
 
+  [[nodiscard]] double fraction() const { return std::min(done_ / total_, 1.0); }
+
+  std::function<void(double)> listener_;
   bool enabled_;
   bool terminal_;
   bool visible_ = false;

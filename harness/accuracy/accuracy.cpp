@@ -2,6 +2,8 @@
 
 #include "backends/registry.hpp"
 #include "harness/compare.hpp"
+#include "harness/elastic_registration.hpp"
+#include "harness/images.hpp"
 #include "harness/level_sequence.hpp"
 #include "kernels/mean_energy.hpp"
 #include "reference/interpolation.hpp"
@@ -60,6 +62,9 @@ public:
     add_profiles(add_solution(cpu_design(scene_), *backends_.front(), options_.repeats));
     if (!options_.quick) {
       add_variants(icm);
+    }
+    if (options_.registration) {
+      add_registration();
     }
     return std::move(result_);
   }
@@ -240,6 +245,15 @@ private:
     scene = icm;
     scene.schedule.iterations = 10 * scene.schedule.iterations;
     add_variant(scene, "ten times the iterations", "What more iterations alone would bring.");
+  }
+
+  /// The finite elements deform the picture, the registration has to find out how (thesis 5.11).
+  void add_registration() {
+    const VectorField truth = result_.truths.elastic.displacement.to_float();
+    RegistrationResult found =
+        register_elastically(scene_.picture, warp(scene_.picture, truth), {}, progress_);
+    AccuracyRow& row = add_field("b-spline", ReferenceField(found.displacement), found.seconds);
+    row.grid = grid(row.field);
   }
 
   const Scene& scene_;

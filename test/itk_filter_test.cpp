@@ -1,0 +1,439 @@
+#include "backends/registry.hpp"
+#include "harness/compare.hpp"
+#include "harness/solve.hpp"
+#include "kernels/mean_energy.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <itkHDMRegularizationFilter.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <initializer_list>
+#include <limits>
+#include <random>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace hdmbench {
+namespace {
+
+using Filter = itk::HDMRegularizationFilter<>;
+using Field = Filter::DisplacementFieldType;
+using Labels = Filter::LabelImageType;
+using Direction = Field::DirectionType;
+using testing::HasSubstr;
+
+constexpr int iterations = 40;
+
+/// How the pixels lie in physical space.
+struct Geometry {
+  double spacing = 1.0;
+  double angle = 0.0; ///< of the rows, radians
+  bool flipped = false;
+  itk::IndexValueType first_index = 0; ///< of the first pixel, both axes
+
+  [[nodiscard]] Direction direction() const {
+    Direction result;
+    result(0, 0) = std::cos(angle);
+    result(1, 0) = std::sin(angle);
+    result(0, 1) = flipped ? std::sin(angle) : -std::sin(angle);
+    result(1, 1) = flipped ? -std::cos(angle) : std::cos(angle);
+    return result;
+  }
+
+  template <typename Picture>
+  typename Picture::Pointer allocate(Extent extent) const {
+    const auto picture = Picture::New();
+    const typename Picture::IndexType index{first_index, first_index};
+    const typename Picture::SizeType size{static_cast<itk::SizeValueType>(extent.width),
+                                          static_cast<itk::SizeValueType>(extent.height)};
+    picture->SetRegions({index, size});
+    typename Picture::SpacingType spacings;
+    spacings.Fill(spacing);
+    picture->SetSpacing(spacings);
+    picture->SetDirection(direction());
+    typename Picture::PointType origin;
+    origin[0] = -7.0;
+    origin[1] = 30.0;
+    picture->SetOrigin(origin);
+    picture->Allocate(true);
+    return picture;
+  }
+};
+
+/// A stiff disc in soft matter, pulled at the left border and in places inside.
+struct Problem {
+  explicit Problem(Extent extent) : labels(extent.sites(), 0) {
+    std::mt19937 random(3);
+    const auto uniform = [&random] { return static_cast<float>(random() % 1001) * 0.001F; };
+    Level& full = scene.full;
+    full.extent = extent;
+    full.target = VectorField(extent);
+    full.confidence = VectorField(extent);
+    full.modulus = ScalarField(extent, 10.0F);
+    full.penalty = 1000.0F;
+    scene.start = VectorField(extent);
+    scene.schedule.iterations = iterations;
+    for (int y = 0; y < extent.height; ++y) {
+      for (int x = 0; x < extent.width; ++x) {
+        const std::size_t site = extent.index(x, y);
+        if (std::hypot(x - 0.5 * extent.width, y - 0.4 * extent.height) < 0.3 * extent.height) {
+          labels[site] = 1;
+          full.modulus.values[site] = 30.0F;
+        }
+        scene.start.x[site] = uniform() - 0.5F;
+        scene.start.y[site] = uniform() - 0.5F;
+        if (x == 0 || random() % 20 == 0) {
+          full.target.x[site] = 8.0F * uniform();
+          full.target.y[site] = -5.0F * uniform();
+          full.confidence.x[site] = 1.0F;
+          full.confidence.y[site] = x == 0 ? 0.0F : uniform();
+        }
+      }
+    }
+    set_inverse_modulus(full);
+  }
+
+  [[nodiscard]] Solution solved(const std::string& backend = "scalar") const {
+    const auto backends = make_backends();
+    const auto session = find_backend(backends, backend).open({});
+    Progress silent(false);
+    return solve(scene, *session, silent);
+  }
+
+  Scene scene;
+  std::vector<int> labels;
+};
+
+Field::Pointer to_itk(const VectorField& pixels, const Geometry& geometry) {
+  const auto field = geometry.allocate<Field>(pixels.extent);
+  const Direction direction = geometry.direction();
+  for (std::size_t site = 0; site < pixels.extent.sites(); ++site) {
+    for (unsigned axis = 0; axis < 2; ++axis) {
+      field->GetBufferPointer()[site][axis] =
+          static_cast<float>(geometry.spacing * (direction(axis, 0) * double{pixels.x[site]} +
+                                                 direction(axis, 1) * double{pixels.y[site]}));
+    }
+  }
+  return field;
+}
+
+/// Along rows and columns, in pixels.
+VectorField to_pixels(const Field& field, const Geometry& geometry) {
+  const auto size = field.GetLargestPossibleRegion().GetSize();
+  VectorField pixels({static_cast<int>(size[0]), static_cast<int>(size[1])});
+  const Direction inverse(geometry.direction().GetInverse());
+  for (std::size_t site = 0; site < pixels.extent.sites(); ++site) {
+    const auto index = inverse * itk::Vector<double, 2>(field.GetBufferPointer()[site]) / geometry.spacing;
+    pixels.x[site] = static_cast<float>(index[0]);
+    pixels.y[site] = static_cast<float>(index[1]);
+  }
+  return pixels;
+}
+
+/// The problem as images, and a filter that has them as its inputs.
+struct Pipeline {
+  explicit Pipeline(Extent extent = {41, 30}, Geometry geometry_ = {})
+      : geometry(geometry_), problem(extent), displacement(to_itk(problem.scene.start, geometry)),
+        labels(geometry.allocate<Labels>(extent)), observation(to_itk(problem.scene.full.target, geometry)),
+        confidence(geometry.allocate<Filter::ConfidenceImageType>(extent)), filter(Filter::New()) {
+    for (std::size_t site = 0; site < extent.sites(); ++site) {
+      labels->GetBufferPointer()[site] = static_cast<unsigned char>(problem.labels[site]);
+      confidence->GetBufferPointer()[site][0] = problem.scene.full.confidence.x[site];
+      confidence->GetBufferPointer()[site][1] = problem.scene.full.confidence.y[site];
+    }
+    filter->SetInput(displacement);
+    filter->SetLabels(labels);
+    filter->SetModulus(0, 10.0);
+    filter->SetModulus(1, 30.0);
+    filter->SetObservationImage(observation);
+    filter->SetConfidenceImage(confidence);
+    filter->SetNumberOfIterations(iterations);
+  }
+
+  [[nodiscard]] VectorField result() const {
+    filter->Update();
+    return to_pixels(*filter->GetOutput(), geometry);
+  }
+
+  /// What the exception says that Update must throw.
+  [[nodiscard]] std::string refusal() const {
+    try {
+      filter->Update();
+    } catch (const itk::ExceptionObject& error) {
+      return error.GetDescription();
+    }
+    ADD_FAILURE() << "no itk::ExceptionObject";
+    return {};
+  }
+
+  Geometry geometry;
+  Problem problem;
+  Field::Pointer displacement;
+  Labels::Pointer labels;
+  Field::Pointer observation;
+  Filter::ConfidenceImageType::Pointer confidence;
+  Filter::Pointer filter;
+};
+
+class ItkFilter : public testing::Test, protected Pipeline {};
+
+#define EXPECT_SAME_BITS(expected, found) EXPECT_EQ(compare(expected, found).sites, 0)
+
+TEST(TheItkFilter, GivesInTenLinesWhatSolveGives) {
+  const auto [geometry, problem, displacement, labels, observation, confidence, unused] = Pipeline();
+  // README.md shows these lines.
+  const auto filter = itk::HDMRegularizationFilter<>::New();
+  filter->SetInput(displacement);
+  filter->SetLabels(labels);
+  filter->SetModulus(0, 10.0);
+  filter->SetModulus(1, 30.0);
+  filter->SetObservationImage(observation);
+  filter->SetConfidenceImage(confidence);
+  filter->SetNumberOfIterations(40);
+  filter->Update();
+  const auto* const regularised = filter->GetOutput();
+
+  const Solution expected = problem.solved();
+  EXPECT_SAME_BITS(expected.displacement, to_pixels(*regularised, geometry));
+  EXPECT_GT(compare(expected.displacement, problem.scene.start).sites, 1000);
+  EXPECT_EQ(filter->GetLevels().size(), expected.levels.size());
+  EXPECT_EQ(filter->GetElapsedIterations(), static_cast<int>(expected.levels.size()) * iterations);
+  EXPECT_EQ(filter->GetMeanEnergy(), mean_energy(problem.scene.full, expected.displacement));
+  EXPECT_STRNE(filter->GetDeviceUsed(), "");
+  EXPECT_EQ(regularised->GetOrigin(), displacement->GetOrigin());
+  EXPECT_EQ(regularised->GetSpacing(), displacement->GetSpacing());
+  EXPECT_EQ(regularised->GetDirection(), displacement->GetDirection());
+}
+
+TEST_F(ItkFilter, EveryParameterReachesTheSolver) {
+  Scene& scene = problem.scene;
+  scene.schedule = {.iterations = 90,
+                    .stop = Stop::energy,
+                    .epsilon = 1e-2,
+                    .start_level = 2,
+                    .alignment = Alignment::center,
+                    .update = Update::sequential};
+  scene.full.update = Update::sequential;
+  scene.full.penalty = 3.0F;
+  scene.full.steps = StepSet::parse("fine");
+  const Solution expected = problem.solved();
+  const std::vector<std::function<void()>> changes{[&] { filter->SetNumberOfIterations(90); },
+                                                   [&] { filter->SetStopCriterion(Stop::energy); },
+                                                   [&] { filter->SetEpsilon(1e-2); },
+                                                   [&] { filter->SetStartLevel(2); },
+                                                   [&] { filter->SetAlignment(Alignment::center); },
+                                                   [&] { filter->SetBackend("scalar"); },
+                                                   [&] { filter->DuringIterationUpdateOn(); },
+                                                   [&] { filter->SetPenalty(3.0); },
+                                                   [&] { filter->SetStepSet("fine"); }};
+  for (const auto& change : changes) {
+    const auto time = filter->GetMTime();
+    filter->Update();
+    change();
+    EXPECT_GT(filter->GetMTime(), time);
+  }
+  EXPECT_SAME_BITS(expected.displacement, result()); // recomputed after the last change
+  EXPECT_LT(filter->GetElapsedIterations(), 3 * 90);
+  EXPECT_EQ(filter->GetLevels().front().extent, expected.levels.front().extent);
+  std::ostringstream printed;
+  filter->Print(printed);
+  for (const char* line : {"0: 10 MPa 1: 30 MPa", "NumberOfIterations: 90", "Epsilon: 0.01", "StartLevel: 2",
+                           "DuringIterationUpdate: On", "Penalty: 3", "StepSet: fine", "Backend: scalar"}) {
+    EXPECT_THAT(printed.str(), HasSubstr(line));
+  }
+}
+
+TEST_F(ItkFilter, NothingIsComputedTwice) {
+  filter->Update();
+  const auto time = filter->GetOutput()->GetMTime();
+  filter->SetModulus(1, 30.0);
+  filter->SetBackend("openmp");
+  filter->Update();
+  EXPECT_EQ(filter->GetOutput()->GetMTime(), time);
+  filter->SetModulus(1, 31.0);
+  filter->Update();
+  EXPECT_GT(filter->GetOutput()->GetMTime(), time);
+}
+
+TEST_F(ItkFilter, AModulusImageTakesThePlaceOfLabels) {
+  const auto moduli = geometry.allocate<Filter::ModulusImageType>(problem.scene.extent());
+  std::ranges::copy(problem.scene.full.modulus.values, moduli->GetBufferPointer());
+  filter->SetModulusImage(moduli);
+  EXPECT_THAT(refusal(), HasSubstr("Both are set"));
+  filter->SetLabels(nullptr);
+  EXPECT_SAME_BITS(problem.solved().displacement, result());
+  filter->SetModulusImage(nullptr);
+  EXPECT_THAT(refusal(), HasSubstr("Neither is set"));
+}
+
+TEST_F(ItkFilter, WithoutObservationTheFieldIsSmoothed) {
+  filter->SetObservationImage(nullptr);
+  EXPECT_THAT(refusal(), HasSubstr("both or none"));
+  filter->SetConfidenceImage(nullptr);
+  filter->SetStartLevel(0);
+  Scene& scene = problem.scene;
+  scene.full.confidence = VectorField(scene.extent());
+  scene.full.target = VectorField(scene.extent());
+  scene.schedule.start_level = 0;
+  EXPECT_SAME_BITS(problem.solved().displacement, result());
+}
+
+TEST_F(ItkFilter, TheWholeImageIsComputedWhateverIsAskedFor) {
+  filter->UpdateOutputInformation();
+  filter->GetOutput()->SetRequestedRegion(Field::RegionType({5, 5}, {2, 2}));
+  filter->Update();
+  EXPECT_SAME_BITS(problem.solved().displacement, to_pixels(*filter->GetOutput(), geometry));
+}
+
+TEST_F(ItkFilter, ProgressRisesToOne) {
+  std::vector<float> seen;
+  filter->AddObserver(itk::ProgressEvent(),
+                      [&](const itk::EventObject&) { seen.push_back(filter->GetProgress()); });
+  filter->Update();
+  EXPECT_GE(seen.size(), filter->GetLevels().size());
+  EXPECT_TRUE(std::ranges::is_sorted(seen));
+  EXPECT_EQ(seen.back(), 1.0F);
+  EXPECT_LT(seen.front(), 0.01F);
+}
+
+TEST_F(ItkFilter, AbortsBetweenLevelsAndCanBeRunAgain) {
+  bool abort = true;
+  int events = 0;
+  filter->AddObserver(itk::ProgressEvent(), [&](const itk::EventObject&) {
+    ++events;
+    filter->SetAbortGenerateData(abort && filter->GetProgress() > 0.01F);
+  });
+  EXPECT_THROW(filter->Update(), itk::ProcessAborted);
+  const int until_aborted = events;
+  abort = false;
+  EXPECT_SAME_BITS(problem.solved().displacement, result());
+  EXPECT_LT(until_aborted, events - until_aborted);
+}
+
+TEST_F(ItkFilter, UpdateDuringIterationIsForScalar) {
+  filter->SetDuringIterationUpdate(true);
+  EXPECT_THAT(refusal(), HasSubstr("SetBackend(\"scalar\")"));
+}
+
+TEST_F(ItkFilter, RefusesWithAReason) {
+  filter->SetBackend("abacus");
+  EXPECT_THAT(refusal(), HasSubstr("there is no backend \"abacus\"; the backends are scalar, openmp"));
+  filter->SetBackend("openmp");
+  filter->SetDevice("no such device");
+  EXPECT_THAT(refusal(), HasSubstr("openmp has no device \"no such device\""));
+  filter->SetDevice("");
+  filter->SetStepSet("0,one");
+  EXPECT_THAT(refusal(), HasSubstr("\"one\" is not a number"));
+  filter->SetStepSet("default");
+  filter->SetNumberOfIterations(-1);
+  EXPECT_THAT(refusal(), HasSubstr("NumberOfIterations is -1"));
+  filter->SetNumberOfIterations(iterations);
+  filter->SetPenalty(-2.0);
+  EXPECT_THAT(refusal(), HasSubstr("penalty"));
+  filter->SetPenalty(1000.0);
+  filter->SetModulus(1, 0.0);
+  EXPECT_THAT(refusal(), HasSubstr("the modulus (MPa)"));
+  filter->ClearModuli();
+  filter->SetModulus(0, 10.0);
+  EXPECT_THAT(refusal(), HasSubstr("the label 1 of the pixel x = "));
+  EXPECT_THAT(refusal(), HasSubstr("SetModulus(1, ...)"));
+  filter->SetModulus(1, 30.0);
+  EXPECT_SAME_BITS(problem.solved().displacement, result());
+}
+
+TEST_F(ItkFilter, RefusesValuesThatCannotBe) {
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  const auto refusal_with = [&](Field& image, std::size_t site, unsigned component, float value) {
+    float& place = image.GetBufferPointer()[site][component];
+    const float before = std::exchange(place, value);
+    image.Modified();
+    const std::string words = refusal();
+    place = before;
+    return words;
+  };
+  EXPECT_THAT(refusal_with(*displacement, 41 * 3 + 7, 0, nan),
+              HasSubstr("the displacement to be regularised at x = 7, y = 3 is nan"));
+  EXPECT_THAT(refusal_with(*observation, 41 * 2 + 1, 1, nan),
+              HasSubstr("the target displacement at x = 1, y = 2 is nan"));
+  EXPECT_THAT(refusal_with(*confidence, 5, 1, 1.5F), HasSubstr("the confidence in y at x = 5, y = 0 is 1.5"));
+}
+
+TEST_F(ItkFilter, RefusesImagesThatDoNotMatch) {
+  const auto small = geometry.allocate<Labels>({41, 29});
+  filter->SetLabels(small);
+  EXPECT_THAT(refusal(), HasSubstr("the input Labels has [41, 29] pixels"));
+  const auto elsewhere = Geometry{.spacing = 2.0}.allocate<Labels>({41, 30});
+  filter->SetLabels(elsewhere);
+  EXPECT_THAT(refusal(), HasSubstr("same physical space"));
+}
+
+TEST_F(ItkFilter, RefusesPixelsThatAreNotSquare) {
+  const auto lay = [&](auto&& change) {
+    for (itk::ImageBase<2>* const image :
+         std::initializer_list<itk::ImageBase<2>*>{displacement.GetPointer(), labels.GetPointer(),
+                                                   observation.GetPointer(), confidence.GetPointer()}) {
+      change(*image);
+    }
+  };
+  lay([](itk::ImageBase<2>& image) { image.SetSpacing(std::array{1.0, 1.1}.data()); });
+  EXPECT_THAT(refusal(), HasSubstr("the pixels are 1 x 1.1, they must be square"));
+  Direction sheared;
+  sheared.SetIdentity();
+  sheared(0, 1) = 0.2;
+  lay([&](itk::ImageBase<2>& image) {
+    image.SetSpacing(std::array{1.0, 1.0}.data());
+    image.SetDirection(sheared);
+  });
+  EXPECT_THAT(refusal(), HasSubstr("not orthonormal"));
+}
+
+TEST(ItkFilterGeometry, PhysicalUnitsAndAxesAreConverted) {
+  const double half_turn = std::acos(-1.0);
+  for (const Geometry& geometry :
+       {Geometry{.spacing = 0.5}, Geometry{.spacing = 4.0, .flipped = true}, Geometry{.angle = half_turn},
+        Geometry{.first_index = -3}, Geometry{.spacing = 0.5, .angle = 0.6},
+        Geometry{.spacing = 0.7, .angle = -2.0, .flipped = true, .first_index = 5}}) {
+    SCOPED_TRACE(testing::Message() << geometry.spacing << " mm, " << geometry.angle
+                                    << (geometry.flipped ? ", flipped" : ""));
+    const Pipeline pipeline({37, 52}, geometry);
+    const FieldDifference difference = compare(pipeline.problem.solved().displacement, pipeline.result());
+    const bool exact = geometry.angle == 0.0 || geometry.angle == half_turn;
+    EXPECT_LE(difference.largest, exact ? 0.0 : 1e-5); // else the rotation of this test rounds
+  }
+}
+
+TEST(ItkFilterSizes, AnySizeGoes) {
+  for (const Extent extent : {Extent{1, 1}, Extent{1, 9}, Extent{9, 1}, Extent{64, 64}, Extent{65, 3}}) {
+    SCOPED_TRACE(testing::Message() << extent.width << " x " << extent.height);
+    const Pipeline pipeline(extent);
+    EXPECT_SAME_BITS(pipeline.problem.solved().displacement, pipeline.result());
+  }
+}
+
+TEST(ItkFilterTypes, MayBeOthers) {
+  using OtherFilter =
+      itk::HDMRegularizationFilter<itk::Image<itk::Vector<double, 2>, 2>, itk::Image<short, 2>>;
+  const auto field = Geometry{}.allocate<OtherFilter::DisplacementFieldType>({20, 10});
+  const auto labels = Geometry{}.allocate<OtherFilter::LabelImageType>({20, 10});
+  labels->FillBuffer(-300);
+  OtherFilter::DisplacementType everywhere;
+  everywhere[0] = 0.5;
+  everywhere[1] = -0.25;
+  field->FillBuffer(everywhere);
+  const auto filter = OtherFilter::New();
+  filter->SetInput(field);
+  filter->SetLabels(labels);
+  filter->SetModulus(-300, 10.0);
+  filter->Update();
+  EXPECT_EQ(filter->GetOutput()->GetPixel({19, 9}),
+            everywhere); // rigid motion costs nothing
+}
+
+} // namespace
+} // namespace hdmbench
