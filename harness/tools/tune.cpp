@@ -1,0 +1,138 @@
+#include "harness/tools/tune.hpp"
+
+#include "harness/simplex.hpp"
+#include "harness/tools/annealing.hpp"
+#include "kernels/input_error.hpp"
+#include "reference/finite_elements.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace hdmbench {
+
+namespace {
+
+constexpr int scan_points = 5;
+
+double logit(double alpha) {
+  return std::log(alpha / (1.0 - alpha));
+}
+
+double alpha_of(double position) {
+  return 1.0 / (1.0 + std::exp(-position));
+}
+
+/// Every alpha once, in the order they are first asked for.
+class Record {
+public:
+  Record(const std::function<double(double)>& rmsd_at, double low, double high, Tuning& tuning)
+      : rmsd_at_(rmsd_at), low_(low), high_(high), tuning_(tuning) {}
+
+  /// At log(alpha / (1 - alpha)); beyond the range the value of its end and a slope that leads back.
+  double operator()(double position) {
+    constexpr double resolution = 1e-6;
+    const double inside = std::clamp(position, low_, high_);
+    const auto key = std::llround(inside / resolution);
+    auto found = known_.find(key);
+    if (found == known_.end()) {
+      const double alpha = alpha_of(inside);
+      found = known_.emplace(key, rmsd_at_(alpha)).first;
+      tuning_.evaluations.push_back({.prior_weight = alpha, .rmsd = found->second});
+    }
+    return found->second + std::abs(position - inside);
+  }
+
+private:
+  const std::function<double(double)>& rmsd_at_;
+  double low_;
+  double high_;
+  Tuning& tuning_;
+  std::map<long long, double> known_;
+};
+
+std::size_t lowest(const std::vector<Evaluation>& evaluations) {
+  return static_cast<std::size_t>(std::ranges::min_element(evaluations, {}, &Evaluation::rmsd) -
+                                  evaluations.begin());
+}
+
+} // namespace
+
+VectorField finite_element_displacement(const Scene& scene, double poisson_ratio) {
+  const ReferenceField solved =
+      solve_finite_elements(elastic_problem(scene.full), ElementRule::plane_stress(poisson_ratio));
+  VectorField displacement(solved.extent);
+  const auto to_float = [](double value) { return static_cast<float>(value); };
+  std::ranges::transform(solved.x, displacement.x.begin(), to_float);
+  std::ranges::transform(solved.y, displacement.y.begin(), to_float);
+  return displacement;
+}
+
+double rmsd(const VectorField& displacement, const Truth& truth) {
+  const auto require_extent = [&](Extent found, const char* what) {
+    if (found != displacement.extent) {
+      throw InputError(fmt::format("{} is {} x {} pixels, the solution is {} x {}", what, found.width,
+                                   found.height, displacement.extent.width, displacement.extent.height));
+    }
+  };
+  require_extent(truth.displacement.extent, "the truth");
+  const bool everywhere = truth.defined.values.empty();
+  if (!everywhere) {
+    require_extent(truth.defined.extent, "the mask of the truth");
+  }
+  double sum = 0.0;
+  std::size_t sites = 0;
+  for (std::size_t site = 0; site < displacement.x.size(); ++site) {
+    if (everywhere || truth.defined.values[site] != 0.0F) {
+      const double dx = double{truth.displacement.x[site]} - double{displacement.x[site]};
+      const double dy = double{truth.displacement.y[site]} - double{displacement.y[site]};
+      sum += dx * dx + dy * dy;
+      ++sites;
+    }
+  }
+  if (sites == 0) {
+    throw InputError("the truth is defined at no pixel: its mask is 0 everywhere");
+  }
+  return std::sqrt(sum / static_cast<double>(sites));
+}
+
+double Tuning::spread() const {
+  const auto [low, high] = std::ranges::minmax(evaluations, {}, &Evaluation::rmsd);
+  return high.rmsd - low.rmsd;
+}
+
+Tuning tune_prior_weight(const std::function<double(double)>& rmsd_at, const TuneOptions& options) {
+  if (!(options.low > 0.0 && options.low < options.high && options.high < 1.0)) {
+    throw InputError(fmt::format("alpha cannot be sought in {} ... {}; give 0 < low < high < 1", options.low,
+                                 options.high));
+  }
+  const double low = logit(options.low);
+  const double high = logit(options.high);
+  Tuning tuning;
+  Record record(rmsd_at, low, high, tuning);
+  for (int i = 0; i < scan_points; ++i) {
+    record(std::lerp(low, high, double(i) / (scan_points - 1)));
+  }
+  tuning.scanned = tuning.evaluations.size();
+  tuning.best = lowest(tuning.evaluations);
+  if (!tuning.matters()) {
+    return tuning;
+  }
+  const SearchOptions search{.start = logit(tuning.evaluations[tuning.best].prior_weight),
+                             .step = 0.5 * (high - low) / (scan_points - 1),
+                             .tolerance = 0.01,
+                             .evaluations = options.evaluations};
+  const std::function<double(double)> function = [&record](double position) { return record(position); };
+  if (options.method == SearchMethod::simplex) {
+    (void)minimise_by_simplex(function, search);
+  } else {
+    // Rises of a tenth of what the scan saw are made willingly at first.
+    (void)minimise_by_annealing(function, search, 0.1 * tuning.spread(), options.seed);
+  }
+  tuning.best = lowest(tuning.evaluations);
+  return tuning;
+}
+
+} // namespace hdmbench
