@@ -2,6 +2,7 @@
 
 #include "kernels/level.hpp"
 #include "reference/reference_field.hpp"
+#include "reference/sparse_solver.hpp"
 
 #include <Eigen/Core>
 
@@ -42,7 +43,8 @@ struct ElasticProblem {
 
 /// The displacement of every node in pixels, from a direct factorisation. Throws InputError for sizes that do
 /// not match, a modulus <= 0, or conditions that leave the sheet free to move.
-[[nodiscard]] ReferenceField solve_finite_elements(const ElasticProblem& problem, const ElementRule& rule);
+[[nodiscard]] ReferenceField solve_finite_elements(const ElasticProblem& problem, const ElementRule& rule,
+                                                   SparseSolver solver = default_sparse_solver());
 
 /// Twice the elastic energy of a displacement, u' K u without loads: 0 for rigid motion.
 [[nodiscard]] double elastic_energy(const ElasticProblem& problem, const ElementRule& rule,

@@ -7,7 +7,8 @@ namespace hdmbench {
 namespace {
 
 struct Sample {
-  ThesisEnergy::Value d;
+  double dx = 0.0;
+  double dy = 0.0;
   double m = 0.0;
 };
 
@@ -22,7 +23,8 @@ double potential(double ms, double mt, double mu, double ds, double dt, double d
 
 } // namespace
 
-ThesisEnergy::Value ThesisEnergy::at(int x, int y, Value centre) const {
+template <typename Field>
+auto ThesisEnergyOf<Field>::at(int x, int y, Value centre) const -> Value {
   const Extent extent = level_.extent;
   const auto site = extent.index(x, y);
   const double mt = static_cast<double>(level_.modulus.values[site]);
@@ -31,16 +33,16 @@ ThesisEnergy::Value ThesisEnergy::at(int x, int y, Value centre) const {
     const int ny = y + dy;
     if (nx < 0 || nx >= extent.width || ny < 0 || ny >= extent.height) {
       // The value the centre had when the sweep began, not the candidate.
-      return Sample{{displacement_.x[site], displacement_.y[site]}, mt};
+      return Sample{displacement_.x[site], displacement_.y[site], mt};
     }
     const auto at = extent.index(nx, ny);
-    return Sample{{displacement_.x[at], displacement_.y[at]}, static_cast<double>(level_.modulus.values[at])};
+    return Sample{displacement_.x[at], displacement_.y[at], static_cast<double>(level_.modulus.values[at])};
   };
   const auto triple = [&](int dx, int dy) {
     const Sample s = sample(-dx, -dy);
     const Sample u = sample(dx, dy);
-    return Value{potential(s.m, mt, u.m, s.d.x, centre.x, u.d.x),
-                 potential(s.m, mt, u.m, s.d.y, centre.y, u.d.y)};
+    return Value{potential(s.m, mt, u.m, s.dx, centre.x, u.dx),
+                 potential(s.m, mt, u.m, s.dy, centre.y, u.dy)};
   };
   const Value falling = triple(1, 1);
   const Value rising = triple(1, -1);
@@ -53,9 +55,13 @@ ThesisEnergy::Value ThesisEnergy::at(int x, int y, Value centre) const {
           triple(0, 1).y + falling.y + rising.y + observation_y};
 }
 
-ThesisEnergy::Value ThesisEnergy::at(int x, int y) const {
+template <typename Field>
+auto ThesisEnergyOf<Field>::at(int x, int y) const -> Value {
   const auto site = level_.extent.index(x, y);
   return at(x, y, {displacement_.x[site], displacement_.y[site]});
 }
+
+template class ThesisEnergyOf<VectorField>;
+template class ThesisEnergyOf<ReferenceField>;
 
 } // namespace hdmbench

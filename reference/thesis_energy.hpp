@@ -1,16 +1,18 @@
 #pragma once
 
 #include "kernels/level.hpp"
+#include "reference/reference_field.hpp"
 
 namespace hdmbench {
 
 /// The energy of one site in double, written from (4.5)-(4.17) and sharing no arithmetic with kernels/:
 /// moduli are divided, the squares are those of the thesis. What the float arithmetic of the kernels is
-/// judged by.
-class ThesisEnergy {
+/// judged by. Field is VectorField or ReferenceField.
+template <typename Field>
+class ThesisEnergyOf {
 public:
   /// Both must outlive this object; displacement has the level's extent.
-  ThesisEnergy(const Level& level, const VectorField& displacement)
+  ThesisEnergyOf(const Level& level, const Field& displacement)
       : level_(level), displacement_(displacement) {}
 
   struct Value {
@@ -26,7 +28,9 @@ public:
 
 private:
   const Level& level_;
-  const VectorField& displacement_;
+  const Field& displacement_;
 };
+
+using ThesisEnergy = ThesisEnergyOf<VectorField>;
 
 } // namespace hdmbench

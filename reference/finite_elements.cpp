@@ -1,0 +1,288 @@
+#include "reference/finite_elements.hpp"
+
+#include "kernels/input_error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace hdmbench {
+
+namespace {
+
+/// An element's eight components of displacement or force: x and y of each node in turn.
+using ElementVector = Eigen::Matrix<double, 8, 1>;
+using ElementMatrix = Eigen::Matrix<double, 8, 8>;
+
+/// Sites of an element's nodes relative to its top left one, in the order of (A.1)-(A.4).
+struct Corner {
+  int x;
+  int y;
+};
+constexpr std::array<Corner, 4> corners{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+
+/// Strain (xx, yy, xy) at a point from the displacements of the nodes: B.
+Eigen::Matrix<double, 3, 8> strain_matrix(const QuadraturePoint& point) {
+  Eigen::Matrix<double, 3, 8> strain = Eigen::Matrix<double, 3, 8>::Zero();
+  for (int node = 0; node < 4; ++node) {
+    // N = (1 + r r_node) (1 + s s_node) / 4, and a unit of r or s is half a pixel.
+    const double r_node = 2.0 * corners[static_cast<std::size_t>(node)].x - 1.0;
+    const double s_node = 2.0 * corners[static_cast<std::size_t>(node)].y - 1.0;
+    const double by_x = 2.0 * r_node * (1.0 + point.s * s_node) / 4.0;
+    const double by_y = 2.0 * s_node * (1.0 + point.r * r_node) / 4.0;
+    strain(0, 2 * node) = by_x;
+    strain(1, 2 * node + 1) = by_y;
+    strain(2, 2 * node) = by_y;
+    strain(2, 2 * node + 1) = by_x;
+  }
+  return strain;
+}
+
+/// The stiffness of any element of a problem: one 8 x 8 matrix per corner for modulus 1 in that corner's
+/// pixel, weighted with the modulus.
+class ElementStiffness {
+public:
+  ElementStiffness(const ElasticProblem& problem, const ElementRule& rule) : problem_(problem) {
+    per_corner_.fill(ElementMatrix::Zero());
+    for (const QuadraturePoint& point : rule.points) {
+      const Eigen::Matrix<double, 3, 8> strain = strain_matrix(point);
+      const std::size_t corner = point.s < 0.0 ? (point.r < 0.0 ? 0 : 1) : (point.r < 0.0 ? 3 : 2);
+      // A quarter: the area of an element is 1, that of the unit coordinates 4.
+      per_corner_[corner] += 0.25 * point.weight * strain.transpose() * rule.elasticity * strain;
+    }
+  }
+
+  /// Sites of the nodes of the element whose top left node is (x, y).
+  [[nodiscard]] std::array<std::size_t, 4> nodes(int x, int y) const {
+    std::array<std::size_t, 4> sites{};
+    std::ranges::transform(corners, sites.begin(),
+                           [&](Corner corner) { return problem_.extent.index(x + corner.x, y + corner.y); });
+    return sites;
+  }
+
+  [[nodiscard]] ElementMatrix at(const std::array<std::size_t, 4>& nodes) const {
+    ElementMatrix sum = problem_.modulus[nodes[0]] * per_corner_[0];
+    for (std::size_t corner = 1; corner < 4; ++corner) {
+      sum += problem_.modulus[nodes[corner]] * per_corner_[corner];
+    }
+    return sum;
+  }
+
+private:
+  const ElasticProblem& problem_;
+  std::array<ElementMatrix, 4> per_corner_;
+};
+
+/// call(nodes, stiffness) for every element.
+template <typename Call>
+void for_each_element(const ElasticProblem& problem, const ElementRule& rule, Call&& call) {
+  const ElementStiffness stiffness(problem, rule);
+  for (int y = 0; y + 1 < problem.extent.height; ++y) {
+    for (int x = 0; x + 1 < problem.extent.width; ++x) {
+      const auto nodes = stiffness.nodes(x, y);
+      call(nodes, stiffness.at(nodes));
+    }
+  }
+}
+
+void require_values(bool holds, const char* what, std::size_t sites) {
+  if (!holds) {
+    throw InputError(fmt::format("{} of the elastic sheet must have {} finite values", what, sites));
+  }
+}
+
+bool all_finite(const std::vector<double>& values) {
+  return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
+}
+
+bool is_complete(const ReferenceField& field, std::size_t sites) {
+  return field.x.size() == sites && field.y.size() == sites && all_finite(field.x) && all_finite(field.y);
+}
+
+void check_material(const ElasticProblem& problem) {
+  if (problem.extent.width < 2 || problem.extent.height < 2) {
+    throw InputError(fmt::format("finite elements need at least 2 x 2 pixels, the image is {} x {}",
+                                 problem.extent.width, problem.extent.height));
+  }
+  const std::size_t sites = problem.extent.sites();
+  require_values(problem.modulus.size() == sites && all_finite(problem.modulus), "the modulus", sites);
+  const auto bad = std::ranges::find_if(problem.modulus, [](double modulus) { return !(modulus > 0.0); });
+  if (bad != problem.modulus.end()) {
+    const auto index = bad - problem.modulus.begin();
+    throw InputError(fmt::format("the modulus at x = {}, y = {} is {} MPa, it must be positive",
+                                 index % problem.extent.width, index / problem.extent.width, *bad));
+  }
+}
+
+constexpr const char* free_to_move = "the conditions leave the elastic sheet free to move: ";
+
+/// A sheet can only move as a rigid body without straining: x by a - t y, y by b + t x. The conditions stop
+/// it where they determine a, b and t.
+void check_support(const ElasticProblem& problem) {
+  const auto width = static_cast<std::size_t>(problem.extent.width);
+  int first_row = -1;    // of a site fixed in x
+  int first_column = -1; // of a site fixed in y
+  bool turns = true;
+  for (std::size_t i = 0; i < problem.extent.sites(); ++i) {
+    const int row = static_cast<int>(i / width);
+    const int column = static_cast<int>(i % width);
+    if (problem.fixed_x[i] != 0) {
+      turns = turns && (first_row < 0 || first_row == row);
+      first_row = first_row < 0 ? row : first_row;
+    }
+    if (problem.fixed_y[i] != 0) {
+      turns = turns && (first_column < 0 || first_column == column);
+      first_column = first_column < 0 ? column : first_column;
+    }
+  }
+  for (const auto& [first, component] : {std::pair{first_row, 'x'}, std::pair{first_column, 'y'}}) {
+    if (first < 0) {
+      throw InputError(fmt::format("{}no site has a known displacement in {}", free_to_move, component));
+    }
+  }
+  if (turns) {
+    throw InputError(fmt::format("{}it can turn about x = {}, y = {}; give x in two rows or y in two columns",
+                                 free_to_move, first_column, first_row));
+  }
+}
+
+void check(const ElasticProblem& problem) {
+  check_material(problem);
+  const std::size_t sites = problem.extent.sites();
+  require_values(problem.fixed_x.size() == sites && problem.fixed_y.size() == sites, "the conditions", sites);
+  require_values(is_complete(problem.prescribed, sites), "the prescribed displacement", sites);
+  require_values((problem.force.x.empty() && problem.force.y.empty()) || is_complete(problem.force, sites),
+                 "the force", sites);
+  check_support(problem);
+}
+
+/// Where the components of all sites, x and y in turn, stand in the system: -1 where prescribed.
+struct Unknowns {
+  explicit Unknowns(const ElasticProblem& problem) : index(2 * problem.extent.sites(), -1) {
+    for (std::size_t i = 0; i < problem.extent.sites(); ++i) {
+      if (problem.fixed_x[i] == 0) {
+        index[2 * i] = count++;
+      }
+      if (problem.fixed_y[i] == 0) {
+        index[2 * i + 1] = count++;
+      }
+    }
+  }
+
+  std::vector<std::int32_t> index;
+  std::int32_t count = 0;
+};
+
+struct System {
+  SparseMatrix lower;
+  Eigen::VectorXd right_side;
+};
+
+double component(const ReferenceField& field, std::size_t index) {
+  return index % 2 == 0 ? field.x[index / 2] : field.y[index / 2];
+}
+
+System assemble(const ElasticProblem& problem, const ElementRule& rule, const Unknowns& unknowns) {
+  System system{.lower = SparseMatrix(unknowns.count, unknowns.count),
+                .right_side = Eigen::VectorXd::Zero(unknowns.count)};
+  std::vector<Eigen::Triplet<double, std::int32_t>> entries;
+  entries.reserve(36 * problem.extent.sites());
+  for_each_element(problem, rule, [&](const std::array<std::size_t, 4>& nodes, const ElementMatrix& element) {
+    for (int i = 0; i < 8; ++i) {
+      const std::int32_t row =
+          unknowns.index[2 * nodes[static_cast<std::size_t>(i / 2)] + static_cast<std::size_t>(i % 2)];
+      if (row < 0) {
+        continue;
+      }
+      for (int j = 0; j < 8; ++j) {
+        const std::size_t other =
+            2 * nodes[static_cast<std::size_t>(j / 2)] + static_cast<std::size_t>(j % 2);
+        const std::int32_t column = unknowns.index[other];
+        if (column < 0) {
+          system.right_side[row] -= element(i, j) * component(problem.prescribed, other);
+        } else if (row >= column) {
+          entries.emplace_back(row, column, element(i, j));
+        }
+      }
+    }
+  });
+  if (!problem.force.x.empty()) {
+    for (std::size_t i = 0; i < unknowns.index.size(); ++i) {
+      if (unknowns.index[i] >= 0) {
+        system.right_side[unknowns.index[i]] += component(problem.force, i);
+      }
+    }
+  }
+  system.lower.setFromTriplets(entries.begin(), entries.end());
+  return system;
+}
+
+} // namespace
+
+ElementRule ElementRule::plane_stress(double poisson_ratio) {
+  if (!(poisson_ratio > -1.0 && poisson_ratio <= 0.5)) {
+    throw InputError(
+        fmt::format("the Poisson ratio is {}, it must be above -1 and at most 0.5", poisson_ratio));
+  }
+  const double nu = poisson_ratio;
+  const double at = 1.0 / std::sqrt(3.0);
+  ElementRule rule;
+  rule.elasticity << 1.0, nu, 0.0, nu, 1.0, 0.0, 0.0, 0.0, (1.0 - nu) / 2.0;
+  rule.elasticity /= 1.0 - nu * nu;
+  rule.points = {{.r = -at, .s = -at}, {.r = at, .s = -at}, {.r = at, .s = at}, {.r = -at, .s = at}};
+  return rule;
+}
+
+ElasticProblem elastic_problem(const Level& level) {
+  validate(level);
+  ElasticProblem problem{.extent = level.extent,
+                         .modulus = {level.modulus.values.begin(), level.modulus.values.end()},
+                         .fixed_x = std::vector<std::uint8_t>(level.extent.sites()),
+                         .fixed_y = std::vector<std::uint8_t>(level.extent.sites()),
+                         .prescribed = ReferenceField(level.target),
+                         .force = {}};
+  const auto is_observed = [](float confidence) -> std::uint8_t { return confidence > 0.0F ? 1 : 0; };
+  std::ranges::transform(level.confidence.x, problem.fixed_x.begin(), is_observed);
+  std::ranges::transform(level.confidence.y, problem.fixed_y.begin(), is_observed);
+  return problem;
+}
+
+ReferenceField solve_finite_elements(const ElasticProblem& problem, const ElementRule& rule,
+                                     SparseSolver solver) {
+  check(problem);
+  const Unknowns unknowns(problem);
+  const System system = assemble(problem, rule, unknowns);
+  const auto solution = solve_symmetric(system.lower, system.right_side, solver);
+  if (!solution) {
+    throw InputError("the finite element system has no unique solution: the moduli differ too much, or the "
+                     "element rule resists some strain with no force");
+  }
+  ReferenceField displacement(problem.extent);
+  for (std::size_t i = 0; i < unknowns.index.size(); ++i) {
+    const std::int32_t at = unknowns.index[i];
+    (i % 2 == 0 ? displacement.x : displacement.y)[i / 2] =
+        at < 0 ? component(problem.prescribed, i) : (*solution)[at];
+  }
+  return displacement;
+}
+
+double elastic_energy(const ElasticProblem& problem, const ElementRule& rule,
+                      const ReferenceField& displacement) {
+  check_material(problem);
+  require_values(is_complete(displacement, problem.extent.sites()), "the displacement",
+                 problem.extent.sites());
+  double sum = 0.0;
+  for_each_element(problem, rule, [&](const std::array<std::size_t, 4>& nodes, const ElementMatrix& element) {
+    ElementVector values;
+    for (int i = 0; i < 8; ++i) {
+      values[i] = component(displacement,
+                            2 * nodes[static_cast<std::size_t>(i / 2)] + static_cast<std::size_t>(i % 2));
+    }
+    sum += values.dot(element * values);
+  });
+  return sum;
+}
+
+} // namespace hdmbench
