@@ -124,7 +124,7 @@ TEST(PositionsText, DamageIsNamedWithItsLine) {
   expect_refused("Width=3", "Width=0", "raw.txt:1");
   expect_refused("Width=3", "Width=4", "raw.txt:5: row 0 of X Trans has 3 numbers, the image is 4");
   expect_refused("Width=3", "Width=1000000000", "cannot hold");
-  expect_refused("Height=2", "Height=3", "raw.txt:8: row 2 of X Trans has 3 numbers");
+  expect_refused("Height=2", "Height=3", "raw.txt:8: the position is \"Y\"");
   expect_refused("X Trans", "Z Trans", "\"X Trans ---\" is expected");
   expect_refused("Y Trans", "Y Trance", "\"Y Trans ---\" is expected");
   expect_refused("1.5", "1.5x", "raw.txt:5: the position is \"1.5x\"");
@@ -370,6 +370,16 @@ TEST_F(Tune, AFlatScanIsAllThatIsDone) {
   expect_refusal([] { (void)tune_prior_weight([](double) { return 1.0; }, {.low = 0.0}); }, "0 < low");
   expect_refusal([] { (void)tune_prior_weight([](double) { return 1.0; }, {.low = 0.6, .high = 0.5}); },
                  "low");
+}
+
+TEST_F(Tune, WhatHoldsTheConditionsIsAsGood) {
+  const auto step = [](double alpha) { return alpha < 0.6 ? 1.0 : 1.0 + alpha; };
+  const Tuning tuning = tune_prior_weight(step, {.method = SearchMethod::annealing, .evaluations = 40});
+  EXPECT_TRUE(tuning.matters());
+  EXPECT_NEAR(tuning.evaluations[tuning.best].prior_weight, 0.5, 1e-12) << "of equals the nearest to 0.5";
+  EXPECT_EQ(tuning.plateau().low, tuning.evaluations[0].prior_weight);
+  EXPECT_GE(tuning.plateau().high, 0.5);
+  EXPECT_EQ(tuning.plateau().scanned, 3U);
 }
 
 TEST_F(Tune, AnOptimumAtTheEndStaysInTheRange) {

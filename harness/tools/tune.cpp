@@ -9,7 +9,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
+#include <numeric>
+#include <utility>
 
 namespace hdmbench {
 
@@ -54,8 +57,10 @@ private:
 };
 
 std::size_t lowest(const std::vector<Evaluation>& evaluations) {
-  return static_cast<std::size_t>(std::ranges::min_element(evaluations, {}, &Evaluation::rmsd) -
-                                  evaluations.begin());
+  const auto rank = [](const Evaluation& evaluation) {
+    return std::pair(evaluation.rmsd, std::abs(logit(evaluation.prior_weight)));
+  };
+  return static_cast<std::size_t>(std::ranges::min_element(evaluations, {}, rank) - evaluations.begin());
 }
 
 } // namespace
@@ -101,6 +106,20 @@ double rmsd(const VectorField& displacement, const Truth& truth) {
 double Tuning::spread() const {
   const auto [low, high] = std::ranges::minmax(evaluations, {}, &Evaluation::rmsd);
   return high.rmsd - low.rmsd;
+}
+
+Tuning::Range Tuning::plateau() const {
+  std::vector<std::size_t> order(evaluations.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::sort(order, {}, [this](std::size_t i) { return evaluations[i].prior_weight; });
+  const auto is_low = [this](std::size_t i) { return evaluations[i].rmsd < evaluations[best].rmsd + flat; };
+  const auto at_best = std::ranges::find(order, best);
+  const auto end = std::find_if_not(at_best, order.end(), is_low);
+  const auto begin = std::find_if_not(std::reverse_iterator(at_best), order.rend(), is_low).base();
+  return {.low = evaluations[*begin].prior_weight,
+          .high = evaluations[*std::prev(end)].prior_weight,
+          .scanned = static_cast<std::size_t>(
+              std::count_if(begin, end, [this](std::size_t i) { return i < scanned; }))};
 }
 
 Tuning tune_prior_weight(const std::function<double(double)>& rmsd_at, const TuneOptions& options) {

@@ -43,11 +43,20 @@ struct Tuning {
   static constexpr double flat = 1e-3;
 
   std::vector<Evaluation> evaluations; ///< in the order they were made; the first ones are the scan
-  std::size_t best = 0;                ///< index of the first smallest RMSD
+  std::size_t best = 0;                ///< index of the smallest RMSD; of equals the nearest to alpha = 0.5
   std::size_t scanned = 0;             ///< how many belong to the scan
 
   [[nodiscard]] double spread() const; ///< largest RMSD minus smallest
   [[nodiscard]] bool matters() const { return spread() >= flat; }
+
+  struct Range {
+    double low;
+    double high;
+    std::size_t scanned; ///< how many alphas of the scan are in it
+  };
+  /// The alphas around the best one between which every RMSD that was seen is less than `flat` above the
+  /// best.
+  [[nodiscard]] Range plateau() const;
 };
 
 /// The alpha of the smallest RMSD (A.8). First a scan of five alphas over the range; where that is flat it is
