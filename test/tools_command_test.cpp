@@ -145,17 +145,20 @@ TEST_F(Tools, TuneSaysWhereAlphaDoesNotMatter) {
 }
 
 TEST_F(Tools, TuneAgainstAFile) {
-  const std::string scene = "random --size 20 --iterations 20";
+  write("patient.toml",
+        "size = [20, 20]\npenalty = 100.0\nspacing = 0.6\n[random]\nseed = 2\nmodulus = [1.0, "
+        "100.0]\ndisplacement = 20.0\nobserved = 0.4\n");
+  const std::string scene = at("patient.toml") + " --iterations 20";
   expect_good(hdmbench("run " + scene + " --prior-weight 0.9 --output " + at("truth")), "mean energy");
   for (const char* method : {"simplex", "annealing"}) {
     const Outcome outcome =
-        hdmbench("tune " + scene + " --method " + method + " --truth " + at("truth/random.nrrd"));
+        hdmbench("tune " + scene + " --method " + method + " --truth " + at("truth/patient.nrrd"));
     expect_good(outcome, " best");
     const auto place = outcome.output.find("alpha = 0.");
     ASSERT_NE(place, std::string::npos) << outcome.output;
     EXPECT_NEAR(std::stod(outcome.output.substr(place + 8)), 0.9, 0.02) << outcome.output;
   }
-  const Outcome other = hdmbench("tune random --size 21 --truth " + at("truth/random.nrrd"));
+  const Outcome other = hdmbench("tune random --size 21 --truth " + at("truth/patient.nrrd"));
   EXPECT_EQ(other.status, 2);
   EXPECT_THAT(other.output, HasSubstr("is 20 x 20 pixels, the scene is 21 x 21"));
 }

@@ -358,6 +358,23 @@ TEST_F(Tune, TheSimplexFindsTheBestAlphaOfAScan) {
   expect_found(SearchMethod::simplex, 30);
 }
 
+TEST(Simplex, FindsTheMinimumWithinItsEvaluations) {
+  if (!have_images()) {
+    GTEST_SKIP() << "the simplex is ITK's";
+  }
+  int asked = 0;
+  const auto function = [&asked](double x) {
+    ++asked;
+    return (x - 1.3) * (x - 1.3);
+  };
+  EXPECT_NEAR(minimise_by_simplex(function, {.start = -2.0, .step = 1.0, .tolerance = 1e-3}), 1.3, 1e-3);
+  EXPECT_GT(asked, 10);
+  EXPECT_LE(asked, 50);
+  asked = 0;
+  (void)minimise_by_simplex(function, {.start = -2.0, .evaluations = 6});
+  EXPECT_LE(asked, 12);
+}
+
 TEST_F(Tune, AnnealingFindsTheBestAlphaOfAScan) {
   expect_found(SearchMethod::annealing, 60);
 }
