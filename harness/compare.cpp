@@ -27,4 +27,12 @@ FieldDifference compare(const VectorField& expected, const VectorField& found) {
   return result;
 }
 
+double largest_magnitude(const VectorField& field) {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < field.x.size(); ++i) {
+    largest = std::max(largest, std::hypot(static_cast<double>(field.x[i]), field.y[i]));
+  }
+  return largest;
+}
+
 } // namespace hdmbench

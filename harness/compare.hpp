@@ -18,4 +18,7 @@ struct FieldDifference {
 /// Both fields have the same extent.
 [[nodiscard]] FieldDifference compare(const VectorField& expected, const VectorField& found);
 
+/// The length of the longest vector; 0 for an empty field.
+[[nodiscard]] double largest_magnitude(const VectorField& field);
+
 } // namespace hdmbench

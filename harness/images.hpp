@@ -68,6 +68,15 @@ struct BrainSlice {
 /// unit as key/values. Written beside the target and renamed, so that no half-written file is left.
 void write_displacement(const std::filesystem::path& file, const VectorField& displacement, double spacing);
 
+/// The values as they are, float or 16-bit integer, as a W x H x 1 image of pixels with sides of `spacing`
+/// millimetres; .nrrd or .mha by the extension. read_scalar, read_vector and read_labels give them back to
+/// the bit. Written beside the target and renamed.
+void write_scalar(const std::filesystem::path& file, const ScalarField& field, double spacing);
+/// Two components per pixel.
+void write_vector(const std::filesystem::path& file, const VectorField& field, double spacing);
+/// InputError where a label is beyond 16 bits.
+void write_labels(const std::filesystem::path& file, const LabelField& labels, double spacing);
+
 /// 8-bit grey PNG; gray values are rounded and clamped to 0 ... 255, not a number is 0. Written beside the
 /// target and renamed.
 void write_png(const std::filesystem::path& file, const ScalarField& picture);

@@ -49,6 +49,18 @@ void write_displacement(const std::filesystem::path& file, const VectorField&, d
   refuse(file);
 }
 
+void write_scalar(const std::filesystem::path& file, const ScalarField&, double) {
+  refuse(file);
+}
+
+void write_vector(const std::filesystem::path& file, const VectorField&, double) {
+  refuse(file);
+}
+
+void write_labels(const std::filesystem::path& file, const LabelField&, double) {
+  refuse(file);
+}
+
 void write_png(const std::filesystem::path& file, const ScalarField&) {
   refuse(file);
 }

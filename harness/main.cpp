@@ -35,6 +35,11 @@ int main(int argc, char** argv) {
     commands::add_bench(program, arguments, status);
     commands::add_accuracy(program, arguments, status);
     commands::add_report(program, status);
+    commands::add_export(program);
+    commands::add_fem_to_image(program);
+    commands::add_positions_to_displacements(program);
+    commands::add_energy_plot(program);
+    commands::add_tune(program);
     if (argc > 1 && argv[1][0] != '-' && !has_command(program, argv[1])) {
       throw InputError(fmt::format("there is no command \"{}\"; hdmbench --help lists them", argv[1]));
     }

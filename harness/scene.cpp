@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -36,6 +37,7 @@ struct Content {
   ScalarField modulus;
   ScalarField picture;
   double spacing = 1.0;
+  bool segmented = false; ///< labels says which tissue, not the same everywhere for want of one
 };
 
 std::map<int, Tissue> read_tissues(TomlReader& scene) {
@@ -93,14 +95,32 @@ void require_extent(TomlReader& table, std::string_view key, Extent found, Exten
   }
 }
 
-/// Gray values stretched to 0 ... 255, so that any modality can be looked at.
-void stretch(ScalarField& picture) {
-  const auto [low, high] = std::ranges::minmax_element(picture.values);
-  const float offset = *low;
-  const float scale = *high > *low ? 255.0F / (*high - *low) : 0.0F;
+/// Gray values low ... high stretched to 0 ... 255.
+void stretch(ScalarField& picture, float offset, float high) {
+  const float scale = high > offset ? 255.0F / (high - offset) : 0.0F;
   for (float& value : picture.values) {
     value = (value - offset) * scale;
   }
+}
+
+/// From the darkest to the brightest one, so that any modality can be looked at.
+void stretch(ScalarField& picture) {
+  const auto [low, high] = std::ranges::minmax_element(picture.values);
+  stretch(picture, *low, *high);
+}
+
+ScalarField read_picture(TomlReader& image, const Files& file, const ReadOptions& options) {
+  ScalarField picture = read_scalar(file(image.text("picture")), options).pixels;
+  if (!image.has("picture_range")) {
+    stretch(picture);
+    return picture;
+  }
+  const auto range = image.pair("picture_range");
+  if (!(range[0] < range[1])) {
+    image.fail("picture_range", "must be [black, white] with black < white");
+  }
+  stretch(picture, static_cast<float>(range[0]), static_cast<float>(range[1]));
+  return picture;
 }
 
 Content read_image_content(TomlReader& image, TomlReader& scene, const Files& file,
@@ -118,6 +138,7 @@ Content read_image_content(TomlReader& image, TomlReader& scene, const Files& fi
     auto labels = read_labels(file(image.text("labels")), options);
     content.labels = std::move(labels.pixels);
     content.spacing = labels.spacing;
+    content.segmented = true;
     assign_tissues(scene, tissues, content, !image.has("picture"));
   } else {
     auto modulus = read_scalar(file(image.text("modulus")), options);
@@ -128,9 +149,8 @@ Content read_image_content(TomlReader& image, TomlReader& scene, const Files& fi
     stretch(content.picture);
   }
   if (image.has("picture")) {
-    content.picture = read_scalar(file(image.text("picture")), options).pixels;
+    content.picture = read_picture(image, file, options);
     require_extent(image, "picture", content.picture.extent, content.modulus.extent);
-    stretch(content.picture);
   }
   return content;
 }
@@ -152,21 +172,19 @@ Content read_brain_content(TomlReader& brain, TomlReader& scene, const Files& fi
   Content content{.labels = std::move(found.tissue),
                   .modulus = {},
                   .picture = std::move(found.picture),
-                  .spacing = found.spacing};
+                  .spacing = found.spacing,
+                  .segmented = true};
   assign_tissues(scene, tissues, content, false);
   return content;
 }
 
 Schedule read_schedule(TomlReader& table) {
-  constexpr std::array<std::string_view, 3> stops{"fixed", "still", "energy"};
-  constexpr std::array<std::string_view, 2> alignments{"corner", "center"};
-  constexpr std::array<std::string_view, 2> updates{"simultaneous", "sequential"};
   Schedule schedule;
   schedule.iterations = table.integer("iterations", schedule.iterations);
   if (schedule.iterations < 0) {
     table.fail("iterations", "must not be negative");
   }
-  schedule.stop = static_cast<Stop>(table.choice("stop", stops, 0));
+  schedule.stop = static_cast<Stop>(table.choice("stop", stop_names, 0));
   schedule.epsilon = table.number("epsilon", schedule.epsilon);
   if (table.has("start_level")) {
     schedule.start_level = table.integer("start_level");
@@ -174,8 +192,8 @@ Schedule read_schedule(TomlReader& table) {
       table.fail("start_level", "must not be negative (0 is the full resolution)");
     }
   }
-  schedule.alignment = static_cast<Alignment>(table.choice("alignment", alignments, 0));
-  schedule.update = static_cast<Update>(table.choice("update", updates, 0));
+  schedule.alignment = static_cast<Alignment>(table.choice("alignment", alignment_names, 0));
+  schedule.update = static_cast<Update>(table.choice("update", update_names, 0));
   table.finish();
   return schedule;
 }
@@ -188,6 +206,17 @@ StepSet read_steps(TomlReader& scene) {
     return scene.is_text("steps") ? StepSet::parse(scene.text("steps")) : StepSet(scene.numbers("steps"));
   } catch (const InputError& error) {
     scene.fail("steps", error.what());
+  }
+}
+
+void read_weight(TomlReader& reader, Scene& scene) {
+  ObservationWeight weight;
+  weight.penalty = reader.number("penalty", weight.penalty);
+  weight.prior_weight = reader.number("prior_weight", weight.prior_weight);
+  try {
+    scene.set_weight(weight);
+  } catch (const InputError& error) {
+    reader.fail(reader.has("prior_weight") ? "prior_weight" : "penalty", error.what());
   }
 }
 
@@ -221,8 +250,10 @@ void require_memory(Extent extent) {
   }
 }
 
-/// Optional images of target displacement (pixels) and confidence, before the built-in conditions.
-void read_condition_images(TomlReader& image, const Files& file, std::optional<Extent> size, Level& full) {
+/// Optional images of target displacement (pixels) and confidence, before the built-in conditions, and of the
+/// displacement to begin with.
+void read_vector_images(TomlReader& image, const Files& file, std::optional<Extent> size, Level& full,
+                        VectorField& start) {
   const auto read = [&](std::string_view key, VectorField& into) {
     if (image.has(key)) {
       into = read_vector(file(image.text(key)), {.slice = std::nullopt, .size = size}).pixels;
@@ -234,6 +265,7 @@ void read_condition_images(TomlReader& image, const Files& file, std::optional<E
   }
   read("target", full.target);
   read("confidence", full.confidence);
+  read("start", start);
 }
 
 Scene build(const toml::table& root, const std::string& name, const std::string& file_name, const Files& file,
@@ -267,6 +299,7 @@ Scene build(const toml::table& root, const std::string& name, const std::string&
       content.modulus = ScalarField(*size);
     } else {
       content.labels = paint_shapes(reader, *size);
+      content.segmented = true;
       assign_tissues(reader, read_tissues(reader), content, true);
     }
   }
@@ -284,10 +317,10 @@ Scene build(const toml::table& root, const std::string& name, const std::string&
     content.picture = full.modulus;
     stretch(content.picture);
   }
-  read_condition_images(image, file, size, full);
+  read_vector_images(image, file, size, full, scene.start);
   image.finish();
   apply_conditions(reader, content.labels, full);
-  full.penalty = static_cast<float>(reader.number("penalty", 1000.0));
+  read_weight(reader, scene);
   full.steps = read_steps(reader);
   scene.spacing = reader.number("spacing", content.spacing);
   if (!(scene.spacing > 0.0)) {
@@ -303,6 +336,9 @@ Scene build(const toml::table& root, const std::string& name, const std::string&
   reader.finish();
   set_inverse_modulus(full);
   scene.picture = std::move(content.picture);
+  if (content.segmented) {
+    scene.labels = std::move(content.labels);
+  }
   return scene;
 }
 
@@ -317,6 +353,29 @@ std::string read_text(const fs::path& path) {
 }
 
 } // namespace
+
+float ObservationWeight::product() const {
+  if (!(penalty > 0.0) || !std::isfinite(penalty)) {
+    throw InputError(fmt::format("the penalty K is {}, it must be positive and finite", penalty));
+  }
+  if (!(prior_weight > 0.0 && prior_weight < 1.0)) {
+    throw InputError(
+        fmt::format("the prior weight alpha is {}, it must be above 0 and below 1", prior_weight));
+  }
+  const auto result = static_cast<float>((1.0 - prior_weight) / prior_weight * penalty);
+  if (!(result > 0.0F) || !std::isfinite(result)) {
+    throw InputError(
+        fmt::format("the penalty K = {} weighted with alpha = {} is {} as a 32-bit float, it must be "
+                    "positive and finite",
+                    penalty, prior_weight, result));
+  }
+  return result;
+}
+
+void Scene::set_weight(const ObservationWeight& weight) {
+  full.penalty = weight.product();
+  weight_ = weight;
+}
 
 std::vector<std::string> shipped_scenes() {
   std::vector<std::string> names;

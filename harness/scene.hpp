@@ -1,10 +1,13 @@
 #pragma once
 
+#include "harness/images.hpp"
 #include "kernels/level.hpp"
 #include "kernels/pyramid.hpp"
 
+#include <array>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace hdmbench {
@@ -17,6 +20,11 @@ enum class Stop {
           ///< `iterations`
 };
 
+/// What scene files call them, in the order of the enumerators.
+inline constexpr std::array<std::string_view, 3> stop_names{"fixed", "still", "energy"};
+inline constexpr std::array<std::string_view, 2> alignment_names{"corner", "center"};
+inline constexpr std::array<std::string_view, 2> update_names{"simultaneous", "sequential"};
+
 /// How the pyramid is run: thesis Alg. 3.
 struct Schedule {
   int iterations = 50; ///< per level, exact or at most, see stop; >= 0
@@ -27,6 +35,17 @@ struct Schedule {
   Update update = Update::simultaneous;
 };
 
+/// How much the observation counts beside the prior. Only the ratio matters: U = alpha prior +
+/// (1 - alpha) observation (3.17) has the minima of prior + (1 - alpha) / alpha observation.
+struct ObservationWeight {
+  double penalty = 1000.0;   ///< K of (4.17), > 0
+  double prior_weight = 0.5; ///< alpha of (3.17), 0 < alpha < 1
+
+  /// K (1 - alpha) / alpha as Level::penalty has it; exactly K where alpha = 0.5. Throws InputError where K
+  /// or alpha is out of range or float cannot hold the product.
+  [[nodiscard]] float product() const;
+};
+
 /// A problem at full resolution together with the way the thesis solves it.
 struct Scene {
   std::string name;     ///< "square"
@@ -35,11 +54,19 @@ struct Scene {
   Level full;           ///< the finest level: everything but the displacement
   VectorField start;    ///< displacement to begin with, pixels
   ScalarField picture;  ///< gray values 0 ... 255, only to look at
+  LabelField labels;    ///< the segmentation the moduli come from; empty where there was none
   double spacing = 1.0; ///< millimetres per pixel
   double poisson = 0.3; ///< Poisson's ratio of all tissues, for the finite elements; HDM has none
   Schedule schedule;
 
   [[nodiscard]] Extent extent() const { return full.extent; }
+
+  [[nodiscard]] const ObservationWeight& weight() const { return weight_; }
+  /// Sets full.penalty to the product. Throws InputError and changes nothing.
+  void set_weight(const ObservationWeight& weight);
+
+private:
+  ObservationWeight weight_;
 };
 
 /// What the command line may change about a scene file.

@@ -1,15 +1,13 @@
 // The program as a user types it: exit status, messages, files.
 
+#include "test/program.hpp"
 #include "test/temporary_folder.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <sys/wait.h>
 
 #include <array>
-#include <cstdio>
-#include <memory>
 
 namespace hdmbench {
 namespace {
@@ -18,22 +16,8 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-struct Outcome {
-  int status;
-  std::string output; ///< standard output and standard error
-};
-
-Outcome hdmbench(const std::string& arguments, const std::string& environment = "") {
-  const std::string command = environment + " '" HDMBENCH_PROGRAM "' " + arguments + " 2>&1";
-  FILE* pipe = popen(command.c_str(), "r");
-  std::string output;
-  std::array<char, 4096> buffer{};
-  for (std::size_t n = 0; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) {
-    output.append(buffer.data(), n);
-  }
-  const int code = pclose(pipe);
-  return {WIFEXITED(code) ? WEXITSTATUS(code) : 128, output};
-}
+using test::hdmbench;
+using test::Outcome;
 
 nlohmann::json read_json(const std::filesystem::path& file) {
   std::ifstream stream(file);
@@ -42,7 +26,8 @@ nlohmann::json read_json(const std::filesystem::path& file) {
 
 TEST(CommandLine, ExplainsItself) {
   EXPECT_EQ(hdmbench("--help").status, 0);
-  for (const char* command : {"devices", "run", "verify", "bench", "accuracy", "report"}) {
+  for (const char* command : {"devices", "run", "verify", "bench", "accuracy", "report", "export",
+                              "fem-to-image", "positions-to-displacements", "energy-plot", "tune"}) {
     EXPECT_THAT(hdmbench("--help").output, HasSubstr(command));
     const Outcome help = hdmbench(std::string(command) + " --help");
     EXPECT_EQ(help.status, 0);
@@ -52,7 +37,7 @@ TEST(CommandLine, ExplainsItself) {
 }
 
 TEST(CommandLine, BadInputIsASentenceAndStatusTwo) {
-  const std::array<std::pair<const char*, const char*>, 21> cases{{
+  const std::array<std::pair<const char*, const char*>, 25> cases{{
       {"", "subcommand"},
       {"fly", "fly"},
       {"run", "scene"},
@@ -68,6 +53,10 @@ TEST(CommandLine, BadInputIsASentenceAndStatusTwo) {
       {"verify square --size 9 --steps 0,x", "\"x\" is not a number"},
       {"verify square --size 9 --penalty 0", "penalty K"},
       {"verify square --size 9 --penalty nan", "penalty"},
+      {"verify square --size 9 --prior-weight 0", "prior weight alpha is 0"},
+      {"verify square --size 9 --prior-weight 1", "prior weight alpha is 1"},
+      {"verify square --size 9 --prior-weight nan", "prior weight alpha is nan"},
+      {"run square --size 9 --penalty 1e30 --prior-weight 1e-30", "as a 32-bit float"},
       {"verify square --size 9 --iterations -1", "iterations"},
       {"verify square --size 9 --stop never", "never"},
       {"run square --size 9 --update sequential", "--backend scalar"},

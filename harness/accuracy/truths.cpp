@@ -86,13 +86,17 @@ void find_regions(const Level& level, Truths& truths) {
 Truths find_truths(const Scene& scene, Progress& progress) {
   Truths truths;
   progress.describe(fmt::format("accuracy {}: finite elements, Poisson ratio {}", scene.name, scene.poisson));
-  truths.elastic = solve_elastic(scene.full, scene.poisson);
+  truths.elastic = find_finite_elements(scene, scene.poisson);
   progress.describe(fmt::format("accuracy {}: finite elements, Poisson ratio 0", scene.name));
-  truths.elastic_no_poisson = solve_elastic(scene.full, 0.0);
+  truths.elastic_no_poisson = find_finite_elements(scene, 0.0);
   progress.describe(fmt::format("accuracy {}: the exact fixed point", scene.name));
   truths.fixed_point = timed(truths.fixed_point_seconds, [&] { return solve_fixed_point(scene.full); });
   find_regions(scene.full, truths);
   return truths;
+}
+
+FiniteElements find_finite_elements(const Scene& scene, double poisson) {
+  return solve_elastic(scene.full, poisson);
 }
 
 FiniteElements coarse_finite_elements(const Scene& scene, int elements) {

@@ -34,6 +34,9 @@ struct Truths {
 /// Throws InputError where the scene has no unique answer, see solve_fixed_point, solve_finite_elements.
 [[nodiscard]] Truths find_truths(const Scene& scene, Progress& progress);
 
+/// The scene as an elastic sheet whose nodes are its sites. Throws InputError as solve_finite_elements does.
+[[nodiscard]] FiniteElements find_finite_elements(const Scene& scene, double poisson);
+
 /// The scene on a coarse mesh of `elements` squares along its longer side, as the thesis had it (60),
 /// interpolated to the sites; with the scene's Poisson ratio.
 [[nodiscard]] FiniteElements coarse_finite_elements(const Scene& scene, int elements);

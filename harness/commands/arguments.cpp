@@ -54,6 +54,11 @@ void ScheduleOverrides::add_to(CLI::App& command) {
   command.add_option("--steps", steps, "Candidates: default, thesis, fine, or numbers such as 0,-1,1")
       ->group(group);
   command.add_option("--penalty", penalty, "K > 0 of the observation term")->group(group);
+  command
+      .add_option(
+          "--prior-weight", prior_weight,
+          "alpha of the thesis, (3.17), above 0 and below 1: U = alpha prior + (1 - alpha) observation")
+      ->group(group);
 }
 
 void ScheduleOverrides::apply(Scene& scene) const {
@@ -67,10 +72,8 @@ void ScheduleOverrides::apply(Scene& scene) const {
   if (steps) {
     scene.full.steps = StepSet::parse(*steps);
   }
-  if (penalty) {
-    scene.full.penalty = static_cast<float>(*penalty);
-    validate(scene.full);
-  }
+  scene.set_weight({.penalty = penalty.value_or(scene.weight().penalty),
+                    .prior_weight = prior_weight.value_or(scene.weight().prior_weight)});
 }
 
 std::string ScheduleOverrides::text() const {
@@ -95,7 +98,39 @@ std::string ScheduleOverrides::text() const {
   add_name("--update", update, updates);
   add("--steps", steps ? std::optional(shell_word(*steps)) : std::nullopt);
   add("--penalty", penalty);
+  add("--prior-weight", prior_weight);
   return result;
+}
+
+void SceneArguments::add_scene_to(CLI::App& command) {
+  command.add_option("scene", scene, "Scene by name or TOML file")->required();
+  command.add_option("--size", size, "Image size: 300 (square) or 257x130");
+  schedule.add_to(command);
+}
+
+void SceneArguments::add_backend_to(CLI::App& command) {
+  command.add_option("--backend", backend, "Backend that computes")->capture_default_str();
+  command.add_option("--device", session.device, "Device by part of its name or by number (see devices)");
+  command.add_option("--threads", session.threads, "CPU threads (0: all)")->check(CLI::NonNegativeNumber);
+}
+
+Scene SceneArguments::load() const {
+  SceneOptions options;
+  if (!size.empty()) {
+    options.size = parse_size(size);
+  }
+  Scene loaded = load_scene(scene, options);
+  schedule.apply(loaded);
+  return loaded;
+}
+
+const Backend& SceneArguments::choose(const std::vector<std::unique_ptr<Backend>>& registry,
+                                      const Scene& scene_to_solve) const {
+  const Backend& found = find_backend(registry, backend);
+  if (!found.supports(scene_to_solve.schedule.update)) {
+    throw InputError(fmt::format("{} cannot update sequentially; use --backend scalar", found.name()));
+  }
+  return found;
 }
 
 std::string CommonArguments::repeat(std::string_view command, const Scene& scene,

@@ -26,12 +26,34 @@ struct ScheduleOverrides {
   std::optional<Update> update;
   std::optional<std::string> steps;
   std::optional<double> penalty;
+  std::optional<double> prior_weight;
 
   void add_to(CLI::App& command);
   /// Throws InputError.
   void apply(Scene& scene) const;
   /// The arguments that were given, each with a space before it: " --iterations 5".
   [[nodiscard]] std::string text() const;
+};
+
+/// Arguments of the commands that solve one scene.
+struct SceneArguments {
+  std::string scene; ///< name or file
+  std::string size;  ///< "300" or "257x130"; empty: the scene's own
+  std::string backend = "openmp";
+  SessionOptions session;
+  ScheduleOverrides schedule;
+
+  /// Only the scene, its size and its schedule.
+  void add_scene_to(CLI::App& command);
+  /// Where it is computed.
+  void add_backend_to(CLI::App& command);
+
+  /// The scene at its size with its schedule. Throws InputError.
+  [[nodiscard]] Scene load() const;
+  /// The backend, which lives as long as the registry. Throws InputError where it is unknown or cannot update
+  /// as the scene wants.
+  [[nodiscard]] const Backend& choose(const std::vector<std::unique_ptr<Backend>>& registry,
+                                      const Scene& scene_to_solve) const;
 };
 
 /// Arguments that verify and bench share.

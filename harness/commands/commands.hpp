@@ -15,5 +15,10 @@ void add_verify(CLI::App& program, const std::string& arguments, int& status);
 void add_accuracy(CLI::App& program, const std::string& arguments, int& status);
 void add_bench(CLI::App& program, const std::string& arguments, int& status);
 void add_report(CLI::App& program, int& status);
+void add_export(CLI::App& program);
+void add_fem_to_image(CLI::App& program);
+void add_positions_to_displacements(CLI::App& program);
+void add_energy_plot(CLI::App& program);
+void add_tune(CLI::App& program);
 
 } // namespace hdmbench::commands

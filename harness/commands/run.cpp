@@ -1,5 +1,6 @@
 #include "harness/commands/arguments.hpp"
 #include "harness/commands/commands.hpp"
+#include "harness/compare.hpp"
 #include "harness/context.hpp"
 #include "harness/file_output.hpp"
 #include "harness/images.hpp"
@@ -11,7 +12,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 namespace hdmbench::commands {
 
@@ -20,22 +20,10 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Arguments {
-  std::string scene;
-  std::string size;
-  std::string backend = "openmp";
-  SessionOptions session;
-  ScheduleOverrides schedule;
+  SceneArguments scene;
   fs::path output = "hdmbench-output";
   fs::path json;
 };
-
-double largest_displacement(const VectorField& displacement) {
-  double largest = 0.0;
-  for (std::size_t i = 0; i < displacement.x.size(); ++i) {
-    largest = std::max(largest, std::hypot(static_cast<double>(displacement.x[i]), displacement.y[i]));
-  }
-  return largest;
-}
 
 /// File names by what they show, relative to `folder`.
 nlohmann::json write_pictures(const Scene& scene, const VectorField& displacement, const fs::path& folder) {
@@ -49,7 +37,7 @@ nlohmann::json write_pictures(const Scene& scene, const VectorField& displacemen
   write_png(file("before"), scene.picture);
   write_png(file("after"), warp(scene.picture, displacement));
   write_png(file("grid"), warp(grid_picture(scene.extent(), spacing), displacement));
-  write_magnitude_png(file("magnitude"), displacement, std::max(largest_displacement(displacement), 1e-6));
+  write_magnitude_png(file("magnitude"), displacement, std::max(largest_magnitude(displacement), 1e-6));
   return names;
 }
 
@@ -66,18 +54,10 @@ void print_levels(const Solution& solution) {
 }
 
 void run_scene(const Arguments& arguments, const std::string& line) {
-  SceneOptions options;
-  if (!arguments.size.empty()) {
-    options.size = parse_size(arguments.size);
-  }
-  Scene scene = load_scene(arguments.scene, options);
-  arguments.schedule.apply(scene);
+  const Scene scene = arguments.scene.load();
   const auto registry = make_backends();
-  const Backend& backend = find_backend(registry, arguments.backend);
-  if (!backend.supports(scene.schedule.update)) {
-    throw InputError(fmt::format("{} cannot update sequentially; use --backend scalar", backend.name()));
-  }
-  const Device device = backend.device(arguments.session);
+  const Backend& backend = arguments.scene.choose(registry, scene);
+  const Device device = backend.device(arguments.scene.session);
   if (!arguments.json.empty()) {
     require_writable(arguments.json);
   }
@@ -90,7 +70,7 @@ void run_scene(const Arguments& arguments, const std::string& line) {
   Progress progress;
   progress.set_total(site_updates(scene));
   progress.describe(fmt::format("run {} on {}", scene.name, backend.name()));
-  const auto session = backend.open(arguments.session);
+  const auto session = backend.open(arguments.scene.session);
   const Solution solution = solve(scene, *session, progress, {.last_changed = true});
   progress.clear();
 
@@ -99,7 +79,7 @@ void run_scene(const Arguments& arguments, const std::string& line) {
     iterations += level.iterations;
   }
   const double energy = mean_energy(scene.full, solution.displacement);
-  const double largest = largest_displacement(solution.displacement);
+  const double largest = largest_magnitude(solution.displacement);
   fmt::print("{}\n{} x {} pixels of {:.4g} mm, {} on {} ({})\n\n", scene.title, scene.extent().width,
              scene.extent().height, scene.spacing, method_name(scene.schedule), backend.name(), device.name);
   print_levels(solution);
@@ -150,17 +130,11 @@ void add_run(CLI::App& program, const std::string& arguments, int& /*status*/) {
                                                 "picture before and after, the deformed grid and\n"
                                                 "the displacement's magnitude as PNG.");
   const auto own = std::make_shared<Arguments>();
-  command->add_option("scene", own->scene, "Scene by name or TOML file")->required();
-  command->add_option("--size", own->size, "Image size: 300 (square) or 257x130");
-  command->add_option("--backend", own->backend, "Backend that computes")->capture_default_str();
-  command->add_option("--device", own->session.device,
-                      "Device by part of its name or by number (see devices)");
-  command->add_option("--threads", own->session.threads, "CPU threads (0: all)")
-      ->check(CLI::NonNegativeNumber);
+  own->scene.add_scene_to(*command);
+  own->scene.add_backend_to(*command);
   command->add_option("--output", own->output, "Folder for the files, made if missing")
       ->capture_default_str();
   command->add_option("--json", own->json, "Write the result to this file");
-  own->schedule.add_to(*command);
   command->callback([own, arguments] { run_scene(*own, arguments); });
 }
 

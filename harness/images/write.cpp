@@ -23,6 +23,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 namespace hdmbench {
 
@@ -122,29 +123,37 @@ void write_colours(const std::filesystem::path& file, Extent extent, const SiteC
   write_file(file, picture.GetPointer(), itk::PNGImageIO::New());
 }
 
-itk::ImageIOBase::Pointer format_of_displacement(const std::filesystem::path& file) {
+itk::ImageIOBase::Pointer format_of_values(const std::filesystem::path& file) {
   if (file.extension() == ".nrrd") {
     return itk::NrrdImageIO::New().GetPointer();
   }
   if (file.extension() == ".mha") {
     return itk::MetaImageIO::New().GetPointer();
   }
-  throw unwritable(file, "the name of a displacement field must end in .nrrd or .mha");
+  throw unwritable(file, "the name of a field must end in .nrrd or .mha");
+}
+
+/// W x H x 1.
+template <typename Pixel>
+typename itk::Image<Pixel, 3>::Pointer allocate_values(const std::filesystem::path& file, Extent extent,
+                                                       double spacing) {
+  if (!(spacing > 0.0) || !std::isfinite(spacing)) {
+    throw unwritable(file, fmt::format("a pixel of {} mm", spacing));
+  }
+  using Field = itk::Image<Pixel, 3>;
+  auto field = allocate<Field>(extent);
+  typename Field::SpacingType spacings;
+  spacings.Fill(spacing);
+  field->SetSpacing(spacings);
+  return field;
 }
 
 } // namespace
 
 void write_displacement(const std::filesystem::path& file, const VectorField& displacement, double spacing) {
-  const auto format = format_of_displacement(file);
+  const auto format = format_of_values(file);
   validate(displacement, displacement.extent, "the displacement to write");
-  if (!(spacing > 0.0) || !std::isfinite(spacing)) {
-    throw unwritable(file, fmt::format("a pixel of {} mm", spacing));
-  }
-  using Field = itk::Image<itk::Vector<float, 3>, 3>;
-  const auto field = allocate<Field>(displacement.extent);
-  Field::SpacingType spacings;
-  spacings.Fill(spacing);
-  field->SetSpacing(spacings);
+  const auto field = allocate_values<itk::Vector<float, 3>>(file, displacement.extent, spacing);
   const auto millimetres = [spacing](float pixels) { return static_cast<float>(pixels * spacing); };
   auto* const values = field->GetBufferPointer();
   for (std::size_t site = 0; site < displacement.extent.sites(); ++site) {
@@ -158,6 +167,36 @@ void write_displacement(const std::filesystem::path& file, const VectorField& di
   itk::EncapsulateMetaData<std::string>(keys, "hdmbench mapping", "forward: tissue at x moves to x + d(x)");
   itk::EncapsulateMetaData<std::string>(keys, "hdmbench unit", "millimetre");
   write_file(file, field.GetPointer(), format);
+}
+
+void write_scalar(const std::filesystem::path& file, const ScalarField& field, double spacing) {
+  const auto format = format_of_values(file);
+  const auto image = allocate_values<float>(file, field.extent, spacing);
+  std::ranges::copy(field.values, image->GetBufferPointer());
+  write_file(file, image.GetPointer(), format);
+}
+
+void write_vector(const std::filesystem::path& file, const VectorField& field, double spacing) {
+  const auto format = format_of_values(file);
+  const auto image = allocate_values<itk::Vector<float, 2>>(file, field.extent, spacing);
+  auto* const values = image->GetBufferPointer();
+  for (std::size_t site = 0; site < field.extent.sites(); ++site) {
+    values[site][0] = field.x[site];
+    values[site][1] = field.y[site];
+  }
+  write_file(file, image.GetPointer(), format);
+}
+
+void write_labels(const std::filesystem::path& file, const LabelField& labels, double spacing) {
+  const auto format = format_of_values(file);
+  const auto image = allocate_values<std::int16_t>(file, labels.extent, spacing);
+  std::ranges::transform(labels.values, image->GetBufferPointer(), [&](int label) {
+    if (!std::in_range<std::int16_t>(label)) {
+      throw unwritable(file, fmt::format("the label {} is beyond 16 bits", label));
+    }
+    return static_cast<std::int16_t>(label);
+  });
+  write_file(file, image.GetPointer(), format);
 }
 
 void write_png(const std::filesystem::path& file, const ScalarField& picture) {

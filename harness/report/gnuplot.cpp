@@ -89,7 +89,7 @@ int run_gnuplot(const std::string& script, const std::string& output, const std:
   pid_t child = 0;
   const int failed = posix_spawnp(&child, program.c_str(), actions.get(), nullptr, arguments, environ);
   if (failed != 0) {
-    throw InputError(fmt::format("gnuplot, which draws the report's plots, cannot be started: {}. Install it "
+    throw InputError(fmt::format("gnuplot, which draws the plots, cannot be started: {}. Install it "
                                  "(Debian: gnuplot-nox) or put it on PATH.",
                                  error_text(failed)));
   }
@@ -116,7 +116,7 @@ std::string gnuplot_text(std::string_view text) {
   return result + '\'';
 }
 
-std::string gnuplot_svg(const std::string& script, const std::string& prefix, const std::string& label) {
+std::string gnuplot_svg_file(const std::string& script) {
   const TemporaryDirectory directory;
   const std::filesystem::path script_file = directory.path() / "plot.gnuplot";
   const std::filesystem::path output = directory.path() / "plot.svg";
@@ -130,15 +130,19 @@ std::string gnuplot_svg(const std::string& script, const std::string& prefix, co
 
   const int status = run_gnuplot(script_file.string(), output.string(), errors.string());
   std::string svg = file_text(output);
-  const std::size_t start = svg.find("<svg");
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || start == std::string::npos ||
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || svg.find("<svg") == std::string::npos ||
       svg.find("</svg>") == std::string::npos) {
     throw InputError(fmt::format("gnuplot failed ({}): {}",
                                  WIFSIGNALED(status) ? fmt::format("signal {}", WTERMSIG(status))
                                                      : fmt::format("exit status {}", WEXITSTATUS(status)),
                                  file_text(errors)));
   }
-  svg.erase(0, start);
+  return svg;
+}
+
+std::string gnuplot_svg(const std::string& script, const std::string& prefix, const std::string& label) {
+  std::string svg = gnuplot_svg_file(script);
+  svg.erase(0, svg.find("<svg"));
 
   static const std::regex tool_tips("<(title|desc)>[^<]*</(title|desc)>\\s*");
   static const std::regex namespaces("\\sxmlns(:xlink)?=\"[^\"]*\""); // HTML knows them

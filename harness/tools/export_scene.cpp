@@ -1,0 +1,89 @@
+#include "harness/tools/export_scene.hpp"
+
+#include "harness/compare.hpp"
+#include "harness/file_output.hpp"
+#include "harness/images.hpp"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <sstream>
+
+namespace hdmbench {
+
+namespace {
+
+/// In quotes, as TOML wants it.
+std::string quoted(const std::string& text) {
+  std::ostringstream stream;
+  stream << toml::value<std::string>(text);
+  return stream.str();
+}
+
+template <typename Names, typename Enumerator>
+std::string name_of(const Names& names, Enumerator enumerator) {
+  return fmt::format("\"{}\"", names.at(static_cast<std::size_t>(enumerator)));
+}
+
+bool is_zero(const VectorField& field) {
+  const auto zero = [](float value) { return value == 0.0F; };
+  return std::ranges::all_of(field.x, zero) && std::ranges::all_of(field.y, zero);
+}
+
+std::string scene_text(const Scene& scene, bool with_start) {
+  const Schedule& schedule = scene.schedule;
+  std::string text =
+      fmt::format("# The scene {0} at {1} x {2} pixels, as hdmbench export wrote it.\n"
+                  "title = {3}\npenalty = {4}\nprior_weight = {5}\nsteps = [{6}]\nspacing = {7}\n"
+                  "poisson = {8}\n\n[schedule]\niterations = {9}\nstop = {10}\nepsilon = {11}\n",
+                  scene.name, scene.extent().width, scene.extent().height, quoted(scene.title),
+                  scene.weight().penalty, scene.weight().prior_weight, scene.full.steps.text(), scene.spacing,
+                  scene.poisson, schedule.iterations, name_of(stop_names, schedule.stop), schedule.epsilon);
+  if (schedule.start_level) {
+    text += fmt::format("start_level = {}\n", *schedule.start_level);
+  }
+  text += fmt::format("alignment = {}\nupdate = {}\n\n", name_of(alignment_names, schedule.alignment),
+                      name_of(update_names, schedule.update));
+  return text +
+         "[image]\nmodulus = \"modulus.nrrd\"\npicture = \"picture.nrrd\"\npicture_range = [0, 255]\n"
+         "target = \"target.nrrd\"\nconfidence = \"confidence.nrrd\"\n" +
+         (with_start ? "start = \"start.nrrd\"\n" : "");
+}
+
+/// 255 where either component is certain.
+ScalarField confidence_picture(const VectorField& confidence) {
+  ScalarField picture(confidence.extent);
+  std::ranges::transform(confidence.x, confidence.y, picture.values.begin(),
+                         [](float x, float y) { return 255.0F * std::max(x, y); });
+  return picture;
+}
+
+} // namespace
+
+std::vector<std::string> export_scene(const Scene& scene, const std::filesystem::path& folder) {
+  const Level& full = scene.full;
+  std::vector<std::string> names;
+  const auto file = [&](const char* name) {
+    names.emplace_back(name);
+    return folder / name;
+  };
+  write_scalar(file("picture.nrrd"), scene.picture, scene.spacing);
+  write_scalar(file("modulus.nrrd"), full.modulus, scene.spacing);
+  write_vector(file("target.nrrd"), full.target, scene.spacing);
+  write_vector(file("confidence.nrrd"), full.confidence, scene.spacing);
+  if (!scene.labels.values.empty()) {
+    write_labels(file("labels.nrrd"), scene.labels, scene.spacing);
+  }
+  const bool with_start = !is_zero(scene.start);
+  if (with_start) {
+    write_vector(file("start.nrrd"), scene.start, scene.spacing);
+  }
+  write_png(file("picture.png"), scene.picture);
+  write_magnitude_png(file("target.png"), full.target, std::max(largest_magnitude(full.target), 1e-6));
+  write_png(file("confidence.png"), confidence_picture(full.confidence));
+  write_text(file("scene.toml"), scene_text(scene, with_start));
+  return names;
+}
+
+} // namespace hdmbench

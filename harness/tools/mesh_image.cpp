@@ -1,0 +1,231 @@
+#include "harness/tools/mesh_image.hpp"
+
+#include "harness/tools/node_buckets.hpp"
+#include "kernels/input_error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+#include <vector>
+
+namespace hdmbench {
+
+namespace {
+
+/// A node as the image sees it: all four in pixels, (0, 0) the centre of the first pixel.
+std::vector<MeshNode> nodes_in_pixels(const Mesh& mesh, const PixelGrid& grid) {
+  if (!(grid.pixel > 0.0) || !std::isfinite(grid.pixel) || !std::isfinite(grid.origin_x) ||
+      !std::isfinite(grid.origin_y)) {
+    throw InputError(fmt::format("pixels of side {} from ({}, {}) on are not possible", grid.pixel,
+                                 grid.origin_x, grid.origin_y));
+  }
+  std::vector<MeshNode> nodes(mesh.nodes.size());
+  std::ranges::transform(mesh.nodes, nodes.begin(), [&](const MeshNode& node) {
+    return MeshNode{.x = (node.x - grid.origin_x) / grid.pixel,
+                    .y = (node.y - grid.origin_y) / grid.pixel,
+                    .u = node.u / grid.pixel,
+                    .v = node.v / grid.pixel};
+  });
+  return nodes;
+}
+
+MeshImage undefined_image(Extent extent) {
+  return {.displacement = VectorField(extent), .mask = ScalarField(extent), .undefined = extent.sites()};
+}
+
+void define(MeshImage& image, std::size_t site, double u, double v) {
+  image.displacement.x[site] = static_cast<float>(u);
+  image.displacement.y[site] = static_cast<float>(v);
+  image.mask.values[site] = 255.0F;
+  --image.undefined;
+}
+
+/// What the shape functions weigh the corners with; the fourth is 0 in a triangle.
+using Weights = std::array<double, 4>;
+
+/// (A.1)-(A.4), r and s in -1 ... 1.
+Weights bilinear_weights(double r, double s) {
+  return {0.25 * (1.0 - r) * (1.0 - s), 0.25 * (1.0 + r) * (1.0 - s), 0.25 * (1.0 + r) * (1.0 + s),
+          0.25 * (1.0 - r) * (1.0 + s)};
+}
+
+/// An element with its corners in pixels.
+class Element {
+public:
+  Element(const MeshElement& element, const std::vector<MeshNode>& nodes) : corners_(element.corners) {
+    for (std::size_t i = 0; i < corners_; ++i) {
+      corner_[i] = nodes[element.nodes[i]];
+    }
+    const auto corners = std::span(corner_).first(corners_);
+    left_ = std::ranges::min(corners, {}, &MeshNode::x).x;
+    right_ = std::ranges::max(corners, {}, &MeshNode::x).x;
+    top_ = std::ranges::min(corners, {}, &MeshNode::y).y;
+    bottom_ = std::ranges::max(corners, {}, &MeshNode::y).y;
+    size_ = std::max(right_ - left_, bottom_ - top_);
+    turn_ = cross(0, corner_[2].x, corner_[2].y) > 0.0 ? 1.0 : -1.0;
+  }
+
+  /// Calls visit(x, y) for every pixel centre in the bounding box, itself widened by the tolerance.
+  template <typename Visit>
+  void for_each_pixel(Extent extent, Visit visit) const {
+    const double more = tolerance * size_;
+    const auto first = [&](double low) { return std::ceil(std::max(low - more, 0.0)); };
+    const auto last = [&](double high, int count) { return std::floor(std::min(high + more, count - 1.0)); };
+    for (double y = first(top_); y <= last(bottom_, extent.height); ++y) {
+      for (double x = first(left_); x <= last(right_, extent.width); ++x) {
+        visit(static_cast<int>(x), static_cast<int>(y));
+      }
+    }
+  }
+
+  [[nodiscard]] bool contains(double x, double y) const {
+    for (std::size_t i = 0; i < corners_; ++i) {
+      const MeshNode& a = corner_[i];
+      const MeshNode& b = corner_[(i + 1) % corners_];
+      if (turn_ * cross(i, x, y) < -tolerance * size_ * std::hypot(b.x - a.x, b.y - a.y)) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  /// The weights at a point that the element contains.
+  [[nodiscard]] Weights weights(double x, double y) const {
+    if (corners_ == 3) {
+      const double area = cross(0, corner_[2].x, corner_[2].y);
+      const double third = cross(0, x, y) / area;
+      const double first = cross(1, x, y) / area;
+      return {first, 1.0 - first - third, third, 0.0};
+    }
+    return inverse_bilinear(x, y);
+  }
+
+  [[nodiscard]] double interpolate(const Weights& weights, double MeshNode::*value) const {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < corners_; ++i) {
+      sum += weights[i] * corner_[i].*value;
+    }
+    return sum;
+  }
+
+private:
+  static constexpr double tolerance = 1e-9; // of the element's size
+
+  /// Twice the signed area of edge i and the point.
+  [[nodiscard]] double cross(std::size_t i, double x, double y) const {
+    const MeshNode& a = corner_[i];
+    const MeshNode& b = corner_[(i + 1) % corners_];
+    return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
+  }
+
+  /// (A.5) solved for r and s by Newton's method. In a strictly convex element the Jacobian is nowhere 0 on
+  /// the unit square, so iterates are kept there, and a step that brings no improvement is halved.
+  [[nodiscard]] Weights inverse_bilinear(double x, double y) const {
+    constexpr int most_steps = 100;
+    const double good = 1e-13 * size_;
+    double r = 0.0;
+    double s = 0.0;
+    Weights found = bilinear_weights(r, s);
+    double error = distance(found, x, y);
+    double damping = 1.0;
+    for (int step = 0; step < most_steps && error > good && damping > 1e-12; ++step) {
+      const double xr =
+          0.25 * ((1.0 - s) * (corner_[1].x - corner_[0].x) + (1.0 + s) * (corner_[2].x - corner_[3].x));
+      const double yr =
+          0.25 * ((1.0 - s) * (corner_[1].y - corner_[0].y) + (1.0 + s) * (corner_[2].y - corner_[3].y));
+      const double xs =
+          0.25 * ((1.0 - r) * (corner_[3].x - corner_[0].x) + (1.0 + r) * (corner_[2].x - corner_[1].x));
+      const double ys =
+          0.25 * ((1.0 - r) * (corner_[3].y - corner_[0].y) + (1.0 + r) * (corner_[2].y - corner_[1].y));
+      const double determinant = xr * ys - xs * yr;
+      const double dx = x - interpolate(found, &MeshNode::x);
+      const double dy = y - interpolate(found, &MeshNode::y);
+      const double next_r = std::clamp(r + damping * (ys * dx - xs * dy) / determinant, -1.0, 1.0);
+      const double next_s = std::clamp(s + damping * (xr * dy - yr * dx) / determinant, -1.0, 1.0);
+      const Weights next = bilinear_weights(next_r, next_s);
+      const double next_error = distance(next, x, y);
+      if (next_error < error) {
+        r = next_r;
+        s = next_s;
+        found = next;
+        error = next_error;
+        damping = 1.0;
+      } else {
+        damping *= 0.5;
+      }
+    }
+    if (!(error <= 10.0 * tolerance * size_)) {
+      throw InputError(
+          fmt::format("an element is too distorted to find the pixel x = {}, y = {} in it", x, y));
+    }
+    return found;
+  }
+
+  [[nodiscard]] double distance(const Weights& weights, double x, double y) const {
+    return std::hypot(interpolate(weights, &MeshNode::x) - x, interpolate(weights, &MeshNode::y) - y);
+  }
+
+  std::array<MeshNode, 4> corner_{};
+  std::size_t corners_;
+  double left_, right_, top_, bottom_;
+  double size_;
+  double turn_; ///< 1 or -1: the way round
+};
+
+} // namespace
+
+PixelGrid grid_over(const Mesh& mesh, Extent extent) {
+  const auto [left, right] = std::ranges::minmax(mesh.nodes, {}, &MeshNode::x);
+  const auto [top, bottom] = std::ranges::minmax(mesh.nodes, {}, &MeshNode::y);
+  const auto needed = [](double length, int pixels) { return pixels > 1 ? length / (pixels - 1) : 0.0; };
+  const double pixel =
+      std::max(needed(right.x - left.x, extent.width), needed(bottom.y - top.y, extent.height));
+  if (!(pixel > 0.0) || !std::isfinite(pixel)) {
+    throw InputError(fmt::format("an image of {} x {} pixels cannot be laid over nodes from ({}, {}) to ({}, "
+                                 "{}); say where with an origin and a pixel size",
+                                 extent.width, extent.height, left.x, top.y, right.x, bottom.y));
+  }
+  return {.extent = extent,
+          .origin_x = 0.5 * (left.x + right.x - pixel * (extent.width - 1)),
+          .origin_y = 0.5 * (top.y + bottom.y - pixel * (extent.height - 1)),
+          .pixel = pixel};
+}
+
+MeshImage nearest_node_image(const Mesh& mesh, const PixelGrid& grid, double reach) {
+  if (!(reach >= 0.0)) {
+    throw InputError(fmt::format("the reach is {} pixels, it must not be negative", reach));
+  }
+  const auto nodes = nodes_in_pixels(mesh, grid);
+  MeshImage image = undefined_image(grid.extent);
+  const NodeBuckets buckets(nodes);
+  for (int y = 0; y < grid.extent.height; ++y) {
+    for (int x = 0; x < grid.extent.width; ++x) {
+      if (const auto nearest = buckets.nearest(x, y, reach)) {
+        define(image, grid.extent.index(x, y), nodes[*nearest].u, nodes[*nearest].v);
+      }
+    }
+  }
+  return image;
+}
+
+MeshImage element_image(const Mesh& mesh, const PixelGrid& grid) {
+  const auto nodes = nodes_in_pixels(mesh, grid);
+  MeshImage image = undefined_image(grid.extent);
+  for (const MeshElement& listed : mesh.elements) {
+    const Element element(listed, nodes);
+    element.for_each_pixel(grid.extent, [&](int x, int y) {
+      const auto site = grid.extent.index(x, y);
+      if (image.mask.values[site] == 0.0F && element.contains(x, y)) {
+        const Weights weights = element.weights(x, y);
+        define(image, site, element.interpolate(weights, &MeshNode::u),
+               element.interpolate(weights, &MeshNode::v));
+      }
+    });
+  }
+  return image;
+}
+
+} // namespace hdmbench

@@ -1,0 +1,257 @@
+// A.1: finite element results to images.
+
+#include "harness/tools/mesh_image.hpp"
+#include "test/image_files.hpp"
+
+#include <chrono>
+#include <cmath>
+
+namespace hdmbench {
+namespace {
+
+/// A displacement as a function of the position.
+using Function = std::function<double(double x, double y)>;
+
+double uniform(std::mt19937_64& random) {
+  return static_cast<double>(random() >> 11U) * 0x1p-53;
+}
+
+/// columns x rows quadrilaterals over a rectangle, the inner nodes moved by up to `distortion` of a cell;
+/// every third one is cut into two triangles, every fifth one is listed the other way round.
+Mesh distorted_mesh(int columns, int rows, double width, double height, double distortion, const Function& u,
+                    const Function& v) {
+  std::mt19937_64 random(5);
+  Mesh mesh;
+  const auto node = [columns](int i, int j) { return static_cast<std::size_t>(j * (columns + 1) + i); };
+  for (int j = 0; j <= rows; ++j) {
+    for (int i = 0; i <= columns; ++i) {
+      const double dx = i > 0 && i < columns ? distortion * (2.0 * uniform(random) - 1.0) : 0.0;
+      const double dy = j > 0 && j < rows ? distortion * (2.0 * uniform(random) - 1.0) : 0.0;
+      const double x = (i + dx) * width / columns;
+      const double y = (j + dy) * height / rows;
+      mesh.nodes.push_back({x, y, u(x, y), v(x, y)});
+    }
+  }
+  for (int j = 0; j < rows; ++j) {
+    for (int i = 0; i < columns; ++i) {
+      const std::size_t a = node(i, j);
+      const std::size_t b = node(i + 1, j);
+      const std::size_t c = node(i + 1, j + 1);
+      const std::size_t d = node(i, j + 1);
+      const int number = j * columns + i;
+      if (number % 3 == 0) {
+        mesh.elements.push_back({{a, b, c, 0}, 3});
+        mesh.elements.push_back({{a, c, d, 0}, 3});
+      } else if (number % 5 == 0) {
+        mesh.elements.push_back({{a, d, c, b}, 4});
+      } else {
+        mesh.elements.push_back({{a, b, c, d}, 4});
+      }
+    }
+  }
+  return mesh;
+}
+
+TEST(MeshImage, AnAffineFieldIsMetInADistortedMesh) {
+  const auto u = [](double x, double y) { return 3.0 - 0.5 * x + 0.25 * y; };
+  const auto v = [](double x, double y) { return -1.0 + 0.125 * x - 0.75 * y; };
+  const Mesh mesh = distorted_mesh(11, 8, 59.0, 39.0, 0.24, u, v);
+  const MeshImage image = element_image(mesh, {.extent = {60, 40}});
+  EXPECT_EQ(image.undefined, 0U);
+  for (int y = 0; y < 40; ++y) {
+    for (int x = 0; x < 60; ++x) {
+      const auto site = image.displacement.extent.index(x, y);
+      ASSERT_NEAR(image.displacement.x[site], u(x, y), 1e-5) << x << "," << y;
+      ASSERT_NEAR(image.displacement.y[site], v(x, y), 1e-5) << x << "," << y;
+      ASSERT_EQ(image.mask.values[site], 255.0F);
+    }
+  }
+}
+
+TEST(MeshImage, ABilinearFieldIsMetInRectangles) {
+  const auto u = [](double x, double y) { return 0.01 * x * y - 0.3 * x + 2.0; };
+  const auto v = [](double x, double y) { return -0.02 * x * y + 0.1 * y; };
+  Mesh mesh = distorted_mesh(7, 5, 60.0, 40.0, 0.0, u, v);
+  std::erase_if(mesh.elements, [](const MeshElement& element) { return element.corners == 3; });
+  const MeshImage image = element_image(mesh, {.extent = {61, 41}});
+  EXPECT_GT(image.undefined, 100U) << "where the triangles were";
+  EXPECT_LT(image.undefined, 61U * 41U / 2U);
+  for (std::size_t site = 0; site < image.mask.values.size(); ++site) {
+    const double x = static_cast<double>(site % 61);
+    const double y = static_cast<double>(site / 61);
+    const bool defined = image.mask.values[site] != 0.0F;
+    ASSERT_NEAR(image.displacement.x[site], defined ? u(x, y) : 0.0, 1e-5) << x << "," << y;
+    ASSERT_NEAR(image.displacement.y[site], defined ? v(x, y) : 0.0, 1e-5) << x << "," << y;
+  }
+}
+
+/// The displacement is r and s themselves, so the image shows the inverse of (A.5).
+TEST(MeshImage, TheInverseMapIsFoundInAnyConvexElement) {
+  std::mt19937_64 random(11);
+  int checked = 0;
+  double worst = 0.0;
+  while (checked < 2000) {
+    Mesh mesh{.nodes = {{0, 0, -1, -1}, {0, 0, 1, -1}, {0, 0, 1, 1}, {0, 0, -1, 1}},
+              .elements = {{{0, 1, 2, 3}, 4}}};
+    for (MeshNode& node : mesh.nodes) {
+      node.x = 20.0 * uniform(random);
+      node.y = 20.0 * uniform(random);
+    }
+    int turns = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const auto& [ax, ay, au, av] = mesh.nodes[i];
+      const auto& [bx, by, bu, bv] = mesh.nodes[(i + 1) % 4];
+      const auto& [cx, cy, cu, cv] = mesh.nodes[(i + 2) % 4];
+      turns += (bx - ax) * (cy - by) > (by - ay) * (cx - bx) ? 1 : -1;
+    }
+    if (std::abs(turns) != 4) {
+      continue;
+    }
+    ++checked;
+    const MeshImage image = element_image(mesh, {.extent = {21, 21}});
+    for (std::size_t site = 0; site < image.mask.values.size(); ++site) {
+      if (image.mask.values[site] != 0.0F) {
+        const double r = double{image.displacement.x[site]};
+        const double s = double{image.displacement.y[site]};
+        const std::array<double, 4> h{(1 - r) * (1 - s) / 4, (1 + r) * (1 - s) / 4, (1 + r) * (1 + s) / 4,
+                                      (1 - r) * (1 + s) / 4};
+        double x = 0.0;
+        double y = 0.0;
+        for (std::size_t i = 0; i < 4; ++i) {
+          x += h[i] * mesh.nodes[i].x;
+          y += h[i] * mesh.nodes[i].y;
+        }
+        worst = std::max(worst, std::hypot(x - double(site % 21), y - double(site / 21)));
+      }
+    }
+  }
+  EXPECT_LT(worst, 1e-5);
+}
+
+TEST(MeshImage, NearestNodeTakesEveryPixelsOwnNode) {
+  const VectorField field = some_displacement({23, 17});
+  Mesh mesh;
+  for (int y = 0; y < 17; ++y) {
+    for (int x = 0; x < 23; ++x) {
+      const auto site = field.extent.index(x, y);
+      mesh.nodes.push_back({10.0 + 0.5 * x + 0.2, -4.0 + 0.5 * y - 0.2, 0.5 * double{field.x[site]},
+                            0.5 * double{field.y[site]}});
+    }
+  }
+  std::ranges::shuffle(mesh.nodes, std::mt19937(3));
+  const MeshImage image =
+      nearest_node_image(mesh, {.extent = {23, 17}, .origin_x = 10.0, .origin_y = -4.0, .pixel = 0.5}, 1.0);
+  EXPECT_EQ(image.undefined, 0U);
+  EXPECT_EQ(image.displacement.x, field.x);
+  EXPECT_EQ(image.displacement.y, field.y);
+}
+
+TEST(MeshImage, NearestNodeIsThatOfAskingEveryNode) {
+  std::mt19937_64 random(9);
+  Mesh mesh;
+  for (int i = 0; i < 300; ++i) { // a cluster, a line and an outlier
+    const double x = i < 200 ? 8.0 * uniform(random) : 30.0 * uniform(random);
+    const double y = i < 200 ? 8.0 * uniform(random) : 12.0;
+    mesh.nodes.push_back({x, y, double(i), 0.0});
+  }
+  mesh.nodes.push_back({500.0, 300.0, 300.0, 0.0});
+  for (const double reach : {0.0, 0.7, 3.0, 1e9}) {
+    const MeshImage image = nearest_node_image(mesh, {.extent = {40, 30}}, reach);
+    for (int y = 0; y < 30; ++y) {
+      for (int x = 0; x < 40; ++x) {
+        const auto distance = [&](const MeshNode& node) { return std::hypot(node.x - x, node.y - y); };
+        const auto nearest = std::ranges::min_element(mesh.nodes, {}, distance);
+        const bool reached = distance(*nearest) <= reach;
+        const auto site = image.displacement.extent.index(x, y);
+        ASSERT_EQ(image.mask.values[site] != 0.0F, reached) << x << "," << y << " reach " << reach;
+        ASSERT_EQ(double{image.displacement.x[site]}, reached ? nearest->u : 0.0);
+      }
+    }
+  }
+}
+
+TEST(MeshImage, FourThousandElementsTakeNoTime) {
+  const auto u = [](double x, double) { return x; };
+  const Mesh mesh = distorted_mesh(64, 63, 299.0, 299.0, 0.2, u, u);
+  const auto begin = std::chrono::steady_clock::now();
+  const MeshImage by_element = element_image(mesh, {.extent = {300, 300}});
+  const MeshImage by_node = nearest_node_image(mesh, {.extent = {300, 300}}, 10.0);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2)) << "measured: 0.03 s";
+  EXPECT_EQ(by_element.undefined, 0U);
+  EXPECT_EQ(by_node.undefined, 0U);
+}
+
+TEST(MeshImage, TheGridCoversAllNodes) {
+  const Mesh mesh{.nodes = {{1.0, 2.0, 0, 0}, {21.0, 12.0, 0, 0}}, .elements = {}};
+  const PixelGrid grid = grid_over(mesh, {11, 11});
+  EXPECT_DOUBLE_EQ(grid.pixel, 2.0);
+  EXPECT_DOUBLE_EQ(grid.origin_x, 1.0);
+  EXPECT_DOUBLE_EQ(grid.origin_y, 7.0 - 10.0);
+  expect_refusal([&] { (void)grid_over(mesh, {1, 1}); }, "origin");
+  expect_refusal([&] { (void)element_image(mesh, {.extent = {4, 4}, .pixel = 0.0}); }, "side 0");
+  expect_refusal([&] { (void)nearest_node_image(mesh, {.extent = {4, 4}}, -1.0); }, "reach");
+}
+
+class MeshFile : public testing::Test {
+protected:
+  void expect_refused(std::string_view nodes, std::string_view elements, std::string_view part) {
+    const auto node_file = folder_.write("nodes.csv", nodes);
+    const auto element_file = folder_.write("elements.csv", elements);
+    expect_refusal([&] { (void)read_mesh(node_file, element_file); }, part);
+  }
+
+  test::TemporaryFolder folder_;
+};
+
+constexpr std::string_view unit_square = "1,0,0,5,6\n2,1,0,5,6\n3,1,1,5,6\n4,0,1,5,6\n";
+
+TEST_F(MeshFile, ListsMayBeWrittenInManyWays) {
+  const auto elements =
+      folder_.write("e.csv", "# quads and triangles\nid;n1;n2;n3;n4\n7;30;10;20;40\n8;10;30;40\n");
+  for (const std::string_view text :
+       {"id,x,y,u,v\n10,1,0,1.5,-2\n20, 1, 1, 0, 0\n30,0,0,0,0\n40,0,1,0,0\n",
+        "\xef\xbb\xbf# mesh\r\n10;1;0;+1.5;-2.0e0\r\n\r\n20;1;1;0;0 # corner\r\n30;0;0;0;0\r\n40;0;1;0;0",
+        "  node x y u v\n  10 1 0\t1.5 -2\n20 1 1 0 0\n30 0 0 0 0\n40 0 1 0 0\n"}) {
+    const Mesh mesh = read_mesh(folder_.write("n.csv", text), elements);
+    ASSERT_EQ(mesh.nodes.size(), 4U) << text;
+    EXPECT_EQ(mesh.nodes[0].u, 1.5);
+    EXPECT_EQ(mesh.nodes[0].v, -2.0);
+    ASSERT_EQ(mesh.elements.size(), 2U);
+    EXPECT_EQ(mesh.elements[0].nodes, (std::array<std::size_t, 4>{2, 0, 1, 3}));
+    EXPECT_EQ(mesh.elements[1].corners, 3U);
+  }
+  EXPECT_TRUE(read_mesh(folder_.write("n.csv", unit_square)).elements.empty());
+}
+
+TEST_F(MeshFile, MistakesInTheNodesAreNamedWithTheirLine) {
+  const std::string_view element = "1,1,2,3,4\n";
+  expect_refused("", element, "nodes.csv: has no node");
+  expect_refused("id,x,y,u,v\n# nothing\n", element, "nodes.csv: has no node");
+  expect_refused("1,0,0,0,0\n2,0,0,0\n", element, "nodes.csv:2: a node is five numbers");
+  expect_refused("1,0,0,0,0\n1,1,0,0,0\n", element, "nodes.csv:2: the node 1 is in line 1 already");
+  expect_refused("1,0,0,nan,0\n", element, "nodes.csv:1: the displacement u is nan, it must be finite");
+  expect_refused("1,0,inf,0,0\n", element, "finite");
+  expect_refused("1,0,zero,0,0\n", element, "nodes.csv:1: the node's y is \"zero\"");
+  expect_refused("1.5,0,0,0,0\n", element, "which is not a whole number");
+  expect_refused("x,0,0,0,0\n", element, "the node's id is \"x\"");
+  expect_refused("1;0,5;0;0;0\n", element, "\"0,5\", which is not a number");
+  expect_refused("id,x,y,u,v\nid,x,y,u,v\n", element, "nodes.csv:2");
+  expect_refusal([&] { (void)read_mesh(folder_.path() / "none.csv"); }, "there is no such file");
+  expect_refusal([&] { (void)read_mesh(folder_.path()); }, "cannot be read");
+}
+
+TEST_F(MeshFile, MistakesInTheElementsAreNamedWithTheirLine) {
+  expect_refused(unit_square, "", "elements.csv: has no element");
+  expect_refused(unit_square, "1,1,2\n", "elements.csv:1: an element is an id and the ids of 3 or 4 nodes");
+  expect_refused(unit_square, "1,1,2,3,4\n2,1,2,5\n", "elements.csv:2: the node list has no node 5");
+  expect_refused(unit_square, "1,1,2,3\n1,1,3,4\n", "elements.csv:2: the element 1 is in line 1 already");
+  expect_refused(unit_square, "1,1,3,2,4\n", "the element 1 crosses itself");
+  expect_refused(unit_square, "1,1,2,3,3\n", "degenerate");
+  expect_refused(unit_square, "1,1,2,2\n", "degenerate");
+  expect_refused("1,0,0,0,0\n2,4,0,0,0\n3,1,1,0,0\n4,0,4,0,0\n", "# a dart\n1,1,2,3,4\n",
+                 "elements.csv:2: the element 1 is concave");
+  expect_refused("1,0,0,0,0\n2,1,1,0,0\n3,2,2,0,0\n", "1,1,2,3\n", "degenerate");
+}
+
+} // namespace
+} // namespace hdmbench
