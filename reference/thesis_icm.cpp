@@ -160,6 +160,9 @@ ReferenceField thesis_iteration(const Level& level, const ReferenceField& displa
 
 ReferenceField thesis_prolongation(const ReferenceField& coarse, Extent fine, Alignment alignment) {
   require_extent(coarse, coarse.extent);
+  if (std::min({coarse.extent.width, coarse.extent.height, fine.width, fine.height}) < 1) {
+    throw InputError("a displacement cannot be interpolated from or to an image without pixels");
+  }
   const auto columns = positions(coarse.extent.width, fine.width, alignment);
   const auto rows = positions(coarse.extent.height, fine.height, alignment);
   ReferenceField result(fine);
