@@ -3,6 +3,7 @@
 #include "harness/solve.hpp"
 #include "kernels/mean_energy.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <itkHDMRegularizationFilter.h>
@@ -10,8 +11,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <functional>
 #include <initializer_list>
+#include <iterator>
 #include <limits>
 #include <random>
 #include <sstream>
@@ -209,6 +212,24 @@ TEST(TheItkFilter, GivesInTenLinesWhatSolveGives) {
   EXPECT_EQ(regularised->GetOrigin(), displacement->GetOrigin());
   EXPECT_EQ(regularised->GetSpacing(), displacement->GetSpacing());
   EXPECT_EQ(regularised->GetDirection(), displacement->GetDirection());
+}
+
+TEST(TheItkFilter, IsInTheReadmeAsItIsHere) {
+  const auto read = [](const char* name) {
+    std::ifstream file(std::string(HDMBENCH_SOURCE) + name);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const std::string readme = read("/README.md");
+  std::istringstream source(read("/test/itk_filter_test.cpp"));
+  std::string line;
+  while (std::getline(source, line) && line != "  // README.md shows these lines.") {
+  }
+  int lines = 0;
+  while (std::getline(source, line) && !line.empty()) {
+    EXPECT_THAT(readme, HasSubstr(fmt::format("\n{}\n", line.substr(2))));
+    ++lines;
+  }
+  EXPECT_EQ(lines, 10);
 }
 
 TEST_F(ItkFilter, EveryParameterReachesTheSolver) {
