@@ -270,6 +270,19 @@ TEST_F(ItkFilter, EveryParameterReachesTheSolver) {
   }
 }
 
+TEST_F(ItkFilter, EveryBackendGivesTheSameBits) {
+  const VectorField expected = problem.solved().displacement;
+  for (const auto& backend : make_backends()) {
+    try {
+      (void)backend->devices();
+    } catch (const DeviceError&) {
+      continue; // backends_test says so visibly
+    }
+    filter->SetBackend(std::string(backend->name()));
+    EXPECT_SAME_BITS(expected, result()) << backend->name();
+  }
+}
+
 TEST_F(ItkFilter, NothingIsComputedTwice) {
   filter->Update();
   const auto time = filter->GetOutput()->GetMTime();
