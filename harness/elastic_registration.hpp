@@ -18,7 +18,7 @@ struct RegistrationOptions {
 
 struct RegistrationResult {
   VectorField displacement;  ///< pixels
-  double mean_squares = 0.0; ///< of fixed(s) - moving(s + d_s) on the finest level, in squared gray values
+  double mean_squares = 0.0; ///< of fixed(s) - moving(s + d_s), blurred as on the finest level, gray values^2
   int iterations = 0;        ///< of all levels
   double seconds = 0.0;
 };

@@ -13,9 +13,9 @@ Progress::Progress(bool enabled)
     : enabled_(enabled), terminal_(isatty(STDERR_FILENO) != 0), start_(std::chrono::steady_clock::now()),
       next_(start_ + (terminal_ ? 1s : 10s)) {}
 
-Progress::Progress(std::function<void(double)> listener) : Progress(false) {
-  listener_ = std::move(listener);
-}
+Progress::Progress(std::function<void(double)> listener)
+    : listener_(std::move(listener)), enabled_(false), terminal_(false),
+      start_(std::chrono::steady_clock::now()), next_(start_) {}
 
 void Progress::describe(std::string what) {
   what_ = std::move(what);

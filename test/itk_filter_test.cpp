@@ -3,6 +3,7 @@
 #include "harness/solve.hpp"
 #include "kernels/mean_energy.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <itkHDMRegularizationFilter.h>
@@ -10,8 +11,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <functional>
 #include <initializer_list>
+#include <iterator>
 #include <limits>
 #include <random>
 #include <sstream>
@@ -211,6 +214,24 @@ TEST(TheItkFilter, GivesInTenLinesWhatSolveGives) {
   EXPECT_EQ(regularised->GetDirection(), displacement->GetDirection());
 }
 
+TEST(TheItkFilter, IsInTheReadmeAsItIsHere) {
+  const auto read = [](const char* name) {
+    std::ifstream file(std::string(HDMBENCH_SOURCE) + name);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const std::string readme = read("/README.md");
+  std::istringstream source(read("/test/itk_filter_test.cpp"));
+  std::string line;
+  while (std::getline(source, line) && line != "  // README.md shows these lines.") {
+  }
+  int lines = 0;
+  while (std::getline(source, line) && !line.empty()) {
+    EXPECT_THAT(readme, HasSubstr(fmt::format("\n{}\n", line.substr(2))));
+    ++lines;
+  }
+  EXPECT_EQ(lines, 10);
+}
+
 TEST_F(ItkFilter, EveryParameterReachesTheSolver) {
   Scene& scene = problem.scene;
   scene.schedule = {.iterations = 90,
@@ -246,6 +267,19 @@ TEST_F(ItkFilter, EveryParameterReachesTheSolver) {
   for (const char* line : {"0: 10 MPa 1: 30 MPa", "NumberOfIterations: 90", "Epsilon: 0.01", "StartLevel: 2",
                            "DuringIterationUpdate: On", "Penalty: 3", "StepSet: fine", "Backend: scalar"}) {
     EXPECT_THAT(printed.str(), HasSubstr(line));
+  }
+}
+
+TEST_F(ItkFilter, EveryBackendGivesTheSameBits) {
+  const VectorField expected = problem.solved().displacement;
+  for (const auto& backend : make_backends()) {
+    try {
+      (void)backend->devices();
+    } catch (const DeviceError&) {
+      continue; // backends_test says so visibly
+    }
+    filter->SetBackend(std::string(backend->name()));
+    EXPECT_SAME_BITS(expected, result()) << backend->name();
   }
 }
 
