@@ -64,6 +64,7 @@ TEST(ToolsCommand, BadInputIsASentenceAndStatusTwo) {
       {"energy-plot square --size 9 --sites 1,1 1,2 --output /none/o.svg", "/none"},
       {"tune square --size 9 --method luck", "luck"},
       {"tune square --size 9 --method annealing --range 0,1", "0 < low < high < 1"},
+      {"tune square --size 9 --prior-weight 0.3", "what tune looks for"},
       {"tune square --size 9 --method annealing --evaluations 0", "evaluations"},
       {"tune square --size 9 --method annealing --mask m.png", "--truth FILE"},
       {"tune square --size 9 --method annealing --truth none.nrrd", "none.nrrd"},

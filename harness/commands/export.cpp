@@ -49,9 +49,10 @@ void write_scene(const Arguments& arguments) {
 
 void add_export(CLI::App& program) {
   auto* command = program.add_subcommand(
-      "export", "Write all inputs of a scene as images (NRRD, with PNGs to look at) and a scene file that "
-                "refers to them\n(thesis A.3, A.6, A.8). --size computes the scene at that size; the written "
-                "images, finite-element displacement\nincluded, are scaled by reading them with --size.");
+      "export",
+      "Write all inputs of a scene as images (NRRD, with PNGs to look at) and a scene file that "
+      "refers to them\n(thesis A.3, A.6, A.8). --size computes the scene, and the finite elements, at that "
+      "size; the images of a scene file are\nscaled when it is read with --size.");
   const auto own = std::make_shared<Arguments>();
   own->scene.add_scene_to(*command);
   command->add_option("--output", own->output, "Folder for the files, made if missing")

@@ -60,6 +60,9 @@ void print(const Tuning& tuning, double penalty) {
 
 void tune(const Arguments& arguments) {
   Scene scene = arguments.scene.load();
+  if (arguments.scene.schedule.prior_weight) {
+    throw InputError("--prior-weight is what tune looks for; --range says where");
+  }
   TuneOptions search = arguments.search;
   search.method = arguments.method == "simplex" ? SearchMethod::simplex : SearchMethod::annealing;
   if (!arguments.range.empty()) {
