@@ -89,7 +89,7 @@ std::string machine_html(const Results& results, const std::string& machine) {
 std::string file_row(const Context& context) {
   std::string fate = fmt::format("{}", plural(static_cast<std::int64_t>(context.rows), "row"));
   if (context.command != "devices" && context.command != "verify" && context.command != "bench" &&
-      context.command != "run") {
+      context.command != "run" && context.command != "accuracy") {
     fate = "not shown on this page";
   } else if (context.replaced > 0) {
     fate += fmt::format(", {} of them replaced by newer ones", context.replaced);
@@ -144,9 +144,15 @@ std::string device_html(const Results& results, const std::string& machine, cons
 
 std::string summary_section(const Results& results) {
   std::string html = summary_html(summarise(results), "");
+  if (const auto accuracy = summarise_accuracy(results)) {
+    html += summary_html(*accuracy, "");
+  }
   if (results.machines.size() > 1) {
     for (const std::string& machine : results.machines) {
       html += summary_html(summarise(results, machine), machine);
+      if (const auto accuracy = summarise_accuracy(results, machine)) {
+        html += summary_html(*accuracy, machine);
+      }
     }
   }
   for (const std::string& machine : results.machines) {
