@@ -88,7 +88,9 @@ std::string thesis_rows(const AccuracyScene& scene, bool with_fem) {
     }
     html +=
         fmt::format("<tr><th scope=\"row\">thesis, {}<small>Table {}</small></th>", row.method, row.table);
-    html += row.mean_energy ? number_cell(fmt::format("{:.6g}", *row.mean_energy)) : no_cell;
+    html += row.mean_energy
+                ? number_cell(fmt::format("{:.{}f}", *row.mean_energy, *row.mean_energy < 1.0 ? 5 : 4))
+                : no_cell;
     html +=
         row.rmsd
             ? fmt::format("<td class=\"number middle\" colspan=\"2\">{:.6g}<small>ν not printed</small></td>",

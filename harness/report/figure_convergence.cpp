@@ -12,7 +12,7 @@ namespace {
 
 constexpr double plot_width = 460.0;
 constexpr double plot_height = 330.0;
-constexpr Margins margins{66.0, 14.0, 12.0, 46.0};
+constexpr Margins margins{66.0, 24.0, 12.0, 46.0};
 constexpr double middle = 150.0; // between the two panels, from the bottom
 
 // A dashed line at the iterations that the scene itself runs on the full image.

@@ -41,7 +41,7 @@ std::vector<double> positions(std::size_t count, double length) {
 }
 
 std::string level_plot(const LevelProfiles& level, const Direction& direction, double length,
-                       const std::vector<double>& fem, const std::string& range, const std::string& prefix,
+                       const std::vector<double>& fem, const Interval& range, const std::string& prefix,
                        const std::string& label) {
   const LevelProfiles::Components& values = level.*direction.values;
   const std::vector<double> at = positions(values.x.size(), length);
@@ -49,8 +49,9 @@ std::string level_plot(const LevelProfiles& level, const Direction& direction, d
   std::string script = plot_start(plot_width, plot_height) + plot_margins(plot_width, plot_height, margins) +
                        data_block("fem", positions(fem.size(), length), fem) + data_block("x", at, values.x) +
                        data_block("y", at, values.y);
-  script += fmt::format("set xrange [0:{}]\nset yrange {}\nset xtics {}\nplot ", std::max(length - 1.0, 1.0),
-                        range, std::max(1.0, std::round(length / 3.0)));
+  script += fmt::format("set xrange [0:{}]\nset yrange {}\nset ytics {:.6g}\nset xtics {}\nplot ",
+                        std::max(length - 1.0, 1.0), range.range(), range.step(4),
+                        std::max(1.0, std::round(length / 3.0)));
   if (!fem.empty()) {
     script += fmt::format("$fem with lines lw 5 lc rgb \"#{}\" notitle, ", colour_fem);
   }
@@ -87,8 +88,7 @@ std::string direction_html(const AccuracyScene& scene, const AccuracyRow& row, c
     const std::string id = anchors.unique(fmt::format("{} {} {}", direction.name, level.level, scene.scene));
     html += fmt::format(
         "<div><div class=\"plot\">{}</div><small>{}</small></div>\n",
-        level_plot(level, direction, static_cast<double>(scene.*direction.length), truth, all.range(),
-                   id + '_',
+        level_plot(level, direction, static_cast<double>(scene.*direction.length), truth, all, id + '_',
                    fmt::format("Displacement along the {}, {}, scene {}", direction.name, name, scene.scene)),
         name);
   }

@@ -120,7 +120,8 @@ std::string profile_plot(const AccuracyScene& scene, const std::vector<Line>& li
               y_title("minus FEM [px]", plot_width, plot_height, (middle - 8.0 + margins.bottom) / 2.0) +
               x_title("pixel along the line", plot_height) +
               "set arrow 1 from graph 0, first 0 to graph 1, first 0 nohead back lw 3 lc rgb \"#b9c0c9\"\n" +
-              fmt::format("set yrange {}\n", gaps.range()) + plot_lines(lines, "gap", 1);
+              fmt::format("set yrange {}\nset ytics {:.6g}\n", gaps.range(), gaps.step(4)) +
+              plot_lines(lines, "gap", 1);
   }
   return gnuplot_svg(
       script + "unset multiplot\n", prefix,

@@ -102,6 +102,19 @@ int run_gnuplot(const std::string& script, const std::string& output, const std:
   return status;
 }
 
+// A third of what gnuplot writes says nothing: empty groups, defaults, hundredths of a unit, space.
+std::string compact(std::string svg) {
+  static const std::regex defaults(
+      R"( stroke-linecap="butt"| stroke-linejoin="miter"| class="gridline"|<tspan font-family="sans-serif" >|</tspan>)");
+  static const std::regex hundredths(R"((\d\.\d)\d(?=[ ,"')]))");
+  static const std::regex space(R"(\s*\n\s*)");
+  static const std::regex empty_groups(R"(<g [^>]*>\s*</g>)");
+  svg = std::regex_replace(svg, defaults, "");
+  svg = std::regex_replace(svg, hundredths, "$1");
+  svg = std::regex_replace(svg, space, "\n");
+  return std::regex_replace(svg, empty_groups, "");
+}
+
 } // namespace
 
 std::string gnuplot_text(std::string_view text) {
@@ -138,7 +151,7 @@ std::string gnuplot_svg(const std::string& script, const std::string& prefix, co
                                                      : fmt::format("exit status {}", WEXITSTATUS(status)),
                                  file_text(errors)));
   }
-  svg.erase(0, start);
+  svg = compact(svg.substr(start));
 
   static const std::regex tool_tips("<(title|desc)>[^<]*</(title|desc)>\\s*");
   static const std::regex namespaces("\\sxmlns(:xlink)?=\"[^\"]*\""); // HTML knows them

@@ -54,6 +54,17 @@ std::string Interval::range() const {
   return fmt::format("[{:.6g}:{:.6g}]", low_ - margin, high_ + margin);
 }
 
+double Interval::step(int count) const {
+  const double wanted = empty() || high_ <= low_ ? 1.0 : (high_ - low_) / count;
+  const double decade = std::pow(10.0, std::floor(std::log10(wanted)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (factor * decade >= wanted) {
+      return factor * decade;
+    }
+  }
+  return 10.0 * decade;
+}
+
 std::string data_block(std::string_view name, std::span<const double> x, std::span<const double> y) {
   std::string block = fmt::format("${} << END\n", name);
   for (std::size_t i = 0; i < x.size(); ++i) {

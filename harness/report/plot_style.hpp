@@ -42,6 +42,8 @@ public:
   [[nodiscard]] double high() const { return high_; }
   /// "[-1.05:1.05]" with a margin on both sides; never of length 0.
   [[nodiscard]] std::string range() const;
+  /// 1, 2 or 5 times a power of ten: at most `count` steps in the interval.
+  [[nodiscard]] double step(int count) const;
 
 private:
   double low_ = HUGE_VAL;
