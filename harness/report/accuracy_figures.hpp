@@ -8,6 +8,9 @@
 /// The figures of one scene: HTML with a caption, empty where no row has the data. The plots need gnuplot.
 namespace hdmbench::report {
 
+/// RMSD to FEM over seconds, both logarithmic: a point per backend, method and thesis row.
+[[nodiscard]] std::string tradeoff_figure(const AccuracyScene& scene, Anchors& anchors);
+
 /// RMSD and mean energy over the iterations per level, beside the iterations that the in-place run needed on
 /// each level.
 [[nodiscard]] std::string convergence_figure(const AccuracyScene& scene, Anchors& anchors);

@@ -131,7 +131,10 @@ struct AccuracyRow {
   std::vector<Polyline> grid;       ///< deformed; empty: none
   std::vector<Polyline> interfaces; ///< deformed outlines of the materials, beside `grid`
 
+  /// Without a figure to show.
   [[nodiscard]] bool failed() const { return status != "ok" || !valid; }
+  /// Failed for want of a backend.
+  [[nodiscard]] bool skipped() const { return status.starts_with("skipped"); }
   /// Why it failed, a plain text.
   [[nodiscard]] std::string failure() const;
 };

@@ -1,5 +1,7 @@
 #include "harness/report/accuracy_scenes.hpp"
 
+#include "harness/report/plot_style.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,15 +27,16 @@ struct MethodText {
   std::string_view method;
   std::string_view name;
   std::string_view hint;
+  std::size_t colour;
 };
 constexpr std::array<MethodText, 7> method_texts{{
-    {"sequential", "ICM, in place", "until nothing moves: the thesis's CPU program"},
-    {"icm", "ICM, simultaneous", "a fixed number of iterations: the thesis's GPU program"},
-    {"fixed-point", "fixed point", "every site at its own minimum: what ICM aims at"},
-    {"fem", "FEM", "plane stress, nodes at the sites"},
-    {"fem-coarse", "FEM, 60\u00A0×\u00A060", "as many elements as the thesis had"},
-    {"interpolation", "interpolation", "between the conditions; knows no material"},
-    {"b-spline", "B-spline registration", "of the pictures; knows no material"},
+    {"sequential", "ICM, in place", "until nothing moves: the thesis's CPU program", 3},
+    {"icm", "ICM, simultaneous", "a fixed number of iterations: the thesis's GPU program", 2},
+    {"fixed-point", "fixed point", "every site at its own minimum: what ICM aims at", 1},
+    {"fem", "FEM", "plane stress, nodes at the sites", 0},
+    {"fem-coarse", "FEM, 60\u00A0×\u00A060", "as many elements as the thesis had", 5},
+    {"interpolation", "interpolation", "between the conditions; knows no material", 4},
+    {"b-spline", "B-spline registration", "of the pictures; knows no material", 6},
 }};
 
 const MethodText& text_of(const AccuracyRow& row) {
@@ -115,6 +118,10 @@ std::string method_hint(const AccuracyRow& row) {
   return std::string(text_of(row).hint);
 }
 
+std::string method_colour(const AccuracyRow& row) {
+  return plot_colours.at(text_of(row).colour);
+}
+
 std::string poisson_text(double poisson) {
   return fmt::format("ν\u00A0=\u00A0{:.4g}", poisson);
 }
@@ -122,6 +129,16 @@ std::string poisson_text(double poisson) {
 ThesisFigures thesis_figures(const std::string& scene) {
   const auto* const found = std::ranges::find(figures, scene, &ThesisFigures::scene);
   return found == figures.end() ? ThesisFigures{} : *found;
+}
+
+std::vector<PublishedAccuracy> published_accuracy(const AccuracyScene& scene) {
+  constexpr std::int64_t size = 300; // N of its Tables 5.1, 5.3, 5.5, 5.7
+  std::vector<PublishedAccuracy> rows;
+  std::ranges::copy_if(hdmbench::published_accuracy(), std::back_inserter(rows),
+                       [&](const PublishedAccuracy& row) {
+                         return row.scene == scene.scene && scene.width == size && scene.height == size;
+                       });
+  return rows;
 }
 
 std::string thesis_reference(std::string_view figure) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "harness/report/results.hpp"
+#include "reference/published.hpp"
 
 #include <string>
 #include <vector>
@@ -54,6 +55,9 @@ struct AccuracyScene {
 /// What the method is, in a few plain words.
 [[nodiscard]] std::string method_hint(const AccuracyRow& row);
 
+/// The method's colour in every plot, "0067a8".
+[[nodiscard]] std::string method_colour(const AccuracyRow& row);
+
 /// "ν = 0.3" with no-break spaces.
 [[nodiscard]] std::string poisson_text(double poisson);
 
@@ -69,6 +73,9 @@ struct ThesisFigures {
 };
 /// All empty for a scene that is not the thesis's.
 [[nodiscard]] ThesisFigures thesis_figures(const std::string& scene);
+
+/// What the thesis measured on this scene at this size; empty where it did not.
+[[nodiscard]] std::vector<PublishedAccuracy> published_accuracy(const AccuracyScene& scene);
 
 /// " Thesis: Fig. 5.4." or nothing.
 [[nodiscard]] std::string thesis_reference(std::string_view figure);

@@ -2,7 +2,6 @@
 
 #include "harness/report/html.hpp"
 #include "harness/report/joined.hpp"
-#include "reference/published.hpp"
 
 #include <fmt/format.h>
 
@@ -63,27 +62,25 @@ std::string name_cell(const AccuracyLine& line) {
   if (line.row().method == "fem-coarse") {
     hint += ", " + poisson_text(*line.row().poisson_used);
   }
-  const std::string by = backends.empty() ? ""
-                                          : fmt::format("{}{}", backends.size() > 1 ? "same field by " : "",
-                                                        joined(backends, ", "));
+  const std::string by =
+      backends.empty()
+          ? ""
+          : fmt::format("{}{}", backends.size() > 1 ? "same field by " : "by ", joined(backends, ", "));
   return fmt::format("<th scope=\"row\">{}<small>{}</small>{}</th>", escape(method_name(line.row())),
                      escape(hint), by.empty() ? "" : "<small>" + escape(by) + "</small>");
 }
 
 std::string failure_cell(const AccuracyRow& row, int columns) {
-  return fmt::format("<td class=\"disagree\" colspan=\"{}\"><b>✗ failed</b><small>{}</small></td>", columns,
-                     escape(row.failure()));
-}
-
-bool thesis_measured(const AccuracyScene& scene, const PublishedAccuracy& row) {
-  return row.scene == scene.scene && scene.width == 300 && scene.height == 300;
+  return fmt::format("<td class=\"{}\" colspan=\"{}\"><b>{}</b><small>{}</small></td>",
+                     row.skipped() ? "skipped" : "disagree", columns,
+                     row.skipped() ? "– skipped" : "✗ failed", escape(row.failure()));
 }
 
 // Its finite elements have one Poisson ratio, which it does not print.
 std::string thesis_rows(const AccuracyScene& scene, bool with_fem) {
   std::string html;
-  for (const PublishedAccuracy& row : published_accuracy()) {
-    if (!thesis_measured(scene, row) || (!with_fem && row.method == "FEM")) {
+  for (const PublishedAccuracy& row : published_accuracy(scene)) {
+    if (!with_fem && row.method == "FEM") {
       continue;
     }
     html +=
@@ -149,7 +146,10 @@ std::string distance_text(double pixels) {
   if (pixels == 0.0) {
     return "0";
   }
-  return pixels < 1e-3 ? fmt::format("{:.1e}", pixels) : fmt::format("{:.{}f}", pixels, pixels < 0.1 ? 4 : 3);
+  if (pixels < 1e-3) {
+    return fmt::format("{:.1e}", pixels);
+  }
+  return fmt::format("{:.{}f}", pixels, pixels < 0.1 ? 4 : pixels < 10.0 ? 3 : 1);
 }
 
 std::string overview_table(std::span<const AccuracyScene> scenes) {
@@ -157,11 +157,9 @@ std::string overview_table(std::span<const AccuracyScene> scenes) {
   for (const AccuracyScene& scene : scenes) {
     rows += fmt::format("<tr><th scope=\"row\">{}<small>{}, {}</small></th>", escape(scene.scene),
                         size_text(scene.width, scene.height), poisson_text(scene.poisson));
-    for (const char* const method : {"CPU", "GPU"}) {
-      const auto published = published_accuracy();
-      const auto found = std::ranges::find_if(published, [&](const PublishedAccuracy& row) {
-        return thesis_measured(scene, row) && row.method == method;
-      });
+    for (const std::string_view method : {"CPU", "GPU"}) {
+      const std::vector<PublishedAccuracy> published = published_accuracy(scene);
+      const auto found = std::ranges::find(published, method, &PublishedAccuracy::method);
       rows += found == published.end() || !found->rmsd ? no_cell
                                                        : number_cell(fmt::format("{:.2f}", *found->rmsd));
     }

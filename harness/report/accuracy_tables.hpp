@@ -26,7 +26,7 @@ namespace hdmbench::report {
 /// RMSD to FEM near material interfaces and away from them.
 [[nodiscard]] std::string interfaces_table(const AccuracyScene& scene);
 
-/// "0", "0.0412", "1.540", "3.1e-05": what a table shows of a distance in pixels.
+/// "0", "0.0412", "1.540", "37.0", "3.1e-05": what a table shows of a distance in pixels.
 [[nodiscard]] std::string distance_text(double pixels);
 
 } // namespace hdmbench::report

@@ -7,43 +7,41 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <map>
+#include <iterator>
 #include <set>
 
 namespace hdmbench::report {
 
 namespace {
 
+// RMSD of one field to finite elements with Poisson ratio 0, the thesis's measure.
+struct Distance {
+  double pixels = 0.0;
+  std::string scene;
+};
+
 struct Tally {
-  std::set<std::string> scenes; ///< with a distance of ICM to FEM
-  double nearest = HUGE_VAL;    ///< of those distances, pixels
-  double farthest = 0.0;
-  double worst_remainder = 0.0; ///< of the decompositions, px^2
+  std::vector<Distance> distances;                    ///< of ICM as the scenes say, in place and simultaneous
+  std::set<std::string> scenes;                       ///< of `distances`
+  std::set<std::string> beside_interpolation;         ///< scenes where both have a distance
+  std::set<std::string> no_better_than_interpolation; ///< of them
+  double worst_remainder = 0.0;                       ///< of the decompositions, px^2
   std::int64_t decompositions = 0;
   std::int64_t arithmetic_runs = 0;
   std::int64_t steps_compared = 0;
   std::int64_t beyond_bound = 0;
-  std::int64_t wrong = 0;                       ///< rows whose field is there, but not valid
-  std::map<std::string, std::int64_t> failures; ///< "gl-compute, icm on square: reason"
-  std::set<std::string> out_of_bound;           ///< "gl-compute on square"
-  std::int64_t compared_nothing = 0;            ///< arithmetic without a step
+  std::int64_t compared_nothing = 0;  ///< runs of arithmetic without a step
+  std::set<std::string> out_of_bound; ///< "gl-compute on square"
+  std::int64_t wrong = 0;             ///< rows whose field is there, but not valid
+  std::vector<std::string> failures;  ///< "icm by gl-compute on square: reason"
+  std::vector<std::string> skipped;   ///< the same
 };
-
-// The thesis's measure: over all sites, ICM as the scene says.
-void add_distance(Tally& tally, const AccuracyRow& row) {
-  const bool icm = row.method == "icm" || row.method == "sequential";
-  if (icm && row.variant.empty() && row.to_fem_nu0.all) {
-    tally.scenes.insert(row.scene);
-    tally.nearest = std::min(tally.nearest, *row.to_fem_nu0.all);
-    tally.farthest = std::max(tally.farthest, *row.to_fem_nu0.all);
-  }
-}
 
 void add_failure(Tally& tally, const AccuracyRow& row) {
   const std::string name = row.backend.empty() ? row.method : row.method + " by " + row.backend;
-  ++tally.failures[fmt::format("{}{} on {}: {}", name, row.variant.empty() ? "" : " (" + row.variant + ")",
-                               row.scene, row.failure())];
+  const std::string variant = row.variant.empty() ? "" : " (" + row.variant + ")";
+  (row.skipped() ? tally.skipped : tally.failures)
+      .push_back(fmt::format("{}{} on {}: {}", name, variant, row.scene, row.failure()));
   tally.wrong += row.status == "ok" || row.mean_energy || row.to_fem.all ? 1 : 0;
 }
 
@@ -57,33 +55,71 @@ void add_arithmetic(Tally& tally, const AccuracyRow& row) {
   }
 }
 
-Tally tally_of(const std::vector<const AccuracyRow*>& rows) {
+void add_distances(Tally& tally, const AccuracyScene& scene) {
+  const AccuracyRow* const interpolation = scene.find("interpolation");
+  for (const char* const method : {"icm", "sequential"}) {
+    const AccuracyRow* const row = scene.find(method);
+    if (row == nullptr || !row->to_fem_nu0.all) {
+      continue;
+    }
+    tally.distances.push_back({*row->to_fem_nu0.all, scene.scene});
+    tally.scenes.insert(scene.scene);
+    if (interpolation != nullptr && interpolation->to_fem_nu0.all) {
+      tally.beside_interpolation.insert(scene.scene);
+      if (*row->to_fem_nu0.all >= *interpolation->to_fem_nu0.all) {
+        tally.no_better_than_interpolation.insert(scene.scene);
+      }
+    }
+  }
+}
+
+Tally tally_of(const std::vector<AccuracyScene>& scenes) {
   Tally tally;
-  for (const AccuracyRow* const row : rows) {
-    if (row->failed()) {
-      add_failure(tally, *row);
-    } else {
-      add_distance(tally, *row);
-    }
-    if (row->arithmetic) {
-      add_arithmetic(tally, *row);
-    }
-    for (const Decomposition& parts : row->decompositions) {
-      ++tally.decompositions;
-      tally.worst_remainder = std::max(tally.worst_remainder, std::abs(parts.remainder));
+  for (const AccuracyScene& scene : scenes) {
+    add_distances(tally, scene);
+    for (const AccuracyRow* const row : scene.rows) {
+      if (row->failed()) {
+        add_failure(tally, *row);
+      }
+      if (row->arithmetic) {
+        add_arithmetic(tally, *row);
+      }
+      for (const Decomposition& parts : row->decompositions) {
+        ++tally.decompositions;
+        tally.worst_remainder = std::max(tally.worst_remainder, std::abs(parts.remainder));
+      }
     }
   }
   return tally;
 }
 
 std::string distances_sentence(const Tally& tally) {
-  if (tally.scenes.empty()) {
+  if (tally.distances.empty()) {
     return "No distance of ICM to finite elements was measured.";
   }
-  const std::string low = distance_text(tally.nearest);
-  const std::string high = distance_text(tally.farthest);
-  return fmt::format("ICM is {} px (RMSD) from finite elements with ν = 0 on {}.",
-                     low == high ? low : low + " to " + high, plural(std::ssize(tally.scenes), "scene"));
+  const auto [nearest, farthest] = std::ranges::minmax_element(tally.distances, {}, &Distance::pixels);
+  if (tally.scenes.size() == 1) {
+    const std::string low = distance_text(nearest->pixels);
+    const std::string high = distance_text(farthest->pixels);
+    return fmt::format("ICM is {} px (RMSD) from finite elements on {}.",
+                       low == high ? low : low + " to " + high, nearest->scene);
+  }
+  return fmt::format("ICM is {} px ({}) to {} px ({}) from finite elements: RMSD on {}.",
+                     distance_text(nearest->pixels), nearest->scene, distance_text(farthest->pixels),
+                     farthest->scene, plural(std::ssize(tally.scenes), "scene"));
+}
+
+void note_interpolation(const Tally& tally, std::vector<std::string>& notes) {
+  if (tally.beside_interpolation.empty()) {
+    return;
+  }
+  const auto better = tally.beside_interpolation.size() - tally.no_better_than_interpolation.size();
+  notes.push_back(
+      fmt::format("It is nearer to them than interpolation, which knows no material, on {} of {}{}.", better,
+                  plural(std::ssize(tally.beside_interpolation), "scene"),
+                  tally.no_better_than_interpolation.empty()
+                      ? ""
+                      : "; not on " + joined(tally.no_better_than_interpolation, ", ")));
 }
 
 void note_arithmetic(const Tally& tally, std::vector<std::string>& notes) {
@@ -102,49 +138,51 @@ void note_arithmetic(const Tally& tally, std::vector<std::string>& notes) {
   }
 }
 
-void note_failures(const Tally& tally, std::size_t rows, std::vector<std::string>& notes) {
-  constexpr std::size_t shown = 6;
-  std::vector<std::string> texts;
-  std::int64_t count = 0;
-  for (const auto& [text, times] : tally.failures) {
-    count += times;
-    if (texts.size() < shown) {
-      texts.push_back(text);
-    }
+// The first few by name.
+void note_texts(const std::string& start, const std::vector<std::string>& texts,
+                std::vector<std::string>& notes) {
+  constexpr std::size_t most = 6;
+  if (!texts.empty()) {
+    const std::vector<std::string> shown(
+        texts.begin(), texts.begin() + static_cast<std::ptrdiff_t>(std::min(most, texts.size())));
+    notes.push_back(
+        fmt::format("{}: {}{}.", start, joined(shown, "; "),
+                    texts.size() > most ? fmt::format("; and {} more", texts.size() - most) : ""));
   }
-  if (texts.empty()) {
-    return;
-  }
-  const std::size_t hidden = tally.failures.size() - texts.size();
-  notes.push_back(fmt::format("{} of {} failed: {}{}.", count_text(count),
-                              plural(static_cast<std::int64_t>(rows), "result"), joined(texts, "; "),
-                              hidden > 0 ? fmt::format("; and {} more", hidden) : ""));
 }
 
 } // namespace
 
 std::optional<Summary> summarise_accuracy(const Results& results, const std::string& machine) {
-  std::vector<const AccuracyRow*> rows;
+  std::vector<AccuracyScene> scenes;
+  std::int64_t rows = 0;
   bool quick = false;
-  for (const AccuracyRow& row : results.accuracy) {
-    if (machine.empty() || results.machine_of(row.context) == machine) {
-      rows.push_back(&row);
-      quick = quick || results.contexts[row.context].quick;
+  for (const std::string& name : results.machines) {
+    if (machine.empty() || name == machine) {
+      std::ranges::move(accuracy_scenes(results, name), std::back_inserter(scenes));
     }
   }
-  if (rows.empty()) {
+  for (const AccuracyScene& scene : scenes) {
+    rows += std::ssize(scene.rows);
+    quick = quick || std::ranges::any_of(scene.rows, [&](const AccuracyRow* row) {
+              return results.contexts[row->context].quick;
+            });
+  }
+  if (rows == 0) {
     return std::nullopt;
   }
-  const Tally tally = tally_of(rows);
+  const Tally tally = tally_of(scenes);
   Summary summary;
   summary.sentence = distances_sentence(tally);
   if (tally.beyond_bound > 0 || tally.wrong > 0) {
     summary.state = Summary::State::bad;
-  } else if (tally.failures.empty() && !tally.scenes.empty() && tally.arithmetic_runs > 0 &&
+  } else if (tally.failures.empty() && !tally.distances.empty() && tally.arithmetic_runs > 0 &&
              tally.compared_nothing == 0) {
     summary.state = Summary::State::good;
   }
-  note_failures(tally, rows.size(), summary.notes);
+  note_texts(fmt::format("{} of {} failed", count_text(std::ssize(tally.failures)), plural(rows, "result")),
+             tally.failures, summary.notes);
+  note_interpolation(tally, summary.notes);
   note_arithmetic(tally, summary.notes);
   if (tally.decompositions > 0) {
     summary.notes.push_back(
@@ -152,6 +190,7 @@ std::optional<Summary> summarise_accuracy(const Results& results, const std::str
                     "remainder is {:.1e} px².",
                     plural(tally.decompositions, "decomposition"), tally.worst_remainder));
   }
+  note_texts("Skipped, so not judged", tally.skipped, summary.notes);
   if (quick) {
     summary.notes.emplace_back("Includes --quick runs, which do less than a full one.");
   }

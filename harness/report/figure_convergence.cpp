@@ -81,12 +81,12 @@ std::string iterations_plot(const AccuracyScene& scene, const AccuracyRow& row, 
   }
   const double width = static_cast<double>(row.levels.size());
   std::string script = plot_start(plot_width, plot_height) +
-                       plot_margins(plot_width, plot_height, {margins.left, margins.right, 26.0, 64.0}) +
+                       plot_margins(plot_width, plot_height, {margins.left, margins.right, 26.0, 68.0}) +
                        blocks + "END\n";
   script += fmt::format("set xrange [-0.7:{}]\nset yrange [0:{}]\nset xtics ({}) scale 0\nset boxwidth 0.72\n"
                         "set style fill solid 1.0 noborder\nset grid noxtics\n",
                         width - 0.3, 1.12 * static_cast<double>(largest), tics);
-  script += y_title("iterations", plot_width, plot_height, (plot_height - 26.0 + 64.0) / 2.0) +
+  script += y_title("iterations", plot_width, plot_height, (plot_height - 26.0 + 68.0) / 2.0) +
             x_title("level and its width, 0 = the full image", plot_height);
   script +=
       fmt::format("plot $levels using 1:2 with boxes lc rgb \"#{}\" notitle, $levels using 1:2:2 with labels "
@@ -119,11 +119,13 @@ std::string convergence_figure(const AccuracyScene& scene, Anchors& anchors) {
   const AccuracyRow* const sequential = scene.find("sequential");
   if (sequential != nullptr && !sequential->levels.empty()) {
     const std::string id = anchors.unique("iterations " + scene.scene);
-    html += figure_html(iterations_plot(scene, *sequential, id + '_'),
-                        fmt::format("{}: iterations until nothing moves on each level, coarsest first; a "
-                                    "tall bar is a level on which "
-                                    "the field still changes much.{}",
-                                    escape(method_name(*sequential)), thesis_reference(thesis.iterations)));
+    html += figure_html(
+        iterations_plot(scene, *sequential, id + '_'),
+        fmt::format(
+            "{}: iterations on each level until nothing moves or the limit is reached, coarsest first; a "
+            "tall bar is a level on which "
+            "the field still changes much.{}",
+            escape(method_name(*sequential)), thesis_reference(thesis.iterations)));
   }
   return html.empty() ? html : "<div class=\"figures\">\n" + html + "</div>\n";
 }

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double plot_width = 520.0;
 constexpr double plot_height = 400.0;
-constexpr Margins margins{58.0, 12.0, 10.0, 44.0};
+constexpr Margins margins{58.0, 12.0, 10.0, 48.0};
 constexpr double middle = 158.0; // between values and differences, from the bottom
 
 struct Line {
@@ -30,9 +30,10 @@ struct Line {
 // FEM first: a broad pale band on which the thin lines of the others lie.
 std::vector<Line> lines_of(const AccuracyScene& scene) {
   std::vector<Line> lines;
-  const auto add = [&](const AccuracyRow* row, const std::string& colour, double width, int dash) {
+  const auto add = [&](const AccuracyRow* row, double width, int dash) {
     if (row != nullptr && row->profiles) {
-      lines.push_back({method_name(*row), &*row->profiles, colour, width, dash});
+      lines.push_back(
+          {method_name(*row), &*row->profiles, width > 2.0 ? "b9c0c9" : method_colour(*row), width, dash});
     }
   };
   // Of several backends one carries the profiles.
@@ -41,14 +42,14 @@ std::vector<Line> lines_of(const AccuracyScene& scene) {
       return row.method == method && row.variant.empty() && row.profiles.has_value();
     });
   };
-  add(scene.find_fem(scene.poisson), "b9c0c9", 6.0, 1);
+  add(scene.find_fem(scene.poisson), 6.0, 1);
   if (scene.poisson != 0.0) {
-    add(scene.find_fem(0.0), plot_colours[0], 1.2, 2);
+    add(scene.find_fem(0.0), 1.2, 2);
   }
-  add(carrier("fixed-point"), plot_colours[1], 1.4, 1);
-  add(carrier("sequential"), plot_colours[3], 1.4, 1);
-  add(carrier("icm"), plot_colours[2], 1.4, 1);
-  add(carrier("interpolation"), plot_colours[4], 1.2, 3);
+  add(carrier("fixed-point"), 1.4, 1);
+  add(carrier("sequential"), 1.4, 1);
+  add(carrier("icm"), 1.4, 1);
+  add(carrier("interpolation"), 1.2, 3);
   return lines;
 }
 

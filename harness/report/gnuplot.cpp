@@ -12,6 +12,7 @@
 #include <iterator>
 #include <regex>
 #include <system_error>
+#include <utility>
 
 #include <fcntl.h>
 #include <spawn.h>
@@ -151,7 +152,7 @@ std::string gnuplot_svg(const std::string& script, const std::string& prefix, co
                                                      : fmt::format("exit status {}", WEXITSTATUS(status)),
                                  file_text(errors)));
   }
-  svg = compact(svg.substr(start));
+  svg.erase(0, start);
 
   static const std::regex tool_tips("<(title|desc)>[^<]*</(title|desc)>\\s*");
   static const std::regex namespaces("\\sxmlns(:xlink)?=\"[^\"]*\""); // HTML knows them
@@ -161,6 +162,7 @@ std::string gnuplot_svg(const std::string& script, const std::string& prefix, co
   svg = std::regex_replace(svg, namespaces, "");
   svg = std::regex_replace(svg, ids, "$1" + prefix);
   svg = std::regex_replace(svg, references, "$1" + prefix);
+  svg = compact(std::move(svg));
   svg.insert(4, fmt::format(" role=\"img\" aria-label=\"{}\"", escape(label)));
   return svg;
 }

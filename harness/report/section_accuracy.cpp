@@ -23,7 +23,7 @@ std::string scene_html(const Results& results, const AccuracyScene& scene, Ancho
   std::string html = heading(
       results.machines.size() > 1 ? 4 : 3, anchors.unique(fmt::format("accuracy {}", scene.scene)),
       fmt::format("{}, {}, {}", title, size_text(scene.width, scene.height), poisson_text(scene.poisson)));
-  html += methods_table(scene);
+  html += "<div class=\"pair\">\n" + methods_table(scene) + tradeoff_figure(scene, anchors) + "</div>\n";
   html += details(
       true, "Where the error comes from",
       "total² = model² + optimisation² + 2 covariance. Model: what the energy itself misses, its fixed point "

@@ -198,6 +198,9 @@ revealed a difference, so a match proves nothing.</li>
 is printed only for a result that was verified; where it was not, the reason stands in its place.</li>
 <li>A device tagged <span class="tag">software</span> is the CPU itself or a rasterizer that runs on it: its time says
 nothing about a GPU.</li>
+<li>Accuracy is measured against three truths: finite elements (FEM) for the <b>model</b>, the fixed point, in which
+every site sits at its own minimum, for the <b>optimisation</b>, and the same steps in double for the
+<b>arithmetic</b>.</li>
 <li>The thesis is C. Seiler, University of Bern, 2008: ATI Radeon X1300 against Core 2 Duo at 1.86 GHz. Its speed-ups
 are over its own CPU program.</li>
 </ul>
