@@ -66,8 +66,8 @@ TEST_F(AccuracyReport, AStepBeyondTheBoundIsBad) {
   const std::string page = page_of(results);
   EXPECT_THAT(accuracy_verdict(page), HasSubstr("verdict bad"));
   EXPECT_THAT(accuracy_verdict(page),
-              HasSubstr("float32 leaves the derived bound in 2 steps: openmp on square."));
-  EXPECT_THAT(part(page, "What float32 costs"), HasSubstr("✗ 2"));
+              HasSubstr("sentence\">float32 leaves the derived bound in 2 steps: openmp on square."));
+  EXPECT_THAT(part(page, "<details open><summary>What float32 costs"), HasSubstr("✗ 2"));
 }
 
 TEST_F(AccuracyReport, NothingComparedIsNotGood) {
@@ -98,7 +98,7 @@ TEST_F(AccuracyReport, FailuresAreShownAndNeverFolded) {
   EXPECT_THAT(page, HasSubstr("✗ failed</b><small>not finite, or not the bits of scalar</small>"));
   const std::string box = accuracy_verdict(page);
   EXPECT_THAT(box, HasSubstr("verdict bad"));
-  EXPECT_THAT(box, HasSubstr("2 of 9 results failed: icm by openmp on square: not finite"));
+  EXPECT_THAT(box, HasSubstr("sentence\">2 of 9 results failed: icm by openmp on square: not finite"));
   EXPECT_THAT(box, HasSubstr("; b-spline on square: the pictures are blank."));
 }
 
@@ -112,7 +112,7 @@ TEST_F(AccuracyReport, AMissingResultAloneIsUnsure) {
   const std::string page = page_of(results);
   EXPECT_THAT(accuracy_verdict(page), HasSubstr("verdict unsure"));
   EXPECT_THAT(accuracy_verdict(page),
-              HasSubstr("1 of 9 results failed: fem-coarse on square: too little memory."));
+              HasSubstr("sentence\">1 of 9 results failed: fem-coarse on square: too little memory."));
 }
 
 TEST_F(AccuracyReport, SkippedIsNoFailureButSaid) {

@@ -260,7 +260,7 @@ std::string variants_table(const AccuracyScene& scene) {
       continue;
     }
     for (const AccuracyLine& line : scene.lines(method, false)) {
-      rows += line_html(line);
+      rows += line.row().failed() ? "" : line_html(line);
     }
     for (const AccuracyLine& line : variants) {
       const AccuracyRow& row = line.row();

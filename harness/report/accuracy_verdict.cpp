@@ -115,7 +115,7 @@ void note_interpolation(const Tally& tally, std::vector<std::string>& notes) {
   }
   const auto better = tally.beside_interpolation.size() - tally.no_better_than_interpolation.size();
   notes.push_back(
-      fmt::format("It is nearer to them than interpolation, which knows no material, on {} of {}{}.", better,
+      fmt::format("ICM is nearer to FEM than interpolation, which knows no material, on {} of {}{}.", better,
                   plural(std::ssize(tally.beside_interpolation), "scene"),
                   tally.no_better_than_interpolation.empty()
                       ? ""
@@ -123,10 +123,7 @@ void note_interpolation(const Tally& tally, std::vector<std::string>& notes) {
 }
 
 void note_arithmetic(const Tally& tally, std::vector<std::string>& notes) {
-  if (tally.beyond_bound > 0) {
-    notes.push_back(fmt::format("float32 leaves the derived bound in {}: {}.",
-                                plural(tally.beyond_bound, "step"), joined(tally.out_of_bound, ", ")));
-  } else if (tally.steps_compared > 0) {
+  if (tally.beyond_bound == 0 && tally.steps_compared > 0) {
     notes.push_back(fmt::format("float32 stays within the derived bound in all {} of {}.",
                                 plural(tally.steps_compared, "step"), plural(tally.arithmetic_runs, "run")));
   }
@@ -139,16 +136,27 @@ void note_arithmetic(const Tally& tally, std::vector<std::string>& notes) {
 }
 
 // The first few by name.
-void note_texts(const std::string& start, const std::vector<std::string>& texts,
-                std::vector<std::string>& notes) {
+std::string list(const std::string& start, const std::vector<std::string>& texts) {
   constexpr std::size_t most = 6;
-  if (!texts.empty()) {
-    const std::vector<std::string> shown(
-        texts.begin(), texts.begin() + static_cast<std::ptrdiff_t>(std::min(most, texts.size())));
-    notes.push_back(
-        fmt::format("{}: {}{}.", start, joined(shown, "; "),
-                    texts.size() > most ? fmt::format("; and {} more", texts.size() - most) : ""));
+  const std::size_t count = std::min(most, texts.size());
+  const std::vector<std::string> shown(texts.begin(), texts.begin() + static_cast<std::ptrdiff_t>(count));
+  return fmt::format("{}: {}{}.", start, joined(shown, "; "),
+                     texts.size() > count ? fmt::format("; and {} more", texts.size() - count) : "");
+}
+
+// What is wrong, one text each; empty where nothing is.
+std::vector<std::string> faults(const Tally& tally, std::int64_t rows) {
+  std::vector<std::string> texts;
+  if (tally.beyond_bound > 0) {
+    texts.push_back(fmt::format("float32 leaves the derived bound in {}: {}.",
+                                plural(tally.beyond_bound, "step"), joined(tally.out_of_bound, ", ")));
   }
+  if (!tally.failures.empty()) {
+    texts.push_back(
+        list(fmt::format("{} of {} failed", count_text(std::ssize(tally.failures)), plural(rows, "result")),
+             tally.failures));
+  }
+  return texts;
 }
 
 } // namespace
@@ -173,15 +181,16 @@ std::optional<Summary> summarise_accuracy(const Results& results, const std::str
   }
   const Tally tally = tally_of(scenes);
   Summary summary;
-  summary.sentence = distances_sentence(tally);
+  summary.notes = faults(tally, rows);
+  summary.notes.push_back(distances_sentence(tally));
+  summary.sentence = summary.notes.front(); // what is wrong comes first
+  summary.notes.erase(summary.notes.begin());
   if (tally.beyond_bound > 0 || tally.wrong > 0) {
     summary.state = Summary::State::bad;
   } else if (tally.failures.empty() && !tally.distances.empty() && tally.arithmetic_runs > 0 &&
              tally.compared_nothing == 0) {
     summary.state = Summary::State::good;
   }
-  note_texts(fmt::format("{} of {} failed", count_text(std::ssize(tally.failures)), plural(rows, "result")),
-             tally.failures, summary.notes);
   note_interpolation(tally, summary.notes);
   note_arithmetic(tally, summary.notes);
   if (tally.decompositions > 0) {
@@ -190,7 +199,9 @@ std::optional<Summary> summarise_accuracy(const Results& results, const std::str
                     "remainder is {:.1e} px².",
                     plural(tally.decompositions, "decomposition"), tally.worst_remainder));
   }
-  note_texts("Skipped, so not judged", tally.skipped, summary.notes);
+  if (!tally.skipped.empty()) {
+    summary.notes.push_back(list("Skipped, so not judged", tally.skipped));
+  }
   if (quick) {
     summary.notes.emplace_back("Includes --quick runs, which do less than a full one.");
   }

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace hdmbench::report {
 
 namespace {
@@ -44,9 +46,12 @@ std::string scene_html(const Results& results, const AccuracyScene& scene, Ancho
           "the material changes (thesis 5.11).",
           poisson_text(scene.poisson)),
       interfaces_table(scene));
+  const bool beyond_bound = std::ranges::any_of(scene.rows, [](const AccuracyRow* row) {
+    return row->arithmetic && row->arithmetic->beyond_bound > 0;
+  });
   html += details(
-      false, "What float32 costs",
-      "Every iteration is repeated in double from the same field. A step that comes out otherwise must be a "
+      beyond_bound, "What float32 costs",
+      "Iterations are repeated in double from the same field. A step that comes out otherwise must be a "
       "near-tie: its gap in energy within the rounding error bound derived for that site.",
       arithmetic_table(scene));
   return html;

@@ -23,8 +23,9 @@ struct Summary {
 /// Of the verify rows. `machine` empty: all machines together.
 [[nodiscard]] Summary summarise(const Results& results, const std::string& machine = {});
 
-/// Of the accuracy rows, none where there are none: distances of ICM to FEM; bad where float32 leaves the
-/// derived bound or a field is not valid; unsure where a row failed or float32 was not compared.
+/// Of the accuracy rows, none where there are none: what failed, else the distances of ICM to FEM. Bad where
+/// float32 leaves the derived bound or a field is not valid; unsure where a row has no result or float32 was
+/// not compared.
 [[nodiscard]] std::optional<Summary> summarise_accuracy(const Results& results,
                                                         const std::string& machine = {});
 
