@@ -240,6 +240,23 @@ TEST_F(AccuracyReport, NewerRowsReplaceOlderOnesUnlessTheTruthDiffers) {
   EXPECT_THAT(render_files({fem, fem_nu0}), Not(HasSubstr("replaced by newer ones")));
 }
 
+TEST_F(AccuracyReport, EveryKeyHasItsType) {
+  const json row = with_all_figures(accuracy_row("icm", "scalar"));
+  for (const auto& [key, value] : row.items()) {
+    if (key == "fine_sweep_equivalents") {
+      continue; // not on the page
+    }
+    EXPECT_THAT(error_after([&](json& r) { r[key] = json::array({json::object()}); }),
+                HasSubstr("results.json: \"results[0]." + key))
+        << key;
+  }
+  for (const char* const key :
+       {"scene", "title", "width", "height", "poisson", "method", "status", "valid"}) {
+    EXPECT_THAT(error_after([&](json& r) { r.erase(key); }),
+                HasSubstr("results.json: \"results[0]." + std::string(key) + "\" is missing"));
+  }
+}
+
 TEST_F(AccuracyReport, RefusesWhatContradictsItself) {
   const std::string row = "results.json: \"results[0].";
   EXPECT_THAT(error_after([](json& r) { r["rmsd_to_fem"] = -0.5; }),
