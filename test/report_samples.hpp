@@ -3,6 +3,7 @@
 #include "harness/report/report.hpp"
 #include "kernels/input_error.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 

@@ -12,6 +12,7 @@
 #include <iterator>
 #include <regex>
 #include <system_error>
+#include <utility>
 
 #include <fcntl.h>
 #include <spawn.h>
@@ -102,6 +103,19 @@ int run_gnuplot(const std::string& script, const std::string& output, const std:
   return status;
 }
 
+// A third of what gnuplot writes says nothing: empty groups, defaults, hundredths of a unit, space.
+std::string compact(std::string svg) {
+  static const std::regex defaults(
+      R"( stroke-linecap="butt"| stroke-linejoin="miter"| class="gridline"|<tspan font-family="sans-serif" >|</tspan>)");
+  static const std::regex hundredths(R"((\d\.\d)\d(?=[ ,"')]))");
+  static const std::regex space(R"(\s*\n\s*)");
+  static const std::regex empty_groups(R"(<g [^>]*>\s*</g>)");
+  svg = std::regex_replace(svg, defaults, "");
+  svg = std::regex_replace(svg, hundredths, "$1");
+  svg = std::regex_replace(svg, space, "\n");
+  return std::regex_replace(svg, empty_groups, "");
+}
+
 } // namespace
 
 std::string gnuplot_text(std::string_view text) {
@@ -152,6 +166,7 @@ std::string gnuplot_svg(const std::string& script, const std::string& prefix, co
   svg = std::regex_replace(svg, namespaces, "");
   svg = std::regex_replace(svg, ids, "$1" + prefix);
   svg = std::regex_replace(svg, references, "$1" + prefix);
+  svg = compact(std::move(svg));
   svg.insert(4, fmt::format(" role=\"img\" aria-label=\"{}\"", escape(label)));
   return svg;
 }

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <fstream>
 #include <system_error>
 #include <utility>
@@ -110,6 +111,32 @@ std::vector<double> JsonReader::numbers(const std::string& key) const {
   return found.get<std::vector<double>>();
 }
 
+std::vector<double> JsonReader::numbers_or_gaps(const std::string& key) const {
+  const nlohmann::json& found = value(key);
+  const auto fits = [](const nlohmann::json& element) { return element.is_number() || element.is_null(); };
+  if (!found.is_array() || !std::ranges::all_of(found, fits)) {
+    fail_type(key, "an array of numbers or null");
+  }
+  std::vector<double> result;
+  result.reserve(found.size());
+  for (const nlohmann::json& element : found) {
+    result.push_back(element.is_null() ? std::nan("") : element.get<double>());
+  }
+  return result;
+}
+
+std::vector<std::vector<double>> JsonReader::lists_of_numbers(const std::string& key) const {
+  const nlohmann::json& found = value(key);
+  const auto is_number = [](const nlohmann::json& element) { return element.is_number(); };
+  const auto is_list = [&](const nlohmann::json& list) {
+    return list.is_array() && std::ranges::all_of(list, is_number);
+  };
+  if (!found.is_array() || !std::ranges::all_of(found, is_list)) {
+    fail_type(key, "an array of arrays of numbers");
+  }
+  return found.get<std::vector<std::vector<double>>>();
+}
+
 JsonReader JsonReader::object(const std::string& key) const {
   const nlohmann::json& found = value(key);
   if (!found.is_object()) {
@@ -159,6 +186,20 @@ void JsonReader::fail_type(const std::string& key, const std::string& expected) 
 
 std::string JsonReader::path_of(const std::string& key) const {
   return where_.empty() ? key : where_ + '.' + key;
+}
+
+void require_samples(const JsonReader& json, const std::vector<double>& seconds,
+                     const std::optional<double>& median) {
+  if (seconds.empty() || !median) {
+    json.fail("valid", "is true although there are no seconds");
+  }
+  const auto [low, high] = std::ranges::minmax(seconds);
+  if (low <= 0.0) {
+    json.fail("seconds", "must be greater than 0");
+  }
+  if (*median < low || *median > high) {
+    json.fail("seconds_median", "is not between the smallest and the largest of \"seconds\"");
+  }
 }
 
 } // namespace hdmbench::report

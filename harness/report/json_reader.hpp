@@ -31,11 +31,16 @@ public:
   /// JSON has no NaN and no infinity: writers put null, which is `nullopt` here.
   [[nodiscard]] std::optional<double> number_or_null(const std::string& key) const;
   [[nodiscard]] std::vector<double> numbers(const std::string& key) const;
+  /// null becomes NaN
+  [[nodiscard]] std::vector<double> numbers_or_gaps(const std::string& key) const;
+  [[nodiscard]] std::vector<std::vector<double>> lists_of_numbers(const std::string& key) const;
   [[nodiscard]] JsonReader object(const std::string& key) const;
   [[nodiscard]] std::optional<JsonReader> object_or_null(const std::string& key) const;
   [[nodiscard]] std::vector<JsonReader> objects(const std::string& key) const;
 
   [[nodiscard]] bool has(const std::string& key) const { return object_->contains(key); }
+  /// Whether `key` is there and not null.
+  [[nodiscard]] bool holds(const std::string& key) const { return has(key) && !object_->at(key).is_null(); }
   [[nodiscard]] const nlohmann::json& json() const { return *object_; }
   [[nodiscard]] const std::filesystem::path& file() const { return file_; }
 
@@ -51,5 +56,10 @@ private:
   std::filesystem::path file_;
   std::string where_;
 };
+
+/// Throws InputError about "seconds" or "seconds_median" of `json` unless there are samples, all of them
+/// greater than 0, with the median between them.
+void require_samples(const JsonReader& json, const std::vector<double>& seconds,
+                     const std::optional<double>& median);
 
 } // namespace hdmbench::report

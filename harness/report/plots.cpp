@@ -1,11 +1,11 @@
 #include "harness/report/plots.hpp"
 
 #include "harness/report/gnuplot.hpp"
+#include "harness/report/plot_style.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 #include <map>
@@ -20,11 +20,6 @@ constexpr double plot_height = 430.0;
 constexpr double left_margin = 66.0;
 constexpr double top_margin = 12.0;
 constexpr double bottom_margin = 48.0;
-constexpr double font_size = 13.0;
-
-// Each reaches a contrast of 4.5 on white; neighbours differ in lightness as well as in hue.
-constexpr std::array<const char*, 8> colours{"1f2328", "0067a8", "b04a00", "00795a",
-                                             "a3307a", "7a5c00", "5b4bb7", "9f1d2f"};
 
 struct Range {
   double low = HUGE_VAL;
@@ -112,7 +107,7 @@ std::string size_tics(const std::vector<TimeSeries>& series, const Range& x) {
 }
 
 std::string colour_of(const TimeSeries& line) {
-  return line.published ? "6e6e6e" : colours.at(line.colour % colours.size());
+  return line.published ? "6e6e6e" : plot_colours.at(line.colour % plot_colours.size());
 }
 
 std::string data_blocks(const std::vector<TimeSeries>& series) {
@@ -168,30 +163,22 @@ std::string time_plot(const std::vector<TimeSeries>& series, const std::string& 
   y.widen(1.5);
 
   // Sans-serif letters are on average about 0.54 of the font size wide.
-  const double right_margin = 14.0 + 0.54 * font_size * static_cast<double>(longest_name);
+  const double right_margin = 14.0 + 0.54 * plot_font_size * static_cast<double>(longest_name);
   const double axis_height = plot_height - top_margin - bottom_margin;
   std::vector<EndLabel> labels;
   for (std::size_t i = 0; i < series.size(); ++i) {
     const auto last = std::ranges::max_element(series[i].sizes, {}, pixels);
     labels.push_back({i, y.position(last->median)});
   }
-  spread(labels, 1.15 * font_size / axis_height);
+  spread(labels, 1.15 * plot_font_size / axis_height);
 
-  std::string script = fmt::format(
-      "set encoding utf8\n"
-      "set terminal svg size {0},{1} dynamic font \"sans-serif,{2}\" background \"#ffffff\"\n"
-      "set lmargin at screen {3}\nset rmargin at screen {4}\nset tmargin at screen {5}\nset "
-      "bmargin at screen {6}\n"
-      "set logscale xy\nset xrange [{7}:{8}]\nset yrange [{9}:{10}]\n"
-      "set border 3 lc rgb \"#8a8f98\"\nset format y \"%g\"\n"
-      "set tics nomirror scale 0.6,0.3 textcolor rgb \"#3c4046\"\n"
-      "set grid xtics ytics lt 1 lw 0.6 lc rgb \"#e3e5e8\"\n"
-      "set label \"pixels\" at graph 0.5, screen {11} center textcolor rgb \"#3c4046\"\n"
-      "set label \"seconds\" at screen {12}, graph 0.5 center rotate textcolor rgb \"#3c4046\"\n"
-      "set xtics ({13})\n",
-      plot_width, plot_height, font_size, left_margin / plot_width, 1.0 - right_margin / plot_width,
-      1.0 - top_margin / plot_height, bottom_margin / plot_height, x.low, x.high, y.low, y.high,
-      11.0 / plot_height, 12.0 / plot_width, size_tics(series, x));
+  std::string script =
+      plot_start(plot_width, plot_height) +
+      plot_margins(plot_width, plot_height, {left_margin, right_margin, top_margin, bottom_margin}) +
+      x_title("pixels", plot_height) +
+      y_title("seconds", plot_width, plot_height, bottom_margin + axis_height / 2.0) +
+      fmt::format("set logscale xy\nset xrange [{}:{}]\nset yrange [{}:{}]\nset xtics ({})\n", x.low, x.high,
+                  y.low, y.high, size_tics(series, x));
   for (const EndLabel& end : labels) {
     script += fmt::format("set label {} at graph 1.02, graph {} noenhanced textcolor rgb \"#{}\"\n",
                           gnuplot_text(shortened(series[end.series].name)), end.position,

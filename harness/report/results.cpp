@@ -43,8 +43,8 @@ std::vector<Path> result_files(std::span<const Path> paths) {
     std::ranges::for_each(inside, add);
   }
   if (files.empty()) {
-    throw InputError(
-        "no result files were given; hdmbench verify, bench, run and devices write them with --json FILE");
+    throw InputError("no result files were given; hdmbench verify, bench, accuracy, run and devices write "
+                     "them with --json FILE");
   }
   return files;
 }
@@ -195,16 +195,7 @@ BenchRow read_bench(const JsonReader& json) {
   if (row.width == 0 || row.height == 0) {
     json.fail("width", "and \"height\" of a valid row must be at least 1");
   }
-  if (row.seconds.empty() || !row.seconds_median) {
-    json.fail("valid", "is true although there are no seconds");
-  }
-  const auto [low, high] = std::ranges::minmax(row.seconds);
-  if (low <= 0.0) {
-    json.fail("seconds", "must be greater than 0");
-  }
-  if (*row.seconds_median < low || *row.seconds_median > high) {
-    json.fail("seconds_median", "is not between the smallest and the largest of \"seconds\"");
-  }
+  require_samples(json, row.seconds, row.seconds_median);
   return row;
 }
 
@@ -260,6 +251,11 @@ bool replaces(const BenchRow& a, const BenchRow& b) {
 }
 bool replaces(const RunRow& a, const RunRow& b) {
   return same_place(a, b) && a.method == b.method;
+}
+// Another Poisson ratio is another truth.
+bool replaces(const AccuracyRow& a, const AccuracyRow& b) {
+  return same_place(a, b) && a.method == b.method && a.variant == b.variant && a.poisson == b.poisson &&
+         a.poisson_used == b.poisson_used;
 }
 
 // Rows of one file never replace each other.
@@ -320,6 +316,8 @@ Results load_results(std::span<const Path> paths) {
       merge(results, results.bench, context, reader, read_bench);
     } else if (command == "run") {
       merge(results, results.run, context, reader, read_run);
+    } else if (command == "accuracy") {
+      merge(results, results.accuracy, context, reader, read_accuracy);
     }
     if (std::ranges::find(results.machines, document.context.machine) == results.machines.end()) {
       results.machines.push_back(document.context.machine);

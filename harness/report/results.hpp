@@ -1,5 +1,7 @@
 #pragma once
 
+#include "harness/report/accuracy_results.hpp"
+
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -124,6 +126,7 @@ struct Results {
   std::vector<VerifyRow> verify;
   std::vector<BenchRow> bench;
   std::vector<RunRow> run;
+  std::vector<AccuracyRow> accuracy;
 
   [[nodiscard]] const std::string& machine_of(std::size_t context) const { return contexts[context].machine; }
 
@@ -145,7 +148,8 @@ struct Results {
 };
 
 /// Reads files, or the *.json files of folders. Of the same command, machine, scene, size, backend, device
-/// and mode or method only the newest row stays; a machine's newest `devices` file replaces the older ones.
+/// and mode or method (for accuracy also variant and Poisson ratios) only the newest row stays; a machine's
+/// newest `devices` file replaces the older ones.
 /// Throws InputError naming file and key for whatever is missing, mistyped or contradicts itself (a row that
 /// "agrees" with differing sites).
 [[nodiscard]] Results load_results(std::span<const std::filesystem::path> paths);

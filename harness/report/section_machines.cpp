@@ -89,7 +89,7 @@ std::string machine_html(const Results& results, const std::string& machine) {
 std::string file_row(const Context& context) {
   std::string fate = fmt::format("{}", plural(static_cast<std::int64_t>(context.rows), "row"));
   if (context.command != "devices" && context.command != "verify" && context.command != "bench" &&
-      context.command != "run") {
+      context.command != "run" && context.command != "accuracy") {
     fate = "not shown on this page";
   } else if (context.replaced > 0) {
     fate += fmt::format(", {} of them replaced by newer ones", context.replaced);
@@ -144,9 +144,15 @@ std::string device_html(const Results& results, const std::string& machine, cons
 
 std::string summary_section(const Results& results) {
   std::string html = summary_html(summarise(results), "");
+  if (const auto accuracy = summarise_accuracy(results)) {
+    html += summary_html(*accuracy, "");
+  }
   if (results.machines.size() > 1) {
     for (const std::string& machine : results.machines) {
       html += summary_html(summarise(results, machine), machine);
+      if (const auto accuracy = summarise_accuracy(results, machine)) {
+        html += summary_html(*accuracy, machine);
+      }
     }
   }
   for (const std::string& machine : results.machines) {
@@ -192,6 +198,9 @@ revealed a difference, so a match proves nothing.</li>
 is printed only for a result that was verified; where it was not, the reason stands in its place.</li>
 <li>A device tagged <span class="tag">software</span> is the CPU itself or a rasterizer that runs on it: its time says
 nothing about a GPU.</li>
+<li>Accuracy is measured against three truths: finite elements (FEM) for the <b>model</b>, the fixed point, in which
+every site sits at its own minimum, for the <b>optimisation</b>, and the same steps in double for the
+<b>arithmetic</b>.</li>
 <li>The thesis is C. Seiler, University of Bern, 2008: ATI Radeon X1300 against Core 2 Duo at 1.86 GHz. Its speed-ups
 are over its own CPU program.</li>
 </ul>

@@ -14,6 +14,8 @@ namespace hdmbench::report {
 [[nodiscard]] std::string agreement_section(const Results& results, Anchors& anchors);
 /// Tables and plots; needs gnuplot where there are valid timings.
 [[nodiscard]] std::string speed_section(const Results& results, Anchors& anchors);
+/// Tables and figures against the truths; needs gnuplot where there are profiles or convergence.
+[[nodiscard]] std::string accuracy_section(const Results& results, Anchors& anchors);
 [[nodiscard]] std::string pictures_section(const Results& results, Anchors& anchors);
 [[nodiscard]] std::string reading_section(const Results& results, Anchors& anchors);
 
