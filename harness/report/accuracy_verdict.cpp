@@ -29,6 +29,7 @@ struct Tally {
   std::int64_t decompositions = 0;
   std::int64_t arithmetic_runs = 0;
   std::int64_t steps_compared = 0;
+  std::int64_t steps_differing = 0;
   std::int64_t beyond_bound = 0;
   std::int64_t compared_nothing = 0;  ///< runs of arithmetic without a step
   std::set<std::string> out_of_bound; ///< "gl-compute on square"
@@ -48,6 +49,7 @@ void add_failure(Tally& tally, const AccuracyRow& row) {
 void add_arithmetic(Tally& tally, const AccuracyRow& row) {
   ++tally.arithmetic_runs;
   tally.steps_compared += row.arithmetic->steps_compared;
+  tally.steps_differing += row.arithmetic->steps_differing;
   tally.compared_nothing += row.arithmetic->steps_compared == 0 ? 1 : 0;
   tally.beyond_bound += row.arithmetic->beyond_bound;
   if (row.arithmetic->beyond_bound > 0) {
@@ -123,9 +125,15 @@ void note_interpolation(const Tally& tally, std::vector<std::string>& notes) {
 }
 
 void note_arithmetic(const Tally& tally, std::vector<std::string>& notes) {
-  if (tally.beyond_bound == 0 && tally.steps_compared > 0) {
-    notes.push_back(fmt::format("float32 stays within the derived bound in all {} of {}.",
-                                plural(tally.steps_compared, "step"), plural(tally.arithmetic_runs, "run")));
+  const std::string where =
+      fmt::format("{} of {}", plural(tally.steps_compared, "step"), plural(tally.arithmetic_runs, "run"));
+  if (tally.steps_compared > 0 && tally.steps_differing == 0) {
+    notes.push_back(fmt::format("float32 chose as double does in all {}.", where));
+  } else if (tally.steps_compared > 0 && tally.beyond_bound == 0) {
+    notes.push_back(
+        fmt::format("float32 chose otherwise than double in {} of {}, each a near-tie within the derived "
+                    "bound.",
+                    count_text(tally.steps_differing), where));
   }
   if (tally.arithmetic_runs == 0) {
     notes.emplace_back("float32 was not compared with double.");

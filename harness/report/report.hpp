@@ -8,8 +8,9 @@ namespace hdmbench {
 /// Writes one HTML page that needs nothing else: style, plots (SVG by gnuplot) and pictures are inside it.
 /// `results` are files that --json wrote, or folders in which all *.json files are taken; picture paths
 /// inside them are relative to the JSON file. A newer row replaces an older one of the same command,
-/// machine, scene, size, backend, device and mode or method. Written beside the target and renamed. Throws
-/// InputError naming a file that is missing, not JSON, or of another schema, and where gnuplot is missing.
+/// machine, scene, size, backend, device and mode or method (and, of accuracy, variant and Poisson ratios).
+/// Written beside the target and renamed. Throws InputError naming a file that is missing, not JSON, or of
+/// another schema, and where gnuplot is missing.
 void write_report(std::span<const std::filesystem::path> results, const std::filesystem::path& page);
 
 } // namespace hdmbench

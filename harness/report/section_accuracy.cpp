@@ -29,7 +29,7 @@ std::string scene_html(const Results& results, const AccuracyScene& scene, Ancho
   html += details(
       true, "Where the error comes from",
       "total² = model² + optimisation² + 2 covariance. Model: what the energy itself misses, its fixed point "
-      "against FEM; no iteration gets below it. Optimisation: what ICM leaves to the fixed point. A "
+      "against FEM; iterations do not change it. Optimisation: what ICM leaves to the fixed point. A "
       "negative covariance (hatched) means that the two errors partly cancel.",
       decomposition_table(scene));
   html += details(true, "Profiles against FEM", "", profile_figure(scene, anchors));
