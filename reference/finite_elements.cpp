@@ -26,7 +26,7 @@ constexpr std::array<Corner, 4> corners{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
 /// Strain (xx, yy, xy) at a point from the displacements of the nodes: B.
 Eigen::Matrix<double, 3, 8> strain_matrix(const QuadraturePoint& point) {
   Eigen::Matrix<double, 3, 8> strain = Eigen::Matrix<double, 3, 8>::Zero();
-  for (int node = 0; node < 4; ++node) {
+  for (Eigen::Index node = 0; node < 4; ++node) {
     // N = (1 + r r_node) (1 + s s_node) / 4, and a unit of r or s is half a pixel.
     const double r_node = 2.0 * corners[static_cast<std::size_t>(node)].x - 1.0;
     const double s_node = 2.0 * corners[static_cast<std::size_t>(node)].y - 1.0;
@@ -185,8 +185,9 @@ double component(const ReferenceField& field, std::size_t index) {
 }
 
 System assemble(const ElasticProblem& problem, const ElementRule& rule, const Unknowns& unknowns) {
-  System system{.lower = SparseMatrix(unknowns.count, unknowns.count),
-                .right_side = Eigen::VectorXd::Zero(unknowns.count)};
+  System system;
+  system.lower.resize(unknowns.count, unknowns.count);
+  system.right_side = Eigen::VectorXd::Zero(unknowns.count);
   std::vector<Eigen::Triplet<double, std::int32_t>> entries;
   entries.reserve(36 * problem.extent.sites());
   for_each_element(problem, rule, [&](const std::array<std::size_t, 4>& nodes, const ElementMatrix& element) {

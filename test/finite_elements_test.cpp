@@ -175,7 +175,9 @@ TEST(FiniteElements, ASheetThatIsFreeToMoveIsRefused) {
     EXPECT_THAT(refusal(only({{0, 1}, {3, 1}}, {{2, 0}, {2, 2}}), solver),
                 HasSubstr("it can turn about x = 2, y = 1"));
     EXPECT_EQ(refusal(only({{0, 1}, {3, 2}}, {{2, 0}}), solver), "accepted");
+    EXPECT_EQ(refusal(only({{0, 0}, {0, 1}}, {{2, 2}}), solver), "accepted");
     EXPECT_EQ(refusal(only({{0, 1}}, {{2, 0}, {1, 0}}), solver), "accepted");
+    EXPECT_EQ(refusal(only({{0, 2}}, {{2, 0}, {1, 0}}), solver), "accepted");
   }
 }
 
