@@ -1,5 +1,6 @@
 #pragma once
 
+#include "harness/label_field.hpp"
 #include "kernels/field.hpp"
 
 #include <cstdint>
@@ -14,12 +15,6 @@
 /// any: a file that is missing, cut short, damaged or of an unknown format, more than three axes, the wrong
 /// number of components.
 namespace hdmbench {
-
-/// One small integer per pixel: which tissue.
-struct LabelField {
-  Extent extent;
-  std::vector<int> values;
-};
 
 [[nodiscard]] bool have_images();
 

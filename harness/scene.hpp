@@ -1,6 +1,6 @@
 #pragma once
 
-#include "harness/images.hpp"
+#include "harness/label_field.hpp"
 #include "kernels/level.hpp"
 #include "kernels/pyramid.hpp"
 

@@ -17,7 +17,9 @@ public:
   using Pointer = itk::SmartPointer<Self>;
   itkNewMacro(Self) // has its own semicolons
 
-  void set(std::function<double(double)> function) { function_ = std::move(function); }
+      void set(std::function<double(double)> function) {
+    function_ = std::move(function);
+  }
 
   [[nodiscard]] unsigned int GetNumberOfParameters() const override { return 1; }
   [[nodiscard]] MeasureType GetValue(const ParametersType& parameters) const override {
