@@ -1,10 +1,11 @@
 #include "harness/images.hpp"
+#include "harness/simplex.hpp"
 
 #include "kernels/input_error.hpp"
 
 #include <fmt/format.h>
 
-// The image files of a build without ITK (-DHDMBENCH_IMAGES=OFF).
+// The image files and the simplex of a build without ITK (-DHDMBENCH_IMAGES=OFF).
 
 namespace hdmbench {
 
@@ -61,6 +62,12 @@ void write_png(const std::filesystem::path& file, const ScalarField&) {
 
 void write_magnitude_png(const std::filesystem::path& file, const VectorField&, double) {
   refuse(file);
+}
+
+double minimise_by_simplex(const std::function<double(double)>&, const SearchOptions&) {
+  throw InputError(
+      "the simplex is ITK's, and this hdmbench was built without it; simulated annealing is there, "
+      "or install libinsighttoolkit5-dev and configure with -DHDMBENCH_IMAGES=ON");
 }
 
 } // namespace hdmbench

@@ -4,7 +4,7 @@
 #include "harness/images.hpp"
 #include "harness/progress.hpp"
 #include "harness/tools/export_scene.hpp"
-#include "harness/tools/tune.hpp"
+#include "harness/tools/truth.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
