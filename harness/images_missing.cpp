@@ -1,11 +1,12 @@
 #include "harness/elastic_registration.hpp"
 #include "harness/images.hpp"
+#include "harness/simplex.hpp"
 
 #include "kernels/input_error.hpp"
 
 #include <fmt/format.h>
 
-// The image files of a build without ITK (-DHDMBENCH_IMAGES=OFF).
+// The image files and the simplex of a build without ITK (-DHDMBENCH_IMAGES=OFF).
 
 namespace hdmbench {
 
@@ -71,6 +72,12 @@ void write_magnitude_png(const std::filesystem::path& file, const VectorField&, 
 
 void write_signed_png(const std::filesystem::path& file, Extent, std::span<const float>, double) {
   refuse(file);
+}
+
+double minimise_by_simplex(const std::function<double(double)>&, const SearchOptions&) {
+  throw InputError(
+      "the simplex is ITK's, and this hdmbench was built without it; simulated annealing is there, "
+      "or install libinsighttoolkit5-dev and configure with -DHDMBENCH_IMAGES=ON");
 }
 
 } // namespace hdmbench

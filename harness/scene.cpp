@@ -237,19 +237,6 @@ std::optional<Extent> read_size(TomlReader& scene, const SceneOptions& options) 
   return size;
 }
 
-/// Refuses an image that this machine's memory cannot hold, before the kernel kills the program for it.
-void require_memory(Extent extent) {
-  // A scene has 40 bytes a site, a session and the pyramid about as much again.
-  const double needed = 80.0 * static_cast<double>(extent.sites());
-  const double present =
-      static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
-  if (needed > present) {
-    throw InputError(
-        fmt::format("an image of {} x {} pixels needs about {:.0f} GiB of memory, this machine has {:.0f}",
-                    extent.width, extent.height, needed / 0x1p30, present / 0x1p30));
-  }
-}
-
 /// Optional images of target displacement (pixels) and confidence, before the built-in conditions, and of the
 /// displacement to begin with.
 void read_vector_images(TomlReader& image, const Files& file, std::optional<Extent> size, Level& full,
@@ -375,6 +362,18 @@ float ObservationWeight::product() const {
 void Scene::set_weight(const ObservationWeight& weight) {
   full.penalty = weight.product();
   weight_ = weight;
+}
+
+void require_memory(Extent extent) {
+  // A scene has 40 bytes a site, a session and the pyramid about as much again.
+  const double needed = 80.0 * static_cast<double>(extent.sites());
+  const double present =
+      static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
+  if (needed > present) {
+    throw InputError(
+        fmt::format("an image of {} x {} pixels needs about {:.0f} GiB of memory, this machine has {:.0f}",
+                    extent.width, extent.height, needed / 0x1p30, present / 0x1p30));
+  }
 }
 
 std::vector<std::string> shipped_scenes() {

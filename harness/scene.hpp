@@ -74,6 +74,10 @@ struct SceneOptions {
   std::optional<Extent> size; ///< pixels; none: the file's own
 };
 
+/// Throws InputError for an image that this machine's memory cannot hold, before the kernel kills the program
+/// for it.
+void require_memory(Extent extent);
+
 /// The shipped scenes in the order of the thesis, the brain last.
 [[nodiscard]] std::vector<std::string> shipped_scenes();
 

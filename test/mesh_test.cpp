@@ -189,6 +189,7 @@ TEST(MeshImage, TheGridCoversAllNodes) {
   EXPECT_DOUBLE_EQ(grid.origin_y, 7.0 - 10.0);
   expect_refusal([&] { (void)grid_over(mesh, {1, 1}); }, "origin");
   expect_refusal([&] { (void)element_image(mesh, {.extent = {4, 4}, .pixel = 0.0}); }, "side 0");
+  expect_refusal([&] { (void)nearest_node_image(mesh, {.extent = {4, 4}, .pixel = 1e-310}, 1.0); }, "beyond");
   expect_refusal([&] { (void)nearest_node_image(mesh, {.extent = {4, 4}}, -1.0); }, "reach");
 }
 

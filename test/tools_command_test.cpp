@@ -49,6 +49,7 @@ TEST(ToolsCommand, BadInputIsASentenceAndStatusTwo) {
       {"fem-to-image " + n + " --size 9 --interpolation cubic --output " + o, "cubic"},
       {"fem-to-image " + n + " --size 9 --pixel 1 --output " + o, "belong together"},
       {"fem-to-image " + n + " --size 9 --pixel -1 --origin 0,0 --output " + o, "side -1"},
+      {"fem-to-image " + n + " --size 2000000 --output " + o, "GiB of memory"},
       {"fem-to-image " + n + " --size 9 --reach -1 --output " + o, "reach is -1"},
       {"fem-to-image " + n + " --size 9 --output /none/o.nrrd", "/none"},
       {"positions-to-displacements", "input is required"},

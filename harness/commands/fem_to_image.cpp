@@ -29,6 +29,7 @@ struct Arguments {
 
 PixelGrid grid_of(const Arguments& arguments, const Mesh& mesh) {
   const Extent extent = parse_size(arguments.size);
+  require_memory(extent);
   if (arguments.origin.empty() != !arguments.pixel) {
     throw InputError("--origin and --pixel belong together: give both, or none for a grid over all nodes");
   }

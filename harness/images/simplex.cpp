@@ -3,7 +3,7 @@
 #include <itkAmoebaOptimizer.h>
 #include <itkSingleValuedCostFunction.h>
 
-#include <exception>
+#include <utility>
 
 namespace hdmbench {
 
@@ -12,14 +12,15 @@ namespace {
 /// A function of one number as ITK wants it.
 class CostFunction : public itk::SingleValuedCostFunction {
 public:
-  using Self = CostFunction;
-  using Superclass = itk::SingleValuedCostFunction;
-  using Pointer = itk::SmartPointer<Self>;
-  itkNewMacro(Self) // has its own semicolons
+  using Pointer = itk::SmartPointer<CostFunction>;
 
-      void set(std::function<double(double)> function) {
-    function_ = std::move(function);
+  static Pointer make() {
+    Pointer cost = new CostFunction; // counted once by itself, once by the pointer
+    cost->UnRegister();
+    return cost;
   }
+
+  void set(std::function<double(double)> function) { function_ = std::move(function); }
 
   [[nodiscard]] unsigned int GetNumberOfParameters() const override { return 1; }
   [[nodiscard]] MeasureType GetValue(const ParametersType& parameters) const override {
@@ -36,7 +37,7 @@ private:
 } // namespace
 
 double minimise_by_simplex(const std::function<double(double)>& function, const SearchOptions& options) {
-  const auto cost = CostFunction::New();
+  const auto cost = CostFunction::make();
   cost->set(function);
   const auto optimizer = itk::AmoebaOptimizer::New();
   optimizer->SetCostFunction(cost);

@@ -29,6 +29,12 @@ std::vector<MeshNode> nodes_in_pixels(const Mesh& mesh, const PixelGrid& grid) {
                     .u = node.u / grid.pixel,
                     .v = node.v / grid.pixel};
   });
+  const auto is_finite = [](const MeshNode& node) {
+    return std::isfinite(node.x) && std::isfinite(node.y) && std::isfinite(node.u) && std::isfinite(node.v);
+  };
+  if (!std::ranges::all_of(nodes, is_finite)) {
+    throw InputError(fmt::format("a node is beyond all numbers in pixels of side {}", grid.pixel));
+  }
   return nodes;
 }
 

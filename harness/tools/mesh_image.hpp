@@ -27,12 +27,14 @@ struct MeshImage {
 [[nodiscard]] PixelGrid grid_over(const Mesh& mesh, Extent extent);
 
 /// Every pixel takes the displacement of the nearest node, the first one listed among equals (thesis Fig.
-/// A.1); none within `reach` pixels: undefined. Throws InputError unless grid.pixel > 0 and reach >= 0.
+/// A.1); none within `reach` pixels: undefined. Throws InputError unless
+/// grid.pixel > 0, every node is finite in pixels and reach >= 0.
 [[nodiscard]] MeshImage nearest_node_image(const Mesh& mesh, const PixelGrid& grid, double reach);
 
 /// Every pixel is interpolated with the shape functions of the element it lies in, bilinear (A.1)-(A.6) or
 /// linear; outside all elements: undefined. What lies on an edge counts as inside, to a billionth of the
-/// element. Throws InputError unless grid.pixel > 0.
+/// element. Throws InputError unless grid.pixel > 0 and every node is finite in
+/// pixels.
 [[nodiscard]] MeshImage element_image(const Mesh& mesh, const PixelGrid& grid);
 
 } // namespace hdmbench
