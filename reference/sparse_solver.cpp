@@ -23,6 +23,9 @@ constexpr double accepted_residual = 1e-8;
 template <typename Factorisation, typename Product>
 std::optional<Eigen::VectorXd> solve(Factorisation& factorisation, const SparseMatrix& matrix,
                                      const Eigen::VectorXd& right_side, Product product) {
+  if (matrix.rows() == 0) { // everything is prescribed; SuiteSparse would fall over it
+    return Eigen::VectorXd();
+  }
   factorisation.compute(matrix);
   if (factorisation.info() != Eigen::Success) {
     return std::nullopt;

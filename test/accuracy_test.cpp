@@ -152,6 +152,25 @@ TEST(Accuracy, JudgesEveryMethodAndBackend) {
   EXPECT_EQ(first->level_profiles.size(), first->levels.size());
 }
 
+TEST(Accuracy, OfASceneInWhichEverythingIsPrescribed) {
+  const SceneAccuracy accuracy = measure(load_scene("square", {.size = Extent{2, 2}}), true);
+  EXPECT_EQ(accuracy.truths.free_sites, 0U);
+  for (const AccuracyRow& row : accuracy.rows) {
+    if (row.method == "fixed-point" || row.method == "fem") {
+      EXPECT_EQ(row.deviations.to_fem, 0.0) << row.method;
+    }
+  }
+}
+
+TEST(Accuracy, SaysWhereARunInPlaceDidNotComeToRest) {
+  Scene scene = load_scene("square", {.size = Extent{40, 40}});
+  scene.full.steps = StepSet::parse("thesis"); // without 0 every site moves for ever
+  const SceneAccuracy accuracy = measure(scene, true);
+  const auto row = std::ranges::find(accuracy.rows, "sequential", &AccuracyRow::method);
+  ASSERT_NE(row, accuracy.rows.end());
+  EXPECT_THAT(row->note, testing::HasSubstr("limit of 1000 iterations"));
+}
+
 /// The bars: RMSD in pixels of the fixed point and of ICM to finite elements without Poisson effect, at
 /// 300 x 300.
 struct Bar {

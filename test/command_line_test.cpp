@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <array>
+#include <set>
 
 namespace hdmbench {
 namespace {
@@ -182,6 +183,37 @@ TEST(CommandLine, ReportFromResults) {
   const Outcome outcome = hdmbench("report " + at + " --output " + at + "/report.html");
   ASSERT_EQ(outcome.status, 0) << outcome.output;
   EXPECT_GT(std::filesystem::file_size(folder.path() / "report.html"), 10000U);
+}
+
+TEST(CommandLine, AccuracyWritesEveryMethodWithItsDistancesFromTheTruths) {
+  const test::TemporaryFolder folder;
+  const Outcome outcome =
+      hdmbench("accuracy circular --size 48 --backends openmp --json " + (folder.path() / "a.json").string());
+  EXPECT_EQ(outcome.status, 0) << outcome.output;
+  EXPECT_THAT(outcome.output, AllOf(HasSubstr("fixed-point"), HasSubstr("where it comes from"),
+                                    HasSubstr("float32 against double")));
+  const nlohmann::json document = read_json(folder.path() / "a.json");
+  EXPECT_EQ(document["command"], "accuracy");
+  std::set<std::string> methods;
+  for (const auto& row : document["results"]) {
+    methods.insert(row["method"]);
+    for (const char* key : {"scene", "width", "height", "backend", "seconds_median", "rmsd_to_fem",
+                            "rmsd_to_fixed_point", "mean_energy", "status", "valid"}) {
+      EXPECT_TRUE(row.contains(key)) << row["method"] << " has no " << key;
+    }
+  }
+  EXPECT_THAT(methods, testing::IsSupersetOf(
+                           {"icm", "sequential", "fixed-point", "fem", "fem-coarse", "interpolation"}));
+  const Outcome report =
+      hdmbench("report " + folder.path().string() + " --output " + (folder.path() / "report.html").string());
+  EXPECT_EQ(report.status, 0) << report.output;
+}
+
+TEST(CommandLine, AccuracyRefusesWhatHasNoTruth) {
+  const Outcome small = hdmbench("accuracy square --size 1x7");
+  EXPECT_EQ(small.status, 2);
+  EXPECT_THAT(small.output, HasSubstr("at least 2 x 2"));
+  EXPECT_EQ(hdmbench("accuracy square --size 20 --json /nowhere/a.json").status, 2);
 }
 
 } // namespace

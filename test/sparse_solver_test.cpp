@@ -56,6 +56,14 @@ TEST_P(SparseSolverTest, SolvesRegularSystems) {
   EXPECT_LT((*b - truth).norm(), 1e-12);
 }
 
+TEST_P(SparseSolverTest, ASystemWithoutUnknownsIsSolved) {
+  const auto symmetric = solve_symmetric(SparseMatrix(0, 0), Eigen::VectorXd(), GetParam());
+  const auto general = solve_general(SparseMatrix(0, 0), Eigen::VectorXd(), GetParam());
+  ASSERT_TRUE(symmetric);
+  ASSERT_TRUE(general);
+  EXPECT_EQ(symmetric->size() + general->size(), 0);
+}
+
 TEST_P(SparseSolverTest, SingularSystemsHaveNoSolutionEvenWhereTheFactorisationSucceeds) {
   const Eigen::VectorXd right_side = Eigen::VectorXd::Ones(10); // a net force on what nothing holds
   for (unsigned seed = 0; seed < 50; ++seed) {

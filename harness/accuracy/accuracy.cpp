@@ -59,7 +59,10 @@ public:
       add_arithmetic(icm, first);
       reference.convergence = converge(icm);
     }
-    add_profiles(add_solution(cpu_design(scene_), *backends_.front(), options_.repeats));
+    const Scene cpu = cpu_design(scene_);
+    AccuracyRow& in_place = add_solution(cpu, *backends_.front(), options_.repeats);
+    add_profiles(in_place);
+    note_limit(cpu, in_place);
     if (!options_.quick) {
       add_variants(icm);
     }
@@ -71,6 +74,17 @@ public:
 
 private:
   static void add_profiles(AccuracyRow& row) { row.profiles = figures::profiles(row.field); }
+
+  /// Says so where a level of "until nothing moves" ended at its limit.
+  static void note_limit(const Scene& scene, AccuracyRow& row) {
+    for (const LevelResult& level : row.levels) {
+      if (level.changed > 0) {
+        row.note = fmt::format("ended by its limit of {} iterations on level {}, {} still moving",
+                               scene.schedule.iterations, level.level,
+                               level.changed == 1 ? "1 site" : fmt::format("{} sites", level.changed));
+      }
+    }
+  }
 
   [[nodiscard]] GridFigure grid(const ReferenceField& field) const {
     // About thirty lines across.
@@ -127,7 +141,7 @@ private:
       const auto session = backend.open(options_.session);
       Solution solution;
       for (int i = 0; i < repeats; ++i) {
-        solution = solve(scene, *session, progress_);
+        solution = solve(scene, *session, progress_, {.last_changed = true});
         row.seconds.push_back(solution.timings.total());
       }
       check_bits(row, solution.displacement);

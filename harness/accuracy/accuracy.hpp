@@ -34,7 +34,7 @@ struct GridFigure {
 struct AccuracyRow {
   std::string method;  ///< icm, sequential, fixed-point, fem, fem-coarse, interpolation or b-spline
   std::string variant; ///< what differs from the scene's own schedule; empty: nothing
-  std::string note;    ///< a sentence for people about the variant
+  std::string note;    ///< for people: what the variant shows, or how the run ended
   std::optional<double> poisson_used; ///< of a finite element solution
   std::string backend;                ///< of icm and sequential
   Device device;

@@ -137,7 +137,8 @@ json levels_json(const std::vector<LevelResult>& levels) {
     array.push_back({{"level", level.level},
                      {"width", level.extent.width},
                      {"height", level.extent.height},
-                     {"iterations", level.iterations}});
+                     {"iterations", level.iterations},
+                     {"changed", level.changed}});
   }
   return array;
 }

@@ -89,6 +89,9 @@ void print_fields(const Scene& scene, const SceneAccuracy& accuracy) {
     if (row.status != "ok") {
       remarks += fmt::format("  {}: {}\n", row_name(row), row.status);
     }
+    if (row.variant.empty() && !row.note.empty()) {
+      remarks += fmt::format("  {}: {}\n", row_name(row), row.note);
+    }
     if (row.field.x.empty()) {
       continue;
     }

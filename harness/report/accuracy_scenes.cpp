@@ -30,7 +30,7 @@ struct MethodText {
   std::size_t colour;
 };
 constexpr std::array<MethodText, 7> method_texts{{
-    {"sequential", "ICM, in place", "until nothing moves, or a limit: the thesis's CPU program", 3},
+    {"sequential", "ICM, in place", "until nothing moves: the thesis's CPU program", 3},
     {"icm", "ICM, simultaneous", "a fixed number of iterations: the thesis's GPU program", 2},
     {"fixed-point", "fixed point", "every site at its own minimum: what ICM aims at", 1},
     {"fem", "FEM", "plane stress, nodes at the sites", 0},

@@ -62,6 +62,9 @@ std::string name_cell(const AccuracyLine& line) {
   if (line.row().method == "fem-coarse") {
     hint += ", " + poisson_text(*line.row().poisson_used);
   }
+  if (!line.row().note.empty() && line.row().variant.empty()) {
+    hint += "; " + line.row().note;
+  }
   const std::string by =
       backends.empty()
           ? ""
@@ -163,7 +166,8 @@ std::string overview_table(std::span<const AccuracyScene> scenes) {
       rows += found == published.end() || !found->rmsd ? no_cell
                                                        : number_cell(fmt::format("{:.2f}", *found->rmsd));
     }
-    for (const char* const method : {"sequential", "icm", "fixed-point", "interpolation", "b-spline"}) {
+    // Not b-spline: far from any edge it has nothing to go by, see the table at the interfaces.
+    for (const char* const method : {"sequential", "icm", "fixed-point", "interpolation"}) {
       const AccuracyRow* const row = scene.find(method);
       if (row != nullptr && row->to_fem_nu0.all) {
         rows += number_cell(distance_text(*row->to_fem_nu0.all),
