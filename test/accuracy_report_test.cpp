@@ -218,6 +218,22 @@ TEST_F(AccuracyReport, VariantsStandBesideTheirPlainRun) {
   EXPECT_THAT(accuracy_verdict(page), HasSubstr("ICM is 0.500 px")); // not the variant
 }
 
+TEST_F(AccuracyReport, SaysWhatTheThesisIsNear) {
+  const auto at_300 = [](const char* method, const char* backend, double to_fem) {
+    json row = accuracy_row(method, backend);
+    row.update({{"width", 300}, {"height", 300}, {"rmsd_to_fem", to_fem}});
+    return row;
+  };
+  const json plain = at_300("icm", "scalar", 0.3);
+  json variant = plain;
+  variant["variant"] = "start level 5";
+  const auto page = [&](double interpolation) {
+    return page_of(json::array({plain, variant, at_300("interpolation", "", interpolation)}));
+  };
+  EXPECT_THAT(page(1.6), HasSubstr("The thesis's 1.54 px (CPU) is about where interpolation ends"));
+  EXPECT_THAT(page(3.0), Not(HasSubstr("is about where interpolation ends")));
+}
+
 TEST_F(AccuracyReport, NewerRowsReplaceOlderOnesUnlessTheTruthDiffers) {
   const auto written = [&](const char* name, json row, const char* date) {
     return write(name, document("accuracy", rows(std::move(row)), context("bench-1", date)));
