@@ -12,8 +12,8 @@ namespace hdmbench::report {
 namespace {
 
 constexpr double plot_width = 250.0;
-constexpr double plot_height = 170.0;
-constexpr Margins margins{38.0, 12.0, 8.0, 24.0};
+constexpr double plot_height = 176.0;
+constexpr Margins margins{38.0, 12.0, 8.0, 30.0};
 constexpr const char* colour_x = plot_colours[1];
 constexpr const char* colour_y = plot_colours[2];
 constexpr const char* colour_fem = "b9c0c9";
