@@ -1,9 +1,9 @@
 #include "harness/scene.hpp"
 
 #include "harness/conditions.hpp"
-#include "harness/geometry.hpp"
 #include "harness/images.hpp"
 #include "harness/random_content.hpp"
+#include "harness/scene_content.hpp"
 #include "harness/toml_reader.hpp"
 #include "kernels/input_error.hpp"
 
@@ -17,7 +17,6 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <map>
 #include <sstream>
 
 namespace hdmbench {
@@ -25,158 +24,6 @@ namespace hdmbench {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Tissue {
-  float modulus = 0.0F;
-  float gray = 0.0F;
-};
-
-/// What the pixels are made of, before conditions.
-struct Content {
-  LabelField labels;
-  ScalarField modulus;
-  ScalarField picture;
-  double spacing = 1.0;
-  bool segmented = false; ///< labels says which tissue, not the same everywhere for want of one
-};
-
-std::map<int, Tissue> read_tissues(TomlReader& scene) {
-  std::map<int, Tissue> tissues;
-  for (TomlReader& table : scene.tables("tissue")) {
-    const int label = table.integer("label");
-    const double modulus = table.number("modulus");
-    if (!(modulus > 0.0)) {
-      table.fail("modulus", fmt::format("is {}, it must be positive (MPa)", modulus));
-    }
-    (void)table.text("name", "");
-    const Tissue tissue{static_cast<float>(modulus), static_cast<float>(table.number("gray", 0.0))};
-    table.finish();
-    if (!tissues.emplace(label, tissue).second) {
-      table.fail("label", fmt::format("{} has a tissue already", label));
-    }
-  }
-  return tissues;
-}
-
-void assign_tissues(TomlReader& scene, const std::map<int, Tissue>& tissues, Content& content,
-                    bool needs_picture) {
-  content.modulus = ScalarField(content.labels.extent);
-  if (needs_picture) {
-    content.picture = ScalarField(content.labels.extent);
-  }
-  for (std::size_t i = 0; i < content.labels.values.size(); ++i) {
-    const auto tissue = tissues.find(content.labels.values[i]);
-    if (tissue == tissues.end()) {
-      const auto width = static_cast<std::size_t>(content.labels.extent.width);
-      scene.fail("tissue", fmt::format("none has the label {} of the pixel x = {}, y = {}",
-                                       content.labels.values[i], i % width, i / width));
-    }
-    content.modulus.values[i] = tissue->second.modulus;
-    if (needs_picture) {
-      content.picture.values[i] = tissue->second.gray;
-    }
-  }
-}
-
-/// Image files are found relative to the scene file.
-class Files {
-public:
-  explicit Files(fs::path folder) : folder_(std::move(folder)) {}
-  [[nodiscard]] fs::path operator()(const std::string& name) const { return folder_ / name; }
-
-private:
-  fs::path folder_;
-};
-
-void require_extent(TomlReader& table, std::string_view key, Extent found, Extent wanted) {
-  if (found != wanted) {
-    table.fail(key, fmt::format("is {} x {}, the scene is {} x {}", found.width, found.height, wanted.width,
-                                wanted.height));
-  }
-}
-
-/// Gray values low ... high stretched to 0 ... 255.
-void stretch(ScalarField& picture, float offset, float high) {
-  const float scale = high > offset ? 255.0F / (high - offset) : 0.0F;
-  for (float& value : picture.values) {
-    value = (value - offset) * scale;
-  }
-}
-
-/// From the darkest to the brightest one, so that any modality can be looked at.
-void stretch(ScalarField& picture) {
-  const auto [low, high] = std::ranges::minmax_element(picture.values);
-  stretch(picture, *low, *high);
-}
-
-ScalarField read_picture(TomlReader& image, const Files& file, const ReadOptions& options) {
-  ScalarField picture = read_scalar(file(image.text("picture")), options).pixels;
-  if (!image.has("picture_range")) {
-    stretch(picture);
-    return picture;
-  }
-  const auto range = image.pair("picture_range");
-  if (!(range[0] < range[1])) {
-    image.fail("picture_range", "must be [black, white] with black < white");
-  }
-  stretch(picture, static_cast<float>(range[0]), static_cast<float>(range[1]));
-  return picture;
-}
-
-Content read_image_content(TomlReader& image, TomlReader& scene, const Files& file,
-                           std::optional<Extent> size) {
-  Content content;
-  ReadOptions options{.slice = std::nullopt, .size = size};
-  if (image.has("slice")) {
-    options.slice = image.integer("slice");
-  }
-  const auto tissues = read_tissues(scene);
-  if (image.has("labels") == image.has("modulus")) {
-    image.fail("labels", "or modulus: give exactly one of the two images");
-  }
-  if (image.has("labels")) {
-    auto labels = read_labels(file(image.text("labels")), options);
-    content.labels = std::move(labels.pixels);
-    content.spacing = labels.spacing;
-    content.segmented = true;
-    assign_tissues(scene, tissues, content, !image.has("picture"));
-  } else {
-    auto modulus = read_scalar(file(image.text("modulus")), options);
-    content.modulus = std::move(modulus.pixels);
-    content.spacing = modulus.spacing;
-    content.labels = {content.modulus.extent, std::vector<int>(content.modulus.extent.sites(), 1)};
-    content.picture = content.modulus;
-    stretch(content.picture);
-  }
-  if (image.has("picture")) {
-    content.picture = read_picture(image, file, options);
-    require_extent(image, "picture", content.picture.extent, content.modulus.extent);
-  }
-  return content;
-}
-
-Content read_brain_content(TomlReader& brain, TomlReader& scene, const Files& file, Extent size) {
-  const auto tissues = read_tissues(scene);
-  const std::string name = brain.text("file");
-  const int slice = brain.integer("slice");
-  const int classes = brain.integer("classes");
-  const double margin = brain.number("margin");
-  if (classes < 1 || classes > 8) {
-    brain.fail("classes", "must be 1 ... 8");
-  }
-  if (!(margin >= 0.0 && margin < 0.5)) {
-    brain.fail("margin", "must be at least 0 and below 0.5");
-  }
-  brain.finish();
-  BrainSlice found = read_brain(file(name), slice, classes, margin, size);
-  Content content{.labels = std::move(found.tissue),
-                  .modulus = {},
-                  .picture = std::move(found.picture),
-                  .spacing = found.spacing,
-                  .segmented = true};
-  assign_tissues(scene, tissues, content, false);
-  return content;
-}
 
 Schedule read_schedule(TomlReader& table) {
   Schedule schedule;
@@ -214,7 +61,7 @@ void read_weight(TomlReader& reader, Scene& scene) {
   weight.penalty = reader.number("penalty", weight.penalty);
   weight.prior_weight = reader.number("prior_weight", weight.prior_weight);
   try {
-    scene.set_weight(weight);
+    set_weight(scene, weight);
   } catch (const InputError& error) {
     reader.fail(reader.has("prior_weight") ? "prior_weight" : "penalty", error.what());
   }
@@ -285,9 +132,7 @@ Scene build(const toml::table& root, const std::string& name, const std::string&
       content.labels = {*size, std::vector<int>(size->sites(), 1)};
       content.modulus = ScalarField(*size);
     } else {
-      content.labels = paint_shapes(reader, *size);
-      content.segmented = true;
-      assign_tissues(reader, read_tissues(reader), content, true);
+      content = read_shapes_content(reader, *size);
     }
   }
 
@@ -359,9 +204,9 @@ float ObservationWeight::product() const {
   return result;
 }
 
-void Scene::set_weight(const ObservationWeight& weight) {
-  full.penalty = weight.product();
-  weight_ = weight;
+void set_weight(Scene& scene, const ObservationWeight& weight) {
+  scene.full.penalty = weight.product();
+  scene.weight = weight;
 }
 
 void require_memory(Extent extent) {

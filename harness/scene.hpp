@@ -58,16 +58,13 @@ struct Scene {
   double spacing = 1.0; ///< millimetres per pixel
   double poisson = 0.3; ///< Poisson's ratio of all tissues, for the finite elements; HDM has none
   Schedule schedule;
+  ObservationWeight weight; ///< changed by set_weight, whose product is full.penalty
 
   [[nodiscard]] Extent extent() const { return full.extent; }
-
-  [[nodiscard]] const ObservationWeight& weight() const { return weight_; }
-  /// Sets full.penalty to the product. Throws InputError and changes nothing.
-  void set_weight(const ObservationWeight& weight);
-
-private:
-  ObservationWeight weight_;
 };
+
+/// Sets scene.weight and, to its product, scene.full.penalty. Throws InputError and changes nothing.
+void set_weight(Scene& scene, const ObservationWeight& weight);
 
 /// What the command line may change about a scene file.
 struct SceneOptions {

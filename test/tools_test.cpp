@@ -39,9 +39,9 @@ TEST(PriorWeight, IsAFactorOnK) {
   EXPECT_EQ((ObservationWeight{.penalty = 10.0, .prior_weight = 0.2}.product()), 40.0F);
   EXPECT_EQ((ObservationWeight{.penalty = 10.0, .prior_weight = 0.8}.product()), 2.5F);
   Scene scene = load_scene("random", {.size = Extent{12, 12}});
-  scene.set_weight({.penalty = 100.0, .prior_weight = 0.2});
+  set_weight(scene, {.penalty = 100.0, .prior_weight = 0.2});
   Scene four_times = load_scene("random", {.size = Extent{12, 12}});
-  four_times.set_weight({.penalty = 400.0});
+  set_weight(four_times, {.penalty = 400.0});
   EXPECT_EQ(compare(solve_on(scene), solve_on(four_times)).sites, 0);
   EXPECT_GT(compare(solve_on(load_scene("random", {.size = Extent{12, 12}})), solve_on(scene)).sites, 0);
 }
@@ -49,12 +49,12 @@ TEST(PriorWeight, IsAFactorOnK) {
 TEST(PriorWeight, BadOnesAreRefusedAndChangeNothing) {
   Scene scene = load_scene("random", {.size = Extent{9, 9}});
   for (const double alpha : {0.0, 1.0, -0.5, 2.0, std::nan(""), double{HUGE_VAL}}) {
-    expect_refusal([&] { scene.set_weight({.penalty = 5.0, .prior_weight = alpha}); }, "prior weight alpha");
+    expect_refusal([&] { set_weight(scene, {.penalty = 5.0, .prior_weight = alpha}); }, "prior weight alpha");
   }
-  expect_refusal([&] { scene.set_weight({.penalty = 1e30, .prior_weight = 1e-12}); }, "32-bit float");
-  expect_refusal([&] { scene.set_weight({.penalty = 1e-40, .prior_weight = 1.0 - 1e-10}); }, "32-bit float");
+  expect_refusal([&] { set_weight(scene, {.penalty = 1e30, .prior_weight = 1e-12}); }, "32-bit float");
+  expect_refusal([&] { set_weight(scene, {.penalty = 1e-40, .prior_weight = 1.0 - 1e-10}); }, "32-bit float");
   EXPECT_EQ(scene.full.penalty, 100.0F);
-  EXPECT_EQ(scene.weight().penalty, 100.0);
+  EXPECT_EQ(scene.weight.penalty, 100.0);
 }
 
 TEST(PriorWeight, IsAKeyOfSceneFiles) {
@@ -145,7 +145,7 @@ protected:
 TEST_F(Export, EveryInputComesBackToTheBit) {
   for (const char* name : {"square-modified", "circular-radial", "random", "tie-rich"}) {
     Scene scene = load_scene(name, {.size = Extent{37, 22}});
-    scene.set_weight({.penalty = 0.1, .prior_weight = 0.3});
+    set_weight(scene, {.penalty = 0.1, .prior_weight = 0.3});
     scene.spacing = 0.7;
     scene.title = "with \"quotes\" and \\";
     scene.full.steps = StepSet::parse("fine");
@@ -159,8 +159,8 @@ TEST_F(Export, EveryInputComesBackToTheBit) {
     EXPECT_EQ(compare(back.full.confidence, scene.full.confidence).sites, 0);
     EXPECT_EQ(compare(back.start, scene.start).sites, 0);
     EXPECT_EQ(back.full.penalty, scene.full.penalty);
-    EXPECT_EQ(back.weight().penalty, 0.1);
-    EXPECT_EQ(back.weight().prior_weight, 0.3);
+    EXPECT_EQ(back.weight.penalty, 0.1);
+    EXPECT_EQ(back.weight.prior_weight, 0.3);
     EXPECT_TRUE(std::ranges::equal(back.full.steps.values(), scene.full.steps.values()));
     EXPECT_EQ(back.spacing, 0.7);
     EXPECT_EQ(back.schedule.start_level, scene.schedule.start_level);

@@ -43,7 +43,7 @@ Noisy noisy_problem() {
   }
   set_inverse_modulus(full);
   noisy.scene.start = VectorField(extent);
-  noisy.scene.set_weight({.penalty = 10.0});
+  set_weight(noisy.scene, {.penalty = 10.0});
   return noisy;
 }
 
@@ -51,7 +51,7 @@ class Tune : public testing::Test {
 protected:
   double rmsd_at(double alpha) {
     ++asked_;
-    noisy_.scene.set_weight({.penalty = 10.0, .prior_weight = alpha});
+    set_weight(noisy_.scene, {.penalty = 10.0, .prior_weight = alpha});
     Progress silent(false);
     return rmsd(solve(noisy_.scene, *session_, silent).displacement, noisy_.truth);
   }

@@ -120,8 +120,7 @@ json write_differences(const Scene& scene, const SceneAccuracy& accuracy, const 
   limit = std::max(limit, 1e-6);
   json files;
   const auto name = [&](const char* what) {
-    const fs::path file =
-        folder / fmt::format("{}-{}-difference-{}.png", scene.name, scene.extent().width, what);
+    fs::path file = folder / fmt::format("{}-{}-difference-{}.png", scene.name, scene.extent().width, what);
     files[what] = fs::proximate(file, json_folder).lexically_normal().string();
     return file;
   };

@@ -235,7 +235,7 @@ void add_accuracy(CLI::App& program, const std::string& arguments, int& status) 
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command->add_flag("--full", own->full,
-                    "Sizes 300, 600 and 1200, and every iteration against double: half an hour");
+                    "Sizes 300, 600 and 1200, and every iteration against double: takes long");
   command->callback([own, arguments, &status] { status = run_accuracy(*own, arguments); });
 }
 

@@ -72,8 +72,8 @@ void ScheduleOverrides::apply(Scene& scene) const {
   if (steps) {
     scene.full.steps = StepSet::parse(*steps);
   }
-  scene.set_weight({.penalty = penalty.value_or(scene.weight().penalty),
-                    .prior_weight = prior_weight.value_or(scene.weight().prior_weight)});
+  set_weight(scene, {.penalty = penalty.value_or(scene.weight.penalty),
+                     .prior_weight = prior_weight.value_or(scene.weight.prior_weight)});
 }
 
 std::string ScheduleOverrides::text() const {

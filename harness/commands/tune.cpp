@@ -83,12 +83,12 @@ void tune(const Arguments& arguments) {
                           : read_truth(arguments, scene.extent());
   const auto session = backend.open(arguments.scene.session);
   int evaluations = 0;
-  const double penalty = scene.weight().penalty;
+  const double penalty = scene.weight.penalty;
   const Tuning tuning = tune_prior_weight(
       [&](double alpha) {
         progress.describe(
             fmt::format("tune {}: evaluation {}, alpha = {:.4g}", scene.name, ++evaluations, alpha));
-        scene.set_weight({.penalty = penalty, .prior_weight = alpha});
+        set_weight(scene, {.penalty = penalty, .prior_weight = alpha});
         Progress silent(false);
         return rmsd(solve(scene, *session, silent).displacement, truth);
       },

@@ -38,7 +38,7 @@ std::string scene_text(const Scene& scene, bool with_start) {
                   "title = {3}\npenalty = {4}\nprior_weight = {5}\nsteps = [{6}]\nspacing = {7}\n"
                   "poisson = {8}\n\n[schedule]\niterations = {9}\nstop = {10}\nepsilon = {11}\n",
                   scene.name, scene.extent().width, scene.extent().height, quoted(scene.title),
-                  scene.weight().penalty, scene.weight().prior_weight, scene.full.steps.text(), scene.spacing,
+                  scene.weight.penalty, scene.weight.prior_weight, scene.full.steps.text(), scene.spacing,
                   scene.poisson, schedule.iterations, name_of(stop_names, schedule.stop), schedule.epsilon);
   if (schedule.start_level) {
     text += fmt::format("start_level = {}\n", *schedule.start_level);
