@@ -219,12 +219,12 @@ std::string decomposition_table(const AccuracyScene& scene) {
   if (rows.empty()) {
     return {};
   }
-  return table_start("breakdown",
-                     {"Field", "FEM with", ">Total [px]", ">Model [px]", ">Optimisation [px]",
-                      ">2 × covariance [px²]", ">Remainder [px²]",
-                      "Squares <span class=\"key\"><i class=\"model\"></i>model</span><span class=\"key\"><i "
-                      "class=\"optimisation\"></i>optimisation</span><span class=\"key\"><i "
-                      "class=\"covariance\"></i>covariance</span>"}) +
+  const std::string_view squares =
+      "Squares <span class=\"key\"><i class=\"model\"></i>model</span><span class=\"key\"><i "
+      "class=\"optimisation\"></i>optimisation</span><span class=\"key\"><i "
+      "class=\"covariance\"></i>covariance</span>";
+  return table_start("breakdown", {"Field", "FEM with", ">Total [px]", ">Model [px]", ">Optimisation [px]",
+                                   ">2 × covariance [px²]", ">Remainder [px²]", squares}) +
          rows + std::string(table_end);
 }
 

@@ -78,11 +78,16 @@ public:
   template <typename Visit>
   void for_each_pixel(Extent extent, Visit visit) const {
     const double more = tolerance * size_;
-    const auto first = [&](double low) { return std::ceil(std::max(low - more, 0.0)); };
-    const auto last = [&](double high, int count) { return std::floor(std::min(high + more, count - 1.0)); };
-    for (double y = first(top_); y <= last(bottom_, extent.height); ++y) {
-      for (double x = first(left_); x <= last(right_, extent.width); ++x) {
-        visit(static_cast<int>(x), static_cast<int>(y));
+    // Clamped as double: a box may lie further away than an int reaches.
+    const auto first = [&](double low, int count) {
+      return static_cast<int>(std::ceil(std::clamp(low - more, 0.0, static_cast<double>(count))));
+    };
+    const auto last = [&](double high, int count) {
+      return static_cast<int>(std::floor(std::clamp(high + more, -1.0, count - 1.0)));
+    };
+    for (int y = first(top_, extent.height); y <= last(bottom_, extent.height); ++y) {
+      for (int x = first(left_, extent.width); x <= last(right_, extent.width); ++x) {
+        visit(x, y);
       }
     }
   }

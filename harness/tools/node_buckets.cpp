@@ -14,13 +14,11 @@ int clamped(double position, int count) {
 
 } // namespace
 
-NodeBuckets::NodeBuckets(std::span<const MeshNode> nodes) : nodes_(nodes) {
-  const auto [left, right] = std::ranges::minmax(nodes, {}, &MeshNode::x);
-  const auto [top, bottom] = std::ranges::minmax(nodes, {}, &MeshNode::y);
-  left_ = left.x;
-  top_ = top.y;
-  const double width = right.x - left.x;
-  const double height = bottom.y - top.y;
+NodeBuckets::NodeBuckets(std::span<const MeshNode> nodes)
+    : nodes_(nodes), left_(std::ranges::min(nodes, {}, &MeshNode::x).x),
+      top_(std::ranges::min(nodes, {}, &MeshNode::y).y) {
+  const double width = std::ranges::max(nodes, {}, &MeshNode::x).x - left_;
+  const double height = std::ranges::max(nodes, {}, &MeshNode::y).y - top_;
   const double count = static_cast<double>(nodes.size());
   // A long thin cloud gets a row of buckets, not more than there are nodes.
   side_ = std::max({std::sqrt(width * height / count), width / count, height / count, 1e-9});
