@@ -5,6 +5,7 @@
 
 #include "backends/registry.hpp"
 #include "kernels/input_error.hpp"
+#include "test/faulty_backend.hpp"
 #include "test/random_level.hpp"
 
 #include <gmock/gmock.h>
@@ -150,6 +151,22 @@ TEST(Accuracy, JudgesEveryMethodAndBackend) {
   ASSERT_NE(first, nullptr);
   EXPECT_TRUE(first->convergence);
   EXPECT_EQ(first->level_profiles.size(), first->levels.size());
+}
+
+TEST(Accuracy, OfABackendWithOtherBitsIsNotValid) {
+  const auto registry = make_backends();
+  const test::FaultyBackend faulty(*registry.front(), {.name = "one_ulp", .in_read = [](VectorField& field) {
+                                                         field.x.back() =
+                                                             std::nextafter(field.x.back(), 99.0F);
+                                                       }});
+  const Backend* const backends[] = {registry.front().get(), &faulty};
+  Progress silent(false);
+  const SceneAccuracy accuracy = measure_accuracy(load_scene("circular", {.size = Extent{20, 20}}), backends,
+                                                  {.repeats = 1, .quick = true}, silent);
+  const auto row = std::ranges::find(accuracy.rows, "one_ulp", &AccuracyRow::backend);
+  ASSERT_NE(row, accuracy.rows.end());
+  EXPECT_FALSE(row->valid);
+  EXPECT_THAT(row->status, testing::HasSubstr("sites differ from scalar"));
 }
 
 TEST(Accuracy, OfASceneInWhichEverythingIsPrescribed) {
