@@ -196,6 +196,9 @@ int run_accuracy(Arguments& arguments, const std::string& line) {
                           .repeats = arguments.repeats,
                           .quick = arguments.quick,
                           .arithmetic_stride = arguments.full ? 1 : 10};
+  fmt::print(
+      "RMSD over all sites, in pixels. Interfaces, elsewhere: to FEM with the scene's nu, over the free "
+      "sites within 5 px of\ntwo materials and over all other free sites.\n");
   Progress progress;
   nlohmann::json rows = nlohmann::json::array();
   bool sound = true;
