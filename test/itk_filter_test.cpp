@@ -10,16 +10,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <fstream>
 #include <functional>
 #include <initializer_list>
 #include <iterator>
 #include <limits>
-#include <random>
 #include <sstream>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace hdmbench {
