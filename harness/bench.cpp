@@ -39,10 +39,8 @@ VectorField measure(const Scene& scene, const Backend& backend, const BenchOptio
     solution = solve(scene, *session, progress);
     result.samples.push_back(solution.timings);
   }
-  for (const LevelResult& level : solution.levels) {
-    result.iterations += level.iterations;
-    result.site_updates += static_cast<double>(level.extent.sites()) * level.iterations;
-  }
+  result.iterations = total_iterations(solution.levels);
+  result.site_updates = total_site_updates(solution.levels);
   return solution.displacement;
 }
 

@@ -91,6 +91,9 @@ void write_signed_png(const std::filesystem::path& file, Extent extent, std::spa
 /// ITK.
 [[nodiscard]] ScalarField warp(const ScalarField& picture, const VectorField& displacement);
 
+/// Pixels between the lines of a grid, so that about thirty of them go across; at least 2.
+[[nodiscard]] int grid_spacing(Extent extent);
+
 /// A picture of dark grid lines on white, one every `every` >= 2 pixels, to be warped. Needs no ITK.
 [[nodiscard]] ScalarField grid_picture(Extent extent, int every);
 

@@ -99,6 +99,22 @@ Solution solve(const Scene& scene, Session& session, Progress& progress, const S
   return solution;
 }
 
+std::int64_t total_iterations(std::span<const LevelResult> levels) {
+  std::int64_t sum = 0;
+  for (const LevelResult& level : levels) {
+    sum += level.iterations;
+  }
+  return sum;
+}
+
+double total_site_updates(std::span<const LevelResult> levels) {
+  double sum = 0.0;
+  for (const LevelResult& level : levels) {
+    sum += static_cast<double>(level.extent.sites()) * level.iterations;
+  }
+  return sum;
+}
+
 double site_updates(const Scene& scene, std::optional<int> iteration_limit) {
   const int iterations =
       std::min(scene.schedule.iterations, iteration_limit.value_or(scene.schedule.iterations));

@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,12 @@ struct SolveOptions {
 /// is never interrupted. Throws what Session throws.
 [[nodiscard]] Solution solve(const Scene& scene, Session& session, Progress& progress,
                              const SolveOptions& options = {});
+
+/// Iterations over all levels.
+[[nodiscard]] std::int64_t total_iterations(std::span<const LevelResult> levels);
+
+/// Iterations times sites over all levels, as they were done.
+[[nodiscard]] double total_site_updates(std::span<const LevelResult> levels);
 
 /// Iterations times sites over all levels, the unit of work of a solution; `iteration_limit` caps the
 /// schedule's iterations per level. With Stop::fixed this is exact, else the most that can be needed.

@@ -214,6 +214,9 @@ TEST(CommandLine, AccuracyRefusesWhatHasNoTruth) {
   EXPECT_EQ(small.status, 2);
   EXPECT_THAT(small.output, HasSubstr("at least 2 x 2"));
   EXPECT_EQ(hdmbench("accuracy square --size 20 --json /nowhere/a.json").status, 2);
+  const Outcome ignored = hdmbench("accuracy square --size 20 --stop still");
+  EXPECT_EQ(ignored.status, 2);
+  EXPECT_THAT(ignored.output, HasSubstr("runs both designs"));
 }
 
 } // namespace

@@ -140,6 +140,21 @@ TEST_F(SceneFile, AGoodFileIsAccepted) {
             (Extent{3, 2}));
 }
 
+TEST_F(SceneFile, OnTheBorderOutwardPointsAwayFromTheCentre) {
+  std::string text(good);
+  text.replace(text.find("\"left\"\ndx = -5.0"), std::string("\"left\"\ndx = -5.0").size(),
+               "\"border\"\noutward = 5.0");
+  const Level full = load_scene(folder_.write("border.toml", text).string()).full;
+  for (int x = 0; x < 8; ++x) {
+    const auto i = full.extent.index(x, 0);
+    EXPECT_NEAR(std::hypot(full.target.x[i], full.target.y[i]), 5.0, 1e-5);
+    EXPECT_NEAR(full.target.x[i] * (0 - 2.5), full.target.y[i] * (x - 3.5), 1e-4);
+    EXPECT_LT(full.target.y[i], 0.0F);
+  }
+  EXPECT_EQ(std::ranges::count(full.confidence.x, 1.0F), 2 * 8 + 2 * 4);
+  EXPECT_EQ(std::ranges::count(full.confidence.y, 1.0F), 2 * 8 + 2 * 4);
+}
+
 TEST_F(SceneFile, MistakesAreNamedWithTheirLine) {
   EXPECT_THAT(refusal_with("dx = -5.0", "dx = nan"), AllOf(HasSubstr("scene.toml:10"), HasSubstr("dx")));
   EXPECT_THAT(refusal_with("dx = -5.0", "dx = \"five\""), HasSubstr("must be a number"));
@@ -159,6 +174,7 @@ TEST_F(SceneFile, MistakesAreNamedWithTheirLine) {
   EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8]"), HasSubstr("two numbers"));
   EXPECT_THAT(refusal_with("size = [8, 6]", ""), HasSubstr("size is missing"));
   EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8, 6]\npenalty = 0.0"), HasSubstr("penalty K"));
+  EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8, 6]\npoisson = 0.6"), HasSubstr("(-1, 0.5]"));
   EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8, 6]\nsteps = []"), HasSubstr("empty"));
   EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8, 6]\nsteps = \"fast\""), HasSubstr("not a number"));
   EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8, 6"), HasSubstr("scene.toml:"));

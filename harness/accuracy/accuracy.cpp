@@ -87,8 +87,7 @@ private:
   }
 
   [[nodiscard]] GridFigure grid(const ReferenceField& field) const {
-    // About thirty lines across.
-    const int spacing = std::max(2, std::min(field.extent.width, field.extent.height) / 30);
+    const int spacing = grid_spacing(field.extent);
     return {spacing, figures::deformed_grid(field, spacing), figures::deformed_interfaces(scene_, field)};
   }
 

@@ -176,9 +176,10 @@ json row_json(const Scene& scene, const Truths& truths, const AccuracyRow& row) 
   result["mean_energy"] = row.mean_energy;
   add_deviations(result, truths, row.deviations);
   if (!row.levels.empty()) {
-    result["iterations"] = total_iterations(row);
+    result["iterations"] = total_iterations(row.levels);
     result["levels"] = levels_json(row.levels);
-    result["fine_sweep_equivalents"] = fine_sweep_equivalents(scene, row);
+    result["fine_sweep_equivalents"] =
+        total_site_updates(row.levels) / static_cast<double>(scene.extent().sites());
   }
   for (const AccuracyRow::Split& split : row.decompositions) {
     result["decompositions"].push_back(to_json(split));
@@ -191,22 +192,6 @@ json row_json(const Scene& scene, const Truths& truths, const AccuracyRow& row) 
 }
 
 } // namespace
-
-std::int64_t total_iterations(const AccuracyRow& row) {
-  std::int64_t sum = 0;
-  for (const LevelResult& level : row.levels) {
-    sum += level.iterations;
-  }
-  return sum;
-}
-
-double fine_sweep_equivalents(const Scene& scene, const AccuracyRow& row) {
-  double updates = 0.0;
-  for (const LevelResult& level : row.levels) {
-    updates += static_cast<double>(level.extent.sites()) * level.iterations;
-  }
-  return updates / static_cast<double>(scene.extent().sites());
-}
 
 nlohmann::json to_json(const Scene& scene, const SceneAccuracy& accuracy, const fs::path& pictures,
                        const fs::path& json_folder) {

@@ -15,10 +15,4 @@ namespace hdmbench {
                                      const std::filesystem::path& pictures,
                                      const std::filesystem::path& json_folder);
 
-/// Site updates over sites of the full image: the work of a solution in sweeps of the finest level.
-[[nodiscard]] double fine_sweep_equivalents(const Scene& scene, const AccuracyRow& row);
-
-/// Iterations over all levels.
-[[nodiscard]] std::int64_t total_iterations(const AccuracyRow& row);
-
 } // namespace hdmbench

@@ -103,7 +103,7 @@ void print_fields(const Scene& scene, const SceneAccuracy& accuracy) {
       cells.push_back(pixels(*deviations.elsewhere_to_fem));
     }
     cells.push_back(fmt::format("{:.5g}", row.mean_energy));
-    cells.push_back(row.levels.empty() ? "" : std::to_string(total_iterations(row)));
+    cells.push_back(row.levels.empty() ? "" : std::to_string(total_iterations(row.levels)));
     cells.push_back(fmt::format("{:.3g}", median(row.seconds)));
     table.add(std::move(cells));
   }
@@ -183,6 +183,11 @@ bool is_sound(const SceneAccuracy& accuracy) {
 int run_accuracy(Arguments& arguments, const std::string& line) {
   if (!arguments.json.empty()) {
     require_writable(arguments.json);
+  }
+  if (arguments.schedule.update || arguments.schedule.stop || arguments.schedule.epsilon) {
+    throw InputError(
+        "accuracy runs both designs of the thesis, simultaneous with fixed iterations and in place "
+        "until nothing moves; leave out --update, --stop and --epsilon");
   }
   if (arguments.full && arguments.sizes.empty()) {
     arguments.sizes = {"300", "600", "1200"};

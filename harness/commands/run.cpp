@@ -32,11 +32,9 @@ nlohmann::json write_pictures(const Scene& scene, const VectorField& displacemen
     names[what] = fmt::format("{}-{}.png", scene.name, what);
     return folder / std::string(names[what]);
   };
-  // About thirty lines across.
-  const int spacing = std::max(2, std::min(scene.extent().width, scene.extent().height) / 30);
   write_png(file("before"), scene.picture);
   write_png(file("after"), warp(scene.picture, displacement));
-  write_png(file("grid"), warp(grid_picture(scene.extent(), spacing), displacement));
+  write_png(file("grid"), warp(grid_picture(scene.extent(), grid_spacing(scene.extent())), displacement));
   write_magnitude_png(file("magnitude"), displacement, std::max(largest_magnitude(displacement), 1e-6));
   return names;
 }
@@ -74,10 +72,7 @@ void run_scene(const Arguments& arguments, const std::string& line) {
   const Solution solution = solve(scene, *session, progress, {.last_changed = true});
   progress.clear();
 
-  std::int64_t iterations = 0;
-  for (const LevelResult& level : solution.levels) {
-    iterations += level.iterations;
-  }
+  const std::int64_t iterations = total_iterations(solution.levels);
   const double energy = mean_energy(scene.full, solution.displacement);
   const double largest = largest_magnitude(solution.displacement);
   fmt::print("{}\n{} x {} pixels of {:.4g} mm, {} on {} ({})\n\n", scene.title, scene.extent().width,

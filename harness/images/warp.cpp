@@ -94,6 +94,10 @@ ScalarField warp(const ScalarField& picture, const VectorField& displacement) {
   return warped;
 }
 
+int grid_spacing(Extent extent) {
+  return std::max(2, std::min(extent.width, extent.height) / 30);
+}
+
 ScalarField grid_picture(Extent extent, int every) {
   if (every < 2) {
     throw InputError(fmt::format("grid lines every {} pixels cannot be told apart, 2 is the least", every));
