@@ -51,6 +51,7 @@ void Session::load(const Level& level) {
   extent_ = level.extent;
   written_ = false;
   stepped_ = false;
+  sweeps_ = 0;
 }
 
 void Session::write(const VectorField& displacement) {
@@ -66,13 +67,14 @@ void Session::write(const VectorField& displacement) {
   stepped_ = false;
 }
 
-void Session::step(int iterations) {
+void Session::step(int sweeps) {
   require_loaded("step");
-  if (!written_ || iterations < 0) {
-    throw std::logic_error(written_ ? "step: a negative number of iterations" : "step: called before write");
+  if (!written_ || sweeps < 0) {
+    throw std::logic_error(written_ ? "step: a negative number of sweeps" : "step: called before write");
   }
-  if (iterations > 0) {
-    do_step(iterations);
+  if (sweeps > 0) {
+    do_step(sweeps_, sweeps);
+    sweeps_ += sweeps;
     stepped_ = true;
   }
 }

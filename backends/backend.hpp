@@ -48,18 +48,20 @@ public:
   void load(const Level& level);
   /// Uploads the displacement (extent of the level). changed() is 0 afterwards.
   void write(const VectorField& displacement);
-  /// `iterations` >= 0 times every site.
-  void step(int iterations);
+  /// `sweeps` >= 0 sweeps over all sites (kernels/update.inc); sweeps_per_iteration(update) of them move
+  /// every component once. They are numbered on from load(), which is what strengths and colours go by.
+  void step(int sweeps);
   /// Downloads the displacement; resizes `displacement` to the level's extent.
   void read(VectorField& displacement);
-  /// The number of sites whose displacement the last iteration changed in value (-0 equals 0), 0 before the
+  /// The number of sites whose displacement the last sweep changed in value (-0 equals 0), 0 before the
   /// first. Costs the caller no download of the field.
   [[nodiscard]] std::int64_t changed();
 
 private:
   virtual void do_load(const Level& level) = 0;
   virtual void do_write(const VectorField& displacement) = 0;
-  virtual void do_step(int iterations) = 0;
+  /// Sweeps first, first + 1, ..., first + sweeps - 1.
+  virtual void do_step(int first, int sweeps) = 0;
   virtual void do_read(VectorField& displacement) = 0;
   virtual std::int64_t do_changed() = 0;
 
@@ -71,6 +73,7 @@ private:
   std::optional<Extent> extent_;
   bool written_ = false;
   bool stepped_ = false;
+  int sweeps_ = 0; ///< since load()
 };
 
 /// One way to compute the specification. Stateless; opening a session may take long (shader compilation).
@@ -85,7 +88,7 @@ public:
   [[nodiscard]] virtual std::string_view name() const = 0;
   /// One line for people: language and interface.
   [[nodiscard]] virtual std::string_view description() const = 0;
-  [[nodiscard]] virtual bool supports(Update update) const { return update == Update::simultaneous; }
+  [[nodiscard]] virtual bool supports(Update update) const { return update != Update::sequential; }
   /// The devices present, at least one. Throws DeviceError with one sentence that says why there is none.
   [[nodiscard]] virtual std::vector<Device> devices() const = 0;
   /// Throws DeviceError (no such device, the driver refuses).

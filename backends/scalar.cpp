@@ -19,29 +19,34 @@ class ScalarSession final : public Session {
   void do_read(VectorField& displacement) override { displacement = current_; }
   std::int64_t do_changed() override { return changed_; }
 
-  void do_step(int iterations) override {
-    for (int i = 0; i < iterations; ++i) {
+  void do_step(int first, int sweeps) override {
+    for (int number = first; number < first + sweeps; ++number) {
       if (level_.update == Update::sequential) {
-        sweep(current_, current_);
+        sweep(number, current_, current_);
       } else {
-        sweep(current_, next_);
+        sweep(number, current_, next_);
         std::swap(current_, next_);
       }
     }
   }
 
   /// from and to may be the same field: then a site sees its predecessors' new values.
-  void sweep(const VectorField& from, VectorField& to) {
+  void sweep(int number, const VectorField& from, VectorField& to) {
+    const SweepState state = sweep_state(level_, number);
+    const energy::Sweep sweep{state.colour, state.strength, state.number, state.seed};
+    const int rule = static_cast<int>(level_.rule);
+    const int colours = sweeps_per_iteration(level_.update);
     changed_ = 0;
     for (int y = 0; y < level_.extent.height; ++y) {
       for (int x = 0; x < level_.extent.width; ++x) {
         const energy::Site site = energy::gather(level_, from, x, y);
-        const energy::Displacement next =
-            energy::improved_displacement(site, level_.steps.padded().data(), level_.steps.count());
+        const energy::Position at{static_cast<float>(x), static_cast<float>(y)};
+        const energy::Displacement next = energy::swept_displacement(
+            rule, colours, site, at, sweep, level_.steps.padded().data(), level_.steps.count());
         changed_ += (next.x != site.dx.centre || next.y != site.dy.centre) ? 1 : 0;
-        const std::size_t at = level_.extent.index(x, y);
-        to.x[at] = next.x;
-        to.y[at] = next.y;
+        const std::size_t index = level_.extent.index(x, y);
+        to.x[index] = next.x;
+        to.y[index] = next.y;
       }
     }
   }

@@ -23,16 +23,52 @@ enum class Stop {
 /// What scene files call them, in the order of the enumerators.
 inline constexpr std::array<std::string_view, 3> stop_names{"fixed", "still", "energy"};
 inline constexpr std::array<std::string_view, 2> alignment_names{"corner", "center"};
-inline constexpr std::array<std::string_view, 2> update_names{"simultaneous", "sequential"};
+inline constexpr std::array<std::string_view, 4> update_names{"simultaneous", "sequential", "coloured",
+                                                              "four-coloured"};
+
+/// What happens between the levels of the pyramid.
+enum class Cycle {
+  one_way, ///< coarsest to finest, each level once: the thesis (Alg. 3) and all that only changes the sweeps
+  multigrid, ///< every level corrects the finer ones again and again, until the fixed point is met
+  krylov,    ///< the same correction as the preconditioner of a Krylov method
+};
+
+/// Relaxation of the closed form.
+struct Relaxation {
+  double factor = 1.0; ///< of every sweep where reach is 0: 1 is the minimiser itself, 0 < factor < 2
+  /// > 0: Chebyshev acceleration of two colours (as SOR with a factor per sweep) that damps waves up to
+  /// `reach` times as long as the level's iterations carry information.
+  double reach = 0.0;
+  double largest = 2.0; ///< no factor above this
+};
+
+/// Cooling of the annealing: temperature(i) = highest * (lowest / highest)^(i / (iterations - 1)) on every
+/// level.
+struct Cooling {
+  double highest = 1.0; ///< energy units, > 0
+  double lowest = 1e-3; ///< > 0
+};
 
 /// How the pyramid is run: thesis Alg. 3.
 struct Schedule {
-  int iterations = 50; ///< per level, exact or at most, see stop; >= 0
+  std::string method = "icm"; ///< a name of harness/methods/method.hpp
+  int iterations = 50;        ///< per level, exact or at most, see stop, growth and cycle; >= 0
   Stop stop = Stop::fixed;
   double epsilon = 1e-6;          ///< for Stop::energy
   std::optional<int> start_level; ///< first level computed, 0 = full resolution; none: the coarsest
   Alignment alignment = Alignment::corner;
   Update update = Update::simultaneous;
+  Rule rule = Rule::steps;
+  Cycle cycle = Cycle::one_way; ///< else `iterations` counts cycles or Krylov steps on the full resolution
+  double growth = 0.0; ///< a level of n sites a side gets iterations * (full side / n)^growth of them ...
+  double most_per_side = 0.0; ///< ... but at most this times n, 0: no limit
+  double skip_nearer =
+      1.0; ///< a level is left out where the finer one has less than this times its sites a side
+  bool mean_modulus =
+      false; ///< coarse levels take the mean of the moduli they stand for, not the nearest one
+  Relaxation relaxation{};
+  Cooling cooling{};
+  int seed = 0; ///< of Rule::annealing
 };
 
 /// How much the observation counts beside the prior. Only the ratio matters: U = alpha prior +

@@ -26,13 +26,16 @@ struct LevelResult {
   int level = 0;
   Extent extent;
   int iterations = 0;
-  std::int64_t changed = 0; ///< sites that the last iteration changed
+  int residuals = 0; ///< evaluations of the residual of all sites on the host, each the work of an iteration
+  std::int64_t changed = 0; ///< sites that the last sweep changed
 };
 
 struct Solution {
   VectorField displacement; ///< full resolution, pixels
   std::vector<LevelResult> levels;
   Timings timings;
+  /// Of the RMSD of `displacement` and the fixed point, pixels; none where the method has no estimate.
+  std::optional<double> estimated_error{};
 };
 
 /// The method's name in results: "icm" or "sequential".

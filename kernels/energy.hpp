@@ -2,9 +2,9 @@
 
 #include "kernels/energy_macros.hpp"
 
-/// energy.inc in float as C++: Site, Displacement, improved_displacement(), site_energy(). All of it has
-/// internal linkage, so that translation units built for different instruction sets cannot be mixed up by the
-/// linker.
+/// energy.inc and update.inc in float as C++: Site, Displacement, improved_displacement(), site_energy(),
+/// swept_displacement(). All of it has internal linkage, so that translation units built for different
+/// instruction sets cannot be mixed up by the linker.
 namespace hdmbench::energy {
 
 using real = float;
@@ -13,6 +13,11 @@ HDM_FUNCTION real abs(real value) {
   return __builtin_fabsf(value);
 }
 
+HDM_FUNCTION real floor(real value) {
+  return __builtin_floorf(value);
+}
+
 #include "kernels/energy.inc"
+#include "kernels/update.inc"
 
 } // namespace hdmbench::energy

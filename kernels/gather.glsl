@@ -4,7 +4,7 @@
 //   displacement_at(p)     vec2: dx, dy
 //   inverse_modulus_at(p)  1 / modulus
 //   observation_at(p)      vec3: target x, target y, modulus (thesis Tab. 6.2)
-//   confidence_at(p)       vec2: cx, cy
+//   confidence_at(p)       vec4: cx, cy, and where the rule needs them 1 / curvature of x and y
 
 // Which site stands for the neighbour at `offset`: itself, or the centre where it is outside (thesis 6.2.6).
 POSITION neighbour(POSITION centre, POSITION offset, POSITION size) {
@@ -33,7 +33,7 @@ Site gather(POSITION at, POSITION size, real penalty) {
   vec2 d_south = displacement_at(south);
   vec2 d_south_east = displacement_at(south_east);
   vec3 observation = observation_at(at);
-  vec2 confidence = confidence_at(at);
+  vec4 confidence = confidence_at(at);
 
   Site site;
   site.dx = Neighbours(d_north_west.x, d_north.x, d_north_east.x, d_west.x, d_centre.x, d_east.x,
@@ -50,5 +50,7 @@ Site gather(POSITION at, POSITION size, real penalty) {
   site.confidence_x = confidence.x;
   site.confidence_y = confidence.y;
   site.penalty = penalty;
+  site.inverse_curvature_x = confidence.z;
+  site.inverse_curvature_y = confidence.w;
   return site;
 }

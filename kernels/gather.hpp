@@ -27,6 +27,7 @@ namespace hdmbench::energy {
   const std::size_t south_west = neighbour(-1, 1);
   const std::size_t south = neighbour(0, 1);
   const std::size_t south_east = neighbour(1, 1);
+  const bool curvature_known = !level.inverse_curvature.x.empty();
   const auto pick = [&](const std::vector<float>& values) {
     return Neighbours{values[north_west], values[north], values[north_east],
                       values[west],       values[at],    values[east],
@@ -40,7 +41,9 @@ namespace hdmbench::energy {
           .target_y = level.target.y[at],
           .confidence_x = level.confidence.x[at],
           .confidence_y = level.confidence.y[at],
-          .penalty = level.penalty};
+          .penalty = level.penalty,
+          .inverse_curvature_x = curvature_known ? level.inverse_curvature.x[at] : 0.0F,
+          .inverse_curvature_y = curvature_known ? level.inverse_curvature.y[at] : 0.0F};
 }
 
 } // namespace hdmbench::energy

@@ -1,5 +1,6 @@
 #include "kernels/level.hpp"
 
+#include "kernels/gather.hpp"
 #include "kernels/input_error.hpp"
 
 #include <fmt/format.h>
@@ -30,16 +31,61 @@ void require(const std::vector<float>& values, Extent extent, const char* what, 
   }
 }
 
+void require_strengths(const Level& level) {
+  const bool anneals = level.rule == Rule::annealing;
+  if (level.strengths.empty()) {
+    throw InputError("this rule needs a strength per sweep, none is given");
+  }
+  for (const float strength : level.strengths) {
+    if (!(anneals ? strength >= 0.0F : strength > 0.0F && strength < 2.0F) || !std::isfinite(strength)) {
+      throw InputError(anneals
+                           ? fmt::format("an inverse temperature is {}, it must be finite and >= 0", strength)
+                           : fmt::format("a relaxation is {}, it must be above 0 and below 2", strength));
+    }
+  }
+}
+
 bool is_finite(float value) {
   return std::isfinite(value);
 }
 
 } // namespace
 
+int sweeps_per_iteration(Update update) {
+  return update == Update::four_coloured ? 4 : update == Update::coloured ? 2 : 1;
+}
+
+SweepState sweep_state(const Level& level, int number) {
+  SweepState state{.colour = static_cast<float>(number % sweeps_per_iteration(level.update)),
+                   .number = static_cast<float>(number),
+                   .seed = static_cast<float>(level.seed)};
+  if (!level.strengths.empty()) {
+    state.strength = level.strengths[std::min(static_cast<std::size_t>(number), level.strengths.size() - 1)];
+  }
+  return state;
+}
+
+bool needs_inverse_curvature(Rule rule) {
+  return rule == Rule::closed_form || rule == Rule::correction;
+}
+
 void set_inverse_modulus(Level& level) {
   level.inverse_modulus = ScalarField(level.modulus.extent);
   std::ranges::transform(level.modulus.values, level.inverse_modulus.values.begin(),
                          [](float modulus) { return 1.0F / modulus; });
+}
+
+void set_inverse_curvature(Level& level) {
+  const VectorField anywhere(level.extent); // the curvature does not depend on the displacement
+  level.inverse_curvature = VectorField(level.extent);
+  for (int y = 0; y < level.extent.height; ++y) {
+    for (int x = 0; x < level.extent.width; ++x) {
+      const std::size_t at = level.extent.index(x, y);
+      const energy::Parabolas prior = energy::prior_parabolas(energy::gather(level, anywhere, x, y));
+      level.inverse_curvature.x[at] = 1.0F / prior.curvature_x;
+      level.inverse_curvature.y[at] = 1.0F / prior.curvature_y;
+    }
+  }
 }
 
 void validate(const VectorField& field, Extent extent, const char* what) {
@@ -67,6 +113,15 @@ void validate(const Level& level) {
           [](float value) { return value > 0.0F && std::isfinite(value) && std::isfinite(1.0F / value); });
   require_size(level.inverse_modulus.values.size(), level.inverse_modulus.extent, level.extent,
                "the inverse modulus");
+  if (needs_inverse_curvature(level.rule)) {
+    validate(level.inverse_curvature, level.extent, "the inverse curvature");
+  }
+  if (level.rule != Rule::steps) {
+    require_strengths(level);
+  }
+  if (level.seed < 0 || level.seed > 4092) {
+    throw InputError(fmt::format("the seed is {}, it must be 0 ... 4092", level.seed));
+  }
 }
 
 } // namespace hdmbench

@@ -3,12 +3,29 @@
 #include "kernels/field.hpp"
 #include "kernels/step_set.hpp"
 
+#include <vector>
+
 namespace hdmbench {
 
-/// In which order one iteration visits the sites.
+/// In which order the sites move.
 enum class Update {
   simultaneous, ///< all sites read the old field and write the new one: the design for GPUs
   sequential,   ///< raster order, in place: the thesis's CPU design
+  coloured,     ///< two sets in turn, x by the parity of the column, y by that of the row: within a set no
+                ///< site sees another (update.inc)
+  four_coloured ///< four sets in turn, the sites by the parity of column and row (thesis 9.6.2)
+};
+
+/// How many sweeps make one iteration, every component once: 1, 1, 2, 4.
+[[nodiscard]] int sweeps_per_iteration(Update update);
+
+/// Where a site moves to: the rules of update.inc, in their order.
+enum class Rule {
+  steps,       ///< the best of the candidates: ICM
+  closed_form, ///< the exact minimiser of the site's energy, relaxed
+  correction,  ///< the same for a correction e of a displacement: target is what is missing at a free
+               ///< component (pixels), observed components stay at 0
+  annealing    ///< a candidate at random, taken by its energy and the temperature (thesis Alg. 1)
 };
 
 /// One level of the pyramid: all that a sweep reads and does not write.
@@ -19,15 +36,38 @@ struct Level {
   ScalarField modulus{};         ///< m > 0, MPa
   ScalarField inverse_modulus{}; ///< 1 / m rounded to float
   float penalty = 1.0F;          ///< K > 0
-  StepSet steps{};
+  StepSet steps{};               ///< of Rule::steps and annealing
   Update update = Update::simultaneous;
+  Rule rule = Rule::steps;
+  VectorField inverse_curvature{}; ///< 1 / A per component; needed by closed_form and correction, else empty
+  /// Per sweep since load(), the last one for all that follow: relaxation (0 < w < 2) of closed_form and
+  /// correction, 1 / temperature (>= 0) of annealing. Empty for Rule::steps.
+  std::vector<float> strengths{};
+  int seed = 0; ///< of annealing, 0 ... 4092
 };
+
+/// What update.inc's Sweep holds, for sweep `number` (from 0) since the level was loaded.
+struct SweepState {
+  float colour = 0.0F;
+  float strength = 0.0F;
+  float number = 0.0F;
+  float seed = 0.0F;
+};
+
+[[nodiscard]] SweepState sweep_state(const Level& level, int number);
+
+/// Whether the rule reads inverse_curvature.
+[[nodiscard]] bool needs_inverse_curvature(Rule rule);
 
 /// Fills inverse_modulus from modulus.
 void set_inverse_modulus(Level& level);
 
+/// Fills inverse_curvature from the moduli: 1 / A of every site and component, rounded to float.
+void set_inverse_curvature(Level& level);
+
 /// Throws InputError naming the field and the first offending site: a size that does not match the extent, a
-/// value that is not finite, modulus <= 0 or without a finite inverse, confidence outside [0, 1], K <= 0.
+/// value that is not finite, modulus <= 0 or without a finite inverse, confidence outside [0, 1], K <= 0,
+/// strengths or inverse_curvature that the rule needs and that are missing or out of range.
 void validate(const Level& level);
 
 /// Throws InputError where a component is not finite or the size is not `extent`; `what` names the field.

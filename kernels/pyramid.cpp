@@ -135,7 +135,10 @@ Level sample_level(const Level& full, Extent extent, Alignment alignment) {
               .inverse_modulus = ScalarField(extent),
               .penalty = full.penalty,
               .steps = full.steps,
-              .update = full.update};
+              .update = full.update,
+              .rule = full.rule,
+              .strengths = full.strengths,
+              .seed = full.seed};
   const Sampler sample(full.extent, extent, alignment);
   sample(full.target.x, level.target.x);
   sample(full.target.y, level.target.y);

@@ -20,7 +20,8 @@ enum class Alignment {
 /// integer arithmetic, halves round up; an axis of one site samples the middle.
 [[nodiscard]] int sampled_index(int coarse_index, int coarse, int fine, Alignment alignment);
 
-/// Target, confidence and moduli of `full` at the sampled sites; penalty, steps and update as they are.
+/// Target, confidence and moduli of `full` at the sampled sites; penalty, steps, update, rule, strengths and
+/// seed as they are. The inverse curvature is left empty: it belongs to the level's own neighbours.
 [[nodiscard]] Level sample_level(const Level& full, Extent extent, Alignment alignment);
 
 /// Bilinear interpolation of a displacement from the level above, first along x, then along y, each as

@@ -22,7 +22,7 @@ int index_of(ivec2 p) { return p.y * dimension.x + p.x; }
 vec2 displacement_at(ivec2 p) { return texelFetch(image, index_of(p)).rg; }
 float inverse_modulus_at(ivec2 p) { return texelFetch(observation, index_of(p)).a; }
 vec3 observation_at(ivec2 p) { return texelFetch(observation, index_of(p)).rgb; }
-vec2 confidence_at(ivec2 p) { return texelFetch(confidence, index_of(p)).rg; }
+vec4 confidence_at(ivec2 p) { return texelFetch(confidence, index_of(p)); }
 
 #include "energy.inc"
 #include "gather.glsl"

@@ -19,7 +19,7 @@ const int step_count = STEP_COUNT; // supplied after #version
 vec2 displacement_at(vec2 p) { return texture2DRect(image, p).rg; }
 float inverse_modulus_at(vec2 p) { return texture2DRect(image, p).b; }
 vec3 observation_at(vec2 p) { return texture2DRect(observation, p).rgb; }
-vec2 confidence_at(vec2 p) { return texture2DRect(confidence, p).rg; }
+vec4 confidence_at(vec2 p) { return texture2DRect(confidence, p); }
 
 #include "energy.inc"
 #include "gather.glsl"

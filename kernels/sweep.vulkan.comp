@@ -28,7 +28,7 @@ int index_of(ivec2 site) { return site.y * width + site.x; }
 vec2 displacement_at(ivec2 site) { return texelFetch(displacement, index_of(site)).xy; }
 float inverse_modulus_at(ivec2 site) { return texelFetch(observation, index_of(site)).w; }
 vec3 observation_at(ivec2 site) { return texelFetch(observation, index_of(site)).xyz; }
-vec2 confidence_at(ivec2 site) { return texelFetch(confidence, index_of(site)).xy; }
+vec4 confidence_at(ivec2 site) { return texelFetch(confidence, index_of(site)); }
 
 #include "energy.inc"
 #include "gather.glsl"

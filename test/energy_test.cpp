@@ -33,9 +33,9 @@ in_double::Neighbours widen(const energy::Neighbours& n) {
 
 /// The same site in double, with 1 / m exact to double instead of rounded to float.
 in_double::Site widen(const energy::Site& site, const Level& level, int x, int y) {
-  in_double::Site wide{widen(site.dx),    widen(site.dy),    {},
-                       site.modulus,      site.target_x,     site.target_y,
-                       site.confidence_x, site.confidence_y, site.penalty};
+  in_double::Site wide{
+      widen(site.dx),    widen(site.dy), {},  site.modulus, site.target_x, site.target_y, site.confidence_x,
+      site.confidence_y, site.penalty,   0.0, 0.0};
   const auto inverse = [&](int dx, int dy) {
     const bool inside =
         x + dx >= 0 && x + dx < level.extent.width && y + dy >= 0 && y + dy < level.extent.height;

@@ -13,7 +13,7 @@ struct Fault {
   std::string name;
   std::function<void(Level&)> in_level{};                    ///< spoils what load() uploads
   std::function<void(VectorField&)> in_write{};              ///< spoils what write() uploads
-  std::function<int(int)> in_step = [](int n) { return n; }; ///< iterations really done
+  std::function<int(int)> in_step = [](int n) { return n; }; ///< sweeps really done
   std::function<void(VectorField&)> in_read{};               ///< spoils what read() returns
   std::function<std::int64_t(std::int64_t)> in_changed{};    ///< spoils the count
   bool one_write_behind = false; ///< uploads what the call before should have uploaded
@@ -46,7 +46,7 @@ private:
     }
     sound_->write(spoilt);
   }
-  void do_step(int iterations) override { sound_->step(fault_.in_step(iterations)); }
+  void do_step(int /*first*/, int sweeps) override { sound_->step(fault_.in_step(sweeps)); }
   void do_read(VectorField& displacement) override {
     sound_->read(displacement);
     if (fault_.in_read) {

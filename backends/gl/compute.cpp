@@ -92,7 +92,7 @@ public:
     gl_.Finish();
   }
 
-  void step(int iterations) {
+  void step(int /*first*/, int iterations) {
     sweep_program_->use();
     observation_.bind(observation_unit);
     confidence_.bind(confidence_unit);

@@ -33,9 +33,9 @@ private:
     const Context::Current current(*context_);
     sweep_->write(displacement);
   }
-  void do_step(int iterations) override {
+  void do_step(int first, int sweeps) override {
     const Context::Current current(*context_);
-    sweep_->step(iterations);
+    sweep_->step(first, sweeps);
   }
   void do_read(VectorField& displacement) override {
     const Context::Current current(*context_);

@@ -83,7 +83,7 @@ public:
     gl_.Finish();
   }
 
-  void step(int iterations) {
+  void step(int /*first*/, int iterations) {
     sweep_program_->use();
     bind(observation_unit, observation_);
     bind(confidence_unit, confidence_);

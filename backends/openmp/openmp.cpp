@@ -139,7 +139,7 @@ private:
   void do_read(VectorField& displacement) override { displacement = fields_[newest_]; }
   std::int64_t do_changed() override { return changed_; }
 
-  void do_step(int iterations) override {
+  void do_step(int /*first*/, int iterations) override {
     const int rows = level_.extent.height;
     std::int64_t changed = 0;
 #pragma omp parallel num_threads(useful_threads()) reduction(+ : changed)

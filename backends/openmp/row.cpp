@@ -38,9 +38,12 @@ HDM_FUNCTION Site fetch_site(const RowPart& part, int x) {
             part.target_y[x],
             part.confidence_x[x],
             part.confidence_y[x],
-            part.penalty};
+            part.penalty,
+            real(0),
+            real(0)};
   }
-  return {dx, dy, inverse_modulus, part.modulus[x], real(0), real(0), real(0), real(0), real(1)};
+  return {dx,      dy,      inverse_modulus, part.modulus[x], real(0), real(0),
+          real(0), real(0), real(1),         real(0),         real(0)};
 }
 
 // A function of its own: locals declared inside an `omp simd` loop would become arrays in memory, one element

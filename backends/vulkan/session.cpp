@@ -177,7 +177,7 @@ private:
     });
   }
 
-  void do_step(int iterations) override {
+  void do_step(int /*first*/, int iterations) override {
     translate_errors([&] {
       const int most = static_cast<int>(
           std::clamp<std::size_t>(updates_per_submission / sites_, 1, iterations_per_submission));

@@ -79,7 +79,9 @@ EnergyBound energy_change_bound(const Level& level, const VectorField& displacem
                            from.target_y,
                            from.confidence_x,
                            from.confidence_y,
-                           from.penalty};
+                           from.penalty,
+                           0, // of no use to a step
+                           0};
   const bounded::Parabolas prior = bounded::prior_parabolas(site);
   return {bounded::energy_change(step_x, prior.gradient_x, prior.curvature_x, site.target_x - site.dx.centre,
                                  site.penalty * site.confidence_x)
