@@ -20,6 +20,7 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 void warm_up(const Scene& scene, Session& session) {
   Scene once = scene;
   once.schedule.iterations = 1;
+  once.schedule.growth = 0.0;
   once.schedule.stop = Stop::fixed;
   Progress silent(false);
   (void)solve(once, session, silent);

@@ -4,21 +4,91 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace hdmbench {
+
+namespace {
+
+double longer_side(Extent extent) {
+  return std::max(extent.width, extent.height);
+}
+
+/// Chebyshev acceleration of two colours: successive over-relaxation whose factor rises from sweep to sweep
+/// (Golub and Varga 1961). `radius` is the spectral radius of the simultaneous iteration that the factors are
+/// made for: waves of longer than `reach` times the distance that the iterations carry information, or than
+/// the level, are left to the coarser levels.
+std::vector<float> chebyshev_factors(const Relaxation& relaxation, int sweeps, double side) {
+  const double iterations = sweeps / 2.0;
+  const double shortest = std::max(std::numbers::pi / (relaxation.reach * iterations + 1.0), 1.2 / side);
+  const double radius = std::max(0.0, 1.0 - 0.5 * shortest * shortest);
+  std::vector<float> factors;
+  double factor = 1.0;
+  for (int sweep = 0; sweep < sweeps; ++sweep) {
+    factor = sweep == 0   ? 1.0
+             : sweep == 1 ? 1.0 / (1.0 - 0.5 * radius * radius)
+                          : 1.0 / (1.0 - 0.25 * radius * radius * factor);
+    factors.push_back(static_cast<float>(std::min(factor, relaxation.largest)));
+  }
+  return factors;
+}
+
+/// Level::strengths of the schedule on a level.
+std::vector<float> sweep_strengths(const Schedule& schedule, int iterations, Extent extent) {
+  const int sweeps = sweeps_per_iteration(schedule.update);
+  if (schedule.rule == Rule::annealing) {
+    std::vector<float> inverse_temperatures;
+    for (int i = 0; i < iterations; ++i) {
+      const double done = iterations > 1 ? static_cast<double>(i) / (iterations - 1) : 1.0;
+      const double temperature =
+          schedule.cooling.highest * std::pow(schedule.cooling.lowest / schedule.cooling.highest, done);
+      inverse_temperatures.insert(inverse_temperatures.end(), static_cast<std::size_t>(sweeps),
+                                  static_cast<float>(1.0 / temperature));
+    }
+    return inverse_temperatures;
+  }
+  if (schedule.rule == Rule::closed_form && schedule.relaxation.reach > 0.0) {
+    return chebyshev_factors(schedule.relaxation, std::max(1, iterations) * sweeps, longer_side(extent));
+  }
+  return schedule.rule == Rule::steps ? std::vector<float>{}
+                                      : std::vector{static_cast<float>(schedule.relaxation.factor)};
+}
+
+} // namespace
 
 LevelSequence::LevelSequence(const Scene& scene) : scene_(scene), extents_(pyramid_extents(scene.extent())) {
   const int coarsest = static_cast<int>(extents_.size()) - 1;
   for (int level = std::min(scene.schedule.start_level.value_or(coarsest), coarsest); level >= 0; --level) {
-    order_.push_back(level);
+    const bool near =
+        level > 0 && longer_side(extent(level - 1)) < scene.schedule.skip_nearer * longer_side(extent(level));
+    if (!near) {
+      order_.push_back(level);
+    }
   }
 }
 
+int LevelSequence::iterations(int level) const {
+  const Schedule& schedule = scene_.schedule;
+  const double side = longer_side(extent(level));
+  const double grown = schedule.iterations * std::pow(longer_side(extent(0)) / side, schedule.growth);
+  const double most = schedule.most_per_side > 0.0 ? std::max(1.0, schedule.most_per_side * side) : grown;
+  // A schedule without growth is exact, and any is kept from overflowing.
+  return static_cast<int>(std::min({std::round(grown), std::max<double>(most, schedule.iterations), 1e9}));
+}
+
+void LevelSequence::prepare(int level, Level& sampled) const {
+  if (needs_inverse_curvature(sampled.rule)) {
+    set_inverse_curvature(sampled);
+  }
+  sampled.strengths = sweep_strengths(scene_.schedule, iterations(level), extent(level));
+}
+
 const Level& LevelSequence::sample(int level) {
-  if (level == 0) {
+  if (level == 0 && scene_.schedule.rule == Rule::steps) {
     return scene_.full;
   }
-  sampled_ = sample_level(scene_.full, extent(level), scene_.schedule.alignment);
+  sampled_ = level == 0 ? scene_.full : sample_level(scene_.full, extent(level), scene_.schedule.alignment);
+  prepare(level, sampled_);
   return sampled_;
 }
 

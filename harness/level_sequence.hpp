@@ -18,14 +18,18 @@ public:
   /// coarsest counts as the coarsest.
   [[nodiscard]] const std::vector<int>& order() const { return order_; }
   [[nodiscard]] Extent extent(int level) const { return extents_[static_cast<std::size_t>(level)]; }
+  /// How many the schedule gives a level, exact or at most (Stop).
+  [[nodiscard]] int iterations(int level) const;
 
-  /// Moduli, targets and confidences of a level; valid until the next call.
+  /// A level with all that its sweeps need; valid until the next call.
   [[nodiscard]] const Level& sample(int level);
   /// The displacement a level begins with: that of the level computed before, interpolated; the scene's start
   /// for the first.
   [[nodiscard]] VectorField begin(int level, const VectorField& computed_before) const;
 
 private:
+  void prepare(int level, Level& sampled) const;
+
   const Scene& scene_;
   std::vector<Extent> extents_;
   std::vector<int> order_;
@@ -35,19 +39,20 @@ private:
 /// Decides after each iteration whether a level is finished.
 class StopRule {
 public:
-  explicit StopRule(const Schedule& schedule) : schedule_(schedule) {}
+  /// At most `limit` iterations.
+  StopRule(const Schedule& schedule, int limit) : schedule_(schedule), limit_(limit) {}
 
   /// Asked before each iteration.
-  [[nodiscard]] bool may_continue(int iterations_done) const {
-    return !stopped_ && iterations_done < schedule_.iterations;
-  }
+  [[nodiscard]] bool may_continue(int iterations_done) const { return !stopped_ && iterations_done < limit_; }
   /// Whether report() needs the field at all.
   [[nodiscard]] bool needs_field() const { return schedule_.stop == Stop::energy; }
-  /// After an iteration: the number of sites it changed and, where needs_field(), the new displacement.
+  /// After an iteration: the number of sites its sweeps changed and, where needs_field(), the new
+  /// displacement.
   void report(std::int64_t changed, const Level& level, const VectorField& displacement);
 
 private:
   const Schedule& schedule_;
+  int limit_;
   bool stopped_ = false;
   std::optional<double> energy_; ///< mean energy after the iteration before
 };

@@ -35,16 +35,19 @@ auto timed(double& seconds, Call&& call) {
 }
 
 /// One iteration at a time, until the rule says stop. Returns the number of iterations.
-int step_until_stopped(const Level& level, const Schedule& schedule, Session& session, Timings& timings) {
-  StopRule rule(schedule);
+int step_until_stopped(const Level& level, const Schedule& schedule, int limit, Session& session,
+                       Timings& timings) {
+  StopRule rule(schedule, limit);
   VectorField displacement;
   int iterations = 0;
   while (rule.may_continue(iterations)) {
     std::int64_t changed = 0;
     {
       const Stopwatch watch(timings.compute);
-      session.step(1);
-      changed = session.changed();
+      for (int sweep = 0; sweep < sweeps_per_iteration(level.update); ++sweep) {
+        session.step(1);
+        changed += session.changed();
+      }
       ++iterations;
     }
     if (rule.needs_field()) {
@@ -59,7 +62,9 @@ int step_until_stopped(const Level& level, const Schedule& schedule, Session& se
 } // namespace
 
 std::string method_name(const Schedule& schedule) {
-  return schedule.update == Update::sequential ? "sequential" : "icm";
+  const bool other_update = schedule.method == "icm" && schedule.update != Update::simultaneous;
+  return other_update ? std::string(update_names[static_cast<std::size_t>(schedule.update)])
+                      : schedule.method;
 }
 
 Solution solve(const Scene& scene, Session& session, Progress& progress, const SolveOptions& options) {
@@ -78,10 +83,11 @@ Solution solve(const Scene& scene, Session& session, Progress& progress, const S
     LevelResult result{.level = index, .extent = level.extent};
     if (scene.schedule.stop == Stop::fixed) {
       const Stopwatch watch(solution.timings.compute);
-      session.step(scene.schedule.iterations);
-      result.iterations = scene.schedule.iterations;
+      session.step(levels.iterations(index) * sweeps_per_iteration(level.update));
+      result.iterations = levels.iterations(index);
     } else {
-      result.iterations = step_until_stopped(level, scene.schedule, session, solution.timings);
+      result.iterations =
+          step_until_stopped(level, scene.schedule, levels.iterations(index), session, solution.timings);
     }
     if (options.last_changed) {
       result.changed = session.changed();
@@ -94,7 +100,7 @@ Solution solve(const Scene& scene, Session& session, Progress& progress, const S
     if (options.level_done) {
       options.level_done(result, solution.displacement);
     }
-    progress.advance(static_cast<double>(level.extent.sites()) * scene.schedule.iterations);
+    progress.advance(static_cast<double>(level.extent.sites()) * levels.iterations(index));
   }
   return solution;
 }
@@ -110,18 +116,17 @@ std::int64_t total_iterations(std::span<const LevelResult> levels) {
 double total_site_updates(std::span<const LevelResult> levels) {
   double sum = 0.0;
   for (const LevelResult& level : levels) {
-    sum += static_cast<double>(level.extent.sites()) * level.iterations;
+    sum += static_cast<double>(level.extent.sites()) * (level.iterations + level.residuals);
   }
   return sum;
 }
 
 double site_updates(const Scene& scene, std::optional<int> iteration_limit) {
-  const int iterations =
-      std::min(scene.schedule.iterations, iteration_limit.value_or(scene.schedule.iterations));
   const LevelSequence levels(scene);
   double sum = 0.0;
   for (const int index : levels.order()) {
-    sum += static_cast<double>(levels.extent(index).sites()) * iterations;
+    sum += static_cast<double>(levels.extent(index).sites()) *
+           std::min(levels.iterations(index), iteration_limit.value_or(levels.iterations(index)));
   }
   return sum;
 }

@@ -38,7 +38,7 @@ struct Solution {
   std::optional<double> estimated_error{};
 };
 
-/// The method's name in results: "icm" or "sequential".
+/// The method's name in results; that of the update where it alone differs from icm: "sequential".
 [[nodiscard]] std::string method_name(const Schedule& schedule);
 
 struct SolveOptions {
@@ -55,7 +55,7 @@ struct SolveOptions {
 /// Iterations over all levels.
 [[nodiscard]] std::int64_t total_iterations(std::span<const LevelResult> levels);
 
-/// Iterations times sites over all levels, as they were done.
+/// Iterations times sites over all levels, residuals among them, as they were done.
 [[nodiscard]] double total_site_updates(std::span<const LevelResult> levels);
 
 /// Iterations times sites over all levels, the unit of work of a solution; `iteration_limit` caps the

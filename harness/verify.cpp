@@ -2,11 +2,13 @@
 
 #include "harness/compare.hpp"
 #include "harness/level_sequence.hpp"
+#include "kernels/input_error.hpp"
 #include "reference/thesis_energy.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 namespace hdmbench {
 
@@ -123,9 +125,12 @@ std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
       followers.emplace_back(*backend, options.session, scene.schedule.update, mode);
     }
   }
-  Schedule schedule = scene.schedule;
-  schedule.iterations = std::min(schedule.iterations, options.iteration_limit.value_or(schedule.iterations));
-
+  if (scene.schedule.cycle != Cycle::one_way) {
+    throw InputError(
+        fmt::format("verify follows a method sweep by sweep along the pyramid, {} goes to and fro; "
+                    "bench compares its fields",
+                    scene.schedule.method));
+  }
   const std::unique_ptr<Session> session = reference.open(options.session);
   LevelSequence levels(scene);
   VectorField after;
@@ -141,17 +146,23 @@ std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
     for (Follower& follower : followers) {
       follower.begin_level(levels, level, index);
     }
-    StopRule rule(schedule);
+    const int limit =
+        std::min(levels.iterations(index), options.iteration_limit.value_or(std::numeric_limits<int>::max()));
+    StopRule rule(scene.schedule, limit);
     for (int iteration = 1; rule.may_continue(iteration - 1); ++iteration) {
-      session->step(1);
-      session->read(after);
-      const std::int64_t changed = session->changed();
-      changes += changed;
-      rule.report(changed, level, after);
-      for (Follower& follower : followers) {
-        follower.follow({level, index, iteration, before, after, changed});
+      std::int64_t changed_by_iteration = 0;
+      for (int sweep = 0; sweep < sweeps_per_iteration(level.update); ++sweep) {
+        session->step(1);
+        session->read(after);
+        const std::int64_t changed = session->changed();
+        changed_by_iteration += changed;
+        for (Follower& follower : followers) {
+          follower.follow({level, index, iteration, before, after, changed});
+        }
+        std::swap(before, after);
       }
-      std::swap(before, after);
+      changes += changed_by_iteration;
+      rule.report(changed_by_iteration, level, before);
       progress.advance(static_cast<double>(level.extent.sites()));
     }
     after = before; // the swap above left the newest field there

@@ -63,13 +63,13 @@ TEST(ToolsCommand, BadInputIsASentenceAndStatusTwo) {
       {"energy-plot square --size 9 --sites 1,1 1,2 --points 1", "points"},
       {"energy-plot square --size 9 --sites 1,1 1,2 --range 2,1", "range"},
       {"energy-plot square --size 9 --sites 1,1 1,2 --output /none/o.svg", "/none"},
-      {"tune square --size 9 --method luck", "luck"},
-      {"tune square --size 9 --method annealing --range 0,1", "0 < low < high < 1"},
+      {"tune square --size 9 --search luck", "luck"},
+      {"tune square --size 9 --search annealing --range 0,1", "0 < low < high < 1"},
       {"tune square --size 9 --prior-weight 0.3", "what tune looks for"},
-      {"tune square --size 9 --method annealing --evaluations 0", "evaluations"},
-      {"tune square --size 9 --method annealing --mask m.png", "--truth FILE"},
-      {"tune square --size 9 --method annealing --truth none.nrrd", "none.nrrd"},
-      {"tune square --size 9 --method annealing --backend none", "there is no backend"},
+      {"tune square --size 9 --search annealing --evaluations 0", "evaluations"},
+      {"tune square --size 9 --search annealing --mask m.png", "--truth FILE"},
+      {"tune square --size 9 --search annealing --truth none.nrrd", "none.nrrd"},
+      {"tune square --size 9 --search annealing --backend none", "there is no backend"},
   };
   for (const auto& [arguments, message] : cases) {
     const Outcome outcome = hdmbench(arguments);
@@ -154,7 +154,7 @@ TEST_F(Tools, TuneAgainstAFile) {
   expect_good(hdmbench("run " + scene + " --prior-weight 0.9 --output " + at("truth")), "mean energy");
   for (const char* method : {"simplex", "annealing"}) {
     const Outcome outcome =
-        hdmbench("tune " + scene + " --method " + method + " --truth " + at("truth/patient.nrrd"));
+        hdmbench("tune " + scene + " --search " + method + " --truth " + at("truth/patient.nrrd"));
     expect_good(outcome, " best");
     const auto place = outcome.output.find("alpha = 0.");
     ASSERT_NE(place, std::string::npos) << outcome.output;

@@ -1,5 +1,6 @@
 #include "harness/commands/arguments.hpp"
 
+#include "harness/methods/method.hpp"
 #include "kernels/input_error.hpp"
 
 #include <fmt/format.h>
@@ -17,7 +18,9 @@ const std::map<std::string, Stop> stops{
 const std::map<std::string, Alignment> alignments{{"corner", Alignment::corner},
                                                   {"center", Alignment::center}};
 const std::map<std::string, Update> updates{{"simultaneous", Update::simultaneous},
-                                            {"sequential", Update::sequential}};
+                                            {"sequential", Update::sequential},
+                                            {"coloured", Update::coloured},
+                                            {"four-coloured", Update::four_coloured}};
 
 int parse_side(std::string_view text, const std::string& whole) {
   int side = 0;
@@ -32,7 +35,11 @@ int parse_side(std::string_view text, const std::string& whole) {
 
 void ScheduleOverrides::add_to(CLI::App& command) {
   const auto* const group = "Instead of what the scene says";
-  command.add_option("--iterations", iterations, "Iterations per level, exact or at most (see --stop)")
+  command.add_option("--method", method, "How the scene is solved (see methods)")->group(group);
+  command
+      .add_option(
+          "--iterations", iterations,
+          "Effort of the method: iterations per level, exact or at most (see --stop), or what methods says")
       ->check(CLI::NonNegativeNumber)
       ->group(group);
   command.add_option("--start-level", start_level, "First level computed; 0 is the full resolution")
@@ -48,7 +55,8 @@ void ScheduleOverrides::add_to(CLI::App& command) {
   command.add_option("--alignment", alignment, "Of the pyramid's levels: corner or center")
       ->transform(CLI::CheckedTransformer(alignments))
       ->group(group);
-  command.add_option("--update", update, "simultaneous, or sequential (scalar only)")
+  command
+      .add_option("--update", update, "simultaneous, coloured, four-coloured, or sequential (scalar only)")
       ->transform(CLI::CheckedTransformer(updates))
       ->group(group);
   command.add_option("--steps", steps, "Candidates: default, thesis, fine, or numbers such as 0,-1,1")
@@ -62,6 +70,12 @@ void ScheduleOverrides::add_to(CLI::App& command) {
 }
 
 void ScheduleOverrides::apply(Scene& scene) const {
+  if (method) {
+    use_method(scene, find_method(*method), iterations);
+    if (update && (scene.schedule.rule != Rule::steps || scene.schedule.update != Update::simultaneous)) {
+      throw InputError(fmt::format("--update is part of the method {}; leave it out", *method));
+    }
+  }
   scene.schedule.iterations = iterations.value_or(scene.schedule.iterations);
   scene.schedule.start_level = start_level.has_value() ? start_level : scene.schedule.start_level;
   scene.schedule.stop = stop.value_or(scene.schedule.stop);
@@ -90,6 +104,7 @@ std::string ScheduleOverrides::text() const {
       }
     }
   };
+  add("--method", method);
   add("--iterations", iterations);
   add("--start-level", start_level);
   add_name("--stop", stop, stops);

@@ -18,6 +18,7 @@ enum ExitStatus : int { success = 0, disagreement = 1, bad_input = 2 };
 
 /// What the user may change about every scene's schedule.
 struct ScheduleOverrides {
+  std::optional<std::string> method; ///< harness/methods/method.hpp
   std::optional<int> iterations;
   std::optional<int> start_level;
   std::optional<Stop> stop;

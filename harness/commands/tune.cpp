@@ -126,7 +126,7 @@ void add_tune(CLI::App& program) {
   own->scene.add_scene_to(*command);
   own->scene.add_backend_to(*command);
   command
-      ->add_option("--method", own->method, "simplex (Nelder and Mead, ITK's) or annealing (thesis Alg. 1)")
+      ->add_option("--search", own->method, "simplex (Nelder and Mead, ITK's) or annealing (thesis Alg. 1)")
       ->check(CLI::IsMember({"simplex", "annealing"}))
       ->capture_default_str();
   command->add_option("--evaluations", own->search.evaluations, "Solutions after the scan, about, at most")

@@ -2,6 +2,7 @@
 
 #include "harness/scene.hpp"
 
+#include <optional>
 #include <span>
 #include <string_view>
 

@@ -1,0 +1,26 @@
+#include "harness/methods/solver.hpp"
+
+#include "kernels/input_error.hpp"
+
+#include <fmt/format.h>
+
+namespace hdmbench {
+
+Solver::Solver(const Backend& backend, const SessionOptions& options)
+    : backend_(backend), options_(options) {}
+
+Solution Solver::solve(const Scene& scene, Progress& progress, const SolveOptions& options) {
+  if (!backend_.supports(scene.schedule.update)) {
+    throw InputError(fmt::format("{} cannot update as {} wants; use --backend scalar", backend_.name(),
+                                 scene.schedule.method));
+  }
+  if (scene.schedule.cycle != Cycle::one_way) {
+    throw InputError(fmt::format("{} is not there yet", scene.schedule.method));
+  }
+  if (sessions_.empty()) {
+    sessions_.push_back(backend_.open(options_));
+  }
+  return hdmbench::solve(scene, *sessions_.front(), progress, options);
+}
+
+} // namespace hdmbench
