@@ -116,9 +116,13 @@ void Multigrid::start(int position, const VectorField& field) {
 }
 
 void Multigrid::refine() {
-  const VectorField finer = timed(
-      timings_.projection, [&] { return prolongate(field_.to_float(), extent(position_ - 1), alignment_); });
-  start(position_ - 1, finer);
+  refine_to(position_ - 1);
+}
+
+void Multigrid::refine_to(int position) {
+  const VectorField finer =
+      timed(timings_.projection, [&] { return prolongate(field_.to_float(), extent(position), alignment_); });
+  start(position, finer);
 }
 
 /// On the full resolution the residual says who is held. Whoever is, is put on its target, which can release
@@ -145,10 +149,18 @@ void Multigrid::evaluate(Hold hold) {
 }
 
 CycleResult Multigrid::cycle() {
+  cycle_.hold(position_, held_);
+  return apply(cycle_.correct(position_, residual_.missing));
+}
+
+CycleResult Multigrid::cycle_of_coarser() {
+  cycle_.hold(position_, held_);
+  return apply(cycle_.correct_smooth_part(position_, residual_.missing));
+}
+
+CycleResult Multigrid::apply(const VectorField& correction) {
   const Level& level = *problem().level;
   const double before = residual_.rms;
-  cycle_.hold(position_, held_);
-  const VectorField correction = cycle_.correct(position_, residual_.missing);
   CycleResult result;
   timed(timings_.projection, [&] {
     const double squares = move(field_.x, correction.x, level.target.x, level.confidence.x) +

@@ -32,8 +32,13 @@ public:
   void start(int position, const VectorField& field);
   /// Goes on with the next finer level: the field interpolated, the conditions imposed.
   void refine();
+  /// Goes to a finer level at once.
+  void refine_to(int position);
   /// One W-cycle with the current level as the finest.
   CycleResult cycle();
+  /// The cycle without sweeps on the current level, which must not be the coarsest: the smooth part of what
+  /// is missing. The residual after it holds the rest.
+  CycleResult cycle_of_coarser();
 
   [[nodiscard]] int position() const { return position_; }
   [[nodiscard]] const DoubleField& field() const { return field_; }
@@ -58,6 +63,7 @@ private:
   [[nodiscard]] Problem& problem() { return problems_[static_cast<std::size_t>(position_)]; }
   enum class Hold { all_observed, by_residual };
   void evaluate(Hold hold);
+  CycleResult apply(const VectorField& correction);
 
   CorrectionCycle cycle_;
   Alignment alignment_;
