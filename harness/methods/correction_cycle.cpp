@@ -116,19 +116,6 @@ VectorField CorrectionCycle::correct(int position, const DoubleField& missing) {
   return improved(position, 1);
 }
 
-VectorField CorrectionCycle::correct_smooth_part(int position, const DoubleField& missing) {
-  CycleLevel& here = at(position);
-  timed(timings_.projection,
-        [&] { at(position + 1).level.target = here.to_coarser->restrict_residual(missing); });
-  const VectorField coarse = improved(position + 1, 2);
-  const Stopwatch watch(timings_.projection);
-  VectorField correction(here.level.extent);
-  const VectorField added = prolongate(coarse, here.level.extent, alignment_);
-  add_free(correction.x, added.x, here.level.confidence.x);
-  add_free(correction.y, added.y, here.level.confidence.y);
-  return correction;
-}
-
 VectorField CorrectionCycle::improved(int position, int visits) {
   CycleLevel& here = at(position);
   if (position == coarsest()) {
