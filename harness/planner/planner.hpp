@@ -15,8 +15,8 @@ namespace hdmbench {
 
 /// What the user wants; one of the two is set, or both.
 struct Request {
-  std::optional<double> accuracy; ///< RMSD to the fixed point, pixels, > 0
-  std::optional<double> seconds;  ///< wall clock of the whole solution, > 0
+  std::optional<double> accuracy{}; ///< RMSD to the fixed point, pixels, > 0
+  std::optional<double> seconds{};  ///< wall clock of the whole solution, > 0
 };
 
 /// One thing that was done on the way.
