@@ -37,8 +37,9 @@ VectorField observed(const VectorField& confidence) {
   return mask;
 }
 
-/// What conditions can have reached: a sweep carries a value to the next site, interpolation to the finer
-/// sites around it. Whatever is left out has its start value to the last bit.
+/// What conditions can have reached: the first sweep gives an observed component its target, each further one
+/// carries it to the next site, and interpolation to the finer sites around. Whatever is left out has its
+/// start value to the last bit.
 void check_reach(const Scene& scene, Warnings& warnings) {
   const Schedule& schedule = scene.schedule;
   if (schedule.cycle != Cycle::one_way || schedule.update == Update::sequential) {
@@ -48,21 +49,22 @@ void check_reach(const Scene& scene, Warnings& warnings) {
   VectorField informed; // > 0 where something has arrived
   for (const int index : levels.order()) {
     const Level& level = levels.sample(index);
-    VectorField known = observed(level.confidence);
-    if (index != levels.order().front()) {
-      const VectorField before = prolongate(informed, level.extent, schedule.alignment);
-      std::ranges::transform(before.x, known.x, known.x.begin(), std::plus());
-      std::ranges::transform(before.y, known.y, known.y.begin(), std::plus());
-    }
+    const VectorField known = observed(level.confidence);
+    const VectorField before = index == levels.order().front()
+                                   ? VectorField(level.extent)
+                                   : prolongate(informed, level.extent, schedule.alignment);
     const int way =
         iterations_of(schedule, scene.extent(), level.extent) * sweeps_per_iteration(level.update);
     informed = VectorField(level.extent);
-    const auto spread = [&](const std::vector<float>& from, std::vector<float>& to) {
-      const std::vector<int> distance = distance_to_nearest(level.extent, from);
-      std::ranges::transform(distance, to.begin(), [&](int sites) { return sites <= way ? 1.0F : 0.0F; });
+    const auto spread = [&](const std::vector<float>& from, const std::vector<float>& present,
+                            std::vector<float>& to) {
+      const std::vector<int> to_known = distance_to_nearest(level.extent, from);
+      const std::vector<int> to_present = distance_to_nearest(level.extent, present);
+      std::ranges::transform(to_known, to_present, to.begin(),
+                             [&](int a, int b) { return a + 1 <= way || b <= way ? 1.0F : 0.0F; });
     };
-    spread(known.x, informed.x);
-    spread(known.y, informed.y);
+    spread(known.x, before.x, informed.x);
+    spread(known.y, before.y, informed.y);
   }
   for (const Component& component : components(scene)) {
     if (!target_range(component).any) {
