@@ -9,6 +9,7 @@
 #include "test/program.hpp"
 #include "test/temporary_folder.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -46,14 +47,6 @@ Solution solve_by_scalar(const Scene& scene) {
 /// The warnings after the run for a field that is given.
 Warnings diagnose_field(const Scene& scene, const VectorField& displacement) {
   return diagnose(scene, Solution{.displacement = displacement, .levels = {}, .timings = {}});
-}
-
-VectorField in_float(const ReferenceField& field) {
-  VectorField result(field.extent);
-  const auto narrow = [](double value) { return static_cast<float>(value); };
-  std::ranges::transform(field.x, result.x.begin(), narrow);
-  std::ranges::transform(field.y, result.y.begin(), narrow);
-  return result;
 }
 
 TEST(BeforeTheRun, AComponentThatNothingFixesIsUndetermined) {
@@ -183,6 +176,30 @@ TEST(BeforeTheRun, FloatResolvesNoStepFarFromZero) {
   EXPECT_FALSE(warns(0x1p15F, StepSet::parse("fine")));
 }
 
+TEST(BeforeTheRun, WhereWarnedOfTheFieldDependsOnTheOffset) {
+  const auto solved = [](float offset) {
+    Scene scene = pulled_scene({33, 33}, 8.0F);
+    for (float& target : scene.full.target.x) {
+      target += offset;
+    }
+    std::ranges::fill(scene.start.x, offset);
+    scene.schedule.start_level.reset();
+    scene.schedule.iterations = 200;
+    VectorField field = solve_by_scalar(scene).displacement;
+    for (float& component : field.x) {
+      component -= offset;
+    }
+    return std::pair(ReferenceField(field), has(diagnose(scene), "offset"));
+  };
+  const ReferenceField unmoved = solved(0.0F).first;
+  for (const float offset : {0x1p10F, 0x1p14F, 0x1p17F, 0x1p20F}) {
+    const auto [field, warned] = solved(offset);
+    const double distance = rmsd(field, unmoved);
+    fmt::print("offset {:.0f} px: the field changes by {:.3g} px\n", offset, distance);
+    EXPECT_EQ(warned, distance > 0.05) << offset; // half a candidate
+  }
+}
+
 TEST(BeforeTheRun, AStiffLayerIsMovedByNoCandidate) {
   for (const float ratio : {2.0F, 300.0F}) {
     Scene scene = pulled_scene({24, 24}, 10.0F);
@@ -264,7 +281,7 @@ TEST(Folding, ThresholdsAreZeroAndATenth) {
 
 TEST(AfterTheRun, TheFixedPointIsWithoutWarnings) {
   Scene scene = pulled_scene({33, 33}, 8.0F);
-  const VectorField field = in_float(solve_fixed_point(scene.full).displacement);
+  const VectorField field = solve_fixed_point(scene.full).displacement.to_float();
   scene.full.rule = Rule::closed_form;
   const Warnings found = diagnose_field(scene, field);
   EXPECT_THAT(found, testing::IsEmpty()) << warnings_text(found);
@@ -311,7 +328,7 @@ TEST(AfterTheRun, SwappingSitesAndStripesAreOscillation) {
   EXPECT_GT(sites_of(diagnose(scene, solve_by_scalar(scene)), "oscillation"), 1000U);
 
   scene = pulled_scene({33, 33}, 8.0F);
-  VectorField field = in_float(solve_fixed_point(scene.full).displacement);
+  VectorField field = solve_fixed_point(scene.full).displacement.to_float();
   scene.full.rule = Rule::closed_form;
   const VectorField smooth = field;
   for (int y = 0; y < 33; ++y) {
@@ -337,7 +354,7 @@ TEST(AfterTheRun, ConditionsThatGiveWayAreToldFromThoseNotArrivedAt) {
   const Warnings held = diagnose(scene, solve_by_scalar(scene));
   EXPECT_FALSE(has(held, "not-met") || has(held, "gives-way")) << warnings_text(held);
   scene.full.penalty = 15.0F;
-  const VectorField field = in_float(solve_fixed_point(scene.full).displacement);
+  const VectorField field = solve_fixed_point(scene.full).displacement.to_float();
   scene.full.rule = Rule::closed_form;
   const Warnings weak = diagnose_field(scene, field);
   EXPECT_TRUE(has(weak, "gives-way"));

@@ -18,14 +18,6 @@
 namespace hdmbench {
 namespace {
 
-VectorField in_float(const ReferenceField& field) {
-  VectorField result(field.extent);
-  const auto narrow = [](double value) { return static_cast<float>(value); };
-  std::ranges::transform(field.x, result.x.begin(), narrow);
-  std::ranges::transform(field.y, result.y.begin(), narrow);
-  return result;
-}
-
 /// Standard deviations of what was measured, pixels.
 constexpr double precise = 0.1;
 constexpr double vague = 2.0;
@@ -92,7 +84,7 @@ protected:
     const auto before = [](float target) { return 0.9F * target; };
     std::ranges::transform(earlier.full.target.x, earlier.full.target.x.begin(), before);
     std::ranges::transform(earlier.full.target.y, earlier.full.target.y.begin(), before);
-    start_ = in_float(solve_fixed_point(earlier.full).displacement);
+    start_ = solve_fixed_point(earlier.full).displacement.to_float();
   }
 
   [[nodiscard]] double distance(const VectorField& field) const {
@@ -158,7 +150,7 @@ TEST_F(Start, FromAnEarlierScanSavesIterations) {
 }
 
 TEST_F(Start, OfTheFixedPointSurvivesTheCoarseLevels) {
-  start_ = in_float(fixed_point_);
+  start_ = fixed_point_.to_float();
   scene_.start = start_;
   scene_.schedule.iterations = 0;
   EXPECT_LT(distance(solve(scene_, *session_, silent_).displacement), 1e-5);
