@@ -103,6 +103,9 @@ TEST(BeforeTheRun, CenterAlignmentLosesABorder) {
   EXPECT_FALSE(has(diagnose(scene), "lost-condition"));
   scene.schedule.alignment = Alignment::center;
   EXPECT_EQ(sites_of(diagnose(scene), "lost-condition"), 120U);
+  scene.schedule.cycle = Cycle::multigrid;
+  EXPECT_FALSE(has(diagnose(scene), "lost-condition"));
+  scene.schedule.cycle = Cycle::one_way;
   scene.schedule.start_level = 0;
   EXPECT_FALSE(has(diagnose(scene), "lost-condition")) << "no level to be lost on";
 }

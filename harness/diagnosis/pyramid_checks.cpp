@@ -141,8 +141,8 @@ int finest_coarse_level(const LevelSequence& levels, Extent full) {
 void check_lost_conditions(const Scene& scene, Warnings& warnings) {
   LevelSequence levels(scene);
   const int coarse = finest_coarse_level(levels, scene.extent());
-  if (coarse < 0) {
-    return;
+  if (coarse < 0 || scene.schedule.cycle != Cycle::one_way) {
+    return; // cycles correct what a coarse level misses
   }
   const Extent extent = levels.extent(coarse);
   const double near = 2.0 * spacing_of(scene.extent(), extent);
