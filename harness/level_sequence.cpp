@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 namespace hdmbench {
@@ -57,6 +58,8 @@ std::vector<float> sweep_strengths(const Schedule& schedule, int iterations, Ext
 } // namespace
 
 LevelSequence::LevelSequence(const Scene& scene) : scene_(scene), extents_(pyramid_extents(scene.extent())) {
+  const auto moves = [](float component) { return component != 0.0F; };
+  has_start_ = std::ranges::any_of(scene.start.x, moves) || std::ranges::any_of(scene.start.y, moves);
   const int coarsest = static_cast<int>(extents_.size()) - 1;
   for (int level = std::min(scene.schedule.start_level.value_or(coarsest), coarsest); level >= 0; --level) {
     const bool near =
@@ -93,10 +96,21 @@ const Level& LevelSequence::sample(int level) {
 }
 
 VectorField LevelSequence::begin(int level, const VectorField& computed_before) const {
+  const auto start = [&](Extent of) { return sample_field(scene_.start, of, scene_.schedule.alignment); };
   if (level == order_.front()) {
-    return sample_field(scene_.start, extent(level), scene_.schedule.alignment);
+    return start(extent(level));
   }
-  return prolongate(computed_before, extent(level), scene_.schedule.alignment);
+  if (!has_start_) {
+    return prolongate(computed_before, extent(level), scene_.schedule.alignment);
+  }
+  VectorField moved = start(computed_before.extent);
+  std::ranges::transform(computed_before.x, moved.x, moved.x.begin(), std::minus());
+  std::ranges::transform(computed_before.y, moved.y, moved.y.begin(), std::minus());
+  moved = prolongate(moved, extent(level), scene_.schedule.alignment);
+  const VectorField own = start(extent(level));
+  std::ranges::transform(own.x, moved.x, moved.x.begin(), std::plus());
+  std::ranges::transform(own.y, moved.y, moved.y.begin(), std::plus());
+  return moved;
 }
 
 void StopRule::report(std::int64_t changed, const Level& level, const VectorField& displacement) {

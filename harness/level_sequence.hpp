@@ -23,8 +23,9 @@ public:
 
   /// A level with all that its sweeps need; valid until the next call.
   [[nodiscard]] const Level& sample(int level);
-  /// The displacement a level begins with: that of the level computed before, interpolated; the scene's start
-  /// for the first.
+  /// The displacement a level begins with: the scene's start, and on it what the level computed before has
+  /// changed of it, interpolated. So a start keeps its details on every level; a null start leaves what was
+  /// computed before, interpolated (thesis Alg. 3).
   [[nodiscard]] VectorField begin(int level, const VectorField& computed_before) const;
 
 private:
@@ -34,6 +35,7 @@ private:
   std::vector<Extent> extents_;
   std::vector<int> order_;
   Level sampled_;
+  bool has_start_ = false; ///< whether it is not the null field
 };
 
 /// Decides after each iteration whether a level is finished.

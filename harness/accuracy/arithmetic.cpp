@@ -1,5 +1,6 @@
 #include "harness/accuracy/arithmetic.hpp"
 
+#include "harness/accuracy/deviation.hpp"
 #include "harness/accuracy/rounding_bound.hpp"
 #include "harness/compare.hpp"
 #include "harness/level_sequence.hpp"
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 
 namespace hdmbench {
@@ -183,14 +185,24 @@ std::vector<ArithmeticError> measure_arithmetic(const Scene& scene, const Backen
 
 ReferenceField solve_in_double(const Scene& scene, Progress& progress) {
   LevelSequence levels(scene);
+  const Alignment alignment = scene.schedule.alignment;
+  const auto start = [&](Extent extent) {
+    return ReferenceField(sample_field(scene.start, extent, alignment));
+  };
+  // As LevelSequence::begin: the start, and what the level before has changed of it.
+  const auto begin = [&](const ReferenceField& before, Extent extent) {
+    ReferenceField moved = thesis_prolongation(difference(before, start(before.extent)), extent, alignment);
+    const ReferenceField own = start(extent);
+    std::ranges::transform(own.x, moved.x, moved.x.begin(), std::plus());
+    std::ranges::transform(own.y, moved.y, moved.y.begin(), std::plus());
+    return moved;
+  };
   ReferenceField displacement;
   for (const int index : levels.order()) {
     progress.describe(
         fmt::format("accuracy {}: in double, level {} of {}", scene.name, index, levels.order().size()));
     const Level& level = levels.sample(index);
-    displacement = index == levels.order().front()
-                       ? ReferenceField(levels.begin(index, {}))
-                       : thesis_prolongation(displacement, level.extent, scene.schedule.alignment);
+    displacement = index == levels.order().front() ? start(level.extent) : begin(displacement, level.extent);
     for (int i = 0; i < scene.schedule.iterations; ++i) {
       displacement = thesis_iteration(level, displacement);
       progress.advance(static_cast<double>(level.extent.sites()));
