@@ -80,7 +80,7 @@ CorrectionCycle::CorrectionCycle(const Scene& scene, const Backend& backend, con
     level->gradient.emplace(level->level, Observations::ignored);
     if (!levels_.empty()) {
       CycleLevel& finer = *levels_.back();
-      finer.to_coarser.emplace(finer.level.modulus, extent, alignment_);
+      finer.to_coarser.emplace(finer.level, extent, alignment_);
     }
     levels_.push_back(std::move(level));
     if (extent.sites() <= most_coarsest_sites) {

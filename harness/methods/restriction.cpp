@@ -1,5 +1,7 @@
 #include "harness/methods/restriction.hpp"
 
+#include "harness/methods/stationary_weights.hpp"
+
 #include <algorithm>
 
 namespace hdmbench {
@@ -24,12 +26,17 @@ double squared_width(Extent coarse, Extent fine, Alignment alignment) {
 
 } // namespace
 
-Restriction::Restriction(const ScalarField& fine_modulus, Extent coarse, Alignment alignment)
-    : fine_(fine_modulus.extent), coarse_(coarse), modulus_(fine_modulus.values),
+Restriction::Restriction(const Level& fine, Extent coarse, Alignment alignment)
+    : fine_(fine.extent), coarse_(coarse), weights_(stationary_weights(fine)),
       columns_(shares(coarse.width, fine_.width, alignment)),
-      rows_(shares(coarse.height, fine_.height, alignment)), scale_(weighted_sums({})) {
-  const double square = squared_width(coarse, fine_, alignment);
-  std::ranges::transform(scale_, scale_.begin(), [square](double sum) { return square / sum; });
+      rows_(shares(coarse.height, fine_.height, alignment)), scale_x_(scale_of(weights_.x, alignment)),
+      scale_y_(scale_of(weights_.y, alignment)) {}
+
+std::vector<double> Restriction::scale_of(const std::vector<float>& weights, Alignment alignment) const {
+  std::vector<double> scale = weighted_sums(weights, {});
+  const double square = squared_width(coarse_, fine_, alignment);
+  std::ranges::transform(scale, scale.begin(), [square](double sum) { return square / sum; });
+  return scale;
 }
 
 Restriction::Shares Restriction::shares(int coarse, int fine, Alignment alignment) {
@@ -48,7 +55,8 @@ Restriction::Shares Restriction::shares(int coarse, int fine, Alignment alignmen
   return result;
 }
 
-std::vector<double> Restriction::weighted_sums(const std::vector<double>& values) const {
+std::vector<double> Restriction::weighted_sums(const std::vector<float>& weights,
+                                               const std::vector<double>& values) const {
   std::vector<double> sums(coarse_.sites());
   const auto width = static_cast<std::size_t>(fine_.width);
 #pragma omp parallel for schedule(static) if (fine_.sites() > 4096)
@@ -57,7 +65,7 @@ std::vector<double> Restriction::weighted_sums(const std::vector<double>& values
     for (const Share& from : rows_[static_cast<std::size_t>(y)]) {
       const std::size_t begin = fine_.index(0, from.fine);
       for (std::size_t x = 0; x < width; ++x) {
-        const double weight = from.weight * static_cast<double>(modulus_[begin + x]);
+        const double weight = from.weight * static_cast<double>(weights[begin + x]);
         row[x] += values.empty() ? weight : weight * values[begin + x];
       }
     }
@@ -72,19 +80,21 @@ std::vector<double> Restriction::weighted_sums(const std::vector<double>& values
   return sums;
 }
 
-std::vector<float> Restriction::restrict_component(const std::vector<double>& residual) const {
-  const std::vector<double> sums = weighted_sums(residual);
+std::vector<float> Restriction::restrict_component(const std::vector<float>& weights,
+                                                   const std::vector<double>& scale,
+                                                   const std::vector<double>& residual) const {
+  const std::vector<double> sums = weighted_sums(weights, residual);
   std::vector<float> result(sums.size());
-  std::ranges::transform(sums, scale_, result.begin(),
-                         [](double sum, double scale) { return static_cast<float>(sum * scale); });
+  std::ranges::transform(sums, scale, result.begin(),
+                         [](double sum, double factor) { return static_cast<float>(sum * factor); });
   return result;
 }
 
 VectorField Restriction::restrict_residual(const DoubleField& residual) const {
   VectorField result;
   result.extent = coarse_;
-  result.x = restrict_component(residual.x);
-  result.y = restrict_component(residual.y);
+  result.x = restrict_component(weights_.x, scale_x_, residual.x);
+  result.y = restrict_component(weights_.y, scale_y_, residual.y);
   return result;
 }
 
