@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 
 namespace hdmbench {
 namespace {
@@ -57,27 +58,35 @@ TEST_F(PlannerTest, GivesWhatIsAskedForAndCostsMoreTheMoreIsAsked) {
 }
 
 TEST_F(PlannerTest, TheEstimateIsHonest) {
-  for (const double asked : {1.0, 0.2, 0.03}) {
-    std::vector<double> ratios;
-    int unmet = 0;
-    for (std::uint64_t seed = 1; seed <= 200; ++seed) {
-      const Scene scene = test::random_scene(seed, {.smallest = 20, .largest = 90});
-      const ReferenceField truth = solve_fixed_point(scene.full).displacement;
-      const Plan found = plan(scene, {.accuracy = asked});
-      ratios.push_back(distance(found, truth) / std::max(*found.solution.estimated_error, 1e-6));
-      unmet += found.met ? 0 : 1;
+  std::vector<double> ratios;
+  int unmet = 0;
+  int broken_promises = 0;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    const Scene scene = test::random_scene(seed, {.smallest = 20, .largest = 70});
+    const double asked = std::array{2.0, 0.5, 0.1, 0.02}[seed % 4];
+    const Plan found = plan(scene, {.accuracy = asked});
+    const double truth = distance(found, solve_fixed_point(scene.full).displacement);
+    ratios.push_back(truth / *found.solution.estimated_error);
+    if (ratios.back() > 2.0) {
+      fmt::print("random_scene({}), {} x {}: {}; truth {:.3g} px, last {} from {}\n", seed,
+                 scene.extent().width, scene.extent().height, found.outcome, truth, found.steps.back().action,
+                 found.steps[found.steps.size() - 2].extent.width);
     }
-    std::ranges::sort(ratios);
-    const auto quantile = [&](double share) {
-      return ratios[static_cast<std::size_t>(share * static_cast<double>(ratios.size()))];
-    };
-    fmt::print(
-        "asked {} px: true / estimated error: median {:.2f}, 95 % {:.2f}, largest {:.2f}; not met {}\n",
-        asked, quantile(0.5), quantile(0.95), ratios.back(), unmet);
-    EXPECT_LE(quantile(0.95), 2.0) << asked;
-    EXPECT_GE(quantile(0.5), 0.05) << asked << ": an estimate that is always far too high helps nobody";
-    EXPECT_LE(unmet, 10) << asked;
+    unmet += found.met ? 0 : 1;
+    broken_promises += found.met && truth > asked ? 1 : 0;
   }
+  std::ranges::sort(ratios);
+  const auto quantile = [&](double share) {
+    return ratios[static_cast<std::size_t>(share * static_cast<double>(ratios.size()))];
+  };
+  fmt::print("true / estimated error over {} scenes: median {:.2f}, 95 % {:.2f}, largest {:.2f}; {} not met, "
+             "{} said "
+             "to be met but not\n",
+             ratios.size(), quantile(0.5), quantile(0.95), ratios.back(), unmet, broken_promises);
+  EXPECT_LE(quantile(0.95), 2.0);
+  EXPECT_GE(quantile(0.5), 0.1) << "an estimate that is always far too high helps nobody";
+  EXPECT_LE(unmet, 10);
+  EXPECT_LE(broken_promises, 4);
 }
 
 TEST_F(PlannerTest, AHomogeneousSheetCostsNextToNothing) {

@@ -24,7 +24,7 @@ constexpr double slow_contraction = 0.55;
 
 /// The estimates below are means of what was measured; the request is met when this many times the estimate
 /// is within it.
-constexpr double caution = 1.5;
+constexpr double caution = 2.0;
 
 /// Float cannot say more in the end.
 constexpr int most_cycles = 25;
@@ -212,12 +212,20 @@ private:
       contraction_ =
           std::clamp(std::max(moved / last_moved_, 0.7 * contraction_), best_contraction, worst_contraction);
     }
-    error_ = error_after_cycle(moved);
+    // A slow part of the error may hide from one correction.
+    error_ = std::max(error_after_cycle(moved), smallest_progress * error_);
     last_moved_ = moved;
     note(multigrid_.extent(0), slow ? "Krylov steps" : "cycle",
          request_.accuracy ? fmt::format("{:.3g} px are asked for", *request_.accuracy)
                            : std::string("there is time left"),
          moved, error_);
+  }
+
+  /// Of the field to float: the mean of a quantum's square is a twelfth.
+  [[nodiscard]] double rounding() const {
+    const double largest =
+        std::max(std::abs(plan_.survey.smallest_target), std::abs(plan_.survey.largest_target));
+    return largest * std::numeric_limits<float>::epsilon() / std::sqrt(12.0);
   }
 
   template <typename Call>
@@ -232,6 +240,7 @@ private:
     Solution& solution = plan_.solution;
     solution.levels = multigrid_.work();
     solution.timings = multigrid_.timings();
+    error_ = std::hypot(error_, rounding());
     solution.estimated_error = error_;
     const double total = seconds();
     const bool accurate = !request_.accuracy || error_ <= *request_.accuracy;
@@ -248,6 +257,8 @@ private:
   static constexpr double interpolation_share = 0.1;
   /// The largest gap between a level and the targets of the full image, once they are imposed, as an error.
   static constexpr double gap_share = 0.25;
+  /// No correction is believed to leave less than this share of the error estimated before it.
+  static constexpr double smallest_progress = 0.03;
   /// Pixels: corrections below it say nothing of the contraction.
   static constexpr double smallest_move = 1e-5;
 
