@@ -30,31 +30,6 @@ std::vector<int> sampled_indices(int coarse, int fine, Alignment alignment) {
   return indices;
 }
 
-/// The two coarse sites around a fine one and the weight of the second.
-struct Interpolation {
-  int first = 0;
-  int second = 0;
-  float weight = 0.0F;
-};
-
-std::vector<Interpolation> interpolations(int coarse, int fine, Alignment alignment) {
-  std::vector<Interpolation> result(static_cast<std::size_t>(fine));
-  for (int i = 0; i < fine; ++i) {
-    double position = 0.0;
-    if (alignment == Alignment::center) {
-      position = (i + 0.5) * coarse / fine - 0.5;
-    } else if (fine > 1) {
-      position = static_cast<double>(i) * (coarse - 1) / (fine - 1);
-    }
-    position = std::clamp(position, 0.0, static_cast<double>(coarse - 1));
-    const int first = static_cast<int>(position);
-    result[static_cast<std::size_t>(i)] = {.first = first,
-                                           .second = std::min(first + 1, coarse - 1),
-                                           .weight = static_cast<float>(position - first)};
-  }
-  return result;
-}
-
 std::vector<float> prolongate_component(const std::vector<float>& coarse, Extent coarse_extent,
                                         const std::vector<Interpolation>& columns,
                                         const std::vector<Interpolation>& rows) {
@@ -173,6 +148,24 @@ int sampled_index(int coarse_index, int coarse, int fine, Alignment alignment) {
     return static_cast<int>((2 * i + 1) * fine / (2LL * coarse));
   }
   return static_cast<int>((2 * i * (fine - 1) + (coarse - 1)) / (2LL * (coarse - 1)));
+}
+
+std::vector<Interpolation> interpolations(int coarse, int fine, Alignment alignment) {
+  std::vector<Interpolation> result(static_cast<std::size_t>(fine));
+  for (int i = 0; i < fine; ++i) {
+    double position = 0.0;
+    if (alignment == Alignment::center) {
+      position = (i + 0.5) * coarse / fine - 0.5;
+    } else if (fine > 1) {
+      position = static_cast<double>(i) * (coarse - 1) / (fine - 1);
+    }
+    position = std::clamp(position, 0.0, static_cast<double>(coarse - 1));
+    const int first = static_cast<int>(position);
+    result[static_cast<std::size_t>(i)] = {.first = first,
+                                           .second = std::min(first + 1, coarse - 1),
+                                           .weight = static_cast<float>(position - first)};
+  }
+  return result;
 }
 
 Level sample_level(const Level& full, Extent extent, Alignment alignment, Material material) {

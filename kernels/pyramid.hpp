@@ -32,6 +32,16 @@ enum class Material {
 [[nodiscard]] Level sample_level(const Level& full, Extent extent, Alignment alignment,
                                  Material material = Material::nearest);
 
+/// The two coarse sites around a fine one on an axis and the weight of the second, the first having the rest.
+struct Interpolation {
+  int first = 0;
+  int second = 0;
+  float weight = 0.0F;
+};
+
+/// How each of `fine` sites on an axis is interpolated from `coarse` ones.
+[[nodiscard]] std::vector<Interpolation> interpolations(int coarse, int fine, Alignment alignment);
+
 /// Bilinear interpolation of a displacement from the level above, first along x, then along y, each as
 /// a + t * (b - a) in float. Values are pixels of the full image on every level and are not rescaled.
 [[nodiscard]] VectorField prolongate(const VectorField& coarse, Extent fine, Alignment alignment);
