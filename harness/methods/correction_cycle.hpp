@@ -37,6 +37,9 @@ public:
 
   /// Which components of the level stay as they are (1 where held); the coarser levels follow.
   void hold(int position, const VectorField& held);
+  [[nodiscard]] const VectorField& held(int position) const { return at(position).level.confidence; }
+  /// g / A of the level with the sign turned: its residual without observations.
+  [[nodiscard]] const Residual& gradient(int position) const { return *at(position).gradient; }
   /// One cycle with `position` as the finest level. `missing` is what each component misses to its own
   /// minimiser, pixels, not read where held; the correction is 0 there. Throws what Session throws.
   [[nodiscard]] VectorField correct(int position, const DoubleField& missing);

@@ -41,8 +41,9 @@ bool put_held(std::vector<double>& field, const std::vector<float>& target, cons
 /// Adds the correction and returns the sum of the squares of the way moved. An observed component that would
 /// pass its target stops there: beyond it the observation pulls the other way, which the correction does not
 /// know.
-double move(std::vector<double>& field, const std::vector<float>& correction,
-            const std::vector<float>& target, const std::vector<float>& confidence) {
+template <typename Value>
+double move_by(std::vector<double>& field, const std::vector<Value>& correction,
+               const std::vector<float>& target, const std::vector<float>& confidence) {
   double squares = 0.0;
   for (std::size_t i = 0; i < field.size(); ++i) {
     double way = static_cast<double>(correction[i]);
@@ -145,14 +146,28 @@ void Multigrid::evaluate(Hold hold) {
 }
 
 CycleResult Multigrid::cycle() {
+  cycle_.hold(position_, held_);
+  return add(cycle_.correct(position_, residual_.missing));
+}
+
+KrylovRound Multigrid::krylov_round(int most_steps, double tolerance) {
+  cycle_.hold(position_, held_);
+  const CorrectionSystem system{cycle_.gradient(position_), cycle_.held(position_), residual_.missing};
+  KrylovResult result = krylov_correction(
+      system, [this](const DoubleField& missing) { return cycle_.correct(position_, missing); }, most_steps,
+      tolerance);
+  problem().residuals += result.products;
+  return {result.steps, add(result.correction)};
+}
+
+template <typename Field>
+CycleResult Multigrid::add(const Field& correction) {
   const Level& level = *problem().level;
   const double before = residual_.rms;
-  cycle_.hold(position_, held_);
-  const VectorField correction = cycle_.correct(position_, residual_.missing);
   CycleResult result;
   timed(timings_.projection, [&] {
-    const double squares = move(field_.x, correction.x, level.target.x, level.confidence.x) +
-                           move(field_.y, correction.y, level.target.y, level.confidence.y);
+    const double squares = move_by(field_.x, correction.x, level.target.x, level.confidence.x) +
+                           move_by(field_.y, correction.y, level.target.y, level.confidence.y);
     result.correction = std::sqrt(squares / static_cast<double>(level.extent.sites()));
   });
   evaluate(position_ > 0 ? Hold::all_observed : Hold::by_residual);
@@ -183,32 +198,66 @@ Timings Multigrid::timings() const {
           .readback = timings_.readback + cycles.readback};
 }
 
-Solution solve_multigrid(const Scene& scene, const Backend& backend, const SessionOptions& options,
-                         std::vector<std::unique_ptr<Session>>& sessions, Progress& progress,
-                         const SolveOptions& solve_options) {
-  Multigrid multigrid(scene, backend, options, sessions);
-  const int first = multigrid.coarsest();
-  multigrid.start(first, sample_field(scene.start, multigrid.extent(first), scene.schedule.alignment));
-  constexpr int coarsest_cycles = 3; // exact but for the held set
-  for (int i = 0; first > 0 && i < coarsest_cycles; ++i) {
-    multigrid.cycle();
+void Multigrid::start_from_coarsest(const VectorField& start, const LevelDone& level_done) {
+  constexpr int most_coarsest_cycles =
+      3; // exact at once, but on the full resolution the held set has to be found
+  this->start(coarsest(), sample_field(start, extent(coarsest()), alignment_));
+  for (int i = 0; position_ > 0 && i < most_coarsest_cycles; ++i) {
+    cycle();
   }
-  while (multigrid.position() > 0) {
-    multigrid.refine();
-    if (multigrid.position() > 0) {
-      multigrid.cycle();
+  while (position_ > 0) {
+    if (level_done) {
+      level_done(work()[static_cast<std::size_t>(coarsest() - position_)], field_.to_float());
+    }
+    refine();
+    if (position_ > 0) {
+      cycle();
     }
   }
-  for (int i = 0; i < scene.schedule.iterations; ++i) {
-    multigrid.cycle();
-    progress.advance(1.0);
+}
+
+namespace {
+
+template <typename Improve>
+Solution solve_from_coarsest(const Scene& scene, const Backend& backend, const SessionOptions& options,
+                             std::vector<std::unique_ptr<Session>>& sessions, Progress& progress,
+                             const SolveOptions& solve_options, Improve&& improve) {
+  Multigrid multigrid(scene, backend, options, sessions);
+  multigrid.start_from_coarsest(scene.start, solve_options.level_done);
+  for (int done = 0; done < scene.schedule.iterations;) {
+    done += improve(multigrid, scene.schedule.iterations - done);
+    progress.advance(static_cast<double>(scene.extent().sites()));
   }
-  (void)solve_options;
   Solution solution{.displacement = multigrid.field().to_float(),
                     .levels = multigrid.work(),
                     .timings = multigrid.timings(),
                     .estimated_error = multigrid.estimated_error()};
+  if (solve_options.level_done) {
+    solve_options.level_done(solution.levels.back(), solution.displacement);
+  }
   return solution;
+}
+
+} // namespace
+
+Solution solve_multigrid(const Scene& scene, const Backend& backend, const SessionOptions& options,
+                         std::vector<std::unique_ptr<Session>>& sessions, Progress& progress,
+                         const SolveOptions& solve_options) {
+  return solve_from_coarsest(scene, backend, options, sessions, progress, solve_options,
+                             [](Multigrid& multigrid, int /*left*/) {
+                               multigrid.cycle();
+                               return 1;
+                             });
+}
+
+Solution solve_krylov(const Scene& scene, const Backend& backend, const SessionOptions& options,
+                      std::vector<std::unique_ptr<Session>>& sessions, Progress& progress,
+                      const SolveOptions& solve_options) {
+  constexpr double tolerance = 1e-2; // of a round: then the held set is looked at again
+  return solve_from_coarsest(scene, backend, options, sessions, progress, solve_options,
+                             [](Multigrid& multigrid, int left) {
+                               return std::max(1, multigrid.krylov_round(left, tolerance).steps);
+                             });
 }
 
 } // namespace hdmbench

@@ -1,7 +1,9 @@
 #pragma once
 
 #include "harness/methods/correction_cycle.hpp"
+#include "harness/methods/krylov.hpp"
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -13,6 +15,11 @@ struct CycleResult {
   double correction = 0.0; ///< RMS over the sites of the way the field moved, pixels
   double residual = 0.0; ///< RMS of what each component misses to its own minimiser, after the cycle, pixels
   double contraction = 1.0; ///< residual / residual before the cycle, 0 where that was 0
+};
+
+struct KrylovRound {
+  int steps = 0; ///< 0 where nothing was missing
+  CycleResult result;
 };
 
 /// Multigrid for the fixed point, one step at a time: a field in double on one level, which cycles bring
@@ -28,12 +35,19 @@ public:
   [[nodiscard]] int coarsest() const { return cycle_.coarsest(); }
   [[nodiscard]] Extent extent(int position) const { return cycle_.extent(position); }
 
+  using LevelDone = std::function<void(const LevelResult&, const VectorField&)>;
+  /// Full multigrid: the fixed point of the coarsest level, then one cycle on each finer one; ends with the
+  /// full resolution started. `start` is of the full resolution; `level_done` is told of each level but that.
+  void start_from_coarsest(const VectorField& start, const LevelDone& level_done = {});
   /// Takes `field`, of the extent of the level, and imposes the conditions.
   void start(int position, const VectorField& field);
   /// Goes on with the next finer level: the field interpolated, the conditions imposed.
   void refine();
   /// One W-cycle with the current level as the finest.
   CycleResult cycle();
+  /// BiCGSTAB for the same correction with the W-cycle as its preconditioner, see krylov_correction(); the
+  /// held set is that of the beginning.
+  KrylovRound krylov_round(int most_steps, double tolerance);
 
   [[nodiscard]] int position() const { return position_; }
   [[nodiscard]] const DoubleField& field() const { return field_; }
@@ -58,6 +72,9 @@ private:
   [[nodiscard]] Problem& problem() { return problems_[static_cast<std::size_t>(position_)]; }
   enum class Hold { all_observed, by_residual };
   void evaluate(Hold hold);
+  /// Moves the field and says how that went.
+  template <typename Field>
+  CycleResult add(const Field& correction);
 
   CorrectionCycle cycle_;
   Alignment alignment_;
@@ -77,5 +94,10 @@ private:
                                        const SessionOptions& options,
                                        std::vector<std::unique_ptr<Session>>& sessions, Progress& progress,
                                        const SolveOptions& solve_options = {});
+
+/// The same with steps of krylov_round() in place of the cycles at the end.
+[[nodiscard]] Solution solve_krylov(const Scene& scene, const Backend& backend, const SessionOptions& options,
+                                    std::vector<std::unique_ptr<Session>>& sessions, Progress& progress,
+                                    const SolveOptions& solve_options = {});
 
 } // namespace hdmbench
