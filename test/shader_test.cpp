@@ -32,9 +32,10 @@ TEST(Shaders, AreStrictGlsl) {
     GTEST_SKIP() << "glslangValidator is not installed";
   }
   const test::TemporaryFolder folder;
-  for (const int steps : {1, 5, 16}) {
-    EXPECT_EQ(lint(folder, "sweep.frag", gl::assemble(sources::sweep_fragment, steps)), 0);
-    EXPECT_EQ(lint(folder, "sweep.comp", gl::assemble(sources::sweep_compute, steps)), 0);
+  for (const ShaderConstants constants : {ShaderConstants{0, 1, 5}, ShaderConstants{0, 2, 16},
+                                          ShaderConstants{1, 2, 1}, ShaderConstants{3, 4, 5}}) {
+    EXPECT_EQ(lint(folder, "sweep.frag", gl::assemble(sources::sweep_fragment, constants)), 0);
+    EXPECT_EQ(lint(folder, "sweep.comp", gl::assemble(sources::sweep_compute, constants)), 0);
   }
   EXPECT_EQ(lint(folder, "count.frag", sources::count_fragment), 0);
   EXPECT_EQ(lint(folder, "quad.vert", sources::quad_vertex), 0);

@@ -113,6 +113,7 @@ struct Api {
   HDMBENCH_GL(Uniform1i);
   HDMBENCH_GL(Uniform2f);
   HDMBENCH_GL(Uniform2i);
+  HDMBENCH_GL(Uniform4f);
   HDMBENCH_GL(UseProgram);
   HDMBENCH_GL(VertexAttribPointer);
   HDMBENCH_GL(Viewport);

@@ -9,7 +9,6 @@
 #include <shaders/sweep_compute.hpp>
 
 #include <array>
-#include <optional>
 #include <span>
 
 namespace hdmbench::gl {
@@ -76,11 +75,19 @@ public:
                    level.inverse_modulus.values.data()},
                   sites, texels_);
     observation_.allocate(GL_RGBA32F, 4 * sites * sizeof(GLfloat), texels_.data());
-    interleave<2>({level.confidence.x.data(), level.confidence.y.data()}, sites, texels_);
-    confidence_.allocate(GL_RG32F, texels_.size() * sizeof(GLfloat), texels_.data());
-    for (const BufferTexture& image : images_) {
-      image.allocate(GL_RG32F, texels_.size() * sizeof(GLfloat), nullptr);
+    if (needs_inverse_curvature(level.rule)) {
+      interleave<4>({level.confidence.x.data(), level.confidence.y.data(), level.inverse_curvature.x.data(),
+                     level.inverse_curvature.y.data()},
+                    sites, texels_);
+      confidence_.allocate(GL_RGBA32F, 4 * sites * sizeof(GLfloat), texels_.data());
+    } else {
+      interleave<2>({level.confidence.x.data(), level.confidence.y.data()}, sites, texels_);
+      confidence_.allocate(GL_RG32F, 2 * sites * sizeof(GLfloat), texels_.data());
     }
+    for (const BufferTexture& image : images_) {
+      image.allocate(GL_RG32F, 2 * sites * sizeof(GLfloat), nullptr);
+    }
+    level_ = without_fields(level);
     prepare_program(level);
     gl_.Finish();
   }
@@ -92,11 +99,12 @@ public:
     gl_.Finish();
   }
 
-  void step(int /*first*/, int iterations) {
-    sweep_program_->use();
+  void step(int first, int sweeps) {
+    sweep_->program.use();
     observation_.bind(observation_unit);
     confidence_.bind(confidence_unit);
-    for (int i = 0; i < iterations; ++i) {
+    for (int number = first; number < first + sweeps; ++number) {
+      sweep_->set_turn(gl_, sweep_state(level_, number));
       images_[current_].bind(image_unit);
       gl_.BindImageTexture(0, images_[1 - current_].texture(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RG32F);
       dispatch();
@@ -150,12 +158,17 @@ private:
   }
 
   void prepare_program(const Level& level) {
-    if (!sweep_program_ || program_steps_ != level.steps.count()) {
-      program_steps_ = level.steps.count();
-      sweep_program_.emplace(gl_, std::initializer_list<Program::Stage>{
-                                      {GL_COMPUTE_SHADER, assemble(sources::sweep_compute, program_steps_)}});
+    const ShaderConstants constants = shader_constants(level);
+    auto found = programs_.find(constants);
+    if (found == programs_.end()) {
+      found = programs_
+                  .try_emplace(constants, gl_,
+                               std::initializer_list<Program::Stage>{
+                                   {GL_COMPUTE_SHADER, assemble(sources::sweep_compute, constants)}})
+                  .first;
     }
-    sweep_program_->use();
+    sweep_ = &found->second;
+    sweep_->program.use();
     gl_.Uniform2i(dimension_location, extent_.width, extent_.height);
     gl_.Uniform1f(penalty_location, level.penalty);
     gl_.Uniform1fv(steps_location, level.steps.count(), level.steps.padded().data());
@@ -167,8 +180,9 @@ private:
   BufferTexture confidence_;
   Buffer counter_;
   Program count_program_;
-  std::optional<Program> sweep_program_;
-  int program_steps_ = 0;
+  SweepPrograms programs_;
+  const SweepProgram* sweep_ = nullptr; ///< of the level, one of programs_
+  Level level_;                         ///< without its fields
   Extent extent_;
   std::size_t current_ = 0;
   std::vector<GLfloat> texels_; ///< interleaved staging, as long as what was uploaded or read last

@@ -54,9 +54,14 @@ public:
     interleave<4>({level.target.x.data(), level.target.y.data(), level.modulus.values.data(), nullptr},
                   extent_.sites(), pixels_);
     allocate(observation_, pixels_.data());
-    inverse_modulus_ = level.inverse_modulus.values;
-    pack(level.confidence);
+    const bool curvature = needs_inverse_curvature(level.rule);
+    interleave<4>({level.confidence.x.data(), level.confidence.y.data(),
+                   curvature ? level.inverse_curvature.x.data() : nullptr,
+                   curvature ? level.inverse_curvature.y.data() : nullptr},
+                  extent_.sites(), pixels_);
     allocate(confidence_, pixels_.data());
+    inverse_modulus_ = level.inverse_modulus.values;
+    level_ = without_fields(level);
     for (std::size_t i = 0; i < 2; ++i) {
       allocate(images_[i], nullptr);
       gl_.BindFramebufferEXT(GL_FRAMEBUFFER_EXT, framebuffers_[i].name());
@@ -76,18 +81,21 @@ public:
   }
 
   void write(const VectorField& displacement) {
-    pack(displacement);
+    // b is what thesis Tab. 6.2 leaves free.
+    interleave<4>({displacement.x.data(), displacement.y.data(), inverse_modulus_.data(), nullptr},
+                  extent_.sites(), pixels_);
     gl_.BindTexture(GL_TEXTURE_RECTANGLE_ARB, images_[current_].name());
     gl_.TexSubImage2D(GL_TEXTURE_RECTANGLE_ARB, 0, 0, 0, extent_.width, extent_.height, GL_RGBA, GL_FLOAT,
                       pixels_.data());
     gl_.Finish();
   }
 
-  void step(int /*first*/, int iterations) {
-    sweep_program_->use();
+  void step(int first, int sweeps) {
+    sweep_->program.use();
     bind(observation_unit, observation_);
     bind(confidence_unit, confidence_);
-    for (int i = 0; i < iterations; ++i) {
+    for (int number = first; number < first + sweeps; ++number) {
+      sweep_->set_turn(gl_, sweep_state(level_, number));
       bind(image_unit, images_[current_]);
       gl_.BindFramebufferEXT(GL_FRAMEBUFFER_EXT, framebuffers_[1 - current_].name());
       gl_.DrawArrays(GL_TRIANGLE_STRIP, 0, 4);
@@ -132,13 +140,6 @@ private:
                    GL_FLOAT, pixels);
   }
 
-  /// A field into rg and 1 / modulus into b, which thesis Tab. 6.2 leaves free; the confidence image ignores
-  /// it.
-  void pack(const VectorField& field) {
-    interleave<4>({field.x.data(), field.y.data(), inverse_modulus_.data(), nullptr}, extent_.sites(),
-                  pixels_);
-  }
-
   void require_complete() const {
     const GLenum status = gl_.CheckFramebufferStatusEXT(GL_FRAMEBUFFER_EXT);
     if (status != GL_FRAMEBUFFER_COMPLETE_EXT) {
@@ -149,21 +150,26 @@ private:
   }
 
   void prepare_program(const Level& level) {
-    if (!sweep_program_ || program_steps_ != level.steps.count()) {
-      program_steps_ = level.steps.count();
-      sweep_program_.emplace(gl_,
-                             std::initializer_list<Program::Stage>{
-                                 {GL_VERTEX_SHADER, std::string(sources::quad_vertex)},
-                                 {GL_FRAGMENT_SHADER, assemble(sources::sweep_fragment, program_steps_)}});
+    const ShaderConstants constants = shader_constants(level);
+    auto found = programs_.find(constants);
+    if (found == programs_.end()) {
+      found = programs_
+                  .try_emplace(constants, gl_,
+                               std::initializer_list<Program::Stage>{
+                                   {GL_VERTEX_SHADER, std::string(sources::quad_vertex)},
+                                   {GL_FRAGMENT_SHADER, assemble(sources::sweep_fragment, constants)}})
+                  .first;
     }
-    sweep_program_->use();
-    gl_.Uniform1i(sweep_program_->uniform("image"), image_unit);
-    gl_.Uniform1i(sweep_program_->uniform("observation"), observation_unit);
-    gl_.Uniform1i(sweep_program_->uniform("confidence"), confidence_unit);
-    gl_.Uniform2f(sweep_program_->uniform("dimension"), static_cast<GLfloat>(extent_.width),
+    sweep_ = &found->second;
+    const Program& program = sweep_->program;
+    program.use();
+    gl_.Uniform1i(program.uniform("image"), image_unit);
+    gl_.Uniform1i(program.uniform("observation"), observation_unit);
+    gl_.Uniform1i(program.uniform("confidence"), confidence_unit);
+    gl_.Uniform2f(program.uniform("dimension"), static_cast<GLfloat>(extent_.width),
                   static_cast<GLfloat>(extent_.height));
-    gl_.Uniform1f(sweep_program_->uniform("penalty"), level.penalty);
-    gl_.Uniform1fv(sweep_program_->uniform("steps"), level.steps.count(), level.steps.padded().data());
+    gl_.Uniform1f(program.uniform("penalty"), level.penalty);
+    gl_.Uniform1fv(program.uniform("steps"), level.steps.count(), level.steps.padded().data());
   }
 
   const Api& gl_;
@@ -175,9 +181,10 @@ private:
   Renderbuffer count_target_;
   Query query_;
   Buffer quad_;
-  std::optional<Program> sweep_program_;
+  SweepPrograms programs_;
+  const SweepProgram* sweep_ = nullptr; ///< of the level, one of programs_
   std::optional<Program> count_program_;
-  int program_steps_ = 0;
+  Level level_; ///< without its fields
   Extent extent_;
   std::size_t current_ = 0;
   std::vector<float> inverse_modulus_;

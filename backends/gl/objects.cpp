@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <shaders/energy.hpp>
 #include <shaders/gather.hpp>
+#include <shaders/update.hpp>
 
 #include <string_view>
 
@@ -97,11 +98,19 @@ GLint Program::uniform(const char* name) const {
   return api_->GetUniformLocation(name_, name);
 }
 
-std::string assemble(std::string_view shader, int step_count) {
+void SweepProgram::set_turn(const Api& api, const SweepState& state) const {
+  if (turn >= 0) {
+    api.Uniform4f(turn, state.colour, state.strength, state.number, state.seed);
+  }
+}
+
+std::string assemble(std::string_view shader, const ShaderConstants& constants) {
   std::string text(shader);
   replace(text, "#include \"energy.inc\"", sources::energy);
+  replace(text, "#include \"update.inc\"", sources::update);
   replace(text, "#include \"gather.glsl\"", sources::gather);
-  text.insert(text.find('\n') + 1, fmt::format("#define STEP_COUNT {}\n", step_count));
+  text.insert(text.find('\n') + 1, fmt::format("#define RULE {}\n#define COLOURS {}\n#define STEP_COUNT {}\n",
+                                               constants.rule, constants.colours, constants.step_count));
   return text;
 }
 

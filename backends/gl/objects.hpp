@@ -1,7 +1,9 @@
 #pragma once
 
 #include "backends/gl/api.hpp"
+#include "backends/shader_constants.hpp"
 
+#include <map>
 #include <string>
 #include <utility>
 
@@ -62,8 +64,24 @@ private:
   GLuint name_;
 };
 
-/// A shader of kernels/ as the driver wants it: `#include "energy.inc"` and `#include "gather.glsl"` replaced
-/// by the texts, STEP_COUNT defined after the #version line.
-[[nodiscard]] std::string assemble(std::string_view shader, int step_count);
+/// A shader of kernels/ as the driver wants it: `#include "..."` of energy.inc, update.inc and gather.glsl
+/// replaced by the texts, RULE, COLOURS and STEP_COUNT defined after the #version line.
+[[nodiscard]] std::string assemble(std::string_view shader, const ShaderConstants& constants);
+
+/// The sweep of one kind of level, ready to run.
+struct SweepProgram {
+  Program program;
+  GLint
+      turn; ///< location of the uniform that changes from sweep to sweep, -1 where the rule has no such thing
+
+  SweepProgram(const Api& api, std::initializer_list<Program::Stage> stages)
+      : program(api, stages), turn(program.uniform("turn")) {}
+
+  /// The program must be in use.
+  void set_turn(const Api& api, const SweepState& state) const;
+};
+
+/// Programs by what they were compiled for: going back to a rule or a level compiles nothing.
+using SweepPrograms = std::map<ShaderConstants, SweepProgram>;
 
 } // namespace hdmbench::gl

@@ -97,9 +97,11 @@ private:
 void barrier(const vk::raii::CommandBuffer& commands, vk::PipelineStageFlags before, vk::AccessFlags written,
              vk::PipelineStageFlags after, vk::AccessFlags used);
 
-/// A compute pipeline of a SPIR-V module's main(); constant_id 0, where it has one, is `constant`.
+/// A compute pipeline of a SPIR-V module's main(); `constants` are those of constant_id 0, 1, ... as far as
+/// it has them.
 [[nodiscard]] vk::raii::Pipeline make_pipeline(const vk::raii::Device& device,
                                                const vk::raii::PipelineLayout& layout,
-                                               std::span<const std::uint32_t> spirv, std::int32_t constant);
+                                               std::span<const std::uint32_t> spirv,
+                                               std::span<const std::int32_t> constants);
 
 } // namespace hdmbench::vulkan

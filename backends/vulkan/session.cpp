@@ -1,5 +1,7 @@
 #include "backends/vulkan/session.hpp"
 
+#include "backends/shader_constants.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +10,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -21,14 +24,16 @@ namespace {
 #include <shaders/count_vulkan.hpp>
 #include <shaders/sweep_vulkan.hpp>
 
-/// The push constants of both shaders.
+/// The push constants of both shaders; count.vulkan.comp has no turn.
 struct Parameters {
   std::array<float, StepSet::maximum_count> steps{};
   float penalty = 0.0F;
   std::int32_t width = 0;
   std::int32_t height = 0;
+  SweepState turn;
 };
-static_assert(sizeof(Parameters) == 76);
+static_assert(sizeof(Parameters) == 92);
+static_assert(offsetof(Parameters, turn) == 76);
 
 /// The bindings of both shaders.
 namespace binding {
@@ -52,7 +57,7 @@ constexpr vk::DeviceSize staging_bytes = vk::DeviceSize{16} << 20;
 
 /// Keeps a submission short enough for the watchdogs of drivers: about a second at 10^8 sites a second.
 constexpr std::size_t updates_per_submission = std::size_t{1} << 27;
-constexpr std::size_t iterations_per_submission = 256;
+constexpr std::size_t sweeps_per_submission = 256;
 
 struct TexelBuffer {
   Buffer buffer;
@@ -64,9 +69,13 @@ struct Fields {
   std::size_t capacity = 0;
   std::array<TexelBuffer, 2> displacement; // read and written in turn
   TexelBuffer observation;                 // target x, target y, modulus, 1 / modulus
-  TexelBuffer confidence;
+  TexelBuffer confidence;                  // and where curvature is true 1 / curvature of x and y
+  bool curvature = false;
 };
-constexpr vk::DeviceSize bytes_per_site = 3 * bytes_of_pair + bytes_of_four;
+
+vk::DeviceSize bytes_per_site(bool curvature) {
+  return 2 * bytes_of_pair + bytes_of_four + (curvature ? bytes_of_four : bytes_of_pair);
+}
 
 /// Formats and a feature that Vulkan leaves optional.
 void require_texel_buffers(const vk::raii::PhysicalDevice& physical) {
@@ -138,7 +147,7 @@ public:
         set_layout_(make_set_layout(queue_.device())), pool_(make_descriptor_pool(queue_.device(), 2)),
         sets_(make_sets(queue_.device(), pool_, set_layout_)),
         layout_(make_pipeline_layout(queue_.device(), set_layout_)),
-        count_(make_pipeline(queue_.device(), layout_, count_vulkan, 0)) {}
+        count_(make_pipeline(queue_.device(), layout_, count_vulkan, {})) {}
 
 private:
   using Stage = vk::PipelineStageFlagBits;
@@ -147,26 +156,28 @@ private:
 
   void do_load(const Level& level) override {
     translate_errors([&] {
-      if (level.update != Update::simultaneous) {
-        throw DeviceError("vulkan-compute updates all sites simultaneously, sequential was asked for");
-      }
-      require_fits(level.extent);
-      if (!fields_ || level.extent.sites() > fields_->capacity) {
+      const bool curvature = needs_inverse_curvature(level.rule);
+      require_fits(level.extent, curvature);
+      if (!fields_ || level.extent.sites() > fields_->capacity || curvature != fields_->curvature) {
         fields_.reset(); // before the new ones, so that both need not fit
-        fields_ = make_fields(level.extent.sites());
+        fields_ = make_fields(level.extent.sites(), curvature);
         describe_set(0);
         describe_set(1);
       }
-      if (level.steps.count() != step_count_) {
-        sweep_ = make_pipeline(queue_.device(), layout_, sweep_vulkan, level.steps.count());
-        step_count_ = level.steps.count();
-      }
-      parameters_ = {level.steps.padded(), level.penalty, level.extent.width, level.extent.height};
+      sweep_ = &pipeline(shader_constants(level));
+      parameters_ = {level.steps.padded(), level.penalty, level.extent.width, level.extent.height, {}};
+      level_ = without_fields(level);
       sites_ = level.extent.sites();
       upload<4>({level.target.x.data(), level.target.y.data(), level.modulus.values.data(),
                  level.inverse_modulus.values.data()},
                 fields_->observation);
-      upload<2>({level.confidence.x.data(), level.confidence.y.data()}, fields_->confidence);
+      if (curvature) {
+        upload<4>({level.confidence.x.data(), level.confidence.y.data(), level.inverse_curvature.x.data(),
+                   level.inverse_curvature.y.data()},
+                  fields_->confidence);
+      } else {
+        upload<2>({level.confidence.x.data(), level.confidence.y.data()}, fields_->confidence);
+      }
     });
   }
 
@@ -177,12 +188,13 @@ private:
     });
   }
 
-  void do_step(int /*first*/, int iterations) override {
+  void do_step(int first, int sweeps) override {
     translate_errors([&] {
       const int most = static_cast<int>(
-          std::clamp<std::size_t>(updates_per_submission / sites_, 1, iterations_per_submission));
-      for (int left = iterations; left > 0; left -= std::min(most, left)) {
-        submit_sweeps(std::min(most, left));
+          std::clamp<std::size_t>(updates_per_submission / sites_, 1, sweeps_per_submission));
+      const int end = first + sweeps;
+      for (int number = first; number < end; number += most) {
+        submit_sweeps(number, std::min(number + most, end));
       }
     });
   }
@@ -223,8 +235,18 @@ private:
     });
   }
 
+  [[nodiscard]] const vk::raii::Pipeline& pipeline(const ShaderConstants& constants) {
+    auto found = pipelines_.find(constants);
+    if (found == pipelines_.end()) {
+      const std::array<std::int32_t, 3> values{constants.rule, constants.colours, constants.step_count};
+      found =
+          pipelines_.emplace(constants, make_pipeline(queue_.device(), layout_, sweep_vulkan, values)).first;
+    }
+    return found->second;
+  }
+
   /// Throws DeviceError where a limit of the device is exceeded.
-  void require_fits(Extent extent) const {
+  void require_fits(Extent extent, bool curvature) const {
     const auto require = [&](std::uint64_t needed, std::uint64_t limit, const char* what) {
       if (needed > limit) {
         throw DeviceError(fmt::format("{}: {} x {} sites need {} {}, the device has {}",
@@ -238,7 +260,7 @@ private:
     require(groups_across(extent.width), limits_.maxComputeWorkGroupCount[0], "work groups in x");
     require(static_cast<std::uint64_t>(extent.height), limits_.maxComputeWorkGroupCount[1],
             "work groups in y");
-    require(sites * bytes_per_site, queue_.heap_bytes(Placement::device), "bytes of memory");
+    require(sites * bytes_per_site(curvature), queue_.heap_bytes(Placement::device), "bytes of memory");
     const auto chain =
         queue_.physical()
             .getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceMaintenance3Properties>();
@@ -247,7 +269,7 @@ private:
             "bytes in one allocation");
   }
 
-  [[nodiscard]] Fields make_fields(std::size_t sites) const {
+  [[nodiscard]] Fields make_fields(std::size_t sites, bool curvature) const {
     const auto make = [&](vk::Format format, vk::DeviceSize bytes, vk::BufferUsageFlags usage) {
       TexelBuffer made;
       made.buffer = queue_.make_buffer(
@@ -260,7 +282,9 @@ private:
       displacement = make(format_of_pairs, bytes_of_pair, Usage::eStorageTexelBuffer | Usage::eTransferSrc);
     }
     made.observation = make(format_of_fours, bytes_of_four, {});
-    made.confidence = make(format_of_pairs, bytes_of_pair, {});
+    made.confidence =
+        curvature ? make(format_of_fours, bytes_of_four, {}) : make(format_of_pairs, bytes_of_pair, {});
+    made.curvature = curvature;
     made.capacity = sites;
     return made;
   }
@@ -324,14 +348,17 @@ private:
     commands.dispatch(groups_across(parameters_.width), static_cast<std::uint32_t>(parameters_.height), 1);
   }
 
-  void submit_sweeps(int iterations) {
+  /// Sweeps first ... end - 1.
+  void submit_sweeps(int first, int end) {
     queue_.submit([&](const vk::raii::CommandBuffer& commands) {
-      bind(commands, sweep_);
-      for (int i = 0; i < iterations; ++i) {
-        if (i > 0) {
+      bind(commands, *sweep_);
+      for (int number = first; number < end; ++number) {
+        if (number > first) {
           barrier(commands, Stage::eComputeShader, Access::eShaderWrite, Stage::eComputeShader,
                   Access::eShaderRead | Access::eShaderWrite);
         }
+        commands.pushConstants<SweepState>(*layout_, vk::ShaderStageFlagBits::eCompute,
+                                           offsetof(Parameters, turn), sweep_state(level_, number));
         dispatch(commands, newest_);
         newest_ = 1 - newest_;
       }
@@ -353,12 +380,13 @@ private:
   vk::raii::PipelineLayout layout_;
   vk::raii::Pipeline count_;
 
-  vk::raii::Pipeline sweep_ = nullptr;
-  int step_count_ = 0; // sweep_'s
+  std::map<ShaderConstants, vk::raii::Pipeline> pipelines_; // all that were ever needed: compiled once
+  const vk::raii::Pipeline* sweep_ = nullptr;               // of the level, one of pipelines_
+  Level level_;                                             // without its fields
   std::optional<Fields> fields_;
   std::size_t sites_ = 0; // of the level
   Parameters parameters_;
-  std::size_t newest_ = 0; // which displacement is the field; the other one is the field one iteration before
+  std::size_t newest_ = 0; // which displacement is the field; the other one is the field one sweep before
 };
 
 } // namespace

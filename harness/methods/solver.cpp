@@ -1,5 +1,6 @@
 #include "harness/methods/solver.hpp"
 
+#include "harness/methods/multigrid.hpp"
 #include "kernels/input_error.hpp"
 
 #include <fmt/format.h>
@@ -14,7 +15,10 @@ Solution Solver::solve(const Scene& scene, Progress& progress, const SolveOption
     throw InputError(fmt::format("{} cannot update as {} wants; use --backend scalar", backend_.name(),
                                  scene.schedule.method));
   }
-  if (scene.schedule.cycle != Cycle::one_way) {
+  if (scene.schedule.cycle == Cycle::multigrid) {
+    return solve_multigrid(scene, backend_, options_, sessions_, progress, options);
+  }
+  if (scene.schedule.cycle == Cycle::krylov) {
     throw InputError(fmt::format("{} is not there yet", scene.schedule.method));
   }
   if (sessions_.empty()) {
