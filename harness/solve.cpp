@@ -122,6 +122,9 @@ double total_site_updates(std::span<const LevelResult> levels) {
 }
 
 double site_updates(const Scene& scene, std::optional<int> iteration_limit) {
+  if (scene.schedule.cycle != Cycle::one_way) {
+    return static_cast<double>(scene.extent().sites()) * scene.schedule.iterations;
+  }
   const LevelSequence levels(scene);
   double sum = 0.0;
   for (const int index : levels.order()) {

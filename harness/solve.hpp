@@ -62,7 +62,9 @@ struct SolveOptions {
 [[nodiscard]] double total_site_updates(std::span<const LevelResult> levels);
 
 /// Iterations times sites over all levels, the unit of work of a solution; `iteration_limit` caps the
-/// schedule's iterations per level. With Stop::fixed this is exact, else the most that can be needed.
+/// schedule's iterations per level. With Stop::fixed this is what
+/// progress goes by, exact but for levels that are repeated, else the most that can be needed. Of cycles and
+/// Krylov steps, those on the full resolution count, once.
 [[nodiscard]] double site_updates(const Scene& scene, std::optional<int> iteration_limit = std::nullopt);
 
 } // namespace hdmbench
