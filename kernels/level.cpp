@@ -45,6 +45,50 @@ void require_strengths(const Level& level) {
   }
 }
 
+/// Below this many sites threads cost more than they bring.
+constexpr std::size_t sites_worth_threads = 1 << 17;
+
+/// Of one site, wherever it lies.
+void set_inverse_curvature(Level& level, int x, int y) {
+  const VectorField& anything = level.target; // the curvature does not depend on the displacement
+  const std::size_t at = level.extent.index(x, y);
+  const energy::Parabolas prior = energy::prior_parabolas(energy::gather(level, anything, x, y));
+  level.inverse_curvature.x[at] = 1.0F / prior.curvature_x;
+  level.inverse_curvature.y[at] = 1.0F / prior.curvature_y;
+}
+
+/// Of a site with neighbours all around; the pointers are to 1 / modulus in its column, `modulus` is its own.
+/// A function of its own: a local site inside an `omp simd` loop would keep it from becoming SIMD.
+HDM_FUNCTION energy::Parabolas prior_inside(const float* above, const float* here, const float* below,
+                                            float modulus) {
+  energy::Site site{}; // at rest: the curvature does not depend on the displacement
+  site.inverse_modulus = {above[-1], above[0],  above[1], here[-1], here[0],
+                          here[1],   below[-1], below[0], below[1]};
+  site.modulus = modulus;
+  return energy::prior_parabolas(site);
+}
+
+/// Of a row that is neither the first nor the last: between its ends no neighbour is outside, so that the
+/// sites become SIMD lanes.
+void set_inverse_curvature_inside(Level& level, int y) {
+  const int width = level.extent.width;
+  const std::size_t row = level.extent.index(0, y);
+  const float* modulus = level.modulus.values.data() + row;
+  const float* here = level.inverse_modulus.values.data() + row;
+  const float* above = here - width;
+  const float* below = here + width;
+  float* inverse_x = level.inverse_curvature.x.data() + row;
+  float* inverse_y = level.inverse_curvature.y.data() + row;
+#pragma omp simd
+  for (int x = 1; x < width - 1; ++x) {
+    const energy::Parabolas prior = prior_inside(above + x, here + x, below + x, modulus[x]);
+    inverse_x[x] = 1.0F / prior.curvature_x;
+    inverse_y[x] = 1.0F / prior.curvature_y;
+  }
+  set_inverse_curvature(level, 0, y);
+  set_inverse_curvature(level, width - 1, y);
+}
+
 bool is_finite(float value) {
   return std::isfinite(value);
 }
@@ -86,14 +130,18 @@ void set_inverse_modulus(Level& level) {
 }
 
 void set_inverse_curvature(Level& level) {
-  const VectorField anywhere(level.extent); // the curvature does not depend on the displacement
-  level.inverse_curvature = VectorField(level.extent);
-  for (int y = 0; y < level.extent.height; ++y) {
-    for (int x = 0; x < level.extent.width; ++x) {
-      const std::size_t at = level.extent.index(x, y);
-      const energy::Parabolas prior = energy::prior_parabolas(energy::gather(level, anywhere, x, y));
-      level.inverse_curvature.x[at] = 1.0F / prior.curvature_x;
-      level.inverse_curvature.y[at] = 1.0F / prior.curvature_y;
+  const Extent extent = level.extent;
+  level.inverse_curvature.extent = extent;
+  level.inverse_curvature.x.resize(extent.sites());
+  level.inverse_curvature.y.resize(extent.sites());
+#pragma omp parallel for if (extent.sites() > sites_worth_threads)
+  for (int y = 0; y < extent.height; ++y) {
+    if (y > 0 && y + 1 < extent.height) {
+      set_inverse_curvature_inside(level, y);
+    } else {
+      for (int x = 0; x < extent.width; ++x) {
+        set_inverse_curvature(level, x, y);
+      }
     }
   }
 }

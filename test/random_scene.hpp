@@ -19,8 +19,8 @@ struct SceneRange {
   double displacement = 20.0; ///< largest of a target, pixels
 };
 
-/// Inclusions in a homogeneous sheet; conditions on some sides, linear along each, and on some discs, constant
-/// in each. Every component is given somewhere. The same for the same arguments on every machine.
+/// Inclusions in a homogeneous sheet; conditions on some sides, linear along each, and on some discs,
+/// constant in each. Every component is given somewhere. The same for the same arguments on every machine.
 inline Scene random_scene(std::uint64_t seed, const SceneRange& range = {}) {
   std::mt19937_64 engine(seed);
   const auto uniform = [&](double low, double high) {

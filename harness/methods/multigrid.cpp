@@ -7,10 +7,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace hdmbench {
 
 namespace {
+
+/// A correction that leaves more of the residual is not taken.
+constexpr double poor_contraction = 0.9;
 
 void impose(std::vector<double>& field, const std::vector<float>& target,
             const std::vector<float>& confidence) {
@@ -25,24 +29,27 @@ float is_observed(float confidence) {
   return confidence > 0.0F ? 1.0F : 0.0F;
 }
 
-/// Puts the components that are held on their targets; true where one was not there.
-bool put_held(std::vector<double>& field, const std::vector<float>& target, const std::vector<float>& held) {
-  bool moved = false;
+/// Holds the components at their target whose minimiser that is.
+void hold_where_met(const std::vector<double>& field, const std::vector<float>& target,
+                    const std::vector<float>& holds, std::vector<float>& held) {
+  for (std::size_t i = 0; i < field.size(); ++i) {
+    held[i] = field[i] == static_cast<double>(target[i]) ? holds[i] : 0.0F;
+  }
+}
+
+/// Puts the components that are held on their targets.
+void put_held(std::vector<double>& field, const std::vector<float>& target, const std::vector<float>& held) {
   for (std::size_t i = 0; i < field.size(); ++i) {
     const auto to = static_cast<double>(target[i]);
-    if (held[i] > 0.0F && field[i] != to) {
-      field[i] = to;
-      moved = true;
-    }
+    field[i] = held[i] > 0.0F ? to : field[i];
   }
-  return moved;
 }
 
 /// Adds the correction and returns the sum of the squares of the way moved. An observed component that would
 /// pass its target stops there: beyond it the observation pulls the other way, which the correction does not
 /// know.
 template <typename Value>
-double move_by(std::vector<double>& field, const std::vector<Value>& correction,
+double move_by(Range range, std::vector<double>& field, const std::vector<Value>& correction,
                const std::vector<float>& target, const std::vector<float>& confidence) {
   double squares = 0.0;
   for (std::size_t i = 0; i < field.size(); ++i) {
@@ -53,10 +60,22 @@ double move_by(std::vector<double>& field, const std::vector<Value>& correction,
         way = gap;
       }
     }
-    field[i] += way;
-    squares += way * way;
+    const double moved = std::clamp(field[i] + way, range.lowest, range.highest);
+    squares += (moved - field[i]) * (moved - field[i]);
+    field[i] = moved;
   }
   return squares;
+}
+
+Range target_range(const std::vector<float>& target, const std::vector<float>& confidence) {
+  Range range{.lowest = std::numeric_limits<double>::max(), .highest = std::numeric_limits<double>::lowest()};
+  for (std::size_t i = 0; i < target.size(); ++i) {
+    if (confidence[i] > 0.0F) {
+      range.lowest = std::min(range.lowest, static_cast<double>(target[i]));
+      range.highest = std::max(range.highest, static_cast<double>(target[i]));
+    }
+  }
+  return range;
 }
 
 /// Neighbours connect all sites, unless the image is one site thick in the component's direction.
@@ -86,6 +105,8 @@ Multigrid::Multigrid(const Scene& scene, const Backend& backend, const SessionOp
   const Extent full = scene.extent();
   require_conditions(scene.full.confidence.x, 'x', full.width > 1, full);
   require_conditions(scene.full.confidence.y, 'y', full.height > 1, full);
+  ranges_ = {target_range(scene.full.target.x, scene.full.confidence.x),
+             target_range(scene.full.target.y, scene.full.confidence.y)};
   const Stopwatch watch(timings_.projection);
   const Material material = scene.schedule.mean_modulus ? Material::mean : Material::nearest;
   for (int position = 0; position <= coarsest(); ++position) {
@@ -122,42 +143,81 @@ void Multigrid::refine() {
   start(position_ - 1, finer);
 }
 
-/// On the full resolution the residual says who is held. Whoever is, is put on its target, which can release
-/// or catch a neighbour; what the last round leaves of that the next cycle does. Coarser levels are only a
-/// beginning for finer ones: there, steeper from site to site, the same K would let go of conditions that the
-/// full resolution keeps.
+/// On the full resolution the residual says who is held, of those that have arrived at their target. Coarser
+/// levels are only a beginning for finer ones: there, steeper from site to site, the same K would let go of
+/// conditions that the full resolution keeps.
 void Multigrid::evaluate(Hold hold) {
-  constexpr int most_rounds = 3;
   const Level& level = *problem().level;
   const Stopwatch watch(timings_.compute);
-  for (int round = 0; round < most_rounds; ++round) {
-    problem().residual->evaluate(field_, residual_);
-    ++problem().residuals;
-    if (hold == Hold::all_observed) {
-      return;
-    }
-    held_ = residual_.held;
-    const bool moved_x = put_held(field_.x, level.target.x, held_.x);
-    const bool moved_y = put_held(field_.y, level.target.y, held_.y);
-    if (!moved_x && !moved_y) {
-      return;
-    }
+  problem().residual->evaluate(field_, residual_);
+  ++problem().residuals;
+  if (hold == Hold::by_residual) {
+    hold_where_met(field_.x, level.target.x, residual_.held.x, held_.x);
+    hold_where_met(field_.y, level.target.y, residual_.held.y, held_.y);
   }
 }
 
 CycleResult Multigrid::cycle() {
+  constexpr int rescue_steps = 4;
+  constexpr double rescue_tolerance = 1e-2;
+  const State before{field_, residual_, held_};
   cycle_.hold(position_, held_);
-  return add(cycle_.correct(position_, residual_.missing));
+  CycleResult result = add(cycle_.correct(position_, residual_.missing));
+  if (position_ == 0 && !(result.contraction <= poor_contraction)) {
+    restore(before);
+    result = krylov_round(rescue_steps, rescue_tolerance).result;
+  }
+  return result;
+}
+
+void Multigrid::restore(const State& state) {
+  field_ = state.field;
+  residual_ = state.residual;
+  held_ = state.held;
+}
+
+/// What always converges, if slowly: every component goes 0.8 of the way to its own minimiser, all at once.
+CycleResult Multigrid::sweep(int iterations) {
+  constexpr double relaxation = 0.8;
+  const State before{field_, residual_, held_};
+  const Level& level = *problem().level;
+  for (int i = 0; i < iterations; ++i) {
+    for (std::size_t j = 0; j < field_.x.size(); ++j) {
+      field_.x[j] += relaxation * residual_.missing.x[j];
+      field_.y[j] += relaxation * residual_.missing.y[j];
+    }
+    evaluate(Hold::by_residual);
+  }
+  put_held(field_.x, level.target.x, residual_.held.x);
+  put_held(field_.y, level.target.y, residual_.held.y);
+  evaluate(Hold::by_residual);
+  CycleResult result{.residual = residual_.rms,
+                     .contraction = before.residual.rms > 0.0 ? residual_.rms / before.residual.rms : 0.0};
+  double squares = 0.0;
+  for (std::size_t j = 0; j < field_.x.size(); ++j) {
+    squares += std::pow(field_.x[j] - before.field.x[j], 2) + std::pow(field_.y[j] - before.field.y[j], 2);
+  }
+  result.correction = std::sqrt(squares / static_cast<double>(field_.x.size()));
+  estimated_error_.reset();
+  last_correction_.reset();
+  return result;
 }
 
 KrylovRound Multigrid::krylov_round(int most_steps, double tolerance) {
+  constexpr int rescue_sweeps = 20;
+  const State before{field_, residual_, held_};
   cycle_.hold(position_, held_);
   const CorrectionSystem system{cycle_.gradient(position_), cycle_.held(position_), residual_.missing};
-  KrylovResult result = krylov_correction(
+  const KrylovResult solved = krylov_correction(
       system, [this](const DoubleField& missing) { return cycle_.correct(position_, missing); }, most_steps,
       tolerance);
-  problem().residuals += result.products;
-  return {result.steps, add(result.correction)};
+  problem().residuals += solved.products;
+  CycleResult result = add(solved.correction);
+  if (position_ == 0 && !(result.contraction <= poor_contraction)) {
+    restore(before);
+    result = sweep(rescue_sweeps);
+  }
+  return {solved.steps, result};
 }
 
 template <typename Field>
@@ -166,8 +226,8 @@ CycleResult Multigrid::add(const Field& correction) {
   const double before = residual_.rms;
   CycleResult result;
   timed(timings_.projection, [&] {
-    const double squares = move_by(field_.x, correction.x, level.target.x, level.confidence.x) +
-                           move_by(field_.y, correction.y, level.target.y, level.confidence.y);
+    const double squares = move_by(ranges_[0], field_.x, correction.x, level.target.x, level.confidence.x) +
+                           move_by(ranges_[1], field_.y, correction.y, level.target.y, level.confidence.y);
     result.correction = std::sqrt(squares / static_cast<double>(level.extent.sites()));
   });
   evaluate(position_ > 0 ? Hold::all_observed : Hold::by_residual);
@@ -176,7 +236,7 @@ CycleResult Multigrid::add(const Field& correction) {
   const double ratio =
       last_correction_ && *last_correction_ > 0.0 ? result.correction / *last_correction_ : 0.5;
   last_correction_ = result.correction;
-  const double contraction = std::min(std::max(ratio, 0.1), 0.95);
+  const double contraction = std::clamp(std::max(ratio, result.contraction), 0.1, 0.95);
   estimated_error_ = result.correction * contraction / (1.0 - contraction);
   return result;
 }

@@ -3,6 +3,7 @@
 #include "harness/methods/correction_cycle.hpp"
 #include "harness/methods/krylov.hpp"
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -20,6 +21,13 @@ struct CycleResult {
 struct KrylovRound {
   int steps = 0; ///< 0 where nothing was missing
   CycleResult result;
+};
+
+/// From the least to the greatest target of a component, pixels. No fixed point leaves it: a free component
+/// is a mean of its neighbours.
+struct Range {
+  double lowest = 0.0;
+  double highest = 0.0;
 };
 
 /// Multigrid for the fixed point, one step at a time: a field in double on one level, which cycles bring
@@ -43,10 +51,13 @@ public:
   void start(int position, const VectorField& field);
   /// Goes on with the next finer level: the field interpolated, the conditions imposed.
   void refine();
-  /// One W-cycle with the current level as the finest.
+  /// One W-cycle with the current level as the finest. On the full resolution a cycle that leaves more than
+  /// 0.9 of the residual is taken back and krylov_round() done in its place.
   CycleResult cycle();
   /// BiCGSTAB for the same correction with the W-cycle as its preconditioner, see krylov_correction(); the
-  /// held set is that of the beginning.
+  /// held set is that of the beginning. Where that does not help either it is taken back for plain sweeps of
+  /// the closed form on the host: they always converge, but slowly, and leave no estimated_error(). Known to
+  /// need them: so small a K, or targets so contradictory, that most conditions are not held.
   KrylovRound krylov_round(int most_steps, double tolerance);
 
   [[nodiscard]] int position() const { return position_; }
@@ -54,7 +65,7 @@ public:
   /// Of field().
   [[nodiscard]] const ResidualField& residual() const { return residual_; }
   /// RMSD of field() and the fixed point of the current level, pixels: from the last cycle's correction and
-  /// the contraction measured; none before the first cycle of a level.
+  /// the contraction measured; none before the first cycle of a level and after plain sweeps.
   [[nodiscard]] std::optional<double> estimated_error() const { return estimated_error_; }
 
   /// What was done so far, coarsest level first.
@@ -70,6 +81,14 @@ private:
   };
 
   [[nodiscard]] Problem& problem() { return problems_[static_cast<std::size_t>(position_)]; }
+  /// What a step that does not help is taken back to.
+  struct State {
+    DoubleField field;
+    ResidualField residual;
+    VectorField held;
+  };
+  void restore(const State& state);
+  CycleResult sweep(int iterations);
   enum class Hold { all_observed, by_residual };
   void evaluate(Hold hold);
   /// Moves the field and says how that went.
@@ -78,6 +97,7 @@ private:
 
   CorrectionCycle cycle_;
   Alignment alignment_;
+  std::array<Range, 2> ranges_;   ///< of x and y
   std::vector<Problem> problems_; ///< by position
   int position_ = 0;
   DoubleField field_;

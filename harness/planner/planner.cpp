@@ -15,16 +15,19 @@ namespace hdmbench {
 
 namespace {
 
-/// Two levels differ by about what the coarser one's grid costs; that error falls with the grid, so after the
-/// next finer level the difference is about what is still missing. A check on the full resolution takes away
-/// its smooth part, all but this share of it.
-constexpr double left_by_check = 0.4;
+/// What a cycle leaves of an error at best: the first corrections, fast to fall, promise more than the last
+/// ones keep.
+constexpr double best_contraction = 0.35;
+constexpr double worst_contraction = 0.9;
+/// From here on a Krylov method takes the cycle for its preconditioner.
+constexpr double slow_contraction = 0.55;
 
-/// What a cycle leaves of an error where nothing was measured yet.
-constexpr double left_by_cycle = 0.3;
+/// The estimates below are means of what was measured; the request is met when this many times the estimate
+/// is within it.
+constexpr double caution = 1.5;
 
-/// Where float cannot say more, cycles end.
-constexpr int most_cycles = 40;
+/// Float cannot say more in the end.
+constexpr int most_cycles = 25;
 
 void require_positive(const std::optional<double>& value, const char* what) {
   if (value && !(*value > 0.0 && std::isfinite(*value))) {
@@ -52,14 +55,20 @@ public:
 
   Plan run() {
     begin();
-    while (multigrid_.position() > 0 && !coarse_is_enough() && has_time_for(multigrid_.position() - 1)) {
-      refine();
+    while (multigrid_.position() > 0 && !finished_) {
+      if (!has_time_for(multigrid_.position() - 1)) {
+        finish_by_interpolation("the time is up");
+      } else if (is_accurate(grid_error_) && !loses_conditions()) {
+        finish_by_interpolation("the next level is expected to move the field by less than is asked for");
+      } else {
+        refine();
+      }
     }
-    if (multigrid_.position() > 0) {
-      interpolate();
-    }
-    for (int i = 0; i < most_cycles && !is_met() && has_time_for(0) && !stalled_; ++i) {
+    for (int i = 0; i < most_cycles && !finished_ && !is_accurate(error_) && has_time_for(0); ++i) {
       cycle();
+    }
+    if (!finished_) {
+      plan_.solution.displacement = multigrid_.field().to_float();
     }
     finish();
     return std::move(plan_);
@@ -70,30 +79,28 @@ private:
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
   }
 
-  void note(std::string action, std::string reason, double moved) {
-    const Extent extent = multigrid_.extent(multigrid_.position());
+  void note(Extent extent, std::string action, std::string reason, double moved, double expected_error) {
     plan_.steps.push_back({.extent = extent,
                            .action = std::move(action),
                            .reason = std::move(reason),
                            .moved = moved,
-                           .expected_error = error_,
+                           .expected_error = expected_error,
                            .seconds = seconds()});
     progress_.describe(
         fmt::format("{} {} x {}: {}", scene_.name, extent.width, extent.height, plan_.steps.back().action));
   }
 
   [[nodiscard]] bool is_accurate(double error) const {
-    return request_.accuracy && error <= *request_.accuracy;
+    return request_.accuracy && caution * error <= *request_.accuracy;
   }
-  [[nodiscard]] bool is_met() const { return multigrid_.position() == 0 && is_accurate(error_); }
 
-  /// Cost grows with the sites; `position` next, and then the full resolution once for the interpolation.
+  /// Cost grows with the sites: those of `position` next, and for a coarse one the interpolation after it.
   [[nodiscard]] bool has_time_for(int position) const {
     if (!request_.seconds) {
       return true;
     }
     const auto sites = [&](int p) { return static_cast<double>(multigrid_.extent(p).sites()); };
-    const double after = position > 0 ? seconds_per_site_ * sites(0) * share_of_interpolation : 0.0;
+    const double after = position > 0 ? interpolation_share * seconds_per_site_ * sites(0) : 0.0;
     return seconds() + seconds_per_site_ * sites(position) + after < *request_.seconds;
   }
 
@@ -102,60 +109,115 @@ private:
     const auto start = static_cast<int>(plan_.survey.fair_start());
     const Resolution& level = plan_.survey.levels[static_cast<std::size_t>(start)];
     multigrid_.start(start, sample_field(scene_.start, multigrid_.extent(start), scene_.schedule.alignment));
-    const std::string reason = fmt::format("shows {:.0f} % of the materials, {:.0f} % of the conditions",
-                                           100.0 * level.materials, 100.0 * level.conditions);
-    double moved = std::numeric_limits<double>::infinity();
-    constexpr int cycles = 3;
-    for (int i = 0; i < cycles; ++i) {
+    const double moved = solve_level();
+    if (start == 0) {
+      error_ = error_after_cycle(moved);
+    }
+    note(level.extent, "start",
+         fmt::format("the coarsest to show {:.0f} % of the materials and {:.0f} % of the conditions",
+                     100.0 * level.materials, 100.0 * level.conditions),
+         moved, error_);
+  }
+
+  /// Cycles on the current level: one where that is dear, on coarse levels until the corrections are small,
+  /// which tells what a cycle leaves of an error. Returns how far the first one moved the field.
+  double solve_level() {
+    const double sites = static_cast<double>(multigrid_.extent(multigrid_.position()).sites());
+    const bool is_cheap = 16.0 * sites <= static_cast<double>(multigrid_.extent(0).sites());
+    double first = 0.0;
+    double before = 0.0;
+    constexpr int most = 4;
+    for (int i = 0; i < (is_cheap ? most : 1); ++i) {
+      double moved = 0.0;
       timed_step([&] { moved = multigrid_.cycle().correction; });
-      error_ = i == 0 ? moved : moved * left_by_cycle;
+      first = i == 0 ? moved : first;
+      if (i > 0) {
+        contraction_ = std::clamp(moved / before, contraction_, worst_contraction);
+      }
+      if (moved <= smallest_move || moved < 0.05 * first) {
+        break;
+      }
+      before = moved;
     }
-    if (start > 0) {
-      error_ = std::numeric_limits<double>::infinity(); // of the full resolution nothing is known yet
-    }
-    note("start", reason, moved);
+    return first;
   }
 
   void refine() {
-    CycleResult result;
-    timed_step([&] {
-      multigrid_.refine();
-      result = multigrid_.cycle();
-    });
-    error_ = multigrid_.position() == 0 ? result.correction * left_by_cycle : result.correction;
-    note("cycle", "no coarser level is expected to be good enough", result.correction);
+    timed_step([&] { multigrid_.refine(); });
+    const double moved = solve_level();
+    const Extent extent = multigrid_.extent(multigrid_.position());
+    if (multigrid_.position() == 0) {
+      error_ = error_after_cycle(moved);
+      note(extent, "cycle", "no coarser level is expected to be good enough", moved, error_);
+      return;
+    }
+    // The differences between levels fall like a geometric series; what is left of it is what the grid costs.
+    const double ratio = grid_move_ > 0.0 ? std::clamp(moved / grid_move_, 0.5, 0.8) : 0.5;
+    grid_error_ = moved * ratio / (1.0 - ratio);
+    grid_move_ = moved;
+    note(extent, "cycle", "coarser levels are not expected to be good enough", moved, grid_error_);
   }
 
-  /// Whether a check on the full resolution is expected to end it.
-  [[nodiscard]] bool coarse_is_enough() const { return is_accurate(error_ * left_by_check); }
+  /// What the interpolation puts on the full resolution, with how far it is from the targets there.
+  struct Interpolation {
+    VectorField field;
+    double largest_gap = 0.0; ///< pixels
+  };
 
-  void interpolate() {
-    const Extent from = multigrid_.extent(multigrid_.position());
-    multigrid_.refine_to(0);
-    const double rough = multigrid_.residual().rms;
-    const double before = error_;
-    if (!request_.accuracy) {
-      note("interpolation", fmt::format("from {} x {}: the time is up", from.width, from.height), 0.0);
-    }
-    CycleResult result;
-    timed_step([&] { result = multigrid_.cycle_of_coarser(); });
-    error_ = std::hypot(left_by_cycle * result.correction, multigrid_.residual().rms);
-    note("check",
-         fmt::format("{} x {} was expected to be enough: {:.2g} px of difference, then {:.2g} px rough",
-                     from.width, from.height, before, rough),
-         result.correction);
+  [[nodiscard]] Interpolation interpolate() const {
+    Interpolation result{
+        .field = prolongate(multigrid_.field().to_float(), multigrid_.extent(0), scene_.schedule.alignment)};
+    const Level& full = scene_.full;
+    const auto impose = [&](std::vector<float>& values, const std::vector<float>& target,
+                            const std::vector<float>& confidence) {
+      for (std::size_t i = 0; i < values.size(); ++i) {
+        if (confidence[i] > 0.0F) {
+          result.largest_gap =
+              std::max(result.largest_gap, static_cast<double>(std::abs(target[i] - values[i])));
+          values[i] = target[i];
+        }
+      }
+    };
+    impose(result.field.x, full.target.x, full.confidence.x);
+    impose(result.field.y, full.target.y, full.confidence.y);
+    return result;
+  }
+
+  /// A condition that the coarse level does not know would be met by nobody.
+  [[nodiscard]] bool loses_conditions() const { return interpolate().largest_gap > *request_.accuracy; }
+
+  void finish_by_interpolation(const char* reason) {
+    Interpolation interpolation = interpolate();
+    error_ = std::hypot(grid_error_, interpolation.largest_gap * gap_share);
+    plan_.solution.displacement = std::move(interpolation.field);
+    finished_ = true;
+    note(multigrid_.extent(0), "interpolation", reason, 0.0, error_);
+  }
+
+  /// What a correction of `moved` leaves, if the next ones shrink as the last ones did.
+  [[nodiscard]] double error_after_cycle(double moved) const {
+    return moved * contraction_ / (1.0 - contraction_);
   }
 
   void cycle() {
-    CycleResult result;
-    timed_step([&] { result = multigrid_.cycle(); });
-    error_ = multigrid_.estimated_error().value_or(result.correction);
-    stalled_ = result.correction == 0.0 || (last_moved_ && result.correction > 0.95 * *last_moved_);
-    last_moved_ = result.correction;
-    note("cycle",
-         request_.accuracy ? fmt::format("{:.2g} px are asked for", *request_.accuracy)
+    double moved = 0.0;
+    const bool slow = contraction_ > slow_contraction;
+    constexpr int krylov_steps = 3;
+    constexpr double krylov_tolerance = 0.01;
+    timed_step([&] {
+      moved = slow ? multigrid_.krylov_round(krylov_steps, krylov_tolerance).result.correction
+                   : multigrid_.cycle().correction;
+    });
+    if (last_moved_ > 0.0) {
+      contraction_ =
+          std::clamp(std::max(moved / last_moved_, 0.7 * contraction_), best_contraction, worst_contraction);
+    }
+    error_ = error_after_cycle(moved);
+    last_moved_ = moved;
+    note(multigrid_.extent(0), slow ? "Krylov steps" : "cycle",
+         request_.accuracy ? fmt::format("{:.3g} px are asked for", *request_.accuracy)
                            : std::string("there is time left"),
-         result.correction);
+         moved, error_);
   }
 
   template <typename Call>
@@ -168,12 +230,11 @@ private:
 
   void finish() {
     Solution& solution = plan_.solution;
-    solution.displacement = multigrid_.field().to_float();
     solution.levels = multigrid_.work();
     solution.timings = multigrid_.timings();
     solution.estimated_error = error_;
     const double total = seconds();
-    const bool accurate = !request_.accuracy || is_accurate(error_);
+    const bool accurate = !request_.accuracy || error_ <= *request_.accuracy;
     const bool in_time = !request_.seconds || total <= *request_.seconds;
     plan_.met = accurate && in_time;
     plan_.outcome =
@@ -183,8 +244,12 @@ private:
                     1e3 * total, plan_.met ? "met" : "NOT met");
   }
 
-  /// Of a cycle's time, with its check.
-  static constexpr double share_of_interpolation = 0.5;
+  /// Of a cycle's time a site.
+  static constexpr double interpolation_share = 0.1;
+  /// The largest gap between a level and the targets of the full image, once they are imposed, as an error.
+  static constexpr double gap_share = 0.25;
+  /// Pixels: corrections below it say nothing of the contraction.
+  static constexpr double smallest_move = 1e-5;
 
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   Scene scene_;
@@ -192,10 +257,13 @@ private:
   Progress& progress_;
   Multigrid multigrid_;
   Plan plan_;
-  double error_ = std::numeric_limits<double>::infinity(); ///< expected RMSD to the fixed point, pixels
-  double seconds_per_site_ = 0.0;                          ///< of the last step
-  std::optional<double> last_moved_;
-  bool stalled_ = false;
+  bool finished_ = false;
+  double error_ = std::numeric_limits<double>::infinity();      ///< of the field to the fixed point, pixels
+  double grid_error_ = std::numeric_limits<double>::infinity(); ///< of the current level's fixed point
+  double grid_move_ = 0.0;                                      ///< the last level moved the field by, pixels
+  double contraction_ = best_contraction;                       ///< of an error by a cycle
+  double last_moved_ = 0.0;
+  double seconds_per_site_ = 0.0; ///< of the last step
 };
 
 } // namespace

@@ -39,11 +39,11 @@ struct Plan {
 };
 
 /// Computes the fixed point of the scene on ever finer levels, each interpolated from the one before and
-/// corrected by multigrid, and stops at the coarsest one whose interpolation is expected to be good enough;
-/// what the full resolution then misses is checked there, at the price of about one sweep, and corrected. If
-/// that is not enough the full resolution gets cycles. `sessions` are kept for the next plan. Throws
-/// InputError where a figure of the request is not positive or no field is the only fixed point; what Session
-/// throws.
+/// corrected by multigrid, and stops at the coarsest one whose interpolation is expected to be good enough
+/// and to lose no condition; else the full resolution gets as many cycles as the request needs. The estimate
+/// is of the last correction and of what cycles were seen to leave of one, or of the differences between the
+/// levels. `sessions` are kept for the next plan. Throws InputError where a figure of the request is not
+/// positive or no field is the only fixed point; what Session throws.
 [[nodiscard]] Plan solve_as_needed(const Scene& scene, const Request& request, const Backend& backend,
                                    const SessionOptions& options,
                                    std::vector<std::unique_ptr<Session>>& sessions, Progress& progress);

@@ -1,0 +1,148 @@
+// What `run --accuracy` promises: an estimate that is honest and a cost that follows the request.
+
+#include "harness/planner/planner.hpp"
+
+#include "backends/registry.hpp"
+#include "harness/accuracy/deviation.hpp"
+#include "kernels/input_error.hpp"
+#include "reference/fixed_point.hpp"
+#include "test/random_scene.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace hdmbench {
+namespace {
+
+class PlannerTest : public testing::Test {
+protected:
+  Plan plan(const Scene& scene, const Request& request) {
+    Progress silent(false);
+    return solve_as_needed(scene, request, find_backend(backends_, "openmp"), {}, sessions_, silent);
+  }
+
+  static double distance(const Plan& plan, const ReferenceField& truth) {
+    return rmsd(ReferenceField(plan.solution.displacement), truth);
+  }
+
+  static double cost(const Plan& plan) {
+    return total_site_updates(plan.solution.levels) /
+           static_cast<double>(plan.solution.displacement.extent.sites());
+  }
+
+  std::vector<std::unique_ptr<Backend>> backends_ = make_backends();
+  std::vector<std::unique_ptr<Session>> sessions_;
+};
+
+Scene scene_at(const char* name, int size) {
+  return load_scene(name, {.size = Extent{size, size}});
+}
+
+TEST_F(PlannerTest, GivesWhatIsAskedForAndCostsMoreTheMoreIsAsked) {
+  for (const char* name : {"square", "circular", "circular-radial", "square-modified"}) {
+    const Scene scene = scene_at(name, 150);
+    const ReferenceField truth = solve_fixed_point(scene.full).displacement;
+    double cost_before = 0.0;
+    for (const double asked : {2.0, 0.5, 0.1, 0.02, 0.002}) {
+      const Plan found = plan(scene, {.accuracy = asked});
+      EXPECT_TRUE(found.met) << name << ", " << asked << ": " << found.outcome;
+      EXPECT_LE(*found.solution.estimated_error, asked) << name;
+      EXPECT_LE(distance(found, truth), asked) << name << ": " << found.outcome;
+      EXPECT_GE(cost(found), cost_before) << name << ", " << asked;
+      cost_before = cost(found);
+    }
+  }
+}
+
+TEST_F(PlannerTest, TheEstimateIsHonest) {
+  for (const double asked : {1.0, 0.2, 0.03}) {
+    std::vector<double> ratios;
+    int unmet = 0;
+    for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+      const Scene scene = test::random_scene(seed, {.smallest = 20, .largest = 90});
+      const ReferenceField truth = solve_fixed_point(scene.full).displacement;
+      const Plan found = plan(scene, {.accuracy = asked});
+      ratios.push_back(distance(found, truth) / std::max(*found.solution.estimated_error, 1e-6));
+      unmet += found.met ? 0 : 1;
+    }
+    std::ranges::sort(ratios);
+    const auto quantile = [&](double share) {
+      return ratios[static_cast<std::size_t>(share * static_cast<double>(ratios.size()))];
+    };
+    fmt::print(
+        "asked {} px: true / estimated error: median {:.2f}, 95 % {:.2f}, largest {:.2f}; not met {}\n",
+        asked, quantile(0.5), quantile(0.95), ratios.back(), unmet);
+    EXPECT_LE(quantile(0.95), 2.0) << asked;
+    EXPECT_GE(quantile(0.5), 0.05) << asked << ": an estimate that is always far too high helps nobody";
+    EXPECT_LE(unmet, 10) << asked;
+  }
+}
+
+TEST_F(PlannerTest, AHomogeneousSheetCostsNextToNothing) {
+  Scene scene = scene_at("square", 300);
+  std::ranges::fill(scene.full.modulus.values, 10.0F);
+  set_inverse_modulus(scene.full);
+  const Plan found = plan(scene, {.accuracy = 0.02});
+  EXPECT_TRUE(found.met) << found.outcome;
+  EXPECT_LT(cost(found), 0.3);
+  EXPECT_LE(distance(found, solve_fixed_point(scene.full).displacement), 0.02);
+}
+
+TEST_F(PlannerTest, AConditionOnOnePixelIsNotLost) {
+  Scene scene = scene_at("square", 200);
+  const std::size_t lonely = scene.full.extent.index(101, 67); // on no coarse level
+  scene.full.target.x[lonely] = 30.0F;
+  scene.full.confidence.x[lonely] = 1.0F;
+  const ReferenceField truth = solve_fixed_point(scene.full).displacement;
+  for (const double asked : {2.0, 0.1}) {
+    const Plan found = plan(scene, {.accuracy = asked});
+    EXPECT_TRUE(found.met) << found.outcome;
+    EXPECT_LE(distance(found, truth), asked);
+    EXPECT_EQ(found.solution.displacement.x[lonely], 30.0F);
+  }
+}
+
+TEST_F(PlannerTest, SaysWhenItCannot) {
+  const Plan found = plan(scene_at("circular", 100), {.accuracy = 1e-9});
+  EXPECT_FALSE(found.met);
+  EXPECT_NE(found.outcome.find("NOT met"), std::string::npos) << found.outcome;
+}
+
+TEST_F(PlannerTest, LittleTimeGivesACoarseFieldWithItsEstimate) {
+  const Scene scene = scene_at("circular", 300);
+  const ReferenceField truth = solve_fixed_point(scene.full).displacement;
+  const Plan hasty = plan(scene, {.seconds = 1e-6});
+  EXPECT_FALSE(hasty.met);
+  EXPECT_EQ(hasty.solution.displacement.extent, scene.extent());
+  const Plan patient = plan(scene, {.accuracy = 1e-4, .seconds = 30.0});
+  EXPECT_TRUE(patient.met) << patient.outcome;
+  EXPECT_LT(distance(patient, truth), 1e-3);
+  EXPECT_LT(cost(hasty), cost(patient) / 10.0);
+}
+
+TEST_F(PlannerTest, RefusesNonsense) {
+  const Scene scene = scene_at("square", 32);
+  EXPECT_THROW((void)plan(scene, {.accuracy = 0.0}), InputError);
+  EXPECT_THROW((void)plan(scene, {.accuracy = -1.0}), InputError);
+  EXPECT_THROW((void)plan(scene, {.seconds = 0.0}), InputError);
+}
+
+TEST(Survey, CountsWhatASceneIsMadeOf) {
+  const Scene scene = scene_at("square", 97);
+  const std::vector<Extent> extents{{97, 97}, {33, 33}, {4, 4}};
+  const Survey found = survey(scene, extents);
+  EXPECT_EQ(found.smallest_modulus, 10.0);
+  EXPECT_EQ(found.largest_modulus, 20.0);
+  EXPECT_EQ(found.smallest_target, -50.0);
+  EXPECT_EQ(found.largest_target, 50.0);
+  EXPECT_NEAR(found.observed, 4.0 * 97.0 / (2.0 * 97.0 * 97.0), 1e-12);
+  EXPECT_EQ(found.levels.front().materials, 1.0);
+  EXPECT_EQ(found.levels.front().conditions, 1.0);
+  EXPECT_GT(found.levels[1].materials, found.levels[2].materials);
+  EXPECT_EQ(found.fair_start(), 1U);
+}
+
+} // namespace
+} // namespace hdmbench

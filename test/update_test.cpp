@@ -1,0 +1,300 @@
+// The rules, colours and random numbers of update.inc against what they are meant to be: minimisers found by
+// search, a sweep in place, statistics. That all backends do the same is backends_test's affair.
+
+#include "backends/registry.hpp"
+#include "kernels/gather.hpp"
+#include "test/random_level.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+namespace hdmbench {
+namespace {
+
+VectorField swept(const test::Problem& problem, int sweeps) {
+  const auto scalar = make_backends().front()->open({});
+  scalar->load(problem.level);
+  scalar->write(problem.start);
+  scalar->step(sweeps);
+  VectorField field;
+  scalar->read(field);
+  return field;
+}
+
+/// U_t of one component as (4.7)-(4.17) print it, in double, with the centre displaced to d.
+double energy_of_x(const energy::Site& site, double d) {
+  const auto triple = [&](double ds, double du, double inverse_s, double inverse_u) {
+    const double forward = site.modulus * inverse_u * (d - ds) - (du - d);
+    const double backward = site.modulus * inverse_s * (d - du) - (ds - d);
+    return forward * forward + backward * backward;
+  };
+  const energy::Neighbours& n = site.dx;
+  const energy::Neighbours& i = site.inverse_modulus;
+  return triple(n.north_west, n.south_east, i.north_west, i.south_east) +
+         triple(n.south_west, n.north_east, i.south_west, i.north_east) +
+         triple(n.west, n.east, i.west, i.east) +
+         static_cast<double>(site.penalty) * site.confidence_x * std::abs(site.target_x - d);
+}
+
+/// Where a convex function is lowest between low and high, to about 1e-7 of their distance.
+double golden_section_search(const std::function<double(double)>& function, double low, double high) {
+  const double ratio = (std::sqrt(5.0) - 1.0) / 2.0;
+  for (int i = 0; i < 60; ++i) {
+    const double left = high - ratio * (high - low);
+    const double right = low + ratio * (high - low);
+    (function(left) < function(right) ? high : low) = function(left) < function(right) ? right : left;
+  }
+  return (low + high) / 2.0;
+}
+
+bool is_inside(Extent extent, int x, int y) {
+  return x > 0 && y > 0 && x + 1 < extent.width && y + 1 < extent.height;
+}
+
+TEST(ClosedForm, LandsOnTheMinimiserOrAsFarFromItAsTheRelaxationSays) {
+  auto problem = test::random_problem({24, 24}, test::Texture::smooth, 41, {}, Rule::closed_form);
+  for (const float penalty : {1.0F, 300.0F, 1e6F}) {
+    problem.level.penalty = penalty;
+    problem.level.strengths = {1.0F};
+    const VectorField minimal = swept(problem, 1);
+    problem.level.strengths = {0.25F, 1.0F};
+    const VectorField quarter = swept(problem, 1);
+    int pulled = 0;
+    for (int y = 1; y < 23; ++y) {
+      for (int x = 1; x < 23; ++x) {
+        const energy::Site site = energy::gather(problem.level, problem.start, x, y);
+        const std::size_t at = problem.level.extent.index(x, y);
+        // Between the outermost neighbours and the target lies the minimiser.
+        const double lowest = golden_section_search([&](double d) { return energy_of_x(site, d); }, -11, 11);
+        EXPECT_NEAR(minimal.x[at], lowest, 2e-5) << "K = " << penalty << ", " << x << ", " << y;
+        pulled += site.confidence_x > 0.0F && minimal.x[at] != site.target_x ? 1 : 0;
+        if (site.confidence_x == 0.0F) {
+          EXPECT_NEAR(quarter.x[at], site.dx.centre + 0.25 * (lowest - site.dx.centre), 2e-5);
+        }
+      }
+    }
+    EXPECT_EQ(pulled > 0, penalty < 1e6F) << "both sides of the threshold are to be seen";
+  }
+}
+
+TEST(ClosedForm, AHeldComponentTakesTheTargetItselfAtAnyRelaxation) {
+  auto problem = test::random_problem({40, 40}, test::Texture::smooth, 42, {}, Rule::closed_form);
+  problem.level.penalty = 1e7F;
+  for (const float relaxation : {0.3F, 1.0F, 1.9F}) {
+    problem.level.strengths = {relaxation};
+    const VectorField field = swept(problem, 1);
+    for (std::size_t i = 0; i < field.x.size(); ++i) {
+      if (problem.level.confidence.x[i] > 0.01F) {
+        ASSERT_EQ(field.x[i], problem.level.target.x[i]) << i << ", relaxation " << relaxation;
+      }
+    }
+  }
+}
+
+TEST(Correction, ObservedComponentsAreZeroAndTheOthersApproachWhatIsMissing) {
+  auto problem = test::random_problem({30, 30}, test::Texture::smooth, 43, {}, Rule::correction);
+  problem.level.strengths = {0.5F, 1.5F};
+  std::fill(problem.start.x.begin(), problem.start.x.end(), 0.0F);
+  const VectorField once = swept(problem, 1);
+  const VectorField twice = swept(problem, 2);
+  for (int y = 0; y < 30; ++y) {
+    for (int x = 0; x < 30; ++x) {
+      const std::size_t at = problem.level.extent.index(x, y);
+      const energy::Site site = energy::gather(problem.level, once, x, y);
+      const bool observed = site.confidence_x > 0.0F;
+      ASSERT_EQ(once.x[at], observed ? 0.0F : 0.5F * site.target_x);
+      if (observed) {
+        ASSERT_EQ(twice.x[at], 0.0F);
+      } else if (is_inside(problem.level.extent, x, y)) {
+        energy::Site free = site;
+        free.confidence_x = 0.0F;
+        const double smooth = golden_section_search([&](double d) { return energy_of_x(free, d); }, -11, 11);
+        ASSERT_NEAR(twice.x[at], once.x[at] + 1.5 * (site.target_x + smooth - site.dx.centre), 5e-5);
+      }
+    }
+  }
+}
+
+/// The sites of a sweep one after the other, in place, from last to first: the same only if nobody who moves
+/// sees another one who does.
+void sweep_in_place_backwards(const Level& level, int number, VectorField& field) {
+  const SweepState state = sweep_state(level, number);
+  const energy::Sweep sweep{state.colour, state.strength, state.number, state.seed};
+  for (int y = level.extent.height - 1; y >= 0; --y) {
+    for (int x = level.extent.width - 1; x >= 0; --x) {
+      const energy::Position at{static_cast<float>(x), static_cast<float>(y)};
+      const energy::Displacement next = energy::swept_displacement(
+          static_cast<int>(level.rule), sweeps_per_iteration(level.update),
+          energy::gather(level, field, x, y), at, sweep, level.steps.padded().data(), level.steps.count());
+      field.x[level.extent.index(x, y)] = next.x;
+      field.y[level.extent.index(x, y)] = next.y;
+    }
+  }
+}
+
+TEST(Colours, WhatMovesDoesNotSeeWhatElseMoves) {
+  for (const Update update : {Update::simultaneous, Update::coloured, Update::four_coloured}) {
+    const auto problem =
+        test::random_problem({33, 34}, test::Texture::smooth, 44, {}, Rule::closed_form, update);
+    VectorField field = problem.start;
+    for (int number = 0; number < sweeps_per_iteration(update); ++number) {
+      sweep_in_place_backwards(problem.level, number, field);
+    }
+    const VectorField expected = swept(problem, sweeps_per_iteration(update));
+    EXPECT_EQ(field.x == expected.x && field.y == expected.y, update != Update::simultaneous);
+  }
+}
+
+TEST(Colours, XTakesTurnsByColumnsAndYByRowsAndFourColoursByBoth) {
+  for (const Update update : {Update::coloured, Update::four_coloured}) {
+    auto problem = test::random_problem({12, 13}, test::Texture::smooth, 45, {}, Rule::closed_form, update);
+    std::fill(problem.level.confidence.x.begin(), problem.level.confidence.x.end(), 0.0F);
+    std::fill(problem.level.confidence.y.begin(), problem.level.confidence.y.end(), 0.0F);
+    const VectorField before = swept(problem, 1);
+    const VectorField after = swept(problem, 2); // the second sweep is colour 1
+    for (int y = 0; y < 13; ++y) {
+      for (int x = 0; x < 12; ++x) {
+        const std::size_t at = problem.level.extent.index(x, y);
+        const bool four = update == Update::four_coloured;
+        EXPECT_EQ(after.x[at] != before.x[at], four ? x % 2 == 1 && y % 2 == 0 : x % 2 == 1)
+            << x << ", " << y;
+        EXPECT_EQ(after.y[at] != before.y[at], four ? x % 2 == 1 && y % 2 == 0 : y % 2 == 1)
+            << x << ", " << y;
+      }
+    }
+  }
+}
+
+constexpr int side = 256; ///< of the grid of random numbers
+
+/// The numbers that a sweep draws, first and second, site by site.
+std::array<std::vector<double>, 2> draws(int number, int component, int seed) {
+  std::array<std::vector<double>, 2> all;
+  const energy::Sweep sweep{0.0F, 0.0F, static_cast<float>(number), static_cast<float>(seed)};
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) {
+      const energy::RandomPair pair = energy::random_pair({static_cast<float>(x), static_cast<float>(y)},
+                                                          sweep, static_cast<float>(component));
+      all[0].push_back(pair.first);
+      all[1].push_back(pair.second);
+    }
+  }
+  return all;
+}
+
+/// Of two series of numbers uniform in (0, 1); `shift` sites apart.
+double correlation(const std::vector<double>& a, const std::vector<double>& b, std::size_t shift = 0) {
+  double sum = 0.0;
+  for (std::size_t i = shift; i < a.size(); ++i) {
+    sum += 12.0 * (a[i] - 0.5) * (b[i - shift] - 0.5);
+  }
+  return sum / static_cast<double>(a.size() - shift);
+}
+
+TEST(RandomNumbers, AreUniform) {
+  constexpr int bins = 64;
+  for (const int number : {0, 1, 4095, 4096, 1000000}) {
+    for (const auto& values : draws(number, number % 2, 7)) {
+      std::array<int, bins> counts{};
+      for (const double value : values) {
+        ASSERT_TRUE(value > 0.0 && value < 1.0);
+        ++counts[static_cast<std::size_t>(value * bins)];
+      }
+      const double expected = static_cast<double>(values.size()) / bins;
+      double chi_square = 0.0;
+      for (const int count : counts) {
+        chi_square += (count - expected) * (count - expected) / expected;
+      }
+      // 63 degrees of freedom: mean 63, standard deviation 11.2. Far below would be a lattice.
+      EXPECT_GT(chi_square, 25.0) << number;
+      EXPECT_LT(chi_square, 120.0) << number;
+    }
+  }
+}
+
+TEST(RandomNumbers, AreUncorrelated) {
+  const double five_sigma = 5.0 / side; // of a correlation over side^2 sites
+  const auto drawn = draws(10, 0, 7);
+  EXPECT_NEAR(correlation(drawn[0], drawn[0]), 1.0, 0.02) << "the measure itself";
+  EXPECT_LT(std::abs(correlation(drawn[0], drawn[1])), five_sigma) << "first and second";
+  for (const std::size_t shift : {1, 2, side - 1, side, side + 1, 2 * side}) {
+    EXPECT_LT(std::abs(correlation(drawn[0], drawn[0], shift)), five_sigma) << "sites " << shift << " apart";
+    EXPECT_LT(std::abs(correlation(drawn[1], drawn[1], shift)), five_sigma) << "sites " << shift << " apart";
+  }
+  for (const auto& other : {draws(11, 0, 7), draws(12, 0, 7), draws(10 + 4093, 0, 7), draws(10 + 4096, 0, 7),
+                            draws(10, 1, 7), draws(10, 0, 8)}) {
+    EXPECT_LT(std::abs(correlation(drawn[0], other[0])), five_sigma) << "sweep, component or seed";
+    EXPECT_LT(std::abs(correlation(drawn[1], other[1])), five_sigma) << "sweep, component or seed";
+  }
+}
+
+/// Everything at rest and alike: half the second derivative of U_t is 24 everywhere.
+test::Problem flat_problem(StepSet steps, float inverse_temperature, int seed) {
+  auto problem = test::random_problem({side, side}, test::Texture::tie_rich, 46, steps, Rule::annealing);
+  problem.start = VectorField(problem.level.extent);
+  problem.level.confidence = VectorField(problem.level.extent);
+  problem.level.strengths = {inverse_temperature};
+  problem.level.seed = seed;
+  return problem;
+}
+
+TEST(Annealing, TakesACandidateWithTheProbabilityOfItsEnergy) {
+  for (const double inverse_temperature : {0.0, 1.0, 4.0, 15.0}) {
+    const VectorField field =
+        swept(flat_problem(StepSet::parse("0,0.1"), static_cast<float>(inverse_temperature), 9), 1);
+    const double draws = 2.0 * side * side;
+    const double taken =
+        static_cast<double>(std::ranges::count_if(field.x, [](float d) { return d != 0.0F; }) +
+                            std::ranges::count_if(field.y, [](float d) { return d != 0.0F; }));
+    const double exponent = 24.0 * 0.1 * 0.1 * inverse_temperature;
+    const double probability = 0.5 * std::exp(-exponent);
+    const double five_sigma = 5.0 * std::sqrt(probability * (1.0 - probability) / draws);
+    EXPECT_NEAR(taken / draws, probability, five_sigma + probability * exponent * exponent / 512.0)
+        << inverse_temperature;
+  }
+}
+
+TEST(Annealing, GoesDownOnlyWhereItIsCold) {
+  auto problem =
+      test::random_problem({40, 40}, test::Texture::smooth, 47, {}, Rule::annealing, Update::four_coloured);
+  problem.level.strengths = {1e30F};
+  int moved = 0;
+  for (int number = 0; number < 40; ++number) {
+    const VectorField next = swept(problem, 1); // always sweep 0: the seed makes the difference
+    problem.level.seed = number + 1;
+    for (int y = 1; y < 39; ++y) {
+      for (int x = 1; x < 39; ++x) {
+        const std::size_t at = problem.level.extent.index(x, y);
+        const energy::Site site = energy::gather(problem.level, problem.start, x, y);
+        const double before = energy_of_x(site, problem.start.x[at]);
+        ASSERT_LE(energy_of_x(site, next.x[at]), before * (1.0 + 1e-5) + 1e-5);
+        moved += next.x[at] != problem.start.x[at] ? 1 : 0;
+      }
+    }
+    problem.start = next;
+  }
+  EXPECT_GT(moved, 100);
+}
+
+TEST(Annealing, TheSeedAndTheSweepMakeTheDifference) {
+  const auto steps = StepSet::parse("0,1,2,3");
+  const VectorField field = swept(flat_problem(steps, 0.0F, 1), 1);
+  EXPECT_EQ(field.x, swept(flat_problem(steps, 0.0F, 1), 1).x);
+  EXPECT_NE(field.x, swept(flat_problem(steps, 0.0F, 2), 1).x);
+  EXPECT_NE(field.x, field.y);
+  // At an endless temperature the second sweep adds numbers of its own, not the first ones again.
+  const VectorField twice = swept(flat_problem(steps, 0.0F, 1), 2);
+  int doubled = 0;
+  for (std::size_t i = 0; i < field.x.size(); ++i) {
+    doubled += twice.x[i] == 2.0F * field.x[i] ? 1 : 0;
+  }
+  EXPECT_NEAR(doubled, side * side / 4.0, 5.0 * side / 2.0);
+}
+
+} // namespace
+} // namespace hdmbench
