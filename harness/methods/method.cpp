@@ -37,14 +37,17 @@ void closed_form(Schedule& schedule, StepSet& /*steps*/) {
   schedule.relaxation = {.factor = 0.8};
 }
 
+/// Scanned at 300 x 300 for the smallest error at about three sweeps over the full resolution. More effort
+/// does not help on every scene: the fixed point of 128 x 128 sites is 0.1 to 0.2 px off, and what remains of
+/// it are waves as long as the image, which sweeps on the finest level hardly move.
 void cascade(Schedule& schedule, StepSet& /*steps*/) {
   schedule.rule = Rule::closed_form;
   schedule.update = Update::coloured;
-  schedule.growth = 1.6;
+  schedule.growth = 1.8;
   schedule.most_per_side = 1.0;
   schedule.skip_nearer = 1.3;
   schedule.mean_modulus = true;
-  schedule.relaxation = {.reach = 8.0};
+  schedule.relaxation = {.reach = 8.0, .largest = 1.97, .settling = 2};
 }
 
 /// To propose no step is to propose nothing, so 0 is left out.
