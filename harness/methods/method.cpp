@@ -34,7 +34,7 @@ void icm_thesis_steps(Schedule& /*schedule*/, StepSet& steps) {
 /// them.
 void closed_form(Schedule& schedule, StepSet& /*steps*/) {
   schedule.rule = Rule::closed_form;
-  schedule.relaxation = {.factor = 0.8};
+  schedule.relaxation = {.factor = 0.9};
 }
 
 /// Scanned at 300 x 300 for the smallest error at about three sweeps over the full resolution. More effort
@@ -86,7 +86,7 @@ const std::array all{
            in_order<Update::coloured>},
     Method{"four-coloured", "candidates in place, four sets in turn (thesis 9.6.2)", per_level, 0, "steps",
            in_order<Update::four_coloured>},
-    Method{"closed-form", "every site moves 0.8 of the way to its exact minimum, all at once", per_level, 0,
+    Method{"closed-form", "every site moves 0.9 of the way to its exact minimum, all at once", per_level, 0,
            "relaxation", closed_form},
     Method{"cascade", "exact minima in two colours, accelerated, more iterations on coarser levels",
            "iterations on the full resolution", 1, "", cascade},
