@@ -98,6 +98,7 @@ int LevelSequence::iterations(int level) const {
 }
 
 void LevelSequence::prepare(int level, Level& sampled) const {
+  sampled.rule = scene_.schedule.rule;
   if (needs_inverse_curvature(sampled.rule)) {
     set_inverse_curvature(sampled);
   }

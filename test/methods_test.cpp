@@ -75,7 +75,6 @@ TEST(Methods, KeepWhatTheSceneSays) {
     EXPECT_EQ(changed.schedule.alignment, Alignment::center);
     EXPECT_EQ(changed.schedule.iterations,
               method.usual_effort > 0 ? method.usual_effort : scene.schedule.iterations);
-    EXPECT_EQ(changed.full.rule, changed.schedule.rule);
     EXPECT_EQ(changed.full.update, changed.schedule.update);
     EXPECT_EQ(with(changed, method.name, 7).schedule.iterations, 7);
   }
@@ -112,7 +111,7 @@ TEST(Methods, AreReadFromSceneFiles) {
   EXPECT_EQ(scene.schedule.cooling.highest, 8.0);
   EXPECT_EQ(scene.schedule.cooling.lowest, 0.5);
   EXPECT_EQ(scene.full.seed, 5);
-  EXPECT_EQ(scene.full.rule, Rule::annealing);
+  EXPECT_EQ(scene.schedule.rule, Rule::annealing);
   EXPECT_EQ(load("method = \"closed-form\"\nrelaxation = 0.5\n").schedule.relaxation.factor, 0.5);
   EXPECT_EQ(load("update = \"coloured\"\n").full.update, Update::coloured);
   EXPECT_THROW((void)load("method = \"cascade\"\nrelaxation = 0.5\n"), InputError);
@@ -169,13 +168,13 @@ TEST(Cascade, IsNearTheFixedPointForThreeSweeps) {
   }
 }
 
-/// A stiff and a soft square in turn: the eigenvalues of the system are complex.
-Scene checkerboard(double contrast) {
+/// Stiff and soft layers in turn, aslant, so that their edges are stairs: the system has complex eigenvalues.
+Scene slanting_layers(double contrast) {
   Scene scene = load_scene("square", {.size = Extent{96, 96}});
   for (int y = 0; y < 96; ++y) {
     for (int x = 0; x < 96; ++x) {
       scene.full.modulus.values[scene.extent().index(x, y)] =
-          (x / 3 + y / 3) % 2 == 0 ? 1.0F : static_cast<float>(contrast);
+          static_cast<int>((0.8 * x + 0.6 * y) / 3.0) % 2 == 0 ? 1.0F : static_cast<float>(contrast);
     }
   }
   set_inverse_modulus(scene.full);
@@ -183,8 +182,8 @@ Scene checkerboard(double contrast) {
 }
 
 TEST(Cascade, NoticesThatAccelerationDiverges) {
-  for (const double contrast : {30.0, 1e4}) {
-    const Scene scene = with(checkerboard(contrast), "cascade", 4);
+  for (const double contrast : {1e3, 1e4}) {
+    const Scene scene = with(slanting_layers(contrast), "cascade", 4);
     const Solution solution = solve_on("openmp", scene);
     EXPECT_TRUE(std::ranges::any_of(solution.levels, &LevelResult::repeated)) << contrast;
     for (const auto* component : {&solution.displacement.x, &solution.displacement.y}) {
@@ -202,7 +201,8 @@ TEST(Cascade, NoticesThatAccelerationDiverges) {
 }
 
 TEST(Cascade, AFieldThatLeavesTheRangeHasDivergedAndNanToo) {
-  Level level = with(checkerboard(1.0), "cascade").full;
+  Level level = with(slanting_layers(1.0), "cascade").full;
+  level.rule = Rule::closed_form;
   level.strengths = {1.5F};
   const VectorField begin(level.extent);
   VectorField end = begin;

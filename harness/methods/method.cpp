@@ -143,10 +143,9 @@ void require_in_range(const MethodOptions& options) {
   }
 }
 
-/// What the level repeats of the schedule.
+/// What the level repeats of the schedule: all but the rule, with what it needs, which LevelSequence adds.
 void hand_on(Scene& scene) {
   scene.full.update = scene.schedule.update;
-  scene.full.rule = scene.schedule.rule;
   scene.full.seed = scene.schedule.seed;
 }
 

@@ -36,8 +36,9 @@ struct Method {
 /// Throws InputError that lists the names.
 [[nodiscard]] const Method& find_method(std::string_view name);
 
-/// Makes `scene` use the method: schedule, steps, update and rule of scene.full; `iterations` replaces the
-/// usual effort. What the scene says of stop, start level, alignment and conditions stays. Throws InputError.
+/// Makes `scene` use the method: schedule, and steps, update and seed of scene.full; `iterations` replaces
+/// the usual effort. What the scene says of stop, start level, alignment and conditions stays. Throws
+/// InputError.
 void use_method(Scene& scene, const Method& method, std::optional<int> iterations = std::nullopt);
 
 /// Changes the method that the scene has (scene.schedule.method). Throws InputError, and changes nothing,
