@@ -2,6 +2,7 @@
 
 #include "harness/compare.hpp"
 #include "harness/median.hpp"
+#include "harness/methods/solver.hpp"
 
 #include <fmt/format.h>
 
@@ -17,27 +18,27 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 }
 
 /// Shaders are compiled, or specialised for a size, when they first run: let every level run once.
-void warm_up(const Scene& scene, Session& session) {
+void warm_up(const Scene& scene, Solver& solver) {
   Scene once = scene;
   once.schedule.iterations = 1;
   once.schedule.growth = 0.0;
   once.schedule.stop = Stop::fixed;
   Progress silent(false);
-  (void)solve(once, session, silent);
+  (void)solver.solve(once, silent);
 }
 
 /// Returns the displacement.
 VectorField measure(const Scene& scene, const Backend& backend, const BenchOptions& options,
                     Progress& progress, BenchResult& result) {
   const auto start = std::chrono::steady_clock::now();
-  const std::unique_ptr<Session> session = backend.open(options.session);
-  warm_up(scene, *session);
+  Solver solver(backend, options.session);
+  warm_up(scene, solver);
   result.setup_seconds = seconds_since(start);
   Solution solution;
   for (int i = 0; i < options.repeats; ++i) {
     progress.describe(fmt::format("bench {} {} x {} on {}, sample {} of {}", scene.name, scene.extent().width,
                                   scene.extent().height, backend.name(), i + 1, options.repeats));
-    solution = solve(scene, *session, progress);
+    solution = solver.solve(scene, progress);
     result.samples.push_back(solution.timings);
   }
   result.iterations = total_iterations(solution.levels);
@@ -62,7 +63,7 @@ std::vector<BenchResult> bench(const Scene& scene, std::span<const Backend* cons
     BenchResult& result = results.emplace_back();
     result.backend = backend->name();
     if (!backend->supports(scene.schedule.update)) {
-      result.reason = "cannot update sequentially";
+      result.reason = fmt::format("cannot update as {} wants", method_name(scene.schedule));
       continue;
     }
     VectorField found;

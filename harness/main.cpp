@@ -30,6 +30,7 @@ int main(int argc, char** argv) {
   program.require_subcommand(1);
   try {
     commands::add_devices(program, arguments, status);
+    commands::add_methods(program);
     commands::add_run(program, arguments, status);
     commands::add_verify(program, arguments, status);
     commands::add_bench(program, arguments, status);

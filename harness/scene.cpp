@@ -2,6 +2,7 @@
 
 #include "harness/conditions.hpp"
 #include "harness/images.hpp"
+#include "harness/methods/method.hpp"
 #include "harness/random_content.hpp"
 #include "harness/scene_content.hpp"
 #include "harness/toml_reader.hpp"
@@ -25,12 +26,36 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Schedule read_schedule(TomlReader& table) {
-  Schedule schedule;
-  schedule.iterations = table.integer("iterations", schedule.iterations);
-  if (schedule.iterations < 0) {
-    table.fail("iterations", "must not be negative");
+/// The method with its options, of which it refuses those it does not take.
+void read_method(TomlReader& table, Scene& scene) {
+  MethodOptions options;
+  if (table.has("iterations")) {
+    options.iterations = table.integer("iterations");
   }
+  if (table.has("update")) {
+    options.update = static_cast<Update>(table.choice("update", update_names, 0));
+  }
+  options.relaxation = table.optional_number("relaxation");
+  if (table.has("temperatures")) {
+    const auto [highest, lowest] = table.pair("temperatures");
+    options.cooling = Cooling{.highest = highest, .lowest = lowest};
+  }
+  if (table.has("seed")) {
+    options.seed = table.integer("seed");
+  }
+  const std::string name = table.text("method", scene.schedule.method);
+  try {
+    use_method(scene, find_method(name));
+    set_options(scene, options);
+  } catch (const InputError& error) {
+    table.fail(table.has("method") ? "method" : "iterations", error.what());
+  }
+}
+
+/// scene.full.steps is there already.
+void read_schedule(TomlReader& table, Scene& scene) {
+  Schedule& schedule = scene.schedule;
+  read_method(table, scene);
   schedule.stop = static_cast<Stop>(table.choice("stop", stop_names, 0));
   schedule.epsilon = table.number("epsilon", schedule.epsilon);
   if (table.has("start_level")) {
@@ -40,9 +65,7 @@ Schedule read_schedule(TomlReader& table) {
     }
   }
   schedule.alignment = static_cast<Alignment>(table.choice("alignment", alignment_names, 0));
-  schedule.update = static_cast<Update>(table.choice("update", update_names, 0));
   table.finish();
-  return schedule;
 }
 
 StepSet read_steps(TomlReader& scene) {
@@ -163,8 +186,7 @@ Scene build(const toml::table& root, const std::string& name, const std::string&
     reader.fail("poisson", "must lie in (-1, 0.5]");
   }
   TomlReader schedule = reader.table("schedule");
-  scene.schedule = read_schedule(schedule);
-  full.update = scene.schedule.update;
+  read_schedule(schedule, scene);
   reader.finish();
   set_inverse_modulus(full);
   scene.picture = std::move(content.picture);

@@ -28,6 +28,9 @@ struct LevelResult {
   int iterations = 0;
   int residuals = 0; ///< evaluations of the residual of all sites on the host, each the work of an iteration
   std::int64_t changed = 0; ///< sites that the last sweep changed
+  /// Acceleration diverged (level_sequence.hpp), so the level was computed again without; its iterations
+  /// count both.
+  bool repeated = false;
 };
 
 struct Solution {
@@ -59,7 +62,9 @@ struct SolveOptions {
 [[nodiscard]] double total_site_updates(std::span<const LevelResult> levels);
 
 /// Iterations times sites over all levels, the unit of work of a solution; `iteration_limit` caps the
-/// schedule's iterations per level. With Stop::fixed this is exact, else the most that can be needed.
+/// schedule's iterations per level. With Stop::fixed this is what
+/// progress goes by, exact but for levels that are repeated, else the most that can be needed. Of cycles and
+/// Krylov steps, those on the full resolution count, once.
 [[nodiscard]] double site_updates(const Scene& scene, std::optional<int> iteration_limit = std::nullopt);
 
 } // namespace hdmbench

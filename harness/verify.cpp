@@ -2,13 +2,15 @@
 
 #include "harness/compare.hpp"
 #include "harness/level_sequence.hpp"
+#include "harness/solve.hpp"
 #include "kernels/input_error.hpp"
 #include "reference/thesis_energy.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
+#include <memory>
+#include <utility>
 
 namespace hdmbench {
 
@@ -45,11 +47,11 @@ FirstDifference describe_difference(const ReferenceStep& step, const VectorField
 /// One backend that follows the reference in one mode.
 class Follower {
 public:
-  Follower(const Backend& backend, const SessionOptions& options, Update update, Mode mode) {
+  Follower(const Backend& backend, const SessionOptions& options, const Schedule& schedule, Mode mode) {
     comparison_.backend = backend.name();
     comparison_.mode = mode;
-    if (!backend.supports(update)) {
-      comparison_.reason = "cannot update sequentially";
+    if (!backend.supports(schedule.update)) {
+      comparison_.reason = fmt::format("cannot update as {} wants", method_name(schedule));
       return;
     }
     try {
@@ -62,9 +64,17 @@ public:
 
   void begin_level(const LevelSequence& levels, const Level& level, int index) {
     if (session_ != nullptr) {
-      session_->load(level);
-      session_->write(levels.begin(index, displacement_));
+      begin_ = levels.begin(index, displacement_);
       ++comparison_.levels;
+      begin_again(level);
+    }
+  }
+
+  /// From the field that the level began with.
+  void begin_again(const Level& level) {
+    if (session_ != nullptr) {
+      session_->load(level);
+      session_->write(begin_);
     }
   }
 
@@ -78,7 +88,8 @@ public:
     session_->step(1);
     session_->read(displacement_);
     const FieldDifference difference = compare(step.after, displacement_);
-    ++comparison_.iterations;
+    ++comparison_.sweeps;
+    comparison_.iterations = comparison_.sweeps / sweeps_per_iteration(step.level.update);
     comparison_.sites_compared += static_cast<std::int64_t>(step.level.extent.sites());
     comparison_.sites_differing += difference.sites;
     comparison_.not_finite += difference.not_finite;
@@ -111,7 +122,86 @@ public:
 private:
   std::unique_ptr<Session> session_; ///< null: skipped
   VectorField displacement_;
+  VectorField begin_; ///< of the level
   Comparison comparison_;
+};
+
+/// The reference and all that follow it.
+class Procession {
+public:
+  Procession(const Scene& scene, const Backend& reference, std::span<const Backend* const> backends,
+             const VerifyOptions& options, Progress& progress)
+      : schedule_(scene.schedule), limit_(options.iteration_limit), session_(reference.open(options.session)),
+        progress_(progress) {
+    for (const Backend* backend : backends) {
+      for (const Mode mode : {Mode::resync, Mode::free}) {
+        followers_.emplace_back(*backend, options.session, schedule_, mode);
+      }
+    }
+  }
+
+  void compute(LevelSequence& levels, int index) {
+    const Level& level = levels.sample(index);
+    const VectorField begin = levels.begin(index, field_);
+    for (Follower& follower : followers_) {
+      follower.begin_level(levels, level, index);
+    }
+    const int iterations = levels.iterations(index);
+    const int limit = std::min(iterations, limit_.value_or(iterations));
+    iterate(level, index, begin, limit);
+    if (has_diverged(level, begin, field_)) {
+      const Level& slower = levels.sample_without_acceleration(index);
+      for (Follower& follower : followers_) {
+        follower.begin_again(slower);
+      }
+      iterate(slower, index, begin, limit);
+    }
+    for (Follower& follower : followers_) {
+      follower.end_level();
+    }
+  }
+
+  [[nodiscard]] std::vector<Comparison> finish() {
+    std::vector<Comparison> comparisons;
+    comparisons.reserve(followers_.size());
+    for (Follower& follower : followers_) {
+      comparisons.push_back(follower.finish(changes_));
+    }
+    return comparisons;
+  }
+
+private:
+  void iterate(const Level& level, int index, const VectorField& begin, int limit) {
+    session_->load(level);
+    session_->write(begin);
+    field_ = begin;
+    StopRule rule(schedule_, limit);
+    for (int iteration = 1; rule.may_continue(iteration - 1); ++iteration) {
+      std::int64_t changed_by_iteration = 0;
+      for (int sweep = 0; sweep < sweeps_per_iteration(level.update); ++sweep) {
+        session_->step(1);
+        session_->read(after_);
+        const std::int64_t changed = session_->changed();
+        changed_by_iteration += changed;
+        for (Follower& follower : followers_) {
+          follower.follow({level, index, iteration, field_, after_, changed});
+        }
+        std::swap(field_, after_);
+      }
+      changes_ += changed_by_iteration;
+      rule.report(changed_by_iteration, level, field_);
+      progress_.advance(static_cast<double>(level.extent.sites()));
+    }
+  }
+
+  const Schedule& schedule_;
+  std::optional<int> limit_;
+  std::unique_ptr<Session> session_;
+  Progress& progress_;
+  std::vector<Follower> followers_;
+  VectorField field_; ///< the reference's newest
+  VectorField after_;
+  std::int64_t changes_ = 0; ///< by the reference, over all sweeps
 };
 
 } // namespace
@@ -119,63 +209,21 @@ private:
 std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
                                std::span<const Backend* const> backends, const VerifyOptions& options,
                                Progress& progress) {
-  std::vector<Follower> followers;
-  for (const Backend* backend : backends) {
-    for (const Mode mode : {Mode::resync, Mode::free}) {
-      followers.emplace_back(*backend, options.session, scene.schedule.update, mode);
-    }
-  }
   if (scene.schedule.cycle != Cycle::one_way) {
     throw InputError(
         fmt::format("verify follows a method sweep by sweep along the pyramid, {} goes to and fro; "
                     "bench compares its fields",
                     scene.schedule.method));
   }
-  const std::unique_ptr<Session> session = reference.open(options.session);
+  Procession procession(scene, reference, backends, options, progress);
   LevelSequence levels(scene);
-  VectorField after;
-  VectorField before;
-  std::int64_t changes = 0;
   for (const int index : levels.order()) {
-    const Level& level = levels.sample(index);
-    progress.describe(fmt::format("verify {}: level {} of {}, {} x {}", scene.name, index,
-                                  levels.order().size(), level.extent.width, level.extent.height));
-    before = levels.begin(index, after);
-    session->load(level);
-    session->write(before);
-    for (Follower& follower : followers) {
-      follower.begin_level(levels, level, index);
-    }
-    const int limit =
-        std::min(levels.iterations(index), options.iteration_limit.value_or(std::numeric_limits<int>::max()));
-    StopRule rule(scene.schedule, limit);
-    for (int iteration = 1; rule.may_continue(iteration - 1); ++iteration) {
-      std::int64_t changed_by_iteration = 0;
-      for (int sweep = 0; sweep < sweeps_per_iteration(level.update); ++sweep) {
-        session->step(1);
-        session->read(after);
-        const std::int64_t changed = session->changed();
-        changed_by_iteration += changed;
-        for (Follower& follower : followers) {
-          follower.follow({level, index, iteration, before, after, changed});
-        }
-        std::swap(before, after);
-      }
-      changes += changed_by_iteration;
-      rule.report(changed_by_iteration, level, before);
-      progress.advance(static_cast<double>(level.extent.sites()));
-    }
-    after = before; // the swap above left the newest field there
-    for (Follower& follower : followers) {
-      follower.end_level();
-    }
+    progress.describe(fmt::format("verify {}, {}: level {} of {}, {} x {}", scene.name,
+                                  method_name(scene.schedule), index, levels.order().size(),
+                                  levels.extent(index).width, levels.extent(index).height));
+    procession.compute(levels, index);
   }
-  std::vector<Comparison> comparisons;
-  comparisons.reserve(followers.size());
-  for (Follower& follower : followers) {
-    comparisons.push_back(follower.finish(changes));
-  }
-  return comparisons;
+  return procession.finish();
 }
 
 } // namespace hdmbench

@@ -46,10 +46,11 @@ struct Comparison {
   Mode mode = Mode::resync;
   int levels = 0;
   std::int64_t iterations = 0;
-  std::int64_t sites_compared = 0;   ///< over all iterations
-  std::int64_t sites_differing = 0;  ///< over all iterations
+  std::int64_t sweeps = 0;           ///< compared; one, two or four an iteration (level.hpp)
+  std::int64_t sites_compared = 0;   ///< over all sweeps
+  std::int64_t sites_differing = 0;  ///< over all sweeps
   std::int64_t not_finite = 0;       ///< of these, NaN or infinite
-  std::int64_t counts_differing = 0; ///< iterations after which changed() was not the reference's
+  std::int64_t counts_differing = 0; ///< sweeps after which changed() was not the reference's
   double largest_difference = 0.0;   ///< pixels
   std::optional<FirstDifference> first;
   Verdict verdict = Verdict::skipped;
@@ -62,7 +63,7 @@ struct VerifyOptions {
 };
 
 /// Runs the scene's schedule on `reference` and on all `backends` side by side and compares the whole field
-/// and the count of changed sites after every iteration of every level. A backend whose devices() or open()
+/// and the count of changed sites after every sweep of every level. A backend whose devices() or open()
 /// throws DeviceError is skipped with that reason; an error later is not caught. Returns two comparisons
 /// (resync, free) per backend, in their order.
 [[nodiscard]] std::vector<Comparison> verify(const Scene& scene, const Backend& reference,

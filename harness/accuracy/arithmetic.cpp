@@ -4,6 +4,7 @@
 #include "harness/accuracy/rounding_bound.hpp"
 #include "harness/compare.hpp"
 #include "harness/level_sequence.hpp"
+#include "kernels/input_error.hpp"
 #include "reference/thesis_energy.hpp"
 #include "reference/thesis_icm.hpp"
 
@@ -130,6 +131,15 @@ Follower open(const Backend& backend, const SessionOptions& options) {
 
 constexpr int always_compared = 5;
 
+/// In double there is thesis_iteration(), the candidate step all at once, and nothing else.
+void require_icm(const Scene& scene) {
+  const Schedule& schedule = scene.schedule;
+  if (schedule.rule != Rule::steps || schedule.update != Update::simultaneous || schedule.growth != 0.0) {
+    throw InputError(fmt::format("only icm is computed in double beside float32, not {}; leave out --method",
+                                 schedule.method));
+  }
+}
+
 } // namespace
 
 double ArithmeticError::rmsd() const {
@@ -140,6 +150,7 @@ std::vector<ArithmeticError> measure_arithmetic(const Scene& scene, const Backen
                                                 std::span<const Backend* const> backends,
                                                 const SessionOptions& options, int stride,
                                                 Progress& progress) {
+  require_icm(scene);
   std::vector<Follower> followers;
   for (const Backend* backend : backends) {
     followers.push_back(open(*backend, options));
@@ -184,6 +195,7 @@ std::vector<ArithmeticError> measure_arithmetic(const Scene& scene, const Backen
 }
 
 ReferenceField solve_in_double(const Scene& scene, Progress& progress) {
+  require_icm(scene);
   LevelSequence levels(scene);
   const Alignment alignment = scene.schedule.alignment;
   const auto start = [&](Extent extent) {

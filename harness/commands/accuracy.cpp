@@ -184,6 +184,9 @@ int run_accuracy(Arguments& arguments, const std::string& line) {
   if (!arguments.json.empty()) {
     require_writable(arguments.json);
   }
+  if (arguments.schedule.method || !arguments.methods.empty()) {
+    throw InputError("accuracy measures icm; leave out --method and --methods (bench takes them)");
+  }
   if (arguments.schedule.update || arguments.schedule.stop || arguments.schedule.epsilon) {
     throw InputError(
         "accuracy runs both designs of the thesis, simultaneous with fixed iterations and in place "

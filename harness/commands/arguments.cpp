@@ -1,9 +1,11 @@
 #include "harness/commands/arguments.hpp"
 
 #include "harness/methods/method.hpp"
+#include "harness/solve.hpp"
 #include "kernels/input_error.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -42,6 +44,13 @@ void ScheduleOverrides::add_to(CLI::App& command) {
           "Effort of the method: iterations per level, exact or at most (see --stop), or what methods says")
       ->check(CLI::NonNegativeNumber)
       ->group(group);
+  command.add_option("--relaxation", relaxation, "Of closed-form: how far a site moves towards its minimum")
+      ->group(group);
+  command.add_option("--temperatures", temperatures, "Of annealing: HIGHEST,LOWEST in units of the energy")
+      ->delimiter(',')
+      ->expected(2)
+      ->group(group);
+  command.add_option("--seed", seed, "Of annealing: 0 ... 4092")->group(group);
   command.add_option("--start-level", start_level, "First level computed; 0 is the full resolution")
       ->check(CLI::NonNegativeNumber)
       ->group(group);
@@ -56,7 +65,8 @@ void ScheduleOverrides::add_to(CLI::App& command) {
       ->transform(CLI::CheckedTransformer(alignments))
       ->group(group);
   command
-      .add_option("--update", update, "simultaneous, coloured, four-coloured, or sequential (scalar only)")
+      .add_option("--update", update,
+                  "Of icm: simultaneous, coloured, four-coloured, or sequential (scalar only)")
       ->transform(CLI::CheckedTransformer(updates))
       ->group(group);
   command.add_option("--steps", steps, "Candidates: default, thesis, fine, or numbers such as 0,-1,1")
@@ -69,28 +79,32 @@ void ScheduleOverrides::add_to(CLI::App& command) {
       ->group(group);
 }
 
-void ScheduleOverrides::apply(Scene& scene) const {
-  if (method) {
-    use_method(scene, find_method(*method), iterations);
-    if (update && (scene.schedule.rule != Rule::steps || scene.schedule.update != Update::simultaneous)) {
-      throw InputError(fmt::format("--update is part of the method {}; leave it out", *method));
-    }
+void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& other_method) const {
+  const std::optional<std::string> chosen = other_method ? other_method : method;
+  if (chosen) {
+    use_method(scene, find_method(*chosen));
   }
-  scene.schedule.iterations = iterations.value_or(scene.schedule.iterations);
+  MethodOptions options{.iterations = iterations, .update = update, .relaxation = relaxation, .seed = seed};
+  if (steps) {
+    options.steps = StepSet::parse(*steps);
+  }
+  if (!temperatures.empty()) {
+    options.cooling = Cooling{.highest = temperatures.at(0), .lowest = temperatures.at(1)};
+  }
+  set_options(scene, options);
+  if (stop && scene.schedule.cycle != Cycle::one_way) {
+    throw InputError(fmt::format("{} ends after its {}; leave out --stop", scene.schedule.method,
+                                 find_method(scene.schedule.method).effort));
+  }
   scene.schedule.start_level = start_level.has_value() ? start_level : scene.schedule.start_level;
   scene.schedule.stop = stop.value_or(scene.schedule.stop);
   scene.schedule.epsilon = epsilon.value_or(scene.schedule.epsilon);
   scene.schedule.alignment = alignment.value_or(scene.schedule.alignment);
-  scene.schedule.update = update.value_or(scene.schedule.update);
-  scene.full.update = scene.schedule.update;
-  if (steps) {
-    scene.full.steps = StepSet::parse(*steps);
-  }
   set_weight(scene, {.penalty = penalty.value_or(scene.weight.penalty),
                      .prior_weight = prior_weight.value_or(scene.weight.prior_weight)});
 }
 
-std::string ScheduleOverrides::text() const {
+std::string ScheduleOverrides::text(const std::optional<std::string>& other_method) const {
   std::string result;
   const auto add = [&](std::string_view option, const auto& value) {
     if (value) {
@@ -104,8 +118,13 @@ std::string ScheduleOverrides::text() const {
       }
     }
   };
-  add("--method", method);
+  add("--method", other_method ? other_method : method);
   add("--iterations", iterations);
+  add("--relaxation", relaxation);
+  if (!temperatures.empty()) {
+    result += fmt::format(" --temperatures {}", fmt::join(temperatures, ","));
+  }
+  add("--seed", seed);
   add("--start-level", start_level);
   add_name("--stop", stop, stops);
   add("--epsilon", epsilon);
@@ -143,7 +162,8 @@ const Backend& SceneArguments::choose(const std::vector<std::unique_ptr<Backend>
                                       const Scene& scene_to_solve) const {
   const Backend& found = find_backend(registry, backend);
   if (!found.supports(scene_to_solve.schedule.update)) {
-    throw InputError(fmt::format("{} cannot update sequentially; use --backend scalar", found.name()));
+    throw InputError(fmt::format("{} cannot update as {} wants; use --backend scalar", found.name(),
+                                 method_name(scene_to_solve.schedule)));
   }
   return found;
 }
@@ -159,7 +179,9 @@ std::string CommonArguments::repeat(std::string_view command, const Scene& scene
   if (session.threads != 0) {
     line += fmt::format(" --threads {}", session.threads);
   }
-  return line + (quick ? " --quick" : "") + schedule.text();
+  const bool many = !methods.empty();
+  return line + (quick ? " --quick" : "") +
+         schedule.text(many ? std::optional(scene.schedule.method) : std::nullopt);
 }
 
 void CommonArguments::add_to(CLI::App& command) {
@@ -174,9 +196,28 @@ void CommonArguments::add_to(CLI::App& command) {
       ->delimiter(',');
   command.add_option("--device", session.device, "Device by part of its name or by number (see devices)");
   command.add_option("--threads", session.threads, "CPU threads (0: all)")->check(CLI::NonNegativeNumber);
+  schedule.add_to(command);
+  command
+      .add_option("--methods", methods, "Several methods with commas, or all of them, instead of --method")
+      ->delimiter(',')
+      ->excludes("--method");
   command.add_flag("--quick", quick, "A shorter run; the results say so");
   command.add_option("--json", json, "Write the results to this file");
-  schedule.add_to(command);
+}
+
+std::vector<std::optional<std::string>> CommonArguments::chosen_methods() const {
+  std::vector<std::optional<std::string>> chosen;
+  if (methods == std::vector<std::string>{"all"}) {
+    for (const Method& method : hdmbench::methods()) {
+      chosen.emplace_back(method.name);
+    }
+  } else {
+    chosen.assign(methods.begin(), methods.end());
+  }
+  if (chosen.empty()) {
+    chosen.emplace_back(std::nullopt);
+  }
+  return chosen;
 }
 
 std::vector<Scene> CommonArguments::load_scenes(const std::vector<std::string>& by_default) const {
@@ -190,9 +231,10 @@ std::vector<Scene> CommonArguments::load_scenes(const std::vector<std::string>& 
   for (const std::string& name : scenes.empty() ? by_default : scenes) {
     for (const SceneOptions& option : options) {
       try {
-        Scene scene = load_scene(name, option);
-        schedule.apply(scene);
-        loaded.push_back(std::move(scene));
+        const Scene scene = load_scene(name, option);
+        for (const auto& method : chosen_methods()) {
+          schedule.apply(loaded.emplace_back(scene), method);
+        }
       } catch (const MissingFile& error) {
         if (!scenes.empty()) {
           throw;

@@ -20,6 +20,9 @@ enum ExitStatus : int { success = 0, disagreement = 1, bad_input = 2 };
 struct ScheduleOverrides {
   std::optional<std::string> method; ///< harness/methods/method.hpp
   std::optional<int> iterations;
+  std::optional<double> relaxation;
+  std::vector<double> temperatures; ///< highest, lowest; empty: the method's own
+  std::optional<int> seed;
   std::optional<int> start_level;
   std::optional<Stop> stop;
   std::optional<double> epsilon;
@@ -30,10 +33,11 @@ struct ScheduleOverrides {
   std::optional<double> prior_weight;
 
   void add_to(CLI::App& command);
-  /// Throws InputError.
-  void apply(Scene& scene) const;
-  /// The arguments that were given, each with a space before it: " --iterations 5".
-  [[nodiscard]] std::string text() const;
+  /// With `other_method` in place of `method`, where there is one. Throws InputError.
+  void apply(Scene& scene, const std::optional<std::string>& other_method = std::nullopt) const;
+  /// The arguments that were given, each with a space before it: " --iterations 5". The method is that of
+  /// the scene where it is not what the scene's file says.
+  [[nodiscard]] std::string text(const std::optional<std::string>& other_method = std::nullopt) const;
 };
 
 /// Arguments of the commands that solve one scene.
@@ -65,6 +69,7 @@ struct CommonArguments {
   std::vector<std::string> required;
   SessionOptions session;
   ScheduleOverrides schedule;
+  std::vector<std::string> methods; ///< names, or "all"; empty: one, see ScheduleOverrides
   bool quick = false;
   std::filesystem::path json;
 
@@ -74,14 +79,18 @@ struct CommonArguments {
   [[nodiscard]] std::string repeat(std::string_view command, const Scene& scene,
                                    std::string_view backend) const;
 
-  /// Scenes at sizes in the order they are asked for. Without scenes on the command line: `by_default`, of
-  /// which one whose files are not on this machine is left out with a line on standard output. Throws
-  /// InputError.
+  /// Scenes at sizes in the order they are asked for, each with every method asked for. Without scenes on the
+  /// command line: `by_default`, of which one whose files are not on this machine is left out with a line on
+  /// standard output. Throws InputError.
   [[nodiscard]] std::vector<Scene> load_scenes(const std::vector<std::string>& by_default) const;
   /// The reference first, then the chosen backends (all if none was named) without it. Throws InputError for
   /// an unknown name and DeviceError for one that was named here or with --require and is not there.
   [[nodiscard]] std::vector<const Backend*>
   choose(const std::vector<std::unique_ptr<Backend>>& registry) const;
+
+private:
+  /// One entry per method of --methods; none: what --method or the scene says.
+  [[nodiscard]] std::vector<std::optional<std::string>> chosen_methods() const;
 };
 
 /// "300" is 300 x 300, "257x130" is that. Throws InputError.

@@ -62,7 +62,9 @@ nlohmann::json to_json(const Scene& scene, const BenchResult& result) {
           {"backend", result.backend},
           {"device", result.device.name},
           {"method", method_name(scene.schedule)},
+          {"effort", scene.schedule.iterations},
           {"iterations", result.iterations},
+          {"fine_sweep_equivalents", result.site_updates / static_cast<double>(scene.extent().sites())},
           {"seconds", seconds},
           {"seconds_median", median_seconds(result.samples, total)},
           {"msites_per_second", msites_per_second(result)},
@@ -129,6 +131,40 @@ void print_scene(const Scene& scene, const std::vector<BenchResult>& results) {
   fmt::print("{}{}", table.text(), remarks);
 }
 
+/// One line per method of --methods on one scene.
+class MethodTable {
+public:
+  explicit MethodTable(std::span<const Backend* const> backends) : table_(columns(backends)) {}
+
+  void add(const Scene& scene, const std::vector<BenchResult>& results) {
+    const double work = results.front().site_updates / static_cast<double>(scene.extent().sites());
+    std::vector<std::string> cells{method_name(scene.schedule), std::to_string(scene.schedule.iterations),
+                                   results.front().samples.empty() ? "-" : fmt::format("{:.2f}", work)};
+    for (const BenchResult& result : results) {
+      cells.push_back(result.valid             ? seconds_text(median_seconds(result.samples, total))
+                      : result.samples.empty() ? "-"
+                                               : "differs");
+    }
+    table_.add(std::move(cells));
+  }
+
+  void print(const Scene& scene) const {
+    fmt::print("\n{}, {} x {}, all methods: seconds; work in sweeps over the full resolution\n{}", scene.name,
+               scene.extent().width, scene.extent().height, table_.text());
+  }
+
+private:
+  static std::vector<Table::Column> columns(std::span<const Backend* const> backends) {
+    std::vector<Table::Column> titles{{"method", Table::Align::left}, {"effort"}, {"work"}};
+    for (const Backend* backend : backends) {
+      titles.push_back({std::string(backend->name())});
+    }
+    return titles;
+  }
+
+  Table table_;
+};
+
 int run_bench(Arguments& arguments, const std::string& line) {
   if (!arguments.json.empty()) {
     require_writable(arguments.json);
@@ -152,11 +188,25 @@ int run_bench(Arguments& arguments, const std::string& line) {
   nlohmann::json rows = nlohmann::json::array();
   bool all_agree = true;
   bool all_ran = true; // of those whose device is there
-  for (const Scene& scene : scenes) {
+  std::optional<MethodTable> by_method;
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    const Scene& scene = scenes[i];
     const std::vector<BenchResult> results =
         bench(scene, backends, {.session = arguments.session, .repeats = arguments.repeats}, progress);
     progress.clear();
     print_scene(scene, results);
+    if (!arguments.methods.empty()) {
+      if (!by_method) {
+        by_method.emplace(backends);
+      }
+      by_method->add(scene, results);
+      const bool last = i + 1 == scenes.size() || scenes[i + 1].source != scene.source ||
+                        scenes[i + 1].extent() != scene.extent();
+      if (last) {
+        by_method->print(scene);
+        by_method.reset();
+      }
+    }
     std::fflush(stdout); // into a pipe too: the next scene may take long
     for (const BenchResult& result : results) {
       rows.push_back(to_json(scene, result));

@@ -10,6 +10,7 @@
 namespace hdmbench::commands {
 
 void add_devices(CLI::App& program, const std::string& arguments, int& status);
+void add_methods(CLI::App& program);
 void add_run(CLI::App& program, const std::string& arguments, int& status);
 void add_verify(CLI::App& program, const std::string& arguments, int& status);
 void add_accuracy(CLI::App& program, const std::string& arguments, int& status);

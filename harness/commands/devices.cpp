@@ -16,10 +16,9 @@ struct Arguments {
 
 nlohmann::json updates(const Backend& backend) {
   nlohmann::json names = nlohmann::json::array();
-  for (const auto& [update, name] :
-       {std::pair{Update::simultaneous, "simultaneous"}, std::pair{Update::sequential, "sequential"}}) {
-    if (backend.supports(update)) {
-      names.push_back(name);
+  for (std::size_t i = 0; i < update_names.size(); ++i) {
+    if (backend.supports(static_cast<Update>(i))) {
+      names.push_back(update_names[i]);
     }
   }
   return names;

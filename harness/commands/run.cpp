@@ -6,6 +6,7 @@
 #include "harness/diagnosis/folding.hpp"
 #include "harness/file_output.hpp"
 #include "harness/images.hpp"
+#include "harness/methods/solver.hpp"
 #include "harness/solve.hpp"
 #include "harness/table.hpp"
 #include "kernels/input_error.hpp"
@@ -49,11 +50,14 @@ void print_levels(const Solution& solution) {
                {"size", Table::Align::right},
                {"iterations", Table::Align::right},
                {"still moving", Table::Align::right}});
+  bool repeated = false;
   for (const LevelResult& level : solution.levels) {
+    repeated = repeated || level.repeated;
     table.add({std::to_string(level.level), fmt::format("{} x {}", level.extent.width, level.extent.height),
-               std::to_string(level.iterations), fmt::format("{} sites", level.changed)});
+               fmt::format("{}{}", level.iterations, level.repeated ? " *" : ""),
+               fmt::format("{} sites", level.changed)});
   }
-  fmt::print("{}", table.text());
+  fmt::print("{}{}", table.text(), repeated ? "  * acceleration diverged, computed again without\n" : "");
 }
 
 /// Of the scene and of its field.
@@ -80,8 +84,8 @@ void run_scene(const Arguments& arguments, const std::string& line) {
   Progress progress;
   progress.set_total(site_updates(scene));
   progress.describe(fmt::format("run {} on {}", scene.name, backend.name()));
-  const auto session = backend.open(arguments.scene.session);
-  const Solution solution = solve(scene, *session, progress, {.last_changed = true});
+  const Solution solution =
+      Solver(backend, arguments.scene.session).solve(scene, progress, {.last_changed = true});
   progress.clear();
   const Warnings warnings = find_warnings(scene, solution);
 
@@ -93,6 +97,9 @@ void run_scene(const Arguments& arguments, const std::string& line) {
   print_levels(solution);
   fmt::print("\n  mean energy {:.6g}, largest displacement {:.4g} px, {} iterations in {:.3g} s\n", energy,
              largest, iterations, solution.timings.total());
+  if (solution.estimated_error) {
+    fmt::print("  estimated distance from the fixed point {:.2g} px\n", *solution.estimated_error);
+  }
   fmt::print("\n{}\n", warnings_text(warnings));
 
   nlohmann::json row{{"scene", scene.name},

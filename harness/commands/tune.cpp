@@ -135,7 +135,7 @@ void add_tune(CLI::App& program) {
   command->add_option("--range", own->range, "alpha is sought in low,high (default: 0.01,0.99)")
       ->delimiter(',')
       ->expected(2);
-  command->add_option("--seed", own->search.seed, "Of the annealing")->capture_default_str();
+  command->add_option("--search-seed", own->search.seed, "Of --search annealing")->capture_default_str();
   command
       ->add_option("--truth", own->truth,
                    "fem (finite elements, plane stress, the scene's Poisson ratio), or a displacement image "

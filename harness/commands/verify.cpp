@@ -4,6 +4,7 @@
 #include "harness/commands/commands.hpp"
 #include "harness/context.hpp"
 #include "harness/file_output.hpp"
+#include "harness/methods/method.hpp"
 #include "harness/solve.hpp"
 #include "harness/table.hpp"
 
@@ -57,7 +58,9 @@ nlohmann::json to_json(const Scene& scene, const Comparison& comparison) {
           {"device", comparison.device.name},
           {"mode", text(comparison.mode)},
           {"levels", comparison.levels},
+          {"method", method_name(scene.schedule)},
           {"iterations", comparison.iterations},
+          {"sweeps", comparison.sweeps},
           {"sites_compared", comparison.sites_compared},
           {"sites_differing", comparison.sites_differing},
           {"not_finite", comparison.not_finite},
@@ -126,9 +129,11 @@ void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
                  const CommonArguments& arguments) {
   const auto ran = std::ranges::find_if_not(
       comparisons, [](const Comparison& comparison) { return comparison.verdict == Verdict::skipped; });
-  fmt::print("\n{}, {} x {}", scene.name, scene.extent().width, scene.extent().height);
+  fmt::print("\n{}, {} x {}, {}", scene.name, scene.extent().width, scene.extent().height,
+             method_name(scene.schedule));
   if (ran != comparisons.end()) {
-    fmt::print(": {} level{}, {} iterations{}", ran->levels, ran->levels == 1 ? "" : "s", ran->iterations,
+    fmt::print(": {} level{}, {} iterations{}{}", ran->levels, ran->levels == 1 ? "" : "s", ran->iterations,
+               ran->sweeps == ran->iterations ? "" : fmt::format(" in {} sweeps", ran->sweeps),
                arguments.quick ? " (quick)" : "");
   }
   fmt::print("\n");
@@ -160,13 +165,40 @@ void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
   }
 }
 
+/// Without scenes and methods on the command line: every scene as its file says, and on the scene that has a
+/// different modulus at every site a few iterations of every other method, so that each rule and order of
+/// sites is compared. Of several methods those that go to and fro between the levels are left out: bench
+/// compares them.
+std::vector<Scene> scenes_to_verify(CommonArguments arguments) {
+  std::vector<Scene> scenes = arguments.load_scenes(shipped_scenes());
+  if (arguments.scenes.empty() && arguments.methods.empty() && !arguments.schedule.method) {
+    constexpr int few = 5;
+    arguments.scenes = {"random"};
+    for (const Method& method : methods()) {
+      if (method.name != "icm") {
+        arguments.methods.emplace_back(method.name);
+      }
+    }
+    for (Scene& scene : arguments.load_scenes({})) {
+      scene.schedule.iterations = std::min(scene.schedule.iterations, few);
+      scenes.push_back(std::move(scene));
+    }
+  }
+  std::erase_if(scenes, [&](const Scene& scene) {
+    const bool cycles = scene.schedule.cycle != Cycle::one_way;
+    const bool named = arguments.schedule.method.has_value(); // then verify() refuses it
+    return cycles && !named;
+  });
+  return scenes;
+}
+
 int run_verify(const CommonArguments& arguments, const std::string& line) {
   if (!arguments.json.empty()) {
     require_writable(arguments.json);
   }
   const auto registry = make_backends();
   const std::vector<const Backend*> backends = arguments.choose(registry);
-  const std::vector<Scene> scenes = arguments.load_scenes(shipped_scenes());
+  const std::vector<Scene> scenes = scenes_to_verify(arguments);
   VerifyOptions options{.session = arguments.session, .iteration_limit = std::nullopt};
   if (arguments.quick) {
     options.iteration_limit = quick_iterations;

@@ -15,11 +15,13 @@ Solution Solver::solve(const Scene& scene, Progress& progress, const SolveOption
     throw InputError(fmt::format("{} cannot update as {} wants; use --backend scalar", backend_.name(),
                                  scene.schedule.method));
   }
-  if (scene.schedule.cycle == Cycle::multigrid) {
+  switch (scene.schedule.cycle) {
+  case Cycle::multigrid:
     return solve_multigrid(scene, backend_, options_, sessions_, progress, options);
-  }
-  if (scene.schedule.cycle == Cycle::krylov) {
-    throw InputError(fmt::format("{} is not there yet", scene.schedule.method));
+  case Cycle::krylov:
+    return solve_krylov(scene, backend_, options_, sessions_, progress, options);
+  case Cycle::one_way:
+    break;
   }
   if (sessions_.empty()) {
     sessions_.push_back(backend_.open(options_));

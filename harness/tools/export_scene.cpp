@@ -31,20 +31,35 @@ bool is_zero(const VectorField& field) {
   return std::ranges::all_of(field.x, zero) && std::ranges::all_of(field.y, zero);
 }
 
+/// The method with the options that it takes.
+std::string method_text(const Schedule& schedule) {
+  std::string text = fmt::format("method = \"{}\"\niterations = {}\n", schedule.method, schedule.iterations);
+  if (schedule.method == "icm") {
+    text += fmt::format("update = {}\n", name_of(update_names, schedule.update));
+  }
+  if (schedule.rule == Rule::closed_form && schedule.relaxation.reach == 0.0) {
+    text += fmt::format("relaxation = {}\n", schedule.relaxation.factor);
+  }
+  if (schedule.rule == Rule::annealing) {
+    text += fmt::format("temperatures = [{}, {}]\nseed = {}\n", schedule.cooling.highest,
+                        schedule.cooling.lowest, schedule.seed);
+  }
+  return text;
+}
+
 std::string scene_text(const Scene& scene, bool with_start) {
   const Schedule& schedule = scene.schedule;
   std::string text =
       fmt::format("# The scene {0} at {1} x {2} pixels, as hdmbench export wrote it.\n"
                   "title = {3}\npenalty = {4}\nprior_weight = {5}\nsteps = [{6}]\nspacing = {7}\n"
-                  "poisson = {8}\n\n[schedule]\niterations = {9}\nstop = {10}\nepsilon = {11}\n",
+                  "poisson = {8}\n\n[schedule]\n{9}stop = {10}\nepsilon = {11}\n",
                   scene.name, scene.extent().width, scene.extent().height, quoted(scene.title),
                   scene.weight.penalty, scene.weight.prior_weight, scene.full.steps.text(), scene.spacing,
-                  scene.poisson, schedule.iterations, name_of(stop_names, schedule.stop), schedule.epsilon);
+                  scene.poisson, method_text(schedule), name_of(stop_names, schedule.stop), schedule.epsilon);
   if (schedule.start_level) {
     text += fmt::format("start_level = {}\n", *schedule.start_level);
   }
-  text += fmt::format("alignment = {}\nupdate = {}\n\n", name_of(alignment_names, schedule.alignment),
-                      name_of(update_names, schedule.update));
+  text += fmt::format("alignment = {}\n\n", name_of(alignment_names, schedule.alignment));
   return text +
          "[image]\nmodulus = \"modulus.nrrd\"\npicture = \"picture.nrrd\"\npicture_range = [0, 255]\n"
          "target = \"target.nrrd\"\nconfidence = \"confidence.nrrd\"\n" +

@@ -1,0 +1,251 @@
+// Methods: their names and options, the same bits on every backend, and how near they come.
+
+#include "harness/methods/method.hpp"
+
+#include "backends/registry.hpp"
+#include "harness/accuracy/deviation.hpp"
+#include "harness/compare.hpp"
+#include "harness/level_sequence.hpp"
+#include "harness/methods/solver.hpp"
+#include "kernels/input_error.hpp"
+#include "reference/fixed_point.hpp"
+#include "test/temporary_folder.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace hdmbench {
+namespace {
+
+using testing::HasSubstr;
+
+Scene with(Scene scene, std::string_view method, std::optional<int> iterations = std::nullopt) {
+  use_method(scene, find_method(method), iterations);
+  return scene;
+}
+
+Solution solve_on(std::string_view backend, const Scene& scene) {
+  const auto backends = make_backends();
+  Progress silent(false);
+  return Solver(find_backend(backends, backend), {}).solve(scene, silent, {.last_changed = true});
+}
+
+std::string refusal(const Scene& scene, const MethodOptions& options) {
+  Scene changed = scene;
+  try {
+    set_options(changed, options);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(Methods, HaveNamesOfTheirOwnAndAreExplained) {
+  std::set<std::string_view> names;
+  for (const Method& method : methods()) {
+    EXPECT_TRUE(names.insert(method.name).second) << method.name;
+    EXPECT_FALSE(method.summary.empty()) << method.name;
+    EXPECT_FALSE(method.effort.empty()) << method.name;
+    EXPECT_EQ(&find_method(method.name), &method);
+  }
+  EXPECT_EQ(methods().front().name, "icm");
+  try {
+    (void)find_method("magic");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("icm-6, icm-thesis-steps"));
+  }
+}
+
+TEST(Methods, KeepWhatTheSceneSays) {
+  Scene scene = load_scene("square-modified", {.size = Extent{32, 32}});
+  scene.schedule.stop = Stop::still;
+  scene.schedule.epsilon = 0.25;
+  scene.schedule.alignment = Alignment::center;
+  for (const Method& method : methods()) {
+    const Scene changed = with(scene, method.name);
+    EXPECT_EQ(changed.schedule.method, method.name);
+    EXPECT_EQ(changed.schedule.start_level, scene.schedule.start_level);
+    EXPECT_EQ(changed.schedule.stop, Stop::still);
+    EXPECT_EQ(changed.schedule.epsilon, 0.25);
+    EXPECT_EQ(changed.schedule.alignment, Alignment::center);
+    EXPECT_EQ(changed.schedule.iterations,
+              method.usual_effort > 0 ? method.usual_effort : scene.schedule.iterations);
+    EXPECT_EQ(changed.full.update, changed.schedule.update);
+    EXPECT_EQ(with(changed, method.name, 7).schedule.iterations, 7);
+  }
+}
+
+TEST(Methods, RefuseOptionsTheyDoNotUse) {
+  const Scene scene = load_scene("square", {.size = Extent{9, 9}});
+  EXPECT_THAT(refusal(with(scene, "cascade"), {.steps = StepSet()}),
+              HasSubstr("cascade does not take steps"));
+  EXPECT_THAT(refusal(with(scene, "icm"), {.relaxation = 0.5}), HasSubstr("closed-form does"));
+  EXPECT_THAT(refusal(with(scene, "cascade"), {.update = Update::coloured}), HasSubstr("only icm"));
+  EXPECT_THAT(refusal(with(scene, "coloured"), {.seed = 3}), HasSubstr("annealing does"));
+  EXPECT_THAT(refusal(with(scene, "closed-form"), {.relaxation = 2.0}), HasSubstr("below 2"));
+  EXPECT_THAT(refusal(with(scene, "annealing"), {.cooling = Cooling{.highest = 1.0, .lowest = 2.0}}),
+              HasSubstr("higher one"));
+  EXPECT_THAT(refusal(with(scene, "annealing"), {.seed = 4093}), HasSubstr("0 ... 4092"));
+  EXPECT_THAT(refusal(with(scene, "annealing"), {.steps = StepSet::parse("0")}), HasSubstr("other than 0"));
+  EXPECT_THAT(refusal(scene, {.iterations = -1}), HasSubstr("-1"));
+  EXPECT_EQ(refusal(scene, {.steps = StepSet(), .update = Update::sequential}), "accepted");
+}
+
+TEST(Methods, AreReadFromSceneFiles) {
+  const test::TemporaryFolder folder;
+  const auto load = [&](const std::string& schedule) {
+    return load_scene(
+        folder
+            .write("scene.toml", "size = [8, 6]\n[[tissue]]\nlabel = 1\nmodulus = 2.0\n[[shape]]\n"
+                                 "kind = \"everything\"\nlabel = 1\n[schedule]\n" +
+                                     schedule)
+            .string());
+  };
+  const Scene scene = load("method = \"annealing\"\ntemperatures = [8.0, 0.5]\nseed = 5\n");
+  EXPECT_EQ(scene.schedule.iterations, find_method("annealing").usual_effort);
+  EXPECT_EQ(scene.schedule.cooling.highest, 8.0);
+  EXPECT_EQ(scene.schedule.cooling.lowest, 0.5);
+  EXPECT_EQ(scene.full.seed, 5);
+  EXPECT_EQ(scene.schedule.rule, Rule::annealing);
+  EXPECT_EQ(load("method = \"closed-form\"\nrelaxation = 0.5\n").schedule.relaxation.factor, 0.5);
+  EXPECT_EQ(load("update = \"coloured\"\n").full.update, Update::coloured);
+  EXPECT_THROW((void)load("method = \"cascade\"\nrelaxation = 0.5\n"), InputError);
+  EXPECT_THROW((void)load("method = \"magic\"\n"), InputError);
+}
+
+class MethodOnEveryBackend : public testing::TestWithParam<Method> {};
+
+TEST_P(MethodOnEveryBackend, GivesScalarsBits) {
+  for (const char* name : {"circular", "random"}) {
+    Scene scene = with(load_scene(name, {.size = Extent{40, 33}}), GetParam().name);
+    scene.schedule.iterations = std::min(scene.schedule.iterations, 5);
+    const Solution expected = solve_on("scalar", scene);
+    EXPECT_GT(rmsd(ReferenceField(expected.displacement), ReferenceField(scene.start)), 0.0);
+    for (const auto& backend : make_backends()) {
+      try {
+        (void)backend->devices();
+      } catch (const DeviceError&) {
+        continue; // backends_test says so visibly
+      }
+      if (backend->supports(scene.schedule.update)) {
+        const Solution found = solve_on(backend->name(), scene);
+        EXPECT_EQ(compare(expected.displacement, found.displacement).sites, 0)
+            << backend->name() << ", " << name;
+      } else {
+        EXPECT_THROW((void)solve_on(backend->name(), scene), InputError);
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, MethodOnEveryBackend, testing::ValuesIn(methods().begin(), methods().end()),
+                         [](const auto& information) {
+                           std::string name(information.param.name);
+                           std::ranges::replace(name, '-', '_');
+                           return name;
+                         });
+
+double distance_from_fixed_point(const Scene& scene) {
+  return rmsd(ReferenceField(solve_on("openmp", scene).displacement),
+              solve_fixed_point(scene.full).displacement);
+}
+
+TEST(Cascade, IsNearTheFixedPointForThreeSweeps) {
+  const std::pair<const char*, double> scenes[]{
+      {"square", 0.05}, {"circular", 0.16}, {"circular-radial", 0.4}};
+  for (const auto& [name, most] : scenes) {
+    const Scene scene = with(load_scene(name, {.size = Extent{300, 300}}), "cascade");
+    const Solution solution = solve_on("openmp", scene);
+    EXPECT_LT(total_site_updates(solution.levels), 4.0 * 300 * 300) << name;
+    EXPECT_LT(rmsd(ReferenceField(solution.displacement), solve_fixed_point(scene.full).displacement), most)
+        << name;
+    EXPECT_TRUE(std::ranges::none_of(solution.levels, &LevelResult::repeated)) << name;
+  }
+}
+
+/// Stiff and soft layers in turn, aslant, so that their edges are stairs: the system has complex eigenvalues.
+Scene slanting_layers(double contrast) {
+  Scene scene = load_scene("square", {.size = Extent{96, 96}});
+  for (int y = 0; y < 96; ++y) {
+    for (int x = 0; x < 96; ++x) {
+      scene.full.modulus.values[scene.extent().index(x, y)] =
+          static_cast<int>((0.8 * x + 0.6 * y) / 3.0) % 2 == 0 ? 1.0F : static_cast<float>(contrast);
+    }
+  }
+  set_inverse_modulus(scene.full);
+  return scene;
+}
+
+TEST(Cascade, NoticesThatAccelerationDiverges) {
+  for (const double contrast : {1e3, 1e4}) {
+    const Scene scene = with(slanting_layers(contrast), "cascade", 4);
+    const Solution solution = solve_on("openmp", scene);
+    EXPECT_TRUE(std::ranges::any_of(solution.levels, &LevelResult::repeated)) << contrast;
+    for (const auto* component : {&solution.displacement.x, &solution.displacement.y}) {
+      for (const float value : *component) {
+        ASSERT_LE(std::abs(value), 1.1 * 50.0) << contrast;
+      }
+    }
+    Scene plain = scene;
+    plain.schedule.relaxation = {.factor = 1.0};
+    const double slow = distance_from_fixed_point(plain);
+    EXPECT_LT(rmsd(ReferenceField(solution.displacement), solve_fixed_point(scene.full).displacement),
+              1.25 * slow)
+        << contrast;
+  }
+}
+
+TEST(Cascade, AFieldThatLeavesTheRangeHasDivergedAndNanToo) {
+  Level level = with(slanting_layers(1.0), "cascade").full;
+  level.rule = Rule::closed_form;
+  level.strengths = {1.5F};
+  const VectorField begin(level.extent);
+  VectorField end = begin;
+  EXPECT_FALSE(has_diverged(level, begin, end));
+  end.x[7] = -50.5F; // targets reach -50
+  EXPECT_FALSE(has_diverged(level, begin, end));
+  end.x[7] = -51.5F;
+  EXPECT_TRUE(has_diverged(level, begin, end));
+  level.strengths = {1.0F};
+  EXPECT_FALSE(has_diverged(level, begin, end));
+  level.strengths = {1.5F};
+  end.x[7] = std::nanf("");
+  EXPECT_TRUE(has_diverged(level, begin, end));
+}
+
+/// How much of a field is waves that change sign from column to column (x) and row to row (y).
+double alternation(const VectorField& field) {
+  double sum = 0.0;
+  for (int y = 1; y + 1 < field.extent.height; ++y) {
+    for (int x = 1; x + 1 < field.extent.width; ++x) {
+      const auto at = [&](int i, int j) { return field.extent.index(x + i, y + j); };
+      sum += std::abs(field.x[at(-1, 0)] - 2.0F * field.x[at(0, 0)] + field.x[at(1, 0)]);
+      sum += std::abs(field.y[at(0, -1)] - 2.0F * field.y[at(0, 0)] + field.y[at(0, 1)]);
+    }
+  }
+  return sum / static_cast<double>(field.extent.sites());
+}
+
+TEST(ClosedForm, AllAtOnceKeepsAlternatingWavesUnlessRelaxed) {
+  Scene scene = with(load_scene("square", {.size = Extent{64, 64}}), "closed-form");
+  scene.schedule.start_level = 0;
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 0; x < 64; ++x) {
+      scene.start.x[scene.extent().index(x, y)] = x % 2 == 0 ? 1.0F : -1.0F;
+      scene.start.y[scene.extent().index(x, y)] = y % 2 == 0 ? 1.0F : -1.0F;
+    }
+  }
+  set_options(scene, {.relaxation = 1.0});
+  const double kept = alternation(solve_on("openmp", scene).displacement);
+  set_options(scene, {.relaxation = 0.8});
+  const double damped = alternation(solve_on("openmp", scene).displacement);
+  EXPECT_GT(kept, 10.0 * damped);
+}
+
+} // namespace
+} // namespace hdmbench
