@@ -1,0 +1,93 @@
+#include "harness/atlas/families.hpp"
+
+namespace hdmbench::atlas {
+
+namespace {
+
+constexpr int size = 96;
+
+Entry contrast(bool stiff) {
+  return {.name = stiff ? "stiff-inclusion" : "soft-inclusion",
+          .title = stiff ? "An inclusion that is ever stiffer" : "An inclusion that is ever softer",
+          .mechanism = "",
+          .knob = "ratio of the two moduli",
+          .measure = "RMSD to the fixed point [px]",
+          .limit = 0.5,
+          .seen_by = "before the run: the largest ratio of neighbouring moduli",
+          .survivor = "",
+          .warning = "contrast",
+          .knobs = {1, 10, 100, 1e3, 1e4, 1e5, 1e6},
+          .quick_knobs = {1, 100, 1e4},
+          .series = usual_series(),
+          .problem = stiff ? [](double knob) {
+                               Scene scene = shipped("square", size);
+                               set_moduli(scene, [&](int x, int y) {
+                                 return in_inclusion(scene.extent(), x, y) ? 10.0F * static_cast<float>(knob) : 10.0F;
+                               });
+                               return against_fixed_point(std::move(scene));
+                             }
+                           : [](double knob) {
+                               Scene scene = shipped("square", size);
+                               set_moduli(scene, [&](int x, int y) {
+                                 return in_inclusion(scene.extent(), x, y) ? 10.0F : 10.0F * static_cast<float>(knob);
+                               });
+                               return against_fixed_point(std::move(scene));
+                             },
+          .error = rmsd_to_truth};
+}
+
+Entry checkerboard() {
+  return {.name = "checkerboard",
+          .title = "A checkerboard of two materials",
+          .mechanism = "",
+          .knob = "ratio of the two moduli",
+          .measure = "RMSD to the fixed point [px]",
+          .limit = 0.5,
+          .seen_by = "before the run: materials that no coarse level resolves",
+          .survivor = "",
+          .warning = "contrast",
+          .knobs = {1, 2, 4, 10, 30, 100, 1e3, 1e4},
+          .quick_knobs = {1, 10, 1e3},
+          .series = usual_series(),
+          .problem =
+              [](double knob) {
+                Scene scene = shipped("square", size);
+                set_moduli(scene, [&](int x, int y) {
+                  return (x + y) % 2 == 0 ? 10.0F : 10.0F * static_cast<float>(knob);
+                });
+                return against_fixed_point(std::move(scene));
+              },
+          .error = rmsd_to_truth};
+}
+
+Entry layers() {
+  return {.name = "layers",
+          .title = "Stiff layers one pixel thin",
+          .mechanism = "",
+          .knob = "ratio of the two moduli",
+          .measure = "RMSD to the fixed point [px]",
+          .limit = 0.5,
+          .seen_by = "before the run: materials that no coarse level resolves",
+          .survivor = "",
+          .warning = "contrast",
+          .knobs = {1, 2, 4, 10, 30, 100, 1e3, 1e4},
+          .quick_knobs = {1, 10, 1e3},
+          .series = usual_series(),
+          .problem =
+              [](double knob) {
+                Scene scene = shipped("square", size);
+                set_moduli(scene, [&](int x, int) {
+                  return x % 7 == 3 && x < size / 2 ? 10.0F * static_cast<float>(knob) : 10.0F;
+                });
+                return against_fixed_point(std::move(scene));
+              },
+          .error = rmsd_to_truth};
+}
+
+} // namespace
+
+std::vector<Entry> material_entries() {
+  return {contrast(true), contrast(false), checkerboard(), layers()};
+}
+
+} // namespace hdmbench::atlas

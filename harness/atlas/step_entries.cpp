@@ -1,0 +1,145 @@
+#include "harness/atlas/families.hpp"
+
+#include "harness/methods/method.hpp"
+
+namespace hdmbench::atlas {
+
+namespace {
+
+double moving_percent(const Problem&, const Outcome& outcome) {
+  return 100.0 * outcome.share_moving;
+}
+
+Entry quantum() {
+  std::vector<Series> series = usual_series();
+  std::erase_if(series, [](const Series& one) { return one.name == "coloured"; });
+  return {
+      .name = "step-quantum",
+      .title = "Candidate steps are too coarse for a smooth field",
+      .mechanism = "ICM rests where no step of 0.1 px pays, that is with every site up to 0.05 px off the "
+                   "mean of its neighbours; such offsets add up like a second integral, with the square "
+                   "of the distance to the conditions.",
+      .knob = "image side [px], displacements in proportion to 32 px",
+      .measure = "RMSD to the fixed point [px]",
+      .limit = 0.25,
+      .seen_by = "after the run: nothing moves, yet sites are far from their own minimum",
+      .survivor = "--method closed-form or cascade, which move by any amount; --steps fine gains a factor",
+      .warning = "stalled",
+      .knobs = {38, 75, 150, 300, 450},
+      .quick_knobs = {38, 150},
+      .series = std::move(series),
+      .problem =
+          [](double knob) {
+            Scene scene =
+                load_scene("square", {.size = Extent{static_cast<int>(knob), static_cast<int>(knob)}});
+            return against_fixed_point(std::move(scene));
+          },
+      .error = rmsd_to_truth};
+}
+
+void relax(Scene& scene, double knob) {
+  scene.schedule.relaxation = {.factor = knob};
+}
+
+void relax_in_two_colours(Scene& scene, double knob) {
+  relax(scene, knob);
+  scene.schedule.update = Update::coloured;
+  scene.full.update = Update::coloured;
+}
+
+Entry oscillation() {
+  return {.name = "oscillation",
+          .title = "Minimisers that move all at once overshoot",
+          .mechanism = "Moving every site to its minimum at the same time maps a wave that changes sign from "
+                       "column to column onto its negative: at factor 1 it flips for ever, above 1 it grows.",
+          .knob = "relaxation factor",
+          .measure = "RMSD to the fixed point [px]",
+          .limit = 0.5,
+          .seen_by =
+              "after the run: energy in the pattern that changes sign from column to column (x) and row "
+              "to row (y); every site still changes",
+          .survivor =
+              "--method closed-form (factor 0.8), or two colours, in which no site sees another that moves",
+          .warning = "oscillation",
+          .knobs = {0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0, 1.02, 1.05, 1.1},
+          .quick_knobs = {0.8, 1.0, 1.1},
+          .series = {{.name = "all at once", .method = "closed-form", .adjust = relax},
+                     {.name = "two colours", .method = "closed-form", .adjust = relax_in_two_colours}},
+          .problem = [](double) { return against_fixed_point(shipped("square", 96)); },
+          .error = rmsd_to_truth,
+          .picture = PictureWanted{
+              .series = "all at once", .knob = 1.0, .shows = "all at once with factor 1: the error of dx"}};
+}
+
+template <int count>
+void iterate(Scene& scene, double knob) {
+  scene.schedule.iterations = static_cast<int>(knob) + count;
+}
+
+Entry two_cycles() {
+  return {.name = "two-cycles",
+          .title = "Simultaneous ICM never comes to rest",
+          .mechanism = "Two neighbours that each want to close the same gap both jump, find the gap turned "
+                       "around and jump back: a cycle of two fields, each of which is left for the other.",
+          .knob = "iterations per level",
+          .measure = "sites that the last sweep moved [%]",
+          .limit = 1.0,
+          .seen_by = "after the run: sites that still change although more iterations change nothing",
+          .survivor = "--method coloured or sequential: both rest",
+          .warning = "oscillation",
+          .knobs = {30, 100, 300, 1000, 3000},
+          .quick_knobs = {30, 300},
+          .series = {{.name = "icm", .method = "icm", .adjust = iterate<0>},
+                     {.name = "coloured", .method = "coloured", .adjust = iterate<0>},
+                     {.name = "four-coloured", .method = "four-coloured", .adjust = iterate<0>},
+                     {.name = "sequential", .method = "sequential", .adjust = iterate<0>}},
+          .problem = [](double) { return Problem{.scene = shipped("square", 64)}; },
+          .error = moving_percent};
+}
+
+Entry no_zero() {
+  return {.name = "no-zero-step",
+          .title = "0 is not among the candidates",
+          .mechanism = "A site that cannot stay must leave its minimum at every iteration, so that the field "
+                       "shivers by its smallest step for ever.",
+          .knob = "iterations per level",
+          .measure = "sites that the last sweep moved [%]",
+          .limit = 50.0,
+          .seen_by = "before the run: the candidates",
+          .survivor = "--steps default, whose first candidate is 0",
+          .warning = "no-zero-step",
+          .knobs = {10, 30, 100, 300, 1000},
+          .quick_knobs = {10, 300},
+          .series = {{.name = "icm", .method = "icm", .adjust = iterate<0>},
+                     {.name = "icm-thesis-steps", .method = "icm-thesis-steps", .adjust = iterate<0>}},
+          .problem = [](double) { return Problem{.scene = shipped("square", 96)}; },
+          .error = moving_percent};
+}
+
+Entry cooling() {
+  return {.name = "cooling",
+          .title = "Annealing that is cooled too fast",
+          .mechanism = "A random step is one site's, so that the field is a slow diffusion; cooled before it "
+                       "has spread, what is disordered stays.",
+          .knob = "iterations per level",
+          .measure = "RMSD to the fixed point [px]",
+          .limit = 0.5,
+          .seen_by = "after the run: sites far from their own minimum",
+          .survivor = "--method icm or cascade with a hundredth of the iterations",
+          .warning = "",
+          .knobs = {3000, 1000, 300, 100, 30, 10, 3},
+          .quick_knobs = {300, 30, 3},
+          .series = {{.name = "annealing", .method = "annealing", .adjust = iterate<0>},
+                     {.name = "icm", .method = "icm", .adjust = iterate<0>},
+                     {.name = "closed-form", .method = "closed-form", .adjust = iterate<0>}},
+          .problem = [](double) { return against_fixed_point(shipped("square", 64)); },
+          .error = rmsd_to_truth};
+}
+
+} // namespace
+
+std::vector<Entry> step_entries() {
+  return {quantum(), oscillation(), two_cycles(), no_zero(), cooling()};
+}
+
+} // namespace hdmbench::atlas
