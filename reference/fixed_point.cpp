@@ -1,6 +1,7 @@
 #include "reference/fixed_point.hpp"
 
 #include "kernels/input_error.hpp"
+#include "kernels/undetermined.hpp"
 #include "reference/thesis_energy.hpp"
 
 #include <fmt/format.h>
@@ -144,22 +145,21 @@ public:
   [[nodiscard]] int rounds() const { return rounds_; }
 
 private:
-  /// Neighbours connect all sites, unless the image is one site thick in the component's direction.
   void require_observations(Extent extent) const {
-    const bool connected = (component_.name == 'x' ? extent.width : extent.height) > 1;
-    const auto first = std::ranges::find(states_, State::unobserved);
-    if (connected && std::ranges::find(states_, State::held) == states_.end()) {
+    const int thickness = component_.name == 'x' ? extent.width : extent.height;
+    const Undetermined undetermined = find_undetermined(thickness, component_.confidence);
+    if (undetermined.sites == 0) {
+      return;
+    }
+    if (thickness > 1) {
       throw InputError(fmt::format("no site has a known displacement in {}, so no field is the only fixed "
                                    "point; give a condition",
                                    component_.name));
     }
-    if (!connected && first != states_.end()) {
-      const auto index = first - states_.begin();
-      throw InputError(
-          fmt::format("the displacement in {0} at x = {1}, y = {2} is not known, and an image one "
-                      "site thick does not connect it to others; give a condition",
-                      component_.name, index % extent.width, index / extent.width));
-    }
+    throw InputError(fmt::format("the displacement in {0} at x = {1}, y = {2} is not known, and an image one "
+                                 "site thick does not connect it to others; give a condition",
+                                 component_.name, undetermined.first % static_cast<std::size_t>(extent.width),
+                                 undetermined.first / static_cast<std::size_t>(extent.width)));
   }
 
   /// The displacement of all components that are not held.

@@ -1,6 +1,7 @@
 #include "harness/atlas/atlas.hpp"
 
-#include "harness/atlas/folding.hpp"
+#include "harness/diagnosis/diagnosis.hpp"
+#include "harness/diagnosis/folding.hpp"
 #include "harness/methods/method.hpp"
 #include "harness/methods/solver.hpp"
 #include "kernels/input_error.hpp"
@@ -17,6 +18,14 @@ namespace hdmbench::atlas {
 
 namespace {
 
+void add_kinds(const Warnings& warnings, std::vector<std::string>& kinds) {
+  for (const Warning& warning : warnings) {
+    if (std::ranges::find(kinds, warning.kind) == kinds.end()) {
+      kinds.push_back(warning.kind);
+    }
+  }
+}
+
 Outcome solve(const Problem& problem, const Series& series, double knob, Solver& solver) {
   if (series.method == fixed_point_method) {
     return {.displacement = solve_fixed_point(problem.scene.full).displacement.to_float()};
@@ -32,10 +41,13 @@ Outcome solve(const Problem& problem, const Series& series, double knob, Solver&
     series.adjust(scene, knob);
   }
   Progress silent(false);
-  Solution solution = solver.solve(scene, silent, {.last_changed = true});
-  const double sites = static_cast<double>(scene.extent().sites());
-  return {.displacement = std::move(solution.displacement),
-          .share_moving = static_cast<double>(solution.levels.back().changed) / sites};
+  const Solution solution = solver.solve(scene, silent, {.last_changed = true});
+  Outcome outcome{.displacement = solution.displacement,
+                  .share_moving = static_cast<double>(solution.levels.back().changed) /
+                                  static_cast<double>(scene.extent().sites())};
+  add_kinds(diagnose(scene), outcome.warnings);
+  add_kinds(diagnose(scene, solution), outcome.warnings);
+  return outcome;
 }
 
 bool is_finite(const VectorField& field) {
@@ -44,7 +56,7 @@ bool is_finite(const VectorField& field) {
 }
 
 Point judge(const Entry& entry, const Problem& problem, const Outcome& outcome, double knob) {
-  Point point{.knob = knob};
+  Point point{.knob = knob, .warnings = outcome.warnings};
   const double error = is_finite(outcome.displacement) ? entry.error(problem, outcome) : NAN;
   if (std::isfinite(error)) {
     point.error = error;
@@ -55,11 +67,9 @@ Point judge(const Entry& entry, const Problem& problem, const Outcome& outcome, 
 
 Picture draw(const PictureWanted& wanted, const Problem& problem, const VectorField& field) {
   Picture picture{.extent = field.extent, .values = {}, .caption = std::string(wanted.shows)};
-  if (wanted.kind == PictureKind::determinant) {
-    picture = {.extent = {field.extent.width - 1, field.extent.height - 1},
-               .values = smallest_determinants(field),
-               .largest = 1.0,
-               .caption = std::string(wanted.shows)};
+  if (wanted.kind == PictureKind::area_change) {
+    picture.values = area_change_map(field).values;
+    picture.largest = 1.0;
     return picture;
   }
   const bool is_x = wanted.kind == PictureKind::error_x;

@@ -35,7 +35,7 @@ json to_json(const EntryResult& result, const std::filesystem::path& json_folder
   const Entry& entry = *result.entry;
   json row{{"entry", entry.name},          {"title", entry.title},           {"mechanism", entry.mechanism},
            {"knob", entry.knob},           {"measure", entry.measure},       {"limit", entry.limit},
-           {"seen_by", entry.seen_by},     {"survivor", entry.survivor},     {"warning", entry.warning},
+           {"seen_by", entry.seen_by},     {"survivor", entry.survivor},     {"warnings", entry.warnings},
            {"width", result.extent.width}, {"height", result.extent.height}, {"seconds", result.seconds},
            {"series", json::array()}};
   for (const SeriesResult& series : result.series) {

@@ -21,8 +21,9 @@ struct Problem {
 
 /// What becomes of a problem.
 struct Outcome {
-  VectorField displacement;  ///< full resolution, pixels
-  double share_moving = 0.0; ///< of the sites, changed by the last sweep; 0 ... 1
+  VectorField displacement;            ///< full resolution, pixels
+  double share_moving = 0.0;           ///< of the sites, changed by the last sweep; 0 ... 1
+  std::vector<std::string> warnings{}; ///< kinds, before and after the run, each once
 };
 
 /// Who solves the problem: one line of the chart.
@@ -41,7 +42,7 @@ inline constexpr std::string_view finite_elements_method = "finite elements";
 enum class PictureKind {
   error_x,    ///< x component of field - truth, blue negative, red positive
   error_y,    ///< the same of y
-  determinant ///< det(I + grad d), red where the tissue keeps its orientation, blue where it is folded over
+  area_change ///< det(I + grad d) - 1: -1 and below, blue, is folded over, red is stretched
 };
 
 /// Which field of an entry is worth a look.
@@ -61,9 +62,9 @@ struct Entry {
   double limit = 0.0;         ///< a value above it is a failure
   std::string_view seen_by;   ///< how the user or the program notices
   std::string_view survivor;  ///< the setting that does not fail
-  /// Kind of the diagnosis's warning that every failure must bring; empty where nothing that a run knows
-  /// tells it from a success.
-  std::string_view warning;
+  /// Kinds of warnings (harness/diagnosis) of which every failure brings one at least, and the healthy end
+  /// none; empty where nothing that a run knows tells a failure from a success.
+  std::vector<std::string_view> warnings;
   std::vector<double> knobs; ///< from healthy to harmful, rising or falling
   std::vector<double> quick_knobs;
   std::vector<Series> series;

@@ -1,5 +1,5 @@
 #include "harness/atlas/families.hpp"
-#include "harness/atlas/folding.hpp"
+#include "harness/diagnosis/folding.hpp"
 #include "reference/finite_elements.hpp"
 
 #include <algorithm>
@@ -11,9 +11,9 @@ namespace {
 constexpr int size = 96;
 
 double folded_percent(const Problem&, const Outcome& outcome) {
-  const std::vector<float> determinants = smallest_determinants(outcome.displacement);
-  const auto folded = std::ranges::count_if(determinants, [](float value) { return !(value > 0.0F); });
-  return 100.0 * static_cast<double>(folded) / static_cast<double>(determinants.size());
+  const std::vector<float> ratios = least_area_ratios(outcome.displacement).values;
+  const auto folded = std::ranges::count_if(ratios, [](float ratio) { return !(ratio > 0.0F); });
+  return 100.0 * static_cast<double>(folded) / static_cast<double>(ratios.size());
 }
 
 std::vector<Series> with_truths() {
@@ -33,7 +33,7 @@ Entry conflict() {
           .limit = 0.0,
           .seen_by = "before the run: neighbouring targets that differ by more than a pixel",
           .survivor = "none: mend the conditions",
-          .warning = "conflicting-conditions",
+          .warnings = {"conflict"},
           .knobs = {0, 0.5, 0.9, 1.1, 2, 4, 8, 16},
           .quick_knobs = {0, 0.9, 2, 16},
           .series = with_truths(),
@@ -59,7 +59,7 @@ Entry fold_over() {
           .limit = 0.0,
           .seen_by = "after the run: det(I + grad d) in every cell",
           .survivor = "none",
-          .warning = "fold-over",
+          .warnings = {"fold-over"},
           .knobs = {3, 6, 9, 12, 15, 18, 21, 24, 30},
           .quick_knobs = {3, 15, 30},
           .series = with_truths(),
@@ -75,7 +75,7 @@ Entry fold_over() {
           .picture = PictureWanted{.series = "icm",
                                    .knob = 30.0,
                                    .shows = "icm, 30 %: det(I + grad d), blue where folded over",
-                                   .kind = PictureKind::determinant}};
+                                   .kind = PictureKind::area_change}};
 }
 
 Entry poisson() {
@@ -88,7 +88,6 @@ Entry poisson() {
           .limit = 0.5,
           .seen_by = "by comparison with finite elements only (accuracy)",
           .survivor = "none: a limit of the model",
-          .warning = "",
           .knobs = {0, 0.1, 0.2, 0.3, 0.4, 0.45, 0.49},
           .quick_knobs = {0, 0.3, 0.49},
           .series = {{.name = "fixed point", .method = fixed_point_method},

@@ -2,6 +2,8 @@
 #include "harness/commands/commands.hpp"
 #include "harness/compare.hpp"
 #include "harness/context.hpp"
+#include "harness/diagnosis/diagnosis.hpp"
+#include "harness/diagnosis/folding.hpp"
 #include "harness/file_output.hpp"
 #include "harness/images.hpp"
 #include "harness/solve.hpp"
@@ -12,6 +14,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 
 namespace hdmbench::commands {
 
@@ -36,6 +39,8 @@ nlohmann::json write_pictures(const Scene& scene, const VectorField& displacemen
   write_png(file("after"), warp(scene.picture, displacement));
   write_png(file("grid"), warp(grid_picture(scene.extent(), grid_spacing(scene.extent())), displacement));
   write_magnitude_png(file("magnitude"), displacement, std::max(largest_magnitude(displacement), 1e-6));
+  // Full blue is a fold, full red a doubled area.
+  write_signed_png(file("jacobian"), scene.extent(), area_change_map(displacement).values, 1.0);
   return names;
 }
 
@@ -49,6 +54,13 @@ void print_levels(const Solution& solution) {
                std::to_string(level.iterations), fmt::format("{} sites", level.changed)});
   }
   fmt::print("{}", table.text());
+}
+
+/// Of the scene and of its field.
+Warnings find_warnings(const Scene& scene, const Solution& solution) {
+  Warnings warnings = diagnose(scene);
+  std::ranges::move(diagnose(scene, solution), std::back_inserter(warnings));
+  return warnings;
 }
 
 void run_scene(const Arguments& arguments, const std::string& line) {
@@ -71,6 +83,7 @@ void run_scene(const Arguments& arguments, const std::string& line) {
   const auto session = backend.open(arguments.scene.session);
   const Solution solution = solve(scene, *session, progress, {.last_changed = true});
   progress.clear();
+  const Warnings warnings = find_warnings(scene, solution);
 
   const std::int64_t iterations = total_iterations(solution.levels);
   const double energy = mean_energy(scene.full, solution.displacement);
@@ -80,6 +93,7 @@ void run_scene(const Arguments& arguments, const std::string& line) {
   print_levels(solution);
   fmt::print("\n  mean energy {:.6g}, largest displacement {:.4g} px, {} iterations in {:.3g} s\n", energy,
              largest, iterations, solution.timings.total());
+  fmt::print("\n{}\n", warnings_text(warnings));
 
   nlohmann::json row{{"scene", scene.name},
                      {"title", scene.title},
@@ -93,15 +107,16 @@ void run_scene(const Arguments& arguments, const std::string& line) {
                      {"iterations", iterations},
                      {"mean_energy", energy},
                      {"largest_displacement", largest},
-                     {"spacing", scene.spacing}};
+                     {"spacing", scene.spacing},
+                     {"warnings", warnings_json(warnings)}};
   if (have_images()) {
     const std::string field = scene.name + ".nrrd";
     write_displacement(arguments.output / field, solution.displacement, scene.spacing);
     nlohmann::json pictures = write_pictures(scene, solution.displacement, arguments.output);
-    fmt::print("  {}: the displacement in millimetres; beside it {}, {}, {} and {}\n",
+    fmt::print("  {}: the displacement in millimetres; beside it {}, {}, {}, {} and {}\n",
                (arguments.output / field).string(), std::string(pictures["before"]),
                std::string(pictures["after"]), std::string(pictures["grid"]),
-               std::string(pictures["magnitude"]));
+               std::string(pictures["magnitude"]), std::string(pictures["jacobian"]));
     if (!arguments.json.empty()) {
       const fs::path relative = fs::proximate(arguments.output, fs::absolute(arguments.json).parent_path());
       row["field"] = (relative / field).lexically_normal().string();
@@ -121,9 +136,10 @@ void run_scene(const Arguments& arguments, const std::string& line) {
 } // namespace
 
 void add_run(CLI::App& program, const std::string& arguments, int& /*status*/) {
-  auto* command = program.add_subcommand("run", "Solve one scene; write the displacement as NRRD, and the "
-                                                "picture before and after, the deformed grid and\n"
-                                                "the displacement's magnitude as PNG.");
+  auto* command = program.add_subcommand(
+      "run", "Solve one scene; write the displacement as NRRD, and the "
+             "picture before and after, the deformed grid and\n"
+             "the displacement's magnitude and change of area as PNG; say what speaks against the result.");
   const auto own = std::make_shared<Arguments>();
   own->scene.add_scene_to(*command);
   own->scene.add_backend_to(*command);

@@ -1,0 +1,212 @@
+#include "harness/diagnosis/checks.hpp"
+#include "harness/diagnosis/diagnosis.hpp"
+#include "harness/diagnosis/regions.hpp"
+#include "harness/diagnosis/rest.hpp"
+#include "kernels/gather.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace hdmbench {
+
+namespace diagnosis {
+
+namespace {
+
+/// Distances to the fixed point from here on are worth a warning: a tenth of a pixel, the thesis's candidate.
+constexpr double visible = 0.1;
+
+const std::vector<float>& part(const VectorField& field, char name) {
+  return name == 'x' ? field.x : field.y;
+}
+
+/// The fixed point lies between the smallest and the largest target (every equation makes a component a mean
+/// of its neighbours), so whatever is beyond, and was not so at the start, is at least that far from it. A
+/// candidate may overshoot by half the largest one, a neighbour of that by another half.
+void check_range(const Scene& scene, const VectorField& displacement, Warnings& warnings) {
+  const double allowed = scene.full.rule == Rule::steps || scene.full.rule == Rule::annealing
+                             ? std::max(visible, step_sizes(scene.full.steps).largest)
+                             : visible;
+  for (const Component& component : components(scene)) {
+    Range range = target_range(component);
+    for (const float start : component.start) {
+      range.include(static_cast<double>(start));
+    }
+    std::size_t beyond = 0;
+    double farthest = 0.0;
+    std::size_t worst = 0;
+    const auto& values = part(displacement, component.name);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const double value = static_cast<double>(values[i]);
+      const double way = std::max(range.least - value, value - range.most);
+      beyond += way > allowed ? 1 : 0;
+      if (way > farthest) {
+        farthest = way;
+        worst = i;
+      }
+    }
+    if (beyond > 0) {
+      warnings.push_back(
+          {"divergence",
+           fmt::format("{} sites lie outside {:.4g} ... {:.4g} px, which conditions and start allow "
+                       "in {}; the worst by {:.3g} px, at {}",
+                       beyond, range.least, range.most, component.name, farthest,
+                       place(scene.extent(), worst)),
+           "--method multigrid or --method icm; accelerated sweeps can grow where moduli differ much",
+           beyond});
+    }
+  }
+}
+
+/// Components of confidence 1 that are off their targets by more than the rule can help. Where the prior
+/// pulls harder than the observation, |g| > K c / 2, no further sweep mends that.
+void check_met(const Scene& scene, const VectorField& displacement, Warnings& warnings) {
+  const Extent extent = scene.extent();
+  const double candidates = scene.full.rule == Rule::annealing ? 1.0 : 0.5; // at random, or the best one
+  const double allowed = std::max(candidates * quantum(scene), 1e-3) * 1.001;
+  struct Missed {
+    std::size_t count = 0;
+    double farthest = 0.0;
+    std::size_t worst = 0;
+    void add(double way, std::size_t site) {
+      ++count;
+      worst = way > farthest ? site : worst;
+      farthest = std::max(farthest, way);
+    }
+  };
+  Missed overruled;
+  Missed not_arrived;
+  for (int y = 0; y < extent.height; ++y) {
+    for (int x = 0; x < extent.width; ++x) {
+      const std::size_t at = extent.index(x, y);
+      const energy::Site site = energy::gather(scene.full, displacement, x, y);
+      const double way_x = std::abs(static_cast<double>(site.target_x - site.dx.centre));
+      const double way_y = std::abs(static_cast<double>(site.target_y - site.dy.centre));
+      const bool missed_x = site.confidence_x == 1.0F && way_x > allowed;
+      const bool missed_y = site.confidence_y == 1.0F && way_y > allowed;
+      if (missed_x || missed_y) {
+        const energy::Parabolas prior = energy::prior_parabolas(site);
+        if (missed_x) {
+          (std::abs(prior.gradient_x) > 0.5F * site.penalty ? overruled : not_arrived).add(way_x, at);
+        }
+        if (missed_y) {
+          (std::abs(prior.gradient_y) > 0.5F * site.penalty ? overruled : not_arrived).add(way_y, at);
+        }
+      }
+    }
+  }
+  if (overruled.count > 0) {
+    warnings.push_back(
+        {"gives-way",
+         fmt::format(
+             "{} certain conditions are overruled by the tissue around them, which pulls harder than K = "
+             "{:.4g}; the farthest is {:.3g} px off, at {}",
+             overruled.count, static_cast<double>(scene.full.penalty), overruled.farthest,
+             place(extent, overruled.worst)),
+         "a larger --penalty; look for conditions that contradict each other", overruled.count});
+  }
+  if (not_arrived.count > 0) {
+    warnings.push_back(
+        {"not-met",
+         fmt::format("{} certain conditions have not been arrived at; the farthest is {:.3g} px off, "
+                     "at {}",
+                     not_arrived.count, not_arrived.farthest, place(extent, not_arrived.worst)),
+         "more --iterations, or --method multigrid, which starts from met conditions", not_arrived.count});
+  }
+}
+
+/// Pixels from a free component to the nearest observed one, the largest there is.
+double farthest_from_conditions(const Scene& scene) {
+  int farthest = 0;
+  for (const Component& component : components(scene)) {
+    if (target_range(component).any) {
+      farthest =
+          std::max(farthest, std::ranges::max(distance_to_nearest(scene.extent(), component.confidence)));
+    }
+  }
+  return farthest;
+}
+
+} // namespace
+
+void check_rest(const Scene& scene, const Solution& solution, Warnings& warnings) {
+  const RestState rest = measure_rest(scene, solution.displacement);
+  const std::size_t sites = scene.extent().sites();
+  // Moving by e at a share p of the sites is an RMSD of e sqrt(p): up to a hundredth of the sites that is
+  // less than a tenth of a candidate.
+  const auto many = [&](std::size_t count) { return count * 100 > sites; };
+  const double smallest = quantum(scene);
+  const bool never_still =
+      scene.schedule.stop == Stop::still && rest.moving > 0 && rest.swapping == rest.moving;
+  const bool swaps = scene.full.update == Update::simultaneous && (many(rest.swapping) || never_still);
+  // Between noise, 3/8, and stripes, 1.
+  const bool stripes = rest.stripes_share > 11.0 / 16.0 && rest.stripes > std::max(0.5 * smallest, 0.01);
+  if (swaps) {
+    warnings.push_back(
+        {"oscillation",
+         fmt::format("{} of the {} sites that still move swap between two values for ever: neighbours "
+                     "move at the same time, past each other",
+                     rest.swapping, rest.moving),
+         "--method coloured (neighbours in turn) or --method cascade", rest.swapping});
+  } else if (stripes) {
+    warnings.push_back(
+        {"oscillation",
+         fmt::format("{:.0f} % of what is missing alternates from column to column (y: row to row), "
+                     "{:.2g} px RMS: simultaneous sweeps hardly damp such stripes",
+                     100.0 * std::min(1.0, rest.stripes_share), rest.stripes),
+         "--method cascade, which moves neighbours in turn"});
+  }
+  if (solution.estimated_error) {
+    return; // the method knows better than what follows
+  }
+  const double distance = accumulated_distance(rest.missing, farthest_from_conditions(scene));
+  const std::string adds_up = fmt::format(
+      "sites are {:.2g} px (RMS) from their own minimum, which adds up to about {:.2g} px from the "
+      "fixed point",
+      rest.rms, distance);
+  if (many(rest.moving - rest.swapping) || (smallest == 0.0 && distance > visible)) {
+    warnings.push_back({"still-moving",
+                        smallest > 0.0
+                            ? fmt::format("{} of {} sites would move in the next sweep: the run ended "
+                                          "before the field came to rest; {}",
+                                          rest.moving - rest.swapping, sites, adds_up)
+                            : fmt::format("the sweeps ended early: {}", adds_up),
+                        "more --iterations, --stop still with a high --iterations, or --method multigrid",
+                        smallest > 0.0 ? std::optional(rest.moving - rest.swapping) : std::nullopt});
+  } else if (distance > visible) {
+    warnings.push_back({"stalled",
+                        fmt::format("at rest, but only to candidates of {:.3g} px: {}", smallest, adds_up),
+                        "--steps fine (candidates down to 0.01 px), --method cascade, or --accuracy 0.1px"});
+  }
+}
+
+} // namespace diagnosis
+
+Warnings diagnose(const Scene& scene, const Solution& solution) {
+  Warnings warnings;
+  const VectorField& field = solution.displacement;
+  const auto is_wild = [](float value) { return !std::isfinite(value); };
+  const auto wild = static_cast<std::size_t>(std::ranges::count_if(field.x, is_wild) +
+                                             std::ranges::count_if(field.y, is_wild));
+  if (wild > 0) {
+    return {{"not-finite",
+             fmt::format("{} components are infinite or not a number: the sweeps blew up", wild),
+             "--method icm or multigrid; look for extreme moduli, targets or a huge --penalty", wild}};
+  }
+  diagnosis::check_range(scene, field, warnings);
+  diagnosis::check_folding(field, warnings);
+  diagnosis::check_met(scene, field, warnings);
+  diagnosis::check_rest(scene, solution, warnings);
+  if (scene.schedule.cycle != Cycle::one_way && !solution.estimated_error) {
+    warnings.push_back(
+        {"no-estimate",
+         fmt::format("the method {} did not estimate how far its field is from the fixed point",
+                     scene.schedule.method),
+         "more --iterations; hdmbench accuracy measures the distance itself"});
+  }
+  return warnings;
+}
+
+} // namespace hdmbench
