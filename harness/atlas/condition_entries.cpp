@@ -56,8 +56,8 @@ Entry strong_penalty() {
       .seen_by = "before the run: K times the rounding of a distance against the energy of a step",
       .survivor = "K = 1000 (the default); methods that move to the minimiser itself never form the product",
       .warnings = {"swamping-penalty"},
-      .knobs = {1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9},
-      .quick_knobs = {1e3, 1e6, 1e9},
+      .knobs = {1e3, 1e6, 1e9, 1e12, 1e20, 1e30, 1e35, 1e36, 1e37, 1e38},
+      .quick_knobs = {1e3, 1e9, 1e38},
       .series = with_fixed_point(usual_series()),
       .problem = hard_conditions_with,
       .error = rmsd_to_truth};

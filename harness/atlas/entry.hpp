@@ -64,7 +64,7 @@ struct Entry {
   std::string_view survivor;  ///< the setting that does not fail
   /// Kinds of warnings (harness/diagnosis) of which every failure brings one at least, and the healthy end
   /// none; empty where nothing that a run knows tells a failure from a success.
-  std::vector<std::string_view> warnings;
+  std::vector<std::string_view> warnings{};
   std::vector<double> knobs; ///< from healthy to harmful, rising or falling
   std::vector<double> quick_knobs;
   std::vector<Series> series;

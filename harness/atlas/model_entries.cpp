@@ -96,7 +96,7 @@ Entry poisson() {
                      {.name = "multigrid", .method = "multigrid"}},
           .problem =
               [](double knob) {
-                Scene scene = shipped("square", size);
+                Scene scene = shipped("circular", size);
                 ReferenceField truth =
                     solve_finite_elements(elastic_problem(scene.full), ElementRule::plane_stress(knob));
                 return Problem{.scene = std::move(scene), .truth = std::move(truth)};
