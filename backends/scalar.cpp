@@ -22,27 +22,54 @@ class ScalarSession final : public Session {
   void do_step(int first, int sweeps) override {
     for (int number = first; number < first + sweeps; ++number) {
       if (level_.update == Update::sequential) {
-        sweep(number, current_, current_);
+        sweep_by_rule(number, current_, current_);
       } else {
-        sweep(number, current_, next_);
+        sweep_by_rule(number, current_, next_);
         std::swap(current_, next_);
       }
     }
   }
 
-  /// from and to may be the same field: then a site sees its predecessors' new values.
+  void sweep_by_rule(int number, const VectorField& from, VectorField& to) {
+    switch (level_.rule) {
+    case Rule::steps:
+      return sweep_by_colours<energy::rule_steps>(number, from, to);
+    case Rule::closed_form:
+      return sweep_by_colours<energy::rule_closed_form>(number, from, to);
+    case Rule::correction:
+      return sweep_by_colours<energy::rule_correction>(number, from, to);
+    case Rule::annealing:
+      return sweep_by_colours<energy::rule_annealing>(number, from, to);
+    }
+  }
+
+  template <int rule>
+  void sweep_by_colours(int number, const VectorField& from, VectorField& to) {
+    switch (sweeps_per_iteration(level_.update)) {
+    case 2:
+      return sweep<rule, 2>(number, from, to);
+    case 4:
+      return sweep<rule, 4>(number, from, to);
+    default:
+      return sweep<rule, 1>(number, from, to);
+    }
+  }
+
+  /// from and to may be the same field: then a site sees its predecessors' new values. Rule and colours are
+  /// constants, as update.inc wants them.
+  template <int rule, int colours>
   void sweep(int number, const VectorField& from, VectorField& to) {
     const SweepState state = sweep_state(level_, number);
-    const energy::Sweep sweep{state.colour, state.strength, state.number, state.seed};
-    const int rule = static_cast<int>(level_.rule);
-    const int colours = sweeps_per_iteration(level_.update);
+    const energy::Sweep turn{state.colour, state.strength, state.number, state.seed};
+    const energy::real* steps = level_.steps.padded().data();
+    const int step_count = level_.steps.count();
     changed_ = 0;
     for (int y = 0; y < level_.extent.height; ++y) {
       for (int x = 0; x < level_.extent.width; ++x) {
         const energy::Site site = energy::gather(level_, from, x, y);
         const energy::Position at{static_cast<float>(x), static_cast<float>(y)};
-        const energy::Displacement next = energy::swept_displacement(
-            rule, colours, site, at, sweep, level_.steps.padded().data(), level_.steps.count());
+        const energy::Displacement next =
+            energy::swept_displacement(rule, colours, site, at, turn, steps, step_count);
         changed_ += (next.x != site.dx.centre || next.y != site.dy.centre) ? 1 : 0;
         const std::size_t index = level_.extent.index(x, y);
         to.x[index] = next.x;

@@ -1,38 +1,16 @@
 #include "harness/solve.hpp"
 
 #include "harness/level_sequence.hpp"
+#include "harness/stopwatch.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
 namespace hdmbench {
 
 namespace {
-
-/// Adds the life of the object to a sum of seconds.
-class Stopwatch {
-public:
-  explicit Stopwatch(double& seconds) : seconds_(seconds), start_(std::chrono::steady_clock::now()) {}
-  Stopwatch(const Stopwatch&) = delete;
-  Stopwatch& operator=(const Stopwatch&) = delete;
-  ~Stopwatch() {
-    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-
-private:
-  double& seconds_;
-  std::chrono::steady_clock::time_point start_;
-};
-
-/// call(), its seconds added to `seconds`.
-template <typename Call>
-auto timed(double& seconds, Call&& call) {
-  const Stopwatch watch(seconds);
-  return call();
-}
 
 /// One iteration at a time, until the rule says stop. Returns the number of iterations.
 int step_until_stopped(const Level& level, const Schedule& schedule, int limit, Session& session,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -38,6 +39,29 @@ struct VectorField {
   Extent extent;
   std::vector<float> x;
   std::vector<float> y;
+};
+
+/// Two doubles per site, planar: a displacement in pixels where float would round too much.
+struct DoubleField {
+  DoubleField() = default;
+  explicit DoubleField(Extent extent_, double fill = 0.0)
+      : extent(extent_), x(extent_.sites(), fill), y(extent_.sites(), fill) {}
+  /// The same values in double.
+  explicit DoubleField(const VectorField& field)
+      : extent(field.extent), x(field.x.begin(), field.x.end()), y(field.y.begin(), field.y.end()) {}
+
+  /// Rounded to float.
+  [[nodiscard]] VectorField to_float() const {
+    const auto round = [](double value) { return static_cast<float>(value); };
+    VectorField field(extent);
+    std::ranges::transform(x, field.x.begin(), round);
+    std::ranges::transform(y, field.y.begin(), round);
+    return field;
+  }
+
+  Extent extent;
+  std::vector<double> x;
+  std::vector<double> y;
 };
 
 } // namespace hdmbench

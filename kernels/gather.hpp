@@ -9,8 +9,7 @@ namespace hdmbench::energy {
 
 /// What one site sees of `displacement` on `level`: gather.glsl in C++. A neighbour outside the image has the
 /// displacement and the modulus of the centre (thesis 6.2.6).
-[[maybe_unused]] static inline Site gather(const Level& level, const VectorField& displacement, int x,
-                                           int y) {
+HDM_FUNCTION Site gather(const Level& level, const VectorField& displacement, int x, int y) {
   const Extent extent = level.extent;
   const std::size_t at = extent.index(x, y);
   const auto neighbour = [&](int dx, int dy) {

@@ -55,6 +55,16 @@ int sweeps_per_iteration(Update update) {
   return update == Update::four_coloured ? 4 : update == Update::coloured ? 2 : 1;
 }
 
+Level without_fields(const Level& level) {
+  return {.extent = level.extent,
+          .penalty = level.penalty,
+          .steps = level.steps,
+          .update = level.update,
+          .rule = level.rule,
+          .strengths = level.strengths,
+          .seed = level.seed};
+}
+
 SweepState sweep_state(const Level& level, int number) {
   SweepState state{.colour = static_cast<float>(number % sweeps_per_iteration(level.update)),
                    .number = static_cast<float>(number),

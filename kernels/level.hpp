@@ -54,6 +54,9 @@ struct SweepState {
   float seed = 0.0F;
 };
 
+/// The level without its arrays: all that sweep_state() reads, cheap to keep.
+[[nodiscard]] Level without_fields(const Level& level);
+
 [[nodiscard]] SweepState sweep_state(const Level& level, int number);
 
 /// Whether the rule reads inverse_curvature.

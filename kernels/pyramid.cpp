@@ -30,31 +30,6 @@ std::vector<int> sampled_indices(int coarse, int fine, Alignment alignment) {
   return indices;
 }
 
-/// The two coarse sites around a fine one and the weight of the second.
-struct Interpolation {
-  int first = 0;
-  int second = 0;
-  float weight = 0.0F;
-};
-
-std::vector<Interpolation> interpolations(int coarse, int fine, Alignment alignment) {
-  std::vector<Interpolation> result(static_cast<std::size_t>(fine));
-  for (int i = 0; i < fine; ++i) {
-    double position = 0.0;
-    if (alignment == Alignment::center) {
-      position = (i + 0.5) * coarse / fine - 0.5;
-    } else if (fine > 1) {
-      position = static_cast<double>(i) * (coarse - 1) / (fine - 1);
-    }
-    position = std::clamp(position, 0.0, static_cast<double>(coarse - 1));
-    const int first = static_cast<int>(position);
-    result[static_cast<std::size_t>(i)] = {.first = first,
-                                           .second = std::min(first + 1, coarse - 1),
-                                           .weight = static_cast<float>(position - first)};
-  }
-  return result;
-}
-
 std::vector<float> prolongate_component(const std::vector<float>& coarse, Extent coarse_extent,
                                         const std::vector<Interpolation>& columns,
                                         const std::vector<Interpolation>& rows) {
@@ -102,6 +77,54 @@ private:
   std::vector<int> rows_;
 };
 
+/// Fine indices first ... last of an axis, both included.
+struct Footprint {
+  int first = 0;
+  int last = 0;
+};
+
+/// The fine sites of an axis that each coarse one stands for: those it is the nearest to with corner
+/// alignment, a site in the middle counting for both, and those with their centre in its area with center
+/// alignment.
+std::vector<Footprint> footprints(int coarse, int fine, Alignment alignment) {
+  std::vector<Footprint> result(static_cast<std::size_t>(coarse), {0, fine - 1});
+  for (int index = 0; coarse > 1 && index < coarse; ++index) {
+    const long long i = index;
+    const long long k = coarse;
+    const long long n = fine;
+    Footprint& sites = result[static_cast<std::size_t>(index)];
+    if (alignment == Alignment::corner) { // |j (k - 1) - i (n - 1)| <= (n - 1) / 2
+      const long long before = std::max((2 * i - 1) * (n - 1), 0LL);
+      sites.first = static_cast<int>((before + 2 * (k - 1) - 1) / (2 * (k - 1)));
+      sites.last = static_cast<int>(std::min((2 * i + 1) * (n - 1) / (2 * (k - 1)), n - 1));
+    } else { // 2 i n <= (2 j + 1) k < 2 (i + 1) n
+      const auto first_of = [&](long long j) { return (std::max(2 * j * n - k, 0LL) + 2 * k - 1) / (2 * k); };
+      sites.first = static_cast<int>(first_of(i));
+      sites.last = static_cast<int>(std::min(first_of(i + 1), n) - 1);
+    }
+  }
+  return result;
+}
+
+void set_mean_modulus(const Level& full, Alignment alignment, Level& level) {
+  const auto columns = footprints(level.extent.width, full.extent.width, alignment);
+  const auto rows = footprints(level.extent.height, full.extent.height, alignment);
+  auto next = level.modulus.values.begin();
+  for (const Footprint row : rows) {
+    for (const Footprint column : columns) {
+      double sum = 0.0;
+      for (int y = row.first; y <= row.last; ++y) {
+        for (int x = column.first; x <= column.last; ++x) {
+          sum += static_cast<double>(full.modulus.values[full.extent.index(x, y)]);
+        }
+      }
+      const int sites = (row.last - row.first + 1) * (column.last - column.first + 1);
+      *next++ = static_cast<float>(sum / sites);
+    }
+  }
+  set_inverse_modulus(level);
+}
+
 } // namespace
 
 std::vector<Extent> pyramid_extents(Extent full) {
@@ -127,7 +150,25 @@ int sampled_index(int coarse_index, int coarse, int fine, Alignment alignment) {
   return static_cast<int>((2 * i * (fine - 1) + (coarse - 1)) / (2LL * (coarse - 1)));
 }
 
-Level sample_level(const Level& full, Extent extent, Alignment alignment) {
+std::vector<Interpolation> interpolations(int coarse, int fine, Alignment alignment) {
+  std::vector<Interpolation> result(static_cast<std::size_t>(fine));
+  for (int i = 0; i < fine; ++i) {
+    double position = 0.0;
+    if (alignment == Alignment::center) {
+      position = (i + 0.5) * coarse / fine - 0.5;
+    } else if (fine > 1) {
+      position = static_cast<double>(i) * (coarse - 1) / (fine - 1);
+    }
+    position = std::clamp(position, 0.0, static_cast<double>(coarse - 1));
+    const int first = static_cast<int>(position);
+    result[static_cast<std::size_t>(i)] = {.first = first,
+                                           .second = std::min(first + 1, coarse - 1),
+                                           .weight = static_cast<float>(position - first)};
+  }
+  return result;
+}
+
+Level sample_level(const Level& full, Extent extent, Alignment alignment, Material material) {
   Level level{.extent = extent,
               .target = VectorField(extent),
               .confidence = VectorField(extent),
@@ -144,8 +185,12 @@ Level sample_level(const Level& full, Extent extent, Alignment alignment) {
   sample(full.target.y, level.target.y);
   sample(full.confidence.x, level.confidence.x);
   sample(full.confidence.y, level.confidence.y);
-  sample(full.modulus.values, level.modulus.values);
-  sample(full.inverse_modulus.values, level.inverse_modulus.values);
+  if (material == Material::mean) {
+    set_mean_modulus(full, alignment, level);
+  } else {
+    sample(full.modulus.values, level.modulus.values);
+    sample(full.inverse_modulus.values, level.inverse_modulus.values);
+  }
   return level;
 }
 

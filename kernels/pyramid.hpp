@@ -11,6 +11,12 @@ enum class Alignment {
   center, ///< pixel areas coincide: a border one pixel wide is lost on coarse levels
 };
 
+/// Which modulus a coarse site has.
+enum class Material {
+  nearest, ///< that of the site it samples: the thesis
+  mean,    ///< the arithmetic mean over the sites it stands for: thin layers keep their share on every level
+};
+
 /// Extents of all levels, index 0 the full image, the last one 1 x 1. Per axis: n, then the powers of two
 /// below n in falling order, then 1 until the longer axis has arrived: 300 gives 300 256 128 ... 2 1
 /// (thesis 4.11). Throws InputError where a side is < 1.
@@ -20,9 +26,21 @@ enum class Alignment {
 /// integer arithmetic, halves round up; an axis of one site samples the middle.
 [[nodiscard]] int sampled_index(int coarse_index, int coarse, int fine, Alignment alignment);
 
-/// Target, confidence and moduli of `full` at the sampled sites; penalty, steps, update, rule, strengths and
-/// seed as they are. The inverse curvature is left empty: it belongs to the level's own neighbours.
-[[nodiscard]] Level sample_level(const Level& full, Extent extent, Alignment alignment);
+/// Target, confidence and moduli of `full` at the sampled sites, the moduli as `material` says; penalty,
+/// steps, update, rule, strengths and seed as they are. The inverse curvature is left empty: it belongs to
+/// the level's own neighbours.
+[[nodiscard]] Level sample_level(const Level& full, Extent extent, Alignment alignment,
+                                 Material material = Material::nearest);
+
+/// The two coarse sites around a fine one on an axis and the weight of the second, the first having the rest.
+struct Interpolation {
+  int first = 0;
+  int second = 0;
+  float weight = 0.0F;
+};
+
+/// How each of `fine` sites on an axis is interpolated from `coarse` ones.
+[[nodiscard]] std::vector<Interpolation> interpolations(int coarse, int fine, Alignment alignment);
 
 /// Bilinear interpolation of a displacement from the level above, first along x, then along y, each as
 /// a + t * (b - a) in float. Values are pixels of the full image on every level and are not rescaled.

@@ -37,19 +37,18 @@ protected:
     scalar_ = backends_.front()->open({});
   }
 
-  /// Both sessions from the same start; compares field and count after every iteration.
-  void expect_same(const test::Problem& problem, int iterations, const std::string& what) {
+  /// Both sessions from the same start; compares field and count after every sweep.
+  void expect_same(const test::Problem& problem, int sweeps, const std::string& what) {
     for (Session* session : {scalar_.get(), session_.get()}) {
       session->load(problem.level);
       session->write(problem.start);
     }
-    for (int i = 1; i <= iterations; ++i) {
+    for (int i = 1; i <= sweeps; ++i) {
       scalar_->step(1);
       session_->step(1);
       const FieldDifference difference = compare(read(*scalar_), read(*session_));
-      ASSERT_EQ(difference.sites, 0) << what << ", iteration " << i << ", first site index "
-                                     << *difference.first;
-      ASSERT_EQ(session_->changed(), scalar_->changed()) << what << ", iteration " << i;
+      ASSERT_EQ(difference.sites, 0) << what << ", sweep " << i << ", first site index " << *difference.first;
+      ASSERT_EQ(session_->changed(), scalar_->changed()) << what << ", sweep " << i;
     }
   }
 
@@ -68,6 +67,59 @@ TEST_P(BackendTest, SameBitsAtEverySize) {
       expect_same(test::random_problem(extent, texture, seed), 25,
                   fmt::format("random_problem({{{}, {}}}, Texture({}), {})", extent.width, extent.height,
                               static_cast<int>(texture), seed));
+    }
+  }
+}
+
+TEST_P(BackendTest, SameBitsForEveryRuleAndUpdate) {
+  std::uint64_t seed = 200;
+  for (const Rule rule : test::all_rules) {
+    for (const Update update : test::simultaneous_and_coloured) {
+      for (const Extent extent :
+           {Extent{1, 1}, Extent{1, 6}, Extent{2, 3}, Extent{5, 1}, Extent{66, 17}, Extent{129, 34}}) {
+        for (const test::Texture texture :
+             {test::Texture::smooth, test::Texture::tie_rich, test::Texture::dyadic}) {
+          ++seed;
+          expect_same(test::random_problem(extent, texture, seed, {}, rule, update), 9,
+                      fmt::format("random_problem({{{}, {}}}, Texture({}), {}, {{}}, Rule({}), Update({}))",
+                                  extent.width, extent.height, static_cast<int>(texture), seed,
+                                  static_cast<int>(rule), static_cast<int>(update)));
+        }
+      }
+    }
+  }
+}
+
+TEST_P(BackendTest, SameBitsForEveryNumberOfCandidatesToAnneal) {
+  for (const char* steps : {"0", "1,-1", "fine", "0,1,2,3,4,5,6,7,8,9,-1,-2,-3,-4,-5,-6"}) {
+    expect_same(test::random_problem({40, 30}, test::Texture::smooth, 20, StepSet::parse(steps),
+                                     Rule::annealing, Update::four_coloured),
+                8, steps);
+  }
+}
+
+TEST_P(BackendTest, SweepsAreNumberedOnFromTheLoad) {
+  for (const Rule rule : test::all_rules) {
+    for (const Update update : test::simultaneous_and_coloured) {
+      const auto problem = test::random_problem({90, 71}, test::Texture::smooth, 21, {}, rule, update);
+      for (int load = 0; load < 2; ++load) {
+        for (Session* session : {scalar_.get(), session_.get()}) {
+          session->load(problem.level);
+          session->write(problem.start);
+        }
+        for (const int sweeps : {1, 3, 2, 21}) {
+          for (int i = 0; i < sweeps; ++i) {
+            scalar_->step(1);
+          }
+          session_->step(sweeps);
+          const std::string what =
+              fmt::format("Rule({}), Update({}), step({}), load {}", static_cast<int>(rule),
+                          static_cast<int>(update), sweeps, load);
+          ASSERT_EQ(compare(read(*scalar_), read(*session_)).sites, 0) << what;
+          ASSERT_EQ(session_->changed(), scalar_->changed()) << what;
+          session_->write(read(*scalar_)); // must not number from 0 again
+        }
+      }
     }
   }
 }
@@ -196,13 +248,13 @@ TEST_P(BackendTest, AnImageBeyondTheDevicesLimitIsRefused) {
   expect_same(test::random_problem({9, 9}, test::Texture::smooth, 14), 2, "after a refused level");
 }
 
-TEST(OpenMpBackend, SameBitsForEveryNumberOfThreadsAndIterations) {
-  // Large enough for eight threads; bands of 200 / 8 rows have seams that iterations pass together.
+void expect_same_for_every_number_of_threads(Rule rule, Update update) {
+  // Large enough for eight threads; bands of 200 / 8 rows have seams that sweeps pass together.
   const auto backends = make_backends();
-  const auto problem = test::random_problem({300, 200}, test::Texture::tie_rich, 15);
+  const auto problem = test::random_problem({300, 200}, test::Texture::tie_rich, 15, {}, rule, update);
   const auto scalar = backends.front()->open({});
-  scalar->load(problem.level);
   for (const int iterations : {1, 2, 3, 5, 8, 20}) {
+    scalar->load(problem.level);
     scalar->write(problem.start);
     scalar->step(iterations);
     const VectorField expected = read(*scalar);
@@ -215,6 +267,18 @@ TEST(OpenMpBackend, SameBitsForEveryNumberOfThreadsAndIterations) {
       EXPECT_EQ(session->changed(), scalar->changed()) << threads << " threads, " << iterations;
     }
   }
+}
+
+TEST(OpenMpBackend, SameBitsForEveryNumberOfThreads) {
+  expect_same_for_every_number_of_threads(Rule::steps, Update::simultaneous);
+}
+
+TEST(OpenMpBackend, SameBitsForEveryNumberOfThreadsInTwoColours) {
+  expect_same_for_every_number_of_threads(Rule::closed_form, Update::coloured);
+}
+
+TEST(OpenMpBackend, SameBitsForEveryNumberOfThreadsInFourColours) {
+  expect_same_for_every_number_of_threads(Rule::annealing, Update::four_coloured);
 }
 
 TEST(ScalarBackend, SequentialSweepsSeeNewValues) {

@@ -107,5 +107,43 @@ TEST(Pyramid, LevelsSampleTheFullImage) {
   }
 }
 
+TEST(Pyramid, MeanModuliAreThoseOfTheSitesACoarseOneStandsFor) {
+  for (const auto& [full, coarse] :
+       {std::pair{Extent{30, 7}, Extent{8, 4}}, std::pair{Extent{16, 9}, Extent{8, 9}},
+        std::pair{Extent{9, 5}, Extent{2, 1}}, std::pair{Extent{1, 12}, Extent{1, 8}}}) {
+    const Level level = test::random_problem(full, test::Texture::smooth, 6).level;
+    for (const Alignment alignment : {Alignment::corner, Alignment::center}) {
+      const Level mean = sample_level(level, coarse, alignment, Material::mean);
+      const auto belongs = [&](int i, int k, int j, int n) {
+        if (alignment == Alignment::center || k == 1) {
+          return k == 1 || (2 * j + 1) * k / (2 * n) == i;
+        }
+        return std::abs(2 * j * (k - 1) - 2 * i * (n - 1)) <= n - 1;
+      };
+      for (int y = 0; y < coarse.height; ++y) {
+        for (int x = 0; x < coarse.width; ++x) {
+          double sum = 0.0;
+          int sites = 0;
+          for (int v = 0; v < full.height; ++v) {
+            for (int u = 0; u < full.width; ++u) {
+              if (belongs(x, coarse.width, u, full.width) && belongs(y, coarse.height, v, full.height)) {
+                sum += static_cast<double>(level.modulus.values[full.index(u, v)]);
+                ++sites;
+              }
+            }
+          }
+          const float modulus = mean.modulus.values[coarse.index(x, y)];
+          EXPECT_FLOAT_EQ(modulus, static_cast<float>(sum / sites)) << coarse.width << ": " << x << ", " << y;
+          EXPECT_EQ(mean.inverse_modulus.values[coarse.index(x, y)], 1.0F / modulus);
+        }
+      }
+      const Level nearest = sample_level(level, coarse, alignment);
+      EXPECT_EQ(mean.target.x, nearest.target.x);
+      EXPECT_EQ(mean.confidence.y, nearest.confidence.y);
+      EXPECT_EQ(sample_level(level, full, alignment, Material::mean).modulus.values, level.modulus.values);
+    }
+  }
+}
+
 } // namespace
 } // namespace hdmbench

@@ -2,6 +2,7 @@
 
 #include "kernels/level.hpp"
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <random>
@@ -20,8 +21,13 @@ struct Problem {
   VectorField start;
 };
 
-/// The same for the same arguments on every machine.
-inline Problem random_problem(Extent extent, Texture texture, std::uint64_t seed, StepSet steps = {}) {
+inline constexpr std::array all_rules{Rule::steps, Rule::closed_form, Rule::correction, Rule::annealing};
+inline constexpr std::array simultaneous_and_coloured{Update::simultaneous, Update::coloured,
+                                                      Update::four_coloured};
+
+/// The same for the same arguments on every machine. Strengths differ from sweep to sweep.
+inline Problem random_problem(Extent extent, Texture texture, std::uint64_t seed, StepSet steps = {},
+                              Rule rule = Rule::steps, Update update = Update::simultaneous) {
   std::mt19937_64 engine(seed);
   const auto uniform = [&] { return static_cast<double>(engine() >> 11) * 0x1p-53; };
   const double grid = texture == Texture::tie_rich ? 0.1 : texture == Texture::dyadic ? 0.25 : 0.0;
@@ -40,7 +46,10 @@ inline Problem random_problem(Extent extent, Texture texture, std::uint64_t seed
                             .modulus = ScalarField(extent, 1.0F),
                             .inverse_modulus = {},
                             .penalty = texture == Texture::smooth ? 300.0F : 4.0F,
-                            .steps = steps},
+                            .steps = steps,
+                            .update = update,
+                            .rule = rule,
+                            .seed = static_cast<int>(seed % 4093)},
                   .start = VectorField(extent)};
   for (std::size_t i = 0; i < extent.sites(); ++i) {
     if (texture == Texture::smooth) {
@@ -56,6 +65,12 @@ inline Problem random_problem(Extent extent, Texture texture, std::uint64_t seed
     problem.start.y[i] = displacement();
   }
   set_inverse_modulus(problem.level);
+  set_inverse_curvature(problem.level);
+  if (rule == Rule::annealing) {
+    problem.level.strengths = {0.01F, 0.3F, 2.0F, 0.05F, 50.0F};
+  } else if (rule != Rule::steps) {
+    problem.level.strengths = {1.0F, 1.7F, 0.6F, 1.9F, 1.3F, 1.0F, 1.1F};
+  }
   return problem;
 }
 

@@ -1,25 +1,47 @@
-// One sweep per backend and size: `sweep_benchmark --benchmark_filter=openmp`.
+// All sites visited once, per backend, rule, update and size: `sweep_benchmark
+// --benchmark_filter=openmp/closed`.
 
 #include "backends/registry.hpp"
 #include "harness/scene.hpp"
 
 #include <benchmark/benchmark.h>
+#include <fmt/format.h>
 
+#include <array>
 #include <chrono>
+#include <string_view>
 
 namespace {
 
 using namespace hdmbench;
 
-void sweep(benchmark::State& state, const Backend& backend, int size) {
-  const Scene scene = load_scene("square", {.size = Extent{size, size}});
+struct Kind {
+  std::string_view name;
+  Rule rule;
+  Update update;
+};
+
+constexpr std::array kinds{Kind{"steps", Rule::steps, Update::simultaneous},
+                           Kind{"steps-coloured", Rule::steps, Update::coloured},
+                           Kind{"closed-form", Rule::closed_form, Update::simultaneous},
+                           Kind{"closed-form-coloured", Rule::closed_form, Update::coloured},
+                           Kind{"correction-coloured", Rule::correction, Update::coloured},
+                           Kind{"annealing-four-coloured", Rule::annealing, Update::four_coloured}};
+
+void iterate(benchmark::State& state, const Backend& backend, const Kind& kind, int size) {
+  Scene scene = load_scene("square", {.size = Extent{size, size}});
+  scene.full.rule = kind.rule;
+  scene.full.update = kind.update;
+  scene.full.strengths = {1.0F};
+  set_inverse_curvature(scene.full);
+  const int sweeps = sweeps_per_iteration(kind.update);
   const auto session = backend.open({});
   session->load(scene.full);
   session->write(scene.start);
-  session->step(2); // compiles
+  session->step(2 * sweeps); // compiles
   for (auto _ : state) {
     const auto start = std::chrono::steady_clock::now();
-    session->step(1);
+    session->step(sweeps);
     state.SetIterationTime(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(scene.extent().sites()));
@@ -36,12 +58,14 @@ int main(int argc, char** argv) {
       std::fprintf(stderr, "%s is skipped: %s\n", std::string(backend->name()).c_str(), error.what());
       continue;
     }
-    for (const int size : {300, 600, 1200}) {
-      benchmark::RegisterBenchmark(
-          (std::string(backend->name()) + "/" + std::to_string(size)).c_str(),
-          [&backend, size](benchmark::State& state) { sweep(state, *backend, size); })
-          ->UseManualTime()
-          ->Unit(benchmark::kMillisecond);
+    for (const Kind& kind : kinds) {
+      for (const int size : {300, 600, 1200}) {
+        benchmark::RegisterBenchmark(
+            fmt::format("{}/{}/{}", backend->name(), kind.name, size).c_str(),
+            [&backend, &kind, size](benchmark::State& state) { iterate(state, *backend, kind, size); })
+            ->UseManualTime()
+            ->Unit(benchmark::kMillisecond);
+      }
     }
   }
   benchmark::Initialize(&argc, argv);

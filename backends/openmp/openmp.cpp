@@ -1,7 +1,8 @@
 #include "backends/openmp/openmp.hpp"
 
 #include "backends/cpu_device.hpp"
-#include "backends/openmp/row.hpp"
+#include "backends/openmp/layout.hpp"
+#include "kernels/energy.hpp"
 
 #include <fmt/format.h>
 #include <omp.h>
@@ -13,7 +14,7 @@ namespace hdmbench {
 
 namespace {
 
-using openmp::NeighbourPointers;
+using openmp::Layout;
 using openmp::RowPart;
 using openmp::SweepRow;
 
@@ -42,59 +43,45 @@ int thread_count(int requested) {
 /// Below this many sites a second thread costs more than it brings.
 constexpr std::size_t sites_worth_a_thread = 4096;
 
-/// Pointers for one planar array and row y. Columns 0 and width - 1 have a column outside: west_outside,
-/// east_outside.
-NeighbourPointers neighbours(const float* values, Extent extent, int y, bool west_outside,
-                             bool east_outside) {
-  const float* centre = values + extent.index(0, y);
-  const auto pick = [&](int dx, int dy) {
-    const bool outside =
-        (dx < 0 && west_outside) || (dx > 0 && east_outside) || y + dy < 0 || y + dy >= extent.height;
-    return outside ? centre : centre + static_cast<std::ptrdiff_t>(dy) * extent.width + dx;
-  };
-  return {.north_west = pick(-1, -1),
-          .north = pick(0, -1),
-          .north_east = pick(1, -1),
-          .west = pick(-1, 0),
-          .centre = centre,
-          .east = pick(1, 0),
-          .south_west = pick(-1, 1),
-          .south = pick(0, 1),
-          .south_east = pick(1, 1)};
-}
-
-/// Columns first ... last - 1 of a row, with or without an observation.
+/// Sites first ... last - 1 of a row's phase, with or without an observation.
 struct Run {
   int first;
   int last;
   bool observed;
 };
 
-/// A row as few runs: the outermost columns by themselves, because they have neighbours outside; between them
-/// blocks of columns that are called unobserved only if nobody in them is observed.
-std::vector<Run> find_runs(const Level& level, int y) {
+/// A phase of row y as few runs: the columns at the border by themselves, because they have neighbours
+/// outside; between them blocks of sites that are called unobserved only if nobody in them is observed.
+/// `confidence` is arranged.
+std::vector<Run> find_runs(const Layout& layout, const VectorField& confidence, int y, int phase) {
   constexpr int block = 64;
-  const int width = level.extent.width;
+  const std::size_t start = layout.start(y, phase);
   const auto is_observed = [&](int first, int last) {
-    for (std::size_t i = level.extent.index(first, y); i < level.extent.index(last, y); ++i) {
-      if (level.confidence.x[i] != 0.0F || level.confidence.y[i] != 0.0F) {
-        return true;
-      }
+    bool observed = false;
+    for (std::size_t i = start + static_cast<std::size_t>(first); i < start + static_cast<std::size_t>(last);
+         ++i) {
+      observed |= confidence.x[i] != 0.0F || confidence.y[i] != 0.0F;
     }
-    return false;
+    return observed;
   };
-  std::vector<Run> runs{{0, 1, true}};
-  for (int first = 1; first < width - 1; first += block) {
-    const int last = std::min(first + block, width - 1);
+  const int count = layout.count(phase);
+  const int begin = layout.column(0, phase) == 0 ? 1 : 0;
+  const int end = layout.column(count - 1, phase) == layout.extent.width - 1 ? count - 1 : count;
+  std::vector<Run> runs;
+  if (begin > 0) {
+    runs.push_back({0, begin, true});
+  }
+  for (int first = begin; first < end; first += block) {
+    const int last = std::min(first + block, end);
     const bool observed = is_observed(first, last);
-    if (first > 1 && runs.back().observed == observed) {
+    if (first > begin && runs.back().observed == observed) {
       runs.back().last = last;
     } else {
       runs.push_back({first, last, observed});
     }
   }
-  if (width > 1) {
-    runs.push_back({width - 1, width, true});
+  if (end < count && count > begin) {
+    runs.push_back({end, count, true});
   }
   return runs;
 }
@@ -112,34 +99,62 @@ Band band_of(int thread, int threads, int rows) {
   return {begin(thread), begin(thread + 1)};
 }
 
-/// Threads share the rows, SIMD lanes the sites of a row. Up to `most_fused` iterations pass through a band
-/// together, each one row behind the one before, so that a row is still in the cache when the next iteration
+/// Threads share the rows, SIMD lanes the sites of a row. Up to `most_fused` sweeps pass through a band
+/// together, each one row behind the one before, so that a row is still in the cache when the next sweep
 /// wants it: a large image is read from memory once for all of them.
 ///
-/// Two buffers are enough. Iteration t overwrites row y of iteration t - 2 after iteration t - 1 has done row
-/// y + 1, the last one to read it. Where two bands meet neither thread has its neighbour's rows, so there
-/// iteration t keeps t rows away from the seam; when all bands are done the gap is filled, iteration by
-/// iteration, from rows that nobody has overwritten.
+/// Simultaneous updates need two buffers, and two are enough. Sweep t overwrites row y of sweep t - 2 after
+/// sweep t - 1 has done row y + 1, the last one to read it. Coloured ones work in place on one buffer,
+/// because what moves does not see what else moves in that sweep. Where two bands meet neither thread has its
+/// neighbour's rows, so there sweep t keeps t rows away from the seam; when all bands are done the gap is
+/// filled, sweep by sweep, from rows in which nobody has overwritten what is read.
 class OpenMpSession final : public Session {
 public:
   OpenMpSession(int threads, SweepRow kernel) : threads_(threads), kernel_(kernel) {}
 
 private:
   void do_load(const Level& level) override {
-    level_ = level;
-    runs_.clear();
-    for (int y = 0; y < level.extent.height; ++y) {
-      runs_.push_back(find_runs(level, y));
+    level_ = without_fields(level);
+    colours_ = sweeps_per_iteration(level.update);
+    layout_ = {.extent = level.extent, .stride = colours_ == 1 ? 1 : 2};
+    const int threads = useful_threads();
+    const auto arrange = [&](const VectorField& from, VectorField& to) {
+      layout_.arrange(from.x, to.x, threads);
+      layout_.arrange(from.y, to.y, threads);
+    };
+    layout_.arrange(level.modulus.values, level_.modulus.values, threads);
+    layout_.arrange(level.inverse_modulus.values, level_.inverse_modulus.values, threads);
+    arrange(level.target, level_.target);
+    arrange(level.confidence, level_.confidence);
+    if (needs_inverse_curvature(level.rule)) {
+      arrange(level.inverse_curvature, level_.inverse_curvature);
     }
-    fields_ = {VectorField(level.extent), VectorField(level.extent)};
+    runs_.resize(static_cast<std::size_t>(level.extent.height * layout_.stride));
+#pragma omp parallel for num_threads(threads)
+    for (int y = 0; y < level.extent.height; ++y) {
+      for (int phase = 0; phase < layout_.stride; ++phase) {
+        runs_[runs_index(y, phase)] = find_runs(layout_, level_.confidence, y, phase);
+      }
+    }
+    fields_[0] = VectorField(level.extent);
+    fields_[1] = colours_ == 1 ? VectorField(level.extent) : VectorField();
     newest_ = 0;
   }
 
-  void do_write(const VectorField& displacement) override { fields_[newest_] = displacement; }
-  void do_read(VectorField& displacement) override { displacement = fields_[newest_]; }
-  std::int64_t do_changed() override { return changed_; }
+  void do_write(const VectorField& displacement) override {
+    layout_.arrange(displacement.x, fields_[newest_].x, useful_threads());
+    layout_.arrange(displacement.y, fields_[newest_].y, useful_threads());
+  }
+  void do_read(VectorField& displacement) override {
+    layout_.restore(fields_[newest_].x, displacement.x, useful_threads());
+    layout_.restore(fields_[newest_].y, displacement.y, useful_threads());
+  }
+  std::int64_t do_changed() override {
+    return changed_;
+  }
 
-  void do_step(int /*first*/, int iterations) override {
+  void do_step(int first, int sweeps) override {
+    first_ = first;
     const int rows = level_.extent.height;
     std::int64_t changed = 0;
 #pragma omp parallel num_threads(useful_threads()) reduction(+ : changed)
@@ -148,8 +163,8 @@ private:
       const Band band = band_of(omp_get_thread_num(), threads, rows);
       // Two seams must not meet in the middle of a band.
       const int deepest = threads == 1 ? most_fused : std::clamp(rows / threads / 2, 1, most_fused);
-      for (int done = 0; done < iterations;) {
-        const int depth = std::min(deepest, iterations - done);
+      for (int done = 0; done < sweeps;) {
+        const int depth = std::min(deepest, sweeps - done);
         changed = sweep_band(band, done, depth);
 #pragma omp barrier
         if (depth > 1) {
@@ -159,11 +174,11 @@ private:
         done += depth;
       }
     }
-    newest_ = (newest_ + static_cast<std::size_t>(iterations)) % 2;
+    newest_ = buffer(sweeps);
     changed_ = changed;
   }
 
-  /// Iterations done ... done + depth - 1 of a band; the count of changes is that of the last one.
+  /// Sweeps done ... done + depth - 1 of a band; the count of changes is that of the last one.
   [[nodiscard]] std::int64_t sweep_band(Band band, int done, int depth) {
     const int rows = level_.extent.height;
     std::int64_t changed = 0;
@@ -198,48 +213,84 @@ private:
     return static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(threads_), most));
   }
 
-  /// `iteration` counts from the newest field.
-  [[nodiscard]] std::int64_t sweep_row(int iteration, int y) {
-    const VectorField& from = fields_[(newest_ + static_cast<std::size_t>(iteration)) % 2];
-    VectorField& to = fields_[(newest_ + static_cast<std::size_t>(iteration) + 1) % 2];
+  /// Where the field is after so many sweeps of a step.
+  [[nodiscard]] std::size_t buffer(int sweeps) const {
+    return colours_ == 1 ? (newest_ + static_cast<std::size_t>(sweeps)) % 2 : 0;
+  }
+
+  /// `sweep` counts from the newest field.
+  [[nodiscard]] std::int64_t sweep_row(int sweep, int y) {
+    const VectorField& from = fields_[buffer(sweep)];
+    VectorField& to = fields_[buffer(sweep + 1)];
+    const SweepState state = sweep_state(level_, first_ + sweep);
+    const energy::Sweep turn{state.colour, state.strength, state.number, state.seed};
     std::int64_t changed = 0;
-    for (const Run& run : runs_[static_cast<std::size_t>(y)]) {
-      changed += kernel_(part(from, to, y, run));
+    for (int phase = 0; phase < layout_.stride; ++phase) {
+      const energy::Position at{static_cast<float>(phase), static_cast<float>(y)};
+      const bool moves_x = energy::moves_x(colours_, at, turn);
+      const bool moves_y = energy::moves_y(colours_, at, turn);
+      if (moves_x || moves_y) {
+        for (const Run& run : runs_[runs_index(y, phase)]) {
+          RowPart part = row_part(from, to, y, phase, run);
+          part.strength = state.strength;
+          part.number = state.number;
+          part.seed = state.seed;
+          part.moves_x = moves_x;
+          part.moves_y = moves_y;
+          changed += kernel_(part);
+        }
+      }
     }
     return changed;
   }
 
-  [[nodiscard]] RowPart part(const VectorField& from, VectorField& to, int y, const Run& run) const {
-    const Extent extent = level_.extent;
-    const std::size_t row = extent.index(0, y);
-    const bool west = run.first == 0;
-    const bool east = run.last == extent.width;
-    return {.dx = neighbours(from.x.data(), extent, y, west, east),
-            .dy = neighbours(from.y.data(), extent, y, west, east),
-            .inverse_modulus = neighbours(level_.inverse_modulus.values.data(), extent, y, west, east),
+  /// All but what changes from sweep to sweep.
+  [[nodiscard]] RowPart row_part(const VectorField& from, VectorField& to, int y, int phase,
+                                 const Run& run) const {
+    const std::size_t row = layout_.start(y, phase);
+    const auto neighbours = [&](const std::vector<float>& values) {
+      return layout_.neighbours(values, y, phase, run.first, run.last);
+    };
+    const bool curvature = needs_inverse_curvature(level_.rule);
+    return {.dx = neighbours(from.x),
+            .dy = neighbours(from.y),
+            .inverse_modulus = neighbours(level_.inverse_modulus.values),
             .modulus = level_.modulus.values.data() + row,
             .target_x = level_.target.x.data() + row,
             .target_y = level_.target.y.data() + row,
             .confidence_x = level_.confidence.x.data() + row,
             .confidence_y = level_.confidence.y.data() + row,
+            .inverse_curvature_x = curvature ? level_.inverse_curvature.x.data() + row : nullptr,
+            .inverse_curvature_y = curvature ? level_.inverse_curvature.y.data() + row : nullptr,
             .penalty = level_.penalty,
             .steps = level_.steps.padded().data(),
             .step_count = level_.steps.count(),
+            .row = y,
+            .column = layout_.column(0, phase),
+            .stride = layout_.stride,
             .next_x = to.x.data() + row,
             .next_y = to.y.data() + row,
             .first = run.first,
             .last = run.last,
+            .rule = static_cast<int>(level_.rule),
             .observed = run.observed};
+  }
+
+  [[nodiscard]] std::size_t runs_index(int y, int phase) const {
+    return static_cast<std::size_t>(y * layout_.stride + phase);
   }
 
   static constexpr int most_fused = 8;
 
   int threads_;
   SweepRow kernel_;
-  Level level_;
-  std::vector<std::vector<Run>> runs_; ///< per row
-  std::array<VectorField, 2> fields_;
-  std::size_t newest_ = 0; ///< index of the field after the last iteration
+  Level level_; ///< its arrays as layout_ has them
+  int colours_ = 1;
+  Layout layout_;
+  std::vector<std::vector<Run>> runs_; ///< per row and phase
+  std::array<VectorField, 2> fields_;  ///< as layout_ has them; coloured updates use the first
+  std::size_t newest_ = 0;             ///< index of the field after the last sweep
+  int first_ = 0;                      ///< number since load() of the first sweep of this step
   std::int64_t changed_ = 0;
 };
 

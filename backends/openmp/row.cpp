@@ -14,82 +14,133 @@ HDM_FUNCTION real abs(real value) {
   return __builtin_fabsf(value);
 }
 
-#include "kernels/energy.inc"
-
-HDM_FUNCTION Neighbours fetch(const NeighbourPointers& from, int x) {
-  return {from.north_west[x], from.north[x],      from.north_east[x], from.west[x],      from.centre[x],
-          from.east[x],       from.south_west[x], from.south[x],      from.south_east[x]};
+/// update.inc asks for numbers 0 <= value < 2^24 only: truncation, for which every processor has an
+/// instruction.
+HDM_FUNCTION real floor(real value) {
+  return static_cast<real>(static_cast<int>(value));
 }
 
-/// What the site reads of its observation. Without one the constants leave no trace: x + 0 * y = x for the
-/// finite numbers that all inputs are, so the compiler (-ffinite-math-only) drops the term, with the same
-/// bits.
-template <bool observed>
-HDM_FUNCTION Site fetch_site(const RowPart& part, int x) {
-  const Neighbours dx = fetch(part.dx, x);
-  const Neighbours dy = fetch(part.dy, x);
-  const Neighbours inverse_modulus = fetch(part.inverse_modulus, x);
-  if constexpr (observed) {
-    return {dx,
-            dy,
-            inverse_modulus,
-            part.modulus[x],
-            part.target_x[x],
-            part.target_y[x],
-            part.confidence_x[x],
-            part.confidence_y[x],
-            part.penalty,
-            real(0),
-            real(0)};
-  }
-  return {dx,      dy,      inverse_modulus, part.modulus[x], real(0), real(0),
-          real(0), real(0), real(1),         real(0),         real(0)};
+#include "kernels/energy.inc"
+#include "kernels/update.inc"
+
+/// What a row is compiled for: constants, so that their branches are gone and the loop over sites is the
+/// innermost one.
+struct Kind {
+  int rule;
+  int step_count;
+  bool observed;
+  bool moves_x;
+  bool moves_y;
+};
+
+HDM_FUNCTION Neighbours fetch(const NeighbourPointers& from, int i) {
+  return {from.north_west[i], from.north[i],      from.north_east[i], from.west[i],      from.centre[i],
+          from.east[i],       from.south_west[i], from.south[i],      from.south_east[i]};
+}
+
+/// x does not see its own column nor y its own row: those may move in the same sweep.
+HDM_FUNCTION Neighbours fetch_seen_by_x(const NeighbourPointers& from, int i) {
+  return {from.north_west[i], real(0), from.north_east[i], from.west[i], from.centre[i], from.east[i],
+          from.south_west[i], real(0), from.south_east[i]};
+}
+HDM_FUNCTION Neighbours fetch_seen_by_y(const NeighbourPointers& from, int i) {
+  return {from.north_west[i], from.north[i], from.north_east[i], real(0), from.centre[i], real(0),
+          from.south_west[i], from.south[i], from.south_east[i]};
+}
+
+/// What the site reads. An observation that is not there leaves no trace: x + 0 * y = x for the finite
+/// numbers that all inputs are, so the compiler (-ffinite-math-only) drops the term, with the same bits. A
+/// correction's target is no observation.
+template <Kind kind>
+HDM_FUNCTION Site fetch_site(const RowPart& part, int i) {
+  constexpr bool has_target = kind.observed || kind.rule == rule_correction;
+  constexpr bool has_curvature = kind.rule == rule_closed_form || kind.rule == rule_correction;
+  return {kind.moves_x ? fetch_seen_by_x(part.dx, i) : Neighbours{},
+          kind.moves_y ? fetch_seen_by_y(part.dy, i) : Neighbours{},
+          fetch(part.inverse_modulus, i),
+          part.modulus[i],
+          has_target ? part.target_x[i] : real(0),
+          has_target ? part.target_y[i] : real(0),
+          kind.observed ? part.confidence_x[i] : real(0),
+          kind.observed ? part.confidence_y[i] : real(0),
+          kind.observed ? part.penalty : real(1),
+          has_curvature ? part.inverse_curvature_x[i] : real(0),
+          has_curvature ? part.inverse_curvature_y[i] : real(0)};
 }
 
 // A function of its own: locals declared inside an `omp simd` loop would become arrays in memory, one element
 // per lane, and the loop would not vectorise.
-template <int step_count, bool observed>
-HDM_FUNCTION int sweep_site(const RowPart& part, const real* steps, real* next_x, real* next_y, int x) {
-  const Site site = fetch_site<observed>(part, x);
-  const Displacement next = improved_displacement(site, steps, step_count);
-  next_x[x] = next.x;
-  next_y[x] = next.y;
-  return static_cast<int>(next.x != site.dx.centre) | static_cast<int>(next.y != site.dy.centre);
+template <Kind kind>
+HDM_FUNCTION int sweep_site(const RowPart& part, const real* steps, int i) {
+  const Site site = fetch_site<kind>(part, i);
+  const Position at = {static_cast<real>(part.column + part.stride * i), static_cast<real>(part.row)};
+  const Sweep sweep = {real(0), part.strength, part.number, part.seed}; // the colour has chosen the part
+  const Displacement next = moved_displacement(kind.rule, site, at, sweep, steps, kind.step_count);
+  int changed = 0;
+  if constexpr (kind.moves_x) {
+    part.next_x[i] = next.x;
+    changed |= static_cast<int>(next.x != site.dx.centre);
+  }
+  if constexpr (kind.moves_y) {
+    part.next_y[i] = next.y;
+    changed |= static_cast<int>(next.y != site.dy.centre);
+  }
+  return changed;
 }
 
-/// The number of candidates is a constant here, so their loop unrolls and the loop over sites is the
-/// innermost one.
-template <int step_count, bool observed>
-std::int64_t sweep(const RowPart& shared) {
+template <Kind kind>
+std::int64_t sweep_sites(const RowPart& shared) {
   const RowPart part = shared;
   real steps[16];
   for (int i = 0; i < 16; ++i) {
     steps[i] = part.steps[i];
   }
-  real* __restrict__ next_x = part.next_x;
-  real* __restrict__ next_y = part.next_y;
   int changed = 0;
 #pragma omp simd reduction(+ : changed)
-  for (int x = part.first; x < part.last; ++x) {
-    changed += sweep_site<step_count, observed>(part, steps, next_x, next_y, x);
+  for (int i = part.first; i < part.last; ++i) {
+    changed += sweep_site<kind>(part, steps, i);
   }
   return changed;
 }
 
+template <int rule, int step_count, bool observed>
+std::int64_t sweep_turn(const RowPart& part) {
+  if (part.moves_x && part.moves_y) {
+    return sweep_sites<Kind{rule, step_count, observed, true, true}>(part);
+  }
+  return part.moves_x ? sweep_sites<Kind{rule, step_count, observed, true, false}>(part)
+                      : sweep_sites<Kind{rule, step_count, observed, false, true}>(part);
+}
+
+/// The number of candidates as a constant: their loop unrolls.
+template <int rule, bool observed, int step_count = 16>
+std::int64_t sweep_candidates(const RowPart& part) {
+  if constexpr (step_count > 1) {
+    if (part.step_count < step_count) {
+      return sweep_candidates<rule, observed, step_count - 1>(part);
+    }
+  }
+  return sweep_turn<rule, step_count, observed>(part);
+}
+
 template <bool observed>
-std::int64_t sweep_any_count(const RowPart& part) {
-  static constexpr SweepRow by_count[16] = {
-      sweep<1, observed>,  sweep<2, observed>,  sweep<3, observed>,  sweep<4, observed>,
-      sweep<5, observed>,  sweep<6, observed>,  sweep<7, observed>,  sweep<8, observed>,
-      sweep<9, observed>,  sweep<10, observed>, sweep<11, observed>, sweep<12, observed>,
-      sweep<13, observed>, sweep<14, observed>, sweep<15, observed>, sweep<16, observed>};
-  return by_count[part.step_count - 1](part);
+std::int64_t sweep_rule(const RowPart& part) {
+  switch (part.rule) {
+  case rule_closed_form:
+    return sweep_turn<rule_closed_form, 1, observed>(part);
+  case rule_correction:
+    return sweep_turn<rule_correction, 1, observed>(part);
+  case rule_annealing: // bound by its random numbers: an observation more or less does not show
+    return sweep_candidates<rule_annealing, true>(part);
+  default:
+    return sweep_candidates<rule_steps, observed>(part);
+  }
 }
 
 } // namespace
 
 std::int64_t sweep_row(const RowPart& part) {
-  return part.observed ? sweep_any_count<true>(part) : sweep_any_count<false>(part);
+  return part.observed ? sweep_rule<true>(part) : sweep_rule<false>(part);
 }
 
 } // namespace hdmbench::openmp::HDMBENCH_INSTRUCTION_SET

@@ -1,0 +1,79 @@
+#pragma once
+
+#include "backends/backend.hpp"
+#include "harness/methods/coarsest_solver.hpp"
+#include "harness/methods/residual.hpp"
+#include "harness/methods/restriction.hpp"
+#include "harness/solve.hpp"
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace hdmbench {
+
+/// The W-cycle of multigrid: an approximation of the correction e that a field misses to the fixed point. The
+/// device smooths in float (Rule::correction, two colours); the host evaluates residuals in double, hands
+/// them down and solves the coarsest level exactly.
+///
+/// The levels are those of the pyramid by their longer side; the shorter one keeps the ratio of the sides,
+/// else what is steep along one axis would be flat along the other on the coarse level and its answer wrong.
+/// Position 0 is the full resolution.
+class CorrectionCycle {
+public:
+  /// `sessions`, by position, is filled up as they are needed; it, `scene` and `backend` must outlive this
+  /// object.
+  CorrectionCycle(const Scene& scene, const Backend& backend, const SessionOptions& options,
+                  std::vector<std::unique_ptr<Session>>& sessions);
+
+  /// Position of the coarsest level, at most 256 sites.
+  [[nodiscard]] int coarsest() const { return static_cast<int>(levels_.size()) - 1; }
+  [[nodiscard]] Extent extent(int position) const { return at(position).level.extent; }
+  /// Index of the level in pyramid_extents().
+  [[nodiscard]] int index(int position) const { return at(position).index; }
+  /// Sweeps before as well as after a coarser level answers, in iterations; 1 at first.
+  void set_smoothing(int iterations) { smoothing_ = iterations; }
+  [[nodiscard]] int smoothing() const { return smoothing_; }
+
+  /// Which components of the level stay as they are (1 where held); the coarser levels follow.
+  void hold(int position, const VectorField& held);
+  /// One cycle with `position` as the finest level. `missing` is what each component misses to its own
+  /// minimiser, pixels, not read where held; the correction is 0 there. Throws what Session throws.
+  [[nodiscard]] VectorField correct(int position, const DoubleField& missing);
+
+  /// What was done so far, by position.
+  [[nodiscard]] std::vector<LevelResult> work() const;
+  [[nodiscard]] const Timings& timings() const { return timings_; }
+
+private:
+  struct CycleLevel {
+    int index = 0;
+    Level level{}; ///< target: what is missing; confidence: 1 where held
+    std::optional<Residual> gradient{};
+    std::optional<Restriction> to_coarser{};
+    ResidualField residual{};
+    int sweeps = 0;
+    int residuals = 0;
+  };
+
+  [[nodiscard]] CycleLevel& at(int position) { return *levels_[static_cast<std::size_t>(position)]; }
+  [[nodiscard]] const CycleLevel& at(int position) const {
+    return *levels_[static_cast<std::size_t>(position)];
+  }
+  [[nodiscard]] Session& session(int position);
+  /// Improves e, from 0, on a level whose target is set.
+  [[nodiscard]] VectorField improved(int position, int visits);
+  void restrict_missing(int position, const VectorField& correction);
+
+  const Backend& backend_;
+  SessionOptions options_;
+  std::vector<std::unique_ptr<Session>>& sessions_;
+  Alignment alignment_;
+  int smoothing_ = 1;
+  std::vector<std::unique_ptr<CycleLevel>> levels_; ///< pointers: Residual keeps the address of its level
+  CoarsestSolver coarsest_;
+  int coarsest_solutions_ = 0;
+  Timings timings_;
+};
+
+} // namespace hdmbench
