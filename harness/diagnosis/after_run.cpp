@@ -1,6 +1,5 @@
 #include "harness/diagnosis/checks.hpp"
 #include "harness/diagnosis/diagnosis.hpp"
-#include "harness/diagnosis/regions.hpp"
 #include "harness/diagnosis/rest.hpp"
 #include "kernels/gather.hpp"
 
@@ -60,12 +59,15 @@ void check_range(const Scene& scene, const VectorField& displacement, Warnings& 
   }
 }
 
-/// Components of confidence 1 that are off their targets by more than the rule can help. Where the prior
-/// pulls harder than the observation, |g| > K c / 2, no further sweep mends that.
+/// Components of confidence 1 that are off their targets by more than the rule can help. A candidate e is
+/// taken towards a target that is w > e / 2 away where K (2 w - e) exceeds the prior's A e^2 + 2 |g| e. Where
+/// the prior pulls as hard as the observation, |g| = K / 2 to what a candidate changes it by, A e, no further
+/// sweep brings the component nearer.
 void check_met(const Scene& scene, const VectorField& displacement, Warnings& warnings) {
   const Extent extent = scene.extent();
-  const double candidates = scene.full.rule == Rule::annealing ? 1.0 : 0.5; // at random, or the best one
-  const double allowed = std::max(candidates * quantum(scene), 1e-3) * 1.001;
+  const double step = quantum(scene);
+  const double chance = scene.full.rule == Rule::annealing ? 0.5 * step : 0.0;
+  const double penalty = static_cast<double>(scene.full.penalty);
   struct Missed {
     std::size_t count = 0;
     double farthest = 0.0;
@@ -82,19 +84,18 @@ void check_met(const Scene& scene, const VectorField& displacement, Warnings& wa
     for (int x = 0; x < extent.width; ++x) {
       const std::size_t at = extent.index(x, y);
       const energy::Site site = energy::gather(scene.full, displacement, x, y);
-      const double way_x = std::abs(static_cast<double>(site.target_x - site.dx.centre));
-      const double way_y = std::abs(static_cast<double>(site.target_y - site.dy.centre));
-      const bool missed_x = site.confidence_x == 1.0F && way_x > allowed;
-      const bool missed_y = site.confidence_y == 1.0F && way_y > allowed;
-      if (missed_x || missed_y) {
-        const energy::Parabolas prior = energy::prior_parabolas(site);
-        if (missed_x) {
-          (std::abs(prior.gradient_x) > 0.5F * site.penalty ? overruled : not_arrived).add(way_x, at);
+      const auto check = [&](float confidence, float target, float centre, float gradient, float curvature) {
+        const double way = std::abs(static_cast<double>(target) - static_cast<double>(centre));
+        const double change = static_cast<double>(curvature) * step;
+        const double pull = std::abs(static_cast<double>(gradient));
+        const double allowed = 0.5 * step + chance + (change + 2.0 * pull) * step / (2.0 * penalty) + 1e-3;
+        if (confidence == 1.0F && way > allowed) {
+          (pull + change >= 0.499 * penalty ? overruled : not_arrived).add(way, at);
         }
-        if (missed_y) {
-          (std::abs(prior.gradient_y) > 0.5F * site.penalty ? overruled : not_arrived).add(way_y, at);
-        }
-      }
+      };
+      const energy::Parabolas prior = energy::prior_parabolas(site);
+      check(site.confidence_x, site.target_x, site.dx.centre, prior.gradient_x, prior.curvature_x);
+      check(site.confidence_y, site.target_y, site.dy.centre, prior.gradient_y, prior.curvature_y);
     }
   }
   if (overruled.count > 0) {
@@ -117,16 +118,14 @@ void check_met(const Scene& scene, const VectorField& displacement, Warnings& wa
   }
 }
 
-/// Pixels from a free component to the nearest observed one, the largest there is.
-double farthest_from_conditions(const Scene& scene) {
-  int farthest = 0;
+/// accumulated_distance, but no more than conditions are apart: no two fields between them are farther.
+double estimated_distance(const Scene& scene, const VectorField& missing) {
+  double square = 0.0;
   for (const Component& component : components(scene)) {
-    if (target_range(component).any) {
-      farthest =
-          std::max(farthest, std::ranges::max(distance_to_nearest(scene.extent(), component.confidence)));
-    }
+    square += std::pow(target_range(component).width(), 2.0);
   }
-  return farthest;
+  const double estimate = accumulated_distance(scene, missing);
+  return square > 0.0 ? std::min(estimate, std::sqrt(square)) : estimate;
 }
 
 } // namespace
@@ -161,11 +160,11 @@ void check_rest(const Scene& scene, const Solution& solution, Warnings& warnings
   if (solution.estimated_error) {
     return; // the method knows better than what follows
   }
-  const double distance = accumulated_distance(rest.missing, farthest_from_conditions(scene));
+  const double distance = estimated_distance(scene, rest.missing);
   const std::string adds_up = fmt::format(
-      "sites are {:.2g} px (RMS) from their own minimum, which adds up to about {:.2g} px from the "
+      "sites are {:.2g} px (RMS) from their own minimum, which adds up to about {} px from the "
       "fixed point",
-      rest.rms, distance);
+      rest.rms, distance < 10.0 ? fmt::format("{:.2g}", distance) : fmt::format("{:.0f}", distance));
   if (many(rest.moving - rest.swapping) || (smallest == 0.0 && distance > visible)) {
     warnings.push_back({"still-moving",
                         smallest > 0.0

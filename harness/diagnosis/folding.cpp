@@ -80,14 +80,13 @@ void check_folding(const VectorField& displacement, Warnings& warnings) {
   if (folded > 0) {
     warnings.push_back(
         {"fold-over",
-         fmt::format("the image is turned over in {} of {} cells between sites (det(I + grad d) <= 0); "
-                     "worst {:.3g} at {}",
-                     folded, ratios.values.size(), *worst, where),
-         "smaller displacements or a wider way for them to fade out; the map is in the picture "
-         "\"jacobian\"",
+         fmt::format(
+             "the image is turned over in {} of {} cells between sites (det(I + grad d) <= 0), and {} more "
+             "keep less than a tenth of their area; worst {:.3g} at {}",
+             folded, ratios.values.size(), near, *worst, where),
+         "smaller displacements, or a wider way for them to fade out; the picture \"jacobian\" shows where",
          folded});
-  }
-  if (near > 0) {
+  } else if (near > 0) {
     warnings.push_back(
         {"near-fold",
          fmt::format("{} of {} cells between sites keep less than a tenth of their area; least "

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace hdmbench::diagnosis {
 
@@ -133,8 +134,8 @@ int finest_coarse_level(const LevelSequence& levels, Extent full) {
   return finest;
 }
 
-/// Patches of neighbouring observed components with a site whose four coarse sites around it are all
-/// unobserved. A quarter of a patch is one side of a frame around the image; less is its ragged edge.
+/// A coarse level has an observed component where one of the four of its sites around it is observed, and
+/// stands for it where that is so within two of its sites.
 void check_lost_conditions(const Scene& scene, Warnings& warnings) {
   LevelSequence levels(scene);
   const int coarse = finest_coarse_level(levels, scene.extent());
@@ -142,41 +143,35 @@ void check_lost_conditions(const Scene& scene, Warnings& warnings) {
     return;
   }
   const Extent extent = levels.extent(coarse);
-  const VectorField present =
+  const double near = 2.0 * spacing_of(scene.extent(), extent);
+  const VectorField known = observed(scene.full.confidence);
+  VectorField present =
       prolongate(observed(levels.sample(coarse).confidence), scene.extent(), scene.schedule.alignment);
+  std::ranges::transform(present.x, known.x, present.x.begin(), std::multiplies());
+  std::ranges::transform(present.y, known.y, present.y.begin(), std::multiplies());
   for (const Component& component : components(scene)) {
-    const Regions patches = find_regions(
-        scene.extent(), Touching::corner, [&](std::size_t site) { return component.confidence[site] > 0.0F; },
-        [](std::size_t, std::size_t) { return true; });
-    std::vector<std::size_t> missing(patches.all.size());
-    const auto& seen = component.name == 'x' ? present.x : present.y;
-    for (std::size_t i = 0; i < seen.size(); ++i) {
-      if (patches.of_site[i] >= 0 && !(seen[i] > 0.0F)) {
-        ++missing[static_cast<std::size_t>(patches.of_site[i])];
-      }
-    }
+    const std::vector<int> to_present =
+        distance_to_nearest(scene.extent(), component.name == 'x' ? present.x : present.y);
     std::size_t lost = 0;
-    std::size_t sites = 0;
-    for (std::size_t i = 0; i < missing.size(); ++i) {
-      if (missing[i] * 4 >= patches.all[i].sites) {
-        ++lost;
-        sites += missing[i];
-      }
+    std::size_t all = 0;
+    for (std::size_t i = 0; i < to_present.size(); ++i) {
+      const bool is_known = component.confidence[i] > 0.0F;
+      all += is_known ? 1 : 0;
+      lost += is_known && to_present[i] > near ? 1 : 0;
     }
     if (lost > 0) {
-      const bool centred = scene.schedule.alignment == Alignment::center;
       warnings.push_back(
           {"lost-condition",
            fmt::format(
-               "{} of {} groups of conditions in {} ({} sites) are not there on the {} x {} level and the "
-               "coarser ones: they reach the field only through the finest levels, one site a sweep",
-               lost, patches.all.size(), component.name, sites, extent.width, extent.height),
-           centred
+               "{} of {} conditions in {} are neither there nor near by on the {} x {} level: they reach "
+               "the field only through the finest levels, one site a sweep",
+               lost, all, component.name, extent.width, extent.height),
+           scene.schedule.alignment == Alignment::center
                ? "--alignment corner keeps conditions on the image border; --method multigrid corrects what "
                  "coarse levels miss"
                : "give landmarks an area of a few pixels, or --method multigrid, which corrects what coarse "
                  "levels miss",
-           sites});
+           lost});
     }
   }
 }

@@ -1,10 +1,13 @@
 #include "harness/diagnosis/rest.hpp"
 
+#include "harness/diagnosis/regions.hpp"
 #include "kernels/gather.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
+#include <span>
 
 namespace hdmbench {
 
@@ -91,14 +94,22 @@ ScalarField halved(const ScalarField& fine) {
 }
 
 /// Mean square of one component of accumulated_distance.
-double accumulated_square(const std::vector<float>& values, Extent extent, double farthest) {
-  const double longest_gain = 2.4 * std::pow(4.0 * farthest / (2.0 * std::numbers::pi), 2.0);
+double accumulated_square(std::span<const float> missing, std::span<const float> confidence, Extent extent) {
+  ScalarField blocks(extent);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < missing.size(); ++i) {
+    if (confidence[i] > 0.0F) {
+      sum += std::pow(static_cast<double>(missing[i]), 2.0) / static_cast<double>(extent.sites());
+    } else {
+      blocks.values[i] = missing[i];
+    }
+  }
+  const double farthest = std::ranges::max(distance_to_nearest(extent, confidence));
+  const double smallest_number = std::numbers::pi / (2.0 * std::max(farthest, 1.0)); // along each axis
+  const double longest_gain = 2.4 / (2.0 * smallest_number * smallest_number);
   const auto mean_square = [](const ScalarField& field) {
     return squared_sum(field.values) / static_cast<double>(field.extent.sites());
   };
-  ScalarField blocks(extent);
-  blocks.values = values;
-  double sum = 0.0;
   for (double size = 1.0;; size *= 2.0) {
     const double wave_number = 2.0 * std::numbers::pi / (std::sqrt(8.0) * size);
     const double gain = std::min(2.4 / (wave_number * wave_number), longest_gain);
@@ -135,9 +146,10 @@ RestState measure_rest(const Scene& scene, const VectorField& displacement) {
   return state;
 }
 
-double accumulated_distance(const VectorField& missing, double farthest) {
-  return std::sqrt(accumulated_square(missing.x, missing.extent, farthest) +
-                   accumulated_square(missing.y, missing.extent, farthest));
+double accumulated_distance(const Scene& scene, const VectorField& missing) {
+  const Level& level = scene.full;
+  return std::sqrt(accumulated_square(missing.x, level.confidence.x, level.extent) +
+                   accumulated_square(missing.y, level.confidence.y, level.extent));
 }
 
 } // namespace hdmbench

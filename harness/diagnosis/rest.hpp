@@ -24,11 +24,12 @@ struct RestState {
 /// `displacement` is finite and has the scene's extent.
 [[nodiscard]] RestState measure_rest(const Scene& scene, const VectorField& displacement);
 
-/// What `missing` adds up to: an estimate of the RMSD to the fixed point, pixels. Where the material is one,
-/// a component is the mean of its neighbours and what is missing obeys -(1/2 d_xx + 1/3 d_yy) = missing (y:
-/// the other way round), so a wave of the number k grows by 2.4 / k^2 on average over its directions. Waves
-/// of 2 s to 4 s pixels are what block means over s x s sites keep and those over 2 s x 2 s lose. No wave is
-/// longer than four times `farthest`, the pixels from a free site to its nearest condition.
-[[nodiscard]] double accumulated_distance(const VectorField& missing, double farthest);
+/// What `missing` adds up to: an estimate of the RMSD to the fixed point, pixels; good to a factor of three
+/// where the material is nearly one. There a component is the mean of its neighbours and what is missing
+/// obeys -(1/2 d_xx + 1/3 d_yy) = missing (y: the other way round), so that a wave of the number k grows by
+/// 2.4 / k^2 on average over its directions. Waves of 2 s to 4 s pixels are what block means over s x s sites
+/// keep and those over 2 s x 2 s lose. The longest wave is, along both axes, four times the distance of a
+/// free site to the nearest condition. What is missing at observed components adds nothing up.
+[[nodiscard]] double accumulated_distance(const Scene& scene, const VectorField& missing);
 
 } // namespace hdmbench
