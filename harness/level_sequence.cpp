@@ -23,13 +23,15 @@ std::vector<float> chebyshev_factors(const Relaxation& relaxation, int sweeps, d
   const double shortest = std::max(std::numbers::pi / (relaxation.reach * iterations + 1.0), 1.2 / side);
   const double radius = std::max(0.0, 1.0 - 0.5 * shortest * shortest);
   std::vector<float> factors;
+  const int settling = 2 * relaxation.settling < sweeps ? 2 * relaxation.settling : 0;
   double factor = 1.0;
-  for (int sweep = 0; sweep < sweeps; ++sweep) {
+  for (int sweep = 0; sweep < sweeps - settling; ++sweep) {
     factor = sweep == 0   ? 1.0
              : sweep == 1 ? 1.0 / (1.0 - 0.5 * radius * radius)
                           : 1.0 / (1.0 - 0.25 * radius * radius * factor);
     factors.push_back(static_cast<float>(std::min(factor, relaxation.largest)));
   }
+  factors.insert(factors.end(), static_cast<std::size_t>(settling), 1.0F);
   return factors;
 }
 
@@ -52,6 +54,25 @@ std::vector<float> sweep_strengths(const Schedule& schedule, int iterations, Ext
   }
   return schedule.rule == Rule::steps ? std::vector<float>{}
                                       : std::vector{static_cast<float>(schedule.relaxation.factor)};
+}
+
+/// A minimiser of a site's energy is a mean of its neighbours and its target, so no field of minimisers has a
+/// value outside those it began with and the targets. Over-relaxation passes them by a little even where it
+/// converges.
+bool leaves_range(const std::vector<float>& begin, const std::vector<float>& target,
+                  const std::vector<float>& confidence, const std::vector<float>& end) {
+  constexpr double tolerance = 0.02; // of the range
+  auto [least, most] = std::ranges::minmax(begin);
+  for (std::size_t i = 0; i < target.size(); ++i) {
+    if (confidence[i] > 0.0F) {
+      least = std::min(least, target[i]);
+      most = std::max(most, target[i]);
+    }
+  }
+  const double margin = tolerance * (static_cast<double>(most) - static_cast<double>(least));
+  return !std::ranges::all_of(end, [low = least - margin, high = most + margin](double value) {
+    return low <= value && value <= high; // false for NaN
+  });
 }
 
 } // namespace
@@ -87,8 +108,16 @@ const Level& LevelSequence::sample(int level) {
   if (level == 0 && scene_.schedule.rule == Rule::steps) {
     return scene_.full;
   }
-  sampled_ = level == 0 ? scene_.full : sample_level(scene_.full, extent(level), scene_.schedule.alignment);
+  sampled_ = level == 0 ? scene_.full
+                        : sample_level(scene_.full, extent(level), scene_.schedule.alignment,
+                                       scene_.schedule.mean_modulus ? Material::mean : Material::nearest);
   prepare(level, sampled_);
+  return sampled_;
+}
+
+const Level& LevelSequence::sample_without_acceleration(int level) {
+  (void)sample(level);
+  sampled_.strengths = {1.0F};
   return sampled_;
 }
 
@@ -97,6 +126,15 @@ VectorField LevelSequence::begin(int level, const VectorField& computed_before) 
     return sample_field(scene_.start, extent(level), scene_.schedule.alignment);
   }
   return prolongate(computed_before, extent(level), scene_.schedule.alignment);
+}
+
+bool has_diverged(const Level& level, const VectorField& begin, const VectorField& end) {
+  const auto above_one = [](float strength) { return strength > 1.0F; };
+  if (level.rule != Rule::closed_form || std::ranges::none_of(level.strengths, above_one)) {
+    return false;
+  }
+  return leaves_range(begin.x, level.target.x, level.confidence.x, end.x) ||
+         leaves_range(begin.y, level.target.y, level.confidence.y, end.y);
 }
 
 void StopRule::report(std::int64_t changed, const Level& level, const VectorField& displacement) {

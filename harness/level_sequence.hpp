@@ -23,6 +23,8 @@ public:
 
   /// A level with all that its sweeps need; valid until the next call.
   [[nodiscard]] const Level& sample(int level);
+  /// The same with relaxation 1 in every sweep, which cannot diverge; valid until the next call.
+  [[nodiscard]] const Level& sample_without_acceleration(int level);
   /// The displacement a level begins with: that of the level computed before, interpolated; the scene's start
   /// for the first.
   [[nodiscard]] VectorField begin(int level, const VectorField& computed_before) const;
@@ -35,6 +37,12 @@ private:
   std::vector<int> order_;
   Level sampled_;
 };
+
+/// Whether sweeps with factors above 1 carried a level's field out of the range of the conditions and of what
+/// it began with, by more than 2 % of the range: the system is not symmetric, and strong contrasts give it
+/// complex eigenvalues, with which over-relaxation diverges. The level is then to be computed without
+/// acceleration. False for all other rules and factors.
+[[nodiscard]] bool has_diverged(const Level& level, const VectorField& begin, const VectorField& end);
 
 /// Decides after each iteration whether a level is finished.
 class StopRule {

@@ -40,6 +40,7 @@ struct Relaxation {
   /// `reach` times as long as the level's iterations carry information.
   double reach = 0.0;
   double largest = 2.0; ///< no factor above this
+  int settling = 0;     ///< the last iterations of a level that has more than these go with factor 1
 };
 
 /// Cooling of the annealing: temperature(i) = highest * (lowest / highest)^(i / (iterations - 1)) on every

@@ -12,30 +12,60 @@ namespace hdmbench {
 
 namespace {
 
-/// One iteration at a time, until the rule says stop. Returns the number of iterations.
-int step_until_stopped(const Level& level, const Schedule& schedule, int limit, Session& session,
-                       Timings& timings) {
-  StopRule rule(schedule, limit);
-  VectorField displacement;
-  int iterations = 0;
-  while (rule.may_continue(iterations)) {
-    std::int64_t changed = 0;
+/// A session, the schedule that it follows and the seconds it takes.
+class LevelSolver {
+public:
+  LevelSolver(Session& session, const Schedule& schedule, Timings& timings)
+      : session_(session), schedule_(schedule), timings_(timings) {}
+
+  /// From `begin`, at most `limit` iterations. Returns the number of iterations.
+  int solve(const Level& level, const VectorField& begin, int limit, VectorField& displacement) {
     {
-      const Stopwatch watch(timings.compute);
-      for (int sweep = 0; sweep < sweeps_per_iteration(level.update); ++sweep) {
-        session.step(1);
-        changed += session.changed();
-      }
-      ++iterations;
+      const Stopwatch watch(timings_.upload);
+      session_.load(level);
+      session_.write(begin);
     }
-    if (rule.needs_field()) {
-      const Stopwatch watch(timings.readback);
-      session.read(displacement);
+    int iterations = limit;
+    if (schedule_.stop == Stop::fixed) {
+      const Stopwatch watch(timings_.compute);
+      session_.step(limit * sweeps_per_iteration(level.update));
+    } else {
+      iterations = step_until_stopped(level, limit);
     }
-    rule.report(changed, level, displacement);
+    const Stopwatch watch(timings_.readback);
+    session_.read(displacement);
+    return iterations;
   }
-  return iterations;
-}
+
+private:
+  /// One iteration at a time, until the rule says stop.
+  int step_until_stopped(const Level& level, int limit) {
+    StopRule rule(schedule_, limit);
+    VectorField displacement;
+    int iterations = 0;
+    while (rule.may_continue(iterations)) {
+      std::int64_t changed = 0;
+      {
+        const Stopwatch watch(timings_.compute);
+        for (int sweep = 0; sweep < sweeps_per_iteration(level.update); ++sweep) {
+          session_.step(1);
+          changed += session_.changed();
+        }
+        ++iterations;
+      }
+      if (rule.needs_field()) {
+        const Stopwatch watch(timings_.readback);
+        session_.read(displacement);
+      }
+      rule.report(changed, level, displacement);
+    }
+    return iterations;
+  }
+
+  Session& session_;
+  const Schedule& schedule_;
+  Timings& timings_;
+};
 
 } // namespace
 
@@ -48,37 +78,29 @@ std::string method_name(const Schedule& schedule) {
 Solution solve(const Scene& scene, Session& session, Progress& progress, const SolveOptions& options) {
   LevelSequence levels(scene);
   Solution solution;
+  LevelSolver solver(session, scene.schedule, solution.timings);
   for (const int index : levels.order()) {
     const auto [level, begin] = timed(solution.timings.projection, [&] {
       return std::pair<const Level&, VectorField>(levels.sample(index),
                                                   levels.begin(index, solution.displacement));
     });
-    {
-      const Stopwatch watch(solution.timings.upload);
-      session.load(level);
-      session.write(begin);
-    }
+    const int limit = levels.iterations(index);
     LevelResult result{.level = index, .extent = level.extent};
-    if (scene.schedule.stop == Stop::fixed) {
-      const Stopwatch watch(solution.timings.compute);
-      session.step(levels.iterations(index) * sweeps_per_iteration(level.update));
-      result.iterations = levels.iterations(index);
-    } else {
-      result.iterations =
-          step_until_stopped(level, scene.schedule, levels.iterations(index), session, solution.timings);
+    result.iterations = solver.solve(level, begin, limit, solution.displacement);
+    result.repeated =
+        timed(solution.timings.projection, [&] { return has_diverged(level, begin, solution.displacement); });
+    if (result.repeated) {
+      result.iterations +=
+          solver.solve(levels.sample_without_acceleration(index), begin, limit, solution.displacement);
     }
     if (options.last_changed) {
       result.changed = session.changed();
-    }
-    {
-      const Stopwatch watch(solution.timings.readback);
-      session.read(solution.displacement);
     }
     solution.levels.push_back(result);
     if (options.level_done) {
       options.level_done(result, solution.displacement);
     }
-    progress.advance(static_cast<double>(level.extent.sites()) * levels.iterations(index));
+    progress.advance(static_cast<double>(level.extent.sites()) * limit);
   }
   return solution;
 }

@@ -28,6 +28,9 @@ struct LevelResult {
   int iterations = 0;
   int residuals = 0; ///< evaluations of the residual of all sites on the host, each the work of an iteration
   std::int64_t changed = 0; ///< sites that the last sweep changed
+  /// Acceleration diverged (level_sequence.hpp), so the level was computed again without; its iterations
+  /// count both.
+  bool repeated = false;
 };
 
 struct Solution {
