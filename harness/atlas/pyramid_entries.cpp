@@ -97,7 +97,7 @@ Entry alignment() {
       .limit = 0.5,
       .seen_by = "before the run: each level's count of observed sites",
       .survivor = "--alignment corner (the default)",
-      .warnings = {"lost-condition"},
+      .warnings = {"lost-condition", "not-met", "stalled", "still-moving"},
       .knobs = {32, 16, 8, 4, 2, 1},
       .quick_knobs = {16, 4, 1},
       .series = std::move(series),

@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <map>
 
 namespace hdmbench::commands {
 
@@ -38,18 +37,18 @@ std::string figure(const atlas::Point& point) {
                      point.failed ? " !" : "  ");
 }
 
-/// Kinds warned of at one value of the knob; behind those that not every method brings, how many do.
-std::string warned(const std::vector<const atlas::Point*>& points) {
-  std::map<std::string, std::size_t> kinds;
-  for (const atlas::Point* const point : points) {
-    for (const std::string& kind : point->warnings) {
-      ++kinds[kind];
-    }
-  }
+/// The entry's kinds that were warned of at one value of the knob; behind those that not every method brings,
+/// how many do.
+std::string warned(const atlas::Entry& entry, const std::vector<const atlas::Point*>& points) {
   std::string text;
-  for (const auto& [kind, count] : kinds) {
-    text += (text.empty() ? "" : ", ") + kind;
-    text += count < points.size() ? fmt::format(" ({} of {})", count, points.size()) : "";
+  for (const std::string_view kind : entry.warnings) {
+    const auto count = static_cast<std::size_t>(std::ranges::count_if(points, [&](const auto* point) {
+      return std::ranges::find(point->warnings, kind) != point->warnings.end();
+    }));
+    if (count > 0) {
+      text += fmt::format("{}{}", text.empty() ? "" : ", ", kind);
+      text += count < points.size() ? fmt::format(" ({} of {})", count, points.size()) : "";
+    }
   }
   return text;
 }
@@ -93,7 +92,7 @@ void print(const atlas::EntryResult& result) {
       points.push_back(&series->points[i]);
       cells.push_back(figure(series->points[i]));
     }
-    cells.push_back(warned(points));
+    cells.push_back(warned(entry, points));
     table.add(std::move(cells));
   }
   fmt::print("{}", table.text());
