@@ -1,8 +1,7 @@
 #include "harness/atlas/families.hpp"
 
-#include "harness/accuracy/deviation.hpp"
-
 #include <algorithm>
+#include <cmath>
 
 namespace hdmbench::atlas {
 
@@ -35,7 +34,7 @@ Entry weak_penalty() {
           .limit = 0.5,
           .seen_by = "after the run: observed sites away from their targets",
           .survivor = "K = 1000 (the default)",
-          .warnings = {"weak-penalty", "gives-way", "not-met"},
+          .warnings = {"weak-penalty", "gives-way", "not-met", "still-moving", "stalled"},
           .knobs = {1e3, 100, 30, 10, 3, 1, 0.1, 0.01},
           .quick_knobs = {1e3, 10, 0.1},
           .series = with_fixed_point(usual_series()),
@@ -101,15 +100,21 @@ Entry offset() {
 Entry confidence() {
   return {.name = "confidence",
           .title = "A confidence between 0 and 1",
-          .mechanism = "",
+          .mechanism =
+              "The observation is an absolute value: c scales the force that it can hold with, K c / 2, "
+              "and is no weight of a mean. Down to a threshold nothing changes, below it the "
+              "condition lets go; coarse levels, where a site spans more of the displacement, let "
+              "go before the full image does.",
           .knob = "confidence c of the left border",
           .measure = "RMSD to the fixed point [px]",
           .limit = 0.5,
-          .seen_by = "after the run: observed sites away from their targets",
-          .survivor = "",
+          .seen_by = "after the run: sites far from their own minimum; from 0.001 down nothing tells",
+          .survivor =
+              "K c of 300 and more (--penalty); --method multigrid holds on every level what the full image "
+              "holds",
           .warnings = {"still-moving", "stalled"},
-          .knobs = {1, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4},
-          .quick_knobs = {1, 0.03, 1e-3},
+          .knobs = {1, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3},
+          .quick_knobs = {1, 0.03, 0.01},
           .series = usual_series(),
           .problem =
               [](double knob) {
@@ -122,37 +127,45 @@ Entry confidence() {
           .error = rmsd_to_truth};
 }
 
+/// The square scene with dy given only by `count` sites in the middle of the top border, as 0; the start is
+/// 10 px everywhere.
+Problem few_conditions(double count) {
+  Scene scene = shipped("square", 64);
+  std::ranges::fill(scene.full.confidence.y, 0.0F);
+  std::ranges::fill(scene.full.target.y, 0.0F);
+  std::ranges::fill(scene.start.y, 10.0F);
+  for (int i = 0; i < static_cast<int>(count); ++i) {
+    scene.full.confidence.y[scene.extent().index(32 + (i % 2 == 0 ? i / 2 : -1 - i / 2), 0)] = 1.0F;
+  }
+  return {.scene = std::move(scene)};
+}
+
+double mean_dy(const Problem&, const Outcome& outcome) {
+  double sum = 0.0;
+  for (const float value : outcome.displacement.y) {
+    sum += static_cast<double>(value);
+  }
+  return std::abs(sum) / static_cast<double>(outcome.displacement.y.size());
+}
+
 Entry undetermined() {
   return {.name = "undetermined",
-          .title = "A component without any condition",
-          .mechanism = "The energy knows differences only: where nothing prescribes dy, every field plus a "
-                       "constant is as good, and a method returns whatever it began with.",
-          .knob = "dy of the start field [px]",
-          .measure = "mean dy that comes out, where 0 is as good [px]",
+          .title = "Few conditions, and none",
+          .mechanism = "The energy knows differences only: a lone condition must draw the whole image by "
+                       "itself, and where nothing prescribes dy every field plus a constant is as good, and "
+                       "what comes out is what the start was.",
+          .knob = "sites that prescribe dy",
+          .measure = "mean dy, which is 0 where the conditions are followed [px]",
           .limit = 0.5,
-          .seen_by = "before the run: connected free sites without an observed component; the fixed point is "
-                     "refused",
-          .survivor = "one condition for each component",
-          .warnings = {"undetermined"},
-          .knobs = {0, 0.1, 0.3, 1, 3, 10, 30},
-          .quick_knobs = {0, 1, 30},
+          .seen_by = "before the run: components that nothing prescribes, conditions that coarse levels lack",
+          .survivor = "one condition for each component on every side; --method multigrid for lone ones",
+          .warnings = {"undetermined", "lost-condition", "out-of-reach", "gives-way", "not-met",
+                       "still-moving", "stalled"},
+          .knobs = {64, 32, 16, 8, 4, 2, 1, 0},
+          .quick_knobs = {64, 4, 0},
           .series = usual_series(),
-          .problem =
-              [](double knob) {
-                Scene scene = shipped("square", 64);
-                std::ranges::fill(scene.full.confidence.y, 0.0F);
-                std::ranges::fill(scene.full.target.y, 0.0F);
-                std::ranges::fill(scene.start.y, static_cast<float>(knob));
-                return Problem{.scene = std::move(scene)};
-              },
-          .error =
-              [](const Problem&, const Outcome& outcome) {
-                double sum = 0.0;
-                for (const float value : outcome.displacement.y) {
-                  sum += static_cast<double>(value);
-                }
-                return std::abs(sum) / static_cast<double>(outcome.displacement.y.size());
-              }};
+          .problem = few_conditions,
+          .error = mean_dy};
 }
 
 } // namespace

@@ -27,7 +27,9 @@ std::vector<Series> with_truths() {
 Entry conflict() {
   return {.name = "conflict",
           .title = "Neighbouring conditions that contradict each other",
-          .mechanism = "",
+          .mechanism =
+              "Two neighbours that are told to change places fold the tissue between them: from a pixel "
+              "on no field does what is asked without folding.",
           .knob = "difference of the targets of two neighbours [px]",
           .measure = "cells folded over [%]",
           .limit = 0.0,
@@ -53,12 +55,14 @@ Entry conflict() {
 Entry fold_over() {
   return {.name = "fold-over",
           .title = "Tissue folded over itself",
-          .mechanism = "",
+          .mechanism = "The energy is a sum of squared differences and knows nothing of one pixel passing "
+                       "another: where displacements fall by more than a pixel per pixel the image folds, in "
+                       "the fixed point and in linear finite elements alike.",
           .knob = "displacement at the skull [% of the image side]",
           .measure = "cells folded over [%]",
           .limit = 0.0,
           .seen_by = "after the run: det(I + grad d) in every cell",
-          .survivor = "none",
+          .survivor = "smaller displacements, or a wider way for them to fade out",
           .warnings = {"fold-over"},
           .knobs = {3, 6, 9, 12, 15, 18, 21, 24, 30},
           .quick_knobs = {3, 15, 30},

@@ -46,15 +46,16 @@ Entry too_late() {
 Entry too_early() {
   return {.name = "start-level-early",
           .title = "Pyramid started too early (thesis 5.6)",
-          .mechanism = "A coarse level that skips over thin materials computes another problem, and what it "
-                       "gets wrong is left for the finer ones to undo.",
+          .mechanism = "A coarse level computes another, coarser problem; but a level of n sites forgets its "
+                       "start within about n iterations, so what a very coarse one got wrong is gone two "
+                       "levels later: no method minds.",
           .knob = "start level (0 = full image only)",
           .measure = "RMSD to the fixed point [px]",
           .limit = 0.5,
-          .seen_by = "",
-          .survivor = "",
-          .knobs = {0, 1, 2, 3, 4, 5, 6, 7},
-          .quick_knobs = {0, 4, 7},
+          .seen_by = "nothing to see",
+          .survivor = "every method, from the coarsest level on",
+          .knobs = {3, 4, 5, 6, 7},
+          .quick_knobs = {4, 7},
           .series = starting_at_knob(),
           .problem = [](double) { return against_fixed_point(shipped("circular-radial", size)); },
           .error = rmsd_to_truth};

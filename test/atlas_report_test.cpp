@@ -1,0 +1,1 @@
+#include "test/report_samples.hpp"
