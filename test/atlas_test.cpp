@@ -102,7 +102,7 @@ const std::vector<Pinned> pins{
     {"offset", "icm", 1e5, 1e7, 0.15, 0.5},
     {"offset", "closed-form", 1e5, 1e7, 0.05, 0.5},
     {"confidence", "icm", 1, 0.03, 0.15, 4},
-    {"confidence", "cascade", 0.03, 0.01, 0.1, 3},
+    {"confidence", "closed-form", 1, 0.03, 0.05, 4},
     {"conflict", "fixed point", 0.9, 2, 0.0, 0.05},
     {"conflict", "icm", 0.9, 2, 0.0, 0.05},
     {"fold-over", "finite elements", 15, 30, 0.0, 30},

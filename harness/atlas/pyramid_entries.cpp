@@ -39,7 +39,7 @@ Entry too_late() {
           .error = rmsd_to_truth,
           .picture = PictureWanted{.series = "icm",
                                    .knob = 0.0,
-                                   .shows = "icm on the full image only: the error of dx, blue where the "
+                                   .shows = "icm on the full image only: the error of dx, red where the "
                                             "pull of the left border did not arrive"}};
 }
 

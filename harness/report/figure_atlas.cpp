@@ -12,9 +12,9 @@ namespace hdmbench::report {
 
 namespace {
 
-constexpr double plot_width = 460.0;
+constexpr double plot_width = 600.0;
 constexpr double plot_height = 330.0;
-constexpr Margins margins{66.0, 24.0, 12.0, 46.0};
+constexpr Margins margins{66.0, 170.0, 12.0, 46.0}; // the names stand on the right
 
 std::vector<double> knobs_of(const AtlasSeries& series) {
   std::vector<double> values;
@@ -83,14 +83,17 @@ std::string atlas_figure(const AtlasRow& row, const std::string& prefix) {
   const double most = std::max(1e3 * std::max(row.limit, 1e-3), 1e-9);
   std::ranges::for_each(all_errors, [&](double& value) { value = std::min(value, most); });
   const Axis y(all_errors);
+  // Healthy on the left, whichever way the knob is turned.
+  const bool falls = !all_knobs.empty() && all_knobs.front() > all_knobs.back();
   std::string script =
       plot_start(plot_width, plot_height) + plot_margins(plot_width, plot_height, margins) +
       x_title(row.knob, plot_height) +
       y_title(row.measure, plot_width, plot_height, margins.bottom + (plot_height - margins.bottom) / 2.0) +
-      fmt::format("set xrange [{:.6g}:{:.6g}]\nset yrange [{:.6g}:{:.6g}]\n{}{}set key left top samplen 2 "
+      fmt::format("set xrange [{:.6g}:{:.6g}]\nset yrange [{:.6g}:{:.6g}]\n{}{}set key at graph 1.03, graph "
+                  "1 left Left reverse samplen 2 "
                   "textcolor variable noenhanced\nset format x '%g'\n",
-                  x.low, x.high, y.low, y.high, x.logarithmic ? "set logscale x\n" : "",
-                  y.logarithmic ? "set logscale y\n" : "");
+                  falls ? x.high : x.low, falls ? x.low : x.high, y.low, y.high,
+                  x.logarithmic ? "set logscale x\n" : "", y.logarithmic ? "set logscale y\n" : "");
   script +=
       fmt::format("set arrow 1 from graph 0, first {0:.6g} to graph 1, first {0:.6g} nohead dt 2 lc rgb "
                   "\"#8a8f98\"\n",

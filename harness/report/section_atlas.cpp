@@ -68,7 +68,7 @@ std::string picture_html(const AtlasRow& row) {
   return fmt::format("<figure><img src=\"{}\" width=\"{}\" height=\"{}\" style=\"width:min(100%,{}px);"
                      "height:auto;image-rendering:pixelated\" alt=\"{}\"><figcaption>{} (full colours: "
                      "±{:.3g})</figcaption></figure>\n",
-                     png.uri, png.width, png.height, 3 * png.width, escape(row.picture_caption),
+                     png.uri, png.width, png.height, 2 * png.width, escape(row.picture_caption),
                      escape(row.picture_caption), row.picture_largest);
 }
 
