@@ -149,23 +149,25 @@ double mean_dy(const Problem&, const Outcome& outcome) {
 }
 
 Entry undetermined() {
-  return {.name = "undetermined",
-          .title = "Few conditions, and none",
-          .mechanism = "The energy knows differences only: a lone condition must draw the whole image by "
-                       "itself, and where nothing prescribes dy every field plus a constant is as good, and "
-                       "what comes out is what the start was.",
-          .knob = "sites that prescribe dy",
-          .measure = "mean dy, which is 0 where the conditions are followed [px]",
-          .limit = 0.5,
-          .seen_by = "before the run: components that nothing prescribes, conditions that coarse levels lack",
-          .survivor = "one condition for each component on every side; --method multigrid for lone ones",
-          .warnings = {"undetermined", "lost-condition", "out-of-reach", "gives-way", "not-met",
-                       "still-moving", "stalled"},
-          .knobs = {64, 32, 16, 8, 4, 2, 1, 0},
-          .quick_knobs = {64, 4, 0},
-          .series = usual_series(),
-          .problem = few_conditions,
-          .error = mean_dy};
+  return {
+      .name = "undetermined",
+      .title = "Few conditions, and none",
+      .mechanism = "The energy knows differences only: a lone condition must draw the whole image by "
+                   "itself, and where nothing prescribes dy every field plus a constant is as good, and "
+                   "what comes out is what the start was.",
+      .knob = "sites that prescribe dy",
+      .measure = "mean dy, which is 0 where the conditions are followed [px]",
+      .limit = 0.5,
+      .seen_by = "before the run: components that nothing prescribes, conditions that coarse levels lack",
+      .survivor =
+          "each component given along a whole side; --method multigrid follows four sites, not one or two",
+      .warnings = {"undetermined", "lost-condition", "out-of-reach", "gives-way", "not-met", "still-moving",
+                   "stalled"},
+      .knobs = {64, 32, 16, 8, 4, 2, 1, 0},
+      .quick_knobs = {64, 4, 0},
+      .series = usual_series(),
+      .problem = few_conditions,
+      .error = mean_dy};
 }
 
 } // namespace

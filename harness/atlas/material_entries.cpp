@@ -76,7 +76,7 @@ Entry layers() {
           .measure = "RMSD to the fixed point [px]",
           .limit = 0.5,
           .seen_by = "before the run: materials that no coarse level resolves",
-          .survivor = "--method icm-6, closed-form or more --iterations",
+          .survivor = "--method closed-form with 500 iterations a level",
           .warnings = {"contrast", "stiff-boundary", "lost-tissue", "divergence", "stalled", "still-moving"},
           .knobs = {1, 2, 4, 10, 30, 100, 300, 1000},
           .quick_knobs = {1, 10, 1e3},

@@ -111,7 +111,7 @@ Entry oscillation() {
       .measure = "RMSD to the fixed point [px]",
       .limit = 0.25,
       .seen_by = "after the run: energy in the pattern that changes sign from column to column (x) and row "
-                 "to row (y); every site still changes",
+                 "to row (y); a level beyond the range of the targets has been computed again at factor 1",
       .survivor =
           "--method closed-form (factor 0.8), or two colours, in which no site sees another that moves",
       .warnings = {"oscillation", "divergence"},

@@ -12,9 +12,9 @@ namespace hdmbench::report {
 
 namespace {
 
-constexpr double plot_width = 600.0;
+constexpr double plot_width = 520.0;
 constexpr double plot_height = 330.0;
-constexpr Margins margins{66.0, 170.0, 12.0, 46.0}; // the names stand on the right
+constexpr Margins margins{66.0, 150.0, 12.0, 46.0}; // the names stand on the right
 
 std::vector<double> knobs_of(const AtlasSeries& series) {
   std::vector<double> values;

@@ -83,9 +83,10 @@ std::string entry_html(const AtlasRow& row, Anchors& anchors) {
   const std::string plot = atlas_figure(row, id + '_');
   html += "<div class=\"pair\">\n";
   if (!plot.empty()) {
-    html += fmt::format("<figure><div class=\"plot\">{}</div><figcaption>{}; dashed: {:.6g}, above which it "
-                        "counts as failed.</figcaption></figure>\n",
-                        plot, size_text(row.width, row.height), row.limit);
+    html += fmt::format(
+        "<figure><div class=\"plot\">{}</div><figcaption>{} at the left end; dashed: {:.6g}, above which it "
+        "counts as failed.</figcaption></figure>\n",
+        plot, size_text(row.width, row.height), row.limit);
   }
   html += thresholds_table(row) + picture_html(row) + "</div>\n";
   html += sentence("How it shows.", row.seen_by);
