@@ -184,9 +184,14 @@ private:
       if (row < 0) {
         continue;
       }
+      // Divided by the curvature, which grows with the square of the ratio of moduli: sites of all materials
+      // weigh the same in the residual that tells whether the system was solved.
+      const double scale = 1.0 / equations_.curvature(i);
+      const double pull = scale * pull_[i];
       double diagonal = 0.0;
-      double right = states_[i] == State::below ? pull_[i] : states_[i] == State::above ? -pull_[i] : 0.0;
-      equations_.for_each_neighbour(i, [&](std::size_t neighbour, double weight) {
+      double right = states_[i] == State::below ? pull : states_[i] == State::above ? -pull : 0.0;
+      equations_.for_each_neighbour(i, [&](std::size_t neighbour, double unscaled) {
+        const double weight = scale * unscaled;
         diagonal += weight;
         if (unknown[neighbour] >= 0) {
           entries.emplace_back(row, unknown[neighbour], -weight);

@@ -31,7 +31,7 @@ std::string page_html(const report::Results& results) {
   html += report::summary_section(results);
   html +=
       R"(<nav aria-label="Sections"><a href="#support">What runs where</a><a href="#agreement">Agreement</a>
-<a href="#speed">Speed</a><a href="#accuracy">Accuracy</a><a href="#pictures">Pictures</a><a href="#reading">How to read</a>
+<a href="#speed">Speed</a><a href="#accuracy">Accuracy</a><a href="#failures">Failures</a> <a href="#pictures">Pictures</a><a href="#reading">How to read</a>
 <a href="#reproduce">Reproduce</a></nav>
 </header>
 )";
@@ -39,6 +39,7 @@ std::string page_html(const report::Results& results) {
   html += report::agreement_section(results, anchors);
   html += report::speed_section(results, anchors);
   html += report::accuracy_section(results, anchors);
+  html += report::atlas_section(results, anchors);
   html += report::pictures_section(results, anchors);
   html += report::reading_section(results, anchors);
   return html + "</main>\n</body>\n</html>\n";

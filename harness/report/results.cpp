@@ -258,6 +258,10 @@ bool replaces(const AccuracyRow& a, const AccuracyRow& b) {
          a.poisson_used == b.poisson_used;
 }
 
+bool replaces(const AtlasRow& a, const AtlasRow& b) {
+  return a.entry == b.entry;
+}
+
 // Rows of one file never replace each other.
 template <typename Row>
 void merge(Results& results, std::vector<Row>& rows, std::size_t context, const JsonReader& document,
@@ -318,6 +322,8 @@ Results load_results(std::span<const Path> paths) {
       merge(results, results.run, context, reader, read_run);
     } else if (command == "accuracy") {
       merge(results, results.accuracy, context, reader, read_accuracy);
+    } else if (command == "atlas") {
+      merge(results, results.atlas, context, reader, read_atlas);
     }
     if (std::ranges::find(results.machines, document.context.machine) == results.machines.end()) {
       results.machines.push_back(document.context.machine);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "harness/report/accuracy_results.hpp"
+#include "harness/report/atlas_results.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -127,6 +128,7 @@ struct Results {
   std::vector<BenchRow> bench;
   std::vector<RunRow> run;
   std::vector<AccuracyRow> accuracy;
+  std::vector<AtlasRow> atlas;
 
   [[nodiscard]] const std::string& machine_of(std::size_t context) const { return contexts[context].machine; }
 

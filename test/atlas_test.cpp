@@ -1,0 +1,243 @@
+#include "backends/registry.hpp"
+#include "harness/atlas/atlas.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <string>
+
+namespace hdmbench::atlas {
+namespace {
+
+const Backend& scalar() {
+  static const auto registry = make_backends();
+  return find_backend(registry, "scalar");
+}
+
+EntryResult run_quickly(const Entry& entry) {
+  Progress silent(false);
+  return run_entry(entry, scalar(), true, silent);
+}
+
+/// Each entry is run once for all tests.
+const EntryResult& result_of(std::string_view name) {
+  static std::map<std::string_view, EntryResult> results;
+  if (!results.contains(name)) {
+    results.emplace(name, run_quickly(find_entry(name)));
+  }
+  return results.at(name);
+}
+
+/// Between which of the quick knobs a series begins to fail; NaN for `failed`: nowhere, for `good`: it fails
+/// at the first.
+struct Pinned {
+  std::string_view entry;
+  std::string_view series;
+  double good = NAN;
+  double failed = NAN;
+  double healthy_error = 0.0; ///< at most, at the first knob
+  double harmful_error = 0.0; ///< at least, at the last one
+};
+
+/// What of it does not hold, empty if all does. Measured values with margins of a third and more.
+std::string mismatch(const Pinned& pinned, const EntryResult& result) {
+  const auto series = std::ranges::find(result.series, pinned.series, &SeriesResult::name);
+  if (series == result.series.end() || series->points.empty()) {
+    return "there is no such series";
+  }
+  const auto same = [](double wanted, const std::optional<double>& found) {
+    return std::isnan(wanted) ? !found : found == wanted;
+  };
+  const Threshold threshold = series->threshold();
+  const double last_error = series->points.back().error.value_or(HUGE_VAL);
+  if (!same(pinned.failed, threshold.failed) ||
+      (!std::isnan(pinned.failed) && !same(pinned.good, threshold.good))) {
+    return fmt::format("fails at {} and not at {}", threshold.failed.value_or(NAN),
+                       threshold.good.value_or(NAN));
+  }
+  if (!(series->points.front().error.value_or(HUGE_VAL) <= pinned.healthy_error)) {
+    return fmt::format("error {} at the healthy end", series->points.front().error.value_or(NAN));
+  }
+  return last_error >= pinned.harmful_error ? "" : fmt::format("error {} at the harmful end", last_error);
+}
+
+const std::vector<Pinned> pins{
+    {"start-level-late", "icm", 7, 3, 0.15, 10},
+    {"start-level-late", "closed-form", 7, 3, 0.05, 10},
+    {"start-level-late", "cascade", 3, 0, 0.1, 10},
+    {"start-level-early", "icm", NAN, NAN, 0.5, 0.2},
+    {"start-level-early", "cascade", NAN, NAN, 0.5, 0.1},
+    {"alignment", "icm", NAN, NAN, 0.05, 0.0},
+    {"alignment", "icm, center", 16, 4, 0.2, 5},
+    {"alignment", "cascade, center", 16, 4, 0.1, 5},
+    {"step-quantum", "icm", 0.1, 1, 0.1, 0.4},
+    {"step-quantum", "closed-form", NAN, NAN, 0.1, 0.0},
+    {"growing-image", "icm", NAN, NAN, 0.2, 0.03},
+    {"growing-image", "closed-form", NAN, NAN, 0.01, 0.0},
+    {"oscillation", "two colours", NAN, NAN, 0.12, 0.0},
+    {"two-cycles", "icm", 0, 1, 0.0, 10},
+    {"two-cycles", "coloured", NAN, NAN, 0.0, 0.0},
+    {"two-cycles", "sequential", NAN, NAN, 0.0, 0.0},
+    {"no-zero-step", "icm", NAN, NAN, 0.0, 0.0},
+    {"no-zero-step", "icm-thesis-steps", NAN, 10, 100, 100},
+    {"cooling", "annealing", 30, 3, 0.15, 4},
+    {"cooling", "icm", 30, 3, 0.1, 2},
+    {"cooling", "closed-form", NAN, NAN, 0.02, 0.03},
+    {"stiff-inclusion", "icm", NAN, NAN, 1e-4, 0.1},
+    {"soft-inclusion", "icm", 1, 100, 1e-4, 0.5},
+    {"soft-inclusion", "closed-form", NAN, NAN, 1e-4, 0.2},
+    {"checkerboard", "icm", 10, 1e3, 1e-4, 0.5},
+    {"checkerboard", "closed-form", NAN, NAN, 1e-4, 0.15},
+    {"layers", "icm-6", 10, 1e3, 1e-4, 0.5},
+    {"layers", "cascade", 1, 10, 1e-4, 2},
+    {"penalty-small", "fixed point", 10, 0.1, 1e-5, 10},
+    {"penalty-small", "icm", 1e3, 10, 0.15, 10},
+    {"penalty-small", "cascade", 1e3, 10, 0.1, 10},
+    {"penalty-large", "icm", NAN, NAN, 0.15, 0.0},
+    {"penalty-large", "closed-form", NAN, NAN, 0.05, 0.0},
+    {"offset", "icm", 1e5, 1e7, 0.15, 0.5},
+    {"offset", "closed-form", 1e5, 1e7, 0.05, 0.5},
+    {"confidence", "icm", 1, 0.03, 0.15, 4},
+    {"confidence", "closed-form", 1, 0.03, 0.05, 4},
+    {"conflict", "fixed point", 0.9, 2, 0.0, 0.05},
+    {"conflict", "icm", 0.9, 2, 0.0, 0.05},
+    {"fold-over", "finite elements", 15, 30, 0.0, 30},
+    {"fold-over", "icm", 3, 15, 0.0, 30},
+    {"fold-over", "closed-form", 15, 30, 0.0, 30},
+    {"poisson", "fixed point", 0, 0.3, 0.15, 0.35},
+};
+
+void expect_pinned() {
+  for (const Pinned& pinned : pins) {
+    EXPECT_EQ(mismatch(pinned, result_of(pinned.entry)), "") << pinned.entry << ", " << pinned.series;
+  }
+}
+
+TEST(Atlas, EveryEntryIsPinned) {
+  for (const Entry& entry : entries()) {
+    EXPECT_TRUE(std::ranges::any_of(pins, [&](const Pinned& pinned) { return pinned.entry == entry.name; }) ||
+                entry.name == "undetermined")
+        << entry.name;
+  }
+}
+
+TEST(Atlas, WithoutAnyConditionTheStartComesOut) {
+  for (const SeriesResult& series : result_of("undetermined").series) {
+    if (series.absence.empty()) {
+      EXPECT_LE(*series.points.front().error, 0.5) << series.name;
+      EXPECT_FLOAT_EQ(static_cast<float>(*series.points.back().error), 10.0F) << series.name;
+    }
+  }
+}
+
+// What is beyond the target range is computed again; a little growth is not.
+TEST(Atlas, OverRelaxationWithoutColoursIsNeverBetterThanBelowOne) {
+  const SeriesResult& all_at_once = result_of("oscillation").series.front();
+  ASSERT_EQ(all_at_once.name, "all at once");
+  EXPECT_TRUE(all_at_once.points[1].failed) << "factor 1.02";
+  EXPECT_GT(all_at_once.points[2].error.value_or(HUGE_VAL), *all_at_once.points[0].error) << "factor 1.1";
+}
+
+void expect_failures_warned_of() {
+  for (const Entry& entry : entries()) {
+    for (const SeriesResult& series : result_of(entry.name).series) {
+      const bool is_truth = series.name == fixed_point_method || series.name == finite_elements_method;
+      for (const Point& point : series.points) {
+        const bool told = std::ranges::any_of(entry.warnings, [&](std::string_view kind) {
+          return std::ranges::find(point.warnings, kind) != point.warnings.end();
+        });
+        EXPECT_TRUE(told || !point.failed || is_truth || entry.warnings.empty())
+            << entry.name << ", " << series.name << " at " << point.knob;
+      }
+    }
+  }
+}
+
+// Both state how far the field may still be from the fixed point, from a tenth of a pixel on, which icm
+// leaves at the healthy end too.
+bool is_estimate(std::string_view kind) {
+  return kind == "stalled" || kind == "still-moving";
+}
+
+void expect_healthy_end_not_warned_of() {
+  for (const Entry& entry : entries()) {
+    for (const SeriesResult& series : result_of(entry.name).series) {
+      if (series.points.empty() || series.points.front().failed) {
+        continue;
+      }
+      for (const std::string& kind : series.points.front().warnings) {
+        EXPECT_TRUE(is_estimate(kind) || std::ranges::find(entry.warnings, kind) == entry.warnings.end())
+            << entry.name << ", " << series.name << ": " << kind;
+      }
+    }
+  }
+}
+
+void expect_pictures() {
+  for (const Entry& entry : entries()) {
+    EXPECT_EQ(result_of(entry.name).picture.has_value(), entry.picture.has_value()) << entry.name;
+  }
+}
+
+// One test, as every test is a process of its own and the entries take seconds.
+TEST(Atlas, EveryEntryFailsWhereItIsPinnedAndWarnedOf) {
+  expect_pinned();
+  expect_failures_warned_of();
+  expect_healthy_end_not_warned_of();
+  expect_pictures();
+}
+
+TEST(Atlas, AMethodThatIgnoresTheKnobIsNoticed) {
+  for (const std::string_view name : {"start-level-late", "two-cycles", "step-quantum"}) {
+    Entry faulty = find_entry(name);
+    std::erase_if(faulty.series, [](const Series& series) { return series.name != "icm"; });
+    faulty.series.front().adjust = nullptr;
+    if (name == "two-cycles") {
+      faulty.problem = [](double) { return find_entry("two-cycles").problem(0.0); };
+    }
+    const EntryResult result = run_quickly(faulty);
+    for (const Pinned& pinned : pins) {
+      if (pinned.entry == name && pinned.series == "icm") {
+        EXPECT_NE(mismatch(pinned, result), "") << name;
+      }
+    }
+  }
+}
+
+TEST(Atlas, TextsAreThereAndNamesUnique) {
+  std::set<std::string_view> names;
+  for (const Entry& entry : entries()) {
+    EXPECT_TRUE(names.insert(entry.name).second) << entry.name;
+    for (const std::string_view text :
+         {entry.title, entry.mechanism, entry.knob, entry.measure, entry.seen_by, entry.survivor}) {
+      EXPECT_FALSE(text.empty()) << entry.name;
+    }
+    for (const double knob : entry.quick_knobs) {
+      EXPECT_NE(std::ranges::find(entry.knobs, knob), entry.knobs.end()) << entry.name << ' ' << knob;
+    }
+    const auto& picture = entry.picture;
+    if (picture) {
+      EXPECT_NE(std::ranges::find(entry.quick_knobs, picture->knob), entry.quick_knobs.end()) << entry.name;
+      EXPECT_NE(std::ranges::find(entry.series, picture->series, &Series::name), entry.series.end());
+    }
+  }
+}
+
+TEST(Atlas, ThresholdIsTheFirstFailure) {
+  SeriesResult series{
+      .name = "", .absence = {}, .points = {{.knob = 1}, {.knob = 2, .failed = true}, {.knob = 3}}};
+  EXPECT_EQ(series.threshold().good, 1.0);
+  EXPECT_EQ(series.threshold().failed, 2.0);
+  series.points[0].failed = true;
+  EXPECT_EQ(series.threshold().good, std::nullopt);
+  series.points = {{.knob = 4}};
+  EXPECT_EQ(series.threshold().good, 4.0);
+  EXPECT_EQ(series.threshold().failed, std::nullopt);
+}
+
+} // namespace
+} // namespace hdmbench::atlas
