@@ -13,6 +13,7 @@ void add_devices(CLI::App& program, const std::string& arguments, int& status);
 void add_run(CLI::App& program, const std::string& arguments, int& status);
 void add_verify(CLI::App& program, const std::string& arguments, int& status);
 void add_accuracy(CLI::App& program, const std::string& arguments, int& status);
+void add_tradeoff(CLI::App& program, const std::string& arguments, int& status);
 void add_bench(CLI::App& program, const std::string& arguments, int& status);
 void add_report(CLI::App& program, int& status);
 void add_export(CLI::App& program);
