@@ -18,7 +18,10 @@ IterativeSolution solve_finite_elements_iteratively(const ElasticProblem& proble
   }
   // Both triangles, so that Eigen multiplies on all threads.
   const SparseMatrix matrix = system.lower.selfadjointView<Eigen::Lower>();
-  using Preconditioner = Eigen::IncompleteCholesky<double, Eigen::Lower, Eigen::AMDOrdering<std::int64_t>>;
+  // In raster order: fewer iterations than with a fill-reducing order, which an incomplete factor has no use
+  // for.
+  using Preconditioner =
+      Eigen::IncompleteCholesky<double, Eigen::Lower, Eigen::NaturalOrdering<std::int64_t>>;
   Eigen::ConjugateGradient<SparseMatrix, Eigen::Lower | Eigen::Upper, Preconditioner> gradients;
   gradients.setTolerance(tolerance);
   gradients.setMaxIterations(most_iterations);

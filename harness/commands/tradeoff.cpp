@@ -92,29 +92,41 @@ void print_points(const SceneTradeoff& tradeoff, bool all) {
   fmt::print("{}", table.text());
 }
 
-/// One line per reason: "failed: multigrid, krylov on openmp, scalar: not there yet".
+/// Numbers apart, the same reason.
+std::string without_numbers(std::string reason) {
+  std::erase_if(
+      reason, [](char letter) { return letter == '.' || letter == '-' || (letter >= '0' && letter <= '9'); });
+  return reason;
+}
+
+/// One line per status and kind of reason, with the first reason of that kind.
 void print_failures(const SceneTradeoff& tradeoff) {
-  std::map<std::pair<std::string, std::string>, std::vector<std::string>> by_reason;
+  struct Kind {
+    std::string reason{};
+    std::vector<std::string> names{};
+  };
+  std::map<std::pair<std::string, std::string>, Kind> kinds;
   for (const TradeoffPoint& point : tradeoff.points) {
     if (point.status != PointStatus::ok) {
       std::string name =
           point.backend.empty() ? point_name(point) : fmt::format("{} on {}", point.method, point.backend);
-      auto& names = by_reason[{std::string(name_of(point.status)), point.reason}];
-      if (std::ranges::find(names, name) == names.end()) {
-        names.push_back(std::move(name));
+      Kind& kind = kinds[{std::string(name_of(point.status)), without_numbers(point.reason)}];
+      kind.reason = kind.reason.empty() ? point.reason : kind.reason;
+      if (std::ranges::find(kind.names, name) == kind.names.end()) {
+        kind.names.push_back(std::move(name));
       }
     }
   }
-  for (const auto& [key, names] : by_reason) {
+  for (const auto& [key, kind] : kinds) {
     constexpr std::size_t most = 6;
     std::string list;
-    for (std::size_t i = 0; i < std::min(most, names.size()); ++i) {
-      list += (i > 0 ? ", " : "") + names[i];
+    for (std::size_t i = 0; i < std::min(most, kind.names.size()); ++i) {
+      list += (i > 0 ? ", " : "") + kind.names[i];
     }
-    if (names.size() > most) {
-      list += fmt::format(" and {} more", names.size() - most);
+    if (kind.names.size() > most) {
+      list += fmt::format(" and {} more", kind.names.size() - most);
     }
-    fmt::print("  {}: {}: {}\n", key.first, list, key.second);
+    fmt::print("  {}: {}: {}\n", key.first, list, kind.reason);
   }
 }
 

@@ -16,6 +16,8 @@ namespace hdmbench::report {
 [[nodiscard]] std::string speed_section(const Results& results, Anchors& anchors);
 /// Tables and figures against the truths; needs gnuplot where there are profiles or convergence.
 [[nodiscard]] std::string accuracy_section(const Results& results, Anchors& anchors);
+/// Interactive charts; the page needs tradeoff.js where there are results.
+[[nodiscard]] std::string tradeoff_section(const Results& results, Anchors& anchors);
 [[nodiscard]] std::string pictures_section(const Results& results, Anchors& anchors);
 [[nodiscard]] std::string reading_section(const Results& results, Anchors& anchors);
 

@@ -15,7 +15,7 @@ namespace {
 /// Ends with residuals of the forces, which are larger than those of the displacements: 0.01 is no solution
 /// yet.
 std::vector<double> tolerances(bool quick) {
-  return quick ? std::vector{1e-3} : std::vector{1e-2, 1e-3, 1e-4, 1e-6};
+  return quick ? std::vector{1e-3} : std::vector{1e-3, 1e-4, 1e-6};
 }
 
 void add_finite_elements(const Scene& scene, const FiniteElements& truth, bool quick,

@@ -153,7 +153,8 @@ private:
     }
     if (!place.backend.supports(scene.schedule.update)) {
       return fail(point, PointStatus::skipped,
-                  fmt::format("{} does not update in the order of {}", point.backend, point.method));
+                  fmt::format("it does not update {}ly",
+                              update_names[static_cast<std::size_t>(scene.schedule.update)]));
     }
     progress_.describe(
         fmt::format("tradeoff {}: {}, {} on {}", scene.name, point.method, point.effort, point.backend));
