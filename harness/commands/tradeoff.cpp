@@ -132,7 +132,7 @@ void print_failures(const SceneTradeoff& tradeoff) {
 
 std::string ratio_text(const char* rival, const std::optional<SpeedRatio>& ratio) {
   if (!ratio) {
-    return fmt::format("{} has no result there", rival);
+    return fmt::format("{} is nowhere that near", rival);
   }
   return fmt::format("{} ({}, {} s) takes {:.3g} times as long ({:.3g} to {:.3g})", rival,
                      ratio->rival->effort, seconds_text(median(ratio->rival->seconds)), ratio->ratio,
@@ -147,10 +147,11 @@ void print_equal_accuracy(const EqualAccuracy& equal) {
     }
     return;
   }
-  fmt::print("  At {:.3g} px to FEM nu 0: {}, {} on {} is the fastest, {} s;\n    {};\n    {}.\n",
+  fmt::print("  At {:.3g} px to FEM nu 0: {}, {} on {} is the fastest, {} s;\n    {};\n    {};\n    {}.\n",
              equal.target, equal.ours->method, equal.ours->effort, equal.ours->backend,
              seconds_text(median(equal.ours->seconds)), ratio_text("direct FEM", equal.direct),
-             ratio_text("FEM by conjugate gradients", equal.iterative));
+             ratio_text("FEM by conjugate gradients", equal.iterative),
+             ratio_text("FEM on a coarse mesh", equal.coarse));
 }
 
 /// The line that repeats a point: `run` solves by methods, this command by rivals.

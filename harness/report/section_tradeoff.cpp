@@ -168,7 +168,7 @@ std::string points_table(const TradeoffScene& scene) {
 
 std::string ratio_cell(const std::optional<EqualAccuracyRow::Entry>& rival) {
   if (!rival) {
-    return "<td class=\"number faint\">no result</td>";
+    return "<td class=\"number faint\">nowhere that near</td>";
   }
   return fmt::format("<td class=\"number\"><b>{}</b><small>{:.3g} to {:.3g}; {}, {} s</small></td>",
                      speed_up_text(rival->ratio), rival->ratio_low, rival->ratio_high, escape(rival->effort),
@@ -180,14 +180,14 @@ std::string equal_accuracy_table(const std::vector<EqualAccuracyRow>& rows) {
     return {};
   }
   std::string html =
-      table_start("accuracy", {"At equal accuracy", ">RMSD to FEM, ν = 0", "Our fastest", ">Seconds",
-                               ">Faster than direct FEM", ">Faster than FEM by CG"});
+      table_start("accuracy", {"At equal accuracy", "Our fastest", ">Seconds", ">Faster than direct FEM",
+                               ">Faster than FEM by CG", ">Faster than coarse FEM"});
   for (const EqualAccuracyRow& row : rows) {
-    html += fmt::format("<tr><th scope=\"row\">{}<small>{}</small></th><td class=\"number\">≤ {:.3g} px</td>",
+    html += fmt::format("<tr><th scope=\"row\">{}<small>{}, at most {:.3g} px to FEM, ν = 0</small></th>",
                         escape(row.scene), size_text(row.width, row.height), row.target);
     if (!row.ours) {
       html += fmt::format(
-          "<td colspan=\"4\" class=\"faint\">{}</td></tr>\n",
+          "<td colspan=\"5\" class=\"faint\">{}</td></tr>\n",
           row.nearest ? fmt::format("No method is that near; the nearest is {:.3g} px away.", *row.nearest)
                       : "No method has a result.");
       continue;
@@ -195,10 +195,12 @@ std::string equal_accuracy_table(const std::vector<EqualAccuracyRow>& rows) {
     html += fmt::format("<td>{}<small>{}, {}</small></td><td class=\"number\">{}</td>",
                         escape(row.ours->method), escape(row.ours->effort), escape(row.ours->backend),
                         seconds_text(row.ours->seconds_median)) +
-            ratio_cell(row.direct) + ratio_cell(row.iterative) + "</tr>\n";
+            ratio_cell(row.direct) + ratio_cell(row.iterative) + ratio_cell(row.coarse) + "</tr>\n";
   }
   return html + std::string(table_end) +
-         "<p class=\"empty\">Beneath a ratio: the least and the most that the samples allow.</p>\n";
+         "<p class=\"empty\">Below 1 the rival is faster. Beneath a ratio: the least and the most that the "
+         "samples "
+         "allow.</p>\n";
 }
 
 std::string machine_html(const Results& results, const std::string& machine, Anchors& anchors) {

@@ -81,6 +81,7 @@ EqualAccuracyRow read_equal_accuracy(const JsonReader& json) {
   row.ours = read_entry(json, "ours");
   row.direct = read_entry(json, "direct");
   row.iterative = read_entry(json, "iterative");
+  row.coarse = read_entry(json, "coarse");
   return row;
 }
 

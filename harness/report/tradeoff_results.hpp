@@ -56,6 +56,7 @@ struct EqualAccuracyRow {
   std::optional<Entry> ours;
   std::optional<Entry> direct;    ///< finite elements by factorisation
   std::optional<Entry> iterative; ///< by conjugate gradients
+  std::optional<Entry> coarse;    ///< on a coarse mesh
 };
 
 /// One element of "results" of kind "point". Throws InputError naming file and key for what is missing,

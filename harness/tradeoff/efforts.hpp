@@ -2,14 +2,18 @@
 
 #include "harness/methods/method.hpp"
 
+#include <string>
 #include <vector>
 
 namespace hdmbench {
 
-/// The settings a method is measured at, rising, its usual effort among them: what --iterations takes.
-/// `own_iterations` are the scene's, the usual effort of the methods that have none. With `quick` the usual
-/// effort and a smaller one.
+/// The settings a method is measured at, rising, its usual effort among them unless quick: what --iterations
+/// takes. `own_iterations` are the scene's, the usual effort of the methods that have none. With `quick` the
+/// two smallest.
 [[nodiscard]] std::vector<int> efforts(const Method& method, int own_iterations, bool quick);
+
+/// "4 cycles", "1 iteration on the full resolution".
+[[nodiscard]] std::string effort_text(const Method& method, int effort);
 
 /// Iterations where neither the scene nor the method says less.
 [[nodiscard]] int usual_effort(const Method& method, int own_iterations);

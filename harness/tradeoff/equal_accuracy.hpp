@@ -24,6 +24,7 @@ struct EqualAccuracy {
   double nearest = 0.0;                  ///< RMSD of the most accurate method, pixels; infinite: none
   std::optional<SpeedRatio> direct{};    ///< finite elements with ratio 0 by factorisation
   std::optional<SpeedRatio> iterative{}; ///< the fastest by conjugate gradients that reaches the target
+  std::optional<SpeedRatio> coarse{};    ///< the fastest on a coarse mesh that does
 };
 
 /// Only points of status ok count. A ratio is there where both sides reach `target`.

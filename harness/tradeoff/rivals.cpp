@@ -37,6 +37,17 @@ void add_finite_elements(const Scene& scene, const FiniteElements& truth, bool q
                          .displacement;
                    }});
   }
+  const int longer = std::max(scene.extent().width, scene.extent().height);
+  for (const int elements : {30, 60, 120}) {
+    if (elements < longer - 1 && !(quick && elements != 60)) {
+      all.push_back({.name = "fem-coarse",
+                     .effort = fmt::format("{} elements a side", elements),
+                     .poisson = poisson,
+                     .solve = [&scene, poisson, elements] {
+                       return coarse_finite_elements(scene, elements, poisson).displacement;
+                     }});
+    }
+  }
 }
 
 } // namespace
@@ -46,16 +57,6 @@ std::vector<Rival> rivals(const Scene& scene, const Truths& truths, bool quick) 
   add_finite_elements(scene, truths.elastic_no_poisson, quick, all);
   if (scene.poisson != 0.0) {
     add_finite_elements(scene, truths.elastic, quick, all);
-  }
-  const int longer = std::max(scene.extent().width, scene.extent().height);
-  for (const int elements : {30, 60, 120}) {
-    if (elements < longer - 1 && !(quick && elements != 60)) {
-      all.push_back(
-          {.name = "fem-coarse",
-           .effort = fmt::format("{} elements a side", elements),
-           .poisson = scene.poisson,
-           .solve = [&scene, elements] { return coarse_finite_elements(scene, elements).displacement; }});
-    }
   }
   all.push_back({.name = "fixed-point",
                  .effort = "direct",

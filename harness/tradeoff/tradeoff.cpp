@@ -123,7 +123,7 @@ private:
         if (is_main || (effort == usual && !options_.quick)) {
           TradeoffPoint& point = result_.points.emplace_back();
           point.method = method.name;
-          point.effort = fmt::format("{} {}", effort, method.effort);
+          point.effort = effort_text(method, effort);
           point.is_usual = effort == usual;
           point.backend = place.backend.name();
           point.device = place.device;
@@ -179,13 +179,12 @@ private:
     }
     point.fine_sweep_equivalents =
         total_site_updates(solution.levels) / static_cast<double>(scene.extent().sites());
-    if (!judge(point, ReferenceField(solution.displacement))) {
-      return;
-    }
     if (&place == &places_.front()) {
       expected_ = solution.displacement;
     }
-    check_bits(point, solution.displacement);
+    if (judge(point, ReferenceField(solution.displacement))) {
+      check_bits(point, solution.displacement);
+    }
   }
 
   void check_bits(TradeoffPoint& point, const VectorField& found) const {

@@ -82,7 +82,8 @@ json to_json(const Scene& scene, const SceneTradeoff& tradeoff, const EqualAccur
               {"nearest", std::isfinite(equal.nearest) ? json(equal.nearest) : json()},
               {"ours", name_json(equal.ours)},
               {"direct", ratio_json(equal.direct)},
-              {"iterative", ratio_json(equal.iterative)}});
+              {"iterative", ratio_json(equal.iterative)},
+              {"coarse", ratio_json(equal.coarse)}});
   rows.push_back(std::move(row));
   return rows;
 }
