@@ -161,7 +161,7 @@ TEST_F(Tradeoff, PlantedFaultsAreKeptWithTheirReason) {
       {{.name = "one bit",
         .in_read = [](VectorField& field) { field.y.back() = std::nextafter(field.y.back(), 99.0F); }},
        PointStatus::unverified,
-       "1 sites differ from scalar"},
+       "sites differ from scalar"},
       {{.name = "nan", .in_read = spoil(std::nanf(""))}, PointStatus::failed, "not finite"},
       {{.name = "far off", .in_read = spoil(1e6F)}, PointStatus::failed, "diverged"},
       {{.name = "throws", .in_step = [](int) -> int { throw DeviceError("the device is lost"); }},

@@ -27,7 +27,7 @@ for (const block of document.querySelectorAll(".tradeoff")) {
       show(axis, axis.dataset.up === view.up);
     for (const front of block.querySelectorAll("[data-view]"))
       show(front, front.dataset.view === `${view.across} ${view.up}`);
-    for (const svg of block.querySelectorAll("svg")) {
+    for (const svg of block.querySelectorAll(".charts svg")) {
       for (const line of svg.querySelectorAll(".series")) {
         const points = [...svg.querySelectorAll(".mark")]
           .filter((mark) => mark.dataset.series === line.dataset.series)
@@ -84,7 +84,7 @@ for (const block of document.querySelectorAll(".tradeoff")) {
     mark.addEventListener("click", () => pick(mark));
   }
   // One stop of the Tab key per chart; the arrows go from mark to mark, from left to right.
-  for (const svg of block.querySelectorAll("svg")) {
+  for (const svg of block.querySelectorAll(".charts svg")) {
     svg.setAttribute("tabindex", "0");
     svg.setAttribute("role", "application");
     svg.addEventListener("keydown", (event) => {

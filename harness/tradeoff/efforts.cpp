@@ -15,7 +15,7 @@ struct Efforts {
   std::array<int, 4> counts; ///< rising
 };
 
-/// A factor of about 4 each; the same number again is nothing new. Annealing takes scalar ten seconds.
+/// A factor of about 4 each; the same number again is nothing new.
 constexpr std::array known{Efforts{"icm", {5, 20, 20, 200}},
                            Efforts{"icm-6", {5, 20, 20, 200}},
                            Efforts{"icm-thesis-steps", {5, 20, 20, 20}},
@@ -31,6 +31,10 @@ constexpr std::array known{Efforts{"icm", {5, 20, 20, 200}},
 } // namespace
 
 int usual_effort(const Method& method, int own_iterations) {
+  constexpr int most_annealing = 40; // 200 take scalar half a minute, and every point is checked against it
+  if (method.name == "annealing") {
+    return most_annealing;
+  }
   return method.usual_effort > 0 ? method.usual_effort : own_iterations;
 }
 

@@ -15,7 +15,7 @@ namespace hdmbench {
 /// "4 cycles", "1 iteration on the full resolution".
 [[nodiscard]] std::string effort_text(const Method& method, int effort);
 
-/// Iterations where neither the scene nor the method says less.
+/// The effort on every backend: the method's usual one or the scene's, less for annealing.
 [[nodiscard]] int usual_effort(const Method& method, int own_iterations);
 
 } // namespace hdmbench

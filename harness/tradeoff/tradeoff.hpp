@@ -15,7 +15,7 @@ namespace hdmbench {
 struct TradeoffOptions {
   SessionOptions session{};
   int repeats = 3;                    ///< samples per point, >= 1 ...
-  double most_seconds = 1.0;          ///< ... fewer once those of a point add up to this
+  double most_seconds = 0.6;          ///< ... fewer once those of a point add up to this
   std::vector<std::string> methods{}; ///< names of methods and rivals; empty: all
   bool quick = false;                 ///< fewer efforts, one sample
   /// The line that repeats a point of `method` on `backend`, see commands/tradeoff.cpp; a rival has no effort
