@@ -28,8 +28,9 @@ struct Arguments : CommonArguments {
   bool all = false;
 };
 
-std::vector<std::string> scenes_by_default() {
-  return {"square", "circular", "circular-radial", "brain"};
+std::vector<std::string> scenes_by_default(bool quick) {
+  return quick ? std::vector<std::string>{"square"}
+               : std::vector<std::string>{"square", "circular", "circular-radial", "brain"};
 }
 
 double parse_pixels(const std::string& text) {
@@ -193,7 +194,7 @@ int run_tradeoff(Arguments& arguments, const std::string& line) {
       "Seconds are medians of up to {} samples of a whole solution without set-up. RMSD to finite elements "
       "and to the\nfixed point over all sites, in pixels.\n",
       arguments.quick ? 1 : arguments.repeats);
-  for (const Scene& scene : arguments.load_scenes(scenes_by_default())) {
+  for (const Scene& scene : arguments.load_scenes(scenes_by_default(arguments.quick))) {
     const TradeoffOptions options{
         .session = arguments.session,
         .repeats = arguments.repeats,

@@ -151,8 +151,8 @@ struct Results {
 };
 
 /// Reads files, or the *.json files of folders. Of the same command, machine, scene, size, backend, device
-/// and mode or method (for accuracy also variant and Poisson ratios, for tradeoff effort) only the newest row stays; a machine's
-/// newest `devices` file replaces the older ones.
+/// and mode or method (for accuracy also variant and Poisson ratios, for tradeoff effort) only the
+/// newest row stays; a machine's newest `devices` file replaces the older ones.
 /// Throws InputError naming file and key for whatever is missing, mistyped or contradicts itself (a row that
 /// "agrees" with differing sites).
 [[nodiscard]] Results load_results(std::span<const std::filesystem::path> paths);

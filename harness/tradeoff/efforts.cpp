@@ -24,7 +24,7 @@ constexpr std::array known{Efforts{"icm", {5, 20, 20, 200}},
                            Efforts{"four-coloured", {5, 20, 20, 20}},
                            Efforts{"closed-form", {5, 20, 20, 200}},
                            Efforts{"cascade", {1, 2, 4, 8}},
-                           Efforts{"annealing", {10, 20, 20, 20}},
+                           Efforts{"annealing", {5, 10, 20, 20}},
                            Efforts{"multigrid", {1, 2, 3, 4}},
                            Efforts{"krylov", {2, 3, 5, 8}}};
 
