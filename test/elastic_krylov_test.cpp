@@ -35,7 +35,8 @@ TEST(ElasticKrylov, MeetsTheDirectSolutionToItsTolerance) {
       EXPECT_GT(found.iterations, 0);
       const double apart = rmsd(found.displacement, direct);
       EXPECT_LT(apart, 0.1 * before) << "a smaller tolerance must come nearer";
-      EXPECT_LT(apart, 100.0 * tolerance);
+      // Displacements are up to 80 px; a smooth error of 4 % of them has forces of 1 % of the right side.
+      EXPECT_LT(apart, 300.0 * tolerance);
       before = apart;
     }
   }
