@@ -36,6 +36,7 @@ int main(int argc, char** argv) {
     commands::add_bench(program, arguments, status);
     commands::add_accuracy(program, arguments, status);
     commands::add_atlas(program, arguments);
+    commands::add_tradeoff(program, arguments, status);
     commands::add_report(program, status);
     commands::add_export(program);
     commands::add_fem_to_image(program);

@@ -158,66 +158,8 @@ void check(const ElasticProblem& problem) {
   check_support(problem);
 }
 
-/// Where the components of all sites, x and y in turn, stand in the system: -1 where prescribed.
-struct Unknowns {
-  explicit Unknowns(const ElasticProblem& problem) : index(2 * problem.extent.sites(), -1) {
-    for (std::size_t i = 0; i < problem.extent.sites(); ++i) {
-      if (problem.fixed_x[i] == 0) {
-        index[2 * i] = count++;
-      }
-      if (problem.fixed_y[i] == 0) {
-        index[2 * i + 1] = count++;
-      }
-    }
-  }
-
-  std::vector<std::int32_t> index;
-  std::int32_t count = 0;
-};
-
-struct System {
-  SparseMatrix lower;
-  Eigen::VectorXd right_side;
-};
-
 double component(const ReferenceField& field, std::size_t index) {
   return index % 2 == 0 ? field.x[index / 2] : field.y[index / 2];
-}
-
-System assemble(const ElasticProblem& problem, const ElementRule& rule, const Unknowns& unknowns) {
-  System system;
-  system.lower.resize(unknowns.count, unknowns.count);
-  system.right_side = Eigen::VectorXd::Zero(unknowns.count);
-  std::vector<Eigen::Triplet<double, std::int32_t>> entries;
-  entries.reserve(36 * problem.extent.sites());
-  for_each_element(problem, rule, [&](const std::array<std::size_t, 4>& nodes, const ElementMatrix& element) {
-    for (int i = 0; i < 8; ++i) {
-      const std::int32_t row =
-          unknowns.index[2 * nodes[static_cast<std::size_t>(i / 2)] + static_cast<std::size_t>(i % 2)];
-      if (row < 0) {
-        continue;
-      }
-      for (int j = 0; j < 8; ++j) {
-        const std::size_t other =
-            2 * nodes[static_cast<std::size_t>(j / 2)] + static_cast<std::size_t>(j % 2);
-        const std::int32_t column = unknowns.index[other];
-        if (column < 0) {
-          system.right_side[row] -= element(i, j) * component(problem.prescribed, other);
-        } else if (row >= column) {
-          entries.emplace_back(row, column, element(i, j));
-        }
-      }
-    }
-  });
-  if (!problem.force.x.empty()) {
-    for (std::size_t i = 0; i < unknowns.index.size(); ++i) {
-      if (unknowns.index[i] >= 0) {
-        system.right_side[unknowns.index[i]] += component(problem.force, i);
-      }
-    }
-  }
-  system.lower.setFromTriplets(entries.begin(), entries.end());
-  return system;
 }
 
 } // namespace
@@ -250,23 +192,73 @@ ElasticProblem elastic_problem(const Level& level) {
   return problem;
 }
 
+ElasticSystem assemble(const ElasticProblem& problem, const ElementRule& rule) {
+  check(problem);
+  ElasticSystem system;
+  system.unknown.assign(2 * problem.extent.sites(), -1);
+  std::int32_t count = 0;
+  for (std::size_t i = 0; i < problem.extent.sites(); ++i) {
+    if (problem.fixed_x[i] == 0) {
+      system.unknown[2 * i] = count++;
+    }
+    if (problem.fixed_y[i] == 0) {
+      system.unknown[2 * i + 1] = count++;
+    }
+  }
+  system.lower.resize(count, count);
+  system.right_side = Eigen::VectorXd::Zero(count);
+  std::vector<Eigen::Triplet<double, std::int32_t>> entries;
+  entries.reserve(36 * problem.extent.sites());
+  for_each_element(problem, rule, [&](const std::array<std::size_t, 4>& nodes, const ElementMatrix& element) {
+    for (int i = 0; i < 8; ++i) {
+      const std::int32_t row =
+          system.unknown[2 * nodes[static_cast<std::size_t>(i / 2)] + static_cast<std::size_t>(i % 2)];
+      if (row < 0) {
+        continue;
+      }
+      for (int j = 0; j < 8; ++j) {
+        const std::size_t other =
+            2 * nodes[static_cast<std::size_t>(j / 2)] + static_cast<std::size_t>(j % 2);
+        const std::int32_t column = system.unknown[other];
+        if (column < 0) {
+          system.right_side[row] -= element(i, j) * component(problem.prescribed, other);
+        } else if (row >= column) {
+          entries.emplace_back(row, column, element(i, j));
+        }
+      }
+    }
+  });
+  if (!problem.force.x.empty()) {
+    for (std::size_t i = 0; i < system.unknown.size(); ++i) {
+      if (system.unknown[i] >= 0) {
+        system.right_side[system.unknown[i]] += component(problem.force, i);
+      }
+    }
+  }
+  system.lower.setFromTriplets(entries.begin(), entries.end());
+  return system;
+}
+
+ReferenceField displacement_of(const ElasticProblem& problem, const ElasticSystem& system,
+                               const Eigen::VectorXd& solution) {
+  ReferenceField displacement(problem.extent);
+  for (std::size_t i = 0; i < system.unknown.size(); ++i) {
+    const std::int32_t at = system.unknown[i];
+    (i % 2 == 0 ? displacement.x : displacement.y)[i / 2] =
+        at < 0 ? component(problem.prescribed, i) : solution[at];
+  }
+  return displacement;
+}
+
 ReferenceField solve_finite_elements(const ElasticProblem& problem, const ElementRule& rule,
                                      SparseSolver solver) {
-  check(problem);
-  const Unknowns unknowns(problem);
-  const System system = assemble(problem, rule, unknowns);
+  const ElasticSystem system = assemble(problem, rule);
   const auto solution = solve_symmetric(system.lower, system.right_side, solver);
   if (!solution) {
     throw InputError("the finite element system has no unique solution: the moduli differ too much, or the "
                      "element rule resists some strain with no force");
   }
-  ReferenceField displacement(problem.extent);
-  for (std::size_t i = 0; i < unknowns.index.size(); ++i) {
-    const std::int32_t at = unknowns.index[i];
-    (i % 2 == 0 ? displacement.x : displacement.y)[i / 2] =
-        at < 0 ? component(problem.prescribed, i) : (*solution)[at];
-  }
-  return displacement;
+  return displacement_of(problem, system, *solution);
 }
 
 double elastic_energy(const ElasticProblem& problem, const ElementRule& rule,

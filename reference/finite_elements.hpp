@@ -41,6 +41,20 @@ struct ElasticProblem {
 /// The level as an elastic sheet: every observed component (confidence > 0) prescribed as it stands.
 [[nodiscard]] ElasticProblem elastic_problem(const Level& level);
 
+/// The equations of the components that no condition gives.
+struct ElasticSystem {
+  SparseMatrix lower; ///< lower triangle of the symmetric positive definite stiffness
+  Eigen::VectorXd right_side;
+  std::vector<std::int32_t> unknown; ///< row of the x and y of every node in turn, -1 where prescribed
+};
+
+/// Throws InputError as solve_finite_elements does, but for a system without a unique solution.
+[[nodiscard]] ElasticSystem assemble(const ElasticProblem& problem, const ElementRule& rule);
+
+/// The displacement of every node in pixels: `solution` of the system, elsewhere what is prescribed.
+[[nodiscard]] ReferenceField displacement_of(const ElasticProblem& problem, const ElasticSystem& system,
+                                             const Eigen::VectorXd& solution);
+
 /// The displacement of every node in pixels, from a direct factorisation. Throws InputError for sizes that do
 /// not match, a modulus <= 0, or conditions that leave the sheet free to move.
 [[nodiscard]] ReferenceField solve_finite_elements(const ElasticProblem& problem, const ElementRule& rule,

@@ -64,7 +64,7 @@ TEST(BeforeTheRun, AComponentThatNothingFixesIsUndetermined) {
 TEST(BeforeTheRun, ConditionsTravelOneSitePerIteration) {
   Scene scene = pulled_scene({65, 9}, 5.0F);
   know_column(scene, 0, 5.0F); // from both sides to the middle
-  scene.full.rule = Rule::closed_form;
+  scene.schedule.rule = Rule::closed_form;
   scene.full.strengths = {1.0F};
   set_inverse_curvature(scene.full);
   const auto backends = make_backends();
@@ -285,7 +285,7 @@ TEST(Folding, ThresholdsAreZeroAndATenth) {
 TEST(AfterTheRun, TheFixedPointIsWithoutWarnings) {
   Scene scene = pulled_scene({33, 33}, 8.0F);
   const VectorField field = solve_fixed_point(scene.full).displacement.to_float();
-  scene.full.rule = Rule::closed_form;
+  scene.schedule.rule = Rule::closed_form;
   const Warnings found = diagnose_field(scene, field);
   EXPECT_THAT(found, testing::IsEmpty()) << warnings_text(found);
   EXPECT_THAT(warnings_text(found), HasSubstr("nothing that speaks against this result"));
@@ -332,7 +332,7 @@ TEST(AfterTheRun, SwappingSitesAndStripesAreOscillation) {
 
   scene = pulled_scene({33, 33}, 8.0F);
   VectorField field = solve_fixed_point(scene.full).displacement.to_float();
-  scene.full.rule = Rule::closed_form;
+  scene.schedule.rule = Rule::closed_form;
   const VectorField smooth = field;
   for (int y = 0; y < 33; ++y) {
     for (int x = 1; x < 32; ++x) {
@@ -358,7 +358,7 @@ TEST(AfterTheRun, ConditionsThatGiveWayAreToldFromThoseNotArrivedAt) {
   EXPECT_FALSE(has(held, "not-met") || has(held, "gives-way")) << warnings_text(held);
   scene.full.penalty = 15.0F;
   const VectorField field = solve_fixed_point(scene.full).displacement.to_float();
-  scene.full.rule = Rule::closed_form;
+  scene.schedule.rule = Rule::closed_form;
   const Warnings weak = diagnose_field(scene, field);
   EXPECT_TRUE(has(weak, "gives-way"));
   EXPECT_FALSE(has(weak, "not-met")) << warnings_text(weak);
@@ -372,7 +372,7 @@ TEST(AfterTheRun, ValuesBeyondConditionsAndStartAreDivergence) {
   field.x[60] = 5.1F;
   EXPECT_EQ(sites_of(diagnose_field(scene, field), "divergence"), 1U);
   field.x[60] = 4.2F;
-  scene.full.rule = Rule::closed_form;
+  scene.schedule.rule = Rule::closed_form;
   EXPECT_EQ(sites_of(diagnose_field(scene, field), "divergence"), 1U);
   field.x[60] = std::numeric_limits<float>::quiet_NaN();
   EXPECT_EQ(sites_of(diagnose_field(scene, field), "not-finite"), 1U);

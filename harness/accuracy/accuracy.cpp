@@ -121,7 +121,7 @@ private:
     no_poisson.poisson_used = 0.0;
     add_profiles(no_poisson);
     constexpr int thesis_elements = 60;
-    FiniteElements coarse = coarse_finite_elements(scene_, thesis_elements);
+    FiniteElements coarse = coarse_finite_elements(scene_, thesis_elements, scene_.poisson);
     add_field("fem-coarse", std::move(coarse.displacement), coarse.seconds).poisson_used = coarse.poisson;
     add_profiles(add_field("fixed-point", truths.fixed_point.displacement, truths.fixed_point_seconds));
     const auto start = std::chrono::steady_clock::now();

@@ -99,7 +99,7 @@ FiniteElements find_finite_elements(const Scene& scene, double poisson) {
   return solve_elastic(scene.full, poisson);
 }
 
-FiniteElements coarse_finite_elements(const Scene& scene, int elements) {
+FiniteElements coarse_finite_elements(const Scene& scene, int elements, double poisson) {
   // Elements are squares: as many along the other side as its length has.
   const Extent full = scene.extent();
   const int longer = std::max(full.width, full.height);
@@ -108,7 +108,7 @@ FiniteElements coarse_finite_elements(const Scene& scene, int elements) {
     return std::min(sites, 1 + std::max(1, static_cast<int>(std::lround(elements * share))));
   };
   const Extent mesh{nodes(full.width), nodes(full.height)};
-  FiniteElements result = solve_elastic(sample_level(scene.full, mesh, Alignment::corner), scene.poisson);
+  FiniteElements result = solve_elastic(sample_level(scene.full, mesh, Alignment::corner), poisson);
   result.displacement = thesis_prolongation(result.displacement, scene.extent(), Alignment::corner);
   return result;
 }

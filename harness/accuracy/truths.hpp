@@ -38,8 +38,8 @@ struct Truths {
 [[nodiscard]] FiniteElements find_finite_elements(const Scene& scene, double poisson);
 
 /// The scene on a coarse mesh of `elements` squares along its longer side, as the thesis had it (60),
-/// interpolated to the sites; with the scene's Poisson ratio.
-[[nodiscard]] FiniteElements coarse_finite_elements(const Scene& scene, int elements);
+/// interpolated to the sites.
+[[nodiscard]] FiniteElements coarse_finite_elements(const Scene& scene, int elements, double poisson);
 
 /// How far a field is from the truths, RMSD in pixels; over all sites where the name does not say otherwise.
 struct Deviations {

@@ -15,6 +15,7 @@ void add_run(CLI::App& program, const std::string& arguments, int& status);
 void add_verify(CLI::App& program, const std::string& arguments, int& status);
 void add_accuracy(CLI::App& program, const std::string& arguments, int& status);
 void add_atlas(CLI::App& program, const std::string& arguments);
+void add_tradeoff(CLI::App& program, const std::string& arguments, int& status);
 void add_bench(CLI::App& program, const std::string& arguments, int& status);
 void add_report(CLI::App& program, int& status);
 void add_export(CLI::App& program);

@@ -25,7 +25,7 @@ const std::vector<float>& part(const VectorField& field, char name) {
 /// of its neighbours), so whatever is beyond, and was not so at the start, is at least that far from it. A
 /// candidate may overshoot by half the largest one, a neighbour of that by another half.
 void check_range(const Scene& scene, const VectorField& displacement, Warnings& warnings) {
-  const double allowed = scene.full.rule == Rule::steps || scene.full.rule == Rule::annealing
+  const double allowed = scene.schedule.rule == Rule::steps || scene.schedule.rule == Rule::annealing
                              ? std::max(visible, step_sizes(scene.full.steps).largest)
                              : visible;
   for (const Component& component : components(scene)) {
@@ -66,7 +66,7 @@ void check_range(const Scene& scene, const VectorField& displacement, Warnings& 
 void check_met(const Scene& scene, const VectorField& displacement, Warnings& warnings) {
   const Extent extent = scene.extent();
   const double step = quantum(scene);
-  const double chance = scene.full.rule == Rule::annealing ? 0.5 * step : 0.0;
+  const double chance = scene.schedule.rule == Rule::annealing ? 0.5 * step : 0.0;
   const double penalty = static_cast<double>(scene.full.penalty);
   struct Missed {
     std::size_t count = 0;
@@ -157,8 +157,16 @@ void check_rest(const Scene& scene, const Solution& solution, Warnings& warnings
                      100.0 * std::min(1.0, rest.stripes_share), rest.stripes),
          "--method cascade, which moves neighbours in turn"});
   }
-  if (solution.estimated_error) {
-    return; // the method knows better than what follows
+  if (solution.estimated_error) { // the method knows better than what follows
+    if (*solution.estimated_error > visible) {
+      warnings.push_back({"not-converged",
+                          fmt::format("the method {} estimates {:.2g} px to the fixed point",
+                                      scene.schedule.method, *solution.estimated_error),
+                          "more --iterations, or --method closed-form with many; look for checkerboards and "
+                          "thin layers of very "
+                          "different moduli"});
+    }
+    return;
   }
   const double distance = estimated_distance(scene, rest.missing);
   const std::string adds_up = fmt::format(

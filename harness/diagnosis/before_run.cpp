@@ -53,7 +53,7 @@ StepSizes step_sizes(const StepSet& steps) {
 }
 
 double quantum(const Scene& scene) {
-  const bool has_candidates = scene.full.rule == Rule::steps || scene.full.rule == Rule::annealing;
+  const bool has_candidates = scene.schedule.rule == Rule::steps || scene.schedule.rule == Rule::annealing;
   return has_candidates ? step_sizes(scene.full.steps).smallest : 0.0;
 }
 

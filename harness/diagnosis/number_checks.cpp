@@ -20,7 +20,7 @@ double resolution(const Scene& scene) {
 }
 
 void check_rest_candidate(const Scene& scene, Warnings& warnings) {
-  if (scene.full.rule == Rule::steps && std::ranges::count(scene.full.steps.values(), 0.0F) == 0) {
+  if (scene.schedule.rule == Rule::steps && std::ranges::count(scene.full.steps.values(), 0.0F) == 0) {
     warnings.push_back(
         {"never-rests",
          fmt::format("0 is none of the candidates {}: every site moves in every sweep, by at least "
@@ -148,7 +148,7 @@ void check_contrast(const Scene& scene, Warnings& warnings) {
     range = std::max(range, target_range(component).width());
   }
   const double ahead = 0.5 * step_sizes(scene.full.steps).smallest * lag;
-  if (scene.full.rule == Rule::steps && range > 0.0 && ahead > range) {
+  if (scene.schedule.rule == Rule::steps && range > 0.0 && ahead > range) {
     warnings.push_back(
         {"stiff-boundary",
          fmt::format(

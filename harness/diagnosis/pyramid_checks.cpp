@@ -91,7 +91,7 @@ void check_reach(const Scene& scene, Warnings& warnings) {
 /// A sweep moves a component by the largest candidate at most, and interpolation invents no displacement.
 void check_steps(const Scene& scene, Warnings& warnings) {
   const Schedule& schedule = scene.schedule;
-  if (scene.full.rule != Rule::steps) {
+  if (scene.schedule.rule != Rule::steps) {
     return;
   }
   const LevelSequence levels(scene);

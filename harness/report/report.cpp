@@ -5,6 +5,7 @@
 #include "harness/report/results.hpp"
 #include "harness/report/sections.hpp"
 #include "report_assets/page_style.hpp"
+#include "report_assets/tradeoff_script.hpp"
 
 #include <fmt/format.h>
 
@@ -14,24 +15,37 @@ namespace hdmbench {
 
 namespace {
 
+/// Of tradeoff.js, as a Content-Security-Policy has it: base64 of the bytes that CMake gives in hexadecimal.
+std::string script_digest() {
+  const std::string_view digits = HDMBENCH_TRADEOFF_SCRIPT_SHA256;
+  std::string bytes;
+  for (std::size_t i = 0; i + 1 < digits.size(); i += 2) {
+    bytes += static_cast<char>(std::stoi(std::string(digits.substr(i, 2)), nullptr, 16));
+  }
+  return report::base64(bytes);
+}
+
 std::string page_html(const report::Results& results) {
   const std::string title =
       report::escape(fmt::format("hdmbench on {}", report::joined(results.machines, " and ")));
-  // The policy forbids the page to load anything; scripts it has none.
+  // The policy forbids the page to load anything, and to run anything but our script: no text that a result
+  // file smuggles in can.
+  const std::string script_policy =
+      results.tradeoff.empty() ? "" : fmt::format("; script-src 'sha256-{}'", script_digest());
   std::string html = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<meta name=\"color-scheme\" content=\"light dark\">\n"
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; "
-      "img-src data:\">\n"
+      "img-src data:{2}\">\n"
       "<title>{0}</title>\n<style>\n{1}</style>\n</head>\n<body>\n<main>\n<header>\n"
       "<p class=\"overline\">One energy, one sweep, every device</p>\n<h1>{0}</h1>\n",
-      title, sources::page_style);
+      title, sources::page_style, script_policy);
   report::Anchors anchors;
   html += report::summary_section(results);
   html +=
       R"(<nav aria-label="Sections"><a href="#support">What runs where</a><a href="#agreement">Agreement</a>
-<a href="#speed">Speed</a><a href="#accuracy">Accuracy</a><a href="#failures">Failures</a> <a href="#pictures">Pictures</a><a href="#reading">How to read</a>
+<a href="#speed">Speed</a><a href="#accuracy">Accuracy</a><a href="#tradeoff">Speed against accuracy</a><a href="#failures">Failures</a> <a href="#pictures">Pictures</a><a href="#reading">How to read</a>
 <a href="#reproduce">Reproduce</a></nav>
 </header>
 )";
@@ -39,10 +53,13 @@ std::string page_html(const report::Results& results) {
   html += report::agreement_section(results, anchors);
   html += report::speed_section(results, anchors);
   html += report::accuracy_section(results, anchors);
+  html += report::tradeoff_section(results, anchors);
   html += report::atlas_section(results, anchors);
   html += report::pictures_section(results, anchors);
   html += report::reading_section(results, anchors);
-  return html + "</main>\n</body>\n</html>\n";
+  const std::string script =
+      results.tradeoff.empty() ? "" : fmt::format("<script>{}</script>\n", sources::tradeoff_script);
+  return html + "</main>\n" + script + "</body>\n</html>\n";
 }
 
 } // namespace

@@ -257,16 +257,27 @@ bool replaces(const AccuracyRow& a, const AccuracyRow& b) {
   return same_place(a, b) && a.method == b.method && a.variant == b.variant && a.poisson == b.poisson &&
          a.poisson_used == b.poisson_used;
 }
+bool replaces(const TradeoffRow& a, const TradeoffRow& b) {
+  return same_place(a, b) && a.method == b.method && a.effort == b.effort && a.poisson == b.poisson &&
+         a.poisson_used == b.poisson_used;
+}
+bool replaces(const EqualAccuracyRow& a, const EqualAccuracyRow& b) {
+  return a.scene == b.scene && a.width == b.width && a.height == b.height && a.target == b.target &&
+         a.poisson == b.poisson;
+}
 
 bool replaces(const AtlasRow& a, const AtlasRow& b) {
   return a.entry == b.entry;
 }
 
-// Rows of one file never replace each other.
+// Rows of one file never replace each other. Only those of a `kind` where one is given.
 template <typename Row>
 void merge(Results& results, std::vector<Row>& rows, std::size_t context, const JsonReader& document,
-           Row (*read)(const JsonReader&)) {
+           Row (*read)(const JsonReader&), const std::string& kind = {}) {
   for (const JsonReader& json : document.objects("results")) {
+    if (!kind.empty() && json.text("kind", {"point", "equal accuracy"}) != kind) {
+      continue;
+    }
     Row row = read(json);
     row.context = context;
     ++results.contexts[context].rows;
@@ -324,6 +335,9 @@ Results load_results(std::span<const Path> paths) {
       merge(results, results.accuracy, context, reader, read_accuracy);
     } else if (command == "atlas") {
       merge(results, results.atlas, context, reader, read_atlas);
+    } else if (command == "tradeoff") {
+      merge(results, results.tradeoff, context, reader, read_tradeoff, "point");
+      merge(results, results.equal_accuracy, context, reader, read_equal_accuracy, "equal accuracy");
     }
     if (std::ranges::find(results.machines, document.context.machine) == results.machines.end()) {
       results.machines.push_back(document.context.machine);

@@ -2,6 +2,7 @@
 
 #include "harness/report/accuracy_results.hpp"
 #include "harness/report/atlas_results.hpp"
+#include "harness/report/tradeoff_results.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -129,6 +130,8 @@ struct Results {
   std::vector<RunRow> run;
   std::vector<AccuracyRow> accuracy;
   std::vector<AtlasRow> atlas;
+  std::vector<TradeoffRow> tradeoff;
+  std::vector<EqualAccuracyRow> equal_accuracy;
 
   [[nodiscard]] const std::string& machine_of(std::size_t context) const { return contexts[context].machine; }
 
@@ -150,8 +153,8 @@ struct Results {
 };
 
 /// Reads files, or the *.json files of folders. Of the same command, machine, scene, size, backend, device
-/// and mode or method (for accuracy also variant and Poisson ratios) only the newest row stays; a machine's
-/// newest `devices` file replaces the older ones.
+/// and mode or method (for accuracy also variant and Poisson ratios, for tradeoff effort) only the
+/// newest row stays; a machine's newest `devices` file replaces the older ones.
 /// Throws InputError naming file and key for whatever is missing, mistyped or contradicts itself (a row that
 /// "agrees" with differing sites).
 [[nodiscard]] Results load_results(std::span<const std::filesystem::path> paths);

@@ -1,0 +1,73 @@
+#include "reference/elastic_krylov.hpp"
+
+#include "harness/accuracy/deviation.hpp"
+#include "kernels/input_error.hpp"
+#include "test/elastic_checks.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace hdmbench {
+namespace {
+
+using namespace test;
+
+// A random sheet held at its border, whose inside is free.
+ElasticProblem sheet() {
+  ElasticProblem problem = clamped_sheet({33, 27}, [](double x, double y) {
+    return Vector{0.1 * x * y, 0.01 * x * x - 0.3 * y};
+  });
+  problem.modulus = random_sheet(problem.extent).modulus;
+  return problem;
+}
+
+TEST(ElasticKrylov, MeetsTheDirectSolutionToItsTolerance) {
+  const ElasticProblem problem = sheet();
+  for (const double nu : {0.0, 0.3}) {
+    const ElementRule rule = ElementRule::plane_stress(nu);
+    const ReferenceField direct = solve_finite_elements(problem, rule);
+    double before = 1e9;
+    for (const double tolerance : {1e-2, 1e-5, 1e-10}) {
+      const IterativeSolution found = solve_finite_elements_iteratively(problem, rule, tolerance);
+      EXPECT_LE(found.residual, 1.001 * tolerance);
+      EXPECT_GT(found.iterations, 0);
+      const double apart = rmsd(found.displacement, direct);
+      EXPECT_LT(apart, 0.1 * before) << "a smaller tolerance must come nearer";
+      // Displacements are up to 80 px; a smooth error of 4 % of them has forces of 1 % of the right side.
+      EXPECT_LT(apart, 300.0 * tolerance);
+      before = apart;
+    }
+  }
+}
+
+TEST(ElasticKrylov, AnotherMatrixIsSeen) {
+  ElasticProblem problem = sheet();
+  const ElementRule rule = ElementRule::plane_stress(0.3);
+  const ReferenceField direct = solve_finite_elements(problem, rule);
+  problem.modulus[problem.modulus.size() / 2] *= 10.0;
+  EXPECT_GT(rmsd(solve_finite_elements_iteratively(problem, rule, 1e-10).displacement, direct), 1e-4);
+}
+
+TEST(ElasticKrylov, WhatIsPrescribedStaysAsItIs) {
+  ElasticProblem problem = sheet();
+  std::ranges::fill(problem.fixed_x, std::uint8_t{1});
+  std::ranges::fill(problem.fixed_y, std::uint8_t{1});
+  const IterativeSolution found =
+      solve_finite_elements_iteratively(problem, ElementRule::plane_stress(0.3), 1e-6);
+  EXPECT_EQ(found.displacement.x, problem.prescribed.x);
+  EXPECT_EQ(found.iterations, 0);
+}
+
+TEST(ElasticKrylov, RefusesWhatItCannotReach) {
+  const ElasticProblem problem = sheet();
+  const ElementRule rule = ElementRule::plane_stress(0.3);
+  for (const double tolerance : {0.0, 1.0, -1.0, std::nan("")}) {
+    EXPECT_THROW((void)solve_finite_elements_iteratively(problem, rule, tolerance), InputError) << tolerance;
+  }
+  EXPECT_THROW((void)solve_finite_elements_iteratively(problem, rule, 1e-10, 1), InputError);
+}
+
+} // namespace
+} // namespace hdmbench

@@ -1,0 +1,227 @@
+#include "harness/tradeoff/tradeoff.hpp"
+
+#include "backends/registry.hpp"
+#include "harness/median.hpp"
+#include "harness/tradeoff/efforts.hpp"
+#include "harness/tradeoff/equal_accuracy.hpp"
+#include "harness/tradeoff/front.hpp"
+#include "harness/tradeoff/rivals.hpp"
+#include "harness/tradeoff/tradeoff_json.hpp"
+#include "kernels/input_error.hpp"
+#include "test/faulty_backend.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <set>
+#include <thread>
+
+namespace hdmbench {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+TEST(ParetoFront, HasWhatNothingBeats) {
+  const std::vector<CostAndError> points{{3.0, 1.0}, {1.0, 3.0}, {2.0, 2.0},
+                                         {2.5, 2.0}, {3.0, 0.5}, {1.0, 3.0}};
+  EXPECT_THAT(pareto_front(points), ElementsAre(1U, 2U, 4U));
+  EXPECT_THAT(pareto_front({}), IsEmpty());
+}
+
+TEST(ParetoFront, WhatIsNoNumberIsNeverOnIt) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinite = std::numeric_limits<double>::infinity();
+  const std::vector<CostAndError> points{{nan, 0.0},      {0.0, nan}, {-1.0, 0.0},    {0.0, -1.0},
+                                         {0.0, infinite}, {1.0, 1.0}, {infinite, 0.0}};
+  EXPECT_THAT(pareto_front(points), ElementsAre(5U));
+}
+
+TEST(ParetoFront, RandomPointsAreBeatenOrOnIt) {
+  std::mt19937 engine(11);
+  std::vector<CostAndError> points(300);
+  for (CostAndError& point : points) {
+    point = {static_cast<double>(engine() % 50), static_cast<double>(engine() % 50)};
+  }
+  const std::vector<std::size_t> front = pareto_front(points);
+  const auto beats = [](const CostAndError& a, const CostAndError& b) {
+    return a.cost <= b.cost && a.error <= b.error && (a.cost < b.cost || a.error < b.error);
+  };
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const bool on_front = std::ranges::find(front, i) != front.end();
+    const bool beaten =
+        std::ranges::any_of(points, [&](const CostAndError& p) { return beats(p, points[i]); });
+    const bool repeated = std::ranges::any_of(front, [&](std::size_t j) {
+      return j != i && points[j].cost == points[i].cost && points[j].error == points[i].error;
+    });
+    EXPECT_EQ(on_front, !beaten && !repeated) << i;
+  }
+}
+
+TEST(Efforts, EveryMethodHasARisingListWithItsUsualEffort) {
+  for (const Method& method : methods()) {
+    const std::vector<int> all = efforts(method, 70, false);
+    EXPECT_GE(all.size(), 3U) << method.name;
+    EXPECT_TRUE(std::ranges::is_sorted(all)) << method.name;
+    EXPECT_EQ(std::ranges::count(all, usual_effort(method, 70)), 1) << method.name;
+    EXPECT_LT(efforts(method, 70, true).size(), all.size()) << method.name;
+  }
+  EXPECT_EQ(effort_text(find_method("cascade"), 1), "1 iteration on the full resolution");
+  EXPECT_EQ(effort_text(find_method("icm"), 5), "5 iterations per level");
+}
+
+class Tradeoff : public testing::Test {
+protected:
+  SceneTradeoff measured(const std::vector<const Backend*>& backends, const std::vector<std::string>& names,
+                         bool quick = false) {
+    TradeoffOptions options;
+    options.repeats = 2;
+    options.methods = names;
+    options.quick = quick;
+    return measure_tradeoff(scene_, backends, options, progress_);
+  }
+  // The points of icm on one backend.
+  static std::vector<TradeoffPoint> on(const SceneTradeoff& tradeoff, std::string_view backend) {
+    std::vector<TradeoffPoint> points;
+    std::ranges::copy_if(tradeoff.points, std::back_inserter(points),
+                         [&](const TradeoffPoint& point) { return point.backend == backend; });
+    return points;
+  }
+
+  std::vector<std::unique_ptr<Backend>> registry_ = make_backends();
+  const Backend& scalar_ = find_backend(registry_, "scalar");
+  const Backend& openmp_ = find_backend(registry_, "openmp");
+  Scene scene_ = load_scene("circular", {.size = Extent{32, 32}});
+  Progress progress_{false};
+};
+
+TEST_F(Tradeoff, MeasuresMethodsAtAllEffortsAndTheirRivals) {
+  const SceneTradeoff tradeoff = measured({&scalar_, &openmp_}, {"icm", "fem", "fem-cg", "interpolation"});
+  std::set<std::string> efforts_seen;
+  double before = 0.0;
+  for (const TradeoffPoint& point : on(tradeoff, "openmp")) {
+    EXPECT_EQ(point.status, PointStatus::ok) << point.reason;
+    EXPECT_GT(*point.fine_sweep_equivalents, before);
+    before = *point.fine_sweep_equivalents;
+    efforts_seen.insert(point.effort);
+  }
+  EXPECT_EQ(efforts_seen.size(), efforts(find_method("icm"), scene_.schedule.iterations, false).size());
+  EXPECT_EQ(on(tradeoff, "scalar").size(), 1U) << "the usual effort only";
+  for (const TradeoffPoint& point : on(tradeoff, "")) {
+    EXPECT_TRUE(point.is_rival);
+    EXPECT_EQ(point.status, PointStatus::ok) << point.method << ": " << point.reason;
+    EXPECT_EQ(point.seconds.size(), 2U);
+    const bool is_truth = point.method == "fem" && point.poisson_used == 0.0;
+    EXPECT_EQ(point.deviations.to_fem_no_poisson < 1e-12, is_truth) << point.method << point.effort;
+    if (point.effort == "tolerance 1e-06" && point.poisson_used == 0.0) {
+      EXPECT_LT(point.deviations.to_fem_no_poisson, 1e-3);
+    }
+  }
+  EXPECT_EQ(
+      std::ranges::count_if(tradeoff.points, [](const auto& point) { return point.method == "fem-cg"; }), 6);
+}
+
+TEST_F(Tradeoff, SecondsAreSeconds) {
+  using Clock = std::chrono::steady_clock;
+  test::Fault slow{.name = "slow", .in_step = [](int sweeps) {
+                     std::this_thread::sleep_for(std::chrono::milliseconds(5));
+                     return sweeps;
+                   }};
+  const test::FaultyBackend backend(scalar_, slow);
+  const auto start = Clock::now();
+  const SceneTradeoff tradeoff = measured({&backend}, {"icm"}, true);
+  const double wall = std::chrono::duration<double>(Clock::now() - start).count();
+  ASSERT_FALSE(tradeoff.points.empty());
+  double sum = 0.0;
+  for (const TradeoffPoint& point : tradeoff.points) {
+    // One call of step, at least 5 ms, per level.
+    EXPECT_GE(median(point.seconds), 0.005 * 5) << "32 x 32 has six levels";
+    sum += median(point.seconds);
+  }
+  EXPECT_LE(sum, wall);
+}
+
+struct Spoilt {
+  test::Fault fault;
+  PointStatus status;
+  const char* reason;
+};
+
+TEST_F(Tradeoff, PlantedFaultsAreKeptWithTheirReason) {
+  const auto spoil = [](float value) {
+    return [value](VectorField& field) { field.x[field.x.size() / 2] += value; };
+  };
+  const std::vector<Spoilt> cases{
+      {{.name = "one bit",
+        .in_read = [](VectorField& field) { field.y.back() = std::nextafter(field.y.back(), 99.0F); }},
+       PointStatus::unverified,
+       "sites differ from scalar"},
+      {{.name = "nan", .in_read = spoil(std::nanf(""))}, PointStatus::failed, "not finite"},
+      {{.name = "far off", .in_read = spoil(1e6F)}, PointStatus::failed, "diverged"},
+      {{.name = "throws", .in_step = [](int) -> int { throw DeviceError("the device is lost"); }},
+       PointStatus::failed,
+       "the device is lost"}};
+  for (const Spoilt& spoilt : cases) {
+    const test::FaultyBackend faulty(scalar_, spoilt.fault);
+    SceneTradeoff tradeoff = measured({&scalar_, &faulty}, {"icm"});
+    const std::vector<TradeoffPoint> points = on(tradeoff, spoilt.fault.name);
+    ASSERT_EQ(points.size(), 1U) << spoilt.fault.name << ": a point that fails must not be dropped";
+    EXPECT_EQ(points[0].status, spoilt.status) << spoilt.fault.name << ": " << points[0].reason;
+    EXPECT_THAT(points[0].reason, HasSubstr(spoilt.reason));
+    // Not even where it would win.
+    for (TradeoffPoint& point : tradeoff.points) {
+      if (point.backend == spoilt.fault.name) {
+        point.seconds = {1e-9};
+        point.deviations.to_fem_no_poisson = 1e-9;
+      }
+    }
+    mark_front(tradeoff.points);
+    EXPECT_FALSE(on(tradeoff, spoilt.fault.name)[0].is_on_front) << spoilt.fault.name;
+    const auto rows = to_json(scene_, tradeoff, compare_at(tradeoff.points, 0.5));
+    EXPECT_EQ(rows.size(), tradeoff.points.size() + 1);
+  }
+}
+
+TEST_F(Tradeoff, UnknownMethodsAreRefused) {
+  EXPECT_THROW((void)measured({&scalar_}, {"icm", "magic"}), InputError);
+}
+
+TradeoffPoint point(const char* method, std::vector<double> seconds, double error, bool rival) {
+  TradeoffPoint result;
+  result.method = method;
+  result.seconds = std::move(seconds);
+  result.deviations.to_fem_no_poisson = error;
+  result.is_rival = rival;
+  result.poisson_used = rival ? std::optional(0.0) : std::nullopt;
+  return result;
+}
+
+TEST(EqualAccuracy, TakesTheFastestOnBothSides) {
+  std::vector<TradeoffPoint> points{
+      point("icm", {2.0, 2.0, 2.5}, 0.2, false), point("cascade", {0.9, 1.0, 1.2}, 0.3, false),
+      point("closed-form", {0.1}, 0.4, false),   point("fem", {4.0, 5.0, 6.0}, 0.0, true),
+      point("fem-cg", {2.0}, 0.5, true),         point("fem-cg", {3.0}, 0.1, true)};
+  EqualAccuracy equal = compare_at(points, 0.35);
+  ASSERT_NE(equal.ours, nullptr);
+  EXPECT_EQ(equal.ours->method, "cascade");
+  EXPECT_DOUBLE_EQ(equal.nearest, 0.2);
+  EXPECT_DOUBLE_EQ(equal.direct->ratio, 5.0);
+  EXPECT_DOUBLE_EQ(equal.direct->low, 4.0 / 1.2);
+  EXPECT_DOUBLE_EQ(equal.direct->high, 6.0 / 0.9);
+  EXPECT_DOUBLE_EQ(equal.iterative->ratio, 3.0);
+  EXPECT_FALSE(equal.coarse);
+  points[1].status = PointStatus::unverified;
+  EXPECT_EQ(compare_at(points, 0.35).ours->method, "icm");
+  equal = compare_at(points, 0.1);
+  EXPECT_EQ(equal.ours, nullptr);
+  EXPECT_FALSE(equal.direct);
+}
+
+} // namespace
+} // namespace hdmbench
