@@ -198,7 +198,8 @@ void CommonArguments::add_to(CLI::App& command) {
   command.add_option("--threads", session.threads, "CPU threads (0: all)")->check(CLI::NonNegativeNumber);
   schedule.add_to(command);
   command
-      .add_option("--methods", methods, "Several methods with commas, or all of them, instead of --method")
+      .add_option("--methods", methods,
+                  "Several methods with commas, or all of them, instead of --method (tradeoff: rivals too)")
       ->delimiter(',')
       ->excludes("--method");
   command.add_flag("--quick", quick, "A shorter run; the results say so");

@@ -6,7 +6,9 @@
 #include "harness/diagnosis/folding.hpp"
 #include "harness/file_output.hpp"
 #include "harness/images.hpp"
+#include "harness/methods/method.hpp"
 #include "harness/methods/solver.hpp"
+#include "harness/planner/plan_text.hpp"
 #include "harness/solve.hpp"
 #include "harness/table.hpp"
 #include "kernels/input_error.hpp"
@@ -27,6 +29,22 @@ struct Arguments {
   SceneArguments scene;
   fs::path output = "hdmbench-output";
   fs::path json;
+  std::string accuracy; ///< "0.2px"; empty: not asked for
+  std::string within;   ///< "10ms"; empty: not asked for
+  bool explain = false;
+
+  [[nodiscard]] bool asks() const { return !accuracy.empty() || !within.empty(); }
+  /// Throws InputError.
+  [[nodiscard]] Request request() const {
+    Request wanted;
+    if (!accuracy.empty()) {
+      wanted.accuracy = parse_pixels(accuracy);
+    }
+    if (!within.empty()) {
+      wanted.seconds = parse_seconds(within);
+    }
+    return wanted;
+  }
 };
 
 /// File names by what they show, relative to `folder`.
@@ -67,8 +85,29 @@ Warnings find_warnings(const Scene& scene, const Solution& solution) {
   return warnings;
 }
 
-void run_scene(const Arguments& arguments, const std::string& line) {
-  const Scene scene = arguments.scene.load();
+/// A request is a method of its own, so what belongs to another one has no meaning beside it. Throws
+/// InputError.
+void require_meaning(const Arguments& arguments) {
+  const ScheduleOverrides& schedule = arguments.scene.schedule;
+  if (!arguments.asks() && arguments.explain) {
+    throw InputError("--explain explains a plan; ask for one with --accuracy or --within");
+  }
+  if (arguments.asks() &&
+      (schedule.iterations || schedule.start_level || schedule.stop || schedule.epsilon || schedule.update ||
+       schedule.steps || schedule.relaxation || !schedule.temperatures.empty() || schedule.method)) {
+    throw InputError(
+        "--accuracy and --within choose method, levels and iterations themselves; leave out --method, "
+        "--iterations, --start-level, --stop, --epsilon, --update and --steps");
+  }
+}
+
+int run_scene(const Arguments& arguments, const std::string& line) {
+  require_meaning(arguments);
+  const Request request = arguments.request();
+  Scene scene = arguments.scene.load();
+  if (arguments.asks()) {
+    use_method(scene, find_method("multigrid"));
+  }
   const auto registry = make_backends();
   const Backend& backend = arguments.scene.choose(registry, scene);
   const Device device = backend.device(arguments.scene.session);
@@ -84,8 +123,15 @@ void run_scene(const Arguments& arguments, const std::string& line) {
   Progress progress;
   progress.set_total(site_updates(scene));
   progress.describe(fmt::format("run {} on {}", scene.name, backend.name()));
-  const Solution solution =
-      Solver(backend, arguments.scene.session).solve(scene, progress, {.last_changed = true});
+  std::optional<Plan> plan;
+  Solution solution;
+  if (arguments.asks()) {
+    std::vector<std::unique_ptr<Session>> sessions;
+    plan = solve_as_needed(scene, request, backend, arguments.scene.session, sessions, progress);
+    solution = plan->solution;
+  } else {
+    solution = Solver(backend, arguments.scene.session).solve(scene, progress, {.last_changed = true});
+  }
   progress.clear();
   const Warnings warnings = find_warnings(scene, solution);
 
@@ -93,8 +139,17 @@ void run_scene(const Arguments& arguments, const std::string& line) {
   const double energy = mean_energy(scene.full, solution.displacement);
   const double largest = largest_magnitude(solution.displacement);
   fmt::print("{}\n{} x {} pixels of {:.4g} mm, {} on {} ({})\n\n", scene.title, scene.extent().width,
-             scene.extent().height, scene.spacing, method_name(scene.schedule), backend.name(), device.name);
-  print_levels(solution);
+             scene.extent().height, scene.spacing, plan ? "as needed" : method_name(scene.schedule),
+             backend.name(), device.name);
+  if (plan && arguments.explain) {
+    fmt::print("{}", plan_text(scene, request, *plan));
+  } else if (!plan) {
+    print_levels(solution);
+  }
+  if (plan) {
+    fmt::print("\n  {}; {:.3g} sweeps over the full resolution in all\n", plan->outcome,
+               fine_sweep_equivalents(*plan));
+  }
   fmt::print("\n  mean energy {:.6g}, largest displacement {:.4g} px, {} iterations in {:.3g} s\n", energy,
              largest, iterations, solution.timings.total());
   if (solution.estimated_error) {
@@ -108,7 +163,7 @@ void run_scene(const Arguments& arguments, const std::string& line) {
                      {"height", scene.extent().height},
                      {"backend", backend.name()},
                      {"device", device.name},
-                     {"method", method_name(scene.schedule)},
+                     {"method", plan ? "as needed" : method_name(scene.schedule)},
                      {"seconds", solution.timings.total()},
                      {"levels", solution.levels.size()},
                      {"iterations", iterations},
@@ -116,6 +171,9 @@ void run_scene(const Arguments& arguments, const std::string& line) {
                      {"largest_displacement", largest},
                      {"spacing", scene.spacing},
                      {"warnings", warnings_json(warnings)}};
+  if (plan) {
+    row["plan"] = plan_json(scene, request, *plan);
+  }
   if (have_images()) {
     const std::string field = scene.name + ".nrrd";
     write_displacement(arguments.output / field, solution.displacement, scene.spacing);
@@ -138,11 +196,12 @@ void run_scene(const Arguments& arguments, const std::string& line) {
   if (!arguments.json.empty()) {
     write_results(arguments.json, "run", run_context(line, false), nlohmann::json::array({row}));
   }
+  return !plan || plan->met ? success : disagreement;
 }
 
 } // namespace
 
-void add_run(CLI::App& program, const std::string& arguments, int& /*status*/) {
+void add_run(CLI::App& program, const std::string& arguments, int& status) {
   auto* command = program.add_subcommand(
       "run", "Solve one scene; write the displacement as NRRD, and the "
              "picture before and after, the deformed grid and\n"
@@ -153,7 +212,18 @@ void add_run(CLI::App& program, const std::string& arguments, int& /*status*/) {
   command->add_option("--output", own->output, "Folder for the files, made if missing")
       ->capture_default_str();
   command->add_option("--json", own->json, "Write the result to this file");
-  command->callback([own, arguments] { run_scene(*own, arguments); });
+  const auto* const group = "No more than the scene needs";
+  command
+      ->add_option("--accuracy", own->accuracy,
+                   "Distance from the fixed point that is good enough, RMS, as 0.2px: levels and cycles "
+                   "follow from the "
+                   "scene; exit status 1 where the estimate is above it")
+      ->group(group);
+  command
+      ->add_option("--within", own->within, "The time there is, as 10ms or 2s: the best field and its error")
+      ->group(group);
+  command->add_flag("--explain", own->explain, "Print the plan, step by step, and why")->group(group);
+  command->callback([own, arguments, &status] { status = run_scene(*own, arguments); });
 }
 
 } // namespace hdmbench::commands

@@ -3,6 +3,7 @@
 #include "harness/context.hpp"
 #include "harness/file_output.hpp"
 #include "harness/median.hpp"
+#include "harness/planner/plan_text.hpp"
 #include "harness/table.hpp"
 #include "harness/tradeoff/equal_accuracy.hpp"
 #include "harness/tradeoff/rivals.hpp"
@@ -16,6 +17,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <utility>
 
 namespace hdmbench::commands {
 
@@ -23,7 +25,6 @@ namespace {
 
 struct Arguments : CommonArguments {
   int repeats = 3;
-  std::vector<std::string> methods;
   std::string at = "0.35px";
   bool all = false;
 };
@@ -31,18 +32,6 @@ struct Arguments : CommonArguments {
 std::vector<std::string> scenes_by_default(bool quick) {
   return quick ? std::vector<std::string>{"square"}
                : std::vector<std::string>{"square", "circular", "circular-radial", "brain"};
-}
-
-double parse_pixels(const std::string& text) {
-  double pixels = 0.0;
-  const auto result = std::from_chars(text.data(), text.data() + text.size(), pixels);
-  const std::string_view unit(result.ptr, static_cast<std::size_t>(text.data() + text.size() - result.ptr));
-  if (result.ec != std::errc{} || (unit != "px" && !unit.empty()) || !std::isfinite(pixels) ||
-      pixels <= 0.0) {
-    throw InputError(
-        fmt::format("the accuracy \"{}\" is not understood; give pixels above 0, as 0.35px", text));
-  }
-  return pixels;
 }
 
 std::string seconds_text(double seconds) {
@@ -101,6 +90,23 @@ std::string without_numbers(std::string reason) {
 }
 
 /// One line per status and kind of reason, with the first reason of that kind.
+void print_requests(const SceneTradeoff& tradeoff) {
+  Table table({{"asked px"}, {"estimated"}, {"reached"}, {"fine sweeps"}, {"seconds"}});
+  bool any = false;
+  for (const TradeoffPoint& point : tradeoff.points) {
+    if (point.asked && !point.seconds.empty()) {
+      any = true;
+      table.add({fmt::format("{:.3g}", *point.asked), point.estimated ? pixels_text(*point.estimated) : "",
+                 pixels_text(point.deviations.to_fixed_point),
+                 fmt::format("{:.3g}", *point.fine_sweep_equivalents), seconds_text(median(point.seconds))});
+    }
+  }
+  if (any) {
+    fmt::print("\n  run --accuracy: RMSD to the fixed point as asked for, as estimated and as it is\n\n{}",
+               table.text());
+  }
+}
+
 void print_failures(const SceneTradeoff& tradeoff) {
   struct Kind {
     std::string reason{};
@@ -185,6 +191,11 @@ int run_tradeoff(Arguments& arguments, const std::string& line) {
         "tradeoff runs the methods at efforts of its own; leave out --method, --iterations, --update "
         "and --steps, and choose with --methods");
   }
+  // Among them rivals and requests, which load_scenes does not know.
+  std::vector<std::string> methods = std::exchange(arguments.methods, {});
+  if (methods == std::vector<std::string>{"all"}) {
+    methods.clear();
+  }
   const auto registry = make_backends();
   const std::vector<const Backend*> backends = arguments.choose(registry);
   Progress progress;
@@ -198,11 +209,18 @@ int run_tradeoff(Arguments& arguments, const std::string& line) {
     const TradeoffOptions options{
         .session = arguments.session,
         .repeats = arguments.repeats,
-        .methods = arguments.methods,
+        .methods = methods,
         .quick = arguments.quick,
-        .command = [&](std::string_view method, std::optional<int> effort, std::string_view backend) {
-          return repeat(arguments, scene, method, effort, backend);
-        }};
+        .command =
+            [&](std::string_view method, std::optional<int> effort, std::string_view backend) {
+              return repeat(arguments, scene, method, effort, backend);
+            },
+        .request_command =
+            [&](double asked, std::string_view backend) {
+              return fmt::format("hdmbench run {} --size {}x{} --accuracy {}px --explain --backend {}{}",
+                                 shell_word(scene.source), scene.extent().width, scene.extent().height, asked,
+                                 backend, arguments.schedule.text());
+            }};
     const SceneTradeoff tradeoff = measure_tradeoff(scene, backends, options, progress);
     progress.clear();
     const auto failures = std::ranges::count_if(
@@ -213,6 +231,7 @@ int run_tradeoff(Arguments& arguments, const std::string& line) {
     const EqualAccuracy equal = compare_at(tradeoff.points, target);
     print_points(tradeoff, arguments.all);
     print_equal_accuracy(equal);
+    print_requests(tradeoff);
     print_failures(tradeoff);
     std::fflush(stdout); // into a pipe too: the next scene may take long
     for (auto& row : to_json(scene, tradeoff, equal)) {
@@ -239,12 +258,6 @@ void add_tradeoff(CLI::App& program, const std::string& arguments, int& status) 
       "scalar's to the bit.");
   const auto own = std::make_shared<Arguments>();
   own->add_to(*command);
-  command
-      ->add_option(
-          "--methods", own->methods,
-          "Methods with commas (none: all), among them the rivals fem, fem-cg, fem-coarse, fixed-point, "
-          "interpolation")
-      ->delimiter(',');
   command->add_option("--at", own->at, "Accuracy at which the fastest are compared: RMSD to FEM with nu 0")
       ->capture_default_str();
   command->add_option("--repeat", own->repeats, "Samples per point, fewer where they take long")

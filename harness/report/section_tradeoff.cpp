@@ -203,10 +203,35 @@ std::string equal_accuracy_table(const std::vector<EqualAccuracyRow>& rows) {
          "allow.</p>\n";
 }
 
+std::string requests_table(const std::vector<TradeoffScene>& scenes) {
+  std::string rows;
+  for (const TradeoffScene& scene : scenes) {
+    for (const TradeoffRow& row : scene.rows) {
+      if (row.asked) {
+        const std::string remark =
+            row.status == "ok" ? "" : fmt::format("<small class=\"disagree\">{}</small>", escape(row.reason));
+        rows += fmt::format("<tr><th scope=\"row\">{}{}</th>", escape(scene.name), remark) +
+                number_cell(row.asked) + number_cell(row.estimated) + number_cell(row.to_fixed_point) +
+                number_cell(row.fine_sweep_equivalents) +
+                fmt::format("<td class=\"number\">{}</td></tr>\n",
+                            row.seconds_median ? seconds_text(*row.seconds_median) : "");
+      }
+    }
+  }
+  return rows.empty()
+             ? ""
+             : table_start("accuracy", {"run --accuracy", ">Asked, px", ">Estimated, px", ">Reached, px",
+                                        ">Fine sweeps", ">Seconds"}) +
+                   rows + std::string(table_end) +
+                   "<p class=\"empty\">No more than the scene needs: levels and cycles follow from the "
+                   "accuracy asked for. RMSD to the fixed point.</p>\n";
+}
+
 std::string machine_html(const Results& results, const std::string& machine, Anchors& anchors) {
   const std::vector<TradeoffRow> rows = results.of(results.tradeoff, machine);
   const std::vector<TradeoffScene> scenes = scenes_of(rows);
-  std::string html = equal_accuracy_table(results.of(results.equal_accuracy, machine));
+  std::string html =
+      equal_accuracy_table(results.of(results.equal_accuracy, machine)) + requests_table(scenes);
   html += "<div class=\"tradeoff\">\n" + switches(anchors) + legend(rows) + "<div class=\"charts\">\n";
   if (scenes.size() > 1) {
     html +=

@@ -59,6 +59,8 @@ TradeoffRow read_tradeoff(const JsonReader& json) {
   row.seconds = json.numbers("seconds");
   row.seconds_median = read_optional(json, "seconds_median");
   row.fine_sweep_equivalents = read_optional(json, "fine_sweep_equivalents");
+  row.asked = read_optional(json, "asked");
+  row.estimated = read_optional(json, "estimated_error");
   row.to_fem_nu0 = read_optional(json, "rmsd_to_fem_nu0");
   row.to_fem = read_optional(json, "rmsd_to_fem");
   row.to_fixed_point = read_optional(json, "rmsd_to_fixed_point");

@@ -30,6 +30,8 @@ struct TradeoffRow {
   std::vector<double> seconds; ///< raw samples; never empty where ok
   std::optional<double> seconds_median;
   std::optional<double> fine_sweep_equivalents;
+  std::optional<double> asked;      ///< accuracy asked for, pixels; only of points that asked
+  std::optional<double> estimated;  ///< RMSD to the fixed point as the method estimates it, pixels
   std::optional<double> to_fem_nu0; ///< RMSD in pixels, as the next two; all three there where ok
   std::optional<double> to_fem;
   std::optional<double> to_fixed_point;

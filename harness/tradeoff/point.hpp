@@ -19,6 +19,9 @@ enum class PointStatus {
   skipped,    ///< the backend is not there or does not update in this order
 };
 
+/// The method name of points that were asked for by accuracy (harness/planner/).
+inline constexpr std::string_view requested_name = "as-needed";
+
 /// In results, in the order of the enumerators.
 inline constexpr std::array<std::string_view, 4> status_names{"ok", "unverified", "failed", "skipped"};
 
@@ -42,8 +45,10 @@ struct TradeoffPoint {
   Deviations deviations;       ///< where there are seconds
   double mean_energy = 0.0;    ///< where there are seconds
   std::optional<double>
-      fine_sweep_equivalents; ///< site updates over sites of the full image; none for rivals
-  bool is_on_front = false;   ///< median seconds against RMSD to FEM nu 0, over all points of status ok
+      fine_sweep_equivalents;        ///< site updates over sites of the full image; none for rivals
+  std::optional<double> asked{};     ///< of requested_name: the accuracy asked for, pixels
+  std::optional<double> estimated{}; ///< RMSD to the fixed point as the method itself estimates it, pixels
+  bool is_on_front = false; ///< median seconds against RMSD to FEM nu 0, over all points of status ok
 };
 
 } // namespace hdmbench

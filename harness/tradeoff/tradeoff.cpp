@@ -4,6 +4,7 @@
 #include "harness/median.hpp"
 #include "harness/methods/method.hpp"
 #include "harness/methods/solver.hpp"
+#include "harness/planner/plan_text.hpp"
 #include "harness/tradeoff/efforts.hpp"
 #include "harness/tradeoff/front.hpp"
 #include "harness/tradeoff/rivals.hpp"
@@ -15,6 +16,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <memory>
 #include <numeric>
 
 namespace hdmbench {
@@ -66,7 +68,7 @@ public:
       places_.emplace_back(*backend, options.session);
     }
     for (const std::string& name : options.methods) {
-      if (std::ranges::find(rival_names, name) == rival_names.end()) {
+      if (name != requested_name && std::ranges::find(rival_names, name) == rival_names.end()) {
         (void)find_method(name); // throws
       }
     }
@@ -81,6 +83,9 @@ public:
       if (is_wanted(method.name)) {
         measure_method(method);
       }
+    }
+    if (is_wanted(requested_name)) {
+      measure_requests();
     }
     for (const Rival& rival : rivals(scene_, result_.truths, options_.quick)) {
       if (is_wanted(rival.name)) {
@@ -99,9 +104,9 @@ private:
   [[nodiscard]] int repeats() const { return options_.quick ? 1 : options_.repeats; }
 
   /// Where a method is measured at all its efforts.
-  [[nodiscard]] const Place& main_place(Update update) const {
+  [[nodiscard]] Place& main_place(Update update) {
     for (const std::string_view name : {"openmp", "scalar"}) {
-      for (const Place& place : places_) {
+      for (Place& place : places_) {
         if (place.backend.name() == name && place.missing.empty() && place.backend.supports(update)) {
           return place;
         }
@@ -136,6 +141,47 @@ private:
     }
   }
 
+  /// What `run --accuracy` gives. Its sweeps are multigrid's, whose bits are checked there; a plan may differ
+  /// from backend to backend only where it is told to hurry.
+  void measure_requests() {
+    for (const double asked :
+         options_.quick ? std::vector{1.0, 0.1} : std::vector{2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02}) {
+      Place& place = main_place(Update::coloured);
+      TradeoffPoint& point = result_.points.emplace_back();
+      point.method = requested_name;
+      point.effort = fmt::format("{:.3g} px asked", asked);
+      point.is_usual = asked == 0.1;
+      point.backend = place.backend.name();
+      point.device = place.device;
+      point.asked = asked;
+      point.command = options_.request_command ? options_.request_command(asked, point.backend) : "";
+      progress_.describe(fmt::format("tradeoff {}: {}", scene_.name, point.effort));
+      Plan plan;
+      try {
+        Progress silent(false);
+        const auto solve = [&] {
+          plan = solve_as_needed(scene_, {.accuracy = asked}, place.backend, options_.session, sessions_,
+                                 silent);
+        };
+        solve(); // sessions are opened
+        sample(point, [&] {
+          const auto start = std::chrono::steady_clock::now();
+          solve();
+          return seconds_since(start);
+        });
+      } catch (const std::exception& error) {
+        point.seconds.clear();
+        fail(point, PointStatus::failed, error.what());
+        continue;
+      }
+      point.fine_sweep_equivalents = fine_sweep_equivalents(plan);
+      point.estimated = plan.solution.estimated_error;
+      if (judge(point, ReferenceField(plan.solution.displacement)) && !plan.met) {
+        fail(point, PointStatus::failed, plan.outcome);
+      }
+    }
+  }
+
   /// What the reference computes where it is not timed.
   void find_expected(const Scene& scene, Place& reference) {
     progress_.describe(fmt::format("tradeoff {}: {} {} on {}", scene.name, scene.schedule.method,
@@ -166,8 +212,9 @@ private:
       Progress silent(false);
       (void)place.solver.solve(once, silent);
       sample(point, [&] {
+        const auto start = std::chrono::steady_clock::now();
         solution = place.solver.solve(scene, progress_);
-        return solution.timings.total();
+        return seconds_since(start);
       });
     } catch (
         const std::exception& error) { // DeviceError, InputError, or a fault of a method: a point, not an end
@@ -259,9 +306,10 @@ private:
   const Scene& scene_;
   const TradeoffOptions& options_;
   Progress& progress_;
-  std::vector<Place> places_; ///< the reference first
-  double bound_ = 0.0;        ///< pixels; a component beyond has diverged
-  VectorField expected_;      ///< the reference's field for the present setting; empty: it has none
+  std::vector<Place> places_;                      ///< the reference first
+  std::vector<std::unique_ptr<Session>> sessions_; ///< of the requests
+  double bound_ = 0.0;                             ///< pixels; a component beyond has diverged
+  VectorField expected_; ///< the reference's field for the present setting; empty: it has none
   std::string reason_without_expected_;
   SceneTradeoff result_;
 };

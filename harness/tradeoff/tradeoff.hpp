@@ -22,6 +22,8 @@ struct TradeoffOptions {
   /// and no backend.
   std::function<std::string(std::string_view method, std::optional<int> effort, std::string_view backend)>
       command{};
+  /// The same of a request for an accuracy in pixels.
+  std::function<std::string(double asked, std::string_view backend)> request_command{};
 };
 
 struct SceneTradeoff {

@@ -36,6 +36,12 @@ json point_json(const Scene& scene, const TradeoffPoint& point) {
   if (point.poisson_used) {
     row["poisson_used"] = *point.poisson_used;
   }
+  if (point.asked) {
+    row["asked"] = *point.asked;
+  }
+  if (point.estimated) {
+    row["estimated_error"] = *point.estimated;
+  }
   if (point.seconds.empty()) {
     return row;
   }
