@@ -63,9 +63,8 @@ void add_target(std::vector<double>& missing, const std::vector<float>& target,
 
 CorrectionCycle::CorrectionCycle(const Scene& scene, const Backend& backend, const SessionOptions& options,
                                  std::vector<std::unique_ptr<Session>>& sessions)
-    : backend_(backend), options_(options), sessions_(sessions), alignment_(scene.schedule.alignment) {
-  const Stopwatch watch(timings_.projection);
-  const Material material = scene.schedule.mean_modulus ? Material::mean : Material::nearest;
+    : scene_(scene), backend_(backend), options_(options), sessions_(sessions),
+      alignment_(scene.schedule.alignment) {
   const std::vector<Extent> extents = pyramid_extents(scene.extent());
   for (std::size_t index = 0; index < extents.size(); ++index) {
     const int longer = longer_side(extents[index]);
@@ -74,19 +73,27 @@ CorrectionCycle::CorrectionCycle(const Scene& scene, const Backend& backend, con
     }
     auto level = std::make_unique<CycleLevel>();
     level->index = static_cast<int>(index);
-    const Extent extent = scaled(scene.extent(), longer);
-    level->level = index == 0 ? scene.full : sample_level(scene.full, extent, alignment_, material);
-    prepare(level->level);
-    level->gradient.emplace(level->level, Observations::ignored);
-    if (!levels_.empty()) {
-      CycleLevel& finer = *levels_.back();
-      finer.to_coarser.emplace(finer.level, extent, alignment_);
-    }
+    level->extent = scaled(scene.extent(), longer);
     levels_.push_back(std::move(level));
-    if (extent.sites() <= most_coarsest_sites) {
+    if (levels_.back()->extent.sites() <= most_coarsest_sites) {
       break;
     }
   }
+}
+
+CorrectionCycle::CycleLevel& CorrectionCycle::built(int position) {
+  CycleLevel& here = at(position);
+  if (!here.is_built) {
+    const Material material = scene_.schedule.mean_modulus ? Material::mean : Material::nearest;
+    here.level = position == 0 ? scene_.full : sample_level(scene_.full, here.extent, alignment_, material);
+    prepare(here.level);
+    here.gradient.emplace(here.level, Observations::ignored);
+    if (position < coarsest()) {
+      here.to_coarser.emplace(here.level, extent(position + 1), alignment_);
+    }
+    here.is_built = true;
+  }
+  return here;
 }
 
 Session& CorrectionCycle::session(int position) {
@@ -102,11 +109,11 @@ Session& CorrectionCycle::session(int position) {
 
 void CorrectionCycle::hold(int position, const VectorField& held) {
   const Stopwatch watch(timings_.projection);
-  at(position).level.confidence = held;
+  built(position).level.confidence = held;
   for (int i = position; i <= coarsest(); ++i) {
     hold_unconnected(at(i).level.confidence);
     if (i < coarsest()) {
-      at(i + 1).level.confidence = at(i).to_coarser->restrict_held(at(i).level.confidence);
+      built(i + 1).level.confidence = at(i).to_coarser->restrict_held(at(i).level.confidence);
     }
   }
 }
@@ -166,7 +173,7 @@ std::vector<LevelResult> CorrectionCycle::work() const {
   for (const auto& level : levels_) {
     const int per_iteration = sweeps_per_iteration(level->level.update);
     results.push_back({.level = level->index,
-                       .extent = level->level.extent,
+                       .extent = level->extent,
                        .iterations = (level->sweeps + per_iteration - 1) / per_iteration,
                        .residuals = level->residuals});
   }

@@ -28,7 +28,7 @@ public:
 
   /// Position of the coarsest level, at most 256 sites.
   [[nodiscard]] int coarsest() const { return static_cast<int>(levels_.size()) - 1; }
-  [[nodiscard]] Extent extent(int position) const { return at(position).level.extent; }
+  [[nodiscard]] Extent extent(int position) const { return at(position).extent; }
   /// Index of the level in pyramid_extents().
   [[nodiscard]] int index(int position) const { return at(position).index; }
   /// Sweeps before as well as after a coarser level answers, in iterations; 1 at first.
@@ -51,7 +51,9 @@ public:
 private:
   struct CycleLevel {
     int index = 0;
-    Level level{}; ///< target: what is missing; confidence: 1 where held
+    Extent extent{};
+    bool is_built = false; ///< whether what follows is there: a fine level may never be needed
+    Level level{};         ///< target: what is missing; confidence: 1 where held
     std::optional<Residual> gradient{};
     std::optional<Restriction> to_coarser{};
     ResidualField residual{};
@@ -63,11 +65,14 @@ private:
   [[nodiscard]] const CycleLevel& at(int position) const {
     return *levels_[static_cast<std::size_t>(position)];
   }
+  /// Samples the level, and what hands its residual to the next coarser one, unless that was done.
+  CycleLevel& built(int position);
   [[nodiscard]] Session& session(int position);
   /// Improves e, from 0, on a level whose target is set.
   [[nodiscard]] VectorField improved(int position, int visits);
   void restrict_missing(int position, const VectorField& correction);
 
+  const Scene& scene_;
   const Backend& backend_;
   SessionOptions options_;
   std::vector<std::unique_ptr<Session>>& sessions_;

@@ -17,7 +17,7 @@ namespace {
 
 /// What a cycle leaves of an error at best: the first corrections, fast to fall, promise more than the last
 /// ones keep.
-constexpr double best_contraction = 0.35;
+constexpr double best_contraction = 0.4;
 constexpr double worst_contraction = 0.9;
 /// From here on a Krylov method takes the cycle for its preconditioner.
 constexpr double slow_contraction = 0.55;
@@ -213,7 +213,7 @@ private:
           std::clamp(std::max(moved / last_moved_, 0.7 * contraction_), best_contraction, worst_contraction);
     }
     // A slow part of the error may hide from one correction.
-    error_ = std::max(error_after_cycle(moved), smallest_progress * error_);
+    error_ = std::max(error_after_cycle(moved), (slow ? slow_progress : smallest_progress) * error_);
     last_moved_ = moved;
     note(multigrid_.extent(0), slow ? "Krylov steps" : "cycle",
          request_.accuracy ? fmt::format("{:.3g} px are asked for", *request_.accuracy)
@@ -259,6 +259,7 @@ private:
   static constexpr double gap_share = 0.25;
   /// No correction is believed to leave less than this share of the error estimated before it.
   static constexpr double smallest_progress = 0.03;
+  static constexpr double slow_progress = 0.3; ///< where cycles alone are slow
   /// Pixels: corrections below it say nothing of the contraction.
   static constexpr double smallest_move = 1e-5;
 
