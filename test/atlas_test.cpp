@@ -73,7 +73,7 @@ const std::vector<Pinned> pins{
     {"start-level-early", "cascade", NAN, NAN, 0.5, 0.1},
     {"alignment", "icm", NAN, NAN, 0.05, 0.0},
     {"alignment", "icm, center", 16, 4, 0.2, 5},
-    {"alignment", "cascade, center", 16, 4, 0.1, 5},
+    {"alignment", "cascade, center", 16, 4, 0.15, 5},
     {"step-quantum", "icm", 0.1, 1, 0.1, 0.4},
     {"step-quantum", "closed-form", NAN, NAN, 0.1, 0.0},
     {"growing-image", "icm", NAN, NAN, 0.2, 0.03},

@@ -65,6 +65,7 @@ TEST(BeforeTheRun, ConditionsTravelOneSitePerIteration) {
   Scene scene = pulled_scene({65, 9}, 5.0F);
   know_column(scene, 0, 5.0F); // from both sides to the middle
   scene.schedule.rule = Rule::closed_form;
+  scene.full.rule = Rule::closed_form; // the level is stepped by hand
   scene.full.strengths = {1.0F};
   set_inverse_curvature(scene.full);
   const auto backends = make_backends();

@@ -12,16 +12,6 @@ namespace hdmbench::diagnosis {
 
 namespace {
 
-/// Schedule::iterations on a level, with growth and cap.
-int iterations_of(const Schedule& schedule, Extent full, Extent level) {
-  const double side = std::max(level.width, level.height);
-  double grown = schedule.iterations * std::pow(std::max(full.width, full.height) / side, schedule.growth);
-  if (schedule.most_per_side > 0.0) {
-    grown = std::min(grown, std::max<double>(schedule.iterations, schedule.most_per_side * side));
-  }
-  return static_cast<int>(std::min(std::round(grown), 1e6));
-}
-
 /// Full resolution sites per site of a level, along the axis where they are most.
 double spacing_of(Extent full, Extent level) {
   return std::max(static_cast<double>(full.width) / level.width,
@@ -53,8 +43,7 @@ void check_reach(const Scene& scene, Warnings& warnings) {
     const VectorField before = index == levels.order().front()
                                    ? VectorField(level.extent)
                                    : prolongate(informed, level.extent, schedule.alignment);
-    const int way =
-        iterations_of(schedule, scene.extent(), level.extent) * sweeps_per_iteration(level.update);
+    const int way = levels.iterations(index) * sweeps_per_iteration(level.update);
     informed = VectorField(level.extent);
     const auto spread = [&](const std::vector<float>& from, const std::vector<float>& present,
                             std::vector<float>& to) {
@@ -90,14 +79,13 @@ void check_reach(const Scene& scene, Warnings& warnings) {
 
 /// A sweep moves a component by the largest candidate at most, and interpolation invents no displacement.
 void check_steps(const Scene& scene, Warnings& warnings) {
-  const Schedule& schedule = scene.schedule;
   if (scene.schedule.rule != Rule::steps) {
     return;
   }
   const LevelSequence levels(scene);
   double iterations = 0.0;
   for (const int index : levels.order()) {
-    iterations += iterations_of(schedule, scene.extent(), levels.extent(index));
+    iterations += levels.iterations(index);
   }
   const double largest = step_sizes(scene.full.steps).largest;
   const double way = iterations * largest;

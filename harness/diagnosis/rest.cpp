@@ -1,6 +1,7 @@
 #include "harness/diagnosis/rest.hpp"
 
 #include "harness/diagnosis/regions.hpp"
+#include "harness/methods/residual.hpp"
 #include "kernels/gather.hpp"
 
 #include <algorithm>
@@ -36,21 +37,9 @@ VectorField swept(const Level& level, const VectorField& displacement) {
 }
 
 VectorField missing_ways(const Level& level, const VectorField& displacement) {
-  VectorField missing(level.extent);
-  for (int y = 0; y < level.extent.height; ++y) {
-    for (int x = 0; x < level.extent.width; ++x) {
-      const energy::Site site = energy::gather(level, displacement, x, y);
-      const energy::Parabolas prior = energy::prior_parabolas(site);
-      const std::size_t at = level.extent.index(x, y);
-      missing.x[at] = energy::closed_form(site.dx.centre, prior.gradient_x, 1.0F / prior.curvature_x,
-                                          site.target_x, site.penalty * site.confidence_x, 1.0F) -
-                      site.dx.centre;
-      missing.y[at] = energy::closed_form(site.dy.centre, prior.gradient_y, 1.0F / prior.curvature_y,
-                                          site.target_y, site.penalty * site.confidence_y, 1.0F) -
-                      site.dy.centre;
-    }
-  }
-  return missing;
+  ResidualField residual;
+  Residual(level).evaluate(displacement, residual);
+  return residual.missing.to_float();
 }
 
 /// Squared sum of (2 a_t - a_before - a_after) / 4 along a component's direction, where both exist: all of a
