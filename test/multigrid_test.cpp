@@ -150,7 +150,7 @@ TEST(Multigrid, WhatDoesNotConvergeStaysInTheRangeOfTheTargets) {
 TEST(Multigrid, WorkIsCountedPerLevelCoarsestFirst) {
   const Scene scene = as_multigrid(load_scene("square", {.size = Extent{96, 96}}), 3);
   const Solution solution = solved(solve_multigrid, scene);
-  EXPECT_EQ(solution.levels.front().extent, (Extent{16, 16}));
+  EXPECT_EQ(solution.levels.front().extent, (Extent{8, 8}));
   EXPECT_EQ(solution.levels.back().extent, scene.extent());
   EXPECT_EQ(solution.levels.back().iterations, 3 * 2); // before and after the coarser level, per cycle
   EXPECT_EQ(solution.levels.back().residuals,

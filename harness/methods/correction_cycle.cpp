@@ -10,7 +10,7 @@ namespace hdmbench {
 namespace {
 
 /// Small enough for a dense factorisation.
-constexpr std::size_t most_coarsest_sites = 256;
+constexpr std::size_t most_coarsest_sites = 100;
 
 int longer_side(Extent extent) {
   return std::max(extent.width, extent.height);

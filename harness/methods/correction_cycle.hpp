@@ -26,7 +26,7 @@ public:
   CorrectionCycle(const Scene& scene, const Backend& backend, const SessionOptions& options,
                   std::vector<std::unique_ptr<Session>>& sessions);
 
-  /// Position of the coarsest level, at most 256 sites.
+  /// Position of the coarsest level, at most 100 sites.
   [[nodiscard]] int coarsest() const { return static_cast<int>(levels_.size()) - 1; }
   [[nodiscard]] Extent extent(int position) const { return at(position).extent; }
   /// Index of the level in pyramid_extents().
