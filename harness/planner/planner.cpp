@@ -110,13 +110,14 @@ private:
     const Resolution& level = plan_.survey.levels[static_cast<std::size_t>(start)];
     multigrid_.start(start, sample_field(scene_.start, multigrid_.extent(start), scene_.schedule.alignment));
     const double moved = solve_level();
+    grid_error_ = moved; // the field itself: no other level says better yet
     if (start == 0) {
       error_ = error_after_cycle(moved);
     }
     note(level.extent, "start",
          fmt::format("the coarsest to show {:.0f} % of the materials and {:.0f} % of the conditions",
                      100.0 * level.materials, 100.0 * level.conditions),
-         moved, error_);
+         moved, start == 0 ? error_ : grid_error_);
   }
 
   /// Cycles on the current level: one where that is dear, on coarse levels until the corrections are small,
