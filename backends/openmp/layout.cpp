@@ -42,10 +42,11 @@ NeighbourPointers Layout::neighbours(const std::vector<float>& values, int y, in
     if (outside) {
       return centre;
     }
-    // The neighbour's column, as seen from site 0, in whole strides and the rest; never below -1.
+    // The column beside site 0, in whole strides (rounded down) and the phase that is left: shifts, because a
+    // division here would cost as much as the sites of a short row.
     const int column = phase + dx;
-    const int strides = (column + stride) / stride - 1;
-    return values.data() + static_cast<std::ptrdiff_t>(start(y + dy, column - strides * stride)) + strides;
+    const int strides = column >> (stride - 1);
+    return values.data() + static_cast<std::ptrdiff_t>(start(y + dy, column & (stride - 1))) + strides;
   };
   return {.north_west = pick(-1, -1),
           .north = pick(0, -1),
