@@ -29,7 +29,7 @@ struct Threshold {
 
 struct SeriesResult {
   std::string name;
-  std::string absence; ///< why there are no points; empty: they are there
+  std::string absence; ///< why there are no points, or none from some knob on; empty: all are there
   std::vector<Point> points;
 
   [[nodiscard]] Threshold threshold() const;

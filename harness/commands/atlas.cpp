@@ -79,7 +79,8 @@ void print(const atlas::EntryResult& result) {
       present.push_back(&series);
       columns.push_back({series.name + "  "});
     } else {
-      line("not there", fmt::format("{}: {}", series.name, series.absence));
+      line(series.points.empty() ? "not there" : "refuses",
+           fmt::format("{}: {}", series.name, series.absence));
     }
   }
   columns.push_back({"warned of", Table::Align::left});

@@ -24,8 +24,8 @@ AtlasSeries read_series(const JsonReader& json, double limit) {
       point.fail("failed", fmt::format("is {} although the limit is {}", read.failed, limit));
     }
   }
-  if (series.absence.empty() == series.points.empty()) {
-    json.fail("absence", "must say why where there are no points, and be empty where there are");
+  if (series.absence.empty() && series.points.empty()) {
+    json.fail("absence", "must say why where there are no points");
   }
   return series;
 }

@@ -11,7 +11,8 @@ namespace {
 
 std::string threshold_html(const AtlasSeries& series) {
   if (!series.absence.empty()) {
-    return fmt::format("<span class=\"empty\">not there: {}</span>", escape(series.absence));
+    return fmt::format("<span class=\"empty\">{}: {}</span>", series.points.empty() ? "not there" : "refuses",
+                       escape(series.absence));
   }
   if (!series.first_failed) {
     return "no failure";
