@@ -98,7 +98,7 @@ std::string heading(int level, std::string_view id, std::string_view title) {
                      level, escape(id), escape(title));
 }
 
-std::string table_start(std::string_view css_class, std::initializer_list<std::string_view> headings) {
+std::string table_start(std::string_view css_class, const std::vector<std::string_view>& headings) {
   std::string html = fmt::format("<div class=\"scroll\"><table class=\"{}\">\n<thead><tr>", css_class);
   for (const std::string_view text : headings) {
     const bool over_numbers = text.starts_with('>');

@@ -3,10 +3,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <initializer_list>
 #include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
 /// Texts for an HTML page: escaping, numbers, anchors, embedded files.
 namespace hdmbench::report {
@@ -45,7 +45,7 @@ private:
 /// Opens a table in a box of its own that scrolls, with one row of headings: to be closed by table_end. A
 /// heading that begins with '>' stands over numbers, to the right. `headings` are HTML.
 [[nodiscard]] std::string table_start(std::string_view css_class,
-                                      std::initializer_list<std::string_view> headings);
+                                      const std::vector<std::string_view>& headings);
 inline constexpr std::string_view table_end = "</tbody></table></div>\n";
 
 /// A PNG file as a data URI together with its size in pixels.

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <functional>
 #include <iterator>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -203,35 +205,54 @@ std::string equal_accuracy_table(const std::vector<EqualAccuracyRow>& rows) {
          "allow.</p>\n";
 }
 
+/// A column per scene, a row per accuracy asked for.
 std::string requests_table(const std::vector<TradeoffScene>& scenes) {
-  std::string rows;
-  for (const TradeoffScene& scene : scenes) {
-    for (const TradeoffRow& row : scene.rows) {
+  std::vector<std::string> head{">Asked, px"};
+  std::map<double, std::map<std::size_t, const TradeoffRow*>, std::greater<>> asked;
+  std::vector<std::size_t> columns;
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    for (const TradeoffRow& row : scenes[i].rows) {
       if (row.asked) {
-        const std::string remark =
-            row.status == "ok" ? "" : fmt::format("<small class=\"disagree\">{}</small>", escape(row.reason));
-        rows += fmt::format("<tr><th scope=\"row\">{}{}</th>", escape(scene.name), remark) +
-                number_cell(row.asked) + number_cell(row.estimated) + number_cell(row.to_fixed_point) +
-                number_cell(row.fine_sweep_equivalents) +
-                fmt::format("<td class=\"number\">{}</td></tr>\n",
-                            row.seconds_median ? seconds_text(*row.seconds_median) : "");
+        asked[*row.asked][i] = &row;
+        if (columns.empty() || columns.back() != i) {
+          columns.push_back(i);
+          head.push_back(fmt::format(">{}", escape(scenes[i].name)));
+        }
       }
     }
   }
-  return rows.empty()
-             ? ""
-             : table_start("accuracy", {"run --accuracy", ">Asked, px", ">Estimated, px", ">Reached, px",
-                                        ">Fine sweeps", ">Seconds"}) +
-                   rows + std::string(table_end) +
-                   "<p class=\"empty\">No more than the scene needs: levels and cycles follow from the "
-                   "accuracy asked for. RMSD to the fixed point.</p>\n";
+  if (asked.empty()) {
+    return {};
+  }
+  std::string html = table_start("accuracy", {head.begin(), head.end()});
+  for (const auto& [pixels, rows] : asked) {
+    html += fmt::format("<tr><th scope=\"row\" class=\"number\">{:.3g}</th>", pixels);
+    for (const std::size_t column : columns) {
+      const auto found = rows.find(column);
+      if (found == rows.end() || !found->second->to_fixed_point) {
+        html += "<td class=\"number faint\">no result</td>";
+        continue;
+      }
+      const TradeoffRow& row = *found->second;
+      html += fmt::format(
+          "<td class=\"number\"><b{}>{:.2g}</b><small>estimated {:.2g}; {:.3g} sweeps, {} s</small></td>",
+          row.status == "ok" ? "" : " class=\"disagree\"", *row.to_fixed_point, row.estimated.value_or(0.0),
+          row.fine_sweep_equivalents.value_or(0.0),
+          row.seconds_median ? seconds_text(*row.seconds_median) : "");
+    }
+    html += "</tr>\n";
+  }
+  return html + std::string(table_end) +
+         "<p class=\"empty\">No more than the scene needs: <code>run --accuracy</code> chooses levels and "
+         "cycles by the "
+         "accuracy asked for. RMSD to the fixed point in pixels, as it is and as the run itself estimates "
+         "it.</p>\n";
 }
 
 std::string machine_html(const Results& results, const std::string& machine, Anchors& anchors) {
   const std::vector<TradeoffRow> rows = results.of(results.tradeoff, machine);
   const std::vector<TradeoffScene> scenes = scenes_of(rows);
-  std::string html =
-      equal_accuracy_table(results.of(results.equal_accuracy, machine)) + requests_table(scenes);
+  std::string html = equal_accuracy_table(results.of(results.equal_accuracy, machine));
   html += "<div class=\"tradeoff\">\n" + switches(anchors) + legend(rows) + "<div class=\"charts\">\n";
   if (scenes.size() > 1) {
     html +=
@@ -241,6 +262,7 @@ std::string machine_html(const Results& results, const std::string& machine, Anc
     html += figure(scene.rows, scene.name, "");
   }
   html += "</div>\n</div>\n";
+  html += requests_table(scenes);
   for (const TradeoffScene& scene : scenes) {
     html += points_table(scene);
   }
