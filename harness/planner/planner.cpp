@@ -130,7 +130,14 @@ private:
     constexpr int most = 4;
     for (int i = 0; i < (is_cheap ? most : 1); ++i) {
       double moved = 0.0;
-      timed_step([&] { moved = multigrid_.cycle().correction; });
+      timed_step([&] {
+        const CycleResult result = multigrid_.cycle();
+        moved = result.correction;
+        // Where conditions let go or catch on, the residual tells it before the way does.
+        if (multigrid_.position() == 0) {
+          contraction_ = std::clamp(result.contraction, contraction_, worst_contraction);
+        }
+      });
       first = i == 0 ? moved : first;
       if (i > 0) {
         contraction_ = std::clamp(moved / before, contraction_, worst_contraction);
@@ -205,14 +212,14 @@ private:
     const bool slow = contraction_ > slow_contraction;
     constexpr int krylov_steps = 3;
     constexpr double krylov_tolerance = 0.01;
+    CycleResult result;
     timed_step([&] {
-      moved = slow ? multigrid_.krylov_round(krylov_steps, krylov_tolerance).result.correction
-                   : multigrid_.cycle().correction;
+      result = slow ? multigrid_.krylov_round(krylov_steps, krylov_tolerance).result : multigrid_.cycle();
     });
-    if (last_moved_ > 0.0) {
-      contraction_ =
-          std::clamp(std::max(moved / last_moved_, 0.7 * contraction_), best_contraction, worst_contraction);
-    }
+    moved = result.correction;
+    const double ratio = last_moved_ > 0.0 ? moved / last_moved_ : 0.0;
+    contraction_ = std::clamp(std::max({ratio, result.contraction, 0.7 * contraction_}), best_contraction,
+                              worst_contraction);
     // A slow part of the error may hide from one correction.
     error_ = std::max(error_after_cycle(moved), (slow ? slow_progress : smallest_progress) * error_);
     last_moved_ = moved;
