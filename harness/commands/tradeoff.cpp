@@ -139,7 +139,7 @@ void print_failures(const SceneTradeoff& tradeoff) {
 
 std::string ratio_text(const char* rival, const std::optional<SpeedRatio>& ratio) {
   if (!ratio) {
-    return fmt::format("{} is nowhere that near", rival);
+    return fmt::format("{} was not measured, or is nowhere that near", rival);
   }
   return fmt::format("{} ({}, {} s) takes {:.3g} times as long ({:.3g} to {:.3g})", rival,
                      ratio->rival->effort, seconds_text(median(ratio->rival->seconds)), ratio->ratio,

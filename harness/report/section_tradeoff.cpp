@@ -170,7 +170,7 @@ std::string points_table(const TradeoffScene& scene) {
 
 std::string ratio_cell(const std::optional<EqualAccuracyRow::Entry>& rival) {
   if (!rival) {
-    return "<td class=\"number faint\">nowhere that near</td>";
+    return "<td class=\"number faint\">not measured, or nowhere that near</td>";
   }
   return fmt::format("<td class=\"number\"><b>{}</b><small>{:.3g} to {:.3g}; {}, {} s</small></td>",
                      speed_up_text(rival->ratio), rival->ratio_low, rival->ratio_high, escape(rival->effort),
