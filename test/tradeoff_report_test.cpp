@@ -114,7 +114,7 @@ TEST_F(TradeoffReport, AllScenesAddUpSecondsAndKeepTheWorst) {
   json results = all_rows();
   results.push_back(point("cascade", "4", 0.03, 0.9, "brain"));
   const std::string page = page_of(results);
-  EXPECT_THAT(page, HasSubstr("<h4>All scenes</h4>"));
+  EXPECT_THAT(page, HasSubstr("<h4>All scenes of "));
   EXPECT_THAT(page, HasSubstr("cascade, 4 on openmp\n0.0500 s, 5 fine-sweep equivalents; RMSD 0.9 px"));
   EXPECT_THAT(page, HasSubstr("icm, 5 on openmp: skipped\nnot measured on brain"));
 }

@@ -254,9 +254,17 @@ std::string machine_html(const Results& results, const std::string& machine, Anc
   const std::vector<TradeoffScene> scenes = scenes_of(rows);
   std::string html = equal_accuracy_table(results.of(results.equal_accuracy, machine));
   html += "<div class=\"tradeoff\">\n" + switches(anchors) + legend(rows) + "<div class=\"charts\">\n";
-  if (scenes.size() > 1) {
-    html +=
-        figure(over_all(scenes), "All scenes", "Seconds added up over the scenes, the worst RMSD of them.");
+  // Other sizes are measured with few methods, and their seconds would drown all others.
+  std::vector<TradeoffScene> alike;
+  std::ranges::copy_if(scenes, std::back_inserter(alike), [&](const TradeoffScene& scene) {
+    return scene.rows.front().width == scenes.front().rows.front().width &&
+           scene.rows.front().height == scenes.front().rows.front().height;
+  });
+  if (alike.size() > 1) {
+    html += figure(over_all(alike),
+                   fmt::format("All scenes of {}", size_text(alike.front().rows.front().width,
+                                                             alike.front().rows.front().height)),
+                   "Seconds added up over the scenes, the worst RMSD of them.");
   }
   for (const TradeoffScene& scene : scenes) {
     html += figure(scene.rows, scene.name, "");
