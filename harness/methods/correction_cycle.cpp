@@ -137,7 +137,7 @@ VectorField CorrectionCycle::improved(int position, int visits) {
     smoother.write(correction);
   });
   const auto smooth = [&] {
-    const int sweeps = smoothing_ * sweeps_per_iteration(here.level.update);
+    const int sweeps = sweeps_per_iteration(here.level.update); // one iteration, before and after
     here.sweeps += sweeps;
     timed(timings_.compute, [&] { smoother.step(sweeps); });
   };

@@ -31,9 +31,6 @@ public:
   [[nodiscard]] Extent extent(int position) const { return at(position).extent; }
   /// Index of the level in pyramid_extents().
   [[nodiscard]] int index(int position) const { return at(position).index; }
-  /// Sweeps before as well as after a coarser level answers, in iterations; 1 at first.
-  void set_smoothing(int iterations) { smoothing_ = iterations; }
-  [[nodiscard]] int smoothing() const { return smoothing_; }
 
   /// Which components of the level stay as they are (1 where held); the coarser levels follow.
   void hold(int position, const VectorField& held);
@@ -77,10 +74,8 @@ private:
   SessionOptions options_;
   std::vector<std::unique_ptr<Session>>& sessions_;
   Alignment alignment_;
-  int smoothing_ = 1;
   std::vector<std::unique_ptr<CycleLevel>> levels_; ///< pointers: Residual keeps the address of its level
   CoarsestSolver coarsest_;
-  int coarsest_solutions_ = 0;
   Timings timings_;
 };
 
