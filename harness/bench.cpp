@@ -1,6 +1,6 @@
 #include "harness/bench.hpp"
 
-#include "harness/compare.hpp"
+#include "harness/agreement/compare.hpp"
 #include "harness/median.hpp"
 #include "harness/methods/solver.hpp"
 

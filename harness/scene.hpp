@@ -94,6 +94,9 @@ struct Scene {
   LabelField labels;    ///< the segmentation the moduli come from; empty where there was none
   double spacing = 1.0; ///< millimetres per pixel
   double poisson = 0.3; ///< Poisson's ratio of all tissues, for the finite elements; HDM has none
+  /// Declared, and checked by verify: every intermediate of every sweep is exact in float32, so that no
+  /// compiler's choice of operations can change a bit.
+  bool exact = false;
   Schedule schedule;
   ObservationWeight weight; ///< changed by set_weight, whose product is full.penalty
 

@@ -1,7 +1,7 @@
 // Every backend of the registry against scalar; a new one is tested by being there.
 
 #include "backends/registry.hpp"
-#include "harness/compare.hpp"
+#include "harness/agreement/compare.hpp"
 #include "test/random_level.hpp"
 
 #include <fmt/format.h>

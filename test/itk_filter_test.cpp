@@ -1,5 +1,5 @@
 #include "backends/registry.hpp"
-#include "harness/compare.hpp"
+#include "harness/agreement/compare.hpp"
 #include "harness/solve.hpp"
 #include "kernels/mean_energy.hpp"
 #include "test/itk_pipeline.hpp"

@@ -4,7 +4,7 @@
 
 #include "backends/registry.hpp"
 #include "harness/accuracy/deviation.hpp"
-#include "harness/compare.hpp"
+#include "harness/agreement/compare.hpp"
 #include "harness/level_sequence.hpp"
 #include "harness/methods/solver.hpp"
 #include "kernels/input_error.hpp"

@@ -1,4 +1,4 @@
-#include "harness/compare.hpp"
+#include "harness/agreement/compare.hpp"
 #include "harness/elastic_registration.hpp"
 #include "test/image_files.hpp"
 

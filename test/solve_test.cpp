@@ -1,8 +1,8 @@
 #include "harness/solve.hpp"
 
 #include "backends/registry.hpp"
+#include "harness/agreement/compare.hpp"
 #include "harness/bench.hpp"
-#include "harness/compare.hpp"
 #include "kernels/mean_energy.hpp"
 
 #include <gtest/gtest.h>

@@ -3,7 +3,7 @@
 #include "test/image_files.hpp"
 #include "test/program.hpp"
 
-#include "harness/compare.hpp"
+#include "harness/agreement/compare.hpp"
 
 #include <gmock/gmock.h>
 

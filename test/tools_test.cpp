@@ -1,7 +1,7 @@
 // The tools of the thesis's appendix A, without the command line.
 
 #include "backends/registry.hpp"
-#include "harness/compare.hpp"
+#include "harness/agreement/compare.hpp"
 #include "harness/solve.hpp"
 #include "harness/tools/energy_plot.hpp"
 #include "harness/tools/export_scene.hpp"

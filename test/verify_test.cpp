@@ -1,6 +1,6 @@
 // The checker is checked: every planted fault must turn verify red, and a sound backend must not.
 
-#include "harness/verify.hpp"
+#include "harness/agreement/verify.hpp"
 
 #include "backends/registry.hpp"
 #include "harness/bench.hpp"

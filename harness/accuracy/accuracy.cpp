@@ -1,7 +1,7 @@
 #include "harness/accuracy/accuracy.hpp"
 
 #include "backends/registry.hpp"
-#include "harness/compare.hpp"
+#include "harness/agreement/compare.hpp"
 #include "harness/elastic_registration.hpp"
 #include "harness/images.hpp"
 #include "harness/level_sequence.hpp"

@@ -1,8 +1,8 @@
 #include "harness/accuracy/arithmetic.hpp"
 
 #include "harness/accuracy/deviation.hpp"
-#include "harness/accuracy/rounding_bound.hpp"
-#include "harness/compare.hpp"
+#include "harness/agreement/compare.hpp"
+#include "harness/agreement/rounding_bound.hpp"
 #include "harness/level_sequence.hpp"
 #include "kernels/input_error.hpp"
 #include "reference/thesis_energy.hpp"

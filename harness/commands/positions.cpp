@@ -1,6 +1,6 @@
 #include "harness/tools/positions.hpp"
+#include "harness/agreement/compare.hpp"
 #include "harness/commands/commands.hpp"
-#include "harness/compare.hpp"
 #include "harness/file_output.hpp"
 
 #include <fmt/format.h>

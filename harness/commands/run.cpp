@@ -1,6 +1,6 @@
+#include "harness/agreement/compare.hpp"
 #include "harness/commands/arguments.hpp"
 #include "harness/commands/commands.hpp"
-#include "harness/compare.hpp"
 #include "harness/context.hpp"
 #include "harness/diagnosis/diagnosis.hpp"
 #include "harness/diagnosis/folding.hpp"

@@ -1,4 +1,4 @@
-#include "harness/verify.hpp"
+#include "harness/agreement/verify.hpp"
 
 #include "harness/commands/arguments.hpp"
 #include "harness/commands/commands.hpp"
@@ -28,6 +28,8 @@ std::string_view text(Verdict verdict) {
   switch (verdict) {
   case Verdict::agree:
     return "agree";
+  case Verdict::certified:
+    return "certified";
   case Verdict::disagree:
     return "disagree";
   case Verdict::mistrusted:

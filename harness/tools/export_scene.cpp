@@ -1,6 +1,6 @@
 #include "harness/tools/export_scene.hpp"
 
-#include "harness/compare.hpp"
+#include "harness/agreement/compare.hpp"
 #include "harness/file_output.hpp"
 #include "harness/images.hpp"
 

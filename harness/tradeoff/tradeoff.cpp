@@ -1,6 +1,6 @@
 #include "harness/tradeoff/tradeoff.hpp"
 
-#include "harness/compare.hpp"
+#include "harness/agreement/compare.hpp"
 #include "harness/median.hpp"
 #include "harness/methods/method.hpp"
 #include "harness/methods/solver.hpp"

@@ -1,4 +1,4 @@
-#include "harness/accuracy/rounding_bound.hpp"
+#include "harness/agreement/rounding_bound.hpp"
 
 #include "kernels/energy_macros.hpp"
 #include "kernels/gather.hpp"

@@ -1,6 +1,6 @@
-#include "harness/verify.hpp"
+#include "harness/agreement/verify.hpp"
 
-#include "harness/compare.hpp"
+#include "harness/agreement/compare.hpp"
 #include "harness/level_sequence.hpp"
 #include "harness/solve.hpp"
 #include "kernels/input_error.hpp"

@@ -1,4 +1,4 @@
-#include "harness/compare.hpp"
+#include "harness/agreement/compare.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -20,9 +20,18 @@ enum class Mode {
 
 enum class Verdict { // the worst last
   agree,             ///< all bits equal, at every iteration
+  certified,         ///< bits differ, and rounding alone explains every differing site (certificate.hpp)
   skipped,           ///< the backend is not there
   mistrusted,        ///< nothing differed, but the scene could not have shown a difference
-  disagree,          ///< a site or a count of changes differs
+  disagree,          ///< a site differs without an explanation, or a count of changes is wrong
+};
+
+/// How strongly a backend was seen to agree on a scene.
+enum class Tier {
+  none,      ///< skipped, mistrusted or disagreeing
+  certified, ///< every differing site is a near-tie within the derived bound of rounding
+  bitwise,   ///< no bit differs
+  exact,     ///< no bit differs, and none may on any device: every operation on this scene is exact in float
 };
 
 /// Where a backend left the reference first.
@@ -46,14 +55,18 @@ struct Comparison {
   Mode mode = Mode::resync;
   int levels = 0;
   std::int64_t iterations = 0;
-  std::int64_t sweeps = 0;           ///< compared; one, two or four an iteration (level.hpp)
-  std::int64_t sites_compared = 0;   ///< over all sweeps
-  std::int64_t sites_differing = 0;  ///< over all sweeps
-  std::int64_t not_finite = 0;       ///< of these, NaN or infinite
-  std::int64_t counts_differing = 0; ///< sweeps after which changed() was not the reference's
-  double largest_difference = 0.0;   ///< pixels
+  std::int64_t sweeps = 0;             ///< compared; one, two or four an iteration (level.hpp)
+  std::int64_t sites_compared = 0;     ///< over all sweeps
+  std::int64_t sites_differing = 0;    ///< over all sweeps
+  std::int64_t not_finite = 0;         ///< of these, NaN or infinite
+  std::int64_t certified_ties = 0;     ///< of the differing ones, explained by rounding
+  std::int64_t uncertified = 0;        ///< of the differing ones, not explained
+  double largest_gap_over_bound = 0.0; ///< over the certified sites, at most 1
+  std::int64_t counts_differing = 0;   ///< sweeps after which changed() was wrong
+  double largest_difference = 0.0;     ///< pixels
   std::optional<FirstDifference> first;
   Verdict verdict = Verdict::skipped;
+  Tier tier = Tier::none;
   std::string reason; ///< for mistrusted and skipped
 };
 
@@ -63,9 +76,12 @@ struct VerifyOptions {
 };
 
 /// Runs the scene's schedule on `reference` and on all `backends` side by side and compares the whole field
-/// and the count of changed sites after every sweep of every level. A backend whose devices() or open()
-/// throws DeviceError is skipped with that reason; an error later is not caught. Returns two comparisons
-/// (resync, free) per backend, in their order.
+/// and the count of changed sites after every sweep of every level. A site that differs is judged by
+/// certificate.hpp: in resync against the reference's answer, in free against the specification's answer to
+/// what the backend itself had before the sweep. On a scene that is declared exact (Scene::exact) no
+/// difference is explained, and a step that is not exact makes the comparison mistrusted. A backend whose
+/// devices() or open() throws DeviceError is skipped with that reason; an error later is not caught. Returns
+/// two comparisons (resync, free) per backend, in their order.
 [[nodiscard]] std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
                                              std::span<const Backend* const> backends,
                                              const VerifyOptions& options, Progress& progress);
