@@ -296,22 +296,33 @@ private:
 
 class OpenMp final : public Backend {
 public:
-  std::string_view name() const override { return "openmp"; }
+  OpenMp(std::string_view name, InstructionSet instruction_set)
+      : name_(name), instruction_set_(instruction_set) {}
+
+  std::string_view name() const override { return name_; }
   std::string_view description() const override { return "C++, OpenMP threads x SIMD lanes"; }
   std::vector<Device> devices() const override {
-    return {cpu_device(fmt::format("OpenMP, {}", best_instruction_set().name))};
+    return {cpu_device(fmt::format("OpenMP, {}", instruction_set_.name))};
   }
 
 private:
   std::unique_ptr<Session> do_open(std::size_t /*index*/, const SessionOptions& options) const override {
-    return std::make_unique<OpenMpSession>(thread_count(options.threads), best_instruction_set().sweep_row);
+    return std::make_unique<OpenMpSession>(thread_count(options.threads), instruction_set_.sweep_row);
   }
+
+  std::string_view name_;
+  InstructionSet instruction_set_;
 };
 
 } // namespace
 
 std::unique_ptr<Backend> make_openmp() {
-  return std::make_unique<OpenMp>();
+  return make_openmp_with("openmp", best_instruction_set().sweep_row, best_instruction_set().name);
+}
+
+std::unique_ptr<Backend> make_openmp_with(std::string_view name, openmp::SweepRow sweep_row,
+                                          std::string_view instruction_set) {
+  return std::make_unique<OpenMp>(name, InstructionSet{sweep_row, instruction_set});
 }
 
 } // namespace hdmbench

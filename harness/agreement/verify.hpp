@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backends/backend.hpp"
+#include "harness/agreement/certificate.hpp"
 #include "harness/progress.hpp"
 #include "harness/scene.hpp"
 
@@ -8,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace hdmbench {
@@ -34,7 +36,23 @@ enum class Tier {
   exact,     ///< no bit differs, and none may on any device: every operation on this scene is exact in float
 };
 
-/// Where a backend left the reference first.
+/// What results call them, in the order of the enumerators.
+inline constexpr std::array<std::string_view, 2> mode_names{"resync", "free"};
+inline constexpr std::array<std::string_view, 5> verdict_names{"agree", "certified", "skipped", "mistrusted",
+                                                               "disagree"};
+inline constexpr std::array<std::string_view, 4> tier_names{"none", "certified", "bitwise", "exact"};
+
+[[nodiscard]] constexpr std::string_view name_of(Mode mode) {
+  return mode_names[static_cast<std::size_t>(mode)];
+}
+[[nodiscard]] constexpr std::string_view name_of(Verdict verdict) {
+  return verdict_names[static_cast<std::size_t>(verdict)];
+}
+[[nodiscard]] constexpr std::string_view name_of(Tier tier) {
+  return tier_names[static_cast<std::size_t>(tier)];
+}
+
+/// The first site that differs without an explanation; where all have one, the first that differs.
 struct FirstDifference {
   int level = 0;
   int iteration = 0; ///< 1 is the first
@@ -46,6 +64,7 @@ struct FirstDifference {
   double energy_before = 0.0;
   double energy_expected = 0.0;
   double energy_found = 0.0;
+  Certificate certificate{};
 };
 
 /// One backend against the reference on one scene in one mode.
@@ -55,15 +74,17 @@ struct Comparison {
   Mode mode = Mode::resync;
   int levels = 0;
   std::int64_t iterations = 0;
-  std::int64_t sweeps = 0;             ///< compared; one, two or four an iteration (level.hpp)
-  std::int64_t sites_compared = 0;     ///< over all sweeps
-  std::int64_t sites_differing = 0;    ///< over all sweeps
+  std::int64_t sweeps = 0;         ///< compared; one, two or four an iteration (level.hpp)
+  std::int64_t sites_compared = 0; ///< over all sweeps
+  /// Over all sweeps, from the specification's answer to what the site saw before the sweep.
+  std::int64_t sites_differing = 0;
+  std::int64_t sites_drifted = 0;      ///< over all sweeps, from the reference's field; in resync the same
   std::int64_t not_finite = 0;         ///< of these, NaN or infinite
   std::int64_t certified_ties = 0;     ///< of the differing ones, explained by rounding
   std::int64_t uncertified = 0;        ///< of the differing ones, not explained
   double largest_gap_over_bound = 0.0; ///< over the certified sites, at most 1
   std::int64_t counts_differing = 0;   ///< sweeps after which changed() was wrong
-  double largest_difference = 0.0;     ///< pixels
+  double largest_difference = 0.0;     ///< from the reference's field, pixels
   std::optional<FirstDifference> first;
   Verdict verdict = Verdict::skipped;
   Tier tier = Tier::none;

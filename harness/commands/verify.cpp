@@ -1,4 +1,5 @@
 #include "harness/agreement/verify.hpp"
+#include "harness/agreement/tiers.hpp"
 
 #include "harness/commands/arguments.hpp"
 #include "harness/commands/commands.hpp"
@@ -20,26 +21,6 @@ namespace {
 /// Iterations per level of a --quick run.
 constexpr int quick_iterations = 10;
 
-std::string_view text(Mode mode) {
-  return mode == Mode::resync ? "resync" : "free";
-}
-
-std::string_view text(Verdict verdict) {
-  switch (verdict) {
-  case Verdict::agree:
-    return "agree";
-  case Verdict::certified:
-    return "certified";
-  case Verdict::disagree:
-    return "disagree";
-  case Verdict::mistrusted:
-    return "mistrusted";
-  case Verdict::skipped:
-    return "skipped";
-  }
-  return "";
-}
-
 nlohmann::json to_json(const FirstDifference& first) {
   return {{"level", first.level},
           {"iteration", first.iteration},
@@ -49,7 +30,9 @@ nlohmann::json to_json(const FirstDifference& first) {
           {"found", first.found},
           {"energy_before", first.energy_before},
           {"energy_expected", first.energy_expected},
-          {"energy_found", first.energy_found}};
+          {"energy_found", first.energy_found},
+          {"certified", first.certificate.holds},
+          {"gap_over_bound", first.certificate.gap_over_bound}};
 }
 
 nlohmann::json to_json(const Scene& scene, const Comparison& comparison) {
@@ -58,21 +41,23 @@ nlohmann::json to_json(const Scene& scene, const Comparison& comparison) {
           {"height", scene.extent().height},
           {"backend", comparison.backend},
           {"device", comparison.device.name},
-          {"mode", text(comparison.mode)},
+          {"mode", name_of(comparison.mode)},
           {"levels", comparison.levels},
           {"method", method_name(scene.schedule)},
           {"iterations", comparison.iterations},
           {"sweeps", comparison.sweeps},
           {"sites_compared", comparison.sites_compared},
           {"sites_differing", comparison.sites_differing},
+          {"sites_drifted", comparison.sites_drifted},
           {"not_finite", comparison.not_finite},
           {"counts_differing", comparison.counts_differing},
-          {"certified_ties", 0},
-          {"uncertified", comparison.sites_differing},
+          {"certified_ties", comparison.certified_ties},
+          {"uncertified", comparison.uncertified},
+          {"largest_gap_over_bound", comparison.largest_gap_over_bound},
           {"max_abs_difference", comparison.largest_difference},
           {"first_difference", comparison.first ? to_json(*comparison.first) : nlohmann::json()},
-          {"tier", comparison.verdict == Verdict::agree ? "bitwise" : "none"},
-          {"verdict", text(comparison.verdict)},
+          {"tier", name_of(comparison.tier)},
+          {"verdict", name_of(comparison.verdict)},
           {"reason", comparison.reason}};
 }
 
@@ -92,17 +77,25 @@ std::string differing(const Comparison& comparison) {
   return fmt::format("{} of {}", grouped(comparison.sites_differing), grouped(comparison.sites_compared));
 }
 
-void explain(const Scene& scene, const Comparison& comparison, const CommonArguments& arguments) {
-  if (comparison.verdict == Verdict::agree) {
-    return;
+/// For both modes of a backend, where nothing needs to be told apart, or for one.
+void explain(const Comparison& comparison, std::string_view modes) {
+  fmt::print("  {}{}: {}", comparison.backend, modes, name_of(comparison.verdict));
+  if (comparison.verdict == Verdict::certified) {
+    fmt::print(": {} differing site{} within the bound of rounding, the nearest to it at {:.2g} of the bound",
+               grouped(comparison.certified_ties), comparison.certified_ties == 1 ? "" : "s",
+               comparison.largest_gap_over_bound);
   }
-  fmt::print("  {} ({}): {}{}\n", comparison.backend, text(comparison.mode), text(comparison.verdict),
-             comparison.reason.empty() ? "" : ": " + comparison.reason);
-  if (comparison.verdict != Verdict::disagree) {
-    return;
-  }
+  fmt::print("{}{}\n", comparison.reason.empty() ? "" : ": ", comparison.reason);
+}
+
+void explain_disagreement(const Scene& scene, const Comparison& comparison,
+                          const CommonArguments& arguments) {
   if (comparison.not_finite > 0) {
-    fmt::print("    {} values are NaN or infinite\n", grouped(comparison.not_finite));
+    fmt::print("    {} sites are NaN or infinite\n", grouped(comparison.not_finite));
+  }
+  if (comparison.uncertified > 0) {
+    fmt::print("    {} of {} differing sites are not explained by rounding\n",
+               grouped(comparison.uncertified), grouped(comparison.sites_differing));
   }
   if (comparison.first) {
     const FirstDifference& first = *comparison.first;
@@ -119,11 +112,27 @@ void explain(const Scene& scene, const Comparison& comparison, const CommonArgum
   fmt::print("    repeat: {}\n", arguments.repeat("verify", scene, comparison.backend));
 }
 
-/// For both modes of a backend, where nothing needs to be told apart.
-void explain_once(const Comparison& comparison) {
-  if (comparison.verdict != Verdict::agree) {
-    fmt::print("  {}: {}: {}\n", comparison.backend, text(comparison.verdict), comparison.reason);
+void explain(const Scene& scene, const Comparison& resync, const Comparison& free,
+             const CommonArguments& arguments) {
+  if (resync.verdict == free.verdict &&
+      (resync.verdict == Verdict::skipped || resync.verdict == Verdict::mistrusted)) {
+    explain(resync, "");
+    return;
   }
+  for (const Comparison* comparison : {&resync, &free}) {
+    if (comparison->verdict != Verdict::agree) {
+      explain(*comparison, fmt::format(" ({})", name_of(comparison->mode)));
+    }
+    if (comparison->verdict == Verdict::disagree) {
+      explain_disagreement(scene, *comparison, arguments);
+    }
+  }
+}
+
+std::string verdict_of_both(const Comparison& resync, const Comparison& free) {
+  const Verdict worst = std::max(resync.verdict, free.verdict);
+  return worst == Verdict::agree ? fmt::format("agree, {}", name_of(resync.tier))
+                                 : std::string(name_of(worst));
 }
 
 /// Two comparisons, resync and free, of one backend as one row.
@@ -148,23 +157,39 @@ void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
   for (std::size_t i = 0; i + 1 < comparisons.size(); i += 2) {
     const Comparison& resync = comparisons[i];
     const Comparison& free = comparisons[i + 1];
-    const bool agree = resync.verdict == Verdict::agree && free.verdict == Verdict::agree;
     table.add(
         {resync.backend, resync.device.name, differing(resync), differing(free),
          resync.verdict == Verdict::skipped ? "-" : grouped(resync.counts_differing + free.counts_differing),
-         agree ? "agree, bitwise" : std::string(text(std::max(resync.verdict, free.verdict)))});
+         verdict_of_both(resync, free)});
   }
   fmt::print("{}", table.text());
   for (std::size_t i = 0; i + 1 < comparisons.size(); i += 2) {
     const Comparison& resync = comparisons[i];
     const Comparison& free = comparisons[i + 1];
-    if (resync.verdict == free.verdict && resync.verdict != Verdict::disagree) {
-      explain_once(resync);
-    } else {
-      explain(scene, resync, arguments);
-      explain(scene, free, arguments);
-    }
+    explain(scene, resync, free, arguments);
   }
+}
+
+/// What all comparisons come to, by backend.
+void print_tiers(std::span<const Comparison> comparisons) {
+  Table table({{"backend", Table::Align::left},
+               {"tier reached", Table::Align::left},
+               {"comparisons", Table::Align::right},
+               {"of them exact", Table::Align::right},
+               {"sites compared", Table::Align::right},
+               {"differing", Table::Align::right},
+               {"certified", Table::Align::right},
+               {"uncertified", Table::Align::right}});
+  for (const BackendTier& row : tiers_reached(comparisons)) {
+    if (row.comparisons == 0) {
+      table.add({row.backend, "skipped", "-", "-", "-", "-", "-", "-"});
+      continue;
+    }
+    table.add({row.backend, std::string(name_of(row.tier)), grouped(row.comparisons), grouped(row.exact),
+               grouped(row.sites_compared), grouped(row.sites_differing), grouped(row.certified_ties),
+               grouped(row.uncertified)});
+  }
+  fmt::print("\nAll scenes, both modes\n{}", table.text());
 }
 
 /// Without scenes and methods on the command line: every scene as its file says, and on the scene that has a
@@ -194,7 +219,7 @@ std::vector<Scene> scenes_to_verify(CommonArguments arguments) {
   return scenes;
 }
 
-int run_verify(const CommonArguments& arguments, const std::string& line) {
+int run_verify(const CommonArguments& arguments, Tier required, const std::string& line) {
   if (!arguments.json.empty()) {
     require_writable(arguments.json);
   }
@@ -213,9 +238,7 @@ int run_verify(const CommonArguments& arguments, const std::string& line) {
   progress.set_total(total);
 
   nlohmann::json rows = nlohmann::json::array();
-  std::int64_t agreeing = 0;
-  std::int64_t failing = 0;
-  std::int64_t skipped = 0;
+  std::vector<Comparison> all;
   for (const Scene& scene : scenes) {
     const std::vector<Comparison> comparisons =
         verify(scene, *backends.front(), std::span(backends).subspan(1), options, progress);
@@ -224,13 +247,22 @@ int run_verify(const CommonArguments& arguments, const std::string& line) {
     std::fflush(stdout); // into a pipe too: the next scene may take long
     for (const Comparison& comparison : comparisons) {
       rows.push_back(to_json(scene, comparison));
-      agreeing += comparison.verdict == Verdict::agree ? 1 : 0;
-      skipped += comparison.verdict == Verdict::skipped ? 1 : 0;
-      failing += comparison.verdict == Verdict::disagree || comparison.verdict == Verdict::mistrusted ? 1 : 0;
+      all.push_back(comparison);
     }
   }
-  fmt::print("\n{} comparisons with scalar agree to the bit, {} do not, {} skipped\n", agreeing, failing,
-             skipped);
+  print_tiers(all);
+  const auto count = [&](Verdict verdict) { return std::ranges::count(all, verdict, &Comparison::verdict); };
+  const auto failing = std::ranges::count_if(all, [&](const Comparison& comparison) {
+    return comparison.verdict != Verdict::skipped && comparison.tier < required;
+  });
+  fmt::print(
+      "\n{} comparisons with scalar agree to the bit, {} are certified, {} disagree, {} are mistrusted, "
+      "{} were skipped\n",
+      count(Verdict::agree), count(Verdict::certified), count(Verdict::disagree), count(Verdict::mistrusted),
+      count(Verdict::skipped));
+  if (required == Tier::bitwise && count(Verdict::certified) > 0) {
+    fmt::print("--require-tier bitwise: certified is not enough\n");
+  }
   if (!arguments.json.empty()) {
     write_results(arguments.json, "verify", run_context(line, arguments.quick), std::move(rows));
   }
@@ -243,10 +275,20 @@ void add_verify(CLI::App& program, const std::string& arguments, int& status) {
   auto* command = program.add_subcommand(
       "verify", "Run every backend beside scalar and compare all sites after every iteration, bit for bit.\n"
                 "resync: each iteration starts from scalar's field. free: each backend runs on its own.\n"
+                "A site that differs is certified where a bound of rounding, derived from the operations at\n"
+                "that site, explains the difference; never on a scene whose arithmetic is exact.\n"
                 "Exit status 1 if a backend disagrees or a scene could not have shown it.");
   const auto own = std::make_shared<CommonArguments>();
+  const auto required = std::make_shared<std::string>(name_of(Tier::certified));
   own->add_to(*command);
-  command->callback([own, arguments, &status] { status = run_verify(*own, arguments); });
+  command
+      ->add_option("--require-tier", *required,
+                   "certified: differences that rounding explains pass. bitwise: none does")
+      ->check(CLI::IsMember({"certified", "bitwise"}))
+      ->capture_default_str();
+  command->callback([own, required, arguments, &status] {
+    status = run_verify(*own, *required == "bitwise" ? Tier::bitwise : Tier::certified, arguments);
+  });
 }
 
 } // namespace hdmbench::commands

@@ -1,0 +1,174 @@
+#include "harness/agreement/follower.hpp"
+
+#include "harness/agreement/compare.hpp"
+#include "harness/solve.hpp"
+#include "reference/thesis_energy.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace hdmbench {
+
+namespace {
+
+bool differs(const VectorField& expected, const VectorField& found, std::size_t site) {
+  return !(expected.x[site] == found.x[site] && expected.y[site] == found.y[site]); // true for NaN
+}
+
+/// Sites whose displacement is another number than before.
+std::int64_t count_changed(const VectorField& before, const VectorField& after) {
+  std::int64_t changed = 0;
+  for (std::size_t i = 0; i < before.x.size(); ++i) {
+    changed += before.x[i] != after.x[i] || before.y[i] != after.y[i] ? 1 : 0;
+  }
+  return changed;
+}
+
+/// The energies that the two answers give the site, all else being as it was before the sweep.
+FirstDifference describe_difference(const ReferenceStep& step, const VectorField& before,
+                                    const VectorField& expected, const VectorField& found, std::size_t site) {
+  const auto width = static_cast<std::size_t>(step.level.extent.width);
+  FirstDifference first{.level = step.level_index,
+                        .iteration = step.iteration,
+                        .x = static_cast<int>(site % width),
+                        .y = static_cast<int>(site / width),
+                        .expected = {expected.x[site], expected.y[site]},
+                        .found = {found.x[site], found.y[site]}};
+  const ThesisEnergy energy(step.level, before);
+  const auto total = [](ThesisEnergy::Value value) { return value.x + value.y; };
+  first.energy_before = total(energy.at(first.x, first.y));
+  first.energy_expected = total(energy.at(first.x, first.y, {first.expected[0], first.expected[1]}));
+  first.energy_found = total(energy.at(first.x, first.y, {first.found[0], first.found[1]}));
+  return first;
+}
+
+} // namespace
+
+Follower::Follower(const Backend& backend, const SessionOptions& options, const Scene& scene, Mode mode)
+    : exact_(scene.exact) {
+  comparison_.backend = backend.name();
+  comparison_.mode = mode;
+  if (!backend.supports(scene.schedule.update)) {
+    comparison_.reason = fmt::format("cannot update as {} wants", method_name(scene.schedule));
+    return;
+  }
+  try {
+    comparison_.device = backend.device(options);
+    session_ = backend.open(options);
+  } catch (const DeviceError& error) {
+    comparison_.reason = error.what();
+  }
+}
+
+void Follower::begin_level(const LevelSequence& levels, const Level& level, int index) {
+  if (session_ != nullptr) {
+    begin_ = levels.begin(index, displacement_);
+    ++comparison_.levels;
+    begin_again(level);
+  }
+}
+
+void Follower::begin_again(const Level& level) {
+  if (session_ != nullptr) {
+    session_->load(level);
+    session_->write(begin_);
+    displacement_ = begin_;
+    drifted_ = comparison_.mode == Mode::free && comparison_.sites_drifted > 0;
+  }
+}
+
+void Follower::follow(const ReferenceStep& step) {
+  if (session_ == nullptr) {
+    return;
+  }
+  if (comparison_.mode == Mode::resync) {
+    session_->write(step.before);
+  } else {
+    before_ = displacement_;
+  }
+  const VectorField& before = comparison_.mode == Mode::resync ? step.before : before_;
+  session_->step(1);
+  session_->read(displacement_);
+
+  const VectorField& expected = specified(step, before);
+  for (std::size_t site = 0; site < expected.x.size(); ++site) {
+    if (differs(expected, displacement_, site)) {
+      judge_site(step, before, expected, site);
+    }
+  }
+  const FieldDifference drift = compare(step.after, displacement_);
+  drifted_ = comparison_.mode == Mode::free && drift.sites > 0;
+  ++comparison_.sweeps;
+  comparison_.iterations = comparison_.sweeps / sweeps_per_iteration(step.level.update);
+  comparison_.sites_compared += static_cast<std::int64_t>(step.level.extent.sites());
+  comparison_.sites_drifted += drift.sites;
+  comparison_.not_finite += drift.not_finite;
+  comparison_.counts_differing += session_->changed() == count_changed(before, displacement_) ? 0 : 1;
+  comparison_.largest_difference = std::max(comparison_.largest_difference, drift.largest);
+}
+
+void Follower::end_level() {
+  if (session_ != nullptr) {
+    session_->read(displacement_);
+  }
+}
+
+Comparison Follower::finish(const std::string& why_mistrusted) {
+  if (session_ == nullptr) {
+    return comparison_;
+  }
+  if (comparison_.uncertified > 0 || comparison_.counts_differing > 0) {
+    comparison_.verdict = Verdict::disagree;
+  } else if (!why_mistrusted.empty()) {
+    comparison_.verdict = Verdict::mistrusted;
+    comparison_.reason = why_mistrusted;
+  } else if (comparison_.certified_ties > 0) {
+    comparison_.verdict = Verdict::certified;
+    comparison_.tier = Tier::certified;
+  } else {
+    comparison_.verdict = Verdict::agree;
+    comparison_.tier = exact_ ? Tier::exact : Tier::bitwise;
+  }
+  return comparison_;
+}
+
+const VectorField& Follower::specified(const ReferenceStep& step, const VectorField& before) {
+  if (!drifted_) {
+    return step.after;
+  }
+  const Extent extent = step.level.extent;
+  answer_ = VectorField(extent);
+  for (int y = 0; y < extent.height; ++y) {
+    for (int x = 0; x < extent.width; ++x) {
+      const SiteAnswer answer = specified_answer(step.level, before, step.number, x, y);
+      answer_.x[extent.index(x, y)] = answer.x;
+      answer_.y[extent.index(x, y)] = answer.y;
+    }
+  }
+  return answer_;
+}
+
+void Follower::judge_site(const ReferenceStep& step, const VectorField& before, const VectorField& expected,
+                          std::size_t site) {
+  const auto width = static_cast<std::size_t>(step.level.extent.width);
+  Certificate certificate =
+      certify(step.level, before, step.number, static_cast<int>(site % width), static_cast<int>(site / width),
+              {displacement_.x[site], displacement_.y[site]});
+  certificate.holds = certificate.holds && !exact_; // there is no rounding to explain it
+  const bool first_failure = !certificate.holds && comparison_.uncertified == 0;
+  ++comparison_.sites_differing;
+  if (certificate.holds) {
+    ++comparison_.certified_ties;
+    comparison_.largest_gap_over_bound =
+        std::max(comparison_.largest_gap_over_bound, certificate.gap_over_bound);
+  } else {
+    ++comparison_.uncertified;
+  }
+  if (first_failure || !comparison_.first) {
+    comparison_.first = describe_difference(step, before, expected, displacement_, site);
+    comparison_.first->certificate = certificate;
+  }
+}
+
+} // namespace hdmbench

@@ -1,0 +1,363 @@
+// The third tier: what rounding may do passes, in a backend that really is compiled so, and nothing else
+// does.
+
+#include "harness/agreement/certificate.hpp"
+
+#include "backends/openmp/openmp.hpp"
+#include "backends/registry.hpp"
+#include "harness/agreement/bounded_energy.hpp"
+#include "harness/agreement/verify.hpp"
+#include "harness/methods/method.hpp"
+#include "test/faulty_backend.hpp"
+#include "test/random_level.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+namespace hdmbench::openmp::contracted {
+/// row.cpp built with fused multiply-adds.
+std::int64_t sweep_row(const RowPart& part);
+} // namespace hdmbench::openmp::contracted
+
+namespace hdmbench {
+namespace {
+
+using test::Texture;
+
+bool has_fused_multiply_add() {
+  return __builtin_cpu_supports("fma") != 0 && __builtin_cpu_supports("avx2") != 0;
+}
+
+/// The x component's energy changes, one per candidate.
+std::vector<bounded::real> changes_at(const Level& level, const VectorField& field, int x, int y) {
+  const bounded::Site site = bounded::gather(level, field, x, y, bounded::InverseModulus::given);
+  const bounded::Parabolas prior = bounded::prior_parabolas(site);
+  std::vector<bounded::real> changes;
+  for (const float step : level.steps.values()) {
+    changes.push_back(bounded::energy_change(step, prior.gradient_x, prior.curvature_x,
+                                             site.target_x - site.dx.centre,
+                                             site.penalty * site.confidence_x));
+  }
+  return changes;
+}
+
+template <typename Call>
+void for_each_site(Extent extent, const Call& call) {
+  for (int y = 0; y < extent.height; ++y) {
+    for (int x = 0; x < extent.width; ++x) {
+      call(x, y);
+    }
+  }
+}
+
+/// The largest share of the bound that an error took, over the sites with and without an observation.
+struct Shares {
+  double observed = 0.0;
+  double unobserved = 0.0;
+};
+
+Shares largest_shares(Texture texture, std::uint64_t seeds) {
+  Shares shares;
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+    const auto problem = test::random_problem({100, 100}, texture, seed);
+    const Level& level = problem.level;
+    for_each_site(level.extent, [&](int x, int y) {
+      const energy::Site site = energy::gather(level, problem.start, x, y);
+      const energy::Parabolas prior = energy::prior_parabolas(site);
+      const std::vector<bounded::real> changes = changes_at(level, problem.start, x, y);
+      for (std::size_t i = 0; i < changes.size(); ++i) {
+        const float computed =
+            energy::energy_change(level.steps.values()[i], prior.gradient_x, prior.curvature_x,
+                                  site.target_x - site.dx.centre, site.penalty * site.confidence_x);
+        const double error = std::abs(static_cast<double>(computed) - changes[i].exact());
+        EXPECT_LE(error, changes[i].error()) << "seed " << seed << ", x = " << x << ", y = " << y;
+        double& share = site.confidence_x > 0.0F ? shares.observed : shares.unobserved;
+        share = error > 0.0 ? std::max(share, error / changes[i].error()) : share;
+      }
+    });
+  }
+  return shares;
+}
+
+TEST(Bound, HoldsOverAMillionSitesAndIsWithinTenTimesTheWorst) {
+  for (const Texture texture : {Texture::smooth, Texture::tie_rich}) {
+    const Shares shares = largest_shares(texture, 50); // x 100 x 100 sites x two textures
+    EXPECT_GE(shares.observed, 0.1);
+    EXPECT_GE(shares.unobserved, 0.1);
+    RecordProperty("largest_share_observed", std::to_string(shares.observed));
+    RecordProperty("largest_share_unobserved", std::to_string(shares.unobserved));
+  }
+}
+
+TEST(Bound, HoldsForAnyOrderOfTheSum) {
+  std::mt19937 random(7);
+  const auto [level, field] = test::random_problem({60, 60}, Texture::smooth, 3);
+  for_each_site(level.extent, [&, &level = level, &field = field](int x, int y) {
+    const energy::Site site = energy::gather(level, field, x, y);
+    const energy::Neighbours toward = energy::stiffness_ratios(site);
+    const energy::Neighbours& d = site.dx;
+    const auto term = [](float ratio, float ds, float dt, float du) {
+      return (1.0F + ratio) * energy::residual(ratio, ds, dt, du);
+    };
+    std::array terms{term(toward.south_east, d.north_west, d.centre, d.south_east),
+                     term(toward.north_west, d.south_east, d.centre, d.north_west),
+                     term(toward.north_east, d.south_west, d.centre, d.north_east),
+                     term(toward.south_west, d.north_east, d.centre, d.south_west),
+                     term(toward.east, d.west, d.centre, d.east),
+                     term(toward.west, d.east, d.centre, d.west)};
+    const bounded::real gradient =
+        bounded::prior_parabolas(bounded::gather(level, field, x, y, bounded::InverseModulus::given))
+            .gradient_x;
+    for (int order = 0; order < 20; ++order) {
+      std::ranges::shuffle(terms, random);
+      const float sum = ((terms[0] + terms[1]) + (terms[2] + terms[3])) + (terms[4] + terms[5]);
+      EXPECT_LE(std::abs(static_cast<double>(sum) - gradient.exact()), gradient.error());
+    }
+  });
+}
+
+TEST(Bound, IsZeroWhereAllIsExact) {
+  const auto [level, field] =
+      test::random_problem({60, 60}, Texture::dyadic, 4, StepSet::parse("0,-1,-0.25,1,0.25"));
+  for_each_site(level.extent, [&, &level = level, &field = field](int x, int y) {
+    for (const bounded::real& change : changes_at(level, field, x, y)) {
+      EXPECT_EQ(change.error(), 0.0) << "x = " << x << ", y = " << y;
+    }
+  });
+}
+
+/// What a device would choose that is wrong about each candidate's energy by `factor` times the bound, to the
+/// advantage of one of them.
+std::size_t misled_choice(const std::vector<bounded::real>& changes, std::size_t favoured, double factor) {
+  std::size_t best = 0;
+  double lowest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    const double error = factor * changes[i].error();
+    const double wrong = changes[i].exact() + (i == favoured ? -error : error);
+    if (wrong < lowest) {
+      lowest = wrong;
+      best = i;
+    }
+  }
+  return best;
+}
+
+struct Judged {
+  int certified = 0;
+  int refused = 0;
+};
+
+/// Levels on which the two candidates nearly tie at the site in the middle: the displacement beside it
+/// lies within some units in the last place of where they do.
+template <typename Call>
+void for_each_near_tie(const Call& call) {
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    auto [level, start] = test::random_problem({5, 5}, Texture::smooth, seed, StepSet::parse("0,0.1"));
+    level.confidence = VectorField(level.extent);
+    float& east = start.x[level.extent.index(3, 2)];
+    const auto second_is_dearer = [&, &level = level, &start = start] {
+      const std::vector<bounded::real> changes = changes_at(level, start, 2, 2);
+      return changes[1].exact() > changes[0].exact();
+    };
+    float low = -1000.0F;
+    float high = 1000.0F;
+    east = low;
+    const bool dearer_at_low = second_is_dearer();
+    while (std::nextafter(low, high) != high) {
+      east = std::midpoint(low, high);
+      (second_is_dearer() == dearer_at_low ? low : high) = east;
+    }
+    for (int i = 0; i < 100; ++i) {
+      low = std::nextafter(low, -1000.0F);
+    }
+    east = low;
+    for (int i = 0; i < 200; ++i) {
+      call(level, start);
+      east = std::nextafter(east, 1000.0F);
+    }
+  }
+}
+
+/// Errors of `factor` bounds where two candidates nearly tie, to the advantage of either.
+Judged judge_misled(double factor) {
+  Judged judged;
+  for_each_near_tie([&](const Level& level, const VectorField& start) {
+    const std::vector<bounded::real> changes = changes_at(level, start, 2, 2);
+    const SiteAnswer expected = specified_answer(level, start, 0, 2, 2);
+    for (const std::size_t favoured : {0, 1}) {
+      const std::size_t chosen = misled_choice(changes, favoured, factor);
+      const float moved = start.x[level.extent.index(2, 2)] + level.steps.values()[chosen];
+      if (moved != expected.x) {
+        const bool holds = certify(level, start, 0, 2, 2, {moved, expected.y}).holds;
+        ++(holds ? judged.certified : judged.refused);
+      }
+    }
+  });
+  return judged;
+}
+
+TEST(Certificate, HoldsForErrorsWithinTheBound) {
+  const Judged judged = judge_misled(0.999);
+  EXPECT_GT(judged.certified, 100) << "nothing was judged";
+  EXPECT_EQ(judged.refused, 0);
+}
+
+TEST(Certificate, IsRefusedForErrorsOfFourTimesTheBound) {
+  // What tips at four bounds and would have tipped at one is fine; whatever only four bounds could tip is
+  // not.
+  const Judged at_one = judge_misled(1.0);
+  const Judged at_four = judge_misled(4.0);
+  EXPECT_GT(at_four.refused, 100);
+  EXPECT_EQ(at_four.certified, at_one.certified);
+}
+
+TEST(Certificate, DoesNotHoldForWhatTheRuleCannotGive) {
+  const auto problem = test::random_problem({9, 9}, Texture::smooth, 5);
+  const SiteAnswer expected = specified_answer(problem.level, problem.start, 0, 4, 4);
+  const auto holds = [&](float x, float y) {
+    return certify(problem.level, problem.start, 0, 4, 4, {x, y}).holds;
+  };
+  EXPECT_TRUE(holds(expected.x, expected.y));
+  EXPECT_FALSE(holds(std::nextafter(expected.x, 100.0F), expected.y));
+  EXPECT_FALSE(holds(expected.x, std::nextafter(expected.y, 100.0F)));
+  EXPECT_FALSE(holds(NAN, expected.y));
+  EXPECT_FALSE(holds(expected.x, INFINITY));
+}
+
+TEST(Certificate, DoesNotHoldForTheOtherCandidateOfAnExactTie) {
+  int ties = 0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    const auto problem =
+        test::random_problem({40, 40}, Texture::dyadic, seed, StepSet::parse("0,-1,-0.25,1,0.25"));
+    const Level& level = problem.level;
+    for_each_site(level.extent, [&](int x, int y) {
+      const std::vector<bounded::real> changes = changes_at(level, problem.start, x, y);
+      const auto best = std::ranges::min_element(changes); // the first of equals
+      const SiteAnswer expected = specified_answer(level, problem.start, 0, x, y);
+      for (auto other = best + 1; other != changes.end(); ++other) {
+        if (other->exact() == best->exact()) {
+          ++ties;
+          const float step = level.steps.values()[static_cast<std::size_t>(other - changes.begin())];
+          const float moved = problem.start.x[level.extent.index(x, y)] + step;
+          EXPECT_FALSE(certify(level, problem.start, 0, x, y, {moved, expected.y}).holds);
+        }
+      }
+    });
+  }
+  EXPECT_GT(ties, 20);
+}
+
+Scene make_scene(Texture texture, std::string_view method = "icm") {
+  const StepSet steps = texture == Texture::dyadic ? StepSet::parse("0,-1,-0.25,1,0.25") : StepSet{};
+  auto problem = test::random_problem({72, 60}, texture, 11, steps);
+  Scene scene;
+  scene.name = "certified";
+  scene.full = std::move(problem.level);
+  scene.start = std::move(problem.start);
+  use_method(scene, find_method(method));
+  scene.schedule.iterations = 20;
+  if (texture != Texture::smooth) {
+    scene.schedule.start_level = 0; // interpolation between levels would leave the grid
+  }
+  return scene;
+}
+
+std::vector<Comparison> run(const Scene& scene, const Backend& backend) {
+  const auto backends = make_backends();
+  const Backend* const followers[] = {&backend};
+  Progress silent(false);
+  return verify(scene, *backends.front(), followers, {}, silent);
+}
+
+class Contracted : public testing::Test {
+protected:
+  void SetUp() override {
+    if (!has_fused_multiply_add()) {
+      GTEST_SKIP() << "this processor has no fused multiply-add";
+    }
+  }
+  std::unique_ptr<Backend> backend_ =
+      make_openmp_with("contracted", openmp::contracted::sweep_row, "fused multiply-adds");
+};
+
+TEST_F(Contracted, LandsInTheThirdTierWhereCandidatesNearlyTie) {
+  for (const Comparison& comparison : run(make_scene(Texture::tie_rich), *backend_)) {
+    EXPECT_EQ(comparison.verdict, Verdict::certified) << name_of(comparison.mode);
+    EXPECT_EQ(comparison.tier, Tier::certified);
+    EXPECT_GT(comparison.certified_ties, 100);
+    EXPECT_EQ(comparison.certified_ties, comparison.sites_differing);
+    EXPECT_EQ(comparison.uncertified, 0);
+    EXPECT_LE(comparison.largest_gap_over_bound, 1.0);
+    EXPECT_GT(comparison.largest_gap_over_bound, 0.0);
+    EXPECT_EQ(comparison.counts_differing, 0);
+    ASSERT_TRUE(comparison.first.has_value());
+    EXPECT_TRUE(comparison.first->certificate.holds);
+  }
+}
+
+TEST_F(Contracted, LandsInTheThirdTierWithEveryMethod) {
+  for (const Method& method : methods()) {
+    Scene scene = make_scene(Texture::smooth, method.name);
+    if (scene.schedule.cycle != Cycle::one_way || scene.schedule.update == Update::sequential ||
+        scene.schedule.rule == Rule::annealing) {
+      continue;
+    }
+    for (const Comparison& comparison : run(scene, *backend_)) {
+      EXPECT_EQ(comparison.uncertified, 0) << method.name << ", " << name_of(comparison.mode);
+      EXPECT_EQ(comparison.counts_differing, 0) << method.name;
+      if (scene.schedule.rule == Rule::closed_form) {
+        EXPECT_EQ(comparison.verdict, Verdict::certified) << method.name;
+      }
+    }
+  }
+}
+
+TEST_F(Contracted, HasTheBitsOfScalarWhereAllIsExact) {
+  for (const Comparison& comparison : run(make_scene(Texture::dyadic), *backend_)) {
+    EXPECT_EQ(comparison.verdict, Verdict::agree);
+    EXPECT_EQ(comparison.tier, Tier::bitwise);
+  }
+}
+
+TEST_F(Contracted, DisagreesOnASceneThatIsDeclaredExactAndIsNot) {
+  Scene scene = make_scene(Texture::tie_rich);
+  scene.exact = true;
+  for (const Comparison& comparison : run(scene, *backend_)) {
+    EXPECT_EQ(comparison.verdict, Verdict::disagree);
+  }
+}
+
+TEST_F(Contracted, WithAnotherFaultOnTopDisagrees) {
+  const test::FaultyBackend faulty(*backend_, {.name = "one_site", .in_read = [](VectorField& field) {
+                                                 field.x[field.x.size() / 3] += 0.1F;
+                                               }});
+  for (const Comparison& comparison : run(make_scene(Texture::tie_rich), faulty)) {
+    EXPECT_EQ(comparison.verdict, Verdict::disagree);
+    EXPECT_GT(comparison.certified_ties, 0);
+    ASSERT_TRUE(comparison.first.has_value());
+    EXPECT_FALSE(comparison.first->certificate.holds) << "the first one without an explanation is shown";
+  }
+}
+
+TEST(Certificate, DoesNotHoldForAWrongTieRule) {
+  const auto backends = make_backends();
+  const test::FaultyBackend faulty(*backends.front(),
+                                   {.name = "last_of_equals", .in_level = [](Level& level) {
+                                      std::vector<float> steps(level.steps.values().begin(),
+                                                               level.steps.values().end());
+                                      std::ranges::reverse(steps);
+                                      level.steps = StepSet(steps);
+                                    }});
+  for (const Comparison& comparison : run(make_scene(Texture::dyadic), faulty)) {
+    EXPECT_EQ(comparison.verdict, Verdict::disagree);
+    EXPECT_GT(comparison.uncertified, 0);
+  }
+}
+
+} // namespace
+} // namespace hdmbench
