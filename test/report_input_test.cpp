@@ -89,6 +89,9 @@ TEST_F(ReportInput, RefusesRowsThatContradictThemselves) {
   row["counts_differing"] = 2;
   EXPECT_NE(error_of(document("verify", rows(row))).find("2 counts of changed sites differ"),
             std::string::npos);
+  row = verify_row("openmp", "free");
+  row["tier"] = "none";
+  EXPECT_NE(error_of(document("verify", rows(row))).find("which the verdict contradicts"), std::string::npos);
   json bench = bench_row("openmp", "square", 300, 1.0, 2.0);
   bench["seconds_median"] = 5.0;
   EXPECT_NE(error_of(document("bench", rows(bench))).find("seconds_median"), std::string::npos);

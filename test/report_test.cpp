@@ -70,7 +70,7 @@ TEST_F(ReportPage, AllSkippedIsNotGood) {
 
 TEST_F(ReportPage, MistrustedIsNotGood) {
   json checks = agreeing_rows();
-  checks[0].update({{"verdict", "mistrusted"}, {"reason", "no site moved"}});
+  checks[0].update({{"verdict", "mistrusted"}, {"tier", "none"}, {"reason", "no site moved"}});
   const std::string box = verdict(render(document("verify", checks)));
   EXPECT_NE(box.find("verdict unsure"), std::string::npos);
   EXPECT_NE(box.find("1 of 4 cannot be trusted: openmp on square."), std::string::npos) << box;
@@ -87,6 +87,18 @@ TEST_F(ReportPage, CertifiedIsSaidApart) {
       box.find("4 of 4 comparisons, 3 to the last bit and 1 with every difference a certified near-tie"),
       std::string::npos)
       << box;
+}
+
+TEST_F(ReportPage, TheTierOfABackendIsItsLowest) {
+  json checks = agreeing_rows();
+  checks[0].update({{"tier", "exact"}});
+  EXPECT_NE(render(document("verify", checks)).find("<b>✓ bitwise</b>"), std::string::npos);
+  EXPECT_EQ(render(document("verify", checks)).find("<b>✓ exact</b>"), std::string::npos);
+  checks[0].update(
+      {{"verdict", "certified"}, {"tier", "certified"}, {"sites_differing", 2}, {"certified_ties", 2}});
+  EXPECT_NE(render(document("verify", checks)).find("<b>≈ certified</b>"), std::string::npos);
+  checks[0].update({{"verdict", "disagree"}, {"tier", "none"}, {"uncertified", 1}});
+  EXPECT_NE(render(document("verify", checks)).find("<b>✗ none</b>"), std::string::npos);
 }
 
 TEST_F(ReportPage, NamesBackendsThatWereNeverCompared) {

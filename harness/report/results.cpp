@@ -90,6 +90,11 @@ Verdict read_verdict(const JsonReader& json) {
   return static_cast<Verdict>(std::ranges::find(names, name) - names.begin());
 }
 
+Tier read_tier(const JsonReader& json) {
+  const std::vector<std::string> names(tier_names.begin(), tier_names.end());
+  return static_cast<Tier>(std::ranges::find(names, json.text("tier", names)) - names.begin());
+}
+
 // 9 digits tell any two floats apart.
 std::string plain(const nlohmann::json& value) {
   if (value.is_string()) {
@@ -145,7 +150,7 @@ VerifyRow read_verify(const JsonReader& json) {
   if (const auto first = json.object_or_null("first_difference")) {
     row.first_difference = read_first_difference(*first);
   }
-  row.tier = json.text("tier", {"exact", "bitwise", "certified", "none"});
+  row.tier = read_tier(json);
   row.verdict = read_verdict(json);
   row.reason = json.text("reason");
 
@@ -163,6 +168,11 @@ VerifyRow read_verify(const JsonReader& json) {
   if (passes && row.uncertified > 0) {
     json.fail("verdict",
               fmt::format("is a pass although {} differing sites are uncertified", row.uncertified));
+  }
+  if (passes != (row.tier != Tier::none) ||
+      (row.verdict == Verdict::certified) != (row.tier == Tier::certified)) {
+    json.fail("tier", fmt::format("is \"{}\", which the verdict contradicts",
+                                  tier_names[static_cast<std::size_t>(row.tier)]));
   }
   return row;
 }

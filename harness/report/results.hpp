@@ -4,6 +4,7 @@
 #include "harness/report/atlas_results.hpp"
 #include "harness/report/tradeoff_results.hpp"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -11,6 +12,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 /// What the result files say, typed and checked; nothing here knows HTML.
@@ -49,6 +51,9 @@ struct DeviceRow {
 
 enum class Verdict { agree, certified, disagree, mistrusted, skipped };
 
+enum class Tier { none, certified, bitwise, exact }; // the strongest last
+inline constexpr std::array<std::string_view, 4> tier_names{"none", "certified", "bitwise", "exact"};
+
 struct FirstDifference {
   std::int64_t level = 0;
   std::int64_t iteration = 0;
@@ -75,7 +80,7 @@ struct VerifyRow {
   std::int64_t counts_differing = 0; ///< iterations whose number of changed sites was wrong; 0 as above
   std::optional<double> max_abs_difference; ///< pixels; none: not finite
   std::optional<FirstDifference> first_difference;
-  std::string tier;
+  Tier tier = Tier::none;
   Verdict verdict = Verdict::skipped;
   std::string reason;
 };

@@ -73,7 +73,7 @@ std::string css_class(Verdict verdict) {
 std::string verdict_html(const VerifyRow& row) {
   switch (row.verdict) {
   case Verdict::agree:
-    return "✓ " + escape(row.tier);
+    return fmt::format("✓ {}", tier_names[static_cast<std::size_t>(row.tier)]);
   case Verdict::certified:
     return "≈ certified";
   case Verdict::disagree:
@@ -151,6 +151,71 @@ std::string matrix_html(const Results& results, const std::string& machine,
   return html + "</tbody></table></div>\n";
 }
 
+/// What all comparisons of one backend on one device come to.
+struct TierLine {
+  const Column& column;
+  Tier lowest = Tier::exact;
+  std::int64_t comparisons = 0; // that were not skipped
+  std::int64_t exact = 0;
+  std::int64_t sites_compared = 0;
+  std::int64_t sites_differing = 0;
+  std::int64_t certified = 0;
+  std::int64_t uncertified = 0;
+  std::int64_t counts_differing = 0;
+};
+
+TierLine tier_line(const Column& column, const std::vector<VerifyRow>& rows) {
+  TierLine line{.column = column};
+  for (const VerifyRow& row : rows) {
+    if (row.verdict != Verdict::skipped && belongs(row, column)) {
+      line.lowest = std::min(line.lowest, row.tier);
+      ++line.comparisons;
+      line.exact += row.tier == Tier::exact ? 1 : 0;
+      line.sites_compared += row.sites_compared;
+      line.sites_differing += row.sites_differing;
+      line.certified += row.certified_ties;
+      line.uncertified += row.uncertified;
+      line.counts_differing += row.counts_differing;
+    }
+  }
+  return line;
+}
+
+std::string tier_html(Tier tier) {
+  switch (tier) {
+  case Tier::none:
+    return R"(<td class="disagree"><b>✗ none</b></td>)";
+  case Tier::certified:
+    return R"(<td class="certified"><b>≈ certified</b></td>)";
+  default:
+    return fmt::format("<td class=\"agree\"><b>✓ {}</b></td>", tier_names[static_cast<std::size_t>(tier)]);
+  }
+}
+
+/// One line per backend, over all scenes and both modes.
+std::string tiers_html(const Results& results, const std::string& machine,
+                       const std::vector<VerifyRow>& rows) {
+  std::string html =
+      table_start("details", {"Backend", "Tier reached", ">Comparisons", ">Of them exact", ">Sites compared",
+                              ">Differing", ">Certified", ">Uncertified", ">Wrong counts"});
+  for (const Column& column : columns_of(rows)) {
+    const TierLine line = tier_line(column, rows);
+    html += fmt::format("<tr><th scope=\"row\">{}<small>{}</small></th>", escape(column.backend),
+                        device_html(results, machine, column.backend, column.device));
+    if (line.comparisons == 0) {
+      html += "<td class=\"skipped\">– skipped</td><td class=\"faint\" colspan=\"7\">not run</td></tr>\n";
+      continue;
+    }
+    html += tier_html(line.lowest);
+    for (const std::int64_t number : {line.comparisons, line.exact, line.sites_compared, line.sites_differing,
+                                      line.certified, line.uncertified, line.counts_differing}) {
+      html += fmt::format("<td class=\"number\">{}</td>", count_text(number));
+    }
+    html += "</tr>\n";
+  }
+  return html + std::string(table_end);
+}
+
 std::string first_difference_html(const VerifyRow& row) {
   if (!row.first_difference) {
     return "<td class=\"faint\">none</td>";
@@ -220,8 +285,8 @@ std::string agreement_section(const Results& results, Anchors& anchors) {
   for (const std::string& machine : results.machines) {
     const std::vector<VerifyRow> rows = results.of(results.verify, machine);
     if (!rows.empty()) {
-      html += machine_heading(results, machine, anchors) + matrix_html(results, machine, rows) +
-              all_details_html(rows);
+      html += machine_heading(results, machine, anchors) + tiers_html(results, machine, rows) +
+              matrix_html(results, machine, rows) + all_details_html(rows);
     }
   }
   return html + "</section>\n";

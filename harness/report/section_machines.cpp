@@ -188,10 +188,13 @@ std::string reading_section(const Results& results, Anchors& anchors) {
 <li>Every backend computes the same sweep over the same pyramid; <b>scalar</b>, one plain C++ thread, is what the
 others are compared with, at every site after every iteration.</li>
 <li><b>resync</b>: every iteration starts from scalar's field, so a difference is that iteration's own.
-<b>free</b>: each backend runs on alone, so a difference grows and shows as drift.</li>
+<b>free</b>: each backend runs on alone; every iteration is judged by what the specification makes of the field that the
+backend itself had before it, and how far the fields drift apart is the largest difference.</li>
 <li><b>exact</b>: same bits on a scene whose every operation is exact. <b>bitwise</b>: same bits on any scene.
 <b>certified</b>: bits differ, but each differing site chose between candidates whose energies lie within the rounding
-error bound derived for that site. One site that is not certified is a disagreement.</li>
+error bound derived for that site (of a minimiser: it lies within that bound of the exact one). One site that is not
+certified is a disagreement, and so is any difference on an exact scene. A backend has reached the lowest tier of its
+comparisons.</li>
 <li><b>skipped</b> means not run and says nothing about agreement. <b>mistrusted</b> means that the data could not have
 revealed a difference, so a match proves nothing.</li>
 <li>Times are the median of all samples with the smallest and the largest beneath it, for the whole pyramid. A speed-up
