@@ -92,13 +92,16 @@ TEST_F(ReportPage, CertifiedIsSaidApart) {
 TEST_F(ReportPage, TheTierOfABackendIsItsLowest) {
   json checks = agreeing_rows();
   checks[0].update({{"tier", "exact"}});
-  EXPECT_NE(render(document("verify", checks)).find("<b>✓ bitwise</b>"), std::string::npos);
-  EXPECT_EQ(render(document("verify", checks)).find("<b>✓ exact</b>"), std::string::npos);
+  EXPECT_NE(render(document("verify", checks)).find("<td class=\"agree\"><b>✓ bitwise</b>"),
+            std::string::npos);
+  EXPECT_EQ(render(document("verify", checks)).find("<td class=\"agree\"><b>✓ exact</b>"), std::string::npos);
   checks[0].update(
       {{"verdict", "certified"}, {"tier", "certified"}, {"sites_differing", 2}, {"certified_ties", 2}});
-  EXPECT_NE(render(document("verify", checks)).find("<b>≈ certified</b>"), std::string::npos);
+  EXPECT_NE(render(document("verify", checks)).find("<td class=\"certified\"><b>≈ certified</b>"),
+            std::string::npos);
   checks[0].update({{"verdict", "disagree"}, {"tier", "none"}, {"uncertified", 1}});
-  EXPECT_NE(render(document("verify", checks)).find("<b>✗ none</b>"), std::string::npos);
+  EXPECT_NE(render(document("verify", checks)).find("<td class=\"disagree\"><b>✗ none</b>"),
+            std::string::npos);
 }
 
 TEST_F(ReportPage, NamesBackendsThatWereNeverCompared) {
