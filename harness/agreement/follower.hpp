@@ -16,6 +16,7 @@ struct ReferenceStep {
   int number;    ///< of the sweep, since the level was loaded
   const VectorField& before;
   const VectorField& after;
+  std::int64_t changed; ///< sites that differ between the two
 };
 
 /// One backend that follows the reference in one mode, and all that is found about it.
@@ -42,7 +43,7 @@ private:
 
   std::unique_ptr<Session> session_; ///< null: skipped
   bool exact_;                       ///< Scene::exact
-  bool drifted_ = false;             ///< whether displacement_ is another field than the reference's
+  bool drifted_ = false; ///< in free mode: whether displacement_ is another field than the reference's
   VectorField displacement_;
   VectorField before_; ///< in free mode: displacement_ of the sweep before
   VectorField answer_; ///< of the specification, where it is not the reference's

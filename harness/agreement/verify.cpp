@@ -1,5 +1,6 @@
 #include "harness/agreement/verify.hpp"
 
+#include "harness/agreement/compare.hpp"
 #include "harness/agreement/follower.hpp"
 #include "harness/level_sequence.hpp"
 #include "harness/solve.hpp"
@@ -93,10 +94,10 @@ private:
       for (int sweep = 0; sweep < sweeps_per_iteration(level.update); ++sweep) {
         session_->step(1);
         session_->read(after_);
-        const std::int64_t changed = session_->changed();
+        const std::int64_t changed = compare(field_, after_).sites;
         changed_by_iteration += changed;
         for (Follower& follower : followers_) {
-          follower.follow({level, index, iteration, number, field_, after_});
+          follower.follow({level, index, iteration, number, field_, after_, changed});
         }
         std::swap(field_, after_);
         ++number;
