@@ -271,7 +271,7 @@ std::vector<Comparison> run(const Scene& scene, const Backend& backend) {
   const auto backends = make_backends();
   const Backend* const followers[] = {&backend};
   Progress silent(false);
-  return verify(scene, *backends.front(), followers, {}, silent);
+  return verify(scene, *backends.front(), followers, {.session = {.threads = 1}}, silent);
 }
 
 class Contracted : public testing::Test {
