@@ -271,7 +271,9 @@ std::vector<Comparison> run(const Scene& scene, const Backend& backend) {
   const auto backends = make_backends();
   const Backend* const followers[] = {&backend};
   Progress silent(false);
-  return verify(scene, *backends.front(), followers, {.session = {.threads = 1}}, silent);
+  VerifyOptions options;
+  options.session.threads = 1; // the fields are small
+  return verify(scene, *backends.front(), followers, options, silent);
 }
 
 class Contracted : public testing::Test {
