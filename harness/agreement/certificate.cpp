@@ -66,8 +66,8 @@ double judge_candidate(const Component& at, std::span<const float> steps, float 
 }
 
 /// The minimiser is the target, kept between two values that do not depend on it: what a target far away on
-/// either side would give. A device that is undecided between these branches is off by what it takes the
-/// remaining distance for.
+/// either side would give. The device is off by its error in these values, or, where it takes the wrong
+/// branch, by its error in the remaining distance, to which target - centre and the distance itself add.
 double judge_closed_form(const Component& at, float strength, float found) {
   constexpr float far_away = 1e30F;
   const auto with_target = [&](float target) {
@@ -77,11 +77,11 @@ double judge_closed_form(const Component& at, float strength, float found) {
   const bounded::real high = with_target(far_away);
   const double exact =
       std::clamp(at.target.exact(), std::min(low.exact(), high.exact()), std::max(low.exact(), high.exact()));
-  const double bound = std::max(low.error(), high.error());
-  const double magnitudes = std::abs(at.target.exact()) + std::abs(at.centre.exact()) +
-                            std::abs(low.exact()) + std::abs(high.exact());
-  const double undecided = bound > 0.0 ? bound + 3.0 * bounded::unit_roundoff * magnitudes : 0.0;
-  return share(std::abs(static_cast<double>(found) - exact), bound + undecided, true);
+  const double value = std::max(low.error(), high.error());
+  const double distance = std::abs(at.target.exact() - at.centre.exact());
+  const double reach = std::abs(high.exact() - low.exact()) / 2.0;
+  const double bound = value > 0.0 ? value + bounded::unit_roundoff * (distance + reach) : 0.0;
+  return share(std::abs(static_cast<double>(found) - exact), bound, true);
 }
 
 double judge_correction(const Component& at, float strength, float found) {
