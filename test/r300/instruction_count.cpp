@@ -17,50 +17,45 @@
 namespace hdmbench::test {
 namespace {
 
-std::string number_text(std::optional<int> number) {
-  return number ? fmt::format("{}", *number) : "-";
+/// Instructions, and where some are of branches or loops how many: a loop is counted once, whatever it costs.
+std::string instructions_text(const Resources& resources) {
+  return resources.flow_control == 0
+             ? fmt::format("{}", resources.instructions)
+             : fmt::format("{} ({} of flow control)", resources.instructions, resources.flow_control);
 }
 
-Table::Column words(std::string title) {
-  return {std::move(title), Table::Align::left};
-}
-
-void print(const std::string& title, const std::vector<InstructionRow>& rows, const Resources& limits) {
+void print(const std::string& title, const std::vector<InstructionRow>& rows) {
   fmt::print("\n{}\n", title);
   const bool evaluates = rows.front().energies > 0;
   std::vector<Table::Column> columns{{"candidates"}};
   if (evaluates) {
-    columns.push_back({"energies"});
+    columns.push_back({"vectors"});
   }
   columns.insert(columns.end(), {{"instructions"},
-                                 {"limit"},
                                  {"of them texture"},
                                  {"temporaries"},
-                                 {"limit"},
                                  {"scalar operations"},
-                                 words("fits"),
-                                 words("shader")});
+                                 {"fits", Table::Align::left},
+                                 {"shader", Table::Align::left}});
   Table table(columns);
   for (const InstructionRow& row : rows) {
     const auto& [resources, refusal] = row.compilation;
-    const auto of = [&](int Resources::*which) {
-      return number_text(resources ? std::optional((*resources).*which) : std::nullopt);
-    };
     std::vector<std::string> cells{row.candidates > 0 ? fmt::format("{}", row.candidates) : "-"};
     if (evaluates) {
       cells.push_back(fmt::format("{}", row.energies));
     }
-    for (std::string cell : {of(&Resources::instructions), fmt::format("{}", limits.instructions),
-                             of(&Resources::texture_instructions), of(&Resources::temporaries),
-                             fmt::format("{}", limits.temporaries), number_text(row.scalar_operations),
-                             resources ? std::string("yes") : "NO: " + refusal, row.shader}) {
-      cells.push_back(std::move(cell));
-    }
+    cells.push_back(resources ? instructions_text(*resources) : "-");
+    cells.push_back(resources ? fmt::format("{}", resources->texture_instructions) : "-");
+    cells.push_back(resources ? fmt::format("{}", resources->temporaries) : "-");
+    cells.push_back(row.scalar_operations ? fmt::format("{}", *row.scalar_operations) : "-");
+    cells.push_back(resources ? "yes" : "NO: " + refusal);
+    cells.push_back(row.shader);
     table.add(std::move(cells));
   }
   fmt::print("{}", table.text());
 }
 
+/// commands::disagreement where a set of candidates does not fit.
 int count(const std::filesystem::path& json) {
   if (!json.empty()) {
     require_writable(json);
@@ -81,20 +76,21 @@ int count(const std::filesystem::path& json) {
   }
   progress.clear();
 
-  fmt::print("Compiled for {} ({}), the thesis's Radeon X1300, which need not be there.\n",
-             compiler.device().name, compiler.device().driver);
-  print("What gl-fragment sends for icm, by the number of candidates:", candidates, limits);
+  fmt::print("Compiled for {} ({}), the thesis's Radeon X1300, which need not be there.\n"
+             "It has room for {} instructions and {} temporaries.\n",
+             compiler.device().name, compiler.device().driver, limits.instructions, limits.temporaries);
+  print("What gl-fragment sends for icm, by the number of candidates:", candidates);
   const auto refused = std::ranges::find_if_not(
       candidates, [](const InstructionRow& row) { return row.compilation.resources.has_value(); });
   fmt::print("  {}\n", refused == candidates.end()
                            ? fmt::format("All fit; {} candidates are the most that a set can have.",
                                          candidates.back().candidates)
                            : fmt::format("{} candidates do not fit.", refused->candidates));
-  print("What it sends for every method:", methods, limits);
+  print("What it sends for every method:", methods);
   print("The thesis's evaluation, the whole energy of candidate vectors from n step sizes (it says that 4 "
         "come close "
         "to 512 and 6 go past):",
-        vectors, limits);
+        vectors);
   if (!json.empty()) {
     nlohmann::json results = nlohmann::json::array();
     for (const auto* const rows : {&candidates, &methods, &vectors}) {

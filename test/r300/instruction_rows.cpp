@@ -145,6 +145,7 @@ nlohmann::json to_json(const InstructionRow& row, const ShaderCompiler& compiler
           {"instructions", used(&Resources::instructions)},
           {"texture_instructions", used(&Resources::texture_instructions)},
           {"temporaries", used(&Resources::temporaries)},
+          {"flow_control", used(&Resources::flow_control)},
           {"refusal", refusal},
           {"scalar_operations", number_or_null(row.scalar_operations)},
           {"device", compiler.device().name},

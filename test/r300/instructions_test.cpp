@@ -21,16 +21,18 @@ using testing::ThrowsMessage;
 constexpr int budget = 512;
 
 TEST(Judgement, ReadsTheLastFragmentShader) {
-  const std::vector<std::string> messages{
-      "VS shader: 1 inst, 0 vinst, 0 tex, 1 temps, 0 consts, 0 lits",
-      "FS shader: 7 inst, 4 vinst, 2 sinst, 0 predicate, 1 tex, 0 presub, 2 temps, 4 consts, 0 lits",
-      "FS shader: 128 inst, 109 vinst, 66 sinst, 0 predicate, 11 tex, 18 presub, 17 temps, 11 consts, 0 "
-      "lits"};
+  const std::vector<std::string> messages{"VS shader: 1 inst, 0 vinst, 0 tex, 1 temps, 0 consts, 0 lits",
+                                          "FS shader: 7 inst, 4 vinst, 2 sinst, 0 predicate, 0 flowcontrol, "
+                                          "1 tex, 0 presub, 2 temps, 4 consts, 0 lits",
+                                          "FS shader: 128 inst, 109 vinst, 66 sinst, 0 predicate, 3 "
+                                          "flowcontrol, 11 tex, 18 presub, 17 temps, 11 consts, 0 "
+                                          "lits"};
   const Compilation made = judge(messages, "");
   ASSERT_TRUE(made.resources);
   EXPECT_EQ(made.resources->instructions, 128);
   EXPECT_EQ(made.resources->texture_instructions, 11);
   EXPECT_EQ(made.resources->temporaries, 17);
+  EXPECT_EQ(made.resources->flow_control, 3);
 }
 
 TEST(Judgement, ADummyIsARefusal) {
@@ -125,6 +127,7 @@ TEST_F(Budget, EveryStepSetFits) {
     EXPECT_GT(row.compilation.resources->instructions, before)
         << "a candidate that costs nothing is not evaluated";
     before = row.compilation.resources->instructions;
+    EXPECT_EQ(row.compilation.resources->flow_control, 0) << "a loop is counted once, whatever it costs";
   }
 }
 

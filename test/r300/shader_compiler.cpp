@@ -143,9 +143,9 @@ Compilation judge(std::span<const std::string> messages, const std::string& erro
   }
   for (auto message = messages.rbegin(); message != messages.rend(); ++message) {
     if (message->starts_with("FS shader: ")) {
-      return {
-          Resources{number_of(*message, "inst"), number_of(*message, "tex"), number_of(*message, "temps")},
-          {}};
+      return {Resources{number_of(*message, "inst"), number_of(*message, "tex"), number_of(*message, "temps"),
+                        number_of(*message, "flowcontrol")},
+              {}};
     }
   }
   throw DeviceError("the driver reported neither the statistics of the fragment shader nor an error");
@@ -195,7 +195,7 @@ ShaderCompiler::ShaderCompiler() {
     return value;
   };
   limits_ = {limit(GL_MAX_PROGRAM_NATIVE_INSTRUCTIONS_ARB), limit(GL_MAX_PROGRAM_NATIVE_TEX_INSTRUCTIONS_ARB),
-             limit(GL_MAX_PROGRAM_NATIVE_TEMPORARIES_ARB)};
+             limit(GL_MAX_PROGRAM_NATIVE_TEMPORARIES_ARB), 0};
 }
 
 Compilation ShaderCompiler::compile(const std::string& fragment_shader) {

@@ -17,6 +17,8 @@ struct Resources {
   int instructions = 0; ///< arithmetic and texture instructions share one store
   int texture_instructions = 0;
   int temporaries = 0; ///< registers of four floats
+  int flow_control =
+      0; ///< of the instructions, those of branches and loops: fragment programs of 2008 had none
 };
 
 struct Compilation {
