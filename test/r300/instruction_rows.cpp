@@ -98,27 +98,30 @@ std::vector<InstructionRow> measure_vectors(ShaderCompiler& compiler) {
                             .energies = static_cast<int>(vectors.size())},
                            vector_candidates_shader(energy, vectors)));
   };
+  const char* const as_printed = "equations as printed";
   for (int count = 2; count <= 6; ++count) {
-    add("n x n, as printed", count, Energy::as_printed, product_set(uniform_steps(count)));
-  }
-  // One vector more each: which limit is met first.
-  for (std::size_t vectors = 4 * 4; vectors <= 4 * 4 + 1; ++vectors) {
-    std::vector<Candidate> some = product_set(uniform_steps(6));
-    some.resize(vectors);
-    add("some of n x n, as printed", 6, Energy::as_printed, some);
+    add(as_printed, count, Energy::as_printed, product_set(uniform_steps(count)));
+    if (count == 4) { // one vector more: which limit is met first
+      std::vector<Candidate> one_more = product_set(uniform_steps(5));
+      one_more.resize(4 * 4 + 1);
+      add(as_printed, 5, Energy::as_printed, one_more);
+    }
   }
   for (const int count : {4, 6}) {
-    add("n x n, as printed, steps as literals", count, Energy::as_printed, product_set(literal_steps(count)));
+    add("equations as printed, step sizes as literals", count, Energy::as_printed,
+        product_set(literal_steps(count)));
   }
   for (int count = 2; count <= 6; ++count) {
-    add("n x n, site_energy on two-vectors", count, Energy::site_energy, product_set(uniform_steps(count)));
+    add("energy.inc's site_energy on two-vectors", count, Energy::site_energy,
+        product_set(uniform_steps(count)));
   }
   for (int count = 2; count <= 6; ++count) {
-    add("n x n, site_energy on scalars", count, Energy::site_energy_on_scalars,
+    add("energy.inc's site_energy on scalars", count, Energy::site_energy_on_scalars,
         product_set(uniform_steps(count)));
   }
   for (const int count : {4, 6}) {
-    add("n, as printed", count, Energy::as_printed, diagonal_set(uniform_steps(count)));
+    add("equations as printed, x and y in step", count, Energy::as_printed,
+        diagonal_set(uniform_steps(count)));
   }
   return rows;
 }
