@@ -6,6 +6,7 @@
 #include "test/r300/vector_candidates.hpp"
 
 #include <fmt/format.h>
+#include <shaders/count_fragment.hpp>
 #include <shaders/sweep_fragment.hpp>
 
 namespace hdmbench::test {
@@ -70,6 +71,8 @@ std::vector<InstructionRow> measure_methods(ShaderCompiler& compiler) {
       rows.push_back(std::move(*row));
     }
   }
+  rows.push_back(measure(compiler, {.group = "methods", .shader = "the count of changed sites"},
+                         std::string(sources::count_fragment)));
   // The longest shader of all. Of the sets larger than its usual one, the largest that fits and the first
   // that does not. It leaves out the 0.
   const std::string larger = "annealing, more candidates";
