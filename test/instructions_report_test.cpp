@@ -66,7 +66,7 @@ TEST_F(InstructionsReport, TheNewestFileReplacesTheOlder) {
 }
 
 TEST_F(InstructionsReport, NoResultsNameTheProgram) {
-  EXPECT_THAT(render(document("verify", agreeing_rows())), HasSubstr("instruction_count --json FILE"));
+  EXPECT_THAT(render(document("verify", agreeing_rows())), HasSubstr("instruction_count --json"));
 }
 
 TEST_F(InstructionsReport, ContradictionsAreRefused) {

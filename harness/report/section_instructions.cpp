@@ -115,13 +115,29 @@ std::string vectors_table(const Rows& rows) {
   return html + std::string(table_end);
 }
 
+constexpr std::string_view vectors_start = R"(<h4>The thesis's evaluation</h4>
+<p>Its candidates are vectors: n step sizes for x and for y make n × n of them, each with the whole energy of the site.
+It found that 4 step sizes fit and 6 do not. Its shader is not printed, so ours is written in several ways.</p>
+)";
+
+constexpr std::string_view vectors_end =
+    R"(<p>On two-vectors a compiler does not see that half of the terms depend
+on x alone, and computes them for every vector again; on scalars it shares them. gl-fragment has no vectors to try: x
+and y do not depend on each other, so each takes its own best step, by the difference form.</p>
+)";
+
+constexpr std::string_view scalar_operations_note =
+    R"(<p>Scalar operations are a second opinion, without a card: float
+operations after glslang and spirv-opt, one per component. An instruction of the card is up to four of them.</p>
+)";
+
 std::string machine_html(const Rows& rows) {
   const InstructionsRow& any = rows.front();
-  std::string html =
-      fmt::format("<p>Compiled for {} by {}. It has room for {} instructions, texture fetches included. A "
-                  "shader that is too long "
-                  "fails there without an OpenGL error, so what reports no count does not fit.</p>\n",
-                  escape(any.device), escape(any.driver), count_text(any.instructions_limit));
+  std::string html = fmt::format(
+      R"(<p>Compiled for {} by {}. It has room for {} instructions, texture fetches included. A shader that
+is too long fails there without an OpenGL error, so what reports no count does not fit.</p>
+)",
+      escape(any.device), escape(any.driver), count_text(any.instructions_limit));
   if (const Rows candidates = of_group(rows, "candidates"); !candidates.empty()) {
     html += "<h4>What gl-fragment sends, by the number of candidates</h4>\n" +
             candidates_sentence(candidates) + sweeps_table(candidates, false);
@@ -130,35 +146,30 @@ std::string machine_html(const Rows& rows) {
     html += "<h4>What it sends for every method</h4>\n" + sweeps_table(methods, true);
   }
   if (const Rows vectors = of_group(rows, "vectors"); !vectors.empty()) {
-    html += "<h4>The thesis's evaluation</h4>\n<p>Its candidates are vectors: n step sizes for x and for y "
-            "make n × n "
-            "of them, each with the whole energy of the site. Its shader is not printed, so ours is written "
-            "in several "
-            "ways.</p>\n" +
-            vectors_table(vectors) +
-            "<p>On two-vectors a compiler does not see that half of the terms depend on x alone, and "
-            "computes them for "
-            "every vector again; on scalars it shares them. gl-fragment has no vectors to try: x and y do "
-            "not depend "
-            "on each other, so each takes its own best step, by the difference form.</p>\n";
+    html += std::string(vectors_start) + vectors_table(vectors) + std::string(vectors_end);
   }
-  return html +
-         "<p>Scalar operations are a second opinion, without a card: float operations after glslang and "
-         "spirv-opt, one per component. An instruction of the card is up to four of them.</p>\n";
+  return html + std::string(scalar_operations_note);
 }
+
+constexpr std::string_view introduction =
+    R"(<p>The thesis's card ran fragment shaders of up to 512 operations. With 4
+step sizes its shader came very close, 6 went past it (5.4, 6.2.4). Mesa has that card's compiler, which needs no card to
+count.</p>
+)";
+
+constexpr std::string_view no_counts =
+    R"(<p class="empty">No counts in these results; <code>instruction_count --json
+FILE</code> in the build folder's test/ produces them.</p>
+)";
 
 } // namespace
 
 std::string instructions_section(const Results& results, Anchors& anchors) {
-  std::string html =
-      "<section>\n" + heading(2, anchors.unique("instructions"), "The thesis's 512 operations") +
-      "<p>The thesis's card ran fragment shaders of up to 512 operations. With 4 step sizes its shader came "
-      "very close, "
-      "6 went past it (5.4, 6.2.4). Mesa has that card's compiler, which needs no card to count.</p>\n";
+  std::string html = "<section>\n" +
+                     heading(2, anchors.unique("instructions"), "The thesis's 512 operations") +
+                     std::string(introduction);
   if (results.instructions.empty()) {
-    return html + "<p class=\"empty\">No counts in these results; <code>instruction_count --json FILE</code> "
-                  "in the build "
-                  "folder's test/ produces them.</p>\n</section>\n";
+    return html + std::string(no_counts) + "</section>\n";
   }
   for (const std::string& machine : results.machines) {
     const Rows rows = results.of(results.instructions, machine);
