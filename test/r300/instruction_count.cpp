@@ -87,9 +87,9 @@ int count(const std::filesystem::path& json) {
                                          candidates.back().candidates)
                            : fmt::format("{} candidates do not fit.", refused->candidates));
   print("What it sends for every method:", methods);
-  print("The thesis's evaluation, the whole energy of candidate vectors from n step sizes (it says that 4 "
-        "come close "
-        "to 512 and 6 go past):",
+  print("The thesis's evaluation, the whole energy of every vector of n step sizes (it says: 4 come close, 6 "
+        "go "
+        "past):",
         vectors);
   if (!json.empty()) {
     nlohmann::json results = nlohmann::json::array();
