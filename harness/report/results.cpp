@@ -253,6 +253,9 @@ bool same_place(const Row& a, const Row& b) {
 bool replaces(const DeviceRow&, const DeviceRow&) {
   return true;
 }
+bool replaces(const InstructionsRow&, const InstructionsRow&) {
+  return true;
+}
 bool replaces(const VerifyRow& a, const VerifyRow& b) {
   return same_place(a, b) && a.mode == b.mode;
 }
@@ -345,6 +348,8 @@ Results load_results(std::span<const Path> paths) {
       merge(results, results.accuracy, context, reader, read_accuracy);
     } else if (command == "atlas") {
       merge(results, results.atlas, context, reader, read_atlas);
+    } else if (command == "instructions") {
+      merge(results, results.instructions, context, reader, read_instructions);
     } else if (command == "tradeoff") {
       merge(results, results.tradeoff, context, reader, read_tradeoff, "point");
       merge(results, results.equal_accuracy, context, reader, read_equal_accuracy, "equal accuracy");

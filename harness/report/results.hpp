@@ -2,6 +2,7 @@
 
 #include "harness/report/accuracy_results.hpp"
 #include "harness/report/atlas_results.hpp"
+#include "harness/report/instructions_results.hpp"
 #include "harness/report/tradeoff_results.hpp"
 
 #include <array>
@@ -135,6 +136,7 @@ struct Results {
   std::vector<RunRow> run;
   std::vector<AccuracyRow> accuracy;
   std::vector<AtlasRow> atlas;
+  std::vector<InstructionsRow> instructions;
   std::vector<TradeoffRow> tradeoff;
   std::vector<EqualAccuracyRow> equal_accuracy;
 
@@ -159,7 +161,7 @@ struct Results {
 
 /// Reads files, or the *.json files of folders. Of the same command, machine, scene, size, backend, device
 /// and mode or method (for accuracy also variant and Poisson ratios, for tradeoff effort) only the
-/// newest row stays; a machine's newest `devices` file replaces the older ones.
+/// newest row stays; a machine's newest `devices` or `instructions` file replaces the older ones.
 /// Throws InputError naming file and key for whatever is missing, mistyped or contradicts itself (a row that
 /// "agrees" with differing sites).
 [[nodiscard]] Results load_results(std::span<const std::filesystem::path> paths);

@@ -88,8 +88,7 @@ std::string machine_html(const Results& results, const std::string& machine) {
 
 std::string file_row(const Context& context) {
   std::string fate = fmt::format("{}", plural(static_cast<std::int64_t>(context.rows), "row"));
-  if (context.command != "devices" && context.command != "verify" && context.command != "bench" &&
-      context.command != "run" && context.command != "accuracy") {
+  if (context.rows == 0) {
     fate = "not shown on this page";
   } else if (context.replaced > 0) {
     fate += fmt::format(", {} of them replaced by newer ones", context.replaced);
@@ -212,7 +211,8 @@ are over its own CPU program.</li>
   std::set<std::string> seen;
   for (const Context& context : results.contexts) {
     if (seen.insert(context.arguments).second) {
-      html += fmt::format("hdmbench {}\n", escape(context.arguments));
+      const std::string_view program = context.command == "instructions" ? "instruction_count" : "hdmbench";
+      html += fmt::format("{} {}\n", program, escape(context.arguments));
     }
   }
   html += "</pre>\n<details><summary>The result files behind this page</summary>\n";

@@ -1,0 +1,212 @@
+#include "test/r300/shader_compiler.hpp"
+
+#include "backends/gl/objects.hpp"
+
+#include <fmt/format.h>
+#include <shaders/quad_vertex.hpp>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <array>
+#include <charconv>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <string_view>
+
+namespace hdmbench::test {
+
+namespace {
+
+constexpr gl::Version required{2, 1};
+constexpr std::string_view card_name = "RV515";
+
+/// The number before `unit` in "FS shader: 128 inst, 11 tex, ...". Throws DeviceError.
+int number_of(std::string_view line, std::string_view unit) {
+  const std::string what = fmt::format(" {},", unit);
+  const auto end = line.find(what);
+  const auto begin = end == std::string_view::npos ? end : line.rfind(' ', end - 1);
+  int number = 0;
+  if (begin == std::string_view::npos ||
+      std::from_chars(line.data() + begin + 1, line.data() + end, number).ptr != line.data() + end) {
+    throw DeviceError(fmt::format("the driver's statistics do not tell \"{}\": {}", unit, line));
+  }
+  return number;
+}
+
+void APIENTRY record(GLenum, GLenum, GLuint, GLenum, GLsizei, const GLchar* message, const void* messages) {
+  static_cast<std::vector<std::string>*>(const_cast<void*>(messages))->emplace_back(message);
+}
+
+template <typename Pointer>
+Pointer resolve(const gl::Api& api, const char* name) {
+  const auto function = reinterpret_cast<Pointer>(api.resolve(name));
+  if (function == nullptr) {
+    throw DeviceError(fmt::format("the OpenGL driver has no {}", name));
+  }
+  return function;
+}
+
+/// A context that reports all that KHR_debug says.
+class RecordedContext final : public gl::Context {
+public:
+  RecordedContext(std::unique_ptr<gl::Context> context, std::vector<std::string>& messages)
+      : context_(std::move(context)), messages_(messages) {}
+
+  const gl::Api& api() const override { return context_->api(); }
+
+private:
+  void bind() override {
+    current_.emplace(*context_);
+    const auto enable = resolve<void (*)(GLenum)>(api(), "glEnable");
+    enable(GL_DEBUG_OUTPUT);
+    enable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+    resolve<PFNGLDEBUGMESSAGECALLBACKPROC>(api(), "glDebugMessageCallback")(record, &messages_);
+  }
+  void unbind() noexcept override { current_.reset(); }
+
+  std::unique_ptr<gl::Context> context_;
+  std::vector<std::string>& messages_;
+  std::optional<Current> current_;
+};
+
+class CardPlatform final : public gl::Platform {
+public:
+  explicit CardPlatform(std::vector<std::string>& messages)
+      : egl_(gl::make_egl_platform()), messages_(messages), devices_(egl_->devices(required)) {
+    while (index_ < devices_.size() && devices_[index_].name.find(card_name) == std::string::npos) {
+      ++index_;
+    }
+    if (index_ == devices_.size()) {
+      throw DeviceError(fmt::format(
+          "EGL does not see the {} of radeon_x1300.cpp; run with EGL_LOG_LEVEL=debug", card_name));
+    }
+  }
+
+  std::vector<Device> devices(gl::Version) const override { return {devices_[index_]}; }
+
+  std::unique_ptr<gl::Context> open(std::size_t, gl::Version version) const override {
+    return std::make_unique<RecordedContext>(egl_->open(index_, version), messages_);
+  }
+
+private:
+  std::unique_ptr<gl::Platform> egl_;
+  std::vector<std::string>& messages_;
+  std::vector<Device> devices_;
+  std::size_t index_ = 0;
+};
+
+/// A quad over one float rectangle texture per sampler, drawn to another.
+void draw(const gl::Api& api, const gl::Program& program) {
+  constexpr GLsizei size = 4;
+  const std::array<const char*, 3> samplers{"image", "observation", "confidence"};
+  std::vector<gl::Texture> textures;
+  for (std::size_t i = 0; i <= samplers.size(); ++i) {
+    textures.emplace_back(api);
+    api.ActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(i));
+    api.BindTexture(GL_TEXTURE_RECTANGLE_ARB, textures[i].name());
+    api.TexParameteri(GL_TEXTURE_RECTANGLE_ARB, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    api.TexParameteri(GL_TEXTURE_RECTANGLE_ARB, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    api.TexImage2D(GL_TEXTURE_RECTANGLE_ARB, 0, GL_RGBA32F_ARB, size, size, 0, GL_RGBA, GL_FLOAT, nullptr);
+  }
+  const gl::Framebuffer framebuffer(api);
+  api.BindFramebufferEXT(GL_FRAMEBUFFER_EXT, framebuffer.name());
+  api.FramebufferTexture2DEXT(GL_FRAMEBUFFER_EXT, GL_COLOR_ATTACHMENT0_EXT, GL_TEXTURE_RECTANGLE_ARB,
+                              textures.back().name(), 0);
+  const gl::Buffer quad(api);
+  static constexpr std::array<GLfloat, 8> corners{-1, -1, 1, -1, -1, 1, 1, 1};
+  api.BindBuffer(GL_ARRAY_BUFFER, quad.name());
+  api.BufferData(GL_ARRAY_BUFFER, sizeof(corners), corners.data(), GL_STATIC_DRAW);
+  api.EnableVertexAttribArray(0);
+  api.VertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, 0, nullptr);
+  program.use();
+  for (std::size_t i = 0; i < samplers.size(); ++i) {
+    api.Uniform1i(program.uniform(samplers[i]), static_cast<GLint>(i));
+  }
+  api.Viewport(0, 0, size, size);
+  api.DrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+  api.Finish();
+}
+
+} // namespace
+
+Compilation judge(std::span<const std::string> messages, const std::string& errors) {
+  constexpr std::string_view mark = "Compiler Error:\n";
+  if (const auto error = errors.find(mark); error != std::string::npos) {
+    const auto begin = error + mark.size();
+    std::string line = errors.substr(begin, errors.find('\n', begin) - begin);
+    if (const auto place = line.find("(): ");
+        place != std::string::npos) { // "../src/FILE.c::FUNCTION(): WHAT"
+      line.erase(0, place + 4);
+    }
+    return {std::nullopt, line};
+  }
+  for (auto message = messages.rbegin(); message != messages.rend(); ++message) {
+    if (message->starts_with("FS shader: ")) {
+      return {Resources{number_of(*message, "inst"), number_of(*message, "tex"), number_of(*message, "temps"),
+                        number_of(*message, "flowcontrol")},
+              {}};
+    }
+  }
+  throw DeviceError("the driver reported neither the statistics of the fragment shader nor an error");
+}
+
+std::string why_missing() {
+  const char* const path = std::getenv("LIBGL_DRIVERS_PATH");
+  const std::filesystem::path driver =
+      std::filesystem::path(path == nullptr ? HDMBENCH_DRIVERS : path) / "r300_dri.so";
+  return std::filesystem::exists(driver)
+             ? ""
+             : fmt::format("there is no {}, Mesa's driver of the card", driver.string());
+}
+
+std::unique_ptr<gl::Platform> make_card(std::vector<std::string>& messages) {
+  return std::make_unique<CardPlatform>(messages);
+}
+
+StandardError::StandardError() : before_(dup(STDERR_FILENO)), file_(memfd_create("stderr", MFD_CLOEXEC)) {
+  std::fflush(stderr);
+  dup2(file_, STDERR_FILENO);
+}
+
+StandardError::~StandardError() {
+  std::fflush(stderr);
+  dup2(before_, STDERR_FILENO);
+  close(before_);
+  close(file_);
+}
+
+std::string StandardError::text() const {
+  std::fflush(stderr);
+  std::string text(static_cast<std::size_t>(lseek(file_, 0, SEEK_END)), '\0');
+  text.resize(static_cast<std::size_t>(pread(file_, text.data(), text.size(), 0)));
+  return text;
+}
+
+ShaderCompiler::ShaderCompiler() {
+  const auto card = make_card(messages_);
+  device_ = card->devices(required).front();
+  context_ = card->open(0, required);
+  const gl::Context::Current current(*context_);
+  const auto get_limit = resolve<PFNGLGETPROGRAMIVARBPROC>(context_->api(), "glGetProgramivARB");
+  const auto limit = [&](GLenum name) {
+    GLint value = 0;
+    get_limit(GL_FRAGMENT_PROGRAM_ARB, name, &value);
+    return value;
+  };
+  limits_ = {limit(GL_MAX_PROGRAM_NATIVE_INSTRUCTIONS_ARB), limit(GL_MAX_PROGRAM_NATIVE_TEX_INSTRUCTIONS_ARB),
+             limit(GL_MAX_PROGRAM_NATIVE_TEMPORARIES_ARB), 0};
+}
+
+Compilation ShaderCompiler::compile(const std::string& fragment_shader) {
+  const gl::Context::Current current(*context_);
+  const gl::Api& api = context_->api();
+  messages_.clear();
+  const StandardError errors;
+  const gl::Program program(
+      api, {{GL_VERTEX_SHADER, std::string(sources::quad_vertex)}, {GL_FRAGMENT_SHADER, fragment_shader}});
+  draw(api, program);
+  return judge(messages_, errors.text());
+}
+
+} // namespace hdmbench::test
