@@ -212,6 +212,16 @@ TEST(Exactness, RefusesValuesThatAreTooLarge) {
                 problem.level.modulus.values[21] = 0x1p-120F;
               }),
               HasSubstr("leaves the range"));
+  EXPECT_THAT(
+      inexact_after([](test::Problem& problem) { problem.level.steps = StepSet::parse("0,-1,0.001"); }),
+      HasSubstr("the value 0.001, in units of 2^-33, leaves the range"));
+}
+
+// The thesis's K on the square: all sums have 24 bits, the difference of two of them has not.
+TEST(Exactness, RefusesComparisonsWhoseDifferenceRounds) {
+  Scene scene = load_scene("exact-square");
+  scene.full.penalty = 1000.0F;
+  EXPECT_THAT(inexact(scene), testing::ContainsRegex("sweep [0-9]+: .* < .*need 25 bits"));
 }
 
 TEST(Exactness, RefusesTheLastSiteOfTheLastRow) {

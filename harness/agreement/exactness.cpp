@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -40,11 +41,9 @@ double lowest_bit(float value) {
   return std::bit_cast<double>(power << 52);
 }
 
-constexpr double largest = 0x1p30;
-constexpr double smallest = 0x1p-30;
-
+/// False for NaN.
 bool is_in_range(double magnitude, double quantum) {
-  return magnitude <= largest && quantum >= smallest;
+  return magnitude <= 0x1p30 && quantum >= 0x1p-30;
 }
 
 /// Whether every multiple of quantum up to magnitude is a float. False for NaN.
@@ -61,7 +60,11 @@ struct real {
   real() = default;
   // Implicit, as energy.inc and update.inc write constants.
   real(float value_)
-      : value(value_), magnitude(std::abs(static_cast<double>(value_))), quantum(lowest_bit(value_)) {}
+      : value(value_), magnitude(std::abs(static_cast<double>(value_))), quantum(lowest_bit(value_)) {
+    if (!is_in_range(magnitude, quantum)) {
+      throw Inexact{'=', value, value, magnitude, quantum};
+    }
+  }
   real(int constant) : real(static_cast<float>(constant)) {}
   real(double constant) : real(static_cast<float>(constant)) {}
 
@@ -142,8 +145,9 @@ void require_exact_inverse(float modulus, float inverse) {
 } // namespace
 
 std::string InexactOperation::text() const {
-  const std::string where =
-      fmt::format("x = {}, y = {}, sweep {}: {} {} {}", x, y, sweep, left, operation, right);
+  const std::string site = fmt::format("x = {}, y = {}, sweep {}: ", x, y, sweep);
+  const std::string where = site + (operation == '=' ? fmt::format("the value {}", left)
+                                                     : fmt::format("{} {} {}", left, operation, right));
   if (operation == '/') {
     return where + " is not a power of two";
   }
@@ -154,37 +158,41 @@ std::string InexactOperation::text() const {
     return where + " is rounded";
   }
   if (!proven::is_in_range(magnitude, quantum)) {
-    return where + " leaves the range 2^-30 ... 2^30";
+    return fmt::format("{}, in units of 2^{}, leaves the range 2^-30 ... 2^30", where, std::ilogb(quantum));
   }
   return fmt::format("{}: terms of up to {:.6g} in units of 2^{} need {} bits, float32 has 24", where,
                      magnitude, std::ilogb(quantum), std::ilogb(magnitude / quantum) + 1);
 }
 
 std::optional<InexactOperation> first_inexact(const Level& level, const VectorField& before, int number) {
-  const SweepState state = sweep_state(level, number);
-  const proven::Sweep sweep{state.colour, state.strength, state.number, state.seed};
-  const std::array<float, StepSet::maximum_count>& candidates = level.steps.padded();
-  std::array<proven::real, StepSet::maximum_count> steps;
-  std::ranges::copy(candidates, steps.begin());
-  const int colours = sweeps_per_iteration(level.update);
-  for (int y = 0; y < level.extent.height; ++y) {
-    for (int x = 0; x < level.extent.width; ++x) {
-      const energy::Site site = energy::gather(level, before, x, y);
-      try {
+  int x = 0;
+  int y = 0;
+  try {
+    const SweepState state = sweep_state(level, number);
+    const proven::Sweep sweep{state.colour, state.strength, state.number, state.seed};
+    std::array<proven::real, StepSet::maximum_count> steps;
+    std::ranges::copy(level.steps.padded(), steps.begin());
+    const int colours = sweeps_per_iteration(level.update);
+    for (y = 0; y < level.extent.height; ++y) {
+      for (x = 0; x < level.extent.width; ++x) {
+        energy::Site site = energy::gather(level, before, x, y);
+        if (!needs_inverse_curvature(level.rule)) { // a level may have it all the same
+          site.inverse_curvature_x = site.inverse_curvature_y = 0.0F;
+        }
         proven::require_exact_inverse(site.modulus, site.inverse_modulus.centre);
         (void)proven::swept_displacement(static_cast<int>(level.rule), colours, proven::inputs(site), {x, y},
                                          sweep, steps.data(), level.steps.count());
-      } catch (const proven::Inexact& found) {
-        return InexactOperation{.x = x,
-                                .y = y,
-                                .sweep = number,
-                                .operation = found.operation,
-                                .left = found.left,
-                                .right = found.right,
-                                .magnitude = found.magnitude,
-                                .quantum = found.quantum};
       }
     }
+  } catch (const proven::Inexact& found) {
+    return InexactOperation{.x = x,
+                            .y = y,
+                            .sweep = number,
+                            .operation = found.operation,
+                            .left = found.left,
+                            .right = found.right,
+                            .magnitude = found.magnitude,
+                            .quantum = found.quantum};
   }
   return std::nullopt;
 }

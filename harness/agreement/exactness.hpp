@@ -12,7 +12,7 @@ struct InexactOperation {
   int x = 0;
   int y = 0;
   int sweep = 0;      ///< since the level was loaded, from 0
-  char operation = 0; ///< + - * /, or < for any comparison, judged as the difference whose sign it is
+  char operation = 0; ///< + - * /, < for any comparison, = for an input or constant out of range
   float left = 0.0F;  ///< operands
   float right = 0.0F;
   double magnitude = 0.0; ///< no partial sum, in whatever order, is larger than this ...
@@ -32,14 +32,15 @@ struct InexactOperation {
 /// sum M_a + M_b and min(Q_a, Q_b). By induction everything that an expression can be put together from is a
 /// multiple of Q and at most M; where M <= 2^24 Q, a float holds it. What a common factor is taken out of
 /// only gains by that, since a factor is at least its own quantum. M itself is right in double: a product has
-/// 48 bits at most, and a sum of more than 53 exceeds 2^24 Q however it is rounded. All M and Q lie within
-/// 2^-30 ... 2^30: so does the whole of a product, whence any part of one of up to seven factors, as many as
-/// there are, lies within 2^-120 ... 2^120. The operation itself is done in float and in double, too, and
-/// compared. Comparisons are judged as the sign of a difference, as the hardware of the thesis compares.
-/// 1 / m, which the host rounds, must be exact.
+/// 48 bits at most, and a sum of more than 53 exceeds 2^24 Q however it is rounded. All M and Q, inputs
+/// included, lie within 2^-30 ... 2^30, whence any part of a product of up to seven factors, as many as there
+/// are, lies within 2^-120 ... 2^120. To check the induction itself, every operation is also done in float
+/// and in double, and compared. Comparisons are judged as the sign of a difference, as the hardware of the
+/// thesis compares. 1 / m, which the host rounds, must be exact.
 ///
-/// Rule::steps can be exact. Closed form and correction are not, but where 1 / A is, nor is annealing: its
-/// random numbers are multiples of 1 / 4093. `before` has the extent of the level.
+/// Only Rule::steps can be exact: closed form and correction need 1 / A, and no A, a sum of six squares of
+/// 1 + 2^k with k from -5 to 5, is a power of two; the random numbers of annealing are multiples of 1 / 4093.
+/// `before` has the extent of the level.
 [[nodiscard]] std::optional<InexactOperation> first_inexact(const Level& level, const VectorField& before,
                                                             int number);
 
