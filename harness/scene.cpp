@@ -149,9 +149,8 @@ void read_exact(TomlReader& reader, const SceneOptions& options, Scene& scene) {
   if (!reader.boolean("exact", false)) {
     return;
   }
-  if (scene.schedule.rule != Rule::steps) {
-    reader.fail("exact",
-                "cannot be true: only icm and its variants choose between candidates, others divide");
+  if (scene.schedule.rule != Rule::steps || scene.schedule.update == Update::sequential) {
+    reader.fail("exact", "cannot be true: only icm and its variants in any number of colours can be proven");
   }
   scene.exact = interpolates_dyadically(scene);
   if (!scene.exact && !options.size) {

@@ -310,6 +310,8 @@ TEST_F(ExactKey, IsRefusedWithTheLineAndWhatToDo) {
       testing::AllOf(HasSubstr("mine.toml:2"), HasSubstr("start_level = 0, or alignment = \"center\"")));
   EXPECT_THAT(refusal("method = \"closed-form\"\nstart_level = 0"),
               HasSubstr("exact cannot be true: only icm"));
+  EXPECT_THAT(refusal("update = \"sequential\"\nstart_level = 0"),
+              HasSubstr("exact cannot be true: only icm"));
   declared_ = "1";
   EXPECT_THAT(refusal("start_level = 0"), HasSubstr("true or false"));
 }

@@ -40,7 +40,8 @@ struct InexactOperation {
 ///
 /// Only Rule::steps can be exact: closed form and correction need 1 / A, and no A, a sum of six squares of
 /// 1 + 2^k with k from -5 to 5, is a power of two; the random numbers of annealing are multiples of 1 / 4093.
-/// `before` has the extent of the level.
+/// `before` has the extent of the level, whose update is not sequential (its sites see others that have
+/// moved).
 [[nodiscard]] std::optional<InexactOperation> first_inexact(const Level& level, const VectorField& before,
                                                             int number);
 

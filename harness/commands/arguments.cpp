@@ -103,7 +103,8 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
   set_weight(scene, {.penalty = penalty.value_or(scene.weight.penalty),
                      .prior_weight = prior_weight.value_or(scene.weight.prior_weight)});
   const bool own_numbers = !chosen && !steps && !penalty && !prior_weight && !start_level && !alignment;
-  scene.exact = scene.exact && own_numbers; // the file vouches for no others
+  const bool provable = scene.schedule.update != Update::sequential;
+  scene.exact = scene.exact && own_numbers && provable; // the file vouches for nothing else
 }
 
 std::string ScheduleOverrides::text(const std::optional<std::string>& other_method) const {
