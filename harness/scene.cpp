@@ -2,6 +2,7 @@
 
 #include "harness/conditions.hpp"
 #include "harness/images.hpp"
+#include "harness/level_sequence.hpp"
 #include "harness/methods/method.hpp"
 #include "harness/random_content.hpp"
 #include "harness/scene_content.hpp"
@@ -125,6 +126,41 @@ void read_vector_images(TomlReader& image, const Files& file, std::optional<Exte
   read("start", start);
 }
 
+/// Whether interpolation between the levels keeps displacements on dyadic grids: all weights are quarters.
+bool interpolates_dyadically(const Scene& scene) {
+  const LevelSequence levels(scene);
+  const auto is_dyadic = [&](int coarse, int fine) {
+    const auto weights = interpolations(coarse, fine, scene.schedule.alignment);
+    return std::ranges::all_of(
+        weights, [](float weight) { return 4.0F * weight == std::round(4.0F * weight); },
+        &Interpolation::weight);
+  };
+  const std::vector<int>& order = levels.order();
+  return std::adjacent_find(order.begin(), order.end(), [&](int above, int level) {
+           const Extent coarse = levels.extent(above);
+           const Extent fine = levels.extent(level);
+           return !is_dyadic(coarse.width, fine.width) || !is_dyadic(coarse.height, fine.height);
+         }) == order.end();
+}
+
+/// scene.schedule is there already. At a size that is not the file's own the pyramid may not be exact: then
+/// nothing is declared.
+void read_exact(TomlReader& reader, const SceneOptions& options, Scene& scene) {
+  if (!reader.boolean("exact", false)) {
+    return;
+  }
+  if (scene.schedule.rule != Rule::steps || scene.schedule.update == Update::sequential) {
+    reader.fail("exact", "cannot be true: only icm and its variants in any number of colours can be proven");
+  }
+  scene.exact = interpolates_dyadically(scene);
+  if (!scene.exact && !options.size) {
+    reader.fail(
+        "exact",
+        "cannot be true: interpolation between the levels rounds; give start_level = 0, or alignment = "
+        "\"center\" and sides that are powers of two");
+  }
+}
+
 Scene build(const toml::table& root, const std::string& name, const std::string& file_name, const Files& file,
             const SceneOptions& options) {
   TomlReader reader(root, file_name, "");
@@ -187,6 +223,7 @@ Scene build(const toml::table& root, const std::string& name, const std::string&
   }
   TomlReader schedule = reader.table("schedule");
   read_schedule(schedule, scene);
+  read_exact(reader, options, scene);
   reader.finish();
   set_inverse_modulus(full);
   scene.picture = std::move(content.picture);

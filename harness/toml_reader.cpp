@@ -63,6 +63,18 @@ std::optional<double> TomlReader::optional_number(std::string_view key) {
   return has(key) ? std::optional(number(key)) : std::nullopt;
 }
 
+bool TomlReader::boolean(std::string_view key, bool fallback) {
+  if (!has(key)) {
+    read_.emplace(key);
+    return fallback;
+  }
+  const auto value = require(key).value_exact<bool>();
+  if (!value) {
+    fail(key, "must be true or false");
+  }
+  return *value;
+}
+
 int TomlReader::integer(std::string_view key) {
   const toml::node& node = require(key);
   if (!node.is_integer()) {

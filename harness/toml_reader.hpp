@@ -28,6 +28,7 @@ public:
   [[nodiscard]] double number(std::string_view key);
   [[nodiscard]] double number(std::string_view key, double fallback);
   [[nodiscard]] std::optional<double> optional_number(std::string_view key);
+  [[nodiscard]] bool boolean(std::string_view key, bool fallback);
   [[nodiscard]] int integer(std::string_view key);
   [[nodiscard]] int integer(std::string_view key, int fallback);
   [[nodiscard]] std::array<double, 2> pair(std::string_view key);

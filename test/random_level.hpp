@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <random>
 
 namespace hdmbench::test {
@@ -13,7 +14,8 @@ namespace hdmbench::test {
 enum class Texture {
   smooth,   ///< any float: hides most mistakes
   tie_rich, ///< modulus 1, all on a 0.1 grid: candidates nearly tie everywhere, exposes rounding
-  dyadic    ///< moduli 1, 2 and 4, all on a 0.25 grid: every operation is exact, candidates tie to the bit
+  dyadic ///< moduli 1, 2 and 4, all on a 0.25 grid: candidates tie to the bit, and where Rule::steps chooses
+         ///< between candidates on that grid every operation is exact (exact_test)
 };
 
 struct Problem {
@@ -25,9 +27,11 @@ inline constexpr std::array all_rules{Rule::steps, Rule::closed_form, Rule::corr
 inline constexpr std::array simultaneous_and_coloured{Update::simultaneous, Update::coloured,
                                                       Update::four_coloured};
 
-/// The same for the same arguments on every machine. Strengths differ from sweep to sweep.
-inline Problem random_problem(Extent extent, Texture texture, std::uint64_t seed, StepSet steps = {},
-                              Rule rule = Rule::steps, Update update = Update::simultaneous) {
+/// The same for the same arguments on every machine. Strengths differ from sweep to sweep. Without steps: the
+/// default ones, and 1 and 0.25 for dyadic.
+inline Problem random_problem(Extent extent, Texture texture, std::uint64_t seed,
+                              std::optional<StepSet> steps = {}, Rule rule = Rule::steps,
+                              Update update = Update::simultaneous) {
   std::mt19937_64 engine(seed);
   const auto uniform = [&] { return static_cast<double>(engine() >> 11) * 0x1p-53; };
   const double grid = texture == Texture::tie_rich ? 0.1 : texture == Texture::dyadic ? 0.25 : 0.0;
@@ -46,7 +50,9 @@ inline Problem random_problem(Extent extent, Texture texture, std::uint64_t seed
                             .modulus = ScalarField(extent, 1.0F),
                             .inverse_modulus = {},
                             .penalty = texture == Texture::smooth ? 300.0F : 4.0F,
-                            .steps = steps,
+                            .steps = steps                        ? *steps
+                                     : texture == Texture::dyadic ? StepSet::parse("0,-1,-0.25,1,0.25")
+                                                                  : StepSet(),
                             .update = update,
                             .rule = rule,
                             .seed = static_cast<int>(seed % 4093)},

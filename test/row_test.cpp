@@ -1,16 +1,23 @@
 // Every instruction set of the openmp backend, not only the one this processor would choose; and that the
-// comparison sees the one thing the compiler must not do.
+// comparison sees what the compiler must not do, but on scenes that are exact, where it can do no harm.
 
 #include "backends/openmp/row.hpp"
 #include "kernels/gather.hpp"
 #include "test/random_level.hpp"
+#include "test/scene_sweeps.hpp"
 
 #include <gtest/gtest.h>
 
-namespace hdmbench::openmp::contracted {
+namespace hdmbench::openmp {
 /// row.cpp built with fused multiply-adds: a planted fault.
+namespace contracted {
 std::int64_t sweep_row(const RowPart& part);
-} // namespace hdmbench::openmp::contracted
+}
+/// row.cpp built with -ffast-math: sums in any order, another planted fault.
+namespace reordered {
+std::int64_t sweep_row(const RowPart& part);
+}
+} // namespace hdmbench::openmp
 
 namespace hdmbench {
 namespace {
@@ -128,6 +135,29 @@ TEST(OpenMpRow, ContractionIsSeen) {
     GTEST_SKIP() << "this processor has no fused multiply-add";
   }
   EXPECT_GT(differing_sites(openmp::contracted::sweep_row), 100);
+}
+
+TEST(OpenMpRow, AnotherOrderIsSeen) {
+  if (__builtin_cpu_supports("avx2") == 0) {
+    GTEST_SKIP() << "this processor has no AVX2";
+  }
+  EXPECT_GT(differing_sites(openmp::reordered::sweep_row), 100);
+}
+
+TEST(OpenMpRow, OnExactScenesNeitherChangesABit) {
+  if (__builtin_cpu_supports("fma") == 0 || __builtin_cpu_supports("avx2") == 0) {
+    GTEST_SKIP() << "this processor has no fused multiply-add";
+  }
+  for (const Scene& scene : test::exact_scenes()) {
+    int differing = 0;
+    test::for_each_sweep(scene, [&](const Level& level, const VectorField& before, int number) {
+      for (const auto kernel : {openmp::contracted::sweep_row, openmp::reordered::sweep_row}) {
+        test::Problem problem{level, before};
+        differing += sweep_and_compare(kernel, problem, number);
+      }
+    });
+    EXPECT_EQ(differing, 0) << scene.name;
+  }
 }
 
 TEST(OpenMpRow, ContractionLeavesTheRandomNumbersAlone) {

@@ -25,9 +25,6 @@ constexpr std::array<test::Texture, 3> textures{test::Texture::smooth, test::Tex
 
 Scene make_scene(Extent extent, test::Texture texture) {
   auto problem = test::random_problem(extent, texture, 21);
-  if (texture == test::Texture::dyadic) {
-    problem.level.steps = StepSet::parse("0,-1,-0.25,1,0.25");
-  }
   Scene scene;
   scene.name = "planted";
   scene.full = std::move(problem.level);

@@ -1,6 +1,7 @@
 #include "harness/agreement/verify.hpp"
 
 #include "harness/agreement/compare.hpp"
+#include "harness/agreement/exactness.hpp"
 #include "harness/agreement/follower.hpp"
 #include "harness/level_sequence.hpp"
 #include "harness/solve.hpp"
@@ -72,6 +73,9 @@ public:
 private:
   /// Why agreement on this scene would say nothing; empty where it does.
   [[nodiscard]] std::string why_mistrusted() const {
+    if (!inexact_.empty()) {
+      return fmt::format("the scene is declared exact, but {}", inexact_);
+    }
     if (changes_ == 0) {
       return "no site ever moved, so a backend that does nothing would pass";
     }
@@ -92,6 +96,7 @@ private:
     for (int iteration = 1; rule.may_continue(iteration - 1); ++iteration) {
       std::int64_t changed_by_iteration = 0;
       for (int sweep = 0; sweep < sweeps_per_iteration(level.update); ++sweep) {
+        require_exact(level, index, number);
         session_->step(1);
         session_->read(after_);
         const std::int64_t changed = compare(field_, after_).sites;
@@ -108,6 +113,15 @@ private:
     }
   }
 
+  /// What a scene declares of every sweep.
+  void require_exact(const Level& level, int index, int number) {
+    if (scene_.exact && inexact_.empty()) {
+      if (const auto found = first_inexact(level, field_, number)) {
+        inexact_ = fmt::format("level {}, {}", index, found->text());
+      }
+    }
+  }
+
   const Scene& scene_;
   const Schedule& schedule_;
   std::optional<int> limit_;
@@ -116,6 +130,7 @@ private:
   std::vector<Follower> followers_;
   VectorField field_; ///< the reference's newest
   VectorField after_;
+  std::string inexact_;      ///< the first operation that is not, of a scene that is declared exact
   std::int64_t changes_ = 0; ///< by the reference, over all sweeps
 };
 

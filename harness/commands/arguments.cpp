@@ -102,6 +102,9 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
   scene.schedule.alignment = alignment.value_or(scene.schedule.alignment);
   set_weight(scene, {.penalty = penalty.value_or(scene.weight.penalty),
                      .prior_weight = prior_weight.value_or(scene.weight.prior_weight)});
+  const bool own_numbers = !chosen && !steps && !penalty && !prior_weight && !start_level && !alignment;
+  const bool provable = scene.schedule.update != Update::sequential;
+  scene.exact = scene.exact && own_numbers && provable; // the file vouches for nothing else
 }
 
 std::string ScheduleOverrides::text(const std::optional<std::string>& other_method) const {

@@ -1,0 +1,200 @@
+#include "harness/agreement/exactness.hpp"
+
+#include "kernels/energy_macros.hpp"
+#include "kernels/gather.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace hdmbench {
+
+namespace {
+
+namespace proven {
+
+/// Thrown by the first operation that is not exact: no cost where all are.
+struct Inexact {
+  char operation;
+  float left;
+  float right;
+  double magnitude;
+  double quantum;
+};
+
+/// The lowest set bit of a finite float; infinite for 0, which is a multiple of everything.
+double lowest_bit(float value) {
+  const auto bits = std::bit_cast<std::uint32_t>(value);
+  const std::uint32_t exponent = bits >> 23 & 0xFFU;
+  const std::uint32_t fraction = bits & 0x7FFFFFU;
+  const std::uint32_t significand = exponent > 0 ? fraction | 0x800000U : fraction;
+  if (significand == 0) {
+    return std::numeric_limits<double>::infinity();
+  }
+  const auto power = static_cast<std::uint64_t>(1023 - 150 + static_cast<int>(std::max(exponent, 1U)) +
+                                                std::countr_zero(significand));
+  return std::bit_cast<double>(power << 52);
+}
+
+/// False for NaN.
+bool is_in_range(double magnitude, double quantum) {
+  return magnitude <= 0x1p30 && quantum >= 0x1p-30;
+}
+
+/// Whether every multiple of quantum up to magnitude is a float. False for NaN.
+bool fits(double magnitude, double quantum) {
+  return magnitude <= 0x1p24 * quantum && is_in_range(magnitude, quantum);
+}
+
+/// A float, and what bounds everything it can be put together from (exactness.hpp).
+struct real {
+  float value = 0.0F;
+  double magnitude = 0.0;
+  double quantum = 0.0;
+
+  real() = default;
+  // Implicit, as energy.inc and update.inc write constants.
+  real(float value_)
+      : value(value_), magnitude(std::abs(static_cast<double>(value_))), quantum(lowest_bit(value_)) {
+    if (!is_in_range(magnitude, quantum)) {
+      throw Inexact{'=', value, value, magnitude, quantum};
+    }
+  }
+  real(int constant) : real(static_cast<float>(constant)) {}
+  real(double constant) : real(static_cast<float>(constant)) {}
+
+  [[nodiscard]] double wide() const { return static_cast<double>(value); }
+
+  friend real operator+(real a, real b) { return sum('+', a, b, a.value + b.value, a.wide() + b.wide()); }
+  friend real operator-(real a, real b) { return sum('-', a, b, a.value - b.value, a.wide() - b.wide()); }
+  friend real operator*(real a, real b) {
+    real result;
+    result.value = a.value * b.value;
+    result.magnitude = a.magnitude * b.magnitude;
+    result.quantum = a.quantum * b.quantum;
+    return checked('*', a, b, result, a.wide() * b.wide());
+  }
+  friend bool operator<(real a, real b) { return compared(a, b).value < 0.0F; }
+  friend bool operator>(real a, real b) { return compared(a, b).value > 0.0F; }
+  friend bool operator<=(real a, real b) { return compared(a, b).value <= 0.0F; }
+  friend bool operator>=(real a, real b) { return compared(a, b).value >= 0.0F; }
+  friend bool operator==(real a, real b) { return compared(a, b).value == 0.0F; }
+
+private:
+  static real compared(real a, real b) { return sum('<', a, b, a.value - b.value, a.wide() - b.wide()); }
+  static real sum(char operation, real a, real b, float value, double exact) {
+    real result;
+    result.value = value;
+    result.magnitude = a.magnitude + b.magnitude;
+    result.quantum = std::min(a.quantum, b.quantum);
+    return checked(operation, a, b, result, exact);
+  }
+  static real checked(char operation, real a, real b, real result, double exact) {
+    if (!fits(result.magnitude, result.quantum) || result.wide() != exact) {
+      throw Inexact{operation, a.value, b.value, result.magnitude, result.quantum};
+    }
+    return result;
+  }
+};
+
+HDM_FUNCTION real abs(real a) {
+  a.value = std::abs(a.value);
+  return a;
+}
+
+HDM_FUNCTION real floor(real a) {
+  return std::floor(a.value);
+}
+
+#include "kernels/energy.inc"
+#include "kernels/update.inc"
+
+Neighbours inputs(const energy::Neighbours& from) {
+  return {from.north_west, from.north,      from.north_east, from.west,      from.centre,
+          from.east,       from.south_west, from.south,      from.south_east};
+}
+
+Site inputs(const energy::Site& from) {
+  return {inputs(from.dx),
+          inputs(from.dy),
+          inputs(from.inverse_modulus),
+          from.modulus,
+          from.target_x,
+          from.target_y,
+          from.confidence_x,
+          from.confidence_y,
+          from.penalty,
+          from.inverse_curvature_x,
+          from.inverse_curvature_y};
+}
+
+/// That the host's inverse is the quotient itself.
+void require_exact_inverse(float modulus, float inverse) {
+  if (static_cast<double>(modulus) * static_cast<double>(inverse) != 1.0) {
+    throw Inexact{'/', 1.0F, modulus, std::abs(static_cast<double>(inverse)), lowest_bit(inverse)};
+  }
+}
+
+} // namespace proven
+
+} // namespace
+
+std::string InexactOperation::text() const {
+  const std::string site = fmt::format("x = {}, y = {}, sweep {}: ", x, y, sweep);
+  const std::string where = site + (operation == '=' ? fmt::format("the value {}", left)
+                                                     : fmt::format("{} {} {}", left, operation, right));
+  if (operation == '/') {
+    return where + " is not a power of two";
+  }
+  if (!std::isfinite(magnitude)) {
+    return where + " is not finite";
+  }
+  if (proven::fits(magnitude, quantum)) {
+    return where + " is rounded";
+  }
+  if (!proven::is_in_range(magnitude, quantum)) {
+    return fmt::format("{}, in units of 2^{}, leaves the range 2^-30 ... 2^30", where, std::ilogb(quantum));
+  }
+  return fmt::format("{}: terms of up to {:.6g} in units of 2^{} need {} bits, float32 has 24", where,
+                     magnitude, std::ilogb(quantum), std::ilogb(magnitude / quantum) + 1);
+}
+
+std::optional<InexactOperation> first_inexact(const Level& level, const VectorField& before, int number) {
+  int x = 0;
+  int y = 0;
+  try {
+    const SweepState state = sweep_state(level, number);
+    const proven::Sweep sweep{state.colour, state.strength, state.number, state.seed};
+    std::array<proven::real, StepSet::maximum_count> steps;
+    std::ranges::copy(level.steps.padded(), steps.begin());
+    const int colours = sweeps_per_iteration(level.update);
+    for (y = 0; y < level.extent.height; ++y) {
+      for (x = 0; x < level.extent.width; ++x) {
+        energy::Site site = energy::gather(level, before, x, y);
+        if (!needs_inverse_curvature(level.rule)) { // a level may have it all the same
+          site.inverse_curvature_x = site.inverse_curvature_y = 0.0F;
+        }
+        proven::require_exact_inverse(site.modulus, site.inverse_modulus.centre);
+        (void)proven::swept_displacement(static_cast<int>(level.rule), colours, proven::inputs(site), {x, y},
+                                         sweep, steps.data(), level.steps.count());
+      }
+    }
+  } catch (const proven::Inexact& found) {
+    return InexactOperation{.x = x,
+                            .y = y,
+                            .sweep = number,
+                            .operation = found.operation,
+                            .left = found.left,
+                            .right = found.right,
+                            .magnitude = found.magnitude,
+                            .quantum = found.quantum};
+  }
+  return std::nullopt;
+}
+
+} // namespace hdmbench

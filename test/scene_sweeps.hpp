@@ -1,0 +1,56 @@
+#pragma once
+
+#include "harness/level_sequence.hpp"
+#include "kernels/gather.hpp"
+
+namespace hdmbench::test {
+
+/// One sweep of a level over `from` by update.inc, as the scalar backend has it for everything but
+/// Update::sequential.
+inline VectorField swept(const Level& level, const VectorField& from, int number) {
+  const SweepState state = sweep_state(level, number);
+  VectorField next(level.extent);
+  for (int y = 0; y < level.extent.height; ++y) {
+    for (int x = 0; x < level.extent.width; ++x) {
+      const energy::Displacement moved = energy::swept_displacement(
+          static_cast<int>(level.rule), sweeps_per_iteration(level.update), energy::gather(level, from, x, y),
+          {static_cast<float>(x), static_cast<float>(y)},
+          {state.colour, state.strength, state.number, state.seed}, level.steps.padded().data(),
+          level.steps.count());
+      next.x[level.extent.index(x, y)] = moved.x;
+      next.y[level.extent.index(x, y)] = moved.y;
+    }
+  }
+  return next;
+}
+
+/// The shipped scenes that are declared exact.
+inline std::vector<Scene> exact_scenes() {
+  std::vector<Scene> scenes;
+  for (const std::string& name : shipped_scenes()) {
+    if (name.starts_with("exact")) {
+      scenes.push_back(load_scene(name));
+    }
+  }
+  return scenes;
+}
+
+/// visit(level, before, number) for every sweep of a scene, coarsest level first; returns the last field. The
+/// scene stops after fixed iterations.
+template <typename Visit>
+VectorField for_each_sweep(const Scene& scene, Visit visit) {
+  LevelSequence levels(scene);
+  VectorField field;
+  for (const int index : levels.order()) {
+    const Level& level = levels.sample(index);
+    field = levels.begin(index, field);
+    const int sweeps = levels.iterations(index) * sweeps_per_iteration(level.update);
+    for (int number = 0; number < sweeps; ++number) {
+      visit(level, field, number);
+      field = swept(level, field, number);
+    }
+  }
+  return field;
+}
+
+} // namespace hdmbench::test
