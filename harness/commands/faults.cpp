@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <optional>
 
 namespace hdmbench::commands {
 
@@ -162,9 +163,11 @@ int run_faults(const Arguments& arguments, const std::string& line) {
     }
     return some;
   };
-  const auto print_faults = [&](const char* title, faults::Layer layer) {
+  const auto print_faults = [&](const char* title, std::optional<faults::Layer> layer) {
     print(title, of([&](const Planted& planted) {
-            return planted.expected != Expected::let_through && planted.layer == layer;
+            const bool icm = planted.method == "icm";
+            return planted.expected != Expected::let_through &&
+                   (layer ? icm && planted.layer == *layer : !icm);
           }),
           scenes, "caught");
   };
@@ -173,6 +176,7 @@ int run_faults(const Arguments& arguments, const std::string& line) {
   print_faults("mistakes of a session", faults::Layer::session);
   print_faults("mistakes in the shaders", faults::Layer::shader);
   print_faults("mistakes in the calls to the driver", faults::Layer::driver);
+  print_faults("mistakes that concern other methods than icm", std::nullopt);
 
   std::ptrdiff_t caught = 0;
   std::ptrdiff_t planted_and_run = 0;

@@ -9,6 +9,13 @@ namespace hdmbench::faults {
 /// The two ways to OpenGL.
 enum class Pipeline { fragment, compute };
 
+/// Those that this build has a backend for.
+[[nodiscard]] std::vector<Pipeline> pipelines();
+
+/// `fault` on the backend of a pipeline that this build has: the fragment shader through EGL, or through
+/// OSMesa where EGL has no device; the compute shader.
+[[nodiscard]] Planted plant(Pipeline pipeline, const DeviceFault& fault);
+
 /// Mistakes in the text of the shaders: kernels/*.inc, gather.glsl, the wrappers.
 [[nodiscard]] std::vector<DeviceFault> text_faults(Pipeline pipeline);
 

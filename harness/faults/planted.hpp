@@ -51,9 +51,8 @@ struct Planted {
   }
 };
 
-/// Everything, controls first: sessions' mistakes on `carrier`, those in shaders and driver calls on the
-/// OpenGL backends of this build: the fragment shader through EGL (through OSMesa where EGL has no device)
-/// and the compute shader. `carrier` must outlive the list.
+/// Everything: controls and mistakes of sessions on `carrier`, which must outlive the list, and those in the
+/// shaders and driver calls of this build's OpenGL backends.
 [[nodiscard]] std::vector<Planted> all_planted(const Backend& carrier);
 
 } // namespace hdmbench::faults

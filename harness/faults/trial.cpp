@@ -31,13 +31,13 @@ TrialScene by_method(const Scene& scene, std::string_view method) {
   return trial;
 }
 
-/// Every seventh component begins so small that only denormal numbers hold it. What a device makes of these
-/// is its own affair (llvmpipe takes them for 0), what a copy of them is not.
+/// One level, on which what is free begins so small that only denormal numbers hold it, and mostly stays
+/// there. What a device makes of these is its own affair (some take them for 0), what a copy of them is not.
 TrialScene with_denormals(Scene scene) {
-  for (std::size_t i = 0; i < scene.extent().sites(); i += 7) {
-    scene.start.x[i] = 1e-40F;
-    scene.full.confidence.x[i] = 0.0F;
+  for (std::size_t i = 0; i < scene.extent().sites(); ++i) {
+    scene.start.x[i] = scene.full.confidence.x[i] > 0.0F ? scene.start.x[i] : 1e-40F;
   }
+  scene.schedule.start_level = 0;
   return {.label = "denormal", .scene = std::move(scene), .only_on_cpu = true};
 }
 
@@ -98,6 +98,7 @@ std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names, Exte
   for (const char* const name : {"square", "circular", "tie-rich", "random"}) {
     add(name);
   }
+  const Scene square = scenes.front().scene;
   const Scene random = scenes.back().scene;
   for (const std::string& name : shipped_scenes()) {
     if (name != "brain" && load_at(name, size).exact) { // the brain's files need not be on this machine
@@ -107,7 +108,7 @@ std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names, Exte
   for (const std::string_view method : {"coloured", "closed-form", "annealing"}) {
     scenes.push_back(by_method(random, method));
   }
-  scenes.push_back(with_denormals(random));
+  scenes.push_back(with_denormals(square));
   return scenes;
 }
 
@@ -147,7 +148,7 @@ bool concerns(const Planted& planted, const TrialScene& scene) {
 
 Trial try_out(const Planted& planted, const Backend& reference, std::span<const TrialScene> scenes,
               Progress& progress) {
-  Trial trial{.planted = planted, .seen = {}, .not_planted = {}};
+  Trial trial{.planted = planted, .device = {}, .seen = {}, .not_planted = {}};
   Progress silent(false);
   for (const TrialScene& scene : scenes) {
     std::optional<Seen>& seen = trial.seen.emplace_back();
@@ -159,8 +160,10 @@ Trial try_out(const Planted& planted, const Backend& reference, std::span<const 
     try {
       const std::unique_ptr<Backend> faulty = planted.make(scene.scene);
       const Backend* const backends[] = {faulty.get()};
-      seen = verdict_of(verify(scene.scene, reference, backends,
-                               {.session = {}, .iteration_limit = iteration_limit}, silent));
+      const std::vector<Comparison> comparisons = verify(
+          scene.scene, reference, backends, {.session = {}, .iteration_limit = iteration_limit}, silent);
+      trial.device = comparisons.front().device;
+      seen = verdict_of(comparisons);
       if (planted.require_planted && seen->verdict != Verdict::skipped) {
         planted.require_planted();
       }
@@ -196,6 +199,7 @@ nlohmann::json to_json(const Trial& trial, std::span<const TrialScene> scenes) {
   return {{"fault", planted.name},
           {"what", planted.what},
           {"backend", planted.backend},
+          {"device", trial.device.name},
           {"layer", text(planted.layer)},
           {"expected", text(planted.expected)},
           {"caught", trial.caught()},

@@ -43,6 +43,7 @@ struct Seen {
 /// One planted fault on all scenes.
 struct Trial {
   Planted planted;
+  Device device;                         ///< it ran on
   std::vector<std::optional<Seen>> seen; ///< per scene; none: the scene is not for this fault
   std::string not_planted;               ///< why not; empty: it was
 
@@ -62,8 +63,8 @@ struct Trial {
 [[nodiscard]] Trial try_out(const Planted& planted, const Backend& reference,
                             std::span<const TrialScene> scenes, Progress& progress);
 
-/// {fault, what, backend, layer, expected, caught, as_expected, not_planted, scenes: [{scene, width, height,
-/// method, exact, verdict, sites_differing, uncertified, counts_differing, reason}]}
+/// {fault, what, backend, device, layer, expected, caught, as_expected, not_planted, scenes: [{scene, width,
+/// height, method, exact, verdict, sites_differing, uncertified, counts_differing, reason}]}
 [[nodiscard]] nlohmann::json to_json(const Trial& trial, std::span<const TrialScene> scenes);
 
 } // namespace hdmbench::faults

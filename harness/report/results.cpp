@@ -266,6 +266,9 @@ bool replaces(const EqualAccuracyRow& a, const EqualAccuracyRow& b) {
          a.poisson == b.poisson;
 }
 
+bool replaces(const FaultRow& a, const FaultRow& b) {
+  return a.fault == b.fault && a.backend == b.backend;
+}
 bool replaces(const AtlasRow& a, const AtlasRow& b) {
   return a.entry == b.entry;
 }
@@ -335,6 +338,8 @@ Results load_results(std::span<const Path> paths) {
       merge(results, results.accuracy, context, reader, read_accuracy);
     } else if (command == "atlas") {
       merge(results, results.atlas, context, reader, read_atlas);
+    } else if (command == "faults") {
+      merge(results, results.faults, context, reader, read_fault);
     } else if (command == "tradeoff") {
       merge(results, results.tradeoff, context, reader, read_tradeoff, "point");
       merge(results, results.equal_accuracy, context, reader, read_equal_accuracy, "equal accuracy");
