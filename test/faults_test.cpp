@@ -7,6 +7,7 @@
 #include "harness/bench.hpp"
 #include "harness/methods/method.hpp"
 #include "test/plain_scene.hpp"
+#include "test/program.hpp"
 #include "test/random_level.hpp"
 
 #include <gmock/gmock.h>
@@ -276,6 +277,26 @@ TEST(Faults, ADriverThatRefusesIsNoVerdict) {
 }
 
 #endif
+
+TEST(Faults, AsAUserTypesThem) {
+  const test::Outcome caught = test::hdmbench("faults tie-rich --size 20x12 --faults skipped-sweep,sound");
+  EXPECT_EQ(caught.status, 0);
+  EXPECT_THAT(caught.output, testing::HasSubstr("1 of 1 planted faults caught, 1 of 1 controls let through"));
+  EXPECT_THAT(caught.output, testing::ContainsRegex("skipped-sweep +scalar +disagree +yes"));
+
+  // One level: nothing that is wrong between levels can be seen.
+  const test::Outcome missed =
+      test::hdmbench("faults tie-rich --size 20x12 --faults wrong-alignment,sound --brief");
+  EXPECT_EQ(missed.status, 1);
+  EXPECT_THAT(missed.output, testing::HasSubstr("0 of 1 planted faults caught"));
+  EXPECT_THAT(missed.output, testing::ContainsRegex("wrong-alignment +scalar +agree +NO"));
+  EXPECT_THAT(missed.output, testing::Not(testing::HasSubstr("sound")));
+
+  const test::Outcome unknown = test::hdmbench("faults --faults gremlins");
+  EXPECT_EQ(unknown.status, 2);
+  EXPECT_THAT(unknown.output, testing::HasSubstr("there is no fault \"gremlins\""));
+  EXPECT_THAT(test::hdmbench("faults --list").output, testing::HasSubstr("border-north-west"));
+}
 
 } // namespace
 } // namespace hdmbench

@@ -24,10 +24,11 @@ using faults::TrialScene;
 struct Arguments {
   std::vector<std::string> scenes;
   std::vector<std::string> faults;
-  std::string size = "48x40";
+  std::string size; ///< "300" or "257x130"; empty: small
   std::string backend = "scalar";
   std::filesystem::path json;
   bool list = false;
+  bool brief = false;
 };
 
 /// Those that were named, or all. Throws InputError for a name that none has.
@@ -127,6 +128,45 @@ void explain(const std::vector<Trial>& trials) {
   }
 }
 
+/// All that was tried, or only `in_brief` what did not go as expected.
+void print_tables(const std::vector<Trial>& trials, const std::vector<TrialScene>& scenes, bool in_brief) {
+  const auto print_some = [&](const char* title, const char* last_column, auto belongs) {
+    std::vector<const Trial*> some;
+    for (const Trial& trial : trials) {
+      if (belongs(trial.planted) && !(in_brief && trial.as_expected())) {
+        some.push_back(&trial);
+      }
+    }
+    print(title, some, scenes, last_column);
+  };
+  const auto is_control = [](const Planted& planted) { return planted.expected == Expected::let_through; };
+  const auto print_layer = [&](const char* title, faults::Layer layer) {
+    print_some(title, "caught", [&](const Planted& planted) {
+      return !is_control(planted) && planted.layer == layer && planted.method == "icm";
+    });
+  };
+  print_some("controls: no mistakes, to be let through (agree or certified)", "", is_control);
+  print_layer("mistakes of a session", faults::Layer::session);
+  print_layer("mistakes in the shaders", faults::Layer::shader);
+  print_layer("mistakes in the calls to the driver", faults::Layer::driver);
+  print_some("mistakes that concern other methods than icm", "caught",
+             [&](const Planted& planted) { return !is_control(planted) && planted.method != "icm"; });
+}
+
+/// Prints how many were caught. Whether all went as expected.
+bool print_sum(const std::vector<Trial>& trials) {
+  const auto count = [&](Expected expected, bool only_good) {
+    return std::ranges::count_if(trials, [&](const Trial& trial) {
+      const bool judged = trial.ran() || !trial.as_expected();
+      return trial.planted.expected == expected && judged && (trial.as_expected() || !only_good);
+    });
+  };
+  fmt::print("\n{} of {} planted faults caught, {} of {} controls let through\n",
+             count(Expected::disagree, true), count(Expected::disagree, false),
+             count(Expected::let_through, true), count(Expected::let_through, false));
+  return std::ranges::all_of(trials, &Trial::as_expected);
+}
+
 int run_faults(const Arguments& arguments, const std::string& line) {
   const auto registry = make_backends();
   const Backend& carrier = find_backend(registry, arguments.backend);
@@ -138,7 +178,8 @@ int run_faults(const Arguments& arguments, const std::string& line) {
   if (!arguments.json.empty()) {
     require_writable(arguments.json);
   }
-  const std::vector<TrialScene> scenes = faults::trial_scenes(arguments.scenes, parse_size(arguments.size));
+  const std::vector<TrialScene> scenes = faults::trial_scenes(
+      arguments.scenes, arguments.size.empty() ? std::nullopt : std::optional(parse_size(arguments.size)));
   Progress progress;
   std::ptrdiff_t total = 0;
   for (const Planted& planted : list) {
@@ -154,46 +195,13 @@ int run_faults(const Arguments& arguments, const std::string& line) {
   }
   progress.clear();
 
-  const auto of = [&](auto belongs) {
-    std::vector<const Trial*> some;
-    for (const Trial& trial : trials) {
-      if (belongs(trial.planted)) {
-        some.push_back(&trial);
-      }
-    }
-    return some;
-  };
-  const auto print_faults = [&](const char* title, std::optional<faults::Layer> layer) {
-    print(title, of([&](const Planted& planted) {
-            const bool icm = planted.method == "icm";
-            return planted.expected != Expected::let_through &&
-                   (layer ? icm && planted.layer == *layer : !icm);
-          }),
-          scenes, "caught");
-  };
-  print("controls: no mistakes, to be let through (agree or certified)",
-        of([](const Planted& planted) { return planted.expected == Expected::let_through; }), scenes, "");
-  print_faults("mistakes of a session", faults::Layer::session);
-  print_faults("mistakes in the shaders", faults::Layer::shader);
-  print_faults("mistakes in the calls to the driver", faults::Layer::driver);
-  print_faults("mistakes that concern other methods than icm", std::nullopt);
-
-  std::ptrdiff_t caught = 0;
-  std::ptrdiff_t planted_and_run = 0;
-  std::ptrdiff_t refused = 0;
-  for (const Trial& trial : trials) {
-    const bool counts = trial.planted.expected == Expected::disagree && (trial.ran() || !trial.as_expected());
-    planted_and_run += counts ? 1 : 0;
-    caught += counts && trial.as_expected() ? 1 : 0;
-    refused += trial.planted.expected == Expected::let_through && !trial.as_expected() ? 1 : 0;
-  }
-  fmt::print("\n{} of {} planted faults caught; {} controls not let through\n", caught, planted_and_run,
-             refused);
+  print_tables(trials, scenes, arguments.brief);
+  const bool good = print_sum(trials);
   explain(trials);
   if (!arguments.json.empty()) {
     write_results(arguments.json, "faults", run_context(line, false), std::move(rows));
   }
-  return caught == planted_and_run && refused == 0 ? success : disagreement;
+  return good ? success : disagreement;
 }
 
 } // namespace
@@ -209,9 +217,11 @@ void add_faults(CLI::App& program, const std::string& arguments, int& status) {
   command->add_option("--faults", own->faults, "Faults and controls by name, with commas (none: all)")
       ->delimiter(',');
   command->add_flag("--list", own->list, "Name the faults and stop");
-  command->add_option("--size", own->size, "Of the scenes that can be scaled")->capture_default_str();
+  command->add_option("--size", own->size,
+                      "Image size: 300 (square) or 257x130 (none: 48x40, 32 where exact)");
   command->add_option("--backend", own->backend, "Whose sessions make the sessions' mistakes")
       ->capture_default_str();
+  command->add_flag("--brief", own->brief, "Only what did not go as expected, and the sum");
   command->add_option("--json", own->json, "Write the results to this file");
   command->callback([own, arguments, &status] { status = run_faults(*own, arguments); });
 }

@@ -143,8 +143,11 @@ std::vector<DeviceFault> compute_faults() {
   std::vector<DeviceFault> list{
       edit("pitch", "rows one element too long", "return p.y * dimension.x + p.x;",
            "return p.y * (dimension.x + 1) + p.x;"),
-      edit("half-float-energy", "energies with 11 significant bits", "change = change + penalty * (",
-           "change = unpackHalf2x16(packHalf2x16(vec2(change, 0.0))).x;\n  change = change + penalty * ("),
+      edit("half-float-energy", "energies with 11 significant bits", "return change;",
+           "return unpackHalf2x16(packHalf2x16(vec2(change, 0.0))).x;"),
+      edit("half-float-displacement", "displacements fetched with 11 significant bits",
+           "{ return texelFetch(image, index_of(p)).rg; }",
+           "{ return unpackHalf2x16(packHalf2x16(texelFetch(image, index_of(p)).rg)); }"),
   };
   list.push_back({.name = "count-of-x",
                   .what = "only changes of x are counted",

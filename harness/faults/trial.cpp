@@ -15,14 +15,14 @@ namespace {
 /// Iterations per level: mistakes show at once or never.
 constexpr int iteration_limit = 8;
 
-Scene load_at(const std::string& name, Extent size) {
-  try {
-    return load_scene(name, {.size = size});
-  } catch (const MissingFile&) {
-    throw;
-  } catch (const InputError&) {
-    return load_scene(name);
-  }
+/// Of scenes where nobody asks for a size: unequal sides, several levels, none a multiple of a work group.
+/// Exact ones may need powers of two for their levels.
+constexpr Extent usual{48, 40};
+constexpr Extent usual_if_exact{32, 32};
+
+Scene load_small(const std::string& name, const std::optional<Extent>& size) {
+  Scene scene = load_scene(name, {.size = size.value_or(usual)});
+  return scene.exact && !size ? load_scene(name, {.size = usual_if_exact}) : scene;
 }
 
 TrialScene by_method(const Scene& scene, std::string_view method) {
@@ -85,10 +85,10 @@ bool disagrees(const std::optional<Seen>& seen) {
 
 } // namespace
 
-std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names, Extent size) {
+std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names, std::optional<Extent> size) {
   std::vector<TrialScene> scenes;
   const auto add = [&](const std::string& name) {
-    Scene scene = load_at(name, size);
+    Scene scene = load_small(name, size);
     scenes.push_back({.label = scene.name, .scene = std::move(scene)});
   };
   if (!names.empty()) {
@@ -101,7 +101,7 @@ std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names, Exte
   const Scene square = scenes.front().scene;
   const Scene random = scenes.back().scene;
   for (const std::string& name : shipped_scenes()) {
-    if (name != "brain" && load_at(name, size).exact) { // the brain's files need not be on this machine
+    if (name != "brain" && load_small(name, size).exact) { // the brain's files need not be on this machine
       add(name);
     }
   }

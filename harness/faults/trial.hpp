@@ -21,11 +21,11 @@ struct TrialScene {
   bool only_on_cpu = false;
 };
 
-/// `names` of scenes or files at one size (a scene that has no other size keeps its own), as their files say.
-/// Without names: the thesis's square and circle, tie-rich, random, the exact ones of the shipped scenes,
-/// random again by the rules that some faults concern, and one with denormal displacements. Throws
-/// InputError.
-[[nodiscard]] std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names, Extent size);
+/// Scenes by name or file at one size; none: small ones. Without names: the thesis's square and circle,
+/// tie-rich, random, the exact ones of the shipped scenes, random again by the rules that some faults
+/// concern, and one with denormal displacements. Throws InputError.
+[[nodiscard]] std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names,
+                                                   std::optional<Extent> size);
 
 /// What verify said of a planted fault on one scene, both modes together.
 struct Seen {
