@@ -143,12 +143,16 @@ std::vector<DeviceFault> compute_faults() {
   std::vector<DeviceFault> list{
       edit("pitch", "rows one element too long", "return p.y * dimension.x + p.x;",
            "return p.y * (dimension.x + 1) + p.x;"),
-      edit("half-float-energy", "energies with 11 significant bits", "return change;",
-           "return unpackHalf2x16(packHalf2x16(vec2(change, 0.0))).x;"),
       edit("half-float-displacement", "displacements fetched with 11 significant bits",
            "{ return texelFetch(image, index_of(p)).rg; }",
            "{ return unpackHalf2x16(packHalf2x16(texelFetch(image, index_of(p)).rg)); }"),
   };
+  list.push_back({.name = "half-float-energy",
+                  .what = "energies with 11 significant bits",
+                  .edits = {{.find = "(gradient + gradient)",
+                             .replace = "unpackHalf2x16(packHalf2x16(vec2(gradient + gradient, 0.0))).x"},
+                            {.find = "return change;",
+                             .replace = "return unpackHalf2x16(packHalf2x16(vec2(change, 0.0))).x;"}}});
   list.push_back({.name = "count-of-x",
                   .what = "only changes of x are counted",
                   .edits = {{.find = "texelFetch(image, index).rg != texelFetch(previous, index).rg",

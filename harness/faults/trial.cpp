@@ -15,14 +15,14 @@ namespace {
 /// Iterations per level: mistakes show at once or never.
 constexpr int iteration_limit = 8;
 
-/// Of scenes where nobody asks for a size: unequal sides, several levels, none a multiple of a work group.
-/// Exact ones may need powers of two for their levels.
+/// Of scenes where nobody asks for a size: unequal sides, several levels, no multiple of a work group. Those
+/// that are exact may be so only where the levels are powers of two.
 constexpr Extent usual{48, 40};
 constexpr Extent usual_if_exact{32, 32};
 
 Scene load_small(const std::string& name, const std::optional<Extent>& size) {
-  Scene scene = load_scene(name, {.size = size.value_or(usual)});
-  return scene.exact && !size ? load_scene(name, {.size = usual_if_exact}) : scene;
+  Scene scene = load_scene(name, {.size = size.value_or(usual_if_exact)});
+  return scene.exact || size ? scene : load_scene(name, {.size = usual});
 }
 
 TrialScene by_method(const Scene& scene, std::string_view method) {
