@@ -11,11 +11,16 @@ namespace hdmbench::faults {
 
 namespace {
 
+bool is_on_cpu(const Backend& backend) {
+  return backend.name() == "scalar" || backend.name() == "openmp";
+}
+
 Planted in_session(const Backend& carrier, const Fault& fault, Expected expected = Expected::disagree) {
   return {.name = fault.name,
           .what = fault.what,
           .backend = std::string(carrier.name()),
           .layer = Layer::session,
+          .on_cpu = is_on_cpu(carrier),
           .expected = expected,
           .method = fault.method,
           .make = [&carrier, fault](const Scene& scene) {
@@ -41,6 +46,7 @@ std::vector<Planted> session_controls(const Backend& carrier) {
            .what = "fused multiply-adds wherever there can be one",
            .backend = "fused C++",
            .layer = Layer::session,
+           .on_cpu = true,
            .expected = Expected::let_through,
            .method = "",
            .make = [](const Scene&) { return make_fused(); }}};
@@ -51,7 +57,8 @@ std::vector<Planted> session_controls(const Backend& carrier) {
 std::vector<Planted> all_planted(const Backend& carrier) {
   std::vector<Planted> list = session_controls(carrier);
   for (const Fault& fault : session_faults()) {
-    const bool possible = fault.name != "in-place" || carrier.supports(Update::sequential);
+    const bool possible = (fault.name != "in-place" || carrier.supports(Update::sequential)) &&
+                          (fault.name != "denormals-flushed" || is_on_cpu(carrier));
     if (possible) {
       list.push_back(in_session(carrier, fault));
     }

@@ -38,6 +38,8 @@ struct Planted {
   std::string what;    ///< one line for people
   std::string backend; ///< that it is planted on
   Layer layer = Layer::session;
+  bool on_cpu =
+      false; ///< computed by the processor's own instructions, denormal numbers as IEEE 754 has them
   Expected expected = Expected::disagree;
   std::string method = "icm"; ///< that it concerns: it is tried on scenes solved that way only; empty: on all
   /// The backend for one scene; the scene must outlive it. DeviceError on

@@ -32,7 +32,7 @@ TrialScene by_method(const Scene& scene, std::string_view method) {
 }
 
 /// One level, on which what is free begins so small that only denormal numbers hold it, and mostly stays
-/// there. What a device makes of these is its own affair (some take them for 0), what a copy of them is not.
+/// there. What a device makes of these is its own affair (llvmpipe's fragment shaders take them for 0).
 TrialScene with_denormals(Scene scene) {
   for (std::size_t i = 0; i < scene.extent().sites(); ++i) {
     scene.start.x[i] = scene.full.confidence.x[i] > 0.0F ? scene.start.x[i] : 1e-40F;
@@ -143,7 +143,7 @@ bool Trial::as_expected() const {
 
 bool concerns(const Planted& planted, const TrialScene& scene) {
   return (planted.method.empty() || planted.method == scene.scene.schedule.method) &&
-         (planted.layer == Layer::session || !scene.only_on_cpu);
+         (planted.on_cpu || !scene.only_on_cpu);
 }
 
 Trial try_out(const Planted& planted, const Backend& reference, std::span<const TrialScene> scenes,

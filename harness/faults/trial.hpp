@@ -17,7 +17,7 @@ namespace hdmbench::faults {
 struct TrialScene {
   std::string label; ///< "random, coloured"
   Scene scene;
-  /// Its numbers are such that devices may compute otherwise without a mistake: only for sessions on the CPU.
+  /// Its numbers are such that a GPU may compute otherwise without a mistake.
   bool only_on_cpu = false;
 };
 
