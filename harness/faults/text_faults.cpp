@@ -179,7 +179,10 @@ std::vector<DeviceFault> text_faults(Pipeline pipeline) {
 
 std::vector<DeviceFault> device_controls(Pipeline pipeline) {
   std::vector<DeviceFault> list;
-  list.push_back({.name = "sound", .what = "no mistake", .method = "", .expected = Expected::let_through});
+  list.push_back({.name = "unedited",
+                  .what = "the shaders as they are, by the way that mistakes take",
+                  .method = "",
+                  .expected = Expected::let_through});
   list.push_back(
       {.name = "reassociated",
        .what = "the gradient's terms added as s + (a + b), not (s + a) + b",
