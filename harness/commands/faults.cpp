@@ -153,8 +153,18 @@ void print_tables(const std::vector<Trial>& trials, const std::vector<TrialScene
              [&](const Planted& planted) { return !is_control(planted) && planted.method != "icm"; });
 }
 
+/// No scene that rounds would have caught it.
+bool only_where_exact(const Trial& trial, const std::vector<TrialScene>& scenes) {
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    if (trial.seen[i] && trial.seen[i]->verdict == Verdict::disagree && !scenes[i].scene.exact) {
+      return false;
+    }
+  }
+  return trial.planted.expected == Expected::disagree && trial.caught();
+}
+
 /// Prints how many were caught. Whether all went as expected.
-bool print_sum(const std::vector<Trial>& trials) {
+bool print_sum(const std::vector<Trial>& trials, const std::vector<TrialScene>& scenes) {
   const auto count = [&](Expected expected, bool only_good) {
     return std::ranges::count_if(trials, [&](const Trial& trial) {
       const bool judged = trial.ran() || !trial.as_expected();
@@ -164,6 +174,12 @@ bool print_sum(const std::vector<Trial>& trials) {
   fmt::print("\n{} of {} planted faults caught, {} of {} controls let through\n",
              count(Expected::disagree, true), count(Expected::disagree, false),
              count(Expected::let_through, true), count(Expected::let_through, false));
+  const auto exact =
+      std::ranges::count_if(trials, [&](const Trial& trial) { return only_where_exact(trial, scenes); });
+  if (exact > 0) {
+    fmt::print("{} of them only where every number is exact: elsewhere a near-tie would excuse them\n",
+               exact);
+  }
   return std::ranges::all_of(trials, &Trial::as_expected);
 }
 
@@ -196,7 +212,7 @@ int run_faults(const Arguments& arguments, const std::string& line) {
   progress.clear();
 
   print_tables(trials, scenes, arguments.brief);
-  const bool good = print_sum(trials);
+  const bool good = print_sum(trials, scenes);
   explain(trials);
   if (!arguments.json.empty()) {
     write_results(arguments.json, "faults", run_context(line, false), std::move(rows));

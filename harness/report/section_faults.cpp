@@ -31,6 +31,12 @@ std::vector<FaultOnScene> scenes_of(const Rows& rows) {
   return scenes;
 }
 
+/// The colour of good is for a mistake that is seen, and for what is no mistake and let through.
+std::string css_class(const FaultRow& row, const std::string& verdict) {
+  const bool is_mistake = row.expected != "let through";
+  return is_mistake && verdict == "disagree" ? "agree" : is_mistake && verdict == "agree" ? "faint" : verdict;
+}
+
 std::string cell_html(const FaultRow& row, const std::string& scene) {
   const auto found = std::ranges::find(row.scenes, scene, &FaultOnScene::scene);
   if (found == row.scenes.end()) {
@@ -40,8 +46,8 @@ std::string cell_html(const FaultRow& row, const std::string& scene) {
       found->sites_differing > 0
           ? fmt::format("{} differing, {} uncertified", found->sites_differing, found->uncertified)
           : found->reason;
-  return fmt::format("<td class=\"{}\" title=\"{}\">{}</td>", escape(found->verdict), escape(detail),
-                     escape(found->verdict));
+  return fmt::format("<td class=\"{}\" title=\"{}\">{}</td>", escape(css_class(row, found->verdict)),
+                     escape(detail), escape(found->verdict));
 }
 
 std::string outcome_html(const FaultRow& row) {
@@ -90,6 +96,13 @@ std::string details_html(std::string_view title, const Rows& rows) {
                                     table_html(rows));
 }
 
+/// No scene that rounds would have caught it.
+bool only_where_exact(const FaultRow& row) {
+  return row.caught && std::ranges::none_of(row.scenes, [](const FaultOnScene& scene) {
+           return scene.verdict == "disagree" && !scene.exact;
+         });
+}
+
 /// "12 of 12 planted faults caught", and the controls.
 std::string summary_html(const Rows& mistakes, const Rows& controls) {
   const auto run = [](const FaultRow& row) { return row.ran() || !row.as_expected; };
@@ -102,6 +115,12 @@ std::string summary_html(const Rows& mistakes, const Rows& controls) {
       fmt::format("<p class=\"{}\"><b>{} of {} planted faults caught, {} of {} controls let "
                   "through.</b></p>\n",
                   all ? "agree" : "disagree", good(planted), planted.size(), good(judged), judged.size());
+  const auto exact = std::ranges::count_if(planted, only_where_exact);
+  if (exact > 0) {
+    html += fmt::format("<p>{} of them only where every number is exact: elsewhere a near-tie would excuse "
+                        "them.</p>\n",
+                        exact);
+  }
   const auto not_run = std::ranges::count_if(mistakes, [&](const FaultRow& row) { return !run(row); });
   if (not_run > 0) {
     html += fmt::format("<p class=\"note\">{} not run: there is no device for them.</p>\n",
