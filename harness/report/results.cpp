@@ -330,6 +330,8 @@ Results load_results(std::span<const Path> paths) {
       merge(results, results.devices, context, reader, read_device);
     } else if (command == "verify") {
       merge(results, results.verify, context, reader, read_verify);
+    } else if (command == "faults") {
+      merge(results, results.faults, context, reader, read_fault);
     } else if (command == "bench") {
       merge(results, results.bench, context, reader, read_bench);
     } else if (command == "run") {
@@ -338,8 +340,6 @@ Results load_results(std::span<const Path> paths) {
       merge(results, results.accuracy, context, reader, read_accuracy);
     } else if (command == "atlas") {
       merge(results, results.atlas, context, reader, read_atlas);
-    } else if (command == "faults") {
-      merge(results, results.faults, context, reader, read_fault);
     } else if (command == "tradeoff") {
       merge(results, results.tradeoff, context, reader, read_tradeoff, "point");
       merge(results, results.equal_accuracy, context, reader, read_equal_accuracy, "equal accuracy");

@@ -127,11 +127,11 @@ struct Results {
   std::vector<std::string> machines;
   std::vector<DeviceRow> devices;
   std::vector<VerifyRow> verify;
+  std::vector<FaultRow> faults;
   std::vector<BenchRow> bench;
   std::vector<RunRow> run;
   std::vector<AccuracyRow> accuracy;
   std::vector<AtlasRow> atlas;
-  std::vector<FaultRow> faults;
   std::vector<TradeoffRow> tradeoff;
   std::vector<EqualAccuracyRow> equal_accuracy;
 
