@@ -66,7 +66,7 @@ std::unique_ptr<Backend> gl_fragment_osmesa() {
 
 std::unique_ptr<Backend> gl_compute() {
 #ifdef HDMBENCH_WITH_EGL
-  return gl::make_compute();
+  return gl::make_compute(gl::make_egl_platform());
 #else
   return not_built("gl-compute", "HDMBENCH_EGL");
 #endif

@@ -4,8 +4,8 @@
 #include "harness/accuracy/accuracy.hpp"
 
 #include "backends/registry.hpp"
+#include "harness/faults/faulty_backend.hpp"
 #include "kernels/input_error.hpp"
-#include "test/faulty_backend.hpp"
 #include "test/random_level.hpp"
 
 #include <gmock/gmock.h>
@@ -155,10 +155,10 @@ TEST(Accuracy, JudgesEveryMethodAndBackend) {
 
 TEST(Accuracy, OfABackendWithOtherBitsIsNotValid) {
   const auto registry = make_backends();
-  const test::FaultyBackend faulty(*registry.front(), {.name = "one_ulp", .in_read = [](VectorField& field) {
-                                                         field.x.back() =
-                                                             std::nextafter(field.x.back(), 99.0F);
-                                                       }});
+  const faults::FaultyBackend faulty(*registry.front(),
+                                     {.name = "one_ulp", .in_read = [](VectorField& field) {
+                                        field.x.back() = std::nextafter(field.x.back(), 99.0F);
+                                      }});
   const Backend* const backends[] = {registry.front().get(), &faulty};
   Progress silent(false);
   const SceneAccuracy accuracy = measure_accuracy(load_scene("circular", {.size = Extent{20, 20}}), backends,

@@ -8,7 +8,7 @@
 #include "harness/agreement/bounded_energy.hpp"
 #include "harness/agreement/verify.hpp"
 #include "harness/methods/method.hpp"
-#include "test/faulty_backend.hpp"
+#include "harness/faults/faulty_backend.hpp"
 #include "test/random_level.hpp"
 
 #include <gtest/gtest.h>
@@ -409,7 +409,7 @@ TEST_P(FreeBackend, DisagreesOnASceneThatIsDeclaredExactAndIsNot) {
 
 TEST_P(FreeBackend, WithAnotherFaultOnTopDisagrees) {
   // Late, so that certified differences come first.
-  const test::FaultyBackend faulty(*backend_,
+  const faults::FaultyBackend faulty(*backend_,
                                    {.name = "one_site", .in_read = [reads = 0](VectorField& field) mutable {
                                       field.x.back() += ++reads > 15 ? 0.1F : 0.0F;
                                     }});
@@ -453,7 +453,7 @@ TEST(Verify, MistrustsASceneThatPrescribesAlmostEverything) {
 
 TEST(Certificate, DoesNotHoldForAWrongTieRule) {
   const auto backends = make_backends();
-  const test::FaultyBackend faulty(*backends.front(),
+  const faults::FaultyBackend faulty(*backends.front(),
                                    {.name = "last_of_equals", .in_level = [](Level& level) {
                                       std::vector<float> steps(level.steps.values().begin(),
                                                                level.steps.values().end());

@@ -5,9 +5,9 @@
 
 #include "backends/registry.hpp"
 #include "harness/accuracy/arithmetic.hpp"
+#include "harness/faults/faulty_backend.hpp"
 #include "kernels/gather.hpp"
 #include "reference/thesis_energy.hpp"
-#include "test/faulty_backend.hpp"
 #include "test/random_level.hpp"
 
 #include <gtest/gtest.h>
@@ -119,7 +119,7 @@ TEST_P(Arithmetic, OfTheKernelsIsExplainedByRounding) {
 }
 
 TEST_P(Arithmetic, OfAFaultIsNot) {
-  using test::Fault;
+  using faults::Fault;
   const std::vector<Fault> faults{
       {.name = "moduli_off_by_a_thousandth",
        .in_level =
@@ -136,7 +136,7 @@ TEST_P(Arithmetic, OfAFaultIsNot) {
   const auto backends = make_backends();
   for (const Fault& fault : faults) {
     const ArithmeticError error =
-        measure(scene_of(GetParam()), test::FaultyBackend(*backends.front(), fault));
+        measure(scene_of(GetParam()), faults::FaultyBackend(*backends.front(), fault));
     EXPECT_GT(error.beyond_bound, 0) << fault.name;
   }
 }

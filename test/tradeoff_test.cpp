@@ -1,6 +1,7 @@
 #include "harness/tradeoff/tradeoff.hpp"
 
 #include "backends/registry.hpp"
+#include "harness/faults/faulty_backend.hpp"
 #include "harness/median.hpp"
 #include "harness/tradeoff/efforts.hpp"
 #include "harness/tradeoff/equal_accuracy.hpp"
@@ -8,7 +9,6 @@
 #include "harness/tradeoff/rivals.hpp"
 #include "harness/tradeoff/tradeoff_json.hpp"
 #include "kernels/input_error.hpp"
-#include "test/faulty_backend.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -129,11 +129,11 @@ TEST_F(Tradeoff, MeasuresMethodsAtAllEffortsAndTheirRivals) {
 
 TEST_F(Tradeoff, SecondsAreSeconds) {
   using Clock = std::chrono::steady_clock;
-  test::Fault slow{.name = "slow", .in_step = [](int sweeps) {
-                     std::this_thread::sleep_for(std::chrono::milliseconds(5));
-                     return sweeps;
-                   }};
-  const test::FaultyBackend backend(scalar_, slow);
+  faults::Fault slow{.name = "slow", .in_step = [](int sweeps) {
+                       std::this_thread::sleep_for(std::chrono::milliseconds(5));
+                       return sweeps;
+                     }};
+  const faults::FaultyBackend backend(scalar_, slow);
   const auto start = Clock::now();
   const SceneTradeoff tradeoff = measured({&backend}, {"icm"}, true);
   const double wall = std::chrono::duration<double>(Clock::now() - start).count();
@@ -148,7 +148,7 @@ TEST_F(Tradeoff, SecondsAreSeconds) {
 }
 
 struct Spoilt {
-  test::Fault fault;
+  faults::Fault fault;
   PointStatus status;
   const char* reason;
 };
@@ -168,7 +168,7 @@ TEST_F(Tradeoff, PlantedFaultsAreKeptWithTheirReason) {
        PointStatus::failed,
        "the device is lost"}};
   for (const Spoilt& spoilt : cases) {
-    const test::FaultyBackend faulty(scalar_, spoilt.fault);
+    const faults::FaultyBackend faulty(scalar_, spoilt.fault);
     SceneTradeoff tradeoff = measured({&scalar_, &faulty}, {"icm"});
     const std::vector<TradeoffPoint> points = on(tradeoff, spoilt.fault.name);
     ASSERT_EQ(points.size(), 1U) << spoilt.fault.name << ": a point that fails must not be dropped";

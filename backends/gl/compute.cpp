@@ -190,9 +190,9 @@ private:
 
 } // namespace
 
-std::unique_ptr<Backend> make_compute() {
+std::unique_ptr<Backend> make_compute(std::unique_ptr<Platform> platform) {
   return std::make_unique<ContextBackend<ComputeSweep>>(
-      "gl-compute", "GLSL 4.30 compute shader, OpenGL through EGL", make_egl_platform(), required);
+      "gl-compute", "GLSL 4.30 compute shader, OpenGL through EGL", std::move(platform), required);
 }
 
 } // namespace hdmbench::gl

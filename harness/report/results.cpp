@@ -279,6 +279,9 @@ bool replaces(const EqualAccuracyRow& a, const EqualAccuracyRow& b) {
          a.poisson == b.poisson;
 }
 
+bool replaces(const FaultRow& a, const FaultRow& b) {
+  return a.fault == b.fault && a.backend == b.backend;
+}
 bool replaces(const AtlasRow& a, const AtlasRow& b) {
   return a.entry == b.entry;
 }
@@ -340,6 +343,8 @@ Results load_results(std::span<const Path> paths) {
       merge(results, results.devices, context, reader, read_device);
     } else if (command == "verify") {
       merge(results, results.verify, context, reader, read_verify);
+    } else if (command == "faults") {
+      merge(results, results.faults, context, reader, read_fault);
     } else if (command == "bench") {
       merge(results, results.bench, context, reader, read_bench);
     } else if (command == "run") {

@@ -2,6 +2,7 @@
 
 #include "harness/report/accuracy_results.hpp"
 #include "harness/report/atlas_results.hpp"
+#include "harness/report/faults_results.hpp"
 #include "harness/report/instructions_results.hpp"
 #include "harness/report/tradeoff_results.hpp"
 
@@ -132,6 +133,7 @@ struct Results {
   std::vector<std::string> machines;
   std::vector<DeviceRow> devices;
   std::vector<VerifyRow> verify;
+  std::vector<FaultRow> faults;
   std::vector<BenchRow> bench;
   std::vector<RunRow> run;
   std::vector<AccuracyRow> accuracy;

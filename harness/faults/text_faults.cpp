@@ -1,0 +1,217 @@
+#include "harness/faults/device_faults.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <string_view>
+#include <utility>
+
+namespace hdmbench::faults {
+
+namespace {
+
+/// One direction in which the border rule can be wrong.
+struct Border {
+  std::string_view name;
+  int x; ///< offset of the neighbour
+  int y;
+};
+
+constexpr Border borders[] = {{"north", 0, -1},     {"east", 1, 0},         {"south", 0, 1},
+                              {"west", -1, 0},      {"north-west", -1, -1}, {"north-east", 1, -1},
+                              {"south-east", 1, 1}, {"south-west", -1, 1}};
+
+/// Whether the centre lies at the side that an offset of -1 or 1 leaves along an axis, 'x' or 'y'.
+std::string at_side(int offset, char axis) {
+  return offset < 0 ? fmt::format("lessThan(at, POSITION(1)).{}", axis)
+                    : fmt::format("greaterThanEqual(at + POSITION(1), size).{}", axis);
+}
+
+/// Beyond one side, or at one corner's single site beyond that corner, the image is mirrored instead.
+DeviceFault mirrored(const Border& border) {
+  std::string where;
+  if (border.x != 0) {
+    where = at_side(border.x, 'x');
+  }
+  if (border.y != 0) {
+    where += fmt::format("{}{}", where.empty() ? "" : " && ", at_side(border.y, 'y'));
+  }
+  const bool corner = border.x != 0 && border.y != 0;
+  const std::string offset = fmt::format("POSITION({}, {})", border.x, border.y);
+  return {.name = fmt::format("border-{}", border.name),
+          .what = corner
+                      ? fmt::format("at the {} corner's one site, what lies beyond is mirrored", border.name)
+                      : fmt::format("beyond the {} side the image is mirrored", border.name),
+          .edits = {{.find = fmt::format("neighbour(at, {}, size)", offset),
+                     .replace = fmt::format("neighbour(at, {} ? POSITION({}, {}) : {}, size)", where,
+                                            -border.x, -border.y, offset)}}};
+}
+
+DeviceFault edit(std::string_view name, std::string_view what, std::string_view find,
+                 std::string_view replace, std::string_view method = "icm") {
+  return {.name = std::string(name),
+          .what = std::string(what),
+          .method = std::string(method),
+          .edits = {{.find = std::string(find), .replace = std::string(replace)}}};
+}
+
+std::vector<DeviceFault> gather_faults() {
+  std::vector<DeviceFault> list;
+  std::ranges::transform(borders, std::back_inserter(list), mirrored);
+  list.push_back(edit("border-clamped", "beyond the border lies the nearest site, not the centre",
+                      "return inside ? site : centre;",
+                      "return min(max(site, POSITION(0)), size - POSITION(1));"));
+  list.push_back(edit("border-too-early", "the last row and column count as outside", "lessThan(site, size)",
+                      "lessThan(site, size - POSITION(1))"));
+  list.push_back(edit("neighbours-swapped", "south and south-east neighbour swapped in x",
+                      "d_south.x, d_south_east.x)", "d_south_east.x, d_south.x)"));
+  list.push_back(edit("wrong-inverse-modulus", "1 / m of the south-east neighbour for the north-east one",
+                      "inverse_modulus_at(north_east)", "inverse_modulus_at(south_east)"));
+  list.push_back(edit("target-swapped", "y's target for x", "site.target_x = observation.x;",
+                      "site.target_x = observation.y;"));
+  list.push_back(edit("confidence-shared", "x's confidence for y", "site.confidence_y = confidence.y;",
+                      "site.confidence_y = confidence.x;"));
+  return list;
+}
+
+std::vector<DeviceFault> energy_faults() {
+  return {
+      edit("diagonal-missing", "one diagonal is missing in the gradient of x",
+           "gradient_x = add_gradient(gradient_x, toward.north_east",
+           "add_gradient(gradient_x, toward.north_east"),
+      edit("curvature-diagonal-missing", "one diagonal is missing in both curvatures",
+           "curvature = add_curvature(curvature, toward.north_east, toward.south_west);", ""),
+      edit("curvature-term-missing", "a triple has one residual's curvature",
+           "curvature = curvature + (real(1) + toward_s) * (real(1) + toward_s);", ""),
+      edit("ratio-inverted", "m_u / m_t for m_t / m_u to the north",
+           "site.modulus * site.inverse_modulus.north;",
+           "(real(1) / site.modulus) / site.inverse_modulus.north;"),
+      edit("ratio-lost", "the same material to the east", "site.modulus * site.inverse_modulus.east;",
+           "real(1);"),
+      edit("residual-sign", "a sign in the residual", "(dt - ds) - (du - dt)", "(dt - ds) - (dt - du)"),
+      edit("half-the-gradient", "g where 2 g belongs", "(gradient + gradient)", "gradient"),
+      edit("observation-sign", "a sign in the observation", "abs(gap - step_size)", "abs(gap + step_size)"),
+      edit("observation-squared", "squares where absolute values belong", "(abs(gap - step_size) - abs(gap))",
+           "((gap - step_size) * (gap - step_size) - gap * gap)"),
+      edit("tie-rule", "<= for <: among equal candidates the last one wins",
+           "best = change < lowest ? steps[i] : best;", "best = change <= lowest ? steps[i] : best;"),
+      edit("tie-tolerance", "a candidate must be better by 0.01", "best = change < lowest ? steps[i] : best;",
+           "best = change < lowest - real(0.01) ? steps[i] : best;"),
+      edit("last-candidate-skipped", "the loop over the candidates ends one too early",
+           "i < step_count; ++i) {\n    HDM_PRECISE real change",
+           "i < step_count - 1; ++i) {\n    HDM_PRECISE real change"),
+      edit("decay", "the centre loses an ulp or two", "site.dx.centre + best_step(",
+           "site.dx.centre * real(0.9999999) + best_step("),
+      edit("output-swapped", "x stored as y", "vec4(next.x, next.y", "vec4(next.y, next.x"),
+  };
+}
+
+std::vector<DeviceFault> rule_faults() {
+  return {
+      edit("colour-by-row", "x takes turns by rows, not columns", "colours == 2 ? parity(at.column)",
+           "colours == 2 ? parity(at.row)", "coloured"),
+      edit("pull-sign", "the observation pushes", "remaining > real(0) ? reach : real(0) - reach",
+           "remaining > real(0) ? real(0) - reach : reach", "closed-form"),
+      edit("target-not-held", "a held component is not put on its target",
+           "return abs(remaining) < reach ? target : moved;", "return moved;", "closed-form"),
+      edit("random-key", "one round of the random numbers has another key",
+           "pair = mixed_pair(pair, sweep.seed);", "pair = mixed_pair(pair, sweep.seed + real(1));",
+           "annealing"),
+      edit("always-accepted", "worse candidates are always taken", "change <= real(0) || odds < real(1)",
+           "change <= real(0) || odds < real(1e30)", "annealing"),
+  };
+}
+
+std::vector<DeviceFault> fragment_faults() {
+  std::vector<DeviceFault> list{
+      edit("half-a-pixel", "the image is sampled half a pixel off",
+           "vec2 displacement_at(vec2 p) { return texture2DRect(image, p).rg; }",
+           "vec2 displacement_at(vec2 p) { return texture2DRect(image, p + vec2(0.5)).rg; }"),
+      edit("inverse-modulus-lost", "1 / m is not handed on from sweep to sweep",
+           "inverse_modulus_at(gl_FragCoord.xy), 0.0)", "0.0, 0.0)"),
+  };
+  list.push_back({.name = "count-of-x",
+                  .what = "only changes of x are counted",
+                  .edits = {{.find = "now == before",
+                             .replace = "now.x == before.x",
+                             .shader = "uniform sampler2DRect previous"}}});
+  return list;
+}
+
+std::vector<DeviceFault> compute_faults() {
+  std::vector<DeviceFault> list{
+      edit("pitch", "rows one element too long", "return p.y * dimension.x + p.x;",
+           "return p.y * (dimension.x + 1) + p.x;"),
+      edit("half-float-displacement", "displacements fetched with 11 significant bits",
+           "{ return texelFetch(image, index_of(p)).rg; }",
+           "{ return unpackHalf2x16(packHalf2x16(texelFetch(image, index_of(p)).rg)); }"),
+  };
+  list.push_back({.name = "half-float-energy",
+                  .what = "energies with 11 significant bits",
+                  .edits = {{.find = "(gradient + gradient)",
+                             .replace = "unpackHalf2x16(packHalf2x16(vec2(gradient + gradient, 0.0))).x"},
+                            {.find = "return change;",
+                             .replace = "return unpackHalf2x16(packHalf2x16(vec2(change, 0.0))).x;"}}});
+  list.push_back({.name = "count-of-x",
+                  .what = "only changes of x are counted",
+                  .edits = {{.find = "texelFetch(image, index).rg != texelFetch(previous, index).rg",
+                             .replace = "texelFetch(image, index).r != texelFetch(previous, index).r",
+                             .shader = "uniform samplerBuffer previous"}}});
+  DeviceFault overrun =
+      edit("overrun", "the end of a row is not checked: what no other row overwrites ends in the guard",
+           "if (at.x < dimension.x) {", "if (true) {");
+  overrun.calls = guard_bands();
+  list.push_back(std::move(overrun));
+  return list;
+}
+
+} // namespace
+
+std::vector<DeviceFault> text_faults(Pipeline pipeline) {
+  std::vector<DeviceFault> all;
+  for (const auto& list : {gather_faults(), energy_faults(), rule_faults(),
+                           pipeline == Pipeline::fragment ? fragment_faults() : compute_faults()}) {
+    all.insert(all.end(), list.begin(), list.end());
+  }
+  return all;
+}
+
+std::vector<DeviceFault> device_controls(Pipeline pipeline) {
+  std::vector<DeviceFault> list;
+  list.push_back({.name = "unedited",
+                  .what = "the shaders as they are, by the way that mistakes take",
+                  .method = "",
+                  .expected = Expected::let_through});
+  list.push_back(
+      {.name = "reassociated",
+       .what = "the gradient's terms added as s + (a + b), not (s + a) + b",
+       .expected = Expected::let_through,
+       .edits = {{.find = "real gradient = sum + (real(1) + toward_u)",
+                  .replace = "real gradient = (real(1) + toward_u)"},
+                 {.find = "gradient = gradient + (real(1) + toward_s) * residual(toward_s, du, dt, ds);",
+                  .replace = "gradient = sum + (gradient + (real(1) + toward_s) * "
+                             "residual(toward_s, du, dt, ds));"}}});
+  if (pipeline == Pipeline::compute) {
+    list.push_back(
+        {.name = "fused",
+         .what = "fma() in the gradient; a driver may split it again",
+         .expected = Expected::let_through,
+         .edits = {
+             {.find = "real gradient = sum + (real(1) + toward_u) * residual(toward_u, ds, dt, du);",
+              .replace = "real gradient = fma(real(1) + toward_u, residual(toward_u, ds, dt, du), sum);"},
+             {.find = "gradient = gradient + (real(1) + toward_s) * residual(toward_s, du, dt, ds);",
+              .replace = "gradient = fma(real(1) + toward_s, residual(toward_s, du, dt, ds), gradient);"}}});
+    list.push_back({.name = "not-precise",
+                    .what = "without the word `precise`",
+                    .expected = Expected::let_through,
+                    .edits = {{.find = "#define HDM_PRECISE precise", .replace = "#define HDM_PRECISE"}}});
+    list.push_back({.name = "guarded",
+                    .what = "guard bands behind the buffers, and no mistake",
+                    .expected = Expected::let_through,
+                    .calls = guard_bands()});
+  }
+  return list;
+}
+
+} // namespace hdmbench::faults

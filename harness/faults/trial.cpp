@@ -1,0 +1,211 @@
+#include "harness/faults/trial.hpp"
+
+#include "harness/methods/method.hpp"
+#include "kernels/input_error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+namespace hdmbench::faults {
+
+namespace {
+
+/// Iterations per level: mistakes show at once or never.
+constexpr int iteration_limit = 8;
+
+/// Of scenes where nobody asks for a size: unequal sides, several levels, no multiple of a work group. Those
+/// that are exact may be so only where the levels are powers of two.
+constexpr Extent usual{48, 40};
+constexpr Extent usual_if_exact{32, 32};
+
+Scene load_small(const std::string& name, const std::optional<Extent>& size) {
+  Scene scene = load_scene(name, {.size = size.value_or(usual_if_exact)});
+  return scene.exact || size ? scene : load_scene(name, {.size = usual});
+}
+
+TrialScene by_method(const Scene& scene, std::string_view method) {
+  TrialScene trial{.label = fmt::format("{}, {}", scene.name, method), .scene = scene};
+  use_method(trial.scene, find_method(method));
+  return trial;
+}
+
+/// One level, on which what is free begins so small that only denormal numbers hold it, and mostly stays
+/// there. What a device makes of these is its own affair (llvmpipe's fragment shaders take them for 0).
+TrialScene with_denormals(Scene scene) {
+  for (std::size_t i = 0; i < scene.extent().sites(); ++i) {
+    scene.start.x[i] = scene.full.confidence.x[i] > 0.0F ? scene.start.x[i] : 1e-40F;
+  }
+  scene.schedule.start_level = 0;
+  return {.label = "denormal", .scene = std::move(scene), .only_on_cpu = true};
+}
+
+Seen verdict_of(const std::vector<Comparison>& comparisons) {
+  Seen seen{.verdict = Verdict::agree, .reason = {}, .error = {}};
+  for (const Comparison& comparison : comparisons) {
+    if (comparison.verdict > seen.verdict) {
+      seen.verdict = comparison.verdict;
+      seen.reason = comparison.reason;
+    }
+    seen.sites_differing += comparison.sites_differing;
+    seen.uncertified += comparison.uncertified;
+    seen.counts_differing += comparison.counts_differing;
+  }
+  return seen;
+}
+
+std::string_view text(Verdict verdict) {
+  constexpr std::array<std::string_view, 5> texts{"agree", "certified", "skipped", "mistrusted", "disagree"};
+  return texts.at(static_cast<std::size_t>(verdict));
+}
+
+std::string_view text(Layer layer) {
+  constexpr std::array<std::string_view, 3> texts{"session", "shader", "driver"};
+  return texts.at(static_cast<std::size_t>(layer));
+}
+
+std::string_view text(Expected expected) {
+  constexpr std::array<std::string_view, 3> texts{"disagree", "let through", "either"};
+  return texts.at(static_cast<std::size_t>(expected));
+}
+
+bool tells(const std::optional<Seen>& seen) {
+  return seen && seen->error.empty() && seen->verdict != Verdict::skipped &&
+         seen->verdict != Verdict::mistrusted;
+}
+
+bool is_mistrusted(const std::optional<Seen>& seen) {
+  return seen && seen->error.empty() && seen->verdict == Verdict::mistrusted;
+}
+
+bool disagrees(const std::optional<Seen>& seen) {
+  return tells(seen) && seen->verdict == Verdict::disagree;
+}
+
+} // namespace
+
+std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names, std::optional<Extent> size) {
+  std::vector<TrialScene> scenes;
+  const auto add = [&](const std::string& name) {
+    Scene scene = load_small(name, size);
+    scenes.push_back({.label = scene.name, .scene = std::move(scene)});
+  };
+  if (!names.empty()) {
+    std::ranges::for_each(names, add);
+    return scenes;
+  }
+  for (const char* const name : {"square", "circular", "tie-rich", "random"}) {
+    add(name);
+  }
+  const Scene square = scenes.front().scene;
+  const Scene random = scenes.back().scene;
+  for (const std::string& name : shipped_scenes()) {
+    if (name != "brain" && load_small(name, size).exact) { // the brain's files need not be on this machine
+      add(name);
+    }
+  }
+  for (const std::string_view method : {"coloured", "closed-form", "annealing"}) {
+    scenes.push_back(by_method(random, method));
+  }
+  scenes.push_back(with_denormals(square));
+  return scenes;
+}
+
+std::string_view text(const Seen& seen) {
+  return seen.error.empty() ? text(seen.verdict) : "error";
+}
+
+bool Trial::ran() const {
+  return std::ranges::any_of(seen, tells);
+}
+
+bool Trial::caught() const {
+  return std::ranges::any_of(seen, disagrees);
+}
+
+bool Trial::as_expected() const {
+  const bool broke_off =
+      std::ranges::any_of(seen, [](const auto& one) { return one && !one->error.empty(); });
+  if (!not_planted.empty()) {
+    return false;
+  }
+  switch (planted.expected) {
+  case Expected::disagree:
+    return caught() || (!ran() && !broke_off);
+  case Expected::let_through:
+    return !caught() && !broke_off && std::ranges::none_of(seen, is_mistrusted);
+  case Expected::either:
+    return true;
+  }
+  return false;
+}
+
+bool concerns(const Planted& planted, const TrialScene& scene) {
+  return (planted.method.empty() || planted.method == scene.scene.schedule.method) &&
+         (planted.on_cpu || !scene.only_on_cpu);
+}
+
+Trial try_out(const Planted& planted, const Backend& reference, std::span<const TrialScene> scenes,
+              Progress& progress) {
+  Trial trial{.planted = planted, .device = {}, .seen = {}, .not_planted = {}};
+  Progress silent(false);
+  for (const TrialScene& scene : scenes) {
+    std::optional<Seen>& seen = trial.seen.emplace_back();
+    if (!concerns(planted, scene)) {
+      continue;
+    }
+    progress.describe(fmt::format("{} on {}: {}", planted.name, planted.backend, scene.label));
+    seen.emplace();
+    try {
+      const std::unique_ptr<Backend> faulty = planted.make(scene.scene);
+      const Backend* const backends[] = {faulty.get()};
+      const std::vector<Comparison> comparisons = verify(
+          scene.scene, reference, backends, {.session = {}, .iteration_limit = iteration_limit}, silent);
+      trial.device = comparisons.front().device;
+      seen = verdict_of(comparisons);
+      if (planted.require_planted && seen->verdict != Verdict::skipped) {
+        planted.require_planted();
+      }
+    } catch (const NotPlanted& error) {
+      trial.not_planted = error.what();
+    } catch (const DeviceError& error) {
+      seen->error = error.what();
+    }
+    progress.advance(1.0);
+  }
+  return trial;
+}
+
+nlohmann::json to_json(const Trial& trial, std::span<const TrialScene> scenes) {
+  nlohmann::json rows = nlohmann::json::array();
+  for (std::size_t i = 0; i < trial.seen.size(); ++i) {
+    if (trial.seen[i]) {
+      const Seen& seen = *trial.seen[i];
+      const Scene& scene = scenes[i].scene;
+      rows.push_back({{"scene", scenes[i].label},
+                      {"width", scene.extent().width},
+                      {"height", scene.extent().height},
+                      {"method", scene.schedule.method},
+                      {"exact", scene.exact},
+                      {"verdict", text(seen)},
+                      {"sites_differing", seen.sites_differing},
+                      {"uncertified", seen.uncertified},
+                      {"counts_differing", seen.counts_differing},
+                      {"reason", seen.error.empty() ? seen.reason : seen.error}});
+    }
+  }
+  const Planted& planted = trial.planted;
+  return {{"fault", planted.name},
+          {"what", planted.what},
+          {"backend", planted.backend},
+          {"device", trial.device.name},
+          {"layer", text(planted.layer)},
+          {"expected", text(planted.expected)},
+          {"caught", trial.caught()},
+          {"as_expected", trial.as_expected()},
+          {"not_planted", trial.not_planted},
+          {"scenes", std::move(rows)}};
+}
+
+} // namespace hdmbench::faults

@@ -1,0 +1,304 @@
+// The checker is checked: every planted fault must turn verify red, and what is no fault must not.
+
+#include "harness/faults/session_faults.hpp"
+#include "harness/faults/trial.hpp"
+
+#include "backends/registry.hpp"
+#include "harness/bench.hpp"
+#include "harness/methods/method.hpp"
+#include "test/plain_scene.hpp"
+#include "test/program.hpp"
+#include "test/random_level.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <functional>
+
+#ifdef HDMBENCH_WITH_GL
+#include "harness/faults/device_faults.hpp"
+#endif
+
+namespace hdmbench {
+namespace {
+
+using faults::Expected;
+using faults::Fault;
+using faults::FaultyBackend;
+using faults::Layer;
+using faults::Planted;
+using faults::Trial;
+using faults::TrialScene;
+
+constexpr Extent small{24, 19};
+
+Scene small_scene(test::Texture texture, Extent extent = small) {
+  auto problem = test::random_problem(extent, texture, 21);
+  Scene scene;
+  if (texture == test::Texture::dyadic) {
+    problem.level.steps = StepSet::parse("0,-1,-0.25,1,0.25");
+    scene.exact = true;
+  }
+  scene.name = texture == test::Texture::smooth ? "smooth" : scene.exact ? "dyadic" : "tie-rich";
+  scene.full = std::move(problem.level);
+  scene.start = std::move(problem.start);
+  scene.schedule.iterations = 6;
+  if (texture != test::Texture::smooth) {
+    scene.schedule.start_level = 0; // interpolation between levels would leave the grid
+  }
+  return scene;
+}
+
+/// What is free begins with a denormal number and stays there.
+TrialScene denormal_scene() {
+  Scene scene = test::pulled_scene(small, 3.0F);
+  for (std::size_t i = 0; i < scene.extent().sites(); ++i) {
+    scene.start.x[i] = scene.full.confidence.x[i] > 0.0F ? 0.0F : 1e-40F;
+  }
+  return {.label = "denormal", .scene = std::move(scene), .only_on_cpu = true};
+}
+
+/// The most telling first.
+std::vector<TrialScene> small_scenes() {
+  std::vector<TrialScene> scenes;
+  for (const test::Texture texture :
+       {test::Texture::dyadic, test::Texture::smooth, test::Texture::tie_rich}) {
+    const Scene scene = small_scene(texture);
+    scenes.push_back({.label = scene.name, .scene = scene});
+  }
+  scenes.push_back({.label = "larger", .scene = small_scene(test::Texture::tie_rich, {72, 60})});
+  scenes.push_back(denormal_scene());
+  for (const char* const method : {"coloured", "closed-form", "annealing"}) {
+    Scene scene = small_scene(test::Texture::smooth);
+    use_method(scene, find_method(method));
+    scenes.push_back({.label = method, .scene = std::move(scene)});
+  }
+  return scenes;
+}
+
+const std::vector<std::unique_ptr<Backend>>& registry() {
+  static const auto backends = make_backends();
+  return backends;
+}
+const Backend& scalar() {
+  return *registry().front();
+}
+
+Trial try_on(const Planted& planted, const TrialScene& scene) {
+  Progress silent(false);
+  return faults::try_out(planted, scalar(), std::span(&scene, 1), silent);
+}
+
+std::vector<Planted> planted(const std::function<bool(const Planted&)>& belongs) {
+  std::vector<Planted> some;
+  std::ranges::copy_if(faults::all_planted(scalar()), std::back_inserter(some), belongs);
+  return some;
+}
+
+std::string test_name(const testing::TestParamInfo<Planted>& information) {
+  std::string name = information.param.backend + "_" + information.param.name;
+  std::ranges::replace_if(
+      name, [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
+  return name;
+}
+
+class PlantedFault : public testing::TestWithParam<Planted> {};
+
+TEST_P(PlantedFault, TurnsVerifyRed) {
+  bool ran = false;
+  for (const TrialScene& scene : small_scenes()) {
+    if (!concerns(GetParam(), scene)) {
+      continue;
+    }
+    const Trial trial = try_on(GetParam(), scene);
+    EXPECT_EQ(trial.not_planted, "");
+    EXPECT_EQ(trial.seen.front()->error, "");
+    ran = ran || trial.ran();
+    if (trial.caught()) {
+      return;
+    }
+    if (!ran) {
+      GTEST_SKIP() << trial.seen.front()->reason;
+    }
+  }
+  EXPECT_EQ(GetParam().expected, Expected::either) << "caught nowhere";
+}
+
+INSTANTIATE_TEST_SUITE_P(Checker, PlantedFault, testing::ValuesIn(planted([](const Planted& one) {
+                           return one.expected != Expected::let_through;
+                         })),
+                         test_name);
+
+class Control : public testing::TestWithParam<Planted> {};
+
+TEST_P(Control, IsLetThrough) {
+  for (const TrialScene& scene : small_scenes()) {
+    if (concerns(GetParam(), scene)) {
+      const Trial trial = try_on(GetParam(), scene);
+      EXPECT_TRUE(trial.as_expected()) << scene.label << ": " << text(*trial.seen.front());
+      EXPECT_FALSE(scene.scene.exact && trial.ran() && trial.seen.front()->verdict != Verdict::agree);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Checker, Control, testing::ValuesIn(planted([](const Planted& one) {
+                           return one.expected == Expected::let_through;
+                         })),
+                         test_name);
+
+class FaultInTheField : public testing::TestWithParam<Fault> {};
+
+TEST_P(FaultInTheField, GetsNoSpeedUp) {
+  bool caught = false;
+  for (const test::Texture texture :
+       {test::Texture::smooth, test::Texture::tie_rich, test::Texture::dyadic}) {
+    const Scene scene = small_scene(texture);
+    const FaultyBackend faulty(scalar(), GetParam(), &scene);
+    const Backend* const both[] = {&scalar(), &faulty};
+    Progress silent(false);
+    const auto results = bench(scene, both, {.session = {}, .repeats = 1}, silent);
+    EXPECT_TRUE(results[0].valid);
+    EXPECT_EQ(results[1].valid, results[1].speed_up.has_value());
+    caught = caught || !results[1].valid;
+  }
+  EXPECT_TRUE(caught);
+}
+
+std::vector<Fault> faults_in_the_field() {
+  std::vector<Fault> some = faults::session_faults();
+  // Counts are not bench's affair, each level is uploaded once, and there is no denormal number.
+  std::erase_if(some, [](const Fault& fault) {
+    return fault.in_changed || fault.method != "icm" || fault.name == "stale-upload" ||
+           fault.name == "denormals-flushed";
+  });
+  return some;
+}
+
+INSTANTIATE_TEST_SUITE_P(Checker, FaultInTheField, testing::ValuesIn(faults_in_the_field()),
+                         [](const auto& information) {
+                           std::string name = information.param.name;
+                           std::ranges::replace(name, '-', '_');
+                           return name;
+                         });
+
+TEST(Faults, AreCountedInDozensAndNamedOnce) {
+  std::vector<std::string> names;
+  for (const Planted& one : faults::all_planted(scalar())) {
+    names.push_back(one.name + " on " + one.backend);
+    EXPECT_FALSE(one.what.empty()) << names.back();
+  }
+  EXPECT_GE(names.size(), 40U);
+  std::ranges::sort(names);
+  EXPECT_TRUE(std::ranges::adjacent_find(names) == names.end());
+}
+
+TEST(Faults, OnAnySession) {
+  for (const auto& backend : registry()) {
+    for (const Planted& one : faults::all_planted(*backend)) {
+      if (one.backend == backend->name() && (one.name == "one-site-one-ulp" || one.name == "sound")) {
+        const Trial trial = try_on(one, small_scenes().front());
+        EXPECT_TRUE(trial.as_expected()) << one.name << " on " << one.backend;
+      }
+    }
+  }
+}
+
+/// What is checked on a scene that cannot show a fault is not checked.
+TEST(Faults, ACheckThatCannotFailIsMistrusted) {
+  Scene still = small_scene(test::Texture::smooth);
+  still.full.confidence = VectorField(still.extent());
+  still.start = VectorField(still.extent());
+  Scene prescribed = small_scene(test::Texture::smooth);
+  prescribed.full.confidence = VectorField(prescribed.extent(), 1.0F);
+  prescribed.start = prescribed.full.target;
+  prescribed.full.confidence.x[0] = 0.0F;
+  prescribed.schedule.start_level = 0;
+  const auto sound = planted([](const Planted& one) { return one.name == "sound"; });
+  for (const Scene& scene : {still, prescribed}) {
+    const Trial trial = try_on(sound.front(), {.label = "dull", .scene = scene});
+    EXPECT_EQ(trial.seen.front()->verdict, Verdict::mistrusted);
+    EXPECT_FALSE(trial.seen.front()->reason.empty());
+    EXPECT_FALSE(trial.ran());
+    EXPECT_FALSE(trial.as_expected());
+  }
+}
+
+#ifdef HDMBENCH_WITH_GL
+
+using faults::DeviceFault;
+
+Trial try_device_fault(const DeviceFault& fault) {
+  return try_on(faults::plant(faults::Pipeline::fragment, fault), small_scenes().front());
+}
+
+TEST(Faults, AnEditThatMatchesNothingIsNotPlanted) {
+  const Trial trial = try_device_fault({.name = "nothing", .edits = {{.find = "mass of the moon"}}});
+  if (trial.seen.front()->verdict == Verdict::skipped && trial.not_planted.empty()) {
+    GTEST_SKIP() << trial.seen.front()->reason;
+  }
+  EXPECT_THAT(trial.not_planted, testing::HasSubstr("\"mass of the moon\" is not in the shader"));
+  EXPECT_FALSE(trial.as_expected());
+  EXPECT_FALSE(trial.caught());
+}
+
+TEST(Faults, AnEditThatMatchesTwiceIsNotPlanted) {
+  const Trial trial = try_device_fault({.name = "twice", .edits = {{.find = "real(1)"}}});
+  if (trial.seen.front()->verdict == Verdict::skipped && trial.not_planted.empty()) {
+    GTEST_SKIP() << trial.seen.front()->reason;
+  }
+  EXPECT_THAT(trial.not_planted, testing::HasSubstr("more than once"));
+  EXPECT_FALSE(trial.as_expected());
+}
+
+TEST(Faults, AShaderOrACallThatDoesNotExistIsNotPlanted) {
+  for (const DeviceFault& fault :
+       {DeviceFault{.name = "no shader", .edits = {{.find = "x", .shader = "mass of the moon"}}},
+        DeviceFault{.name = "no call", .calls = {{.function = "glDispatchCompute"}}}}) {
+    const Trial trial = try_device_fault(fault);
+    if (trial.seen.front()->verdict == Verdict::skipped) {
+      GTEST_SKIP() << trial.seen.front()->reason;
+    }
+    EXPECT_FALSE(trial.not_planted.empty());
+    EXPECT_FALSE(trial.as_expected());
+  }
+}
+
+TEST(Faults, ADriverThatRefusesIsNoVerdict) {
+  const Trial trial = try_device_fault(
+      {.name = "no GLSL",
+       .edits = {{.find = "Displacement next = swept_displacement", .replace = "gibberish"}}});
+  if (!trial.ran() && trial.seen.front()->error.empty()) {
+    GTEST_SKIP() << trial.seen.front()->reason;
+  }
+  EXPECT_THAT(trial.seen.front()->error, testing::HasSubstr("glCompileShader"));
+  EXPECT_FALSE(trial.caught());
+  EXPECT_FALSE(trial.as_expected());
+}
+
+#endif
+
+TEST(Faults, AsAUserTypesThem) {
+  const test::Outcome caught =
+      test::hdmbench("faults tie-rich --size 20x12 --faults skipped-sweep,negative-zero");
+  EXPECT_EQ(caught.status, 0);
+  EXPECT_THAT(caught.output, testing::HasSubstr("1 of 1 planted faults caught, 1 of 1 controls let through"));
+  EXPECT_THAT(caught.output, testing::ContainsRegex("skipped-sweep +scalar +disagree +yes"));
+
+  // One level: nothing that is wrong between levels can be seen.
+  const test::Outcome missed =
+      test::hdmbench("faults tie-rich --size 20x12 --faults wrong-alignment,negative-zero --brief");
+  EXPECT_EQ(missed.status, 1);
+  EXPECT_THAT(missed.output, testing::HasSubstr("0 of 1 planted faults caught"));
+  EXPECT_THAT(missed.output, testing::ContainsRegex("wrong-alignment +scalar +agree +NO"));
+  EXPECT_THAT(missed.output, testing::Not(testing::HasSubstr("negative-zero")));
+
+  const test::Outcome unknown = test::hdmbench("faults --faults gremlins");
+  EXPECT_EQ(unknown.status, 2);
+  EXPECT_THAT(unknown.output, testing::HasSubstr("there is no fault \"gremlins\""));
+  EXPECT_THAT(test::hdmbench("faults --list").output, testing::HasSubstr("border-north-west"));
+}
+
+} // namespace
+} // namespace hdmbench
