@@ -56,7 +56,7 @@ TEST_F(FaultsReport, SaysWhereAFaultWasCaught) {
   EXPECT_THAT(page, HasSubstr("<td class=\"agree\" title=\"7 differing, 5 uncertified\">disagree</td>"));
   EXPECT_THAT(page, HasSubstr("✓ caught"));
   EXPECT_THAT(page, HasSubstr(", exact"));
-  EXPECT_THAT(page, HasSubstr("1 of them only where every number is exact"));
+  EXPECT_THAT(page, HasSubstr("1 of the faults only where every number is exact"));
   EXPECT_THAT(page, Not(HasSubstr("✗ not caught")));
 }
 

@@ -177,7 +177,7 @@ bool print_sum(const std::vector<Trial>& trials, const std::vector<TrialScene>& 
   const auto exact =
       std::ranges::count_if(trials, [&](const Trial& trial) { return only_where_exact(trial, scenes); });
   if (exact > 0) {
-    fmt::print("{} of them only where every number is exact: elsewhere a near-tie would excuse them\n",
+    fmt::print("{} of the faults only where every number is exact: elsewhere a near-tie would excuse them\n",
                exact);
   }
   return std::ranges::all_of(trials, &Trial::as_expected);

@@ -14,7 +14,12 @@ namespace hdmbench::faults {
 namespace {
 
 std::string backend_name(Pipeline pipeline) {
+#ifdef HDMBENCH_WITH_EGL
   return pipeline == Pipeline::compute ? "gl-compute" : "gl-fragment";
+#else
+  (void)pipeline;
+  return "gl-fragment-osmesa";
+#endif
 }
 
 [[maybe_unused]] bool has_device(const gl::Platform& platform) {

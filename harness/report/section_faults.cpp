@@ -117,9 +117,10 @@ std::string summary_html(const Rows& mistakes, const Rows& controls) {
                   all ? "agree" : "disagree", good(planted), planted.size(), good(judged), judged.size());
   const auto exact = std::ranges::count_if(planted, only_where_exact);
   if (exact > 0) {
-    html += fmt::format("<p>{} of them only where every number is exact: elsewhere a near-tie would excuse "
-                        "them.</p>\n",
-                        exact);
+    html +=
+        fmt::format("<p>{} of the faults only where every number is exact: elsewhere a near-tie would excuse "
+                    "them.</p>\n",
+                    exact);
   }
   const auto not_run = std::ranges::count_if(mistakes, [&](const FaultRow& row) { return !run(row); });
   if (not_run > 0) {
