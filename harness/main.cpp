@@ -33,6 +33,7 @@ int main(int argc, char** argv) {
     commands::add_methods(program);
     commands::add_run(program, arguments, status);
     commands::add_verify(program, arguments, status);
+    commands::add_golden(program, arguments, status);
     commands::add_bench(program, arguments, status);
     commands::add_accuracy(program, arguments, status);
     commands::add_atlas(program, arguments);
