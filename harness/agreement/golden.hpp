@@ -17,7 +17,7 @@ namespace hdmbench {
 struct GoldenCase {
   std::string scene; ///< a shipped one
   Extent extent;
-  std::string method;
+  std::string method; ///< method_name(); in golden_cases() empty where it is the scene's own
 
   bool operator==(const GoldenCase&) const = default;
 };
@@ -47,10 +47,16 @@ struct GoldenEntry {
 };
 
 /// Every shipped scene by its own method, `square` at a second size, and every other method on `random`.
+/// Without krylov: its sums are Eigen's, which fuses multiply-adds wherever the processor can (measured:
+/// other bits with -march=x86-64-v3). Of multigrid only the coarsest level is Eigen's, and rounded to float:
+/// it kept its bits in all builds that were tried.
 [[nodiscard]] std::vector<GoldenCase> golden_cases();
 
 /// The scene at the case's size, with its method and few iterations. Throws what load_scene throws.
 [[nodiscard]] Scene load_golden_scene(const GoldenCase& problem);
+
+/// The case that load_golden_scene made the scene of, its method named.
+[[nodiscard]] GoldenCase golden_case(const Scene& scene);
 
 /// Throws NotFinite.
 [[nodiscard]] GoldenInputs hash_inputs(const Scene& scene);
@@ -95,14 +101,14 @@ struct GoldenResult {
   GoldenCase problem;
   std::string absence{}; ///< why the scene is not there; empty: it is
   GoldenInputs inputs{};
+  bool known = false;                    ///< whether there is anything golden of this case
   std::string inputs_reason{};           ///< why they are not golden; empty: they are
   std::vector<GoldenOutcome> outcomes{}; ///< as the solvers, scalar first
 };
 
 /// Solves the scene on all `solvers`, scalar first, and compares with `golden`; null: there is none, so that
 /// scalar's hashes are what is compared with. So it is too where the inputs are not golden.
-[[nodiscard]] GoldenResult check_golden(const GoldenCase& problem, const Scene& scene,
-                                        std::span<GoldenSolver> solvers, const GoldenEntry* golden,
-                                        Progress& progress);
+[[nodiscard]] GoldenResult check_golden(const Scene& scene, std::span<GoldenSolver> solvers,
+                                        const GoldenEntry* golden, Progress& progress);
 
 } // namespace hdmbench

@@ -129,7 +129,7 @@ void print_remarks(const std::vector<GoldenResult>& results, std::span<const Gol
     if (!result.absence.empty()) {
       fmt::print("  {}: skipped: {}\n", name_of(result.problem), result.absence);
     }
-    if (!result.inputs_reason.empty()) {
+    if (result.known && !result.inputs_reason.empty()) {
       fmt::print("  {}: the inputs are not golden: {}\n", name_of(result.problem), result.inputs_reason);
     }
     for (const GoldenOutcome& outcome : result.outcomes) {
@@ -141,6 +141,13 @@ void print_remarks(const std::vector<GoldenResult>& results, std::span<const Gol
             arguments.session.threads == 0 ? "" : fmt::format(" --threads {}", arguments.session.threads));
       }
     }
+  }
+  const auto unknown = std::ranges::count_if(
+      results, [](const GoldenResult& result) { return !result.known && result.absence.empty(); });
+  if (unknown > 0) {
+    fmt::print("  {} cases are new, and compared with scalar only: hdmbench golden --write "
+               "harness/agreement/golden.json, then build\n",
+               unknown);
   }
 }
 
@@ -161,7 +168,8 @@ std::vector<Problem> load_problems(const std::vector<std::string>& scenes) {
       continue;
     }
     try {
-      problems.push_back({problem, load_golden_scene(problem)});
+      Scene scene = load_golden_scene(problem);
+      problems.push_back({golden_case(scene), std::move(scene)});
     } catch (const MissingFile& error) {
       if (!scenes.empty()) {
         throw;
@@ -189,9 +197,8 @@ std::vector<GoldenResult> check(const std::vector<Problem>& problems, std::span<
   for (const Problem& one : problems) {
     const auto* const scene = std::get_if<Scene>(&one.scene);
     results.push_back(
-        scene != nullptr
-            ? check_golden(one.problem, *scene, solvers, find_golden(golden, one.problem), progress)
-            : GoldenResult{.problem = one.problem, .absence = std::get<std::string>(one.scene)});
+        scene != nullptr ? check_golden(*scene, solvers, find_golden(golden, one.problem), progress)
+                         : GoldenResult{.problem = one.problem, .absence = std::get<std::string>(one.scene)});
   }
   return results;
 }
