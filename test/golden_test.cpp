@@ -7,12 +7,17 @@
 #include "backends/registry.hpp"
 #include "kernels/input_error.hpp"
 #include "test/faulty_backend.hpp"
+#include "test/program.hpp"
+#include "test/temporary_folder.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <limits>
 
 namespace hdmbench {
@@ -242,6 +247,48 @@ TEST(Golden, EveryPartOfAnEntryCounts) {
             Verdict::disagree);
   EXPECT_EQ(verdict([](GoldenEntry& entry) { entry.inputs.scene ^= 1; }), Verdict::mistrusted);
   EXPECT_EQ(verdict([](GoldenEntry& entry) { entry.inputs.levels.at(2) ^= 1; }), Verdict::mistrusted);
+}
+
+TEST(Golden, OnlyWhatAllAgreeOnBecomesGolden) {
+  const auto backends = make_backends();
+  const GoldenEntry& entry = entry_of("tie-rich", "icm");
+  GoldenEntry outdated = entry;
+  outdated.levels.back().hash ^= 1;
+  const Scene scene = scene_of(entry);
+  EXPECT_THAT(doubt_about(check(outdated, scene, find_backend(backends, "openmp"))), IsEmpty());
+  const FaultyBackend faulty(*backends.front(), {.name = "one_ulp", .in_read = [](VectorField& field) {
+                                                   field.x[0] = std::nextafter(field.x[0], 100.0F);
+                                                 }});
+  EXPECT_THAT(doubt_about(check(entry, scene, faulty)), HasSubstr("one_ulp and scalar disagree"));
+}
+
+TEST(GoldenCommand, WritesItsResults) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "results.json";
+  const test::Outcome outcome =
+      test::hdmbench("golden tie-rich --backends openmp --threads 3 --json " + file.string());
+  EXPECT_EQ(outcome.status, 0) << outcome.output;
+  std::ifstream stream(file);
+  const nlohmann::json rows = nlohmann::json::parse(stream)["results"];
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[1]["backend"], "openmp");
+  EXPECT_EQ(rows[1]["verdict"], "agree");
+  EXPECT_EQ(rows[1]["levels"].size(), 1U);
+  EXPECT_EQ(rows[1]["levels"][0]["hash"],
+            fmt::format("{:016x}", entry_of("tie-rich", "icm").levels.back().hash));
+}
+
+TEST(GoldenCommand, RefusesWhatIsNotGolden) {
+  for (const auto& [arguments, message] : {std::pair{"golden nowhere", "of the shipped scenes only"},
+                                           {"golden square --write a.json", "excludes"},
+                                           {"golden --backends openmp --write a.json", "excludes"},
+                                           {"golden --backends none", "no backend \"none\""},
+                                           {"golden --json /no/such/folder/a.json", "/no/such/folder"},
+                                           {"golden --write /no/such/folder/a.json", "/no/such/folder"}}) {
+    const test::Outcome outcome = test::hdmbench(arguments);
+    EXPECT_EQ(outcome.status, 2) << arguments << outcome.output;
+    EXPECT_THAT(outcome.output, HasSubstr(message)) << arguments;
+  }
 }
 
 TEST(Golden, AnAbsentBackendIsSkippedWithItsReason) {

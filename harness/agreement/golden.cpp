@@ -191,4 +191,14 @@ GoldenResult check_golden(const Scene& scene, std::span<GoldenSolver> solvers, c
   return result;
 }
 
+std::string doubt_about(const GoldenResult& result) {
+  const std::vector<GoldenLevel>& scalar = result.outcomes.front().levels;
+  for (const GoldenOutcome& outcome : result.outcomes) {
+    if (outcome.verdict != Verdict::skipped && (scalar.empty() || outcome.levels != scalar)) {
+      return scalar.empty() ? outcome.reason : fmt::format("{} and scalar disagree", outcome.backend);
+    }
+  }
+  return {};
+}
+
 } // namespace hdmbench

@@ -111,4 +111,8 @@ struct GoldenResult {
 [[nodiscard]] GoldenResult check_golden(const Scene& scene, std::span<GoldenSolver> solvers,
                                         const GoldenEntry* golden, Progress& progress);
 
+/// Why the hashes of a case cannot become golden: scalar has none, or another backend has others. Empty: they
+/// can.
+[[nodiscard]] std::string doubt_about(const GoldenResult& result);
+
 } // namespace hdmbench

@@ -214,15 +214,11 @@ ExitStatus write_golden(const std::vector<GoldenResult>& results, const std::vec
       throw InputError(fmt::format("{} is not written: it would lose {}: {}", file.string(),
                                    name_of(result.problem), result.absence));
     }
-    const std::vector<GoldenLevel>& scalar = result.outcomes.front().levels;
-    for (const GoldenOutcome& outcome : result.outcomes) {
-      if (outcome.verdict != Verdict::skipped && (outcome.levels != scalar || scalar.empty())) {
-        fmt::print("{} is not written: {} and scalar disagree on {}\n", file.string(), outcome.backend,
-                   name_of(result.problem));
-        return disagreement;
-      }
+    if (const std::string doubt = doubt_about(result); !doubt.empty()) {
+      fmt::print("{} is not written: {}: {}\n", file.string(), name_of(result.problem), doubt);
+      return disagreement;
     }
-    entries.push_back({result.problem, result.inputs, scalar});
+    entries.push_back({result.problem, result.inputs, result.outcomes.front().levels});
     const bool same = result.inputs_reason.empty() && result.outcomes.front().verdict == Verdict::agree;
     changed += same ? 0 : 1;
   }
