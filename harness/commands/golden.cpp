@@ -43,8 +43,8 @@ std::string_view text(Verdict verdict) {
 }
 
 std::string name_of(const GoldenCase& problem) {
-  return fmt::format("{}, {} x {}, {}", problem.scene, problem.extent.width, problem.extent.height,
-                     problem.method);
+  return fmt::format("{}, {} x {}{}{}", problem.scene, problem.extent.width, problem.extent.height,
+                     problem.method.empty() ? "" : ", ", problem.method);
 }
 
 /// All rows of one case, one per backend; of a scene that is not there, one that says so.
@@ -180,6 +180,15 @@ std::vector<Problem> load_problems(const std::vector<std::string>& scenes) {
   return problems;
 }
 
+/// Throws InputError where a scene is not there, because the file would lose it.
+void require_all(const std::vector<Problem>& problems, const std::filesystem::path& file) {
+  for (const Problem& one : problems) {
+    if (const auto* const absence = std::get_if<std::string>(&one.scene)) {
+      throw InputError(fmt::format("{} would lose {}: {}", file.string(), name_of(one.problem), *absence));
+    }
+  }
+}
+
 std::vector<GoldenResult> check(const std::vector<Problem>& problems, std::span<GoldenSolver> solvers,
                                 const std::vector<GoldenEntry>& golden) {
   Progress progress;
@@ -203,17 +212,12 @@ std::vector<GoldenResult> check(const std::vector<Problem>& problems, std::span<
   return results;
 }
 
-/// A new file, of what all backends agree on. Throws InputError where a scene is not there, because the file
-/// would lose it.
+/// A new file, of what all backends agree on; no scene is absent.
 ExitStatus write_golden(const std::vector<GoldenResult>& results, const std::vector<GoldenEntry>& before,
                         const std::filesystem::path& file) {
   std::vector<GoldenEntry> entries;
   int changed = 0;
   for (const GoldenResult& result : results) {
-    if (!result.absence.empty()) {
-      throw InputError(fmt::format("{} is not written: it would lose {}: {}", file.string(),
-                                   name_of(result.problem), result.absence));
-    }
     if (const std::string doubt = doubt_about(result); !doubt.empty()) {
       fmt::print("{} is not written: {}: {}\n", file.string(), name_of(result.problem), doubt);
       return disagreement;
@@ -241,6 +245,9 @@ ExitStatus run_golden(const Arguments& arguments, const std::string& line) {
     solvers.emplace_back(*backend, arguments.session);
   }
   const std::vector<Problem> problems = load_problems(arguments.scenes);
+  if (!arguments.write.empty()) {
+    require_all(problems, arguments.write);
+  }
   const std::vector<GoldenEntry>& golden = committed_golden();
   const std::vector<GoldenResult> results = check(problems, solvers, golden);
   fmt::print("Displacements of all levels, hashed, against those committed:\n");
@@ -256,9 +263,11 @@ ExitStatus run_golden(const Arguments& arguments, const std::string& line) {
     }
   }
   const auto count = [&](Verdict verdict) { return counts.at(static_cast<std::size_t>(verdict)); };
-  fmt::print("\n{} solutions are golden, {} are not, {} have nothing to be compared with, {} skipped\n",
+  const auto absent =
+      std::ranges::count_if(results, [](const GoldenResult& result) { return !result.absence.empty(); });
+  fmt::print("\n{} solutions are golden, {} are not, {} have nothing to be compared with, {} skipped{}\n",
              count(Verdict::agree), count(Verdict::disagree), count(Verdict::mistrusted),
-             count(Verdict::skipped));
+             count(Verdict::skipped), absent > 0 ? fmt::format("; {} scenes are not there", absent) : "");
   if (!arguments.json.empty()) {
     write_results(arguments.json, "golden", run_context(line, false), std::move(rows));
   }

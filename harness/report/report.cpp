@@ -45,12 +45,14 @@ std::string page_html(const report::Results& results) {
   html += report::summary_section(results);
   html +=
       R"(<nav aria-label="Sections"><a href="#support">What runs where</a><a href="#agreement">Agreement</a>
+<a href="#golden">Golden hashes</a>
 <a href="#speed">Speed</a><a href="#accuracy">Accuracy</a><a href="#tradeoff">Speed against accuracy</a><a href="#failures">Failures</a> <a href="#pictures">Pictures</a><a href="#reading">How to read</a>
 <a href="#reproduce">Reproduce</a></nav>
 </header>
 )";
   html += report::support_section(results, anchors);
   html += report::agreement_section(results, anchors);
+  html += report::golden_section(results, anchors);
   html += report::speed_section(results, anchors);
   html += report::accuracy_section(results, anchors);
   html += report::tradeoff_section(results, anchors);
