@@ -49,7 +49,7 @@ TEST_F(GoldenReport, NamesTheBackendsThatHaveTheHash) {
   EXPECT_THAT(page, HasSubstr("<code>00000000000000bb</code>"));
   EXPECT_THAT(page, HasSubstr("<b>✓</b> scalar, openmp</div>"));
   EXPECT_THAT(page, HasSubstr("<b>– skipped:</b> gl-compute</div>"));
-  EXPECT_THAT(page, HasSubstr("Every level of 2 solutions has its golden hash"));
+  EXPECT_THAT(page, HasSubstr("Every level of 2 solutions has the hash"));
 }
 
 TEST_F(GoldenReport, ADifferenceIsSaidAtTheTop) {

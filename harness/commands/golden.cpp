@@ -282,17 +282,17 @@ ExitStatus run_golden(const Arguments& arguments, const std::string& line) {
 void add_golden(CLI::App& program, const std::string& arguments, int& status) {
   auto* command = program.add_subcommand(
       "golden",
-      "Solve the shipped scenes at fixed sizes on every backend and compare a hash of the field of every\n"
-      "level with the committed ones: the same bits on every machine, with every compiler, from version\n"
-      "to version. Exit status 1 if a hash differs.");
+      "Solve the shipped scenes at fixed sizes on every backend and compare a hash of the field of every "
+      "level\n"
+      "with those committed: machines, compilers and versions are to give the same bits, not only backends.\n"
+      "Exit status 1 if a hash differs, or there is none to compare with.");
   const auto own = std::make_shared<Arguments>();
   auto* const scenes = command->add_option("scenes", own->scenes, "Shipped scenes by name (none: all)");
   own->add_backends_to(*command);
   command
-      ->add_option(
-          "--write", own->write,
-          "Write the hashes to this file (harness/agreement/golden.json is built in), if all backends "
-          "agree with scalar")
+      ->add_option("--write", own->write,
+                   "Write the hashes to this file, if all backends agree; harness/agreement/golden.json is "
+                   "what the next build compares with")
       ->excludes(scenes)
       ->excludes("--backends");
   command->add_option("--json", own->json, "Write the results to this file");

@@ -90,8 +90,7 @@ std::optional<Summary> summarise_golden(const Results& results, const std::strin
     summary.sentence = "No golden hash was compared: all solutions were skipped.";
   } else {
     summary.state = Summary::State::good;
-    summary.sentence = fmt::format("Every level of {} has its golden hash: the bits of every other machine, "
-                                   "compiler and version.",
+    summary.sentence = fmt::format("Every level of {} has the hash that is committed with the program.",
                                    plural(solved, "solution"));
   }
   return summary;
@@ -104,8 +103,8 @@ std::string golden_section(const Results& results, Anchors& anchors) {
   }
   html +=
       "<p>The field after every level of the pyramid, hashed, against the hashes that are committed with the "
-      "program: equal on every machine, with every compiler and from version to version. Shown is the hash "
-      "of the full resolution.</p>\n";
+      "program, so that machines, compilers and versions are compared as well. Shown is the hash of the full "
+      "resolution.</p>\n";
   for (const std::string& machine : results.machines) {
     const std::vector<GoldenRow> rows = results.of(results.golden, machine);
     if (rows.empty()) {
