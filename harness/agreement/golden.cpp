@@ -181,7 +181,7 @@ GoldenResult check_golden(const Scene& scene, std::span<GoldenSolver> solvers, c
   for (GoldenSolver& solver : solvers) {
     result.outcomes.push_back(solve(scene, solver, progress));
   }
-  const bool is_golden = result.inputs_reason.empty();
+  const bool is_golden = golden != nullptr && result.inputs_reason.empty();
   const std::vector<GoldenLevel> expected = is_golden ? golden->levels : result.outcomes.front().levels;
   for (GoldenOutcome& outcome : result.outcomes) {
     if (outcome.verdict == Verdict::agree) {
