@@ -34,6 +34,7 @@ int main(int argc, char** argv) {
     commands::add_run(program, arguments, status);
     commands::add_verify(program, arguments, status);
     commands::add_faults(program, arguments, status);
+    commands::add_golden(program, arguments, status);
     commands::add_bench(program, arguments, status);
     commands::add_accuracy(program, arguments, status);
     commands::add_atlas(program, arguments);

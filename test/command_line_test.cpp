@@ -27,7 +27,7 @@ nlohmann::json read_json(const std::filesystem::path& file) {
 
 TEST(CommandLine, ExplainsItself) {
   EXPECT_EQ(hdmbench("--help").status, 0);
-  for (const char* command : {"devices", "run", "verify", "bench", "accuracy", "report", "export",
+  for (const char* command : {"devices", "run", "verify", "golden", "bench", "accuracy", "report", "export",
                               "fem-to-image", "positions-to-displacements", "energy-plot", "tune"}) {
     EXPECT_THAT(hdmbench("--help").output, HasSubstr(command));
     const Outcome help = hdmbench(std::string(command) + " --help");

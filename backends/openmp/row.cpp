@@ -1,8 +1,13 @@
-// Built once per instruction set: HDMBENCH_INSTRUCTION_SET is baseline, avx2 or avx512.
+// Built once per instruction set: HDMBENCH_INSTRUCTION_SET is baseline, avx2 or avx512. A test that builds it
+// many times makes do with fewer candidates (HDMBENCH_MOST_CANDIDATES) than the 16 of StepSet.
 
 #include "backends/openmp/row.hpp"
 
 #include "kernels/energy_macros.hpp"
+
+#ifndef HDMBENCH_MOST_CANDIDATES
+#define HDMBENCH_MOST_CANDIDATES 16
+#endif
 
 namespace hdmbench::openmp::HDMBENCH_INSTRUCTION_SET {
 
@@ -113,7 +118,7 @@ std::int64_t sweep_turn(const RowPart& part) {
 }
 
 /// The number of candidates as a constant: their loop unrolls.
-template <int rule, bool observed, int step_count = 16>
+template <int rule, bool observed, int step_count = HDMBENCH_MOST_CANDIDATES>
 std::int64_t sweep_candidates(const RowPart& part) {
   if constexpr (step_count > 1) {
     if (part.step_count < step_count) {

@@ -187,11 +187,7 @@ std::string CommonArguments::repeat(std::string_view command, const Scene& scene
          schedule.text(many ? std::optional(scene.schedule.method) : std::nullopt);
 }
 
-void CommonArguments::add_to(CLI::App& command) {
-  command.add_option("scenes", scenes,
-                     "Scenes by name or TOML file (none: all that the command is made for)");
-  command.add_option("--sizes,--size", sizes, "Image sizes: 300 (square) or 257x130, several with commas")
-      ->delimiter(',');
+void CommonArguments::add_backends_to(CLI::App& command) {
   command
       .add_option("--backends", backends, "Backends with commas (none: all; one that is named must be there)")
       ->delimiter(',');
@@ -199,6 +195,14 @@ void CommonArguments::add_to(CLI::App& command) {
       ->delimiter(',');
   command.add_option("--device", session.device, "Device by part of its name or by number (see devices)");
   command.add_option("--threads", session.threads, "CPU threads (0: all)")->check(CLI::NonNegativeNumber);
+}
+
+void CommonArguments::add_to(CLI::App& command) {
+  command.add_option("scenes", scenes,
+                     "Scenes by name or TOML file (none: all that the command is made for)");
+  command.add_option("--sizes,--size", sizes, "Image sizes: 300 (square) or 257x130, several with commas")
+      ->delimiter(',');
+  add_backends_to(command);
   schedule.add_to(command);
   command
       .add_option("--methods", methods,

@@ -74,6 +74,8 @@ struct CommonArguments {
   std::filesystem::path json;
 
   void add_to(CLI::App& command);
+  /// Only which backends, on which device, with how many threads.
+  void add_backends_to(CLI::App& command);
 
   /// The command line that repeats one comparison.
   [[nodiscard]] std::string repeat(std::string_view command, const Scene& scene,

@@ -55,11 +55,6 @@ Seen verdict_of(const std::vector<Comparison>& comparisons) {
   return seen;
 }
 
-std::string_view text(Verdict verdict) {
-  constexpr std::array<std::string_view, 5> texts{"agree", "certified", "skipped", "mistrusted", "disagree"};
-  return texts.at(static_cast<std::size_t>(verdict));
-}
-
 std::string_view text(Layer layer) {
   constexpr std::array<std::string_view, 3> texts{"session", "shader", "driver"};
   return texts.at(static_cast<std::size_t>(layer));
@@ -113,7 +108,7 @@ std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names, std:
 }
 
 std::string_view text(const Seen& seen) {
-  return seen.error.empty() ? text(seen.verdict) : "error";
+  return seen.error.empty() ? name_of(seen.verdict) : "error";
 }
 
 bool Trial::ran() const {

@@ -45,6 +45,7 @@ std::string page_html(const report::Results& results) {
   html += report::summary_section(results);
   html +=
       R"(<nav aria-label="Sections"><a href="#support">What runs where</a><a href="#agreement">Agreement</a>
+<a href="#golden">Golden hashes</a>
 <a href="#faults">Planted faults</a>
 <a href="#speed">Speed</a><a href="#accuracy">Accuracy</a>
 <a href="#tradeoff">Speed against accuracy</a>
@@ -57,6 +58,7 @@ std::string page_html(const report::Results& results) {
 )";
   html += report::support_section(results, anchors);
   html += report::agreement_section(results, anchors);
+  html += report::golden_section(results, anchors);
   html += report::faults_section(results, anchors);
   html += report::speed_section(results, anchors);
   html += report::accuracy_section(results, anchors);

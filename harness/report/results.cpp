@@ -262,6 +262,9 @@ bool replaces(const VerifyRow& a, const VerifyRow& b) {
 bool replaces(const BenchRow& a, const BenchRow& b) {
   return same_place(a, b) && a.method == b.method;
 }
+bool replaces(const GoldenRow& a, const GoldenRow& b) {
+  return same_place(a, b) && a.method == b.method;
+}
 bool replaces(const RunRow& a, const RunRow& b) {
   return same_place(a, b) && a.method == b.method;
 }
@@ -355,6 +358,8 @@ Results load_results(std::span<const Path> paths) {
       merge(results, results.atlas, context, reader, read_atlas);
     } else if (command == "instructions") {
       merge(results, results.instructions, context, reader, read_instructions);
+    } else if (command == "golden") {
+      merge(results, results.golden, context, reader, read_golden);
     } else if (command == "tradeoff") {
       merge(results, results.tradeoff, context, reader, read_tradeoff, "point");
       merge(results, results.equal_accuracy, context, reader, read_equal_accuracy, "equal accuracy");

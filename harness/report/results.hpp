@@ -4,6 +4,7 @@
 #include "harness/report/atlas_results.hpp"
 #include "harness/report/faults_results.hpp"
 #include "harness/report/instructions_results.hpp"
+#include "harness/report/golden_results.hpp"
 #include "harness/report/tradeoff_results.hpp"
 
 #include <array>
@@ -139,6 +140,7 @@ struct Results {
   std::vector<AccuracyRow> accuracy;
   std::vector<AtlasRow> atlas;
   std::vector<InstructionsRow> instructions;
+  std::vector<GoldenRow> golden;
   std::vector<TradeoffRow> tradeoff;
   std::vector<EqualAccuracyRow> equal_accuracy;
 

@@ -143,12 +143,18 @@ std::string device_html(const Results& results, const std::string& machine, cons
 
 std::string summary_section(const Results& results) {
   std::string html = summary_html(summarise(results), "");
+  if (const auto golden = summarise_golden(results)) {
+    html += summary_html(*golden, "");
+  }
   if (const auto accuracy = summarise_accuracy(results)) {
     html += summary_html(*accuracy, "");
   }
   if (results.machines.size() > 1) {
     for (const std::string& machine : results.machines) {
       html += summary_html(summarise(results, machine), machine);
+      if (const auto golden = summarise_golden(results, machine)) {
+        html += summary_html(*golden, machine);
+      }
       if (const auto accuracy = summarise_accuracy(results, machine)) {
         html += summary_html(*accuracy, machine);
       }

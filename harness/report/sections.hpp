@@ -14,6 +14,7 @@ namespace hdmbench::report {
 [[nodiscard]] std::string agreement_section(const Results& results, Anchors& anchors);
 /// What mistakes the cross-check has been seen to find.
 [[nodiscard]] std::string faults_section(const Results& results, Anchors& anchors);
+[[nodiscard]] std::string golden_section(const Results& results, Anchors& anchors);
 /// Tables and plots; needs gnuplot where there are valid timings.
 [[nodiscard]] std::string speed_section(const Results& results, Anchors& anchors);
 /// Tables and figures against the truths; needs gnuplot where there are profiles or convergence.

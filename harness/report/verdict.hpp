@@ -23,6 +23,11 @@ struct Summary {
 /// Of the verify rows. `machine` empty: all machines together.
 [[nodiscard]] Summary summarise(const Results& results, const std::string& machine = {});
 
+/// Of the golden rows, none where there are none: bad where a hash differs, unsure where there was nothing
+/// golden to compare with.
+[[nodiscard]] std::optional<Summary> summarise_golden(const Results& results,
+                                                      const std::string& machine = {});
+
 /// Of the accuracy rows, none where there are none: what failed, else the distances of ICM to FEM. Bad where
 /// float32 leaves the derived bound or a field is not valid; unsure where a row has no result or float32 was
 /// not compared.

@@ -1,0 +1,123 @@
+#include "harness/report/joined.hpp"
+#include "harness/report/sections.hpp"
+#include "harness/report/verdict.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <tuple>
+
+namespace hdmbench::report {
+
+namespace {
+
+auto case_of(const GoldenRow& row) {
+  return std::tie(row.scene, row.width, row.height, row.method);
+}
+
+/// The rows of one case.
+using Case = std::vector<const GoldenRow*>;
+
+std::vector<Case> cases_of(const std::vector<GoldenRow>& rows) {
+  std::vector<Case> cases;
+  for (const GoldenRow& row : rows) {
+    const auto same = std::ranges::find_if(
+        cases, [&](const Case& known) { return case_of(*known.front()) == case_of(row); });
+    if (same == cases.end()) {
+      cases.push_back({&row});
+    } else {
+      same->push_back(&row);
+    }
+  }
+  return cases;
+}
+
+/// Backends with a verdict, the reason below each that is not golden.
+std::string backends_html(const Case& rows, std::string_view verdict, std::string_view sign) {
+  std::vector<std::string> names;
+  std::string reasons;
+  for (const GoldenRow* const row : rows) {
+    if (row->verdict == verdict) {
+      names.push_back(escape(row->backend));
+      if (verdict == "disagree") {
+        reasons += fmt::format("<small>{}: {}</small>", escape(row->backend), escape(row->reason));
+      }
+    }
+  }
+  if (names.empty()) {
+    return {};
+  }
+  return fmt::format("<div class=\"{}\"><b>{}</b> {}{}</div>", verdict, sign, joined(names, ", "), reasons);
+}
+
+std::string case_html(const Case& rows) {
+  const GoldenRow& first = *rows.front();
+  std::string html = fmt::format(
+      "<tr><th scope=\"row\">{}<small>{}</small></th><td>{}</td><td><code>{}</code>"
+      "{}</td><td>",
+      escape(first.scene), size_text(first.width, first.height), escape(first.method), escape(first.hash),
+      first.inputs_reason.empty() ? ""
+                                  : fmt::format("<small class=\"disagree\"><b>✗ inputs:</b> {}</small>",
+                                                escape(first.inputs_reason)));
+  html += backends_html(rows, "agree", "✓") + backends_html(rows, "disagree", "✗") +
+          backends_html(rows, "mistrusted", "? as scalar:") + backends_html(rows, "skipped", "– skipped:");
+  return html + "</td></tr>\n";
+}
+
+std::int64_t count(const std::vector<GoldenRow>& rows, std::string_view verdict) {
+  return std::ranges::count(rows, verdict, &GoldenRow::verdict);
+}
+
+} // namespace
+
+std::optional<Summary> summarise_golden(const Results& results, const std::string& machine) {
+  const std::vector<GoldenRow> rows = machine.empty() ? results.golden : results.of(results.golden, machine);
+  if (rows.empty()) {
+    return std::nullopt;
+  }
+  const std::int64_t solved = std::ssize(rows) - count(rows, "skipped");
+  Summary summary;
+  if (const std::int64_t wrong = count(rows, "disagree"); wrong > 0) {
+    summary.state = Summary::State::bad;
+    summary.sentence = fmt::format("{} of {} {} not the golden hashes.", count_text(wrong),
+                                   plural(solved, "solution"), wrong == 1 ? "has" : "have");
+  } else if (const std::int64_t unsure = count(rows, "mistrusted"); unsure > 0) {
+    summary.sentence =
+        fmt::format("{} of {} {} scalar's bits, but no golden hashes to compare with.", count_text(unsure),
+                    plural(solved, "solution"), unsure == 1 ? "has" : "have");
+  } else if (solved == 0) {
+    summary.sentence = "No golden hash was compared: all solutions were skipped.";
+  } else {
+    summary.state = Summary::State::good;
+    summary.sentence = fmt::format("Every level of {} has the hash that is committed with the program.",
+                                   plural(solved, "solution"));
+  }
+  return summary;
+}
+
+std::string golden_section(const Results& results, Anchors& anchors) {
+  std::string html = "<section>\n" + heading(2, anchors.unique("golden"), "Are they what they always were?");
+  if (results.golden.empty()) {
+    return html + no_data("golden hashes", "golden") + "</section>\n";
+  }
+  html +=
+      "<p>The field after every level of the pyramid, hashed, against the hashes that are committed with the "
+      "program, so that machines, compilers and versions are compared as well. Shown is the hash of the full "
+      "resolution.</p>\n";
+  for (const std::string& machine : results.machines) {
+    const std::vector<GoldenRow> rows = results.of(results.golden, machine);
+    if (rows.empty()) {
+      continue;
+    }
+    html += machine_heading(results, machine, anchors) +
+            table_start("golden", {"Scene", "Method", "Hash", "Backends"});
+    for (const Case& one : cases_of(rows)) {
+      html += case_html(one);
+    }
+    html += table_end;
+  }
+  return html + "</section>\n";
+}
+
+} // namespace hdmbench::report
