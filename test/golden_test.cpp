@@ -5,8 +5,8 @@
 #include "harness/agreement/state_hash.hpp"
 
 #include "backends/registry.hpp"
+#include "harness/faults/faulty_backend.hpp"
 #include "kernels/input_error.hpp"
-#include "test/faulty_backend.hpp"
 #include "test/program.hpp"
 #include "test/temporary_folder.hpp"
 
@@ -23,8 +23,8 @@
 namespace hdmbench {
 namespace {
 
-using test::Fault;
-using test::FaultyBackend;
+using faults::Fault;
+using faults::FaultyBackend;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
