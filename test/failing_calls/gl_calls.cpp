@@ -33,13 +33,15 @@ bool proceeds(std::string_view name) {
     return false;
   }
   if (lost == current()) {
-    pending = GL_CONTEXT_LOST;
     return false;
   }
   if (strikes(Event::gl_call,
               {.name = std::string(name), .can_fail_unnoticed = name.starts_with("glDelete")})) {
-    pending = static_cast<GLenum>(armed().code);
-    lost = pending == GL_CONTEXT_LOST ? current() : nullptr;
+    if (armed().code == GL_CONTEXT_LOST) {
+      lost = current();
+    } else {
+      pending = static_cast<GLenum>(armed().code);
+    }
     return false;
   }
   return true;

@@ -19,10 +19,12 @@ std::string joined(const std::vector<std::string>& all) {
   return fmt::format("{}", fmt::join(all, "; "));
 }
 
-/// Whether a message says which call failed, and why.
+/// Whether a message says which call failed, and why. What may go unnoticed is said by a later call, if at
+/// all.
 bool explains(const std::string& message, const Kind& kind, const Call& call) {
   const auto has = [&](std::string_view word) { return message.find(word) != std::string::npos; };
-  return has(kind.reason) && (call.words.empty() ? has(call.name) : std::ranges::any_of(call.words, has));
+  const bool named = call.words.empty() ? has(call.name) : std::ranges::any_of(call.words, has);
+  return has(kind.reason) && (named || call.can_fail_unnoticed);
 }
 
 } // namespace
