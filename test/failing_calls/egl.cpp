@@ -74,7 +74,11 @@ EXPORTED EGLint EGLAPIENTRY eglGetError() {
 }
 
 EXPORTED EGLBoolean EGLAPIENTRY eglBindAPI(EGLenum api) {
-  return proceeds("eglBindAPI") ? REAL(eglBindAPI)(api) : EGL_FALSE;
+  if (!proceeds("eglBindAPI")) {
+    could_not_set_current(); // without it that is not tried
+    return EGL_FALSE;
+  }
+  return REAL(eglBindAPI)(api);
 }
 
 EXPORTED EGLBoolean EGLAPIENTRY eglInitialize(EGLDisplay display, EGLint* major, EGLint* minor) {
@@ -131,6 +135,7 @@ EXPORTED EGLBoolean EGLAPIENTRY eglDestroyContext(EGLDisplay display, EGLContext
 EXPORTED EGLBoolean EGLAPIENTRY eglMakeCurrent(EGLDisplay display, EGLSurface draw, EGLSurface read,
                                                EGLContext context) {
   const bool release = context == EGL_NO_CONTEXT;
+  could_not_set_current(); // until it is
   if (!release && context == lost) {
     pending = EGL_CONTEXT_LOST;
     return EGL_FALSE;

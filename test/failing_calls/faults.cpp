@@ -51,6 +51,7 @@ struct State {
   Tally tally;
   std::set<Object> alive;
   const void* current = nullptr;
+  bool binding_failed = false; ///< since the last time that it did not
   std::vector<std::string> complaints;
 
   /// HDMBENCH_FAILING_CALL="OpenGL/GL_OUT_OF_MEMORY/glReadPixels" arms any program.
@@ -77,12 +78,6 @@ void arm(const Kind& kind, int at, std::string_view only) {
   state().only = only;
   state().names.clear();
   state().tally = {};
-}
-
-/// Whether what failed is to make a context current, or none.
-bool made_current_in_vain() {
-  const Tally& counted = state().tally;
-  return counted.struck && counted.call.name.ends_with("MakeCurrent");
 }
 
 /// The number of the call among those that can be struck.
@@ -166,7 +161,7 @@ std::vector<std::string> take_complaints() {
     complain(fmt::format("{} is left", type));
   }
   s.alive.clear();
-  if (s.current != nullptr && !made_current_in_vain()) {
+  if (s.current != nullptr && !s.binding_failed) {
     complain("a context was left current");
   }
   return std::exchange(s.complaints, {});
@@ -185,10 +180,9 @@ void gone(std::string_view type, const void* owner, std::uint64_t handle) {
 }
 
 void owner_gone(const void* owner) {
-  const bool could_be_current = !made_current_in_vain();
   std::erase_if(state().alive, [&](const Object& object) {
     const auto& [type, its_owner, handle] = object;
-    if (its_owner == owner && could_be_current) {
+    if (its_owner == owner && !state().binding_failed) {
       complain(fmt::format("{} was left when its context was destroyed", type));
     }
     return its_owner == owner;
@@ -197,6 +191,11 @@ void owner_gone(const void* owner) {
 
 void set_current(const void* context) {
   state().current = context;
+  state().binding_failed = false;
+}
+
+void could_not_set_current() {
+  state().binding_failed = true;
 }
 
 const void* current() {

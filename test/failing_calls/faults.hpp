@@ -87,8 +87,10 @@ void gone(std::string_view type, const void* owner, std::uint64_t handle);
 /// A context goes and takes what it owns along; whatever that is should have gone before, unless the context
 /// could not be made current for it.
 void owner_gone(const void* owner);
-/// The OpenGL context of this thread.
+/// The OpenGL context of this thread, null: none.
 void set_current(const void* context);
+/// It stayed what it was.
+void could_not_set_current();
 [[nodiscard]] const void* current();
 
 } // namespace hdmbench::failing_calls

@@ -43,6 +43,7 @@ EXPORTED void OSMesaDestroyContext(OSMesaContext context) {
 EXPORTED GLboolean OSMesaMakeCurrent(OSMesaContext context, void* buffer, GLenum type, GLsizei width,
                                      GLsizei height) {
   static const auto real = real_library().function<decltype(&::OSMesaMakeCurrent)>("OSMesaMakeCurrent");
+  could_not_set_current(); // until it is
   if (strikes(Event::osmesa_call, {.name = "OSMesaMakeCurrent", .can_fail_unnoticed = context == nullptr})) {
     return GL_FALSE;
   }

@@ -186,9 +186,7 @@ struct StandIn<Name, Result (*)(First, Rest...)> {
       real(first, rest...);
       answer(first, rest...);
     } else {
-      if (strikes(Event::vulkan_call, {.name = std::string(name),
-                                       .words = names_in_messages(name),
-                                       .can_fail_unnoticed = name == "vkFreeDescriptorSets"})) {
+      if (strikes(Event::vulkan_call, {.name = std::string(name), .words = names_in_messages(name)})) {
         if (device_is_lost(name)) {
           real(first, rest...);
         }
