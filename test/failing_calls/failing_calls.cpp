@@ -28,6 +28,7 @@ namespace {
 
 using nlohmann::json;
 
+constexpr int nothing_to_test = 77;         // exit status
 constexpr unsigned seconds_until_hung = 60; // a run takes well below one
 
 /// The APIs that a backend goes through.
@@ -308,6 +309,10 @@ int run(int argc, char** argv) {
   print(rows);
   if (!file.empty()) {
     write_results(file, "failing-calls", run_context("failing_calls", quick), to_json(rows));
+  }
+  if (std::ranges::all_of(rows, &Row::absent)) {
+    fmt::print("\nNone of the backends is there: {}\n", rows.front().reason);
+    return nothing_to_test;
   }
   return std::ranges::all_of(rows, [](const Row& row) { return row.unclean.empty(); }) ? 0 : 1;
 }
