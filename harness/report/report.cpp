@@ -45,7 +45,7 @@ std::string page_html(const report::Results& results) {
   html += report::summary_section(results);
   html +=
       R"(<nav aria-label="Sections"><a href="#support">What runs where</a><a href="#agreement">Agreement</a>
-<a href="#speed">Speed</a><a href="#accuracy">Accuracy</a><a href="#tradeoff">Speed against accuracy</a><a href="#failures">Failures</a> <a href="#pictures">Pictures</a><a href="#reading">How to read</a>
+<a href="#speed">Speed</a><a href="#accuracy">Accuracy</a><a href="#tradeoff">Speed against accuracy</a><a href="#failures">Failures</a> <a href="#failing-calls">Failing calls</a> <a href="#pictures">Pictures</a><a href="#reading">How to read</a>
 <a href="#reproduce">Reproduce</a></nav>
 </header>
 )";
@@ -55,6 +55,7 @@ std::string page_html(const report::Results& results) {
   html += report::accuracy_section(results, anchors);
   html += report::tradeoff_section(results, anchors);
   html += report::atlas_section(results, anchors);
+  html += report::failing_calls_section(results, anchors);
   html += report::pictures_section(results, anchors);
   html += report::reading_section(results, anchors);
   const std::string script =

@@ -2,6 +2,7 @@
 
 #include "harness/report/accuracy_results.hpp"
 #include "harness/report/atlas_results.hpp"
+#include "harness/report/failing_calls_results.hpp"
 #include "harness/report/tradeoff_results.hpp"
 
 #include <cstddef>
@@ -130,6 +131,7 @@ struct Results {
   std::vector<RunRow> run;
   std::vector<AccuracyRow> accuracy;
   std::vector<AtlasRow> atlas;
+  std::vector<FailingCallsRow> failing_calls;
   std::vector<TradeoffRow> tradeoff;
   std::vector<EqualAccuracyRow> equal_accuracy;
 

@@ -209,7 +209,8 @@ are over its own CPU program.</li>
   std::set<std::string> seen;
   for (const Context& context : results.contexts) {
     if (seen.insert(context.arguments).second) {
-      html += fmt::format("hdmbench {}\n", escape(context.arguments));
+      const bool own_program = context.command == "failing-calls"; // named in its arguments
+      html += fmt::format("{}{}\n", own_program ? "" : "hdmbench ", escape(context.arguments));
     }
   }
   html += "</pre>\n<details><summary>The result files behind this page</summary>\n";

@@ -18,6 +18,8 @@ namespace hdmbench::report {
 [[nodiscard]] std::string accuracy_section(const Results& results, Anchors& anchors);
 /// Where the methods fail; needs gnuplot where there are results.
 [[nodiscard]] std::string atlas_section(const Results& results, Anchors& anchors);
+/// Whether every error of a driver is told.
+[[nodiscard]] std::string failing_calls_section(const Results& results, Anchors& anchors);
 /// Interactive charts; the page needs tradeoff.js where there are results.
 [[nodiscard]] std::string tradeoff_section(const Results& results, Anchors& anchors);
 [[nodiscard]] std::string pictures_section(const Results& results, Anchors& anchors);

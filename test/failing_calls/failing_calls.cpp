@@ -308,7 +308,8 @@ int run(int argc, char** argv) {
   fill(rows, quick, verbose);
   print(rows);
   if (!file.empty()) {
-    write_results(file, "failing-calls", run_context("failing_calls", quick), to_json(rows));
+    write_results(file, "failing-calls",
+                  run_context(quick ? "failing_calls --quick" : "failing_calls", quick), to_json(rows));
   }
   if (std::ranges::all_of(rows, &Row::absent)) {
     fmt::print("\nNone of the backends is there: {}\n", rows.front().reason);
