@@ -1,4 +1,4 @@
-// failing_calls: every call of a driver fails once, see test/failing_calls/README.md. The stand-ins are found
+// failing_calls: every call of a driver fails once, see faults.hpp. The stand-ins are found
 // by the program's run path.
 
 #include "backends/registry.hpp"
