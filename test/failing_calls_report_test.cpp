@@ -36,7 +36,7 @@ TEST_F(FailingCallsReport, IsReproducedByAProgramOfItsOwn) {
   json where = context();
   where["arguments"] = "failing_calls --quick";
   const std::string page = render(document("failing-calls", rows(failing_calls_row()), where));
-  EXPECT_THAT(page, HasSubstr("\nfailing_calls --quick\n"));
+  EXPECT_THAT(page, HasSubstr("<pre>failing_calls --quick\n"));
   EXPECT_THAT(page, Not(HasSubstr("hdmbench failing_calls")));
 }
 
