@@ -53,13 +53,8 @@ template <auto Create, auto Delete>
 class CreatedObject {
 public:
   template <typename... Arguments>
-  explicit CreatedObject(const Api& api, Arguments... arguments) : api_(&api) {
-    (api.*Delete).require();
-    name_ = (api.*Create)(arguments...);
-    if (name_ == 0) {
-      throw_made_nothing((api.*Create).name());
-    }
-  }
+  explicit CreatedObject(const Api& api, Arguments... arguments)
+      : api_(&api), name_(create(api, arguments...)) {}
   CreatedObject(const CreatedObject&) = delete;
   CreatedObject& operator=(const CreatedObject&) = delete;
   ~CreatedObject() { api_->quietly(api_->*Delete, name_); }
@@ -67,8 +62,18 @@ public:
   [[nodiscard]] GLuint name() const { return name_; }
 
 private:
+  template <typename... Arguments>
+  static GLuint create(const Api& api, Arguments... arguments) {
+    (api.*Delete).require();
+    const GLuint name = (api.*Create)(arguments...);
+    if (name == 0) {
+      throw_made_nothing((api.*Create).name());
+    }
+    return name;
+  }
+
   const Api* api_;
-  GLuint name_ = 0;
+  GLuint name_;
 };
 
 /// A linked program.
