@@ -62,6 +62,7 @@ void Session::write(const VectorField& displacement) {
                                        displacement.extent.width, displacement.extent.height, extent_->width,
                                        extent_->height));
   }
+  written_ = false; // where it fails
   do_write(displacement);
   written_ = true;
   stepped_ = false;
@@ -73,7 +74,9 @@ void Session::step(int sweeps) {
     throw std::logic_error(written_ ? "step: a negative number of sweeps" : "step: called before write");
   }
   if (sweeps > 0) {
+    written_ = false; // where it fails
     do_step(sweeps_, sweeps);
+    written_ = true;
     sweeps_ += sweeps;
     stepped_ = true;
   }

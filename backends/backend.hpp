@@ -34,7 +34,9 @@ struct SessionOptions {
 
 /// Computes on one level at a time. All calls block until the device is done, so a caller's clock around them
 /// is the truth. Not thread-safe; several sessions may live side by side in one thread. Errors: DeviceError
-/// with the driver's words; std::logic_error where a call is out of order or a size does not match.
+/// with the driver's words, which names the call that failed; std::logic_error where a call is out of order
+/// or a size does not match. After an error the field is lost: load() and write() make a new one, if the
+/// device can.
 class Session {
 public:
   Session() = default;

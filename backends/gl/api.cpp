@@ -38,4 +38,8 @@ void throw_missing(const char* name) {
   throw DeviceError(fmt::format("the OpenGL driver has no {}", name));
 }
 
+void throw_made_nothing(const char* name) {
+  throw DeviceError(fmt::format("{} made nothing, and gave no error", name));
+}
+
 } // namespace hdmbench::gl

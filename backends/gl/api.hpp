@@ -20,6 +20,8 @@ using Resolver = std::function<Address(const char*)>;
 void throw_pending_error(const char* name, GLenum (*get_error)());
 /// Throws DeviceError: the driver has no such function.
 [[noreturn]] void throw_missing(const char* name);
+/// Throws DeviceError: glGen* or glCreate* gave the name 0, without an error.
+[[noreturn]] void throw_made_nothing(const char* name);
 
 template <typename Pointer>
 class Function;
@@ -32,10 +34,20 @@ public:
       : name_(name), pointer_(reinterpret_cast<Result (*)(Arguments...)>(resolve(name))),
         get_error_(reinterpret_cast<GLenum (*)()>(resolve("glGetError"))) {}
 
-  Result operator()(Arguments... arguments) const {
+  [[nodiscard]] const char* name() const { return name_; }
+
+  /// Throws DeviceError unless the driver has it. For what is called quietly later.
+  void require() const {
     if (pointer_ == nullptr) {
       throw_missing(name_);
     }
+    if (get_error_ == nullptr) {
+      throw_missing("glGetError");
+    }
+  }
+
+  Result operator()(Arguments... arguments) const {
+    require();
     if constexpr (std::is_void_v<Result>) {
       pointer_(arguments...);
       throw_pending_error(name_, get_error_);
@@ -46,9 +58,9 @@ public:
     }
   }
 
-  /// For destructors: errors are dropped.
+  /// Errors are dropped.
   void call_quietly(Arguments... arguments) const noexcept {
-    if (pointer_ != nullptr) {
+    if (pointer_ != nullptr && get_error_ != nullptr) {
       pointer_(arguments...);
       get_error_();
     }
@@ -64,7 +76,18 @@ private:
 struct Api {
   explicit Api(Resolver resolver) : resolve(std::move(resolver)) {}
 
+  /// Calls one of the functions below for a destructor: errors are dropped.
+  template <typename Pointer, typename... Arguments>
+  void quietly(const Function<Pointer>& function, Arguments... arguments) const noexcept {
+    if (!abandoned) {
+      function.call_quietly(arguments...);
+    }
+  }
+
   Resolver resolve;
+  /// The context can no longer be made current. Its objects go when it goes; who calls now meets no context,
+  /// or that of somebody else.
+  bool abandoned = false;
 
 #define HDMBENCH_GL(name)                                                                                    \
   Function<decltype(&::gl##name)> name {                                                                     \

@@ -36,6 +36,8 @@ public:
 
   /// Only while current.
   [[nodiscard]] virtual const Api& api() const = 0;
+  /// It cannot be made current any more: what destroys its objects calls nothing from now on.
+  virtual void abandon() noexcept = 0;
 
 private:
   virtual void bind() = 0;

@@ -20,8 +20,12 @@ public:
   ContextSession(const ContextSession&) = delete;
   ContextSession& operator=(const ContextSession&) = delete;
   ~ContextSession() override {
-    const Context::Current current(*context_);
-    sweep_.reset();
+    try {
+      const Context::Current current(*context_);
+      sweep_.reset();
+    } catch (const DeviceError&) {
+      context_->abandon();
+    }
   }
 
 private:

@@ -5,6 +5,7 @@
 #include <EGL/eglext.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <string_view>
 
@@ -41,8 +42,7 @@ const char* error_name(EGLint error) {
   }
 }
 
-bool has_word(const char* list, std::string_view word) {
-  const std::string_view all = list == nullptr ? "" : list;
+bool has_word(std::string_view all, std::string_view word) {
   for (auto at = all.find(word); at != std::string_view::npos; at = all.find(word, at + 1)) {
     const auto end = at + word.size();
     if ((at == 0 || all[at - 1] == ' ') && (end == all.size() || all[end] == ' ')) {
@@ -70,18 +70,52 @@ struct Egl {
   [[noreturn]] void fail(const char* call) const {
     throw DeviceError(fmt::format("{}: {}", call, error_name(eglGetError())));
   }
+
+  /// Of a display, or of the library where it is EGL_NO_DISPLAY.
+  [[nodiscard]] const char* extensions(EGLDisplay display) const {
+    const char* found = eglQueryString(display, EGL_EXTENSIONS);
+    if (found == nullptr) {
+      fail(display == EGL_NO_DISPLAY ? "eglQueryString of EGL_NO_DISPLAY" : "eglQueryString");
+    }
+    return found;
+  }
+
+  void bind_opengl() const {
+    if (eglBindAPI(EGL_OPENGL_API) == EGL_FALSE) {
+      fail("eglBindAPI(EGL_OPENGL_API)");
+    }
+  }
+
+  /// A function of an extension that is there.
+  template <typename Function>
+  [[nodiscard]] Function extension_function(const char* name) const {
+    const auto found = reinterpret_cast<Function>(eglGetProcAddress(name));
+    if (found == nullptr) {
+      throw DeviceError(fmt::format("libEGL.so.1 has no {}", name));
+    }
+    return found;
+  }
+};
+
+/// What a display is asked of.
+struct NativeDevice {
+  EGLenum platform;
+  void* native;
 };
 
 /// An initialised display. Displays belong to the process and eglTerminate would take every other session's
 /// contexts along, so they are left to the end of the process.
-EGLDisplay initialise(const Egl& egl, EGLDisplay display) {
+EGLDisplay initialise(const Egl& egl, const NativeDevice& device) {
+  const auto get_display =
+      egl.extension_function<PFNEGLGETPLATFORMDISPLAYEXTPROC>("eglGetPlatformDisplayEXT");
+  EGLDisplay display = get_display(device.platform, device.native, nullptr);
   if (display == EGL_NO_DISPLAY) {
     egl.fail("eglGetPlatformDisplayEXT");
   }
   if (egl.eglInitialize(display, nullptr, nullptr) == EGL_FALSE) {
     egl.fail("eglInitialize");
   }
-  if (!has_word(egl.eglQueryString(display, EGL_EXTENSIONS), "EGL_KHR_surfaceless_context")) {
+  if (!has_word(egl.extensions(display), "EGL_KHR_surfaceless_context")) {
     throw DeviceError("the EGL display has no EGL_KHR_surfaceless_context");
   }
   return display;
@@ -89,8 +123,8 @@ EGLDisplay initialise(const Egl& egl, EGLDisplay display) {
 
 class EglContext final : public Context {
 public:
-  EglContext(std::shared_ptr<const Egl> egl, EGLDisplay display, Version version)
-      : egl_(std::move(egl)), display_(initialise(*egl_, display)), context_(create(version)),
+  EglContext(std::shared_ptr<const Egl> egl, const NativeDevice& device, Version version)
+      : egl_(std::move(egl)), display_(initialise(*egl_, device)), context_(create(version)),
         api_([this](const char* name) { return egl_->eglGetProcAddress(name); }) {}
 
   EglContext(const EglContext&) = delete;
@@ -98,12 +132,11 @@ public:
   ~EglContext() override { egl_->eglDestroyContext(display_, context_); }
 
   const Api& api() const override { return api_; }
+  void abandon() noexcept override { api_.abandoned = true; }
 
 private:
   [[nodiscard]] EGLContext create(Version version) const {
-    if (egl_->eglBindAPI(EGL_OPENGL_API) == EGL_FALSE) {
-      egl_->fail("eglBindAPI(EGL_OPENGL_API)");
-    }
+    egl_->bind_opengl();
     const std::array<EGLint, 5> wanted{EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT,
                                        EGL_NONE};
     EGLConfig config = nullptr;
@@ -124,8 +157,8 @@ private:
   }
 
   void bind() override {
-    if (egl_->eglBindAPI(EGL_OPENGL_API) == EGL_FALSE ||
-        egl_->eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_) == EGL_FALSE) {
+    egl_->bind_opengl();
+    if (egl_->eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_) == EGL_FALSE) {
       egl_->fail("eglMakeCurrent");
     }
   }
@@ -142,28 +175,26 @@ private:
 
 /// Every EGL device by EGL_EXT_platform_device, and Mesa's surfaceless platform where devices cannot be
 /// listed.
-std::vector<EGLDisplay> displays(const Egl& egl) {
-  const char* extensions = egl.eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
-  const auto get_display =
-      reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(egl.eglGetProcAddress("eglGetPlatformDisplayEXT"));
-  if (get_display == nullptr) {
-    throw DeviceError("libEGL has no EGL_EXT_platform_base");
-  }
-  std::vector<EGLDisplay> found;
+std::vector<NativeDevice> native_devices(const Egl& egl) {
+  const std::string_view extensions = egl.extensions(EGL_NO_DISPLAY);
+  std::vector<NativeDevice> found;
   if (has_word(extensions, "EGL_EXT_platform_device") && has_word(extensions, "EGL_EXT_device_enumeration")) {
-    const auto query_devices =
-        reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(egl.eglGetProcAddress("eglQueryDevicesEXT"));
+    const auto query_devices = egl.extension_function<PFNEGLQUERYDEVICESEXTPROC>("eglQueryDevicesEXT");
     EGLint count = 0;
-    if (query_devices != nullptr && query_devices(0, nullptr, &count) != EGL_FALSE) {
-      std::vector<EGLDeviceEXT> devices(static_cast<std::size_t>(count));
-      query_devices(count, devices.data(), &count);
-      for (EGLDeviceEXT device : devices) {
-        found.push_back(get_display(EGL_PLATFORM_DEVICE_EXT, device, nullptr));
-      }
+    if (query_devices(0, nullptr, &count) == EGL_FALSE) {
+      egl.fail("eglQueryDevicesEXT");
+    }
+    std::vector<EGLDeviceEXT> devices(static_cast<std::size_t>(count));
+    if (query_devices(count, devices.data(), &count) == EGL_FALSE) {
+      egl.fail("eglQueryDevicesEXT");
+    }
+    devices.resize(std::min(devices.size(), static_cast<std::size_t>(count)));
+    for (EGLDeviceEXT device : devices) {
+      found.push_back({EGL_PLATFORM_DEVICE_EXT, device});
     }
   }
   if (found.empty() && has_word(extensions, "EGL_MESA_platform_surfaceless")) {
-    found.push_back(get_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr));
+    found.push_back({EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY});
   }
   return found;
 }
@@ -179,7 +210,11 @@ public:
   }
 
   std::unique_ptr<Context> open(std::size_t index, Version version) const override {
-    return std::move(candidates(version).at(index).context);
+    std::vector<Candidate> found = candidates(version);
+    if (index >= found.size()) {
+      throw DeviceError(fmt::format("EGL device {} has gone, {} are left", index, found.size()));
+    }
+    return std::move(found[index].context);
   }
 
 private:
@@ -193,9 +228,9 @@ private:
     const auto egl = std::make_shared<const Egl>();
     std::vector<Candidate> found;
     std::string reasons;
-    for (EGLDisplay display : displays(*egl)) {
+    for (const NativeDevice& native : native_devices(*egl)) {
       try {
-        auto context = std::make_unique<EglContext>(egl, display, version);
+        auto context = std::make_unique<EglContext>(egl, native, version);
         Device device = describe(*context, version);
         found.push_back({std::move(device), std::move(context)});
       } catch (const DeviceError& error) {

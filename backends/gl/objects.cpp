@@ -28,30 +28,25 @@ std::string info_log(GLuint name, const Function<decltype(&::glGetShaderiv)>& ge
   return log;
 }
 
-/// Owns a shader until the program has it.
+/// A compiled shader, until the program has it.
 class Shader {
 public:
-  Shader(const Api& api, const Program::Stage& stage) : api_(&api), name_(api.CreateShader(stage.type)) {
+  Shader(const Api& api, const Program::Stage& stage) : shader_(api, stage.type) {
     const GLchar* text = stage.source.c_str();
-    api.ShaderSource(name_, 1, &text, nullptr);
-    api.CompileShader(name_);
+    api.ShaderSource(name(), 1, &text, nullptr);
+    api.CompileShader(name());
     GLint compiled = GL_FALSE;
-    api.GetShaderiv(name_, GL_COMPILE_STATUS, &compiled);
+    api.GetShaderiv(name(), GL_COMPILE_STATUS, &compiled);
     if (compiled == GL_FALSE) {
-      const std::string log = info_log(name_, api.GetShaderiv, api.GetShaderInfoLog);
-      api.DeleteShader.call_quietly(name_);
-      throw DeviceError(fmt::format("glCompileShader: {}", log));
+      throw DeviceError(
+          fmt::format("glCompileShader: {}", info_log(name(), api.GetShaderiv, api.GetShaderInfoLog)));
     }
   }
-  Shader(const Shader&) = delete;
-  Shader& operator=(const Shader&) = delete;
-  ~Shader() { api_->DeleteShader.call_quietly(name_); }
 
-  [[nodiscard]] GLuint name() const { return name_; }
+  [[nodiscard]] GLuint name() const { return shader_.name(); }
 
 private:
-  const Api* api_;
-  GLuint name_;
+  CreatedObject<&Api::CreateShader, &Api::DeleteShader> shader_;
 };
 
 void replace(std::string& text, std::string_view what, std::string_view by) {
@@ -63,39 +58,30 @@ void replace(std::string& text, std::string_view what, std::string_view by) {
 
 } // namespace
 
-Program::Program(const Api& api, std::initializer_list<Stage> stages)
-    : api_(&api), name_(api.CreateProgram()) {
-  try {
-    for (const Stage& stage : stages) {
-      const Shader shader(api, stage);
-      api.AttachShader(name_, shader.name());
-      if (stage.type == GL_VERTEX_SHADER) {
-        api.BindAttribLocation(name_, 0, "corner");
-      }
+Program::Program(const Api& api, std::initializer_list<Stage> stages) : api_(&api), program_(api) {
+  const GLuint name = program_.name();
+  for (const Stage& stage : stages) {
+    const Shader shader(api, stage);
+    api.AttachShader(name, shader.name());
+    if (stage.type == GL_VERTEX_SHADER) {
+      api.BindAttribLocation(name, 0, "corner");
     }
-    api.LinkProgram(name_);
-    GLint linked = GL_FALSE;
-    api.GetProgramiv(name_, GL_LINK_STATUS, &linked);
-    if (linked == GL_FALSE) {
-      throw DeviceError(
-          fmt::format("glLinkProgram: {}", info_log(name_, api.GetProgramiv, api.GetProgramInfoLog)));
-    }
-  } catch (...) {
-    api.DeleteProgram.call_quietly(name_);
-    throw;
+  }
+  api.LinkProgram(name);
+  GLint linked = GL_FALSE;
+  api.GetProgramiv(name, GL_LINK_STATUS, &linked);
+  if (linked == GL_FALSE) {
+    throw DeviceError(
+        fmt::format("glLinkProgram: {}", info_log(name, api.GetProgramiv, api.GetProgramInfoLog)));
   }
 }
 
-Program::~Program() {
-  api_->DeleteProgram.call_quietly(name_);
-}
-
 void Program::use() const {
-  api_->UseProgram(name_);
+  api_->UseProgram(program_.name());
 }
 
 GLint Program::uniform(const char* name) const {
-  return api_->GetUniformLocation(name_, name);
+  return api_->GetUniformLocation(program_.name(), name);
 }
 
 void SweepProgram::set_turn(const Api& api, const SweepState& state) const {

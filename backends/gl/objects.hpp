@@ -14,7 +14,13 @@ namespace hdmbench::gl {
 template <auto Generate, auto Delete>
 class Object {
 public:
-  explicit Object(const Api& api) : api_(&api) { (api.*Generate)(1, &name_); }
+  explicit Object(const Api& api) : api_(&api) {
+    (api.*Delete).require();
+    (api.*Generate)(1, &name_);
+    if (name_ == 0) {
+      throw_made_nothing((api.*Generate).name());
+    }
+  }
   Object(Object&& other) noexcept : api_(other.api_), name_(std::exchange(other.name_, 0)) {}
   Object& operator=(Object&& other) noexcept {
     std::swap(api_, other.api_);
@@ -25,7 +31,7 @@ public:
   Object& operator=(const Object&) = delete;
   ~Object() {
     if (name_ != 0) {
-      (api_->*Delete).call_quietly(1, &name_);
+      api_->quietly(api_->*Delete, 1, &name_);
     }
   }
 
@@ -42,6 +48,34 @@ using Query = Object<&Api::GenQueries, &Api::DeleteQueries>;
 using Renderbuffer = Object<&Api::GenRenderbuffersEXT, &Api::DeleteRenderbuffersEXT>;
 using Texture = Object<&Api::GenTextures, &Api::DeleteTextures>;
 
+/// Owns what glCreate*(argument...) made, for glDelete*(name). As Object otherwise.
+template <auto Create, auto Delete>
+class CreatedObject {
+public:
+  template <typename... Arguments>
+  explicit CreatedObject(const Api& api, Arguments... arguments)
+      : api_(&api), name_(create(api, arguments...)) {}
+  CreatedObject(const CreatedObject&) = delete;
+  CreatedObject& operator=(const CreatedObject&) = delete;
+  ~CreatedObject() { api_->quietly(api_->*Delete, name_); }
+
+  [[nodiscard]] GLuint name() const { return name_; }
+
+private:
+  template <typename... Arguments>
+  static GLuint create(const Api& api, Arguments... arguments) {
+    (api.*Delete).require();
+    const GLuint name = (api.*Create)(arguments...);
+    if (name == 0) {
+      throw_made_nothing((api.*Create).name());
+    }
+    return name;
+  }
+
+  const Api* api_;
+  GLuint name_;
+};
+
 /// A linked program.
 class Program {
 public:
@@ -51,9 +85,6 @@ public:
   };
   /// Attribute 0 is called "corner" where there is a vertex shader. Throws DeviceError with the driver's log.
   Program(const Api& api, std::initializer_list<Stage> stages);
-  Program(const Program&) = delete;
-  Program& operator=(const Program&) = delete;
-  ~Program();
 
   void use() const;
   /// -1 where the driver dropped the uniform.
@@ -61,7 +92,7 @@ public:
 
 private:
   const Api* api_;
-  GLuint name_;
+  CreatedObject<&Api::CreateProgram, &Api::DeleteProgram> program_;
 };
 
 /// A shader of kernels/ as the driver wants it: `#include "..."` of energy.inc, update.inc and gather.glsl

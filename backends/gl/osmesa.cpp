@@ -40,6 +40,7 @@ public:
   ~OsMesaContext() override { mesa_.OSMesaDestroyContext(context_); }
 
   const Api& api() const override { return api_; }
+  void abandon() noexcept override { api_.abandoned = true; }
 
 private:
   [[nodiscard]] OSMesaContext create(Version version) const {

@@ -1,6 +1,7 @@
 #include "backends/vulkan/compute_device.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <optional>
 #include <string_view>
@@ -13,9 +14,45 @@ namespace {
 /// The shaders are SPIR-V 1.3.
 constexpr std::uint32_t needed_version = VK_API_VERSION_1_1;
 
+/// Throws DeviceError where a function is missing that we shall call. `find(name)` is its address.
+template <typename Find>
+void require_functions(std::span<const char* const> names, Find&& find) {
+  for (const char* name : names) {
+    if (find(name) == nullptr) {
+      throw DeviceError(
+          fmt::format("the Vulkan loader libvulkan.so.1 has no {}, which Vulkan 1.1 has", name));
+    }
+  }
+}
+
+#define GLOBAL_FUNCTION(name) #name,
+#define FUNCTION(name)
+constexpr std::array functions_of_loader{
+#include "backends/vulkan/functions.inc"
+};
+#undef GLOBAL_FUNCTION
+#undef FUNCTION
+#define GLOBAL_FUNCTION(name)
+#define FUNCTION(name) #name,
+constexpr std::array functions_of_instance{
+#include "backends/vulkan/functions.inc"
+};
+#undef GLOBAL_FUNCTION
+#undef FUNCTION
+
 vk::raii::Context open_loader() {
   try {
-    return {};
+    constexpr std::array<const char*, 1> entry{"vkGetInstanceProcAddr"};
+    const vk::DynamicLoader library; // in which Context calls it at once
+    require_functions(
+        entry, [&](const char* name) { return library.getProcAddress<PFN_vkGetInstanceProcAddr>(name); });
+    vk::raii::Context context;
+    require_functions(functions_of_loader, [&](const char* name) {
+      return context.getDispatcher()->vkGetInstanceProcAddr(nullptr, name);
+    });
+    return context;
+  } catch (const DeviceError&) {
+    throw;
   } catch (const std::runtime_error& error) {
     throw DeviceError(fmt::format("the Vulkan loader libvulkan.so.1 is not installed ({})", error.what()));
   }
@@ -27,7 +64,9 @@ vk::raii::Instance make_instance(const vk::raii::Context& context) {
   }
   const vk::ApplicationInfo application("hdmbench", 1, nullptr, 0, needed_version);
   try {
-    return context.createInstance(vk::InstanceCreateInfo({}, &application));
+    vk::raii::Instance instance = context.createInstance(vk::InstanceCreateInfo({}, &application));
+    require_functions(functions_of_instance, [&](const char* name) { return instance.getProcAddr(name); });
+    return instance;
   } catch (const vk::IncompatibleDriverError& error) {
     throw DeviceError(
         fmt::format("the Vulkan loader found no driver (ICD) that it can use ({})", error.what()));
@@ -159,11 +198,18 @@ void Queue::begin() const {
 
 void Queue::end_and_wait() const {
   commands_.front().end();
+  device_.resetFences(*fence_);
   queue_.submit(vk::SubmitInfo({}, {}, *commands_.front()), *fence_);
   while (device_.waitForFences(*fence_, VK_TRUE, std::numeric_limits<std::uint64_t>::max()) ==
          vk::Result::eTimeout) {
   }
-  device_.resetFences(*fence_);
+}
+
+void Queue::recover() const noexcept {
+  // A device that is lost has no work left, and with nothing else to wait with there is nothing else to do.
+  const auto* const functions = device_.getDispatcher();
+  functions->vkDeviceWaitIdle(static_cast<VkDevice>(*device_));
+  functions->vkResetCommandBuffer(static_cast<VkCommandBuffer>(*commands_.front()), 0);
 }
 
 void barrier(const vk::raii::CommandBuffer& commands, vk::PipelineStageFlags before, vk::AccessFlags written,

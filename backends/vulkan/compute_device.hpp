@@ -69,12 +69,19 @@ public:
   /// Bytes of the heap that buffers placed so come from.
   [[nodiscard]] vk::DeviceSize heap_bytes(Placement placement) const;
 
-  /// record(commands) fills a command buffer; all that was submitted before is done and visible to it.
+  /// record(commands) fills a command buffer; all that was submitted before is done and visible to it. Where
+  /// something fails nothing is left that the device still works on, and the next submission is like the
+  /// first.
   template <typename Record>
   void submit(Record&& record) const {
-    begin();
-    record(commands_.front());
-    end_and_wait();
+    try {
+      begin();
+      record(commands_.front());
+      end_and_wait();
+    } catch (...) {
+      recover();
+      throw;
+    }
   }
 
 private:
@@ -82,6 +89,7 @@ private:
   [[nodiscard]] std::uint32_t memory_type(std::uint32_t allowed, Placement placement) const;
   void begin() const;
   void end_and_wait() const;
+  void recover() const noexcept;
 
   Installation installation_;
   vk::raii::PhysicalDevice physical_;

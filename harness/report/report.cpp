@@ -47,6 +47,7 @@ std::string page_html(const report::Results& results) {
       R"(<nav aria-label="Sections"><a href="#support">What runs where</a><a href="#agreement">Agreement</a>
 <a href="#golden">Golden hashes</a>
 <a href="#faults">Planted faults</a>
+<a href="#failing-calls">Failing calls</a>
 <a href="#speed">Speed</a><a href="#accuracy">Accuracy</a>
 <a href="#tradeoff">Speed against accuracy</a>
 <a href="#failures">Failures</a>
@@ -60,6 +61,7 @@ std::string page_html(const report::Results& results) {
   html += report::agreement_section(results, anchors);
   html += report::golden_section(results, anchors);
   html += report::faults_section(results, anchors);
+  html += report::failing_calls_section(results, anchors);
   html += report::speed_section(results, anchors);
   html += report::accuracy_section(results, anchors);
   html += report::tradeoff_section(results, anchors);

@@ -273,6 +273,9 @@ bool replaces(const AccuracyRow& a, const AccuracyRow& b) {
   return same_place(a, b) && a.method == b.method && a.variant == b.variant && a.poisson == b.poisson &&
          a.poisson_used == b.poisson_used;
 }
+bool replaces(const FailingCallsRow& a, const FailingCallsRow& b) {
+  return a.backend == b.backend && a.api == b.api && a.kind == b.kind;
+}
 bool replaces(const TradeoffRow& a, const TradeoffRow& b) {
   return same_place(a, b) && a.method == b.method && a.effort == b.effort && a.poisson == b.poisson &&
          a.poisson_used == b.poisson_used;
@@ -360,6 +363,8 @@ Results load_results(std::span<const Path> paths) {
       merge(results, results.instructions, context, reader, read_instructions);
     } else if (command == "golden") {
       merge(results, results.golden, context, reader, read_golden);
+    } else if (command == "failing-calls") {
+      merge(results, results.failing_calls, context, reader, read_failing_calls);
     } else if (command == "tradeoff") {
       merge(results, results.tradeoff, context, reader, read_tradeoff, "point");
       merge(results, results.equal_accuracy, context, reader, read_equal_accuracy, "equal accuracy");

@@ -5,6 +5,7 @@
 #include "harness/report/faults_results.hpp"
 #include "harness/report/instructions_results.hpp"
 #include "harness/report/golden_results.hpp"
+#include "harness/report/failing_calls_results.hpp"
 #include "harness/report/tradeoff_results.hpp"
 
 #include <array>
@@ -141,6 +142,7 @@ struct Results {
   std::vector<AtlasRow> atlas;
   std::vector<InstructionsRow> instructions;
   std::vector<GoldenRow> golden;
+  std::vector<FailingCallsRow> failing_calls;
   std::vector<TradeoffRow> tradeoff;
   std::vector<EqualAccuracyRow> equal_accuracy;
 

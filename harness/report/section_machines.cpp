@@ -217,8 +217,11 @@ are over its own CPU program.</li>
   std::set<std::string> seen;
   for (const Context& context : results.contexts) {
     if (seen.insert(context.arguments).second) {
-      const std::string_view program = context.command == "instructions" ? "instruction_count" : "hdmbench";
-      html += fmt::format("{} {}\n", program, escape(context.arguments));
+      // The other programs name themselves.
+      const std::string_view program = context.command == "instructions"    ? "instruction_count "
+                                       : context.command == "failing-calls" ? ""
+                                                                            : "hdmbench ";
+      html += fmt::format("{}{}\n", program, escape(context.arguments));
     }
   }
   html += "</pre>\n<details><summary>The result files behind this page</summary>\n";

@@ -23,6 +23,8 @@ namespace hdmbench::report {
 [[nodiscard]] std::string atlas_section(const Results& results, Anchors& anchors);
 /// The thesis's limit of 512 operations.
 [[nodiscard]] std::string instructions_section(const Results& results, Anchors& anchors);
+/// Whether every error of a driver is told.
+[[nodiscard]] std::string failing_calls_section(const Results& results, Anchors& anchors);
 /// Interactive charts; the page needs tradeoff.js where there are results.
 [[nodiscard]] std::string tradeoff_section(const Results& results, Anchors& anchors);
 [[nodiscard]] std::string pictures_section(const Results& results, Anchors& anchors);

@@ -1,0 +1,82 @@
+#include "harness/report/sections.hpp"
+
+#include <fmt/format.h>
+
+namespace hdmbench::report {
+
+namespace {
+
+using Rows = std::vector<FailingCallsRow>;
+
+std::int64_t unclean_of(const FailingCallsRow& row) {
+  return static_cast<std::int64_t>(row.unclean.size());
+}
+
+std::string number_cell(std::int64_t number) {
+  return fmt::format("<td class=\"number\">{}</td>", count_text(number));
+}
+
+std::string row_html(const FailingCallsRow& row) {
+  return fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td>", escape(row.backend),
+                     escape(row.api), escape(row.kind)) +
+         number_cell(row.calls) + number_cell(row.failed) + number_cell(row.clean) +
+         number_cell(row.succeeded) + number_cell(row.went_on) +
+         fmt::format("<td class=\"number {}\">{}</td></tr>\n", row.unclean.empty() ? "agree" : "disagree",
+                     count_text(unclean_of(row)));
+}
+
+/// The sentence, and where it is a bad one what was not clean.
+std::string verdict_html(const Rows& rows) {
+  std::int64_t failed = 0;
+  std::int64_t unclean = 0;
+  std::string list;
+  for (const FailingCallsRow& row : rows) {
+    failed += row.failed;
+    unclean += unclean_of(row);
+    for (const std::string& what : row.unclean) {
+      list += fmt::format("<li>{}, {} {}, call {}</li>\n", escape(row.backend), escape(row.api),
+                          escape(row.kind), escape(what));
+    }
+  }
+  if (unclean == 0) {
+    return fmt::format("<p class=\"agree\"><b>{} failing calls: 100 % clean.</b></p>\n", count_text(failed));
+  }
+  return fmt::format(
+      "<p class=\"disagree\"><b>{} of {} failing calls were not clean.</b></p>\n<ul>\n{}</ul>\n",
+      count_text(unclean), count_text(failed), list);
+}
+
+} // namespace
+
+std::string failing_calls_section(const Results& results, Anchors& anchors) {
+  std::string html = "<section>\n" + heading(2, anchors.unique("failing calls"), "What if the driver fails?");
+  if (results.failing_calls.empty()) {
+    return html +
+           "<p class=\"empty\">No failing calls among the results. <code>build/release/test/failing_calls "
+           "--json FILE</code> writes them.</p>\n</section>\n";
+  }
+  html +=
+      "<p>Between a backend and its driver stands a library that lets one call fail: the first in one run, "
+      "the second in the next, and so on. Clean is an error that names the call and the reason, after which "
+      "nothing that was made is left and the next session computes scalar's bits. What only cleans up may "
+      "fail "
+      "without a word.</p>\n";
+  html += quick_note(results, results.failing_calls);
+  for (const std::string& machine : results.machines) {
+    const Rows rows = results.of(results.failing_calls, machine);
+    if (rows.empty()) {
+      continue;
+    }
+    html += machine_heading(results, machine, anchors) + verdict_html(rows) +
+            "<details><summary>By backend and kind</summary>\n" +
+            table_start("failing-calls", {"backend", "API", "what happens", ">calls", ">failed",
+                                          ">clean error", ">done without", ">session went on", ">not clean"});
+    for (const FailingCallsRow& row : rows) {
+      html += row_html(row);
+    }
+    html += std::string(table_end) + "</details>\n";
+  }
+  return html + "</section>\n";
+}
+
+} // namespace hdmbench::report

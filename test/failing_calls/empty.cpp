@@ -1,0 +1,1 @@
+// A library under the name of another one, in which there is nothing.

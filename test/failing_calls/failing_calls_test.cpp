@@ -1,0 +1,126 @@
+// What a user sees where a driver fails, and what a caller of a session may do then.
+
+#include "backends/scalar.hpp"
+#include "test/faulty_backend.hpp"
+#include "test/program.hpp"
+#include "test/random_level.hpp"
+#include "test/temporary_folder.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace hdmbench {
+namespace {
+
+using test::Outcome;
+using testing::HasSubstr;
+
+/// Runs the program with the stand-ins; `fault` is API/kind/call.
+Outcome with_fault(const std::string& fault, const std::string& arguments) {
+  return test::hdmbench(arguments,
+                        fmt::format("LP_NUM_THREADS=1 LD_LIBRARY_PATH='{}' HDMBENCH_FAILING_CALL='{}'",
+                                    HDMBENCH_STAND_INS, fault));
+}
+
+bool has(const std::string& backend) {
+  return test::hdmbench("verify square --size 2 --quick --backends " + backend).status == 0;
+}
+
+TEST(FailingCalls, EndTheCommandWithTheCallAndTheReason) {
+  if (has("gl-fragment")) {
+    const Outcome outcome = with_fault("OpenGL/GL_OUT_OF_MEMORY/glReadPixels",
+                                       "verify square --size 5 --quick --backends gl-fragment");
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_THAT(outcome.output, HasSubstr("hdmbench: glReadPixels: GL_OUT_OF_MEMORY (0x0505)"));
+  }
+  if (has("vulkan-compute")) {
+    const Outcome outcome = with_fault("Vulkan/DEVICE_LOST/vkQueueSubmit",
+                                       "verify square --size 5 --quick --backends vulkan-compute");
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_THAT(outcome.output, HasSubstr("hdmbench: Vulkan: vk::Queue::submit: ErrorDeviceLost"));
+  }
+}
+
+TEST(FailingCalls, LeaveNoFieldBehind) {
+  if (!has("gl-fragment-osmesa")) {
+    GTEST_SKIP() << "there is no OSMesa";
+  }
+  const test::TemporaryFolder folder;
+  const Outcome outcome = with_fault(
+      "OpenGL/GL_CONTEXT_LOST/glDrawArrays",
+      fmt::format("run square --size 5 --backend gl-fragment-osmesa --output {}", folder.path().string()));
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_THAT(outcome.output, HasSubstr("glDrawArrays: GL_CONTEXT_LOST (0x0507)"));
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+TEST(FailingCalls, ADriverThatFailsAtOnceIsNotThere) {
+  const Outcome outcome = with_fault("EGL/EGL_BAD_ALLOC/eglQueryDevicesEXT", "devices");
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.output, HasSubstr("gl-fragment: eglQueryDevicesEXT: EGL_BAD_ALLOC"));
+}
+
+TEST(FailingCalls, LibrariesWithoutFunctionsAreNotThere) {
+  const Outcome outcome = test::hdmbench("devices", "LD_LIBRARY_PATH='" HDMBENCH_EMPTY_LIBRARIES "'");
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.output, HasSubstr("gl-fragment: libEGL.so.1 has no eglBindAPI"));
+  EXPECT_THAT(outcome.output,
+              HasSubstr("gl-fragment-osmesa: libOSMesa.so.8 has no OSMesaCreateContextAttribs"));
+  EXPECT_THAT(outcome.output,
+              HasSubstr("vulkan-compute: the Vulkan loader libvulkan.so.1 has no vkGetInstanceProcAddr"));
+}
+
+/// A backend whose session throws where `fault` does.
+class SessionAfterAnError : public testing::Test {
+protected:
+  std::unique_ptr<Session> open(test::Fault fault) {
+    fault.name = "scalar";
+    backend_ = std::make_unique<test::FaultyBackend>(*scalar_, std::move(fault));
+    std::unique_ptr<Session> session = backend_->open({});
+    session->load(problem_.level);
+    return session;
+  }
+
+  test::Problem problem_ = test::random_problem({4, 3}, test::Texture::dyadic, 1);
+  std::unique_ptr<Backend> scalar_ = make_scalar();
+  std::unique_ptr<Backend> backend_;
+};
+
+TEST_F(SessionAfterAnError, AStepThatFailedLeavesNothingToRead) {
+  bool fails = true;
+  const auto session = open({.name = "", .in_step = [&](int sweeps) {
+                               if (fails) {
+                                 throw DeviceError("planted");
+                               }
+                               return sweeps;
+                             }});
+  VectorField field;
+  session->write(problem_.start);
+  EXPECT_THROW(session->step(1), DeviceError);
+  EXPECT_THROW(session->read(field), std::logic_error);
+  EXPECT_THROW(session->step(1), std::logic_error);
+  fails = false;
+  session->load(problem_.level);
+  session->write(problem_.start);
+  session->step(1);
+  EXPECT_NO_THROW(session->read(field));
+}
+
+TEST_F(SessionAfterAnError, AWriteThatFailedLeavesNothingToRead) {
+  bool fails = false;
+  const auto session = open({.name = "", .in_write = [&](VectorField&) {
+                               if (fails) {
+                                 throw DeviceError("planted");
+                               }
+                             }});
+  VectorField field;
+  session->write(problem_.start);
+  fails = true;
+  EXPECT_THROW(session->write(problem_.start), DeviceError);
+  EXPECT_THROW(session->read(field), std::logic_error);
+  EXPECT_THROW(session->step(1), std::logic_error);
+}
+
+} // namespace
+} // namespace hdmbench
