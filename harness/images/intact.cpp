@@ -1,5 +1,6 @@
 #include "harness/images/intact.hpp"
 
+#include "harness/images/meta_header.hpp"
 #include "kernels/input_error.hpp"
 
 #include <csetjmp>
@@ -15,6 +16,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <fstream>
 #include <istream>
@@ -100,12 +102,35 @@ void require_intact_jpeg(const std::filesystem::path& file) {
   }
 }
 
+/// ITK inverts the orientation with a library that ends the program where a number is not finite.
+bool is_sound(const mat44& orientation, const nifti_image& header) {
+  constexpr double largest = 1e10; // millimetres, and the inverse of the smallest
+  for (const auto& row : orientation.m) {
+    if (!std::ranges::all_of(row, [](float value) { return std::abs(value) <= largest; })) {
+      return false;
+    }
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto& m = orientation.m;
+    const double length = std::hypot(m[0][axis], m[1][axis], m[2][axis]);
+    const double spacing = std::abs(header.pixdim[axis + 1]);
+    if (!(length * largest >= 1.0 && spacing * largest >= 1.0 && spacing <= largest)) {
+      return false;
+    }
+  }
+  return true;
+}
+
 /// Plain or compressed, one file or header and pixels apart.
 void require_intact_nifti(const std::filesystem::path& file) {
   const std::unique_ptr<nifti_image, void (*)(nifti_image*)> header(nifti_image_read(file.c_str(), 0),
                                                                     nifti_image_free);
   if (!header || header->iname == nullptr) {
     throw damaged(file, "its NIfTI header makes no sense");
+  }
+  if ((header->qform_code > 0 && !is_sound(header->qto_xyz, *header)) ||
+      (header->sform_code > 0 && !is_sound(header->sto_xyz, *header))) {
+    throw damaged(file, "its orientation (qform or sform) makes no sense");
   }
   const auto close = [](znzFile stream) { znzclose(stream); };
   const std::unique_ptr<znzptr, decltype(close)> stream(
@@ -158,6 +183,7 @@ std::optional<std::uintmax_t> inflated_length(std::istream& compressed) {
 
 /// MetaIO reports success whatever it could read, and leaves the other pixels as they were.
 void require_intact_meta_image(const std::filesystem::path& file) {
+  require_sound_meta_header(file);
   const auto format = itk::MetaImageIO::New();
   format->SetFileName(file.string());
   format->ReadImageInformation();

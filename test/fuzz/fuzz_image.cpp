@@ -23,16 +23,17 @@ std::string_view name_for(std::string_view bytes) {
   if (bytes.starts_with("\x1f\x8b")) {
     return "image.nii.gz";
   }
-  return bytes.starts_with("\x5c\x01\0\0"sv) || bytes.starts_with("\0\0\x01\x5c"sv) ? "image.nii" : "image.mha";
+  return bytes.starts_with("\x5c\x01\0\0"sv) || bytes.starts_with("\0\0\x01\x5c"sv) ? "image.nii"
+                                                                                    : "image.mha";
 }
 
 } // namespace
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hdmbench;
-  fuzz::expect_an_answer([&] {
-    const auto bytes = fuzz::as_text(data, size);
-    (void)read_scalar(fuzz::file_with(name_for(bytes), bytes));
-  });
+  const auto bytes = fuzz::as_text(data, size);
+  const auto file = fuzz::file_with(name_for(bytes), bytes);
+  fuzz::expect_an_answer([&] { (void)read_scalar(file); });
+  fuzz::expect_an_answer([&] { (void)read_brain(file, 0, 2, 0.05, {9, 7}); });
   return 0;
 }

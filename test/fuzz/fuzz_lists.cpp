@@ -1,4 +1,5 @@
-// Text lists of the thesis's tools: nodes and elements (a line of = between the two), bUnwarpJ's raw transformations.
+// Text lists of the thesis's tools: nodes and elements (a line of = between the two), bUnwarpJ's raw
+// transformations.
 
 #include "harness/tools/mesh_image.hpp"
 #include "harness/tools/positions.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 
-// Debian's ITK refuses every compiler but the one it was built with (itk_compiler_detection.h). Included before it by
-// preset `fuzz`, this has what that header would say of clang.
+// Debian's ITK refuses every compiler but the one it was built with (itk_compiler_detection.h). Included
+// before it by preset `fuzz`, this has what that header would say of clang.
 
 #define ITK_COMPILER_DETECTION_H
 #define ITK_COMPILER_CXX_STATIC_ASSERT 1

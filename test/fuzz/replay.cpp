@@ -35,7 +35,7 @@ int main(int count, char** arguments) {
       std::ifstream stream(file, std::ios::binary);
       const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
       fmt::print("{}\n", file.string());
-      std::fflush(stdout); // before a crash
+      std::fflush(stdout);      // before a crash
       alarm(seconds_per_input); // whose signal ends the program
       LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
       ++inputs;
