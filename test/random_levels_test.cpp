@@ -141,8 +141,10 @@ protected:
   }
 
   [[nodiscard]] std::string repeated_by(int number) const {
-    return fmt::format("repeat: HDMBENCH_RANDOM_CASE={} random_levels_test --gtest_filter={}", number,
-                       testing::UnitTest::GetInstance()->current_test_info()->name());
+    const auto* const test = testing::UnitTest::GetInstance()->current_test_info();
+    return fmt::format(
+        "repeat: HDMBENCH_RANDOM_CASE={} build/release/test/random_levels_test --gtest_filter={}.{}", number,
+        test->test_suite_name(), test->name());
   }
 
   /// After 1 and after 4 sweeps; scalar goes one by one.
