@@ -18,35 +18,57 @@ namespace hdmbench::images {
 
 namespace {
 
-constexpr int most_axes = 10;                // MetaIO's arrays
-constexpr std::size_t most_characters = 500; // in a line; MetaIO's keys and values have fixed buffers
+constexpr int most_axes = 10; // MetaIO has fixed arrays, and fixed buffers for a line and its key
+constexpr std::size_t longest_line = 4000;
+constexpr std::size_t longest_key = 200;
 constexpr double largest = 1e10; // of a length or a coordinate; beyond, ITK's inverse is not finite
 
-/// What a value consists of. `per_axis` and `per_pair` are numbers, so many for each axis, each pair of axes.
-enum class Kind { text, logical, whole, sizes, per_axis, lengths, per_pair, type };
+constexpr std::size_t longest_text = 250;
 
-const std::map<std::string_view, Kind> known_keys{{"BinaryData", Kind::logical},
-                                                  {"BinaryDataByteOrderMSB", Kind::logical},
-                                                  {"ElementByteOrderMSB", Kind::logical},
-                                                  {"CompressedData", Kind::logical},
+/// What a value consists of; the last four are numbers, so many for each axis or each pair of axes.
+enum class Kind { text, type, whole, number, colour, sizes, lengths, per_axis, per_pair };
+
+/// All that MetaIO gives a meaning in images. Other keys are the user's own.
+const std::map<std::string_view, Kind> known_keys{{"AcquisitionDate", Kind::text},
+                                                  {"AnatomicalOrientation", Kind::text},
+                                                  {"BinaryData", Kind::text},
+                                                  {"BinaryDataByteOrderMSB", Kind::text},
+                                                  {"Comment", Kind::text},
+                                                  {"CompressedData", Kind::text},
+                                                  {"DistanceUnits", Kind::text},
+                                                  {"ElementByteOrderMSB", Kind::text},
+                                                  {"ElementDataFile", Kind::text},
+                                                  {"Modality", Kind::text},
+                                                  {"Name", Kind::text},
+                                                  {"ObjectSubType", Kind::text},
+                                                  {"ObjectType", Kind::text},
+                                                  {"TransformType", Kind::text},
+                                                  {"ElementType", Kind::type},
                                                   {"CompressedDataSize", Kind::whole},
                                                   {"CompressionLevel", Kind::whole},
+                                                  {"ElementNBits", Kind::whole},
+                                                  {"ElementNumberOfChannels", Kind::whole},
                                                   {"HeaderSize", Kind::whole},
                                                   {"ID", Kind::whole},
+                                                  {"NDims", Kind::whole},
                                                   {"ParentID", Kind::whole},
-                                                  {"ElementNumberOfChannels", Kind::whole},
+                                                  {"ElementMax", Kind::number},
+                                                  {"ElementMin", Kind::number},
+                                                  {"ElementToIntensityFunctionOffset", Kind::number},
+                                                  {"ElementToIntensityFunctionSlope", Kind::number},
+                                                  {"Color", Kind::colour},
                                                   {"DimSize", Kind::sizes},
-                                                  {"SequenceID", Kind::per_axis},
-                                                  {"Offset", Kind::per_axis},
-                                                  {"Position", Kind::per_axis},
-                                                  {"Origin", Kind::per_axis},
-                                                  {"CenterOfRotation", Kind::per_axis},
-                                                  {"ElementSpacing", Kind::lengths},
                                                   {"ElementSize", Kind::lengths},
-                                                  {"TransformMatrix", Kind::per_pair},
-                                                  {"Rotation", Kind::per_pair},
+                                                  {"ElementSpacing", Kind::lengths},
+                                                  {"CenterOfRotation", Kind::per_axis},
+                                                  {"ImagePosition", Kind::per_axis},
+                                                  {"Offset", Kind::per_axis},
+                                                  {"Origin", Kind::per_axis},
+                                                  {"Position", Kind::per_axis},
+                                                  {"SequenceID", Kind::per_axis},
                                                   {"Orientation", Kind::per_pair},
-                                                  {"ElementType", Kind::type}};
+                                                  {"Rotation", Kind::per_pair},
+                                                  {"TransformMatrix", Kind::per_pair}};
 
 constexpr std::array<std::string_view, 12> types{
     "MET_CHAR", "MET_UCHAR", "MET_SHORT",     "MET_USHORT",     "MET_INT",   "MET_UINT",
@@ -99,11 +121,13 @@ bool is_size(std::string_view word) {
 bool is_good(Kind kind, std::string_view value, int axes) {
   switch (kind) {
   case Kind::text:
-    return true;
-  case Kind::logical:
-    return value == "True" || value == "False";
+    return value.size() <= longest_text;
   case Kind::whole:
     return parse<int>(value).has_value();
+  case Kind::number:
+    return is_coordinate(value);
+  case Kind::colour:
+    return are_words(value, 4, is_coordinate);
   case Kind::sizes:
     return are_words(value, axes, is_size);
   case Kind::per_axis:
@@ -128,7 +152,7 @@ public:
 
   void read() {
     std::ifstream stream(file_, std::ios::binary);
-    std::string line(most_characters + 1, '\0');
+    std::string line(longest_line + 1, '\0');
     while (stream.getline(line.data(), static_cast<std::streamsize>(line.size()))) {
       ++line_;
       if (read_line(trimmed(line.c_str()))) {
@@ -146,7 +170,7 @@ private:
     const auto equals = line.find('=');
     const std::string_view key = trimmed(line.substr(0, equals));
     if (equals == std::string_view::npos || key.empty() || !is_printable(line) ||
-        key.find(':') != std::string_view::npos) {
+        key.find(':') != std::string_view::npos || key.size() > longest_key) {
       fail("it is not \"Key = Value\"");
     }
     const std::string_view value = trimmed(line.substr(equals + 1));
@@ -159,13 +183,13 @@ private:
         fail(fmt::format("NDims must be 1 ... {}", most_axes));
       }
     }
-    const auto known = known_keys.find(key);
-    const Kind kind = known == known_keys.end() ? Kind::text : known->second;
-    if (kind == Kind::sizes || kind == Kind::per_axis || kind == Kind::lengths || kind == Kind::per_pair) {
-      require("NDims");
-    }
-    if (!is_good(kind, value, axes_)) {
-      fail(fmt::format("{} cannot be \"{}\"", key, value));
+    if (const auto known = known_keys.find(key); known != known_keys.end()) {
+      if (known->second >= Kind::sizes) {
+        require("NDims");
+      }
+      if (!is_good(known->second, value, axes_)) {
+        fail(fmt::format("{} cannot be \"{}\"", key, value));
+      }
     }
     return key == "ElementDataFile";
   }
