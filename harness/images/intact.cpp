@@ -45,6 +45,11 @@ void require_intact_png(const std::filesystem::path& file) {
   image.version = PNG_IMAGE_VERSION;
   const std::unique_ptr<png_image, void (*)(png_imagep)> freed_at_the_end(&image, png_image_free);
   if (png_image_begin_read_from_file(&image, file.c_str()) != 0) {
+    // A byte holds 8 pixels at most, and deflate packs at most 1032 of them into one.
+    if (static_cast<double>(image.width) * image.height >
+        8.0 * 1032.0 * static_cast<double>(std::filesystem::file_size(file))) {
+      throw damaged(file, fmt::format("its header promises {} x {} pixels", image.width, image.height));
+    }
     std::vector<png_byte> trial(PNG_IMAGE_SIZE(image));
     png_image_finish_read(&image, nullptr, trial.data(), 0, nullptr);
   }
