@@ -95,6 +95,7 @@ TEST_F(ImageFiles, MetaImageHeadersThatAreNoneAreRefusedWithTheLine) {
                  "DimSize is in line 3 already");
   expect_refusal([&] { (void)read_labels(with("2", "3 2", "ElementSpacing = 1 nan\n")); }, "line 4");
   expect_refusal([&] { (void)read_labels(with("2", "3 2", "Offset = 1\n")); }, "line 4");
+  expect_refusal([&] { (void)read_labels(with("2", "3 2", std::string("a\0 = 1\n", 7))); }, "line 4");
   expect_refusal([&] { (void)read_labels(with("2", "3 2", std::string(300, 'k') + " = v\n")); }, "line 4");
   expect_refusal([&] { (void)read_labels(with("2", "3 2", "Comment = " + std::string(300, 'c') + "\n")); },
                  "Comment");

@@ -155,7 +155,9 @@ public:
     std::string line(longest_line + 1, '\0');
     while (stream.getline(line.data(), static_cast<std::streamsize>(line.size()))) {
       ++line_;
-      if (read_line(trimmed(line.c_str()))) {
+      // The end of the line counts as read, that of the file does not.
+      const auto length = stream.gcount() - (stream.eof() ? 0 : 1);
+      if (read_line(trimmed({line.data(), static_cast<std::size_t>(length)}))) {
         require("DimSize");
         require("ElementType");
         return;
