@@ -1,6 +1,7 @@
 #include "harness/images/intact.hpp"
 
 #include "harness/images/meta_header.hpp"
+#include "harness/images/tiff_directories.hpp"
 #include "kernels/input_error.hpp"
 
 #include <csetjmp>
@@ -23,6 +24,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace hdmbench::images {
@@ -38,6 +40,12 @@ bool starts_with(const std::filesystem::path& file, std::string_view signature) 
   std::string found(signature.size(), '\0');
   std::ifstream(file, std::ios::binary).read(found.data(), static_cast<std::streamsize>(found.size()));
   return found == signature;
+}
+
+bool is_tiff(const std::filesystem::path& file) {
+  using namespace std::string_view_literals;
+  return starts_with(file, "II*\0"sv) || starts_with(file, "MM\0*"sv) || starts_with(file, "II+\0"sv) ||
+         starts_with(file, "MM\0+"sv);
 }
 
 void require_intact_png(const std::filesystem::path& file) {
@@ -228,6 +236,8 @@ void require_intact(const std::filesystem::path& file) {
     require_intact_png(file);
   } else if (starts_with(file, "\xff\xd8")) {
     require_intact_jpeg(file);
+  } else if (is_tiff(file)) {
+    require_sound_tiff_directories(file);
   } else if (itk::NiftiImageIO::New()->CanReadFile(file.c_str())) {
     require_intact_nifti(file);
   } else if (itk::MetaImageIO::New()->CanReadFile(file.c_str())) {
