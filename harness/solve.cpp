@@ -87,8 +87,9 @@ Solution solve(const Scene& scene, Session& session, Progress& progress, const S
     const int limit = levels.iterations(index);
     LevelResult result{.level = index, .extent = level.extent};
     result.iterations = solver.solve(level, begin, limit, solution.displacement);
-    result.repeated =
-        timed(solution.timings.projection, [&] { return has_diverged(level, begin, solution.displacement); });
+    result.repeated = timed(solution.timings.projection, [&, &from = begin, &of = level] {
+      return has_diverged(of, from, solution.displacement);
+    });
     if (result.repeated) {
       result.iterations +=
           solver.solve(levels.sample_without_acceleration(index), begin, limit, solution.displacement);

@@ -72,6 +72,35 @@ TEST_F(ImageFiles, MetaImageCutShortIsRefused) {
   expect_refusal([&] { (void)read_labels(alone); }, "gone.raw");
 }
 
+TEST_F(ImageFiles, MetaImageHeadersThatAreNoneAreRefusedWithTheLine) {
+  const auto with = [&](std::string_view ndims, std::string_view size, std::string_view more) {
+    return write("odd.mha",
+                 fmt::format("NDims = {}\nBinaryData = True\nDimSize = {}\n{}ElementType = MET_UCHAR\n"
+                             "ElementDataFile = LOCAL\nabcdef",
+                             ndims, size, more));
+  };
+  EXPECT_EQ(read_labels(with("2", "3 2", "")).pixels.extent, (Extent{3, 2}));
+  const std::string long_lines = "Comment = " + std::string(250, 'c') + "\n" + std::string(190, 'k') + " = " +
+                                 std::string(3700, 'v') + "\n";
+  EXPECT_EQ(read_labels(with("2", "3 2", long_lines)).pixels.extent, (Extent{3, 2}));
+  for (const auto* number : {"-2", "0", "11", "x", ""}) { // -2 keeps MetaIO busy for ever
+    expect_refusal([&] { (void)read_labels(with(number, "3 2", "")); },
+                   "line 1 of its MetaImage header: NDims");
+  }
+  for (const auto* size : {"3", "3 2 1", "3 0", "3 -2", "3 2.5"}) {
+    expect_refusal([&] { (void)read_labels(with("2", size, "")); },
+                   "line 3 of its MetaImage header: DimSize");
+  }
+  expect_refusal([&] { (void)read_labels(with("2", "3 2", "DimSize = 3 2\n")); },
+                 "DimSize is in line 3 already");
+  expect_refusal([&] { (void)read_labels(with("2", "3 2", "ElementSpacing = 1 nan\n")); }, "line 4");
+  expect_refusal([&] { (void)read_labels(with("2", "3 2", "Offset = 1\n")); }, "line 4");
+  expect_refusal([&] { (void)read_labels(with("2", "3 2", std::string("a\0 = 1\n", 7))); }, "line 4");
+  expect_refusal([&] { (void)read_labels(with("2", "3 2", std::string(300, 'k') + " = v\n")); }, "line 4");
+  expect_refusal([&] { (void)read_labels(with("2", "3 2", "Comment = " + std::string(300, 'c') + "\n")); },
+                 "Comment");
+}
+
 /// 8 x 8 pixels of gray value 100.
 std::string jpeg_bytes() {
   const std::string_view hexadecimal = "ffd8ffdb0043000101010101010101010101010101010101010101010101010101010"

@@ -69,6 +69,10 @@ TEST_F(ReportInput, RefusesWhatIsNotAResultFile) {
   json other = document("verify", agreeing_rows());
   other["schema"] = 2;
   EXPECT_NE(error_of(other).find("is 2, but this program reads schema 1"), std::string::npos);
+  constexpr std::size_t depth = 100000; // enough to end the stack of whoever walks through it by recursion
+  const Path deep =
+      write_text("deep.json", "{\"results\": " + std::string(depth, '[') + std::string(depth, ']') + "}");
+  EXPECT_NE(error_of_files({deep}).find("deep in each other"), std::string::npos);
   EXPECT_NE(error_of_files({}).find("no result files"), std::string::npos);
   std::filesystem::create_directory(folder_ / "empty");
   EXPECT_NE(error_of_files({folder_ / "empty"}).find("has no *.json file"), std::string::npos);

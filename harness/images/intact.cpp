@@ -1,5 +1,7 @@
 #include "harness/images/intact.hpp"
 
+#include "harness/images/meta_header.hpp"
+#include "harness/images/tiff_directories.hpp"
 #include "kernels/input_error.hpp"
 
 #include <csetjmp>
@@ -15,12 +17,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <fstream>
 #include <istream>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace hdmbench::images {
@@ -38,11 +42,22 @@ bool starts_with(const std::filesystem::path& file, std::string_view signature) 
   return found == signature;
 }
 
+bool is_tiff(const std::filesystem::path& file) {
+  using namespace std::string_view_literals;
+  return starts_with(file, "II*\0"sv) || starts_with(file, "MM\0*"sv) || starts_with(file, "II+\0"sv) ||
+         starts_with(file, "MM\0+"sv);
+}
+
 void require_intact_png(const std::filesystem::path& file) {
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
   const std::unique_ptr<png_image, void (*)(png_imagep)> freed_at_the_end(&image, png_image_free);
   if (png_image_begin_read_from_file(&image, file.c_str()) != 0) {
+    // A byte holds 8 pixels at most, and deflate packs at most 1032 of them into one.
+    if (static_cast<double>(image.width) * image.height >
+        8.0 * 1032.0 * static_cast<double>(std::filesystem::file_size(file))) {
+      throw damaged(file, fmt::format("its header promises {} x {} pixels", image.width, image.height));
+    }
     std::vector<png_byte> trial(PNG_IMAGE_SIZE(image));
     png_image_finish_read(&image, nullptr, trial.data(), 0, nullptr);
   }
@@ -100,12 +115,35 @@ void require_intact_jpeg(const std::filesystem::path& file) {
   }
 }
 
+/// ITK inverts the orientation with a library that ends the program where a number is not finite.
+bool is_sound(const mat44& orientation, const nifti_image& header) {
+  constexpr double largest = 1e10; // millimetres, and the inverse of the smallest
+  for (const auto& row : orientation.m) {
+    if (!std::ranges::all_of(row, [](float value) { return std::abs(value) <= largest; })) {
+      return false;
+    }
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto& m = orientation.m;
+    const double length = std::hypot(m[0][axis], m[1][axis], m[2][axis]);
+    const double spacing = std::abs(header.pixdim[axis + 1]);
+    if (!(length * largest >= 1.0 && spacing * largest >= 1.0 && spacing <= largest)) {
+      return false;
+    }
+  }
+  return true;
+}
+
 /// Plain or compressed, one file or header and pixels apart.
 void require_intact_nifti(const std::filesystem::path& file) {
   const std::unique_ptr<nifti_image, void (*)(nifti_image*)> header(nifti_image_read(file.c_str(), 0),
                                                                     nifti_image_free);
   if (!header || header->iname == nullptr) {
     throw damaged(file, "its NIfTI header makes no sense");
+  }
+  if ((header->qform_code > 0 && !is_sound(header->qto_xyz, *header)) ||
+      (header->sform_code > 0 && !is_sound(header->sto_xyz, *header))) {
+    throw damaged(file, "its orientation (qform or sform) makes no sense");
   }
   const auto close = [](znzFile stream) { znzclose(stream); };
   const std::unique_ptr<znzptr, decltype(close)> stream(
@@ -158,6 +196,7 @@ std::optional<std::uintmax_t> inflated_length(std::istream& compressed) {
 
 /// MetaIO reports success whatever it could read, and leaves the other pixels as they were.
 void require_intact_meta_image(const std::filesystem::path& file) {
+  require_sound_meta_header(file);
   const auto format = itk::MetaImageIO::New();
   format->SetFileName(file.string());
   format->ReadImageInformation();
@@ -197,6 +236,8 @@ void require_intact(const std::filesystem::path& file) {
     require_intact_png(file);
   } else if (starts_with(file, "\xff\xd8")) {
     require_intact_jpeg(file);
+  } else if (is_tiff(file)) {
+    require_sound_tiff_directories(file);
   } else if (itk::NiftiImageIO::New()->CanReadFile(file.c_str())) {
     require_intact_nifti(file);
   } else if (itk::MetaImageIO::New()->CanReadFile(file.c_str())) {

@@ -69,6 +69,21 @@ itk::ImageIOBase::Pointer recognise(const std::filesystem::path& file) {
   return format;
 }
 
+/// Whether the pixels may be in another file: NRRD with a line "data file: ...". MetaImage and NIfTI, which
+/// know that as well, have passed require_intact.
+bool may_be_apart(const std::filesystem::path& file, const itk::ImageIOBase& format) {
+  if (dynamic_cast<const itk::NrrdImageIO*>(&format) == nullptr) {
+    return dynamic_cast<const itk::TIFFImageIO*>(&format) == nullptr;
+  }
+  std::ifstream header(file, std::ios::binary);
+  for (std::string line; std::getline(header, line) && line.find_first_not_of("\r") != std::string::npos;) {
+    if (line.starts_with("data file:") || line.starts_with("datafile:")) {
+      return true;
+    }
+  }
+  return false;
+}
+
 /// ImageFileReader would drop the axes past the third without a word.
 void require_reasonable(const std::filesystem::path& file, const itk::ImageIOBase& format) {
   double values = format.GetNumberOfComponents();
@@ -84,6 +99,12 @@ void require_reasonable(const std::filesystem::path& file, const itk::ImageIOBas
   if (!(values >= 1.0 && values <= most_values)) {
     throw unreadable(file,
                      fmt::format("its header promises {} values, 1 to {} can be read", values, most_values));
+  }
+  // What the best of their compressions, bzip2, makes of nothing but zeros. ITK would fill the memory first.
+  constexpr double most_values_per_byte = 50000.0;
+  const auto bytes = std::filesystem::file_size(file);
+  if (!may_be_apart(file, format) && values > most_values_per_byte * static_cast<double>(bytes)) {
+    throw unreadable(file, fmt::format("it is damaged or cut short: {} bytes for {} values", bytes, values));
   }
 }
 

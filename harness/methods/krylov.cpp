@@ -114,13 +114,13 @@ private:
 } // namespace
 } // namespace hdmbench
 
-template <typename Vector>
-struct Eigen::internal::generic_product_impl<hdmbench::Matrix, Vector, Eigen::SparseShape, Eigen::DenseShape,
+template <typename Operand>
+struct Eigen::internal::generic_product_impl<hdmbench::Matrix, Operand, Eigen::SparseShape, Eigen::DenseShape,
                                              Eigen::GemvProduct>
     : Eigen::internal::generic_product_impl_base<
-          hdmbench::Matrix, Vector, Eigen::internal::generic_product_impl<hdmbench::Matrix, Vector>> {
+          hdmbench::Matrix, Operand, Eigen::internal::generic_product_impl<hdmbench::Matrix, Operand>> {
   template <typename To>
-  static void scaleAndAddTo(To& to, const hdmbench::Matrix& matrix, const Vector& vector,
+  static void scaleAndAddTo(To& to, const hdmbench::Matrix& matrix, const Operand& vector,
                             const double& factor) {
     to.noalias() += factor * matrix.product(vector);
   }

@@ -14,6 +14,14 @@
 
 namespace hdmbench::report {
 
+namespace {
+
+/// Result files nest six deep; the limit keeps whatever walks through them by recursion off the end of the
+/// stack.
+constexpr int deepest = 100;
+
+} // namespace
+
 nlohmann::json read_json(const std::filesystem::path& file) {
   if (std::filesystem::is_directory(file)) {
     throw InputError(fmt::format("{}: is a folder, not a result file", file.string()));
@@ -24,7 +32,13 @@ nlohmann::json read_json(const std::filesystem::path& file) {
     throw InputError(fmt::format("{}: cannot be read: {}", file.string(), error.message()));
   }
   try {
-    return nlohmann::json::parse(stream);
+    return nlohmann::json::parse(stream, [&](int depth, auto /*event*/, const auto& /*parsed*/) {
+      if (depth > deepest) {
+        throw InputError(fmt::format("{}: objects and arrays are more than {} deep in each other",
+                                     file.string(), deepest));
+      }
+      return true;
+    });
   } catch (const nlohmann::json::exception& error) {
     throw InputError(fmt::format("{}: is not JSON: {}", file.string(), error.what()));
   }

@@ -64,7 +64,7 @@ std::vector<int> efforts(const Method& method, int own_iterations, bool quick) {
     counts.push_back(usual);
   }
   std::ranges::sort(counts);
-  counts.erase(std::ranges::unique(counts).begin(), counts.end());
+  counts.erase(std::unique(counts.begin(), counts.end()), counts.end());
   return counts;
 }
 
