@@ -26,6 +26,10 @@ public:
         api_([this](const char* name) { return resolve(name); }) {}
 
   const gl::Api& api() const override { return api_; }
+  void abandon() noexcept override {
+    api_.abandoned = true;
+    sound_->abandon();
+  }
 
   [[nodiscard]] gl::Address driver_function(const char* name) const { return sound_->api().resolve(name); }
   [[nodiscard]] PlantingRecord& record() const { return *record_; }
