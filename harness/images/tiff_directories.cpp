@@ -38,19 +38,29 @@ public:
         fail(fmt::format("the directory at byte {} has {} entries", at, entries));
       }
       for (std::uint64_t i = 0; i < entries; ++i) {
-        require_room(at + head + i * entry);
+        require_sound_entry(at + head + i * entry);
       }
       at = number(at + head + entries * entry, big_ ? 8 : 4);
     }
   }
 
 private:
-  void require_room(std::uint64_t entry) {
+  void require_sound_entry(std::uint64_t entry) {
     const std::uint64_t type = number(entry + 2, 2);
     const std::uint64_t values = number(entry + 4, big_ ? 8 : 4);
     const std::uint64_t bytes = type < type_sizes.size() ? type_sizes[type] : 0;
     if (bytes > 0 && values > size_ / bytes) {
       fail(fmt::format("the entry at byte {} has {} values", entry, values));
+    }
+    // libtiff ends the texts that it knows itself, ITK reads on to the next 0 in memory.
+    constexpr std::uint64_t text = 2;
+    constexpr std::uint64_t first_private_tag = 32768;
+    if (type == text && values > 0 && number(entry, 2) >= first_private_tag) {
+      const std::uint64_t width = big_ ? 8 : 4;
+      const std::uint64_t begin = values <= width ? entry + 4 + width : number(entry + 4 + width, width);
+      if (begin > size_ || number(begin + values - 1, 1) != 0) {
+        fail(fmt::format("the text of the entry at byte {} has no end", entry));
+      }
     }
   }
 
