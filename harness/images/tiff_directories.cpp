@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <fstream>
@@ -16,6 +17,11 @@ namespace {
 
 /// Bytes of one value of the types 0 ... 18; 0: there is no such type, and libtiff passes over it.
 constexpr std::array<std::uint64_t, 19> type_sizes{0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8, 4, 0, 0, 8, 8, 8};
+
+/// Document's, image's and makers' names, page name, software, date, artist, host, inks, target printer,
+/// copyright: libtiff ends these by itself. In other texts ITK reads on to the next 0 in memory.
+constexpr std::array<std::uint64_t, 12> known_texts{269, 270, 271, 272, 285, 305,
+                                                    306, 315, 316, 333, 337, 33432};
 
 class Directories {
 public:
@@ -52,10 +58,8 @@ private:
     if (bytes > 0 && values > size_ / bytes) {
       fail(fmt::format("the entry at byte {} has {} values", entry, values));
     }
-    // libtiff ends the texts that it knows itself, ITK reads on to the next 0 in memory.
     constexpr std::uint64_t text = 2;
-    constexpr std::uint64_t first_private_tag = 32768;
-    if (type == text && values > 0 && number(entry, 2) >= first_private_tag) {
+    if (type == text && values > 0 && std::ranges::find(known_texts, number(entry, 2)) == known_texts.end()) {
       const std::uint64_t width = big_ ? 8 : 4;
       const std::uint64_t begin = values <= width ? entry + 4 + width : number(entry + 4 + width, width);
       if (begin > size_ || number(begin + values - 1, 1) != 0) {
