@@ -59,7 +59,12 @@ private:
       fail(fmt::format("the entry at byte {} has {} values", entry, values));
     }
     constexpr std::uint64_t text = 2;
-    if (type == text && values > 0 && std::ranges::find(known_texts, number(entry, 2)) == known_texts.end()) {
+    const std::uint64_t tag = number(entry, 2);
+    const bool is_known_text = std::ranges::find(known_texts, tag) != known_texts.end();
+    if (is_known_text && type != text) {
+      fail(fmt::format("the entry at byte {} (tag {}) is no text", entry, tag));
+    }
+    if (type == text && values > 0 && !is_known_text) {
       const std::uint64_t width = big_ ? 8 : 4;
       const std::uint64_t begin = values <= width ? entry + 4 + width : number(entry + 4 + width, width);
       if (begin > size_ || number(begin + values - 1, 1) != 0) {
