@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <fstream>
@@ -16,6 +17,11 @@ namespace {
 
 /// Bytes of one value of the types 0 ... 18; 0: there is no such type, and libtiff passes over it.
 constexpr std::array<std::uint64_t, 19> type_sizes{0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8, 4, 0, 0, 8, 8, 8};
+
+/// Document's, image's and makers' names, page name, software, date, artist, host, inks, target printer,
+/// copyright: libtiff ends these by itself. In other texts ITK reads on to the next 0 in memory.
+constexpr std::array<std::uint64_t, 12> known_texts{269, 270, 271, 272, 285, 305,
+                                                    306, 315, 316, 333, 337, 33432};
 
 class Directories {
 public:
@@ -38,19 +44,32 @@ public:
         fail(fmt::format("the directory at byte {} has {} entries", at, entries));
       }
       for (std::uint64_t i = 0; i < entries; ++i) {
-        require_room(at + head + i * entry);
+        require_sound_entry(at + head + i * entry);
       }
       at = number(at + head + entries * entry, big_ ? 8 : 4);
     }
   }
 
 private:
-  void require_room(std::uint64_t entry) {
+  void require_sound_entry(std::uint64_t entry) {
     const std::uint64_t type = number(entry + 2, 2);
     const std::uint64_t values = number(entry + 4, big_ ? 8 : 4);
     const std::uint64_t bytes = type < type_sizes.size() ? type_sizes[type] : 0;
     if (bytes > 0 && values > size_ / bytes) {
       fail(fmt::format("the entry at byte {} has {} values", entry, values));
+    }
+    constexpr std::uint64_t text = 2;
+    const std::uint64_t tag = number(entry, 2);
+    const bool is_known_text = std::ranges::find(known_texts, tag) != known_texts.end();
+    if (is_known_text && type != text) {
+      fail(fmt::format("the entry at byte {} (tag {}) is no text", entry, tag));
+    }
+    if (type == text && values > 0 && !is_known_text) {
+      const std::uint64_t width = big_ ? 8 : 4;
+      const std::uint64_t begin = values <= width ? entry + 4 + width : number(entry + 4 + width, width);
+      if (begin > size_ || number(begin + values - 1, 1) != 0) {
+        fail(fmt::format("the text of the entry at byte {} has no end", entry));
+      }
     }
   }
 
