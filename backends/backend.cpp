@@ -42,12 +42,21 @@ std::size_t choose(std::string_view backend, const std::vector<Device>& devices,
 
 } // namespace
 
+template <typename Call>
+auto Session::on_device(Call&& call) {
+  try {
+    return call();
+  } catch (const DeviceError& error) {
+    throw DeviceError(fmt::format("{}: {}", backend_, error.what()));
+  }
+}
+
 void Session::load(const Level& level) {
   if (level.update == Update::sequential && !sequential_) {
     throw DeviceError(fmt::format("{} cannot update sequentially, only scalar can", backend_));
   }
   extent_.reset();
-  do_load(level);
+  on_device([&] { do_load(level); });
   extent_ = level.extent;
   written_ = false;
   stepped_ = false;
@@ -62,8 +71,8 @@ void Session::write(const VectorField& displacement) {
                                        displacement.extent.width, displacement.extent.height, extent_->width,
                                        extent_->height));
   }
-  written_ = false; // where it fails
-  do_write(displacement);
+  written_ = false; // where this fails
+  on_device([&] { do_write(displacement); });
   written_ = true;
   stepped_ = false;
 }
@@ -74,8 +83,8 @@ void Session::step(int sweeps) {
     throw std::logic_error(written_ ? "step: a negative number of sweeps" : "step: called before write");
   }
   if (sweeps > 0) {
-    written_ = false; // where it fails
-    do_step(sweeps_, sweeps);
+    written_ = false; // where this fails
+    on_device([&] { do_step(sweeps_, sweeps); });
     written_ = true;
     sweeps_ += sweeps;
     stepped_ = true;
@@ -90,12 +99,12 @@ void Session::read(VectorField& displacement) {
   if (displacement.extent != *extent_) {
     displacement = VectorField(*extent_);
   }
-  do_read(displacement);
+  on_device([&] { do_read(displacement); });
 }
 
 std::int64_t Session::changed() {
   require_loaded("changed");
-  return stepped_ ? do_changed() : 0;
+  return stepped_ ? on_device([&] { return do_changed(); }) : 0;
 }
 
 void Session::require_loaded(const char* call) const {

@@ -69,6 +69,9 @@ private:
 
   friend class Backend;
   void require_loaded(const char* call) const;
+  /// call(), whose DeviceErrors get the backend's name in front.
+  template <typename Call>
+  auto on_device(Call&& call);
 
   std::string backend_;     ///< name of the backend that opened this session, for errors
   bool sequential_ = false; ///< whether that backend supports sequential updates

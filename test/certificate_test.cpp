@@ -7,8 +7,8 @@
 #include "backends/registry.hpp"
 #include "harness/agreement/bounded_energy.hpp"
 #include "harness/agreement/verify.hpp"
-#include "harness/methods/method.hpp"
 #include "harness/faults/faulty_backend.hpp"
+#include "harness/methods/method.hpp"
 #include "test/random_level.hpp"
 
 #include <gtest/gtest.h>
@@ -410,9 +410,9 @@ TEST_P(FreeBackend, DisagreesOnASceneThatIsDeclaredExactAndIsNot) {
 TEST_P(FreeBackend, WithAnotherFaultOnTopDisagrees) {
   // Late, so that certified differences come first.
   const faults::FaultyBackend faulty(*backend_,
-                                   {.name = "one_site", .in_read = [reads = 0](VectorField& field) mutable {
-                                      field.x.back() += ++reads > 15 ? 0.1F : 0.0F;
-                                    }});
+                                     {.name = "one_site", .in_read = [reads = 0](VectorField& field) mutable {
+                                        field.x.back() += ++reads > 15 ? 0.1F : 0.0F;
+                                      }});
   for (const Comparison& comparison : run(make_scene(Texture::tie_rich), faulty)) {
     EXPECT_EQ(comparison.verdict, Verdict::disagree);
     EXPECT_GT(comparison.certified_ties, 0);
@@ -454,12 +454,12 @@ TEST(Verify, MistrustsASceneThatPrescribesAlmostEverything) {
 TEST(Certificate, DoesNotHoldForAWrongTieRule) {
   const auto backends = make_backends();
   const faults::FaultyBackend faulty(*backends.front(),
-                                   {.name = "last_of_equals", .in_level = [](Level& level) {
-                                      std::vector<float> steps(level.steps.values().begin(),
-                                                               level.steps.values().end());
-                                      std::ranges::reverse(steps);
-                                      level.steps = StepSet(steps);
-                                    }});
+                                     {.name = "last_of_equals", .in_level = [](Level& level) {
+                                        std::vector<float> steps(level.steps.values().begin(),
+                                                                 level.steps.values().end());
+                                        std::ranges::reverse(steps);
+                                        level.steps = StepSet(steps);
+                                      }});
   for (const Comparison& comparison : run(make_scene(Texture::dyadic), faulty)) {
     EXPECT_EQ(comparison.verdict, Verdict::disagree);
     EXPECT_GT(comparison.uncertified, 0);

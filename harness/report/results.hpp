@@ -2,10 +2,10 @@
 
 #include "harness/report/accuracy_results.hpp"
 #include "harness/report/atlas_results.hpp"
-#include "harness/report/faults_results.hpp"
-#include "harness/report/instructions_results.hpp"
-#include "harness/report/golden_results.hpp"
 #include "harness/report/failing_calls_results.hpp"
+#include "harness/report/faults_results.hpp"
+#include "harness/report/golden_results.hpp"
+#include "harness/report/instructions_results.hpp"
 #include "harness/report/tradeoff_results.hpp"
 
 #include <array>

@@ -1,7 +1,7 @@
 // What a user sees where a driver fails, and what a caller of a session may do then.
 
 #include "backends/scalar.hpp"
-#include "test/faulty_backend.hpp"
+#include "harness/faults/faulty_backend.hpp"
 #include "test/program.hpp"
 #include "test/random_level.hpp"
 #include "test/temporary_folder.hpp"
@@ -24,7 +24,7 @@ Outcome with_fault(const std::string& fault, const std::string& arguments) {
 }
 
 bool has(const std::string& backend) {
-  return test::hdmbench("verify square --size 2 --quick --backends " + backend).status == 0;
+  return test::hdmbench("verify square --size 5 --quick --backends " + backend).status == 0;
 }
 
 TEST(FailingCalls, EndTheCommandWithTheCallAndTheReason) {
@@ -32,13 +32,14 @@ TEST(FailingCalls, EndTheCommandWithTheCallAndTheReason) {
     const Outcome outcome = with_fault("OpenGL/GL_OUT_OF_MEMORY/glReadPixels",
                                        "verify square --size 5 --quick --backends gl-fragment");
     EXPECT_EQ(outcome.status, 2);
-    EXPECT_THAT(outcome.output, HasSubstr("hdmbench: glReadPixels: GL_OUT_OF_MEMORY (0x0505)"));
+    EXPECT_THAT(outcome.output, HasSubstr("hdmbench: gl-fragment: glReadPixels: GL_OUT_OF_MEMORY (0x0505)"));
   }
   if (has("vulkan-compute")) {
     const Outcome outcome = with_fault("Vulkan/DEVICE_LOST/vkQueueSubmit",
                                        "verify square --size 5 --quick --backends vulkan-compute");
     EXPECT_EQ(outcome.status, 2);
-    EXPECT_THAT(outcome.output, HasSubstr("hdmbench: Vulkan: vk::Queue::submit: ErrorDeviceLost"));
+    EXPECT_THAT(outcome.output,
+                HasSubstr("hdmbench: vulkan-compute: Vulkan: vk::Queue::submit: ErrorDeviceLost"));
   }
 }
 
@@ -74,9 +75,9 @@ TEST(FailingCalls, LibrariesWithoutFunctionsAreNotThere) {
 /// A backend whose session throws where `fault` does.
 class SessionAfterAnError : public testing::Test {
 protected:
-  std::unique_ptr<Session> open(test::Fault fault) {
+  std::unique_ptr<Session> open(faults::Fault fault) {
     fault.name = "scalar";
-    backend_ = std::make_unique<test::FaultyBackend>(*scalar_, std::move(fault));
+    backend_ = std::make_unique<faults::FaultyBackend>(*scalar_, std::move(fault));
     std::unique_ptr<Session> session = backend_->open({});
     session->load(problem_.level);
     return session;

@@ -54,6 +54,7 @@ public:
       : context_(std::move(context)), messages_(messages) {}
 
   const gl::Api& api() const override { return context_->api(); }
+  void abandon() noexcept override { context_->abandon(); }
 
 private:
   void bind() override {
