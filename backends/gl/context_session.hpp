@@ -22,6 +22,8 @@ public:
   ~ContextSession() override {
     try {
       const Context::Current current(*context_);
+      // An error may have left drawing behind, and OSMesa does not wait for it when a context goes.
+      context_->api().quietly(context_->api().Finish);
       sweep_.reset();
     } catch (const DeviceError&) {
       context_->abandon();
