@@ -45,4 +45,31 @@ HDM_FUNCTION Site gather(const Level& level, const VectorField& displacement, in
           .inverse_curvature_y = curvature_known ? level.inverse_curvature.y[at] : 0.0F};
 }
 
+/// The same site for energy.inc compiled with another scalar: `Other` is the Site of that, whose scalar takes
+/// floats. `inverse` gives its 1 / m from ours.
+template <typename Other, typename Inverse>
+Other converted(const Site& from, const Inverse& inverse) {
+  const auto neighbours = [](const Neighbours& of, const auto& each) {
+    return decltype(Other::dx){each(of.north_west), each(of.north),  each(of.north_east),
+                               each(of.west),       each(of.centre), each(of.east),
+                               each(of.south_west), each(of.south),  each(of.south_east)};
+  };
+  const auto same = [](float value) { return value; };
+  return {neighbours(from.dx, same),
+          neighbours(from.dy, same),
+          neighbours(from.inverse_modulus, inverse),
+          from.modulus,
+          from.target_x,
+          from.target_y,
+          from.confidence_x,
+          from.confidence_y,
+          from.penalty,
+          from.inverse_curvature_x,
+          from.inverse_curvature_y};
+}
+template <typename Other>
+Other converted(const Site& from) {
+  return converted<Other>(from, [](float value) { return value; });
+}
+
 } // namespace hdmbench::energy

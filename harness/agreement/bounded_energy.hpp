@@ -164,29 +164,11 @@ enum class InverseModulus { given, rounded };
 /// The site as the kernels see it.
 inline Site gather(const Level& level, const VectorField& displacement, int x, int y,
                    InverseModulus inverse_modulus) {
-  const energy::Site from = energy::gather(level, displacement, x, y);
-  const auto exact = [](const energy::Neighbours& of) {
-    return Neighbours{of.north_west, of.north,      of.north_east, of.west,      of.centre,
-                      of.east,       of.south_west, of.south,      of.south_east};
-  };
-  const auto inverse = [&](float value) {
+  return energy::converted<Site>(energy::gather(level, displacement, x, y), [&](float value) {
     return inverse_modulus == InverseModulus::given
                ? real(value)
                : real(value, unit_roundoff * static_cast<double>(value) * inflation);
-  };
-  const energy::Neighbours& m = from.inverse_modulus;
-  return {exact(from.dx),
-          exact(from.dy),
-          {inverse(m.north_west), inverse(m.north), inverse(m.north_east), inverse(m.west), inverse(m.centre),
-           inverse(m.east), inverse(m.south_west), inverse(m.south), inverse(m.south_east)},
-          from.modulus,
-          from.target_x,
-          from.target_y,
-          from.confidence_x,
-          from.confidence_y,
-          from.penalty,
-          from.inverse_curvature_x,
-          from.inverse_curvature_y};
+  });
 }
 
 } // namespace hdmbench::bounded

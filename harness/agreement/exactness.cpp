@@ -114,25 +114,6 @@ HDM_FUNCTION real floor(real a) {
 #include "kernels/energy.inc"
 #include "kernels/update.inc"
 
-Neighbours inputs(const energy::Neighbours& from) {
-  return {from.north_west, from.north,      from.north_east, from.west,      from.centre,
-          from.east,       from.south_west, from.south,      from.south_east};
-}
-
-Site inputs(const energy::Site& from) {
-  return {inputs(from.dx),
-          inputs(from.dy),
-          inputs(from.inverse_modulus),
-          from.modulus,
-          from.target_x,
-          from.target_y,
-          from.confidence_x,
-          from.confidence_y,
-          from.penalty,
-          from.inverse_curvature_x,
-          from.inverse_curvature_y};
-}
-
 /// That the host's inverse is the quotient itself.
 void require_exact_inverse(float modulus, float inverse) {
   if (static_cast<double>(modulus) * static_cast<double>(inverse) != 1.0) {
@@ -180,8 +161,9 @@ std::optional<InexactOperation> first_inexact(const Level& level, const VectorFi
           site.inverse_curvature_x = site.inverse_curvature_y = 0.0F;
         }
         proven::require_exact_inverse(site.modulus, site.inverse_modulus.centre);
-        (void)proven::swept_displacement(static_cast<int>(level.rule), colours, proven::inputs(site), {x, y},
-                                         sweep, steps.data(), level.steps.count());
+        (void)proven::swept_displacement(static_cast<int>(level.rule), colours,
+                                         energy::converted<proven::Site>(site), {x, y}, sweep, steps.data(),
+                                         level.steps.count());
       }
     }
   } catch (const proven::Inexact& found) {

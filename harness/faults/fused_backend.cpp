@@ -64,24 +64,6 @@ HDM_FUNCTION real floor(real a) {
 #include "kernels/energy.inc"
 #include "kernels/update.inc"
 
-Neighbours from(const energy::Neighbours& n) {
-  return {n.north_west, n.north, n.north_east, n.west, n.centre, n.east, n.south_west, n.south, n.south_east};
-}
-
-Site from(const energy::Site& site) {
-  return {from(site.dx),
-          from(site.dy),
-          from(site.inverse_modulus),
-          site.modulus,
-          site.target_x,
-          site.target_y,
-          site.confidence_x,
-          site.confidence_y,
-          site.penalty,
-          site.inverse_curvature_x,
-          site.inverse_curvature_y};
-}
-
 } // namespace fused
 
 class FusedSession final : public Session {
@@ -109,9 +91,9 @@ class FusedSession final : public Session {
     for (int y = 0; y < level_.extent.height; ++y) {
       for (int x = 0; x < level_.extent.width; ++x) {
         const std::size_t at = level_.extent.index(x, y);
-        const fused::Displacement next =
-            fused::swept_displacement(rule, colours, fused::from(energy::gather(level_, current_, x, y)),
-                                      {x, y}, turn, steps_.data(), level_.steps.count());
+        const fused::Displacement next = fused::swept_displacement(
+            rule, colours, energy::converted<fused::Site>(energy::gather(level_, current_, x, y)), {x, y},
+            turn, steps_.data(), level_.steps.count());
         next_.x[at] = next.x.value;
         next_.y[at] = next.y.value;
         changed_ += (next_.x[at] != current_.x[at] || next_.y[at] != current_.y[at]) ? 1 : 0;
