@@ -9,7 +9,7 @@
 #include "harness/agreement/verify.hpp"
 #include "harness/faults/faulty_backend.hpp"
 #include "harness/methods/method.hpp"
-#include "test/random_level.hpp"
+#include "test/textured_scene.hpp"
 
 #include <gtest/gtest.h>
 
@@ -310,27 +310,9 @@ TEST(Certificate, DoesNotHoldForTheOtherCandidateOfAnExactTie) {
 }
 
 Scene make_scene(Texture texture, std::string_view method = "icm") {
-  const StepSet steps = texture == Texture::dyadic ? StepSet::parse("0,-1,-0.25,1,0.25") : StepSet{};
-  auto problem = test::random_problem({72, 60}, texture, 11, steps);
-  Scene scene;
-  scene.name = "certified";
-  scene.full = std::move(problem.level);
-  scene.start = std::move(problem.start);
-  use_method(scene, find_method(method));
-  scene.schedule.iterations = 20;
-  if (texture != Texture::smooth) {
-    scene.schedule.start_level = 0; // interpolation between levels would leave the grid
-  }
+  Scene scene = test::textured_scene("certified", {72, 60}, texture, 11, 20);
+  use_method(scene, find_method(method), 20);
   return scene;
-}
-
-std::vector<Comparison> run(const Scene& scene, const Backend& backend) {
-  const auto backends = make_backends();
-  const Backend* const followers[] = {&backend};
-  Progress silent(false);
-  VerifyOptions options;
-  options.session.threads = 1; // the fields are small
-  return verify(scene, *backends.front(), followers, options, silent);
 }
 
 struct FreeRow {
@@ -358,7 +340,7 @@ INSTANTIATE_TEST_SUITE_P(Compiled, FreeBackend,
                          [](const auto& information) { return information.param.name; });
 
 TEST_P(FreeBackend, LandsInTheThirdTierWhereCandidatesNearlyTie) {
-  for (const Comparison& comparison : run(make_scene(Texture::tie_rich), *backend_)) {
+  for (const Comparison& comparison : test::verified(make_scene(Texture::tie_rich), *backend_)) {
     EXPECT_EQ(comparison.verdict, Verdict::certified) << name_of(comparison.mode);
     EXPECT_EQ(comparison.tier, Tier::certified);
     EXPECT_GT(comparison.certified_ties, 20);
@@ -382,7 +364,7 @@ TEST_P(FreeBackend, LandsInTheThirdTierWithEveryMethod) {
         scene.schedule.rule == Rule::annealing) {
       continue;
     }
-    for (const Comparison& comparison : run(scene, *backend_)) {
+    for (const Comparison& comparison : test::verified(scene, *backend_)) {
       EXPECT_EQ(comparison.uncertified, 0) << method.name << ", " << name_of(comparison.mode);
       EXPECT_EQ(comparison.counts_differing, 0) << method.name;
       if (scene.schedule.rule == Rule::closed_form) {
@@ -393,7 +375,7 @@ TEST_P(FreeBackend, LandsInTheThirdTierWithEveryMethod) {
 }
 
 TEST_P(FreeBackend, HasTheBitsOfScalarWhereAllIsExact) {
-  for (const Comparison& comparison : run(make_scene(Texture::dyadic), *backend_)) {
+  for (const Comparison& comparison : test::verified(make_scene(Texture::dyadic), *backend_)) {
     EXPECT_EQ(comparison.verdict, Verdict::agree);
     EXPECT_EQ(comparison.tier, Tier::bitwise);
   }
@@ -402,7 +384,7 @@ TEST_P(FreeBackend, HasTheBitsOfScalarWhereAllIsExact) {
 TEST_P(FreeBackend, DisagreesOnASceneThatIsDeclaredExactAndIsNot) {
   Scene scene = make_scene(Texture::tie_rich);
   scene.exact = true;
-  for (const Comparison& comparison : run(scene, *backend_)) {
+  for (const Comparison& comparison : test::verified(scene, *backend_)) {
     EXPECT_EQ(comparison.verdict, Verdict::disagree);
   }
 }
@@ -413,7 +395,7 @@ TEST_P(FreeBackend, WithAnotherFaultOnTopDisagrees) {
                                      {.name = "one_site", .in_read = [reads = 0](VectorField& field) mutable {
                                         field.x.back() += ++reads > 15 ? 0.1F : 0.0F;
                                       }});
-  for (const Comparison& comparison : run(make_scene(Texture::tie_rich), faulty)) {
+  for (const Comparison& comparison : test::verified(make_scene(Texture::tie_rich), faulty)) {
     EXPECT_EQ(comparison.verdict, Verdict::disagree);
     EXPECT_GT(comparison.certified_ties, 0);
     ASSERT_TRUE(comparison.first.has_value());
@@ -425,14 +407,14 @@ TEST(Verify, MistrustsASceneThatIsDeclaredExactAndIsNot) {
   const auto backends = make_backends();
   Scene scene = make_scene(Texture::tie_rich);
   scene.exact = true;
-  for (const Comparison& comparison : run(scene, *backends.front())) {
+  for (const Comparison& comparison : test::verified(scene, *backends.front())) {
     EXPECT_EQ(comparison.verdict, Verdict::mistrusted);
     EXPECT_NE(comparison.reason.find("declared exact, but level 0, x = 0, y = 0, sweep 0"), std::string::npos)
         << comparison.reason;
   }
   scene = make_scene(Texture::dyadic);
   scene.exact = true;
-  for (const Comparison& comparison : run(scene, *backends.front())) {
+  for (const Comparison& comparison : test::verified(scene, *backends.front())) {
     EXPECT_EQ(comparison.tier, Tier::exact) << comparison.reason;
   }
 }
@@ -443,7 +425,7 @@ TEST(Verify, MistrustsASceneThatPrescribesAlmostEverything) {
   std::ranges::fill(scene.full.confidence.x, 1.0F);
   std::ranges::fill(scene.full.confidence.y, 1.0F);
   scene.full.confidence.x.front() = 0.0F;
-  for (const Comparison& comparison : run(scene, *backends.front())) {
+  for (const Comparison& comparison : test::verified(scene, *backends.front())) {
     EXPECT_EQ(comparison.verdict, Verdict::mistrusted);
     EXPECT_EQ(comparison.tier, Tier::none);
     EXPECT_NE(comparison.reason.find("0.012 % of the components are free"), std::string::npos)
@@ -460,7 +442,7 @@ TEST(Certificate, DoesNotHoldForAWrongTieRule) {
                                         std::ranges::reverse(steps);
                                         level.steps = StepSet(steps);
                                       }});
-  for (const Comparison& comparison : run(make_scene(Texture::dyadic), faulty)) {
+  for (const Comparison& comparison : test::verified(make_scene(Texture::dyadic), faulty)) {
     EXPECT_EQ(comparison.verdict, Verdict::disagree);
     EXPECT_GT(comparison.uncertified, 0);
   }

@@ -8,7 +8,7 @@
 #include "harness/methods/method.hpp"
 #include "test/plain_scene.hpp"
 #include "test/program.hpp"
-#include "test/random_level.hpp"
+#include "test/textured_scene.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -35,19 +35,13 @@ using faults::TrialScene;
 constexpr Extent small{24, 19};
 
 Scene small_scene(test::Texture texture, Extent extent = small) {
-  auto problem = test::random_problem(extent, texture, 21);
-  Scene scene;
-  if (texture == test::Texture::dyadic) {
-    problem.level.steps = StepSet::parse("0,-1,-0.25,1,0.25");
-    scene.exact = true;
-  }
-  scene.name = texture == test::Texture::smooth ? "smooth" : scene.exact ? "dyadic" : "tie-rich";
-  scene.full = std::move(problem.level);
-  scene.start = std::move(problem.start);
-  scene.schedule.iterations = 6;
-  if (texture != test::Texture::smooth) {
-    scene.schedule.start_level = 0; // interpolation between levels would leave the grid
-  }
+  const bool smooth = texture == test::Texture::smooth;
+  const bool exact = texture == test::Texture::dyadic;
+  Scene scene = test::textured_scene(smooth  ? "smooth"
+                                     : exact ? "dyadic"
+                                             : "tie-rich",
+                                     extent, texture, 21, 6);
+  scene.exact = exact;
   return scene;
 }
 

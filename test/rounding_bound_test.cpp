@@ -8,7 +8,7 @@
 #include "harness/faults/faulty_backend.hpp"
 #include "kernels/gather.hpp"
 #include "reference/thesis_energy.hpp"
-#include "test/random_level.hpp"
+#include "test/textured_scene.hpp"
 
 #include <gtest/gtest.h>
 
@@ -81,16 +81,7 @@ TEST(RoundingBound, IsTheSameForBothComponentsOfATransposedProblem) {
 }
 
 Scene scene_of(Texture texture) {
-  auto problem = test::random_problem({80, 60}, texture, 8);
-  Scene scene;
-  scene.name = "arithmetic";
-  scene.full = std::move(problem.level);
-  scene.start = std::move(problem.start);
-  scene.schedule.iterations = 12;
-  if (texture == Texture::tie_rich) {
-    scene.schedule.start_level = 0; // interpolation between levels would leave the grid
-  }
-  return scene;
+  return test::textured_scene("arithmetic", {80, 60}, texture, 8, 12);
 }
 
 ArithmeticError measure(const Scene& scene, const Backend& backend) {

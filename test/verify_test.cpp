@@ -4,7 +4,7 @@
 
 #include "backends/registry.hpp"
 #include "harness/faults/faulty_backend.hpp"
-#include "test/random_level.hpp"
+#include "test/textured_scene.hpp"
 
 #include <gtest/gtest.h>
 
@@ -14,28 +14,13 @@ namespace {
 using faults::FaultyBackend;
 
 Scene make_scene(Extent extent, test::Texture texture) {
-  auto problem = test::random_problem(extent, texture, 21);
-  Scene scene;
-  scene.name = "planted";
-  scene.full = std::move(problem.level);
-  scene.start = std::move(problem.start);
-  scene.schedule.iterations = 6;
-  if (texture != test::Texture::smooth) {
-    scene.schedule.start_level = 0; // interpolation between levels would leave the grid
-  }
-  return scene;
-}
-
-std::vector<Comparison> run(const Scene& scene, const Backend& backend) {
-  const auto backends = make_backends();
-  const Backend* const followers[] = {&backend};
-  Progress silent(false);
-  return verify(scene, *backends.front(), followers, {}, silent);
+  return test::textured_scene("planted", extent, texture, 21, 6);
 }
 
 TEST(Verify, ASoundBackendAgrees) {
   const auto backends = make_backends();
-  for (const Comparison& comparison : run(make_scene({24, 19}, test::Texture::smooth), *backends.front())) {
+  for (const Comparison& comparison :
+       test::verified(make_scene({24, 19}, test::Texture::smooth), *backends.front())) {
     EXPECT_EQ(comparison.verdict, Verdict::agree);
     EXPECT_EQ(comparison.sites_differing, 0);
     EXPECT_EQ(comparison.levels, 6);
@@ -53,7 +38,8 @@ TEST(Verify, NegativeZeroEqualsZero) {
                                     value = value == 0.0F ? -0.0F : value;
                                   }
                                 }});
-  for (const Comparison& comparison : run(make_scene({24, 19}, test::Texture::tie_rich), negating)) {
+  for (const Comparison& comparison :
+       test::verified(make_scene({24, 19}, test::Texture::tie_rich), negating)) {
     EXPECT_EQ(comparison.verdict, Verdict::agree);
   }
 }
@@ -63,7 +49,7 @@ TEST(Verify, ASceneOnWhichNothingMovesIsMistrusted) {
   scene.full.confidence = VectorField(scene.extent());
   scene.start = VectorField(scene.extent());
   const auto backends = make_backends();
-  for (const Comparison& comparison : run(scene, *backends.front())) {
+  for (const Comparison& comparison : test::verified(scene, *backends.front())) {
     EXPECT_EQ(comparison.verdict, Verdict::mistrusted);
     EXPECT_FALSE(comparison.reason.empty());
   }
@@ -77,7 +63,7 @@ TEST(Verify, TheFirstDifferenceIsWhereItWasPlanted) {
                                                    }
                                                  }});
   const Scene scene = make_scene({24, 19}, test::Texture::smooth);
-  for (const Comparison& comparison : run(scene, faulty)) {
+  for (const Comparison& comparison : test::verified(scene, faulty)) {
     ASSERT_TRUE(comparison.first.has_value());
     EXPECT_EQ(comparison.first->level, 0);
     EXPECT_EQ(comparison.first->iteration, 1);
@@ -99,7 +85,7 @@ TEST(Verify, AnAbsentBackendIsSkippedWithItsReason) {
   private:
     std::unique_ptr<Session> do_open(std::size_t, const SessionOptions&) const override { return nullptr; }
   };
-  for (const Comparison& comparison : run(make_scene({8, 8}, test::Texture::smooth), Absent())) {
+  for (const Comparison& comparison : test::verified(make_scene({8, 8}, test::Texture::smooth), Absent())) {
     EXPECT_EQ(comparison.verdict, Verdict::skipped);
     EXPECT_EQ(comparison.reason, "the cat took it");
     EXPECT_EQ(comparison.sites_compared, 0);
@@ -113,7 +99,7 @@ TEST(Verify, StopRulesStopAllBackendsAtTheSameIteration) {
     scene.schedule.stop = stop;
     scene.schedule.epsilon = 1e-3;
     scene.schedule.iterations = 2000;
-    for (const Comparison& comparison : run(scene, *backends.front())) {
+    for (const Comparison& comparison : test::verified(scene, *backends.front())) {
       EXPECT_EQ(comparison.verdict, Verdict::agree);
       EXPECT_LT(comparison.iterations, 6 * 2000);
     }

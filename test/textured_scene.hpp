@@ -1,0 +1,39 @@
+#pragma once
+
+#include "backends/registry.hpp"
+#include "harness/agreement/verify.hpp"
+#include "test/random_level.hpp"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace hdmbench::test {
+
+/// A random problem as a scene; on one level where the texture lies on a grid, which interpolation between
+/// levels would leave.
+inline Scene textured_scene(const std::string& name, Extent extent, Texture texture, std::uint64_t seed,
+                            int iterations) {
+  auto problem = random_problem(extent, texture, seed);
+  Scene scene;
+  scene.name = name;
+  scene.full = std::move(problem.level);
+  scene.start = std::move(problem.start);
+  scene.schedule.iterations = iterations;
+  if (texture != Texture::smooth) {
+    scene.schedule.start_level = 0;
+  }
+  return scene;
+}
+
+/// One backend verified against scalar, resync and free.
+inline std::vector<Comparison> verified(const Scene& scene, const Backend& backend) {
+  const auto backends = make_backends();
+  const Backend* const followers[] = {&backend};
+  Progress silent(false);
+  VerifyOptions options;
+  options.session.threads = 1; // the fields are small
+  return verify(scene, *backends.front(), followers, options, silent);
+}
+
+} // namespace hdmbench::test
