@@ -286,7 +286,7 @@ std::string agreement_section(const Results& results, Anchors& anchors) {
     const std::vector<VerifyRow> rows = results.of(results.verify, machine);
     if (!rows.empty()) {
       html += machine_heading(results, machine, anchors) + tiers_html(results, machine, rows) +
-              matrix_html(results, machine, rows) + all_details_html(rows);
+              "<p>Scene by scene:</p>\n" + matrix_html(results, machine, rows) + all_details_html(rows);
     }
   }
   return html + "</section>\n";

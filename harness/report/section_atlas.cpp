@@ -101,7 +101,7 @@ std::string entry_html(const AtlasRow& row, Anchors& anchors) {
 std::string atlas_section(const Results& results, Anchors& anchors) {
   std::string html = "<section>\n" + heading(2, anchors.unique("failures"), "Where the methods fail");
   if (results.atlas.empty()) {
-    return html + no_data("an atlas of failures", "atlas") + "</section>\n";
+    return html + no_data("failures", "atlas") + "</section>\n";
   }
   html += "<p>Each family of scenes leads along one knob from where all is well to where it is not. What is "
           "warned of is what <code>run</code> would say of the same scene and field.</p>\n";

@@ -75,7 +75,7 @@ std::string table_html(const Rows& rows) {
     titles.push_back(fmt::format("{}<small>{}{}</small>", escape(scene.scene),
                                  size_text(scene.width, scene.height), scene.exact ? ", exact" : ""));
   }
-  std::vector<std::string_view> headings{"mistake", "planted on"};
+  std::vector<std::string_view> headings{"Mistake", "Planted on"};
   headings.insert(headings.end(), titles.begin(), titles.end());
   headings.emplace_back("");
   std::string html = table_start("faults", headings);
@@ -125,7 +125,7 @@ std::string summary_html(const Rows& mistakes, const Rows& controls) {
   const auto not_run = std::ranges::count_if(mistakes, [&](const FaultRow& row) { return !run(row); });
   if (not_run > 0) {
     html += fmt::format("<p class=\"note\">{} not run: there is no device for them.</p>\n",
-                        plural(not_run, "mistake"));
+                        plural(not_run, "Mistake"));
   }
   return html;
 }

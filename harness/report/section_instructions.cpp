@@ -29,9 +29,9 @@ std::string fit_html(const InstructionsRow& row) {
 
 /// One row per shader of gl-fragment.
 std::string sweeps_table(const Rows& rows, bool named) {
-  std::vector<std::string_view> headings{">candidates",  ">instructions",      ">of them texture",
-                                         ">temporaries", ">scalar operations", "fits"};
-  headings.insert(headings.begin(), named ? "method" : "step set");
+  std::vector<std::string_view> headings{">Candidates",  ">Instructions",      ">Of them texture",
+                                         ">Temporaries", ">Scalar operations", "Fits"};
+  headings.insert(headings.begin(), named ? "Method" : "Step set");
   std::string html = table_start("instructions", headings);
   for (const InstructionsRow& row : rows) {
     html += fmt::format("<tr><th scope=\"row\">{}</th><td class=\"number\">{}</td>", escape(row.shader),
