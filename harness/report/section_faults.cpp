@@ -125,7 +125,7 @@ std::string summary_html(const Rows& mistakes, const Rows& controls) {
   const auto not_run = std::ranges::count_if(mistakes, [&](const FaultRow& row) { return !run(row); });
   if (not_run > 0) {
     html += fmt::format("<p class=\"note\">{} not run: there is no device for them.</p>\n",
-                        plural(not_run, "Mistake"));
+                        plural(not_run, "mistake"));
   }
   return html;
 }
