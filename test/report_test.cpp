@@ -89,6 +89,20 @@ TEST_F(ReportPage, CertifiedIsSaidApart) {
       << box;
 }
 
+TEST_F(ReportPage, EveryMethodHasALineOfItsOwn) {
+  json checks = agreeing_rows();
+  for (std::size_t i = 0; i < 2; ++i) { // openmp's; as files without methods, and icm, are the same
+    json other = checks[i];
+    checks[i]["method"] = "icm";
+    other["method"] = "cascade";
+    checks.push_back(other);
+  }
+  const std::string page = render(document("verify", checks));
+  EXPECT_NE(page.find(", cascade</small>"), std::string::npos);
+  EXPECT_EQ(page.find(", icm</small>"), std::string::npos);
+  EXPECT_NE(page.find("not compared"), std::string::npos) << "gl-fragment by cascade";
+}
+
 TEST_F(ReportPage, TheTierOfABackendIsItsLowest) {
   json checks = agreeing_rows();
   checks[0].update({{"tier", "exact"}});

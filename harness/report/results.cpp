@@ -137,6 +137,7 @@ VerifyRow read_verify(const JsonReader& json) {
   row.height = json.count("height");
   row.backend = json.text("backend");
   row.device = json.text("device");
+  row.method = json.has("method") ? json.text("method") : "";
   row.mode = json.text("mode", {"resync", "free"});
   row.levels = json.count("levels");
   row.iterations = json.count("iterations");
@@ -257,7 +258,7 @@ bool replaces(const InstructionsRow&, const InstructionsRow&) {
   return true;
 }
 bool replaces(const VerifyRow& a, const VerifyRow& b) {
-  return same_place(a, b) && a.mode == b.mode;
+  return same_place(a, b) && a.mode == b.mode && a.method == b.method;
 }
 bool replaces(const BenchRow& a, const BenchRow& b) {
   return same_place(a, b) && a.method == b.method;

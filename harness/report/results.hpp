@@ -73,6 +73,7 @@ struct VerifyRow {
   std::int64_t height = 0;
   std::string backend;
   std::string device;
+  std::string method; ///< empty where the file does not tell
   std::string mode;
   std::int64_t levels = 0;
   std::int64_t iterations = 0;

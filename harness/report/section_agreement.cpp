@@ -14,12 +14,22 @@ struct Column {
   std::string device;
 };
 
-struct SceneSize {
+/// What was solved: a line of the matrix.
+struct Problem {
   std::string scene;
   std::int64_t width = 0;
   std::int64_t height = 0;
+  std::string method;
 
-  bool operator==(const SceneSize&) const = default;
+  explicit Problem(const VerifyRow& row)
+      : scene(row.scene), width(row.width), height(row.height), method(row.method) {}
+  bool operator==(const Problem&) const = default;
+
+  /// "300 x 300, cascade"; icm, which is what scenes say, goes without saying.
+  [[nodiscard]] std::string text() const {
+    const bool usual = method.empty() || method == "icm";
+    return size_text(width, height) + (usual ? "" : ", " + escape(method));
+  }
 };
 
 // A row that was skipped may have no device; it belongs to its backend's first column.
@@ -43,15 +53,15 @@ std::vector<Column> columns_of(const std::vector<VerifyRow>& rows) {
   return columns;
 }
 
-std::vector<SceneSize> scenes_of(const std::vector<VerifyRow>& rows) {
-  std::vector<SceneSize> scenes;
+std::vector<Problem> problems_of(const std::vector<VerifyRow>& rows) {
+  std::vector<Problem> problems;
   for (const VerifyRow& row : rows) {
-    const SceneSize scene{row.scene, row.width, row.height};
-    if (std::ranges::find(scenes, scene) == scenes.end()) {
-      scenes.push_back(scene);
+    const Problem problem(row);
+    if (std::ranges::find(problems, problem) == problems.end()) {
+      problems.push_back(problem);
     }
   }
-  return scenes;
+  return problems;
 }
 
 std::string css_class(Verdict verdict) {
@@ -131,15 +141,14 @@ std::string matrix_html(const Results& results, const std::string& machine,
                         device_html(results, machine, column.backend, column.device));
   }
   html += "</tr></thead>\n<tbody>\n";
-  for (const SceneSize& scene : scenes_of(rows)) {
-    html += fmt::format("<tr><th scope=\"row\">{}<small>{}</small></th>", escape(scene.scene),
-                        size_text(scene.width, scene.height));
+  for (const Problem& problem : problems_of(rows)) {
+    html +=
+        fmt::format("<tr><th scope=\"row\">{}<small>{}</small></th>", escape(problem.scene), problem.text());
     std::vector<bool> placed(rows.size(), false);
     for (const Column& column : columns) {
       std::vector<const VerifyRow*> cell;
       for (std::size_t i = 0; i < rows.size(); ++i) {
-        if (!placed[i] && SceneSize{rows[i].scene, rows[i].width, rows[i].height} == scene &&
-            belongs(rows[i], column)) {
+        if (!placed[i] && Problem(rows[i]) == problem && belongs(rows[i], column)) {
           cell.push_back(&rows[i]);
           placed[i] = true;
         }
@@ -234,7 +243,7 @@ std::string largest_difference_html(const VerifyRow& row) {
 std::string detail_row_html(const VerifyRow& row, bool with_device) {
   std::string html =
       fmt::format("<tr><th scope=\"row\">{}<small>{}</small></th><td class=\"name\">{}{}</td><td>{}</td>",
-                  escape(row.scene), size_text(row.width, row.height), escape(row.backend),
+                  escape(row.scene), Problem(row).text(), escape(row.backend),
                   with_device ? "<small>" + escape(row.device) + "</small>" : "", escape(row.mode));
   html += fmt::format("<td class=\"{}\">{}{}</td>", css_class(row.verdict), verdict_html(row),
                       row.reason.empty() ? "" : "<small class=\"reason\">" + escape(row.reason) + "</small>");

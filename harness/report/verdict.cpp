@@ -42,19 +42,26 @@ std::string backends_phrase(const Names& backends, bool some_are_missing) {
   return fmt::format("All {} backends{}", backends.size(), some_are_missing ? " that were compared" : "");
 }
 
-// One note per backend and reason.
+// One note per reason.
 void note_skipped(const Results& results, const std::vector<VerifyRow>& rows, std::size_t machines,
                   std::vector<std::string>& notes) {
-  std::map<std::pair<std::string, std::string>, std::int64_t> counts;
+  struct Skipped {
+    Names backends;
+    std::int64_t count = 0;
+  };
+  std::map<std::string, Skipped> by_reason;
   for (const VerifyRow& row : rows) {
     if (row.verdict == Verdict::skipped) {
       const std::string place = machines > 1 ? " on " + results.machine_of(row.context) : "";
-      ++counts[{row.backend + place, row.reason}];
+      Skipped& skipped = by_reason[row.reason];
+      skipped.backends.insert(row.backend + place);
+      ++skipped.count;
     }
   }
-  for (const auto& [key, count] : counts) {
-    notes.push_back(fmt::format("Skipped, so not checked: {}, {}{}", key.first, plural(count, "comparison"),
-                                key.second.empty() ? "." : fmt::format(" ({}).", key.second)));
+  for (const auto& [reason, skipped] : by_reason) {
+    notes.push_back(fmt::format("Skipped, so not checked: {}, {}{}", joined(skipped.backends, ", "),
+                                plural(skipped.count, "comparison"),
+                                reason.empty() ? "." : fmt::format(" ({}).", reason)));
   }
 }
 
