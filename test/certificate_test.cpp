@@ -3,12 +3,10 @@
 
 #include "harness/agreement/certificate.hpp"
 
-#include "backends/openmp/openmp.hpp"
 #include "backends/registry.hpp"
 #include "harness/agreement/bounded_energy.hpp"
 #include "harness/agreement/verify.hpp"
 #include "harness/faults/faulty_backend.hpp"
-#include "harness/methods/method.hpp"
 #include "test/textured_scene.hpp"
 
 #include <gtest/gtest.h>
@@ -19,24 +17,10 @@
 #include <numeric>
 #include <random>
 
-namespace hdmbench::openmp::contracted {
-/// row.cpp built with fused multiply-adds.
-std::int64_t sweep_row(const RowPart& part);
-} // namespace hdmbench::openmp::contracted
-
-namespace hdmbench::openmp::reordered {
-/// row.cpp built with sums in any order.
-std::int64_t sweep_row(const RowPart& part);
-} // namespace hdmbench::openmp::reordered
-
 namespace hdmbench {
 namespace {
 
 using test::Texture;
-
-bool has_fused_multiply_add() {
-  return __builtin_cpu_supports("fma") != 0 && __builtin_cpu_supports("avx2") != 0;
-}
 
 /// The x component's energy changes, one per candidate.
 std::vector<bounded::real> changes_at(const Level& level, const VectorField& field, int x, int y) {
@@ -309,98 +293,8 @@ TEST(Certificate, DoesNotHoldForTheOtherCandidateOfAnExactTie) {
   EXPECT_GT(ties, 20);
 }
 
-Scene make_scene(Texture texture, std::string_view method = "icm") {
-  Scene scene = test::textured_scene("certified", {72, 60}, texture, 11, 20);
-  use_method(scene, find_method(method), 20);
-  return scene;
-}
-
-struct FreeRow {
-  const char* name;
-  openmp::SweepRow sweep_row;
-
-  friend void PrintTo(const FreeRow& row, std::ostream* stream) { *stream << row.name; }
-};
-
-/// A backend whose compiler had a freedom that ours have not.
-class FreeBackend : public testing::TestWithParam<FreeRow> {
-protected:
-  void SetUp() override {
-    if (!has_fused_multiply_add()) {
-      GTEST_SKIP() << "this processor has no fused multiply-add";
-    }
-  }
-  std::unique_ptr<Backend> backend_ =
-      make_openmp_with(GetParam().name, GetParam().sweep_row, GetParam().name);
-};
-
-INSTANTIATE_TEST_SUITE_P(Compiled, FreeBackend,
-                         testing::Values(FreeRow{"contracted", openmp::contracted::sweep_row},
-                                         FreeRow{"reordered", openmp::reordered::sweep_row}),
-                         [](const auto& information) { return information.param.name; });
-
-TEST_P(FreeBackend, LandsInTheThirdTierWhereCandidatesNearlyTie) {
-  for (const Comparison& comparison : test::verified(make_scene(Texture::tie_rich), *backend_)) {
-    EXPECT_EQ(comparison.verdict, Verdict::certified) << name_of(comparison.mode);
-    EXPECT_EQ(comparison.tier, Tier::certified);
-    EXPECT_GT(comparison.certified_ties, 20);
-    EXPECT_EQ(comparison.certified_ties, comparison.sites_differing);
-    EXPECT_EQ(comparison.uncertified, 0);
-    EXPECT_LE(comparison.largest_gap_over_bound, 1.0);
-    EXPECT_GT(comparison.largest_gap_over_bound, 0.0);
-    EXPECT_EQ(comparison.counts_differing, 0);
-    ASSERT_TRUE(comparison.first.has_value());
-    EXPECT_TRUE(comparison.first->certificate.holds);
-    if (comparison.mode == Mode::free) {
-      EXPECT_GT(comparison.sites_drifted, 2 * comparison.sites_differing) << "drift is no difference";
-    }
-  }
-}
-
-TEST_P(FreeBackend, LandsInTheThirdTierWithEveryMethod) {
-  for (const Method& method : methods()) {
-    Scene scene = make_scene(Texture::smooth, method.name);
-    if (scene.schedule.cycle != Cycle::one_way || scene.schedule.update == Update::sequential ||
-        scene.schedule.rule == Rule::annealing) {
-      continue;
-    }
-    for (const Comparison& comparison : test::verified(scene, *backend_)) {
-      EXPECT_EQ(comparison.uncertified, 0) << method.name << ", " << name_of(comparison.mode);
-      EXPECT_EQ(comparison.counts_differing, 0) << method.name;
-      if (scene.schedule.rule == Rule::closed_form) {
-        EXPECT_EQ(comparison.verdict, Verdict::certified) << method.name;
-      }
-    }
-  }
-}
-
-TEST_P(FreeBackend, HasTheBitsOfScalarWhereAllIsExact) {
-  for (const Comparison& comparison : test::verified(make_scene(Texture::dyadic), *backend_)) {
-    EXPECT_EQ(comparison.verdict, Verdict::agree);
-    EXPECT_EQ(comparison.tier, Tier::bitwise);
-  }
-}
-
-TEST_P(FreeBackend, DisagreesOnASceneThatIsDeclaredExactAndIsNot) {
-  Scene scene = make_scene(Texture::tie_rich);
-  scene.exact = true;
-  for (const Comparison& comparison : test::verified(scene, *backend_)) {
-    EXPECT_EQ(comparison.verdict, Verdict::disagree);
-  }
-}
-
-TEST_P(FreeBackend, WithAnotherFaultOnTopDisagrees) {
-  // Late, so that certified differences come first.
-  const faults::FaultyBackend faulty(*backend_,
-                                     {.name = "one_site", .in_read = [reads = 0](VectorField& field) mutable {
-                                        field.x.back() += ++reads > 15 ? 0.1F : 0.0F;
-                                      }});
-  for (const Comparison& comparison : test::verified(make_scene(Texture::tie_rich), faulty)) {
-    EXPECT_EQ(comparison.verdict, Verdict::disagree);
-    EXPECT_GT(comparison.certified_ties, 0);
-    ASSERT_TRUE(comparison.first.has_value());
-    EXPECT_FALSE(comparison.first->certificate.holds) << "the first one without an explanation is shown";
-  }
+Scene make_scene(Texture texture) {
+  return test::textured_scene("certified", {72, 60}, texture, 11, 20);
 }
 
 TEST(Verify, MistrustsASceneThatIsDeclaredExactAndIsNot) {
