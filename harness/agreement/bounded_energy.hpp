@@ -37,10 +37,9 @@ public:
   real(float value)
       : exact_(static_cast<double>(value)), magnitude_(std::abs(exact_)), quantum_(lowest_bit(value)) {}
   /// A number that is known only to `error`.
-  real(float value, double error) : exact_(static_cast<double>(value)), term_error_(error) {
-    magnitude_ = std::abs(exact_) + error;
-    quantum_ = 0.0;
-  }
+  real(float value, double error)
+      : exact_(static_cast<double>(value)), magnitude_(std::abs(exact_) + error), term_error_(error),
+        quantum_(0.0) {}
 
   /// Without rounding.
   [[nodiscard]] double exact() const { return exact_; }
@@ -58,16 +57,8 @@ public:
     if (a.is_zero() || b.is_zero()) {
       return a.is_zero() ? b : a;
     }
-    if (a.additions_ > 0 && b.additions_ > 0) {
-      return a.result() + b.result();
-    }
-    real sum;
-    sum.exact_ = a.exact_ + b.exact_;
-    sum.term_error_ = a.term_error_ + b.term_error_;
-    sum.magnitude_ = a.magnitude_ + b.magnitude_;
-    sum.additions_ = a.additions_ + b.additions_ + 1;
-    sum.quantum_ = std::min(a.quantum_, b.quantum_);
-    return sum;
+    const bool two_chains = a.additions_ > 0 && b.additions_ > 0;
+    return two_chains ? chain(a.result(), b.result()) : chain(a, b);
   }
   friend real operator-(const real& a, const real& b) {
     const double quantum = std::min(a.exact_quantum(), b.exact_quantum());
@@ -111,6 +102,17 @@ private:
     int exponent = 0;
     const auto mantissa = static_cast<int>(std::frexp(std::abs(value), &exponent) * 0x1p24F);
     return std::ldexp(static_cast<double>(mantissa & -mantissa), exponent - 24);
+  }
+
+  /// One more addition in the chain that one of both is.
+  static real chain(const real& a, const real& b) {
+    real sum;
+    sum.exact_ = a.exact_ + b.exact_;
+    sum.term_error_ = a.term_error_ + b.term_error_;
+    sum.magnitude_ = a.magnitude_ + b.magnitude_;
+    sum.additions_ = a.additions_ + b.additions_ + 1;
+    sum.quantum_ = std::min(a.quantum_, b.quantum_);
+    return sum;
   }
 
   /// What one rounded operation makes of operands that are `inherited` off together.

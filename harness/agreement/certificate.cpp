@@ -130,23 +130,23 @@ Certificate certify(const Level& level, const VectorField& before, int number, i
   const int colours = sweeps_per_iteration(level.update);
   const std::size_t i = level.extent.index(x, y);
 
-  double largest = 0.0;
+  double share_x = 0.0;
+  double share_y = 0.0;
   if (found.x != expected.x) {
     const Component component{site.dx.centre,          prior.gradient_x,  prior.curvature_x,
                               site.target_x,           site.confidence_x, site.penalty * site.confidence_x,
                               site.inverse_curvature_x};
-    largest = energy::moves_x(colours, position, turn)
-                  ? judge(level, component, turn.strength, before.x[i], found.x)
-                  : never;
+    const bool moves = energy::moves_x(colours, position, turn);
+    share_x = moves ? judge(level, component, turn.strength, before.x[i], found.x) : never;
   }
   if (found.y != expected.y) {
     const Component component{site.dy.centre,          prior.gradient_y,  prior.curvature_y,
                               site.target_y,           site.confidence_y, site.penalty * site.confidence_y,
                               site.inverse_curvature_y};
-    largest = std::max(largest, energy::moves_y(colours, position, turn)
-                                    ? judge(level, component, turn.strength, before.y[i], found.y)
-                                    : never);
+    const bool moves = energy::moves_y(colours, position, turn);
+    share_y = moves ? judge(level, component, turn.strength, before.y[i], found.y) : never;
   }
+  const double largest = std::max(share_x, share_y);
   return {.holds = largest <= 1.0, .gap_over_bound = largest};
 }
 

@@ -83,8 +83,8 @@ bool disagrees(const std::optional<Seen>& seen) {
 std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names, std::optional<Extent> size) {
   std::vector<TrialScene> scenes;
   const auto add = [&](const std::string& name) {
-    Scene scene = load_small(name, size);
-    scenes.push_back({.label = scene.name, .scene = std::move(scene)});
+    scenes.push_back({.label = name, .scene = load_small(name, size)});
+    scenes.back().label = scenes.back().scene.name; // of a file
   };
   if (!names.empty()) {
     std::ranges::for_each(names, add);
