@@ -46,16 +46,23 @@ template <typename Call>
 auto Session::on_device(Call&& call) {
   try {
     return call();
+  } catch (const TooLarge& error) {
+    throw TooLarge(fmt::format("{}: {}", backend_, error.what()));
   } catch (const DeviceError& error) {
     throw DeviceError(fmt::format("{}: {}", backend_, error.what()));
   }
 }
 
-void Session::load(const Level& level) {
+void Session::require_supported(const Level& level) const {
   if (level.update == Update::sequential && !sequential_) {
     throw DeviceError(fmt::format("{} cannot update sequentially, only scalar can", backend_));
   }
+}
+
+void Session::load(const Level& level) {
+  require_supported(level);
   extent_.reset();
+  pyramid_.reset();
   on_device([&] { do_load(level); });
   extent_ = level.extent;
   written_ = false;
@@ -63,8 +70,57 @@ void Session::load(const Level& level) {
   sweeps_ = 0;
 }
 
+void Session::load(const Pyramid& pyramid) {
+  if (pyramid.full == nullptr || pyramid.levels.empty() ||
+      pyramid.levels.back().extent != pyramid.full->extent || needs_inverse_curvature(pyramid.full->rule)) {
+    throw std::logic_error("load: not a pyramid that ends with its full level, or one whose rule needs the "
+                           "curvature of every level");
+  }
+  require_supported(*pyramid.full);
+  extent_.reset();
+  written_ = false;
+  stepped_ = false;
+  pyramid_ = pyramid;
+  on_device([&] { do_load_pyramid(pyramid); });
+  extent_ = pyramid.full->extent;
+}
+
+void Session::solve(const Advance& advance) {
+  if (!pyramid_ || !extent_) {
+    throw std::logic_error("solve: called before load(pyramid)");
+  }
+  written_ = false; // where this fails
+  stepped_ = false;
+  on_device([&] { do_solve(advance ? advance : [](double) {}); });
+  written_ = true;
+  stepped_ = pyramid_->levels.back().sweeps > 0;
+}
+
+void Session::do_load_pyramid(const Pyramid& /*pyramid*/) {}
+
+void Session::do_solve(const Advance& advance) {
+  VectorField field(pyramid_->levels.front().extent);
+  for (const PyramidLevel& level : pyramid_->levels) {
+    if (field.extent != level.extent) {
+      field = prolongate(field, level.extent, pyramid_->alignment);
+    }
+    Level sampled = sample_level(*pyramid_->full, level.extent, pyramid_->alignment);
+    sampled.strengths = level.strengths;
+    do_load(sampled);
+    do_write(field);
+    if (level.sweeps > 0) {
+      do_step(0, level.sweeps);
+    }
+    do_read(field);
+    advance(static_cast<double>(level.extent.sites()) * level.sweeps);
+  }
+}
+
 void Session::write(const VectorField& displacement) {
   require_loaded("write");
+  if (pyramid_) {
+    throw std::logic_error("write: called after load(pyramid)");
+  }
   if (displacement.extent != *extent_ || displacement.x.size() != extent_->sites() ||
       displacement.y.size() != extent_->sites()) {
     throw std::logic_error(fmt::format("write: the field is {} x {}, the level {} x {}",
@@ -79,6 +135,9 @@ void Session::write(const VectorField& displacement) {
 
 void Session::step(int sweeps) {
   require_loaded("step");
+  if (pyramid_) {
+    throw std::logic_error("step: called after load(pyramid)");
+  }
   if (!written_ || sweeps < 0) {
     throw std::logic_error(written_ ? "step: a negative number of sweeps" : "step: called before write");
   }

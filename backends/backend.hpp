@@ -1,8 +1,11 @@
 #pragma once
 
 #include "kernels/level.hpp"
+#include "kernels/pyramid.hpp"
 
+#include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -18,6 +21,12 @@ public:
   using std::runtime_error::runtime_error;
 };
 
+/// The image is larger than the device's buffers or textures can be.
+class TooLarge : public DeviceError {
+public:
+  using DeviceError::DeviceError;
+};
+
 /// Something a backend can compute on.
 struct Device {
   std::string name;         ///< as the driver calls it
@@ -25,11 +34,21 @@ struct Device {
   bool is_software = false; ///< a CPU that pretends to be a GPU
 };
 
+/// Which sites a sweep visits. Field and counts of changes are the same to the bit.
+enum class Work {
+  dense,  ///< all of them: what the thesis timed
+  active, ///< tiles in which something can change; all of them where !changes_spread_by_contact(level)
+};
+
+/// What the command line and results call them, in the order of the enumerators.
+inline constexpr std::array<std::string_view, 2> work_names{"dense", "active"};
+
 /// Which device to open and how.
 struct SessionOptions {
   std::string device; ///< part of the device's name, or its number in Backend::devices(); empty: first
                       ///< hardware, else first
   int threads = 0;    ///< CPU threads, 0: all; ignored by GPU backends
+  Work work = Work::dense;
 };
 
 /// Computes on one level at a time. All calls block until the device is done, so a caller's clock around them
@@ -39,6 +58,9 @@ struct SessionOptions {
 /// device can.
 class Session {
 public:
+  /// Told the number of site updates done since it was told before.
+  using Advance = std::function<void(double site_updates)>;
+
   Session() = default;
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
@@ -46,13 +68,22 @@ public:
 
   /// Uploads what does not change during the sweeps and makes room for the field, whose content is then
   /// undefined. The level is assumed to be valid (kernels/level.hpp). Throws DeviceError if it exceeds the
-  /// device's limits or the update mode is not this backend's.
+  /// device's limits (TooLarge) or the update mode is not this backend's.
   void load(const Level& level);
   /// Uploads the displacement (extent of the level). changed() is 0 afterwards.
   void write(const VectorField& displacement);
   /// `sweeps` >= 0 sweeps over all sites (kernels/update.inc); sweeps_per_iteration(update) of them move
   /// every component once. They are numbered on from load(), which is what strengths and colours go by.
   void step(int sweeps);
+  /// Uploads what a whole pyramid needs, for solve(). pyramid.full must stay as it is until the next load();
+  /// the backend may read it in place. Throws as above.
+  void load(const Pyramid& pyramid);
+  /// All levels of the pyramid, from the null field; again and again with the same result. Then read() has
+  /// the field of the last level and changed() the count of its last sweep; step() and write() need a
+  /// load(level) first. `advance` is told site updates as they are done, whenever control is back on the host
+  /// anyway: once at the end where a device does everything in one submission. What it throws ends the work.
+  void solve(const Advance& advance = {});
+
   /// Downloads the displacement; resizes `displacement` to the level's extent.
   void read(VectorField& displacement);
   /// The number of sites whose displacement the last sweep changed in value (-0 equals 0), 0 before the
@@ -66,9 +97,14 @@ private:
   virtual void do_step(int first, int sweeps) = 0;
   virtual void do_read(VectorField& displacement) = 0;
   virtual std::int64_t do_changed() = 0;
+  /// These two as long as a backend has no better way: level by level through the calls above, sampled and
+  /// projected on the host.
+  virtual void do_load_pyramid(const Pyramid& pyramid);
+  virtual void do_solve(const Advance& advance);
 
   friend class Backend;
   void require_loaded(const char* call) const;
+  void require_supported(const Level& level) const;
   /// call(), whose DeviceErrors get the backend's name in front.
   template <typename Call>
   auto on_device(Call&& call);
@@ -76,6 +112,7 @@ private:
   std::string backend_;     ///< name of the backend that opened this session, for errors
   bool sequential_ = false; ///< whether that backend supports sequential updates
   std::optional<Extent> extent_;
+  std::optional<Pyramid> pyramid_; ///< where load(pyramid) was the last load
   bool written_ = false;
   bool stepped_ = false;
   int sweeps_ = 0; ///< since load()

@@ -100,6 +100,21 @@ int LevelSequence::iterations(int level) const {
   return static_cast<int>(std::min({std::round(grown), std::max<double>(most, schedule.iterations), 1e9}));
 }
 
+std::optional<Pyramid> LevelSequence::pyramid() const {
+  const Schedule& schedule = scene_.schedule;
+  if (schedule.stop != Stop::fixed || has_start_ || schedule.mean_modulus ||
+      needs_inverse_curvature(schedule.rule) || schedule.rule != scene_.full.rule) {
+    return std::nullopt;
+  }
+  Pyramid pyramid{.full = &scene_.full, .alignment = schedule.alignment};
+  for (const int level : order_) {
+    pyramid.levels.push_back({.extent = extent(level),
+                              .sweeps = iterations(level) * sweeps_per_iteration(schedule.update),
+                              .strengths = sweep_strengths(schedule, iterations(level), extent(level))});
+  }
+  return pyramid;
+}
+
 void LevelSequence::prepare(int level, Level& sampled) const {
   sampled.rule = scene_.schedule.rule;
   if (needs_inverse_curvature(sampled.rule)) {

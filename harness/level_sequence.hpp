@@ -21,6 +21,10 @@ public:
   /// How many the schedule gives a level, exact or at most (Stop).
   [[nodiscard]] int iterations(int level) const;
 
+  /// The whole sequence in one piece, where nothing on the way asks for the host: a fixed number of
+  /// iterations, a null start, nearest moduli, no curvatures. Valid as long as the scene.
+  [[nodiscard]] std::optional<Pyramid> pyramid() const;
+
   /// A level with all that its sweeps need; valid until the next call.
   [[nodiscard]] const Level& sample(int level);
   /// The same with relaxation 1 in every sweep, which cannot diverge; valid until the next call.

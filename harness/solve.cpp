@@ -67,6 +67,28 @@ private:
   Timings& timings_;
 };
 
+/// All levels in one call of the session.
+Solution solve_in_one_piece(const LevelSequence& levels, const Pyramid& pyramid, Session& session,
+                            Progress& progress) {
+  Solution solution;
+  {
+    const Stopwatch watch(solution.timings.upload);
+    session.load(pyramid);
+  }
+  {
+    const Stopwatch watch(solution.timings.compute);
+    const double sweeps = sweeps_per_iteration(pyramid.full->update);
+    session.solve([&](double site_updates) { progress.advance(site_updates / sweeps); });
+  }
+  const Stopwatch watch(solution.timings.readback);
+  session.read(solution.displacement);
+  for (const int level : levels.order()) {
+    solution.levels.push_back(
+        {.level = level, .extent = levels.extent(level), .iterations = levels.iterations(level)});
+  }
+  return solution;
+}
+
 } // namespace
 
 std::string method_name(const Schedule& schedule) {
@@ -77,6 +99,9 @@ std::string method_name(const Schedule& schedule) {
 
 Solution solve(const Scene& scene, Session& session, Progress& progress, const SolveOptions& options) {
   LevelSequence levels(scene);
+  if (const auto pyramid = levels.pyramid(); pyramid && !options.level_done && !options.last_changed) {
+    return solve_in_one_piece(levels, *pyramid, session, progress);
+  }
   Solution solution;
   LevelSolver solver(session, scene.schedule, solution.timings);
   for (const int index : levels.order()) {

@@ -14,10 +14,12 @@ namespace hdmbench {
 
 /// Seconds of wall clock spent in the parts of a solution.
 struct Timings {
-  double projection = 0.0; ///< on the host: sampling the levels, interpolating the displacement between them
-  double upload = 0.0;     ///< load and write
-  double compute = 0.0;    ///< step and changed
-  double readback = 0.0;   ///< read
+  /// On the host: sampling the levels, interpolating the displacement between them. 0 where the session does
+  /// that itself, as part of compute or, for what does not change, of upload.
+  double projection = 0.0;
+  double upload = 0.0;   ///< load and write
+  double compute = 0.0;  ///< step and changed, or solve
+  double readback = 0.0; ///< read
 
   [[nodiscard]] double total() const { return projection + upload + compute + readback; }
 };
@@ -50,8 +52,9 @@ struct SolveOptions {
   std::function<void(const LevelResult&, const VectorField&)> level_done{};
 };
 
-/// The scene's schedule on an open session. With Stop::fixed each level is one call of step, so that a device
-/// is never interrupted. Throws what Session throws.
+/// The scene's schedule on an open session: in one piece where LevelSequence::pyramid() has one and `options`
+/// want nothing on the way, else level by level. With Stop::fixed each level is one call of step, so that a
+/// device is never interrupted. Throws what Session throws.
 [[nodiscard]] Solution solve(const Scene& scene, Session& session, Progress& progress,
                              const SolveOptions& options = {});
 

@@ -2,9 +2,9 @@
 
 #include "kernels/energy_macros.hpp"
 
-/// energy.inc and update.inc in float as C++: Site, Displacement, improved_displacement(), site_energy(),
-/// swept_displacement(). All of it has internal linkage, so that translation units built for different
-/// instruction sets cannot be mixed up by the linker.
+/// energy.inc, update.inc and projection.inc in float as C++: Site, Displacement, improved_displacement(),
+/// site_energy(), swept_displacement(), projected(). All of it has internal linkage, so that translation
+/// units built for different instruction sets cannot be mixed up by the linker.
 namespace hdmbench::energy {
 
 using real = float;
@@ -20,6 +20,7 @@ HDM_FUNCTION real floor(real value) {
 }
 
 #include "kernels/energy.inc"
+#include "kernels/projection.inc"
 #include "kernels/update.inc"
 
 } // namespace hdmbench::energy

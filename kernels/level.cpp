@@ -123,6 +123,10 @@ bool needs_inverse_curvature(Rule rule) {
   return rule == Rule::closed_form || rule == Rule::correction;
 }
 
+bool changes_spread_by_contact(const Level& level) {
+  return level.rule == Rule::steps && level.update == Update::simultaneous;
+}
+
 void set_inverse_modulus(Level& level) {
   level.inverse_modulus = ScalarField(level.modulus.extent);
   std::ranges::transform(level.modulus.values, level.inverse_modulus.values.begin(),

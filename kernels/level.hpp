@@ -62,6 +62,11 @@ struct SweepState {
 /// Whether the rule reads inverse_curvature.
 [[nodiscard]] bool needs_inverse_curvature(Rule rule);
 
+/// Whether a site can only change in a sweep if it or one of its eight neighbours changed in the sweep
+/// before: what lets Work::active (backends/backend.hpp) leave out the rest. True for candidates with
+/// simultaneous updates; other rules differ from sweep to sweep.
+[[nodiscard]] bool changes_spread_by_contact(const Level& level);
+
 /// Fills inverse_modulus from modulus.
 void set_inverse_modulus(Level& level);
 

@@ -1,5 +1,6 @@
 #include "kernels/pyramid.hpp"
 
+#include "kernels/energy.hpp"
 #include "kernels/input_error.hpp"
 
 #include <fmt/format.h>
@@ -22,14 +23,6 @@ std::vector<int> axis_sizes(int n) {
   return sizes;
 }
 
-std::vector<int> sampled_indices(int coarse, int fine, Alignment alignment) {
-  std::vector<int> indices(static_cast<std::size_t>(coarse));
-  for (int i = 0; i < coarse; ++i) {
-    indices[static_cast<std::size_t>(i)] = sampled_index(i, coarse, fine, alignment);
-  }
-  return indices;
-}
-
 std::vector<float> prolongate_component(const std::vector<float>& coarse, Extent coarse_extent,
                                         const std::vector<Interpolation>& columns,
                                         const std::vector<Interpolation>& rows) {
@@ -39,7 +32,7 @@ std::vector<float> prolongate_component(const std::vector<float>& coarse, Extent
     for (const Interpolation& column : columns) {
       const float a = coarse[coarse_extent.index(column.first, y)];
       const float b = coarse[coarse_extent.index(column.second, y)];
-      wide.push_back(a + column.weight * (b - a));
+      wide.push_back(energy::interpolated(a, b, column.weight));
     }
   }
   const std::size_t width = columns.size();
@@ -49,7 +42,7 @@ std::vector<float> prolongate_component(const std::vector<float>& coarse, Extent
     const float* b = wide.data() + static_cast<std::size_t>(rows[y].second) * width;
     float* to = fine.data() + y * width;
     for (std::size_t x = 0; x < width; ++x) {
-      to[x] = a[x] + rows[y].weight * (b[x] - a[x]);
+      to[x] = energy::interpolated(a[x], b[x], rows[y].weight);
     }
   }
   return fine;
@@ -148,6 +141,14 @@ int sampled_index(int coarse_index, int coarse, int fine, Alignment alignment) {
     return static_cast<int>((2 * i + 1) * fine / (2LL * coarse));
   }
   return static_cast<int>((2 * i * (fine - 1) + (coarse - 1)) / (2LL * (coarse - 1)));
+}
+
+std::vector<int> sampled_indices(int coarse, int fine, Alignment alignment) {
+  std::vector<int> indices(static_cast<std::size_t>(coarse));
+  for (int i = 0; i < coarse; ++i) {
+    indices[static_cast<std::size_t>(i)] = sampled_index(i, coarse, fine, alignment);
+  }
+  return indices;
 }
 
 std::vector<Interpolation> interpolations(int coarse, int fine, Alignment alignment) {

@@ -26,6 +26,9 @@ enum class Material {
 /// integer arithmetic, halves round up; an axis of one site samples the middle.
 [[nodiscard]] int sampled_index(int coarse_index, int coarse, int fine, Alignment alignment);
 
+/// sampled_index() of every site of an axis.
+[[nodiscard]] std::vector<int> sampled_indices(int coarse, int fine, Alignment alignment);
+
 /// Target, confidence and moduli of `full` at the sampled sites, the moduli as `material` says; penalty,
 /// steps, update, rule, strengths and seed as they are. The inverse curvature is left empty: it belongs to
 /// the level's own neighbours.
@@ -42,11 +45,27 @@ struct Interpolation {
 /// How each of `fine` sites on an axis is interpolated from `coarse` ones.
 [[nodiscard]] std::vector<Interpolation> interpolations(int coarse, int fine, Alignment alignment);
 
-/// Bilinear interpolation of a displacement from the level above, first along x, then along y, each as
-/// a + t * (b - a) in float. Values are pixels of the full image on every level and are not rescaled.
+/// A displacement from the level above, as projection.inc has it.
 [[nodiscard]] VectorField prolongate(const VectorField& coarse, Extent fine, Alignment alignment);
 
 /// A displacement of the full image at the sites of `extent`, nearest neighbour: where a pyramid starts from.
 [[nodiscard]] VectorField sample_field(const VectorField& full, Extent extent, Alignment alignment);
+
+/// One level of a Pyramid.
+struct PyramidLevel {
+  Extent extent;
+  int sweeps = 0;                    ///< >= 0
+  std::vector<float> strengths = {}; ///< Level::strengths of these sweeps
+};
+
+/// A whole solution in one piece (thesis Alg. 3): what a device can compute without the host in between. Each
+/// level samples `full` (nearest modulus) and begins with the field of the one before, projected; the first
+/// one begins with the null field.
+struct Pyramid {
+  const Level* full = nullptr; ///< not owned; rule, update, steps, penalty and seed are those of all levels
+  Alignment alignment = Alignment::corner;
+  std::vector<PyramidLevel> levels =
+      {}; ///< in the order they are computed; the last has the extent of `full`
+};
 
 } // namespace hdmbench

@@ -146,7 +146,7 @@ private:
     // The number of groups along y; core OpenGL guarantees 65535 and has no query without an index.
     constexpr int largest_height = 65535;
     if (extent.sites() > static_cast<std::size_t>(texels) || extent.height > largest_height) {
-      throw DeviceError(
+      throw TooLarge(
           fmt::format("the image is {} x {}, this device's buffer textures end at {} sites and {} rows",
                       extent.width, extent.height, texels, largest_height));
     }

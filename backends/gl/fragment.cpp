@@ -47,8 +47,8 @@ public:
     GLint limit = 0;
     gl_.GetIntegerv(GL_MAX_RECTANGLE_TEXTURE_SIZE_ARB, &limit);
     if (level.extent.width > limit || level.extent.height > limit) {
-      throw DeviceError(fmt::format("the image is {} x {}, this device's rectangle textures end at {} x {}",
-                                    level.extent.width, level.extent.height, limit, limit));
+      throw TooLarge(fmt::format("the image is {} x {}, this device's rectangle textures end at {} x {}",
+                                 level.extent.width, level.extent.height, limit, limit));
     }
     extent_ = level.extent;
     interleave<4>({level.target.x.data(), level.target.y.data(), level.modulus.values.data(), nullptr},

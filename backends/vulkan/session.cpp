@@ -245,13 +245,13 @@ private:
     return found->second;
   }
 
-  /// Throws DeviceError where a limit of the device is exceeded.
+  /// Throws TooLarge where a limit of the device is exceeded.
   void require_fits(Extent extent, bool curvature) const {
     const auto require = [&](std::uint64_t needed, std::uint64_t limit, const char* what) {
       if (needed > limit) {
-        throw DeviceError(fmt::format("{}: {} x {} sites need {} {}, the device has {}",
-                                      describe(queue_.physical()).name, extent.width, extent.height, needed,
-                                      what, limit));
+        throw TooLarge(fmt::format("{}: {} x {} sites need {} {}, the device has {}",
+                                   describe(queue_.physical()).name, extent.width, extent.height, needed,
+                                   what, limit));
       }
     };
     const std::uint64_t sites = extent.sites();
