@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <utility>
 
 namespace hdmbench {
 
@@ -23,30 +24,8 @@ std::vector<int> axis_sizes(int n) {
   return sizes;
 }
 
-std::vector<float> prolongate_component(const std::vector<float>& coarse, Extent coarse_extent,
-                                        const std::vector<Interpolation>& columns,
-                                        const std::vector<Interpolation>& rows) {
-  std::vector<float> wide; // coarse rows, fine columns
-  wide.reserve(columns.size() * static_cast<std::size_t>(coarse_extent.height));
-  for (int y = 0; y < coarse_extent.height; ++y) {
-    for (const Interpolation& column : columns) {
-      const float a = coarse[coarse_extent.index(column.first, y)];
-      const float b = coarse[coarse_extent.index(column.second, y)];
-      wide.push_back(energy::interpolated(a, b, column.weight));
-    }
-  }
-  const std::size_t width = columns.size();
-  std::vector<float> fine(width * rows.size());
-  for (std::size_t y = 0; y < rows.size(); ++y) {
-    const float* a = wide.data() + static_cast<std::size_t>(rows[y].first) * width;
-    const float* b = wide.data() + static_cast<std::size_t>(rows[y].second) * width;
-    float* to = fine.data() + y * width;
-    for (std::size_t x = 0; x < width; ++x) {
-      to[x] = energy::interpolated(a[x], b[x], rows[y].weight);
-    }
-  }
-  return fine;
-}
+/// Below this many sites threads cost more than they bring.
+constexpr std::size_t sites_worth_threads = 1 << 17;
 
 /// Copies the sites that `extent` samples from a planar array of `full`.
 class Sampler {
@@ -56,10 +35,13 @@ public:
         rows_(sampled_indices(extent.height, full.height, alignment)) {}
 
   void operator()(const std::vector<float>& from, std::vector<float>& to) const {
-    auto next = to.begin();
-    for (const int y : rows_) {
-      for (const int x : columns_) {
-        *next++ = from[full_.index(x, y)];
+    const std::size_t width = columns_.size();
+#pragma omp parallel for if (to.size() > sites_worth_threads)
+    for (std::size_t y = 0; y < rows_.size(); ++y) {
+      const float* row = from.data() + full_.index(0, rows_[y]);
+      float* next = to.data() + y * width;
+      for (std::size_t x = 0; x < width; ++x) {
+        next[x] = row[columns_[x]];
       }
     }
   }
@@ -195,13 +177,63 @@ Level sample_level(const Level& full, Extent extent, Alignment alignment, Materi
   return level;
 }
 
+Projection::Projection(Extent coarse, Extent fine, Alignment alignment)
+    : coarse_(coarse), rows_(interpolations(coarse.height, fine.height, alignment)) {
+  for (const Interpolation& column : interpolations(coarse.width, fine.width, alignment)) {
+    west_.push_back(column.first);
+    east_.push_back(column.second);
+    weight_.push_back(column.weight);
+  }
+}
+
+void Projection::widen(const float* coarse_row, std::vector<float>& to) const {
+  to.resize(weight_.size());
+  const int* west = west_.data();
+  const int* east = east_.data();
+  const float* weight = weight_.data();
+  float* wide = to.data();
+#pragma omp simd
+  for (std::size_t x = 0; x < weight_.size(); ++x) {
+    wide[x] = energy::interpolated(coarse_row[west[x]], coarse_row[east[x]], weight[x]);
+  }
+}
+
+void Projection::row(const float* coarse, int y, CoarseRows& rows, float* to) const {
+  const Interpolation between = rows_[static_cast<std::size_t>(y)];
+  if (rows.first != between.first && rows.second == between.first) {
+    std::swap(rows.upper, rows.lower);
+    std::swap(rows.first, rows.second);
+  }
+  if (rows.first != between.first) {
+    widen(coarse + coarse_.index(0, between.first), rows.upper);
+    rows.first = between.first;
+  }
+  if (rows.second != between.second) {
+    widen(coarse + coarse_.index(0, between.second), rows.lower);
+    rows.second = between.second;
+  }
+  const float* upper = rows.upper.data();
+  const float* lower = rows.lower.data();
+#pragma omp simd
+  for (std::size_t x = 0; x < weight_.size(); ++x) {
+    to[x] = energy::interpolated(upper[x], lower[x], between.weight);
+  }
+}
+
 VectorField prolongate(const VectorField& coarse, Extent fine, Alignment alignment) {
-  const auto columns = interpolations(coarse.extent.width, fine.width, alignment);
-  const auto rows = interpolations(coarse.extent.height, fine.height, alignment);
-  VectorField result;
-  result.extent = fine;
-  result.x = prolongate_component(coarse.x, coarse.extent, columns, rows);
-  result.y = prolongate_component(coarse.y, coarse.extent, columns, rows);
+  const Projection projection(coarse.extent, fine, alignment);
+  VectorField result(fine);
+#pragma omp parallel if (fine.sites() > sites_worth_threads)
+  {
+    Projection::CoarseRows x;
+    Projection::CoarseRows y;
+#pragma omp for schedule(static)
+    for (int row = 0; row < fine.height; ++row) {
+      const std::size_t first = fine.index(0, row);
+      projection.row(coarse.x.data(), row, x, result.x.data() + first);
+      projection.row(coarse.y.data(), row, y, result.y.data() + first);
+    }
+  }
   return result;
 }
 

@@ -2,6 +2,8 @@
 
 #include "kernels/level.hpp"
 
+#include <vector>
+
 namespace hdmbench {
 
 /// Which fine site a coarse one stands for.
@@ -45,7 +47,34 @@ struct Interpolation {
 /// How each of `fine` sites on an axis is interpolated from `coarse` ones.
 [[nodiscard]] std::vector<Interpolation> interpolations(int coarse, int fine, Alignment alignment);
 
-/// A displacement from the level above, as projection.inc has it.
+/// One component's way to a finer level, row by row, as projection.inc has it.
+class Projection {
+public:
+  Projection(Extent coarse, Extent fine, Alignment alignment);
+
+  /// The two coarse rows that the last fine row lay between, at all fine columns. Fine rows in rising order
+  /// share them; one for each component and thread.
+  struct CoarseRows {
+    std::vector<float> upper;
+    std::vector<float> lower;
+    int first = -1; ///< coarse row of `upper`
+    int second = -1;
+  };
+
+  /// Row y of the fine level. `coarse` has all rows of the coarse one, `to` room for one.
+  void row(const float* coarse, int y, CoarseRows& rows, float* to) const;
+
+private:
+  void widen(const float* coarse_row, std::vector<float>& to) const;
+
+  Extent coarse_;
+  std::vector<int> west_; ///< per fine column
+  std::vector<int> east_;
+  std::vector<float> weight_; ///< of east
+  std::vector<Interpolation> rows_;
+};
+
+/// A displacement from the level above.
 [[nodiscard]] VectorField prolongate(const VectorField& coarse, Extent fine, Alignment alignment);
 
 /// A displacement of the full image at the sites of `extent`, nearest neighbour: where a pyramid starts from.

@@ -1,5 +1,6 @@
 #include "kernels/step_set.hpp"
 
+#include "kernels/default_steps.hpp"
 #include "kernels/input_error.hpp"
 
 #include <fmt/format.h>
@@ -13,7 +14,6 @@ namespace hdmbench {
 
 namespace {
 
-constexpr std::array<float, 5> default_steps{0.0F, -1.0F, -0.1F, 1.0F, 0.1F};
 constexpr std::array<float, 4> thesis_steps{-1.0F, -0.1F, 1.0F, 0.1F};
 constexpr std::array<float, 7> fine_steps{0.0F, -1.0F, -0.1F, -0.01F, 1.0F, 0.1F, 0.01F};
 

@@ -3,8 +3,6 @@
 #include "backends/openmp/row.hpp"
 #include "kernels/field.hpp"
 
-#include <vector>
-
 namespace hdmbench::openmp {
 
 /// Where the values of an image lie in memory. With stride 1 as everywhere. With stride 2 a row's even
@@ -24,15 +22,33 @@ struct Layout {
   /// The column of site i of a phase.
   [[nodiscard]] int column(int i, int phase) const { return i * stride + phase; }
 
-  /// `values`, one per site in reading order, into this layout; resizes `to`.
-  void arrange(const std::vector<float>& values, std::vector<float>& to, int threads) const;
-  /// Back again; `to` has the size of `values`.
-  void restore(const std::vector<float>& values, std::vector<float>& to, int threads) const;
+  /// `values`, one per site in reading order, into this layout.
+  void arrange(const float* values, float* to, int threads) const;
+  /// Back again.
+  void restore(const float* values, float* to, int threads) const;
 
-  /// Pointers into `values` for sites first ... last - 1 of a phase of row y, indexed by site. A column at
-  /// the border must be a part by itself.
-  [[nodiscard]] NeighbourPointers neighbours(const std::vector<float>& values, int y, int phase, int first,
-                                             int last) const;
+  /// For sites of a phase of row y, in the first or last column of the image or in neither.
+  [[nodiscard]] NeighbourOffsets neighbours(int y, int phase, bool west_outside, bool east_outside) const {
+    const auto offset = [&](int dx, int dy) -> std::ptrdiff_t {
+      if ((dx < 0 && west_outside) || (dx > 0 && east_outside) || y + dy < 0 || y + dy >= extent.height) {
+        return 0;
+      }
+      // The column beside site 0, in whole strides (rounded down) and the phase that is left: shifts, because
+      // a division here would cost as much as the sites of a short row.
+      const int beside = phase + dx;
+      const int strides = beside >> (stride - 1);
+      return static_cast<std::ptrdiff_t>(start(y + dy, beside & (stride - 1))) + strides -
+             static_cast<std::ptrdiff_t>(start(y, phase));
+    };
+    return {.north_west = offset(-1, -1),
+            .north = offset(0, -1),
+            .north_east = offset(1, -1),
+            .west = offset(-1, 0),
+            .east = offset(1, 0),
+            .south_west = offset(-1, 1),
+            .south = offset(0, 1),
+            .south_east = offset(1, 1)};
+  }
 };
 
 } // namespace hdmbench::openmp

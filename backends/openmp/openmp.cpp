@@ -1,8 +1,9 @@
 #include "backends/openmp/openmp.hpp"
 
 #include "backends/cpu_device.hpp"
-#include "backends/openmp/layout.hpp"
-#include "kernels/energy.hpp"
+#include "backends/openmp/active.hpp"
+#include "backends/openmp/dense.hpp"
+#include "backends/openmp/level_data.hpp"
 
 #include <fmt/format.h>
 #include <omp.h>
@@ -14,8 +15,13 @@ namespace hdmbench {
 
 namespace {
 
+using openmp::ActiveTiles;
+using openmp::Field;
+using openmp::FieldProjection;
+using openmp::Fields;
 using openmp::Layout;
-using openmp::RowPart;
+using openmp::LevelData;
+using openmp::Sweeper;
 using openmp::SweepRow;
 
 struct InstructionSet {
@@ -43,254 +49,177 @@ int thread_count(int requested) {
 /// Below this many sites a second thread costs more than it brings.
 constexpr std::size_t sites_worth_a_thread = 4096;
 
-/// Sites first ... last - 1 of a row's phase, with or without an observation.
-struct Run {
-  int first;
-  int last;
-  bool observed;
-};
+/// Sampled levels that take more are not kept for the next solution: bytes.
+constexpr std::size_t sampled_worth_keeping = std::size_t{1} << 26;
 
-/// A phase of row y as few runs: the columns at the border by themselves, because they have neighbours
-/// outside; between them blocks of sites that are called unobserved only if nobody in them is observed.
-/// `confidence` is arranged.
-std::vector<Run> find_runs(const Layout& layout, const VectorField& confidence, int y, int phase) {
-  constexpr int block = 64;
-  const std::size_t start = layout.start(y, phase);
-  const auto is_observed = [&](int first, int last) {
-    bool observed = false;
-    for (std::size_t i = start + static_cast<std::size_t>(first); i < start + static_cast<std::size_t>(last);
-         ++i) {
-      observed |= confidence.x[i] != 0.0F || confidence.y[i] != 0.0F;
-    }
-    return observed;
-  };
-  const int count = layout.count(phase);
-  const int begin = layout.column(0, phase) == 0 ? 1 : 0;
-  const int end = layout.column(count - 1, phase) == layout.extent.width - 1 ? count - 1 : count;
-  std::vector<Run> runs;
-  if (begin > 0) {
-    runs.push_back({0, begin, true});
-  }
-  for (int first = begin; first < end; first += block) {
-    const int last = std::min(first + block, end);
-    const bool observed = is_observed(first, last);
-    if (first > begin && runs.back().observed == observed) {
-      runs.back().last = last;
-    } else {
-      runs.push_back({first, last, observed});
-    }
-  }
-  if (end < count && count > begin) {
-    runs.push_back({end, count, true});
-  }
-  return runs;
-}
+/// Site updates between two reports of progress: about 0.2 s on two cores.
+constexpr double updates_per_report = 4e8;
 
-/// Rows first ... last - 1, one thread's share.
-struct Band {
-  int first;
-  int last;
-};
-
-Band band_of(int thread, int threads, int rows) {
-  const auto begin = [&](int index) {
-    return static_cast<int>(static_cast<long long>(rows) * index / threads);
-  };
-  return {begin(thread), begin(thread + 1)};
-}
-
-/// Threads share the rows, SIMD lanes the sites of a row. Up to `most_fused` sweeps pass through a band
-/// together, each one row behind the one before, so that a row is still in the cache when the next sweep
-/// wants it: a large image is read from memory once for all of them.
-///
-/// Simultaneous updates need two buffers, and two are enough. Sweep t overwrites row y of sweep t - 2 after
-/// sweep t - 1 has done row y + 1, the last one to read it. Coloured ones work in place on one buffer,
-/// because what moves does not see what else moves in that sweep. Where two bands meet neither thread has its
-/// neighbour's rows, so there sweep t keeps t rows away from the seam; when all bands are done the gap is
-/// filled, sweep by sweep, from rows in which nobody has overwritten what is read.
+/// How the sites are shared: dense.cpp, and active.cpp for Work::active.
 class OpenMpSession final : public Session {
 public:
-  OpenMpSession(int threads, SweepRow kernel) : threads_(threads), kernel_(kernel) {}
+  OpenMpSession(int threads, SweepRow kernel, Work work) : threads_(threads), kernel_(kernel), work_(work) {}
 
 private:
   void do_load(const Level& level) override {
-    level_ = without_fields(level);
-    colours_ = sweeps_per_iteration(level.update);
-    layout_ = {.extent = level.extent, .stride = colours_ == 1 ? 1 : 2};
-    const int threads = useful_threads();
-    const auto arrange = [&](const VectorField& from, VectorField& to) {
-      layout_.arrange(from.x, to.x, threads);
-      layout_.arrange(from.y, to.y, threads);
-    };
-    layout_.arrange(level.modulus.values, level_.modulus.values, threads);
-    layout_.arrange(level.inverse_modulus.values, level_.inverse_modulus.values, threads);
-    arrange(level.target, level_.target);
-    arrange(level.confidence, level_.confidence);
-    if (needs_inverse_curvature(level.rule)) {
-      arrange(level.inverse_curvature, level_.inverse_curvature);
-    }
-    runs_.resize(static_cast<std::size_t>(level.extent.height * layout_.stride));
-#pragma omp parallel for num_threads(threads)
-    for (int y = 0; y < level.extent.height; ++y) {
-      for (int phase = 0; phase < layout_.stride; ++phase) {
-        runs_[runs_index(y, phase)] = find_runs(layout_, level_.confidence, y, phase);
-      }
-    }
-    fields_[0] = VectorField(level.extent);
-    fields_[1] = colours_ == 1 ? VectorField(level.extent) : VectorField();
-    newest_ = 0;
+    settings_ = without_fields(level);
+    full_.copy(level, useful_threads(level.extent));
+    newest_fields_ = 0;
+    make_room(level.extent);
   }
 
   void do_write(const VectorField& displacement) override {
-    layout_.arrange(displacement.x, fields_[newest_].x, useful_threads());
-    layout_.arrange(displacement.y, fields_[newest_].y, useful_threads());
+    const int threads = useful_threads(settings_.extent);
+    Field& newest = fields().buffers[fields().newest];
+    full_.layout().arrange(displacement.x.data(), newest.x.data(), threads);
+    full_.layout().arrange(displacement.y.data(), newest.y.data(), threads);
+    wake_all(full_);
   }
   void do_read(VectorField& displacement) override {
-    layout_.restore(fields_[newest_].x, displacement.x, useful_threads());
-    layout_.restore(fields_[newest_].y, displacement.y, useful_threads());
+    const int threads = useful_threads(settings_.extent);
+    const Field& newest = fields().buffers[fields().newest];
+    full_.layout().restore(newest.x.data(), displacement.x.data(), threads);
+    full_.layout().restore(newest.y.data(), displacement.y.data(), threads);
   }
-  std::int64_t do_changed() override {
-    return changed_;
-  }
+  std::int64_t do_changed() override { return changed_; }
 
   void do_step(int first, int sweeps) override {
-    first_ = first;
-    const int rows = level_.extent.height;
-    std::int64_t changed = 0;
-#pragma omp parallel num_threads(useful_threads()) reduction(+ : changed)
-    {
-      const int threads = omp_get_num_threads();
-      const Band band = band_of(omp_get_thread_num(), threads, rows);
-      // Two seams must not meet in the middle of a band.
-      const int deepest = threads == 1 ? most_fused : std::clamp(rows / threads / 2, 1, most_fused);
-      for (int done = 0; done < sweeps;) {
-        const int depth = std::min(deepest, sweeps - done);
-        changed = sweep_band(band, done, depth);
-#pragma omp barrier
-        if (depth > 1) {
-          changed += fill_seam(band.first, done, depth);
-#pragma omp barrier
-        }
-        done += depth;
-      }
-    }
-    newest_ = buffer(sweeps);
-    changed_ = changed;
+    changed_ = sweep(Sweeper(kernel_, settings_, full_), first, sweeps, nullptr);
   }
 
-  /// Sweeps done ... done + depth - 1 of a band; the count of changes is that of the last one.
-  [[nodiscard]] std::int64_t sweep_band(Band band, int done, int depth) {
-    const int rows = level_.extent.height;
-    std::int64_t changed = 0;
-    for (int front = band.first; front < band.last + depth - 1; ++front) {
-      for (int t = 0; t < depth; ++t) {
-        const int y = front - t;
-        const int first = band.first == 0 ? 0 : band.first + t;
-        const int last = band.last == rows ? rows : band.last - t;
-        if (y >= first && y < last) {
-          const std::int64_t in_row = sweep_row(done + t, y);
-          changed += t == depth - 1 ? in_row : 0;
-        }
-      }
-    }
-    return changed;
+  void do_load_pyramid(const Pyramid& pyramid) override {
+    pyramid_ = pyramid;
+    settings_ = without_fields(*pyramid.full);
+    full_.borrow(*pyramid.full, useful_threads(pyramid.full->extent));
   }
 
-  /// What sweep_band left out above and below the seam over row `seam`; there is none over row 0.
-  [[nodiscard]] std::int64_t fill_seam(int seam, int done, int depth) {
-    std::int64_t changed = 0;
-    for (int t = 1; t < depth && seam > 0; ++t) {
-      for (int y = seam - t; y < seam + t; ++y) {
-        const std::int64_t in_row = sweep_row(done + t, y);
-        changed += t == depth - 1 ? in_row : 0;
+  void do_solve(const Advance& advance) override {
+    const std::size_t count = pyramid_.levels.size();
+    Extent before{};
+    for (std::size_t index = 0; index < count; ++index) {
+      const PyramidLevel& level = pyramid_.levels[index];
+      const bool last = index + 1 == count;
+      const int threads = useful_threads(level.extent);
+      settings_.extent = level.extent;
+      settings_.strengths = level.strengths;
+      if (last) {
+        sampled_.release_beyond(sampled_worth_keeping);
+      } else {
+        sampled_.sample(*pyramid_.full, full_, level.extent, pyramid_.alignment, threads);
       }
+      const Sweeper sweeper(kernel_, settings_, last ? full_ : sampled_);
+      // The finest level always has the same buffers, and the others do not grow to its size.
+      const Fields& coarse = fields();
+      newest_fields_ = (count - index - 1) % 2;
+      make_room(level.extent);
+      wake_all(sweeper.data());
+      if (index == 0) {
+        fill_with_null(threads);
+        sweep_level(sweeper, level, nullptr, advance);
+      } else {
+        const FieldProjection projection(coarse.buffers[coarse.newest], before, level.extent,
+                                         pyramid_.alignment);
+        sweep_level(sweeper, level, &projection, advance);
+      }
+      before = level.extent;
     }
-    return changed;
   }
 
-  [[nodiscard]] int useful_threads() const {
-    const std::size_t most = level_.extent.sites() / sites_worth_a_thread + 1;
+  void sweep_level(const Sweeper& sweeper, const PyramidLevel& level, const FieldProjection* projection,
+                   const Advance& advance) {
+    const double sites = static_cast<double>(level.extent.sites());
+    const int chunk = static_cast<int>(std::clamp(updates_per_report / sites, 8.0, 1e9));
+    if (projection != nullptr && (level.sweeps == 0 || sweeper.colours() != 1)) {
+      project(sweeper.data().layout(), *projection);
+      projection = nullptr;
+    }
+    for (int done = 0; done < level.sweeps;) {
+      const int sweeps = std::min(chunk, level.sweeps - done);
+      changed_ = sweep(sweeper, done, sweeps, done == 0 ? projection : nullptr);
+      done += sweeps;
+      advance(sites * sweeps);
+    }
+    if (sweeper.colours() != 1 && sweeper.data().layout().extent != pyramid_.full->extent) {
+      restore(sweeper.data().layout());
+    }
+  }
+
+  std::int64_t sweep(const Sweeper& sweeper, int first, int sweeps, const FieldProjection* projection) {
+    return is_active() ? active_.sweep(sweeper, fields(), first, sweeps, projection)
+                       : sweep_densely(sweeper, fields(), first, sweeps, useful_threads(settings_.extent),
+                                       projection);
+  }
+
+  /// With stride 2 projections go through fields in reading order: the other buffer, of which coloured
+  /// sweeps have no need.
+  void project(const Layout& layout, const FieldProjection& projection) {
+    const int threads = useful_threads(layout.extent);
+    Fields& own = fields();
+    if (layout.stride == 1) {
+      projection.all_rows(own.buffers[own.newest], threads);
+      return;
+    }
+    projection.all_rows(own.buffers[1], threads);
+    layout.arrange(own.buffers[1].x.data(), own.buffers[0].x.data(), threads);
+    layout.arrange(own.buffers[1].y.data(), own.buffers[0].y.data(), threads);
+    own.newest = 0;
+  }
+  void restore(const Layout& layout) {
+    const int threads = useful_threads(layout.extent);
+    Fields& own = fields();
+    layout.restore(own.buffers[0].x.data(), own.buffers[1].x.data(), threads);
+    layout.restore(own.buffers[0].y.data(), own.buffers[1].y.data(), threads);
+    own.newest = 1;
+  }
+
+  void fill_with_null(int threads) {
+    Field& field = fields().buffers[fields().newest];
+    const Extent extent = settings_.extent;
+#pragma omp parallel for num_threads(threads) schedule(static)
+    for (int y = 0; y < extent.height; ++y) {
+      std::fill_n(field.x.data() + extent.index(0, y), extent.width, 0.0F);
+      std::fill_n(field.y.data() + extent.index(0, y), extent.width, 0.0F);
+    }
+  }
+
+  /// For the field of a level; the second buffer of coloured updates is touched by projections only.
+  void make_room(Extent extent) {
+    for (Field& buffer : fields().buffers) {
+      buffer.require(extent.sites());
+    }
+    fields().newest = 0;
+  }
+
+  [[nodiscard]] bool is_active() const {
+    return work_ == Work::active && changes_spread_by_contact(settings_);
+  }
+  void wake_all(const LevelData& data) {
+    if (is_active()) {
+      active_.wake_all(data.tiling(), useful_threads(data.layout().extent));
+    }
+  }
+
+  [[nodiscard]] Fields& fields() {
+    return fields_[newest_fields_];
+  }
+
+  /// Each has some rows of its own: dense.cpp wants that.
+  [[nodiscard]] int useful_threads(Extent extent) const {
+    const std::size_t most = std::min(extent.sites() / sites_worth_a_thread + 1,
+                                      std::max<std::size_t>(static_cast<std::size_t>(extent.height) / 4, 1));
     return static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(threads_), most));
   }
 
-  /// Where the field is after so many sweeps of a step.
-  [[nodiscard]] std::size_t buffer(int sweeps) const {
-    return colours_ == 1 ? (newest_ + static_cast<std::size_t>(sweeps)) % 2 : 0;
-  }
-
-  /// `sweep` counts from the newest field.
-  [[nodiscard]] std::int64_t sweep_row(int sweep, int y) {
-    const VectorField& from = fields_[buffer(sweep)];
-    VectorField& to = fields_[buffer(sweep + 1)];
-    const SweepState state = sweep_state(level_, first_ + sweep);
-    const energy::Sweep turn{state.colour, state.strength, state.number, state.seed};
-    std::int64_t changed = 0;
-    for (int phase = 0; phase < layout_.stride; ++phase) {
-      const energy::Position at{static_cast<float>(phase), static_cast<float>(y)};
-      const bool moves_x = energy::moves_x(colours_, at, turn);
-      const bool moves_y = energy::moves_y(colours_, at, turn);
-      if (moves_x || moves_y) {
-        for (const Run& run : runs_[runs_index(y, phase)]) {
-          RowPart part = row_part(from, to, y, phase, run);
-          part.strength = state.strength;
-          part.number = state.number;
-          part.seed = state.seed;
-          part.moves_x = moves_x;
-          part.moves_y = moves_y;
-          changed += kernel_(part);
-        }
-      }
-    }
-    return changed;
-  }
-
-  /// All but what changes from sweep to sweep.
-  [[nodiscard]] RowPart row_part(const VectorField& from, VectorField& to, int y, int phase,
-                                 const Run& run) const {
-    const std::size_t row = layout_.start(y, phase);
-    const auto neighbours = [&](const std::vector<float>& values) {
-      return layout_.neighbours(values, y, phase, run.first, run.last);
-    };
-    const bool curvature = needs_inverse_curvature(level_.rule);
-    return {.dx = neighbours(from.x),
-            .dy = neighbours(from.y),
-            .inverse_modulus = neighbours(level_.inverse_modulus.values),
-            .modulus = level_.modulus.values.data() + row,
-            .target_x = level_.target.x.data() + row,
-            .target_y = level_.target.y.data() + row,
-            .confidence_x = level_.confidence.x.data() + row,
-            .confidence_y = level_.confidence.y.data() + row,
-            .inverse_curvature_x = curvature ? level_.inverse_curvature.x.data() + row : nullptr,
-            .inverse_curvature_y = curvature ? level_.inverse_curvature.y.data() + row : nullptr,
-            .penalty = level_.penalty,
-            .steps = level_.steps.padded().data(),
-            .step_count = level_.steps.count(),
-            .row = y,
-            .column = layout_.column(0, phase),
-            .stride = layout_.stride,
-            .next_x = to.x.data() + row,
-            .next_y = to.y.data() + row,
-            .first = run.first,
-            .last = run.last,
-            .rule = static_cast<int>(level_.rule),
-            .observed = run.observed};
-  }
-
-  [[nodiscard]] std::size_t runs_index(int y, int phase) const {
-    return static_cast<std::size_t>(y * layout_.stride + phase);
-  }
-
-  static constexpr int most_fused = 8;
-
   int threads_;
   SweepRow kernel_;
-  Level level_; ///< its arrays as layout_ has them
-  int colours_ = 1;
-  Layout layout_;
-  std::vector<std::vector<Run>> runs_; ///< per row and phase
-  std::array<VectorField, 2> fields_;  ///< as layout_ has them; coloured updates use the first
-  std::size_t newest_ = 0;             ///< index of the field after the last sweep
-  int first_ = 0;                      ///< number since load() of the first sweep of this step
+  Work work_;
+  Level settings_;
+  Pyramid pyramid_;
+  LevelData full_;               ///< of load(level), or of a pyramid's last level
+  LevelData sampled_;            ///< of a pyramid's other ones, in turn
+  std::array<Fields, 2> fields_; ///< of a level and of the one before
+  std::size_t newest_fields_ = 0;
+  ActiveTiles active_;
   std::int64_t changed_ = 0;
 };
 
@@ -307,7 +236,8 @@ public:
 
 private:
   std::unique_ptr<Session> do_open(std::size_t /*index*/, const SessionOptions& options) const override {
-    return std::make_unique<OpenMpSession>(thread_count(options.threads), instruction_set_.sweep_row);
+    return std::make_unique<OpenMpSession>(thread_count(options.threads), instruction_set_.sweep_row,
+                                           options.work);
   }
 
   std::string_view name_;

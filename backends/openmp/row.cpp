@@ -3,6 +3,7 @@
 
 #include "backends/openmp/row.hpp"
 
+#include "kernels/default_steps.hpp"
 #include "kernels/energy_macros.hpp"
 
 #ifndef HDMBENCH_MOST_CANDIDATES
@@ -36,34 +37,55 @@ struct Kind {
   bool observed;
   bool moves_x;
   bool moves_y;
+  bool inside = false;
+  bool uniform = false;
 };
 
-HDM_FUNCTION Neighbours fetch(const NeighbourPointers& from, int i) {
-  return {from.north_west[i], from.north[i],      from.north_east[i], from.west[i],      from.centre[i],
-          from.east[i],       from.south_west[i], from.south[i],      from.south_east[i]};
+/// More than that many sites are one vector of no instruction set.
+constexpr int most_lanes = 16;
+
+HDM_FUNCTION Neighbours fetch(const real* from, const NeighbourOffsets& at, std::ptrdiff_t i) {
+  return {from[i + at.north_west],
+          from[i + at.north],
+          from[i + at.north_east],
+          from[i + at.west],
+          from[i],
+          from[i + at.east],
+          from[i + at.south_west],
+          from[i + at.south],
+          from[i + at.south_east]};
 }
 
 /// x does not see its own column nor y its own row: those may move in the same sweep.
-HDM_FUNCTION Neighbours fetch_seen_by_x(const NeighbourPointers& from, int i) {
-  return {from.north_west[i], real(0), from.north_east[i], from.west[i], from.centre[i], from.east[i],
-          from.south_west[i], real(0), from.south_east[i]};
+HDM_FUNCTION Neighbours fetch_seen_by_x(const real* from, const NeighbourOffsets& at, std::ptrdiff_t i) {
+  return {from[i + at.north_west], real(0), from[i + at.north_east],
+          from[i + at.west],       from[i], from[i + at.east],
+          from[i + at.south_west], real(0), from[i + at.south_east]};
 }
-HDM_FUNCTION Neighbours fetch_seen_by_y(const NeighbourPointers& from, int i) {
-  return {from.north_west[i], from.north[i], from.north_east[i], real(0), from.centre[i], real(0),
-          from.south_west[i], from.south[i], from.south_east[i]};
+HDM_FUNCTION Neighbours fetch_seen_by_y(const real* from, const NeighbourOffsets& at, std::ptrdiff_t i) {
+  return {from[i + at.north_west], from[i + at.north], from[i + at.north_east], real(0), from[i], real(0),
+          from[i + at.south_west], from[i + at.south], from[i + at.south_east]};
+}
+
+/// One modulus all around: what depends on moduli alone is then the same for all sites, and the compiler
+/// takes it out of the loop.
+HDM_FUNCTION Neighbours everywhere(real value) {
+  return {value, value, value, value, value, value, value, value, value};
 }
 
 /// What the site reads. An observation that is not there leaves no trace: x + 0 * y = x for the finite
 /// numbers that all inputs are, so the compiler (-ffinite-math-only) drops the term, with the same bits. A
 /// correction's target is no observation.
 template <Kind kind>
-HDM_FUNCTION Site fetch_site(const RowPart& part, int i) {
+HDM_FUNCTION Site fetch_site(const RowPart& part, std::ptrdiff_t i) {
   constexpr bool has_target = kind.observed || kind.rule == rule_correction;
   constexpr bool has_curvature = kind.rule == rule_closed_form || kind.rule == rule_correction;
-  return {kind.moves_x ? fetch_seen_by_x(part.dx, i) : Neighbours{},
-          kind.moves_y ? fetch_seen_by_y(part.dy, i) : Neighbours{},
-          fetch(part.inverse_modulus, i),
-          part.modulus[i],
+  // Offsets of -1 and 1 that the compiler knows: one pointer per row of neighbours, not one per neighbour.
+  const NeighbourOffsets at = kind.inside ? inside_offsets(part.pitch) : part.neighbours;
+  return {kind.moves_x ? fetch_seen_by_x(part.dx, at, i) : Neighbours{},
+          kind.moves_y ? fetch_seen_by_y(part.dy, at, i) : Neighbours{},
+          kind.uniform ? everywhere(part.uniform_inverse_modulus) : fetch(part.inverse_modulus, at, i),
+          kind.uniform ? part.uniform_modulus : part.modulus[i],
           has_target ? part.target_x[i] : real(0),
           has_target ? part.target_y[i] : real(0),
           kind.observed ? part.confidence_x[i] : real(0),
@@ -76,9 +98,11 @@ HDM_FUNCTION Site fetch_site(const RowPart& part, int i) {
 // A function of its own: locals declared inside an `omp simd` loop would become arrays in memory, one element
 // per lane, and the loop would not vectorise.
 template <Kind kind>
-HDM_FUNCTION int sweep_site(const RowPart& part, const real* steps, int i) {
+HDM_FUNCTION int sweep_site(const RowPart& part, const real* steps, int row, int in_row) {
+  const std::ptrdiff_t i = row * part.pitch + in_row;
   const Site site = fetch_site<kind>(part, i);
-  const Position at = {static_cast<real>(part.column + part.stride * i), static_cast<real>(part.row)};
+  const Position at = {static_cast<real>(part.column + part.stride * in_row),
+                       static_cast<real>(part.row + row)};
   const Sweep sweep = {real(0), part.strength, part.number, part.seed}; // the colour has chosen the part
   const Displacement next = moved_displacement(kind.rule, site, at, sweep, steps, kind.step_count);
   int changes = 0; // a sum: with | GCC 12 leaves the loop over annealed sites scalar
@@ -93,17 +117,46 @@ HDM_FUNCTION int sweep_site(const RowPart& part, const real* steps, int i) {
   return static_cast<int>(changes > 0);
 }
 
+/// Sites first ... last - 1 of a row, changes counted from `counted` on.
+template <Kind kind>
+HDM_FUNCTION int sweep_span(const RowPart& part, const real* steps, int row, int first, int last,
+                            int counted) {
+  int changed = 0;
+#pragma omp simd reduction(+ : changed)
+  for (int i = first; i < last; ++i) {
+    const int change = sweep_site<kind>(part, steps, row, i);
+    changed += i >= counted ? change : 0;
+  }
+  return changed;
+}
+
 template <Kind kind>
 std::int64_t sweep_sites(const RowPart& shared) {
   const RowPart part = shared;
-  real steps[16];
-  for (int i = 0; i < 16; ++i) {
-    steps[i] = part.steps[i];
+  real steps[16] = {};
+  if constexpr (kind.inside) {
+    for (int i = 0; i < default_step_count; ++i) {
+      steps[i] = default_steps[i]; // constants: the terms of steps 0, 1 and -1 fold
+    }
+  } else {
+    for (int i = 0; i < 16; ++i) {
+      steps[i] = part.steps[i];
+    }
   }
-  int changed = 0;
-#pragma omp simd reduction(+ : changed)
-  for (int i = part.first; i < part.last; ++i) {
-    changed += sweep_site<kind>(part, steps, i);
+  std::int64_t changed = 0;
+  for (int row = 0; row < part.rows; ++row) {
+    int whole = part.last;
+    if constexpr (kind.inside) {
+      // What is left of a row beyond whole vectors: one more vector, that computes some sites again. One by
+      // one they would cost as much as 10 vectors.
+      if (part.last - part.first >= most_lanes) {
+        whole -= (part.last - part.first) % most_lanes;
+      }
+      if (whole < part.last) {
+        changed += sweep_span<kind>(part, steps, row, part.last - most_lanes, part.last, whole);
+      }
+    }
+    changed += sweep_span<kind>(part, steps, row, part.first, whole, part.first);
   }
   return changed;
 }
@@ -142,9 +195,20 @@ std::int64_t sweep_rule(const RowPart& part) {
   }
 }
 
+template <bool observed, bool uniform>
+std::int64_t sweep_inside(const RowPart& part) {
+  return sweep_sites<Kind{rule_steps, default_step_count, observed, true, true, true, uniform}>(part);
+}
+
 } // namespace
 
 std::int64_t sweep_row(const RowPart& part) {
+  if (part.inside) {
+    if (part.uniform) {
+      return part.observed ? sweep_inside<true, true>(part) : sweep_inside<false, true>(part);
+    }
+    return part.observed ? sweep_inside<true, false>(part) : sweep_inside<false, false>(part);
+  }
   return part.observed ? sweep_rule<true>(part) : sweep_rule<false>(part);
 }
 

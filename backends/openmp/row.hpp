@@ -1,32 +1,38 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
-/// One row of a sweep, compiled once per instruction set (row.cpp). Plain pointers only: a template of the
+/// Rows of a sweep, compiled once per instruction set (row.cpp). Plain pointers only: a template of the
 /// standard library instantiated there could be picked by the linker for code that runs on any processor.
 namespace hdmbench::openmp {
 
-/// For site number i of a row, pointer[i] is the value of that neighbour. Where a neighbour is outside the
-/// image its pointer is `centre`: the border rule costs nothing in the loop.
-struct NeighbourPointers {
-  const float* north_west;
-  const float* north;
-  const float* north_east;
-  const float* west;
-  const float* centre;
-  const float* east;
-  const float* south_west;
-  const float* south;
-  const float* south_east;
+/// How many floats from a site its neighbours lie. Where a neighbour is outside the image it is 0, the site
+/// itself: the border rule costs nothing in the loop.
+struct NeighbourOffsets {
+  std::ptrdiff_t north_west;
+  std::ptrdiff_t north;
+  std::ptrdiff_t north_east;
+  std::ptrdiff_t west;
+  std::ptrdiff_t east;
+  std::ptrdiff_t south_west;
+  std::ptrdiff_t south;
+  std::ptrdiff_t south_east;
 };
 
-/// Sites first ... last - 1 of one row or of its columns of one parity (layout.hpp), all with the same kind
-/// of neighbours, all with an observation or all without. Their turn is the same: that of all x, all y, or
-/// both.
+/// The offsets of sites in reading order with neighbours all around.
+[[nodiscard]] constexpr NeighbourOffsets inside_offsets(std::ptrdiff_t pitch) {
+  return {-pitch - 1, -pitch, -pitch + 1, -1, 1, pitch - 1, pitch, pitch + 1};
+}
+
+/// Sites first ... last - 1 of one or more rows, or of their columns of one parity (layout.hpp), all with the
+/// same kind of neighbours, all with an observation or all without. Their turn is the same: that of all x,
+/// all y, or both. Pointers are to site 0 of the first row.
 struct RowPart {
-  NeighbourPointers dx;
-  NeighbourPointers dy;
-  NeighbourPointers inverse_modulus;
+  NeighbourOffsets neighbours;
+  const float* dx;
+  const float* dy;
+  const float* inverse_modulus;
   const float* modulus;
   const float* target_x;
   const float* target_y;
@@ -43,16 +49,25 @@ struct RowPart {
   int row;
   int column; ///< of site 0
   int stride; ///< columns from one site to the next
-  /// Written where it is the component's turn. May be dx.centre, dy.centre if what moves does not see what
-  /// moves; must not overlap anything else above.
+  /// Written where it is the component's turn. May be dx, dy if what moves does not see what moves and
+  /// `inside` is false; must not overlap anything else above.
   float* next_x;
   float* next_y;
   int first;
   int last;
-  int rule; ///< update.inc's number
+  int rows = 1;
+  std::ptrdiff_t pitch = 0; ///< floats from a row to the next
+  int rule;                 ///< update.inc's number
   bool moves_x = true;
   bool moves_y = true;
   bool observed; ///< false: both confidences are 0 all along the part; they are not read
+  /// The short path: Rule::steps with the default candidates, both components move, and the offsets are
+  /// inside_offsets(pitch).
+  bool inside = false;
+  /// Only with `inside`: all moduli that the part sees are this one; the arrays are not read.
+  bool uniform = false;
+  float uniform_modulus = 1;
+  float uniform_inverse_modulus = 1;
 };
 
 /// Returns the number of sites that changed.

@@ -1,0 +1,257 @@
+#include "backends/openmp/level_data.hpp"
+
+#include "kernels/default_steps.hpp"
+
+#include <algorithm>
+
+namespace hdmbench::openmp {
+
+namespace {
+
+bool all_equal(const float* values, std::ptrdiff_t count, float value) {
+  int differing = 0;
+#pragma omp simd reduction(| : differing)
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    differing |= static_cast<int>(values[i] != value);
+  }
+  return differing == 0;
+}
+
+/// Of tiles in some columns and rows of a pyramid's full level.
+struct TileRange {
+  int first;
+  int last;
+};
+
+/// The tiles, `size` sites long, that sites first - 1 ... last of a coarse axis sample.
+TileRange sampled_tiles(const std::vector<int>& sampled, int first, int last, int size) {
+  const int most = static_cast<int>(sampled.size()) - 1;
+  return {sampled[static_cast<std::size_t>(std::max(first - 1, 0))] / size,
+          sampled[static_cast<std::size_t>(std::min(last, most))] / size + 1};
+}
+
+} // namespace
+
+void LevelData::prepare(const Level& level, Extent extent) {
+  const int stride = sweeps_per_iteration(level.update) == 1 ? 1 : 2;
+  tiling_ = Tiling({.extent = extent, .stride = stride});
+  short_path_ = changes_spread_by_contact(level) && std::ranges::equal(level.steps.values(), default_steps);
+  kinds_.assign(static_cast<std::size_t>(tiling_.count()), TileKind{});
+  arrays_ = {};
+}
+
+LevelData::Arrays LevelData::arrays_of(const Level& level) {
+  const bool curvature = needs_inverse_curvature(level.rule);
+  return {level.modulus.values.data(),
+          level.inverse_modulus.values.data(),
+          level.target.x.data(),
+          level.target.y.data(),
+          level.confidence.x.data(),
+          level.confidence.y.data(),
+          curvature ? level.inverse_curvature.x.data() : nullptr,
+          curvature ? level.inverse_curvature.y.data() : nullptr};
+}
+
+TileKind LevelData::classified(const Arrays& arrays, Rectangle tile, int phase) const {
+  const Extent extent = layout().extent;
+  const std::size_t origin = layout().start(tile.first_row, phase) + static_cast<std::size_t>(tile.first);
+  TileKind kind{.observed = false, .uniform = short_path_};
+  if (tile.first >= tile.last) {
+    return kind; // of the shorter phase
+  }
+  kind.modulus = arrays[modulus][origin];
+  kind.inverse_modulus = arrays[inverse_modulus][origin];
+  for (int y = tile.first_row; y < tile.last_row && (!kind.observed || kind.uniform); ++y) {
+    const std::size_t row = layout().start(y, phase) + static_cast<std::size_t>(tile.first);
+    const int count = tile.last - tile.first;
+    kind.observed = kind.observed || !all_equal(arrays[confidence_x] + row, count, 0.0F) ||
+                    !all_equal(arrays[confidence_y] + row, count, 0.0F);
+    kind.uniform = kind.uniform && all_equal(arrays[modulus] + row, count, kind.modulus);
+  }
+  const int west = std::max(tile.first - 1, 0);
+  const int east = std::min(tile.last + 1, extent.width);
+  for (int y = std::max(tile.first_row - 1, 0);
+       y < std::min(tile.last_row + 1, extent.height) && kind.uniform; ++y) {
+    kind.uniform =
+        all_equal(arrays[inverse_modulus] + extent.index(west, y), east - west, kind.inverse_modulus);
+  }
+  if (!kind.uniform) {
+    kind.modulus = kind.inverse_modulus = 1.0F; // so that kinds compare equal
+  }
+  return kind;
+}
+
+void LevelData::classify(const Arrays& arrays, int threads) {
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (int row = 0; row < tiling_.rows; ++row) {
+    for (int phase = 0; phase < layout().stride; ++phase) {
+      for (int column = 0; column < tiling_.columns; ++column) {
+        kinds_[static_cast<std::size_t>(tiling_.index(row, phase, column))] =
+            classified(arrays, tiling_.rectangle(row, phase, column), phase);
+      }
+    }
+  }
+}
+
+bool LevelData::reads_modulus(int row, int column) const {
+  const bool border = row == 0 || column == 0 || row == tiling_.rows - 1 || column == tiling_.columns - 1;
+  return border || !kind(tiling_.index(row, 0, column)).uniform;
+}
+
+bool LevelData::rim_reads_modulus(int row, int column) const {
+  for (int y = std::max(row - 1, 0); y <= std::min(row + 1, tiling_.rows - 1); ++y) {
+    for (int x = std::max(column - 1, 0); x <= std::min(column + 1, tiling_.columns - 1); ++x) {
+      if (reads_modulus(y, x)) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+template <typename CopyArray>
+void LevelData::copy_needed(int threads, const CopyArray& copy_array) {
+  for (std::size_t i = 0; i < curvature_x; ++i) {
+    own_[i].require(layout().extent.sites());
+    arrays_[i] = own_[i].data();
+  }
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (int row = 0; row < tiling_.rows; ++row) {
+    for (int column = 0; column < tiling_.columns; ++column) {
+      const Rectangle tile = tiling_.rectangle(row, 0, column);
+      if (reads_modulus(row, column)) {
+        copy_array(modulus, tile);
+      }
+      if (rim_reads_modulus(row, column)) {
+        copy_array(inverse_modulus, tile);
+      }
+      if (!short_path_ || kind(tiling_.index(row, 0, column)).observed) {
+        for (const Array array : {target_x, target_y, confidence_x, confidence_y}) {
+          copy_array(array, tile);
+        }
+      }
+    }
+  }
+}
+
+void LevelData::join_runs(int threads) {
+  runs_.resize(static_cast<std::size_t>(tiling_.rows * layout().stride));
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (int row = 0; row < tiling_.rows; ++row) {
+    for (int phase = 0; phase < layout().stride; ++phase) {
+      runs_[static_cast<std::size_t>(row * layout().stride + phase)] = find_runs(tiling_, kinds_, row, phase);
+    }
+  }
+}
+
+void LevelData::borrow(const Level& level, int threads) {
+  prepare(level, level.extent);
+  if (layout().stride != 1) {
+    copy(level, threads);
+    return;
+  }
+  arrays_ = arrays_of(level);
+  classify(arrays_, threads);
+  join_runs(threads);
+}
+
+void LevelData::copy(const Level& level, int threads) {
+  prepare(level, level.extent);
+  const Arrays from = arrays_of(level);
+  if (short_path_) {
+    classify(from, threads);
+    copy_needed(threads, [&](Array array, Rectangle tile) {
+      for (int y = tile.first_row; y < tile.last_row; ++y) {
+        const std::size_t row = layout().extent.index(tile.first, y);
+        std::copy_n(from[array] + row, tile.last - tile.first, own_[array].data() + row);
+      }
+    });
+  } else {
+    for (std::size_t i = 0; i < array_count; ++i) {
+      if (from[i] != nullptr) {
+        own_[i].require(layout().extent.sites());
+        layout().arrange(from[i], own_[i].data(), threads);
+        arrays_[i] = own_[i].data();
+      }
+    }
+    classify(arrays_, threads);
+  }
+  join_runs(threads);
+}
+
+void LevelData::sample(const Level& level, const LevelData& full, Extent extent, Alignment alignment,
+                       int threads) {
+  prepare(level, extent);
+  const std::vector<int> columns = sampled_indices(extent.width, level.extent.width, alignment);
+  const std::vector<int> rows = sampled_indices(extent.height, level.extent.height, alignment);
+  const Arrays from = arrays_of(level);
+  if (layout().stride != 1) {
+    copy(sample_level(level, extent, alignment), threads);
+    return;
+  }
+  // A tile whose sites all sample tiles of one kind is of that kind, and nothing of it need be read.
+  std::vector<char> decided(kinds_.size(), 0);
+  if (short_path_) {
+#pragma omp parallel for num_threads(threads) schedule(static)
+    for (int row = 0; row < tiling_.rows; ++row) {
+      for (int column = 0; column < tiling_.columns; ++column) {
+        const Rectangle tile = tiling_.rectangle(row, 0, column);
+        const TileRange down = sampled_tiles(rows, tile.first_row, tile.last_row, Tiling::height);
+        const TileRange across = sampled_tiles(columns, tile.first, tile.last, Tiling::width);
+        const TileKind first = full.kind(full.tiling().index(down.first, 0, across.first));
+        bool same = !first.observed && first.uniform;
+        for (int y = down.first; y < down.last && same; ++y) {
+          for (int x = across.first; x < across.last && same; ++x) {
+            same = full.kind(full.tiling().index(y, 0, x)) == first;
+          }
+        }
+        const auto tile_index = static_cast<std::size_t>(tiling_.index(row, 0, column));
+        if (same) {
+          kinds_[tile_index] = first;
+          decided[tile_index] = 1;
+        }
+      }
+    }
+  }
+  copy_needed(threads, [&](Array array, Rectangle tile) {
+    for (int y = tile.first_row; y < tile.last_row; ++y) {
+      const float* source = from[array] + level.extent.index(0, rows[static_cast<std::size_t>(y)]);
+      float* to = own_[array].data() + extent.index(0, y);
+      for (int x = tile.first; x < tile.last; ++x) {
+        to[x] = source[columns[static_cast<std::size_t>(x)]];
+      }
+    }
+  });
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (int row = 0; row < tiling_.rows; ++row) {
+    for (int column = 0; column < tiling_.columns; ++column) {
+      const auto tile = static_cast<std::size_t>(tiling_.index(row, 0, column));
+      if (decided[tile] == 0) {
+        kinds_[tile] = classified(arrays_, tiling_.rectangle(row, 0, column), 0);
+      }
+    }
+  }
+  join_runs(threads);
+}
+
+void LevelData::release_beyond(std::size_t bytes) {
+  for (Buffer& buffer : own_) {
+    if (buffer.size() * sizeof(float) * array_count > bytes) {
+      buffer.release();
+    }
+  }
+}
+
+void LevelData::point(RowPart& part, std::size_t offset) const {
+  const auto at = [&](Array array) { return arrays_[array] == nullptr ? nullptr : arrays_[array] + offset; };
+  part.modulus = at(modulus);
+  part.inverse_modulus = at(inverse_modulus);
+  part.target_x = at(target_x);
+  part.target_y = at(target_y);
+  part.confidence_x = at(confidence_x);
+  part.confidence_y = at(confidence_y);
+  part.inverse_curvature_x = at(curvature_x);
+  part.inverse_curvature_y = at(curvature_y);
+}
+
+} // namespace hdmbench::openmp
