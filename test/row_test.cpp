@@ -8,6 +8,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace hdmbench::openmp {
 /// row.cpp built with fused multiply-adds: a planted fault.
 namespace contracted {
@@ -28,9 +30,17 @@ struct Turn {
   bool y = true;
 };
 
+/// Which way through the kernel a part takes.
+struct Path {
+  bool inside = false;
+  bool uniform = false;
+  bool observed = true;
+};
+
 /// One sweep over the interior by a row kernel and by update.inc as the scalar backend calls it: the number
 /// of sites that differ. The problem goes on from scalar's field.
-int sweep_and_compare(openmp::SweepRow kernel, test::Problem& problem, int number = 0, Turn turn = {}) {
+int sweep_and_compare(openmp::SweepRow kernel, test::Problem& problem, int number = 0, Turn turn = {},
+                      Path path = {}) {
   const Level& level = problem.level;
   const VectorField& from = problem.start;
   const Extent extent = level.extent;
@@ -40,40 +50,41 @@ int sweep_and_compare(openmp::SweepRow kernel, test::Problem& problem, int numbe
   VectorField expected = from;
   int differing = 0;
   for (int y = 1; y + 1 < extent.height; ++y) {
+    int changed = 0;
     const auto row = extent.index(0, y);
-    const auto neighbours = [&](const std::vector<float>& values) {
-      const float* c = values.data() + row;
-      const auto w = static_cast<std::ptrdiff_t>(extent.width);
-      return openmp::NeighbourPointers{c - w - 1, c - w,     c - w + 1, c - 1,    c,
-                                       c + 1,     c + w - 1, c + w,     c + w + 1};
-    };
-    kernel({.dx = neighbours(from.x),
-            .dy = neighbours(from.y),
-            .inverse_modulus = neighbours(level.inverse_modulus.values),
-            .modulus = level.modulus.values.data() + row,
-            .target_x = level.target.x.data() + row,
-            .target_y = level.target.y.data() + row,
-            .confidence_x = level.confidence.x.data() + row,
-            .confidence_y = level.confidence.y.data() + row,
-            .inverse_curvature_x = level.inverse_curvature.x.data() + row,
-            .inverse_curvature_y = level.inverse_curvature.y.data() + row,
-            .penalty = level.penalty,
-            .steps = level.steps.padded().data(),
-            .step_count = level.steps.count(),
-            .strength = state.strength,
-            .number = state.number,
-            .seed = state.seed,
-            .row = y,
-            .column = 0,
-            .stride = 1,
-            .next_x = next.x.data() + row,
-            .next_y = next.y.data() + row,
-            .first = 1,
-            .last = extent.width - 1,
-            .rule = static_cast<int>(level.rule),
-            .moves_x = turn.x,
-            .moves_y = turn.y,
-            .observed = true});
+    const std::int64_t counted = kernel({.neighbours = openmp::inside_offsets(extent.width),
+                                         .dx = from.x.data() + row,
+                                         .dy = from.y.data() + row,
+                                         .inverse_modulus = level.inverse_modulus.values.data() + row,
+                                         .modulus = level.modulus.values.data() + row,
+                                         .target_x = level.target.x.data() + row,
+                                         .target_y = level.target.y.data() + row,
+                                         .confidence_x = level.confidence.x.data() + row,
+                                         .confidence_y = level.confidence.y.data() + row,
+                                         .inverse_curvature_x = level.inverse_curvature.x.data() + row,
+                                         .inverse_curvature_y = level.inverse_curvature.y.data() + row,
+                                         .penalty = level.penalty,
+                                         .steps = level.steps.padded().data(),
+                                         .step_count = level.steps.count(),
+                                         .strength = state.strength,
+                                         .number = state.number,
+                                         .seed = state.seed,
+                                         .row = y,
+                                         .column = 0,
+                                         .stride = 1,
+                                         .next_x = next.x.data() + row,
+                                         .next_y = next.y.data() + row,
+                                         .first = 1,
+                                         .last = extent.width - 1,
+                                         .pitch = extent.width,
+                                         .rule = static_cast<int>(level.rule),
+                                         .moves_x = turn.x,
+                                         .moves_y = turn.y,
+                                         .observed = path.observed,
+                                         .inside = path.inside,
+                                         .uniform = path.uniform,
+                                         .uniform_modulus = level.modulus.values.front(),
+                                         .uniform_inverse_modulus = level.inverse_modulus.values.front()});
     for (int x = 1; x + 1 < extent.width; ++x) {
       const auto i = extent.index(x, y);
       const energy::Displacement moved =
@@ -83,9 +94,32 @@ int sweep_and_compare(openmp::SweepRow kernel, test::Problem& problem, int numbe
       expected.x[i] = turn.x ? moved.x : from.x[i];
       expected.y[i] = turn.y ? moved.y : from.y[i];
       differing += (next.x[i] != expected.x[i] || next.y[i] != expected.y[i]) ? 1 : 0;
+      changed += (next.x[i] != from.x[i] || next.y[i] != from.y[i]) ? 1 : 0;
     }
+    differing += counted == changed ? 0 : 1;
   }
   problem.start = expected;
+  return differing;
+}
+
+/// Rows of every length up to some vectors, so that there is every remainder.
+int differing_on_short_path(openmp::SweepRow kernel, Path path) {
+  int differing = 0;
+  for (int width = 3; width < 80; ++width) {
+    auto problem = test::random_problem({width, 6}, test::Texture::smooth, static_cast<std::uint64_t>(width));
+    if (path.uniform) {
+      const float modulus = problem.level.modulus.values.front(); // m * (1 / m) is not always 1
+      std::ranges::fill(problem.level.modulus.values, modulus);
+      set_inverse_modulus(problem.level);
+    }
+    if (!path.observed) {
+      std::ranges::fill(problem.level.confidence.x, 0.0F);
+      std::ranges::fill(problem.level.confidence.y, 0.0F);
+    }
+    for (int sweep = 0; sweep < 5; ++sweep) {
+      differing += sweep_and_compare(kernel, problem, sweep, {}, path);
+    }
+  }
   return differing;
 }
 
@@ -106,6 +140,12 @@ int differing_sites(openmp::SweepRow kernel) {
       for (int sweep = 0; sweep < 6; ++sweep) {
         differing += sweep_and_compare(kernel, problem, sweep, turn);
       }
+    }
+  }
+  for (const bool uniform : {false, true}) {
+    for (const bool observed : {false, true}) {
+      differing +=
+          differing_on_short_path(kernel, {.inside = true, .uniform = uniform, .observed = observed});
     }
   }
   return differing;
