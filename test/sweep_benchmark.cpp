@@ -1,50 +1,104 @@
-// All sites visited once, per backend, rule, update and size: `sweep_benchmark
+// All sites visited once, per backend, rule, update and size, and whole solutions: `sweep_benchmark
 // --benchmark_filter=openmp/closed`.
 
 #include "backends/registry.hpp"
+#include "harness/level_sequence.hpp"
 #include "harness/scene.hpp"
+#include "harness/solve.hpp"
+#include "test/random_level.hpp"
 
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <string_view>
+#include <utility>
 
 namespace {
 
 using namespace hdmbench;
 
+/// What is in the level.
+enum class Content {
+  square,  ///< the scene: most tiles uniform and unobserved
+  general, ///< a different modulus and an observation at every site: no short path
+  uniform  ///< one modulus, no observation
+};
+
 struct Kind {
   std::string_view name;
   Rule rule;
   Update update;
+  Content content = Content::square;
 };
 
 constexpr std::array kinds{Kind{"steps", Rule::steps, Update::simultaneous},
+                           Kind{"steps-general", Rule::steps, Update::simultaneous, Content::general},
+                           Kind{"steps-uniform", Rule::steps, Update::simultaneous, Content::uniform},
                            Kind{"steps-coloured", Rule::steps, Update::coloured},
                            Kind{"closed-form", Rule::closed_form, Update::simultaneous},
                            Kind{"closed-form-coloured", Rule::closed_form, Update::coloured},
                            Kind{"correction-coloured", Rule::correction, Update::coloured},
                            Kind{"annealing-four-coloured", Rule::annealing, Update::four_coloured}};
 
+test::Problem problem_of(const Kind& kind, int size) {
+  if (kind.content == Content::square) {
+    Scene scene = load_scene("square", {.size = Extent{size, size}});
+    return {std::move(scene.full), std::move(scene.start)};
+  }
+  test::Problem problem = test::random_problem({size, size}, test::Texture::smooth, 6);
+  if (kind.content == Content::uniform) {
+    std::ranges::fill(problem.level.modulus.values, 20.0F);
+    std::ranges::fill(problem.level.confidence.x, 0.0F);
+    std::ranges::fill(problem.level.confidence.y, 0.0F);
+  } else {
+    std::ranges::fill(problem.level.confidence.x, 0.5F);
+    std::ranges::fill(problem.level.confidence.y, 0.5F);
+  }
+  set_inverse_modulus(problem.level);
+  return problem;
+}
+
 void iterate(benchmark::State& state, const Backend& backend, const Kind& kind, int size) {
-  Scene scene = load_scene("square", {.size = Extent{size, size}});
-  scene.full.rule = kind.rule;
-  scene.full.update = kind.update;
-  scene.full.strengths = {1.0F};
-  set_inverse_curvature(scene.full);
+  auto [level, start_field] = problem_of(kind, size);
+  level.rule = kind.rule;
+  level.update = kind.update;
+  level.strengths = {1.0F};
+  set_inverse_curvature(level);
   const int sweeps = sweeps_per_iteration(kind.update);
   const auto session = backend.open({});
-  session->load(scene.full);
-  session->write(scene.start);
+  session->load(level);
+  session->write(start_field);
   session->step(2 * sweeps); // compiles
   for (auto _ : state) {
     const auto start = std::chrono::steady_clock::now();
     session->step(sweeps);
     state.SetIterationTime(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
-  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(scene.extent().sites()));
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(level.extent.sites()));
+}
+
+/// The square from load to read, 50 sweeps a level; items are site updates, skipped ones included.
+void solve_square(benchmark::State& state, const Backend& backend, Work work, int size) {
+  const Scene scene = load_scene("square", {.size = Extent{size, size}});
+  const LevelSequence levels(scene);
+  const auto pyramid = levels.pyramid();
+  const auto session = backend.open({.work = work});
+  VectorField field;
+  const auto solution = [&] {
+    session->load(pyramid.value());
+    session->solve();
+    session->read(field);
+  };
+  solution(); // compiles
+  for (auto _ : state) {
+    const auto start = std::chrono::steady_clock::now();
+    solution();
+    state.SetIterationTime(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(site_updates(scene)));
 }
 
 } // namespace
@@ -63,6 +117,16 @@ int main(int argc, char** argv) {
         benchmark::RegisterBenchmark(
             fmt::format("{}/{}/{}", backend->name(), kind.name, size).c_str(),
             [&backend, &kind, size](benchmark::State& state) { iterate(state, *backend, kind, size); })
+            ->UseManualTime()
+            ->Unit(benchmark::kMillisecond);
+      }
+    }
+    for (const Work work : {Work::dense, Work::active}) {
+      for (const int size : {300, 600, 1200}) {
+        benchmark::RegisterBenchmark(
+            fmt::format("{}/solve-{}/{}", backend->name(), work_names[static_cast<std::size_t>(work)], size)
+                .c_str(),
+            [&backend, work, size](benchmark::State& state) { solve_square(state, *backend, work, size); })
             ->UseManualTime()
             ->Unit(benchmark::kMillisecond);
       }
