@@ -90,6 +90,12 @@ public:
   /// first. Costs the caller no download of the field.
   [[nodiscard]] std::int64_t changed();
 
+protected:
+  /// These two as long as a backend has no better way: level by level through the calls above, sampled and
+  /// projected on the host.
+  virtual void do_load_pyramid(const Pyramid& pyramid);
+  virtual void do_solve(const Advance& advance);
+
 private:
   virtual void do_load(const Level& level) = 0;
   virtual void do_write(const VectorField& displacement) = 0;
@@ -97,11 +103,6 @@ private:
   virtual void do_step(int first, int sweeps) = 0;
   virtual void do_read(VectorField& displacement) = 0;
   virtual std::int64_t do_changed() = 0;
-  /// These two as long as a backend has no better way: level by level through the calls above, sampled and
-  /// projected on the host.
-  virtual void do_load_pyramid(const Pyramid& pyramid);
-  virtual void do_solve(const Advance& advance);
-
   friend class Backend;
   void require_loaded(const char* call) const;
   void require_supported(const Level& level) const;

@@ -6,12 +6,16 @@
 //   observation_at(p)      vec3: target x, target y, modulus (thesis Tab. 6.2)
 //   confidence_at(p)       vec4: cx, cy, and where the rule needs them 1 / curvature of x and y
 
+#ifdef INTERIOR // nothing that is gathered for is at the border: no neighbour is outside
+#define neighbour(centre, offset, size) ((centre) + (offset))
+#else
 // Which site stands for the neighbour at `offset`: itself, or the centre where it is outside (thesis 6.2.6).
 POSITION neighbour(POSITION centre, POSITION offset, POSITION size) {
   POSITION site = centre + offset;
   bool inside = all(greaterThanEqual(site, POSITION(0))) && all(lessThan(site, size));
   return inside ? site : centre;
 }
+#endif
 
 Site gather(POSITION at, POSITION size, real penalty) {
   POSITION north_west = neighbour(at, POSITION(-1, -1), size);

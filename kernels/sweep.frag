@@ -19,10 +19,26 @@ const int rule = RULE;             // this and the next two are supplied after #
 const int colours = COLOURS;
 const int step_count = STEP_COUNT;
 
+// Tiles of the image (backends/gl/tiles.hpp) of which more is known are drawn with a constant defined for it, and fetch
+// less: INTERIOR (gather.glsl), HOMOGENEOUS (all ratios of moduli are 1), UNOBSERVED (all confidences are 0).
 vec2 displacement_at(vec2 p) { return texture2DRect(image, p).rg; }
+#ifdef HOMOGENEOUS
+float inverse_modulus_at(vec2 p) { return 1.0; }
+#else
 float inverse_modulus_at(vec2 p) { return texture2DRect(image, p).b; }
+#endif
+#if defined(HOMOGENEOUS) && defined(UNOBSERVED)
+vec3 observation_at(vec2 p) { return vec3(0.0, 0.0, 1.0); }
+#elif defined(HOMOGENEOUS)
+vec3 observation_at(vec2 p) { return vec3(texture2DRect(observation, p).rg, 1.0); }
+#else
 vec3 observation_at(vec2 p) { return texture2DRect(observation, p).rgb; }
+#endif
+#ifdef UNOBSERVED
+vec4 confidence_at(vec2 p) { return vec4(0.0); }
+#else
 vec4 confidence_at(vec2 p) { return texture2DRect(confidence, p); }
+#endif
 
 #include "energy.inc"
 #include "update.inc"
@@ -32,5 +48,8 @@ void main() {
   Displacement next = swept_displacement(rule, colours, gather(gl_FragCoord.xy, dimension, penalty),
                                          Position(floor(gl_FragCoord.x), floor(gl_FragCoord.y)),
                                          Sweep(turn.x, turn.y, turn.z, turn.w), steps, step_count);
-  gl_FragColor = vec4(next.x, next.y, inverse_modulus_at(gl_FragCoord.xy), 0.0);
+  gl_FragColor = vec4(next.x, next.y, texture2DRect(image, gl_FragCoord.xy).b, 0.0);
+#ifdef ACTIVE // a: whether the site changed, for cells.frag
+  gl_FragColor.a = gl_FragColor.rg == displacement_at(gl_FragCoord.xy) ? 0.0 : 1.0;
+#endif
 }

@@ -126,6 +126,7 @@ struct Api {
   HDMBENCH_GL(GetString);
   HDMBENCH_GL(GetUniformLocation);
   HDMBENCH_GL(LinkProgram);
+  HDMBENCH_GL(PointSize);
   HDMBENCH_GL(ReadPixels);
   HDMBENCH_GL(ShaderSource);
   HDMBENCH_GL(TexImage2D);

@@ -5,17 +5,23 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <type_traits>
 
 namespace hdmbench::gl {
 
 /// A Session over `Sweep`, a class with load, write, step, read and changed that owns OpenGL objects: makes
-/// the context current around every call, and around the Sweep's construction and destruction.
+/// the context current around every call, and around the Sweep's construction and destruction. A Sweep may
+/// have load(Pyramid) and solve(Advance), and may be constructed with a Work besides the Api.
 template <typename Sweep>
 class ContextSession final : public Session {
 public:
-  explicit ContextSession(std::unique_ptr<Context> context) : context_(std::move(context)) {
+  ContextSession(std::unique_ptr<Context> context, Work work) : context_(std::move(context)) {
     const Context::Current current(*context_);
-    sweep_.emplace(context_->api());
+    if constexpr (std::is_constructible_v<Sweep, const Api&, Work>) {
+      sweep_.emplace(context_->api(), work);
+    } else {
+      sweep_.emplace(context_->api());
+    }
   }
   ContextSession(const ContextSession&) = delete;
   ContextSession& operator=(const ContextSession&) = delete;
@@ -51,6 +57,22 @@ private:
     const Context::Current current(*context_);
     return sweep_->changed();
   }
+  void do_load_pyramid(const Pyramid& pyramid) override {
+    if constexpr (requires(Sweep & sweep) { sweep.load(pyramid); }) {
+      const Context::Current current(*context_);
+      sweep_->load(pyramid);
+    } else {
+      Session::do_load_pyramid(pyramid);
+    }
+  }
+  void do_solve(const Advance& advance) override {
+    if constexpr (requires(Sweep & sweep) { sweep.solve(advance); }) {
+      const Context::Current current(*context_);
+      sweep_->solve(advance);
+    } else {
+      Session::do_solve(advance);
+    }
+  }
 
   std::unique_ptr<Context> context_;
   std::optional<Sweep> sweep_;
@@ -69,8 +91,8 @@ public:
   std::vector<Device> devices() const override { return platform_->devices(version_); }
 
 private:
-  std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions& /*options*/) const override {
-    return std::make_unique<ContextSession<Sweep>>(platform_->open(index, version_));
+  std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions& options) const override {
+    return std::make_unique<ContextSession<Sweep>>(platform_->open(index, version_), options.work);
   }
 
   std::string name_;

@@ -1,15 +1,13 @@
 #include "backends/gl/fragment.hpp"
 
 #include "backends/gl/context_session.hpp"
+#include "backends/gl/fragment_level.hpp"
+#include "backends/gl/fragment_programs.hpp"
 #include "backends/gl/interleave.hpp"
-#include "backends/gl/objects.hpp"
 
 #include <fmt/format.h>
-#include <shaders/count_fragment.hpp>
-#include <shaders/quad_vertex.hpp>
-#include <shaders/sweep_fragment.hpp>
 
-#include <array>
+#include <numeric>
 #include <optional>
 
 namespace hdmbench::gl {
@@ -18,108 +16,138 @@ namespace {
 
 constexpr Version required{2, 1};
 
-/// Texture units of the samplers.
-constexpr GLint image_unit = 0;
-constexpr GLint observation_unit = 1;
-constexpr GLint confidence_unit = 2;
+/// What a device has to tell before tiles can be left out: vertex shaders that fetch.
+bool has_vertex_textures(const Api& gl) {
+  GLint units = 0;
+  gl.GetIntegerv(GL_MAX_VERTEX_TEXTURE_IMAGE_UNITS, &units);
+  return units > 0;
+}
+
+std::vector<int> all_indices(int count) {
+  std::vector<int> indices(static_cast<std::size_t>(count));
+  std::iota(indices.begin(), indices.end(), 0);
+  return indices;
+}
+
+/// sample.frag's and project.frag's table of a level: row 0 its columns, row 1 its rows.
+Target position_table(const Api& gl, Extent extent, Extent before, Extent full, Alignment alignment) {
+  const int length = std::max(extent.width, extent.height);
+  std::vector<GLfloat> texels(static_cast<std::size_t>(length) * 8);
+  const auto fill = [&](std::size_t at, int sites, int coarse, int fine) {
+    const std::vector<int> sampled = sampled_indices(sites, fine, alignment);
+    const std::vector<Interpolation> weights = interpolations(coarse, sites, alignment);
+    for (std::size_t i = 0; i < sampled.size(); ++i) {
+      texels[at++] = static_cast<GLfloat>(weights[i].first) + 0.5F;
+      texels[at++] = static_cast<GLfloat>(weights[i].second) + 0.5F;
+      texels[at++] = weights[i].weight;
+      texels[at++] = static_cast<GLfloat>(sampled[i]) + 0.5F;
+    }
+  };
+  fill(0, extent.width, before.width, full.width);
+  fill(texels.size() / 2, extent.height, before.height, full.height);
+  return {gl, {length, 2}, texels.data()};
+}
 
 /// Everything that lives in the context, so that it can be destroyed while the context is current.
 class FragmentSweep {
 public:
-  explicit FragmentSweep(const Api& api)
-      : gl_(api), images_{Texture(api), Texture(api)}, observation_(api),
-        confidence_(api), framebuffers_{Framebuffer(api), Framebuffer(api)}, count_framebuffer_(api),
-        count_target_(api), query_(api), quad_(api) {
-    static constexpr std::array<GLfloat, 8> corners{-1, -1, 1, -1, -1, 1, 1, 1};
-    gl_.BindBuffer(GL_ARRAY_BUFFER, quad_.name());
-    gl_.BufferData(GL_ARRAY_BUFFER, sizeof(corners), corners.data(), GL_STATIC_DRAW);
-    gl_.EnableVertexAttribArray(0);
-    gl_.VertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, 0, nullptr);
-    count_program_.emplace(api, std::initializer_list<Program::Stage>{
-                                    {GL_VERTEX_SHADER, std::string(sources::quad_vertex)},
-                                    {GL_FRAGMENT_SHADER, std::string(sources::count_fragment)}});
-    count_program_->use();
-    gl_.Uniform1i(count_program_->uniform("image"), image_unit);
-    gl_.Uniform1i(count_program_->uniform("previous"), observation_unit);
-  }
+  FragmentSweep(const Api& api, Work work)
+      : gl_(api), count_framebuffer_(api), count_target_(api), query_(api), programs_(api),
+        leaves_out_(work == Work::active && has_vertex_textures(api)) {}
 
   void load(const Level& level) {
-    GLint limit = 0;
-    gl_.GetIntegerv(GL_MAX_RECTANGLE_TEXTURE_SIZE_ARB, &limit);
-    if (level.extent.width > limit || level.extent.height > limit) {
-      throw TooLarge(fmt::format("the image is {} x {}, this device's rectangle textures end at {} x {}",
-                                 level.extent.width, level.extent.height, limit, limit));
-    }
-    extent_ = level.extent;
-    interleave<4>({level.target.x.data(), level.target.y.data(), level.modulus.values.data(), nullptr},
-                  extent_.sites(), pixels_);
-    allocate(observation_, pixels_.data());
-    const bool curvature = needs_inverse_curvature(level.rule);
-    interleave<4>({level.confidence.x.data(), level.confidence.y.data(),
-                   curvature ? level.inverse_curvature.x.data() : nullptr,
-                   curvature ? level.inverse_curvature.y.data() : nullptr},
-                  extent_.sites(), pixels_);
-    allocate(confidence_, pixels_.data());
+    require_fits(level.extent);
+    levels_.clear();
+    tables_.clear();
+    add_full_level(level, without_fields(level));
     inverse_modulus_ = level.inverse_modulus.values;
-    level_ = without_fields(level);
-    for (std::size_t i = 0; i < 2; ++i) {
-      allocate(images_[i], nullptr);
-      gl_.BindFramebufferEXT(GL_FRAMEBUFFER_EXT, framebuffers_[i].name());
-      gl_.FramebufferTexture2DEXT(GL_FRAMEBUFFER_EXT, GL_COLOR_ATTACHMENT0_EXT, GL_TEXTURE_RECTANGLE_ARB,
-                                  images_[i].name(), 0);
-      require_complete();
+    make_count_target();
+    gl_.Finish();
+  }
+
+  void load(const Pyramid& pyramid) {
+    const Level& full = *pyramid.full;
+    require_fits(full.extent);
+    levels_.clear();
+    tables_.clear();
+    inverse_modulus_.clear();
+    pyramid_sweeps_.clear();
+    Extent before{1, 1}; // the null field
+    for (const PyramidLevel& part : pyramid.levels) {
+      Level header = without_fields(full);
+      header.extent = part.extent;
+      header.strengths = part.strengths;
+      pyramid_sweeps_.push_back(part.sweeps);
+      tables_.push_back(position_table(gl_, part.extent, before, full.extent, pyramid.alignment));
+      if (&part == &pyramid.levels.back()) {
+        add_full_level(full, std::move(header));
+      } else {
+        const Extent extent = part.extent;
+        levels_.emplace_back(gl_, std::move(header), full,
+                             sampled_indices(extent.width, full.extent.width, pyramid.alignment),
+                             sampled_indices(extent.height, full.extent.height, pyramid.alignment), nullptr,
+                             nullptr, leaves_out(full, extent));
+      }
+      before = part.extent;
     }
-    gl_.BindRenderbufferEXT(GL_RENDERBUFFER_EXT, count_target_.name());
-    gl_.RenderbufferStorageEXT(GL_RENDERBUFFER_EXT, GL_RGBA8, extent_.width, extent_.height);
-    gl_.BindFramebufferEXT(GL_FRAMEBUFFER_EXT, count_framebuffer_.name());
-    gl_.FramebufferRenderbufferEXT(GL_FRAMEBUFFER_EXT, GL_COLOR_ATTACHMENT0_EXT, GL_RENDERBUFFER_EXT,
-                                   count_target_.name());
-    require_complete();
-    prepare_program(level);
-    gl_.Viewport(0, 0, extent_.width, extent_.height);
+    sample_levels();
+    make_count_target();
     gl_.Finish();
   }
 
   void write(const VectorField& displacement) {
+    FragmentLevel& level = levels_.back();
     // b is what thesis Tab. 6.2 leaves free.
     interleave<4>({displacement.x.data(), displacement.y.data(), inverse_modulus_.data(), nullptr},
-                  extent_.sites(), pixels_);
-    gl_.BindTexture(GL_TEXTURE_RECTANGLE_ARB, images_[current_].name());
-    gl_.TexSubImage2D(GL_TEXTURE_RECTANGLE_ARB, 0, 0, 0, extent_.width, extent_.height, GL_RGBA, GL_FLOAT,
-                      pixels_.data());
+                  displacement.extent.sites(), pixels_);
+    level.now().upload(pixels_.data());
+    level.all_awake = true;
     gl_.Finish();
   }
 
   void step(int first, int sweeps) {
-    sweep_->program.use();
-    bind(observation_unit, observation_);
-    bind(confidence_unit, confidence_);
-    for (int number = first; number < first + sweeps; ++number) {
-      sweep_->set_turn(gl_, sweep_state(level_, number));
-      bind(image_unit, images_[current_]);
-      gl_.BindFramebufferEXT(GL_FRAMEBUFFER_EXT, framebuffers_[1 - current_].name());
-      gl_.DrawArrays(GL_TRIANGLE_STRIP, 0, 4);
-      current_ = 1 - current_;
-    }
+    sweep(levels_.back(), first, sweeps);
     gl_.Finish();
   }
 
+  void solve(const Session::Advance& advance) {
+    const std::array<GLfloat, 4> null_field{};
+    const Target start(gl_, {1, 1}, null_field.data());
+    const Target* before = &start;
+    double site_updates = 0.0;
+    for (std::size_t i = 0; i < levels_.size(); ++i) {
+      FragmentLevel& level = levels_[i];
+      level.bind_vertices();
+      project(*before, tables_[i], level);
+      level.all_awake = true;
+      sweep(level, 0, pyramid_sweeps_[i]);
+      before = &level.now();
+      site_updates += static_cast<double>(level.header.extent.sites()) * pyramid_sweeps_[i];
+    }
+    gl_.Finish();
+    advance(site_updates);
+  }
+
   void read(VectorField& displacement) {
-    gl_.BindFramebufferEXT(GL_FRAMEBUFFER_EXT, framebuffers_[current_].name());
-    gl_.ReadPixels(0, 0, extent_.width, extent_.height, GL_RGBA, GL_FLOAT, pixels_.data());
-    for (std::size_t i = 0; i < extent_.sites(); ++i) {
+    const Extent extent = displacement.extent;
+    pixels_.resize(4 * extent.sites());
+    levels_.back().now().draw_into();
+    gl_.ReadPixels(0, 0, extent.width, extent.height, GL_RGBA, GL_FLOAT, pixels_.data());
+    for (std::size_t i = 0; i < extent.sites(); ++i) {
       displacement.x[i] = pixels_[4 * i];
       displacement.y[i] = pixels_[4 * i + 1];
     }
   }
 
   std::int64_t changed() {
-    count_program_->use();
-    bind(image_unit, images_[current_]);
-    bind(observation_unit, images_[1 - current_]);
+    FragmentLevel& level = levels_.back();
+    level.bind_vertices();
+    programs_.count().use();
+    level.now().bind(image_unit);
+    level.other().bind(observation_unit);
     gl_.BindFramebufferEXT(GL_FRAMEBUFFER_EXT, count_framebuffer_.name());
     gl_.BeginQuery(GL_SAMPLES_PASSED, query_.name());
-    gl_.DrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+    level.draw_quad(level.header.extent);
     gl_.EndQuery(GL_SAMPLES_PASSED);
     GLuint passed = 0;
     gl_.GetQueryObjectuiv(query_.name(), GL_QUERY_RESULT, &passed);
@@ -127,66 +155,121 @@ public:
   }
 
 private:
-  void bind(GLint unit, const Texture& texture) const {
-    gl_.ActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
-    gl_.BindTexture(GL_TEXTURE_RECTANGLE_ARB, texture.name());
-  }
-
-  void allocate(const Texture& texture, const GLfloat* pixels) const {
-    gl_.BindTexture(GL_TEXTURE_RECTANGLE_ARB, texture.name());
-    gl_.TexParameteri(GL_TEXTURE_RECTANGLE_ARB, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    gl_.TexParameteri(GL_TEXTURE_RECTANGLE_ARB, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    gl_.TexImage2D(GL_TEXTURE_RECTANGLE_ARB, 0, GL_RGBA32F_ARB, extent_.width, extent_.height, 0, GL_RGBA,
-                   GL_FLOAT, pixels);
-  }
-
-  void require_complete() const {
-    const GLenum status = gl_.CheckFramebufferStatusEXT(GL_FRAMEBUFFER_EXT);
-    if (status != GL_FRAMEBUFFER_COMPLETE_EXT) {
-      throw DeviceError(fmt::format(
-          "glCheckFramebufferStatusEXT: 0x{:04x} (this driver cannot render to float rectangle textures)",
-          status));
+  void require_fits(Extent extent) const {
+    GLint limit = 0;
+    gl_.GetIntegerv(GL_MAX_RECTANGLE_TEXTURE_SIZE_ARB, &limit);
+    if (extent.width > limit || extent.height > limit) {
+      throw TooLarge(fmt::format("the image is {} x {}, this device's rectangle textures end at {} x {}",
+                                 extent.width, extent.height, limit, limit));
     }
   }
 
-  void prepare_program(const Level& level) {
-    const ShaderConstants constants = shader_constants(level);
-    auto found = programs_.find(constants);
-    if (found == programs_.end()) {
-      found = programs_
-                  .try_emplace(constants, gl_,
-                               std::initializer_list<Program::Stage>{
-                                   {GL_VERTEX_SHADER, std::string(sources::quad_vertex)},
-                                   {GL_FRAGMENT_SHADER, assemble(sources::sweep_fragment, constants)}})
-                  .first;
+  /// Below this many sites, passes over tiles take longer than the sweep.
+  [[nodiscard]] bool leaves_out(const Level& level, Extent extent) const {
+    constexpr std::size_t worth_it = 128 * 128;
+    return leaves_out_ && changes_spread_by_contact(level) && extent.sites() >= worth_it;
+  }
+
+  void add_full_level(const Level& full, Level header) {
+    interleave<4>({full.target.x.data(), full.target.y.data(), full.modulus.values.data(),
+                   full.inverse_modulus.values.data()},
+                  full.extent.sites(), pixels_);
+    const bool curvature = needs_inverse_curvature(full.rule);
+    std::vector<GLfloat> confidence;
+    interleave<4>({full.confidence.x.data(), full.confidence.y.data(),
+                   curvature ? full.inverse_curvature.x.data() : nullptr,
+                   curvature ? full.inverse_curvature.y.data() : nullptr},
+                  full.extent.sites(), confidence);
+    levels_.emplace_back(gl_, std::move(header), full, all_indices(full.extent.width),
+                         all_indices(full.extent.height), pixels_.data(), confidence.data(),
+                         leaves_out(full, full.extent));
+  }
+
+  /// Observations and confidences of the levels from those of the full image, which is the last one.
+  void sample_levels() {
+    programs_.sample().use();
+    FragmentLevel& full = levels_.back();
+    full.bind_vertices();
+    for (std::size_t i = 0; i + 1 < levels_.size(); ++i) {
+      FragmentLevel& level = levels_[i];
+      tables_[i].bind(table_unit);
+      for (const auto field : {&FragmentLevel::observation, &FragmentLevel::confidence}) {
+        (full.*field).bind(image_unit);
+        (level.*field).make_drawable();
+        full.draw_quad(level.header.extent);
+      }
     }
-    sweep_ = &found->second;
-    const Program& program = sweep_->program;
-    program.use();
-    gl_.Uniform1i(program.uniform("image"), image_unit);
-    gl_.Uniform1i(program.uniform("observation"), observation_unit);
-    gl_.Uniform1i(program.uniform("confidence"), confidence_unit);
-    gl_.Uniform2f(program.uniform("dimension"), static_cast<GLfloat>(extent_.width),
-                  static_cast<GLfloat>(extent_.height));
-    gl_.Uniform1f(program.uniform("penalty"), level.penalty);
-    gl_.Uniform1fv(program.uniform("steps"), level.steps.count(), level.steps.padded().data());
+  }
+
+  void project(const Target& before, const Target& table, FragmentLevel& level) {
+    programs_.project().use();
+    before.bind(image_unit);
+    level.observation.bind(observation_unit);
+    table.bind(table_unit);
+    level.now().draw_into();
+    level.draw_quad(level.header.extent);
+  }
+
+  void sweep(FragmentLevel& level, int first, int sweeps) {
+    level.bind_vertices();
+    level.observation.bind(observation_unit);
+    level.confidence.bind(confidence_unit);
+    std::vector<const SweepProgram*> programs;
+    for (const FragmentLevel::Draw& draw : level.draws) {
+      programs.push_back(&programs_.sweep(level, draw.kind));
+    }
+    for (int number = first; number < first + sweeps; ++number) {
+      if (level.activity) {
+        (level.all_awake ? level.activity->everything : level.activity->awake).bind(awake_unit);
+      }
+      level.now().bind(image_unit);
+      level.other().draw_into();
+      level.prepare_tiles(FragmentLevel::tile_side);
+      for (std::size_t i = 0; i < programs.size(); ++i) {
+        programs[i]->program.use();
+        programs[i]->set_turn(gl_, sweep_state(level.header, number));
+        level.draw_tiles(level.draws[i]);
+      }
+      level.swap();
+      if (level.activity) {
+        find_awake(level);
+      }
+    }
+  }
+
+  /// Which tiles the next sweep has to visit. Those that slept have not touched their cells.
+  void find_awake(FragmentLevel& level) {
+    programs_.cells(level).use();
+    level.now().bind(image_unit);
+    level.activity->cells.draw_into();
+    level.prepare_tiles(FragmentLevel::cells_along_a_tile);
+    level.draw_all_tiles();
+    programs_.wake().use();
+    level.activity->cells.bind(image_unit);
+    level.activity->awake.draw_into();
+    level.draw_quad(level.grid);
+    level.all_awake = false;
+  }
+
+  void make_count_target() {
+    const Extent extent = levels_.back().header.extent;
+    gl_.BindRenderbufferEXT(GL_RENDERBUFFER_EXT, count_target_.name());
+    gl_.RenderbufferStorageEXT(GL_RENDERBUFFER_EXT, GL_RGBA8, extent.width, extent.height);
+    gl_.BindFramebufferEXT(GL_FRAMEBUFFER_EXT, count_framebuffer_.name());
+    gl_.FramebufferRenderbufferEXT(GL_FRAMEBUFFER_EXT, GL_COLOR_ATTACHMENT0_EXT, GL_RENDERBUFFER_EXT,
+                                   count_target_.name());
+    require_complete(gl_);
   }
 
   const Api& gl_;
-  std::array<Texture, 2> images_;
-  Texture observation_;
-  Texture confidence_;
-  std::array<Framebuffer, 2> framebuffers_;
+  std::vector<FragmentLevel> levels_; ///< one, or those of a pyramid
+  std::vector<Target> tables_;        ///< per level of a pyramid
+  std::vector<int> pyramid_sweeps_;   ///< per level of a pyramid
   Framebuffer count_framebuffer_;
   Renderbuffer count_target_;
   Query query_;
-  Buffer quad_;
-  SweepPrograms programs_;
-  const SweepProgram* sweep_ = nullptr; ///< of the level, one of programs_
-  std::optional<Program> count_program_;
-  Level level_; ///< without its fields
-  Extent extent_;
-  std::size_t current_ = 0;
+  FragmentPrograms programs_;
+  bool leaves_out_; ///< what cannot change
   std::vector<float> inverse_modulus_;
   std::vector<GLfloat> pixels_; ///< RGBA staging
 };

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <shaders/energy.hpp>
 #include <shaders/gather.hpp>
+#include <shaders/projection.hpp>
 #include <shaders/update.hpp>
 
 #include <string_view>
@@ -95,6 +96,7 @@ std::string assemble(std::string_view shader, const ShaderConstants& constants) 
   replace(text, "#include \"energy.inc\"", sources::energy);
   replace(text, "#include \"update.inc\"", sources::update);
   replace(text, "#include \"gather.glsl\"", sources::gather);
+  replace(text, "#include \"projection.inc\"", sources::projection);
   text.insert(text.find('\n') + 1, fmt::format("#define RULE {}\n#define COLOURS {}\n#define STEP_COUNT {}\n",
                                                constants.rule, constants.colours, constants.step_count));
   return text;

@@ -129,7 +129,7 @@ std::vector<DeviceFault> fragment_faults() {
            "vec2 displacement_at(vec2 p) { return texture2DRect(image, p).rg; }",
            "vec2 displacement_at(vec2 p) { return texture2DRect(image, p + vec2(0.5)).rg; }"),
       edit("inverse-modulus-lost", "1 / m is not handed on from sweep to sweep",
-           "inverse_modulus_at(gl_FragCoord.xy), 0.0)", "0.0, 0.0)"),
+           "texture2DRect(image, gl_FragCoord.xy).b, 0.0)", "0.0, 0.0)"),
   };
   list.push_back({.name = "count-of-x",
                   .what = "only changes of x are counted",
