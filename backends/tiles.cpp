@@ -32,13 +32,8 @@ public:
         rows_(sampled_indices(extent.height, full.extent.height, alignment)) {}
 
   [[nodiscard]] std::uint8_t operator()(const Side& x, const Side& y) const {
-    if (x.border || y.border) {
-      return general_class;
-    }
-    if (observed(x, y)) {
-      return 2;
-    }
-    return elastic(x, y) ? 1 : 0;
+    const unsigned border = x.border || y.border ? 4 : 0;
+    return static_cast<std::uint8_t>(border | (observed(x, y) ? 2U : 0U) | (elastic(x, y) ? 1U : 0U));
   }
 
 private:

@@ -7,7 +7,7 @@
 #define HDM_FUNCTION
 #define HDM_PRECISE precise
 
-// RULE, COLOURS, STEP_COUNT, TILE_WIDTH, TILE_HEIGHT, COLUMNS, LANES, CLASS, CLASSES, BORDER, OBSERVED, ELASTIC and
+// RULE, COLOURS, STEP_COUNT, STEPS, TILE_WIDTH, TILE_HEIGHT, COLUMNS, LANES, CLASS, CLASSES, BORDER, OBSERVED, ELASTIC and
 // ACTIVE are supplied after #version.
 layout(local_size_x = LANES) in; // TILE_WIDTH / COLUMNS
 
@@ -22,13 +22,13 @@ layout(binding = 2, std430) restrict buffer Visited { uint visited[]; };
 layout(binding = 3, std430) restrict readonly buffer Classes { uint classes[]; };
 layout(location = 0) uniform ivec2 dimension;
 layout(location = 1) uniform float penalty;
-layout(location = 2) uniform float steps[16];
 layout(location = 18) uniform vec4 turn; // colour, strength, number, seed of update.inc's Sweep
 layout(location = 19) uniform uvec3 lists; // which of the three is read, which is written and its number, never 0
 layout(location = 20) uniform uint first[CLASSES]; // where the lists of a class begin
 const int rule = RULE;
 const int colours = COLOURS;
 const int step_count = STEP_COUNT;
+const float steps[16] = float[16](STEPS);
 const bool border = BORDER;
 const bool observed = OBSERVED;
 const bool elastic = ELASTIC;

@@ -4,6 +4,7 @@
 #include <shaders/sweep_compute.hpp>
 
 #include <algorithm>
+#include <bit>
 
 namespace hdmbench::gl {
 
@@ -16,13 +17,12 @@ constexpr GLuint visited_binding = 2;
 constexpr GLuint classes_binding = 3;
 constexpr GLint dimension_location = 0;
 constexpr GLint penalty_location = 1;
-constexpr GLint steps_location = 2;
 constexpr GLint lists_location = 19;
 constexpr GLint first_location = 20;
 
 /// Sites side by side that an invocation computes, per class: as many as the registers of a CPU's vector unit
 /// take.
-constexpr std::array<int, tile_classes.size()> columns{4, 2, 2, 1};
+constexpr std::array<int, tile_classes.size()> columns{4, 2, 2, 2, 2, 2, 2, 2};
 
 constexpr std::uint32_t most_groups = 65535; // wake.glsl
 
@@ -30,6 +30,16 @@ constexpr std::uint32_t most_groups = 65535; // wake.glsl
 using Arguments = std::array<GLuint, 4>;
 constexpr Arguments no_tiles{0, 1, 1, 0};
 constexpr std::size_t list_count = 3;
+
+/// To the bit, whatever a driver makes of decimals.
+std::string steps_text(const std::array<float, 16>& steps) {
+  std::string text;
+  for (const float step : steps) {
+    text +=
+        fmt::format("{}uintBitsToFloat({}u)", text.empty() ? "" : ", ", std::bit_cast<std::uint32_t>(step));
+  }
+  return text;
+}
 
 template <typename Value>
 void fill(const Api& api, const Buffer& buffer, const std::vector<Value>& values) {
@@ -48,10 +58,10 @@ std::string assemble(const TileProgramKind& kind) {
                       fmt::format("#define TILE_WIDTH {}\n#define TILE_HEIGHT {}\n#define COLUMNS {}\n"
                                   "#define LANES {}\n#define CLASS {}\n#define CLASSES {}\n"
                                   "#define BORDER {}\n#define OBSERVED {}\n#define ELASTIC {}\n"
-                                  "#define ACTIVE {}\n",
+                                  "#define ACTIVE {}\n#define STEPS {}\n",
                                   tile_size.width, tile_size.height, wide, tile_size.width / wide,
                                   kind.tile_class, tile_classes.size(), tile.border, tile.observed,
-                                  tile.elastic, kind.active));
+                                  tile.elastic, kind.active, steps_text(kind.steps)));
 }
 
 TileSweeps::TileSweeps(const Api& api, TilePrograms& programs, const Level& level, const TileLists& lists,
@@ -67,7 +77,10 @@ TileSweeps::TileSweeps(const Api& api, TilePrograms& programs, const Level& leve
     if (groups == 0) {
       continue;
     }
-    const TileProgramKind kind{.constants = shader_constants(level), .tile_class = index, .active = active};
+    const TileProgramKind kind{.constants = shader_constants(level),
+                               .steps = level.steps.padded(),
+                               .tile_class = index,
+                               .active = active};
     auto found = programs.find(kind);
     if (found == programs.end()) {
       found = programs
@@ -93,7 +106,6 @@ void TileSweeps::bind(Extent extent) const {
     tiles.program->program.use();
     gl_->Uniform2i(dimension_location, extent.width, extent.height);
     gl_->Uniform1f(penalty_location, level_.penalty);
-    gl_->Uniform1fv(steps_location, level_.steps.count(), level_.steps.padded().data());
     gl_->Uniform1uiv(first_location, static_cast<GLsizei>(first_.size()), first_.data());
   }
 }

@@ -3,6 +3,7 @@
 #include "backends/gl/objects.hpp"
 #include "backends/tiles.hpp"
 
+#include <array>
 #include <compare>
 #include <map>
 #include <string>
@@ -11,11 +12,12 @@
 namespace hdmbench::gl {
 
 /// Sites of a tile along x and y. Measured, backends/gl/tile_sweeps.cpp.
-inline constexpr Extent tile_size{64, 8};
+inline constexpr Extent tile_size{32, 16};
 
 /// What a program of kernels/sweep.comp is compiled for.
 struct TileProgramKind {
   ShaderConstants constants{};
+  std::array<float, 16> steps{};          ///< of the level, padded
   std::size_t tile_class = general_class; ///< index into tile_classes
   bool active = false;                    ///< whether it lists the tiles for the next sweep
 
