@@ -37,8 +37,9 @@ struct TileLists {
 };
 
 /// Of a level that samples `full` (pyramid.hpp), which may be the level itself, in tiles of the size `tile`.
-/// Every tile is general where the rule or the update is not the fast one, candidates and simultaneous. In
-/// parallel where it is large.
+/// Every tile is general where the rule or the update is not the fast one, candidates and simultaneous, and
+/// where its class has so few that a dispatch of its own costs more than it saves. In parallel where the
+/// level is large.
 [[nodiscard]] TileLists classify_tiles(const Level& full, Extent extent, Alignment alignment, Extent tile);
 
 } // namespace hdmbench

@@ -43,21 +43,22 @@ Seen neighbour_or(Seen centre, bool outside, Seen neighbour) {
 // improved_displacement() of energy.inc where the penalty is 0, and the target therefore nothing.
 Displacement unobserved_displacement(Site site) {
   Parabolas prior = prior_parabolas(site);
-  HDM_PRECISE real next_x =
-      site.dx.centre + best_step(prior.gradient_x, prior.curvature_x, real(0), real(0), steps, step_count);
-  HDM_PRECISE real next_y =
-      site.dy.centre + best_step(prior.gradient_y, prior.curvature_y, real(0), real(0), steps, step_count);
+  real step_x = best_step(prior.gradient_x, prior.curvature_x, real(0), real(0), steps, step_count);
+  real step_y = best_step(prior.gradient_y, prior.curvature_y, real(0), real(0), steps, step_count);
+  HDM_PRECISE real next_x = site.dx.centre + step_x;
+  HDM_PRECISE real next_y = site.dy.centre + step_y;
   Displacement next;
   next.x = next_x;
   next.y = next_y;
   return next;
 }
 
-// The displacement of site (left + k, y) after the sweep, and whether it is another one. The three rows are those of the
-// window: sites left - 1 ... left + COLUMNS.
-bool sweep_site(int k, int left, int y, int index, ivec2 size, Seen north[COLUMNS + 2], Seen middle[COLUMNS + 2],
+// Sweeps site (left + k, y); true where its displacement changed. The three rows are those of the window, sites left - 1
+// ... left + COLUMNS; start is the index of the row's first site.
+bool sweep_site(int k, int left, int y, int start, ivec2 size, Seen north[COLUMNS + 2], Seen middle[COLUMNS + 2],
                 Seen south[COLUMNS + 2], real penalty, Sweep sweep) {
   int x = left + k;
+  bool inside = !border || x < size.x;
   bool no_west = x == 0;
   bool no_east = x == size.x - 1;
   bool no_north = y == 0;
@@ -84,6 +85,7 @@ bool sweep_site(int k, int left, int y, int index, ivec2 size, Seen north[COLUMN
 
   Displacement next;
   if (observed) {
+    int index = start + (inside ? x : 0);
     vec4 observation = observation_at(index);
     vec2 confidence = observation.zw;
     vec2 inverse_curvature = rule == rule_steps ? vec2(0.0) : inverse_curvature_at(index);
@@ -97,9 +99,8 @@ bool sweep_site(int k, int left, int y, int index, ivec2 size, Seen north[COLUMN
   } else {
     next = unobserved_displacement(site);
   }
-  bool inside = !border || x < size.x;
   if (inside) {
-    store(index, next);
+    store(start + x, next);
   }
   return inside && (next.x != c.displacement.x || next.y != c.displacement.y);
 }
@@ -133,17 +134,17 @@ int sweep_tile(ivec2 tile, int lane, ivec2 size, real penalty, Sweep sweep) {
       south[k] = seen_at(below + column[k]);
     }
     // Not a loop: compilers leave one of this length as it is, with the window in memory.
-    bool first_changed = sweep_site(0, left, y, start + column[1], size, north, middle, south, penalty, sweep);
+    bool first_changed = sweep_site(0, left, y, start, size, north, middle, south, penalty, sweep);
     bool last_changed = first_changed;
     bool row_changed = first_changed;
     if (COLUMNS > 1) {
-      last_changed = sweep_site(1, left, y, start + column[COLUMNS > 1 ? 2 : 1], size, north, middle, south, penalty, sweep);
+      last_changed = sweep_site(1, left, y, start, size, north, middle, south, penalty, sweep);
       row_changed = row_changed || last_changed;
     }
     if (COLUMNS > 2) {
-      last_changed = sweep_site(2, left, y, start + column[COLUMNS > 2 ? 3 : 1], size, north, middle, south, penalty, sweep);
+      last_changed = sweep_site(2, left, y, start, size, north, middle, south, penalty, sweep);
       row_changed = row_changed || last_changed;
-      last_changed = sweep_site(3, left, y, start + column[COLUMNS], size, north, middle, south, penalty, sweep);
+      last_changed = sweep_site(3, left, y, start, size, north, middle, south, penalty, sweep);
       row_changed = row_changed || last_changed;
     }
     // The row's bits of the tiles above, here and below; one to the left and one to the right for those beside.
