@@ -5,23 +5,18 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <type_traits>
 
 namespace hdmbench::gl {
 
 /// A Session over `Sweep`, a class with load, write, step, read and changed that owns OpenGL objects: makes
-/// the context current around every call, and around the Sweep's construction and destruction. A Sweep may
-/// have load(Pyramid) and solve(Advance), and may be constructed with a Work besides the Api.
+/// the context current around every call, and around the Sweep's construction from Api and Work and its
+/// destruction.
 template <typename Sweep>
 class ContextSession final : public Session {
 public:
   ContextSession(std::unique_ptr<Context> context, Work work) : context_(std::move(context)) {
     const Context::Current current(*context_);
-    if constexpr (std::is_constructible_v<Sweep, const Api&, Work>) {
-      sweep_.emplace(context_->api(), work);
-    } else {
-      sweep_.emplace(context_->api());
-    }
+    sweep_.emplace(context_->api(), work);
   }
   ContextSession(const ContextSession&) = delete;
   ContextSession& operator=(const ContextSession&) = delete;
@@ -58,20 +53,12 @@ private:
     return sweep_->changed();
   }
   void do_load_pyramid(const Pyramid& pyramid) override {
-    if constexpr (requires(Sweep & sweep) { sweep.load(pyramid); }) {
-      const Context::Current current(*context_);
-      sweep_->load(pyramid);
-    } else {
-      Session::do_load_pyramid(pyramid);
-    }
+    const Context::Current current(*context_);
+    sweep_->load(pyramid);
   }
   void do_solve(const Advance& advance) override {
-    if constexpr (requires(Sweep & sweep) { sweep.solve(advance); }) {
-      const Context::Current current(*context_);
-      sweep_->solve(advance);
-    } else {
-      Session::do_solve(advance);
-    }
+    const Context::Current current(*context_);
+    sweep_->solve(advance);
   }
 
   std::unique_ptr<Context> context_;
