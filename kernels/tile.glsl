@@ -1,0 +1,152 @@
+// One sweep of one tile, TILE_WIDTH x TILE_HEIGHT sites: every invocation computes COLUMNS sites side by side from the
+// first row of the tile to the last, and fetches each row once. The includer supplies, after energy.inc and update.inc,
+//
+//   TILE_WIDTH, TILE_HEIGHT, COLUMNS  constants; a tile takes TILE_WIDTH / COLUMNS invocations
+//   border, observed, elastic         constant bools, the class of the tile (backends/tiles.hpp): whether it reaches
+//                                     the border of the image, whether a site in it has confidence, whether a ratio of
+//                                     moduli in it is not 1
+//   rule, colours, step_count, steps  constants, as update.inc has them
+//   displacement_at(i)                vec2: dx, dy of site i = y * width + x
+//   material_at(i)                    vec2: modulus, 1 / modulus; only where elastic
+//   observation_at(i)                 vec4: target x, y, confidence x, y; only where observed
+//   inverse_curvature_at(i)           vec2; only where observed and the rule is not rule_steps
+//   store(i, displacement)
+//
+// The classes are the same arithmetic with constants in it: same bits. They have to be programs of their own, because a
+// rasterizer that runs on the CPU executes both sides of a branch.
+
+// Where a change in a tile can be seen in the next sweep: bits of sweep_tile()'s result, the tile's neighbours as
+// seen_at + (x + 1) + 3 (y + 1), itself in the middle.
+const int seen_here = 16;
+
+// What the window keeps of a site.
+struct Seen {
+  vec2 displacement;
+  vec2 material;
+};
+
+Seen seen_at(int index) {
+  Seen seen;
+  seen.displacement = displacement_at(index);
+  seen.material = elastic ? material_at(index) : vec2(1.0);
+  return seen;
+}
+
+// The neighbour, or the centre where the neighbour is outside (thesis 6.2.6).
+Seen neighbour_or(Seen centre, bool outside, Seen neighbour) {
+  Seen seen;
+  seen.displacement = border && outside ? centre.displacement : neighbour.displacement;
+  seen.material = border && outside ? centre.material : neighbour.material;
+  return seen;
+}
+
+// improved_displacement() of energy.inc where the penalty is 0, and the target therefore nothing.
+Displacement unobserved_displacement(Site site) {
+  Parabolas prior = prior_parabolas(site);
+  HDM_PRECISE real next_x =
+      site.dx.centre + best_step(prior.gradient_x, prior.curvature_x, real(0), real(0), steps, step_count);
+  HDM_PRECISE real next_y =
+      site.dy.centre + best_step(prior.gradient_y, prior.curvature_y, real(0), real(0), steps, step_count);
+  Displacement next;
+  next.x = next_x;
+  next.y = next_y;
+  return next;
+}
+
+// `tile` counts tiles from the top left, `lane` is 0 ... TILE_WIDTH / COLUMNS - 1. Returns which tiles see a change.
+int sweep_tile(ivec2 tile, int lane, ivec2 size, real penalty, Sweep sweep) {
+  int left = tile.x * TILE_WIDTH + lane * COLUMNS;
+  int top = tile.y * TILE_HEIGHT;
+  int rows = border ? min(TILE_HEIGHT, size.y - top) : TILE_HEIGHT;
+  rows = border && left >= size.x ? 0 : rows;
+
+  int column[COLUMNS + 2];
+  for (int k = 0; k < COLUMNS + 2; ++k) {
+    column[k] = border ? min(max(left + k - 1, 0), size.x - 1) : left + k - 1;
+  }
+  Seen north[COLUMNS + 2];
+  Seen middle[COLUMNS + 2];
+  Seen south[COLUMNS + 2];
+  int above = (border ? max(top - 1, 0) : top - 1) * size.x;
+  int start = top * size.x; // index of the row's first site
+  for (int k = 0; k < COLUMNS + 2; ++k) {
+    north[k] = seen_at(above + column[k]);
+    middle[k] = seen_at(start + column[k]);
+  }
+
+  int seen_from = 0;
+  for (int i = 0; i < rows; ++i) {
+    int y = top + i;
+    bool no_north = y == 0;
+    bool no_south = y == size.y - 1;
+    int below = start + (border && no_south ? 0 : size.x);
+    for (int k = 0; k < COLUMNS + 2; ++k) {
+      south[k] = seen_at(below + column[k]);
+    }
+    bool row_changed = false;
+    bool first_changed = false;
+    bool last_changed = false;
+    for (int k = 0; k < COLUMNS; ++k) {
+      int x = left + k;
+      bool no_west = x == 0;
+      bool no_east = x == size.x - 1;
+      Seen c = middle[k + 1];
+      Seen nw = neighbour_or(c, no_north || no_west, north[k]);
+      Seen n = neighbour_or(c, no_north, north[k + 1]);
+      Seen ne = neighbour_or(c, no_north || no_east, north[k + 2]);
+      Seen w = neighbour_or(c, no_west, middle[k]);
+      Seen e = neighbour_or(c, no_east, middle[k + 2]);
+      Seen sw = neighbour_or(c, no_south || no_west, south[k]);
+      Seen s = neighbour_or(c, no_south, south[k + 1]);
+      Seen se = neighbour_or(c, no_south || no_east, south[k + 2]);
+
+      Site site;
+      site.dx = Neighbours(nw.displacement.x, n.displacement.x, ne.displacement.x, w.displacement.x,
+                           c.displacement.x, e.displacement.x, sw.displacement.x, s.displacement.x,
+                           se.displacement.x);
+      site.dy = Neighbours(nw.displacement.y, n.displacement.y, ne.displacement.y, w.displacement.y,
+                           c.displacement.y, e.displacement.y, sw.displacement.y, s.displacement.y,
+                           se.displacement.y);
+      site.inverse_modulus = Neighbours(nw.material.y, n.material.y, ne.material.y, w.material.y, c.material.y,
+                                        e.material.y, sw.material.y, s.material.y, se.material.y);
+      site.modulus = c.material.x;
+      site.penalty = penalty;
+
+      int index = start + column[k + 1];
+      Displacement next;
+      if (observed) {
+        vec4 observation = observation_at(index);
+        vec2 confidence = observation.zw;
+        vec2 inverse_curvature = rule == rule_steps ? vec2(0.0) : inverse_curvature_at(index);
+        site.target_x = observation.x;
+        site.target_y = observation.y;
+        site.confidence_x = confidence.x;
+        site.confidence_y = confidence.y;
+        site.inverse_curvature_x = inverse_curvature.x;
+        site.inverse_curvature_y = inverse_curvature.y;
+        next = swept_displacement(rule, colours, site, Position(float(x), float(y)), sweep, steps, step_count);
+      } else {
+        next = unobserved_displacement(site);
+      }
+      bool inside = !border || x < size.x;
+      if (inside) {
+        store(index, next);
+      }
+      bool changed = inside && (next.x != c.displacement.x || next.y != c.displacement.y);
+      row_changed = row_changed || changed;
+      first_changed = k == 0 ? changed : first_changed;
+      last_changed = k == COLUMNS - 1 ? changed : last_changed;
+    }
+    // The row's bits of the column of tiles in the middle; one to the left and one to the right for the others.
+    int bits = seen_here | (i == 0 ? seen_here >> 3 : 0) | (i == TILE_HEIGHT - 1 ? seen_here << 3 : 0);
+    seen_from = seen_from | (row_changed ? bits : 0);
+    seen_from = seen_from | (first_changed && lane == 0 ? bits >> 1 : 0);
+    seen_from = seen_from | (last_changed && lane == TILE_WIDTH / COLUMNS - 1 ? bits << 1 : 0);
+    for (int k = 0; k < COLUMNS + 2; ++k) {
+      north[k] = middle[k];
+      middle[k] = south[k];
+    }
+    start += size.x;
+  }
+  return seen_from;
+}
