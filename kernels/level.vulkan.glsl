@@ -2,17 +2,18 @@
 // same for C++. Texel buffers because software rasterizers read them several times faster than storage buffers.
 
 layout(set = 0, binding = 0) uniform textureBuffer displacement;
-layout(set = 0, binding = 1) uniform textureBuffer observation; // target x, target y, modulus, 1 / modulus
-layout(set = 0, binding = 2) uniform textureBuffer confidence;  // x, y, and where the rule needs them 1 / curvature of both
-layout(set = 0, binding = 3, rg32f) uniform restrict imageBuffer improved;
-layout(set = 0, binding = 4, std430) buffer Counter { uint changed; };
+layout(set = 0, binding = 1) uniform textureBuffer material;          // modulus, 1 / modulus
+layout(set = 0, binding = 2) uniform textureBuffer observation;       // target x, y, confidence x, y
+layout(set = 0, binding = 3) uniform textureBuffer inverse_curvature; // x, y, where the rule needs them
+layout(set = 0, binding = 4, rg32f) uniform restrict imageBuffer improved;
+layout(set = 0, binding = 5, std430) buffer Counter { uint changed; };
 
 // The tiles of the level by their number, row by row, in sections of tile_count words: the class of each, the last
 // sweep each was put on a list for, and per set of lists and class a list of tiles.
-layout(set = 0, binding = 5, std430) buffer Tiles { uint tiles[]; };
+layout(set = 0, binding = 6, std430) buffer Tiles { uint tiles[]; };
 
 // How long each list is (w), and the work groups to sweep it with (xyz, as vkCmdDispatchIndirect reads them).
-layout(set = 0, binding = 6, std430) buffer Lengths { uvec4 lengths[]; };
+layout(set = 0, binding = 7, std430) buffer Lengths { uvec4 lengths[]; };
 
 layout(push_constant) uniform Parameters {
   float steps[16];
@@ -32,11 +33,7 @@ layout(push_constant) uniform Parameters {
   int stamp;       // of this sweep, > 0, another one for each since the tiles were all asleep
 };
 
-const int class_border = 0; // the border rule everywhere: right for every tile
-const int class_interior = 1;
-const int class_unobserved = 2;
-const int class_uniform = 3; // unobserved, of one modulus, rim included
-const int class_count = 4;
+const int class_count = 4; // of backends/tiles.hpp
 
 // Sides of a tile in sites.
 const ivec2 tile_size = ivec2(TILE_WIDTH, TILE_HEIGHT);
@@ -45,10 +42,6 @@ const ivec2 tile_size = ivec2(TILE_WIDTH, TILE_HEIGHT);
 const uint most_groups_across = 4096u;
 
 int index_of(ivec2 site) { return site.y * width + site.x; }
-vec2 displacement_at(ivec2 site) { return texelFetch(displacement, index_of(site)).xy; }
-float inverse_modulus_at(ivec2 site) { return texelFetch(observation, index_of(site)).w; }
-vec3 observation_at(ivec2 site) { return texelFetch(observation, index_of(site)).xyz; }
-vec4 confidence_at(ivec2 site) { return texelFetch(confidence, index_of(site)); }
 
 // Where the tiles of a list begin.
 int list_begin(int set, int tile_class) { return (2 + set * class_count + tile_class) * tile_count; }

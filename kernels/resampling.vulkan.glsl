@@ -2,16 +2,16 @@
 // same for C++.
 
 layout(set = 0, binding = 0) uniform textureBuffer displacement;
-layout(set = 0, binding = 1) uniform textureBuffer observation;
-layout(set = 0, binding = 2) uniform textureBuffer confidence;
-layout(set = 0, binding = 3, rg32f) uniform restrict writeonly imageBuffer improved;
+layout(set = 0, binding = 1) uniform textureBuffer material;
+layout(set = 0, binding = 2) uniform textureBuffer observation;
+layout(set = 0, binding = 4, rg32f) uniform restrict writeonly imageBuffer improved;
 
 // An entry per column, then one per row, of every level: the two coarse indices around it and the weight of the second
 // (Interpolation of pyramid.hpp), and the index it samples of the full image. Exact, being below 2^24.
-layout(set = 0, binding = 7) uniform textureBuffer entries;
+layout(set = 0, binding = 8) uniform textureBuffer entries;
 
-layout(set = 0, binding = 8, rgba32f) uniform restrict writeonly imageBuffer sampled_observation;
-layout(set = 0, binding = 9, rg32f) uniform restrict writeonly imageBuffer sampled_confidence;
+layout(set = 0, binding = 9, rg32f) uniform restrict writeonly imageBuffer sampled_material;
+layout(set = 0, binding = 10, rgba32f) uniform restrict writeonly imageBuffer sampled_observation;
 
 layout(push_constant) uniform Resampling {
   int width; // of the level

@@ -24,6 +24,10 @@ TexelBuffer make(const Queue& queue, vk::Format format, std::size_t count, vk::B
   return made;
 }
 
+vk::BufferUsageFlags usage_of(bool sampled) {
+  return sampled ? Usage::eStorageTexelBuffer : vk::BufferUsageFlags{};
+}
+
 } // namespace
 
 void require_texel_buffers(const vk::raii::PhysicalDevice& physical) {
@@ -53,10 +57,9 @@ vk::PhysicalDeviceFeatures needed_features() {
 
 LevelFields::LevelFields(const Queue& queue, std::size_t capacity_, bool curvature_, bool sampled)
     : capacity(capacity_), curvature(curvature_),
-      observation(make(queue, format_of_fours, capacity,
-                       sampled ? Usage::eStorageTexelBuffer : vk::BufferUsageFlags{})),
-      confidence(make(queue, curvature ? format_of_fours : format_of_pairs, capacity,
-                      sampled ? Usage::eStorageTexelBuffer : vk::BufferUsageFlags{})) {}
+      material(make(queue, format_of_pairs, capacity, usage_of(sampled))),
+      observation(make(queue, format_of_fours, capacity, usage_of(sampled))),
+      inverse_curvature(make(queue, format_of_pairs, curvature ? capacity : 1, {})) {}
 
 Displacements::Displacements(const Queue& queue, std::size_t capacity_) : capacity(capacity_) {
   for (TexelBuffer& buffer : buffers) {
@@ -69,7 +72,7 @@ TexelBuffer make_entries(const Queue& queue, std::size_t count) {
 }
 
 vk::DeviceSize bytes_per_site(bool curvature) {
-  return 2 * bytes_of_pair + bytes_of_four + (curvature ? bytes_of_four : bytes_of_pair);
+  return 2 * bytes_of_pair + bytes_per_site_of_fields() + (curvature ? bytes_of_pair : 0);
 }
 
 vk::DeviceSize bytes_per_site_of_fields() {

@@ -27,8 +27,9 @@ struct LevelFields {
 
   std::size_t capacity;
   bool curvature;
-  TexelBuffer observation; ///< target x, target y, modulus, 1 / modulus
-  TexelBuffer confidence;  ///< and with curvature 1 / curvature of x and y
+  TexelBuffer material;          ///< modulus, 1 / modulus
+  TexelBuffer observation;       ///< target x, y, confidence x, y
+  TexelBuffer inverse_curvature; ///< x, y; of one site without `curvature`
 };
 
 /// Displacements of as many sites as `capacity`, read and written in turn.

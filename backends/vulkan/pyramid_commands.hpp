@@ -31,7 +31,7 @@ struct ResamplingEntries {
 struct PyramidBuffers {
   /// By fields (0: the full level's, 1: sampled) and by the displacement that is read.
   std::array<std::array<const vk::raii::DescriptorSet*, 2>, 2> sets;
-  const TileLists* lists = nullptr;
+  const ListBuffers* lists = nullptr;
   const vk::raii::Buffer* displacement = nullptr; ///< that the sets [...][0] read
 };
 

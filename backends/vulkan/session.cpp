@@ -19,7 +19,7 @@ namespace {
 using Usage = vk::BufferUsageFlagBits;
 
 vk::raii::DescriptorPool make_descriptor_pool(const vk::raii::Device& device, std::uint32_t sets) {
-  const std::array sizes{vk::DescriptorPoolSize(vk::DescriptorType::eUniformTexelBuffer, 4 * sets),
+  const std::array sizes{vk::DescriptorPoolSize(vk::DescriptorType::eUniformTexelBuffer, 5 * sets),
                          vk::DescriptorPoolSize(vk::DescriptorType::eStorageTexelBuffer, 3 * sets),
                          vk::DescriptorPoolSize(vk::DescriptorType::eStorageBuffer, 3 * sets)};
   return {device,
@@ -148,16 +148,17 @@ private:
 
   void upload(const Level& level) const {
     const std::size_t sites = level.extent.sites();
+    staging_.upload(
+        std::array<const float*, 2>{level.modulus.values.data(), level.inverse_modulus.values.data()}, sites,
+        fields_->material);
     staging_.upload(std::array<const float*, 4>{level.target.x.data(), level.target.y.data(),
-                                                level.modulus.values.data(),
-                                                level.inverse_modulus.values.data()},
+                                                level.confidence.x.data(), level.confidence.y.data()},
                     sites, fields_->observation);
-    std::vector<const float*> planes{level.confidence.x.data(), level.confidence.y.data()};
     if (fields_->curvature) {
-      planes.push_back(level.inverse_curvature.x.data());
-      planes.push_back(level.inverse_curvature.y.data());
+      staging_.upload(
+          std::array<const float*, 2>{level.inverse_curvature.x.data(), level.inverse_curvature.y.data()},
+          sites, fields_->inverse_curvature);
     }
-    staging_.upload(planes, sites, fields_->confidence);
   }
 
   /// Throws TooLarge where a limit of the device is exceeded.
@@ -171,7 +172,7 @@ private:
     };
     const std::uint64_t sites = extent.sites();
     const auto largest_index = static_cast<std::uint32_t>(std::numeric_limits<std::int32_t>::max());
-    const vk::DeviceSize bytes_of_tiles = TileLists::most_bytes(TileGrid(extent).count);
+    const vk::DeviceSize bytes_of_tiles = ListBuffers::most_bytes(TileGrid(extent).count);
     require(sites, std::min(limits_.maxTexelBufferElements, largest_index), "texel buffer elements");
     require(groups_across(extent.width), limits_.maxComputeWorkGroupCount[0], "work groups in x");
     require(static_cast<std::uint64_t>(extent.height), limits_.maxComputeWorkGroupCount[1],
@@ -195,14 +196,15 @@ private:
       const LevelFields& fields = number < 2 || !sampled_ ? *fields_ : *sampled_;
       describe(set, binding::displacement, displacements_->buffers[number % 2]);
       describe(set, binding::improved, displacements_->buffers[1 - number % 2]);
+      describe(set, binding::material, fields.material);
       describe(set, binding::observation, fields.observation);
-      describe(set, binding::confidence, fields.confidence);
+      describe(set, binding::inverse_curvature, fields.inverse_curvature);
       describe(set, binding::counter, counter_);
       describe(set, binding::tiles, lists_->tiles);
       describe(set, binding::lengths, lists_->lengths);
       if (sampled_) {
+        describe(set, binding::sampled_material, sampled_->material);
         describe(set, binding::sampled_observation, sampled_->observation);
-        describe(set, binding::sampled_confidence, sampled_->confidence);
       }
     }
   }
@@ -248,7 +250,7 @@ private:
   std::optional<LevelFields> fields_;
   std::optional<LevelFields> sampled_; // of a pyramid's level that is not the full one
   std::optional<Displacements> displacements_;
-  std::optional<TileLists> lists_;
+  std::optional<ListBuffers> lists_;
   TexelBuffer entries_;
   std::optional<SweepPlan> plan_; // of the level, or of the pyramid's last one
   std::optional<PyramidCommands> pyramid_;

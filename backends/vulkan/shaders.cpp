@@ -32,7 +32,7 @@ vk::DescriptorType descriptor_type(std::uint32_t binding_number) {
   switch (binding_number) {
   case binding::improved:
   case binding::sampled_observation:
-  case binding::sampled_confidence:
+  case binding::sampled_material:
     return vk::DescriptorType::eStorageTexelBuffer;
   case binding::counter:
   case binding::tiles:
@@ -51,23 +51,27 @@ Shaders::Shaders(const vk::raii::Device& device)
 const vk::raii::Pipeline& Shaders::sweep(const SweepVariant& variant) {
   auto found = sweeps_.find(variant);
   if (found == sweeps_.end()) {
-    const std::array<std::int32_t, 5> values{
-        variant.constants.rule, variant.constants.colours, variant.constants.step_count,
-        static_cast<std::int32_t>(variant.tile_class), variant.marks_changes ? 1 : 0};
-    const bool wide = variant.tile_class == TileClass::uniform;
+    const TileClass& tile_class = tile_classes[variant.tile_class];
+    const auto number = [](bool value) { return value ? 1 : 0; };
+    const std::array<std::int32_t, 8> values{
+        variant.constants.rule,       variant.constants.colours,
+        variant.constants.step_count, static_cast<std::int32_t>(variant.tile_class),
+        number(tile_class.border),    number(tile_class.observed),
+        number(tile_class.elastic),   number(variant.wakes)};
     found = sweeps_
-                .emplace(variant, wide ? make_pipeline(*device_, layout_, sweep_wide_vulkan, values)
-                                       : make_pipeline(*device_, layout_, sweep_vulkan, values))
+                .emplace(variant, tile_class.elastic
+                                      ? make_pipeline(*device_, layout_, sweep_vulkan, values)
+                                      : make_pipeline(*device_, layout_, sweep_wide_vulkan, values))
                 .first;
   }
   return found->second;
 }
 
-const vk::raii::Pipeline& Shaders::classify(int classes) {
-  auto found = classify_.find(classes);
+const vk::raii::Pipeline& Shaders::classify(std::size_t first_class) {
+  auto found = classify_.find(first_class);
   if (found == classify_.end()) {
-    const std::array<std::int32_t, 1> values{classes};
-    found = classify_.emplace(classes, make_pipeline(*device_, layout_, classify_vulkan, values)).first;
+    const std::array<std::int32_t, 1> values{static_cast<std::int32_t>(first_class)};
+    found = classify_.emplace(first_class, make_pipeline(*device_, layout_, classify_vulkan, values)).first;
   }
   return found->second;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backends/shader_constants.hpp"
+#include "backends/tiles.hpp"
 #include "backends/vulkan/compute_device.hpp"
 #include "kernels/level.hpp"
 
@@ -15,16 +16,17 @@ namespace hdmbench::vulkan {
 /// The bindings of all shaders, in one set.
 namespace binding {
 constexpr std::uint32_t displacement = 0;
-constexpr std::uint32_t observation = 1;
-constexpr std::uint32_t confidence = 2;
-constexpr std::uint32_t improved = 3;
-constexpr std::uint32_t counter = 4;
-constexpr std::uint32_t tiles = 5;
-constexpr std::uint32_t lengths = 6;
-constexpr std::uint32_t entries = 7;
-constexpr std::uint32_t sampled_observation = 8;
-constexpr std::uint32_t sampled_confidence = 9;
-constexpr std::uint32_t count = 10;
+constexpr std::uint32_t material = 1;
+constexpr std::uint32_t observation = 2;
+constexpr std::uint32_t inverse_curvature = 3;
+constexpr std::uint32_t improved = 4;
+constexpr std::uint32_t counter = 5;
+constexpr std::uint32_t tiles = 6;
+constexpr std::uint32_t lengths = 7;
+constexpr std::uint32_t entries = 8;
+constexpr std::uint32_t sampled_material = 9;
+constexpr std::uint32_t sampled_observation = 10;
+constexpr std::uint32_t count = 11;
 } // namespace binding
 
 [[nodiscard]] vk::DescriptorType descriptor_type(std::uint32_t binding_number);
@@ -57,15 +59,11 @@ struct Resampling {
   std::int32_t first_row = 0;
 };
 
-/// What makes a sweep's tiles different from others.
-enum class TileClass { border, interior, unobserved, uniform };
-constexpr int tile_class_count = 4;
-
 /// What a sweep's pipeline is made for.
 struct SweepVariant {
   ShaderConstants constants;
-  TileClass tile_class = TileClass::border;
-  bool marks_changes = false;
+  std::size_t tile_class = general_class;
+  bool wakes = false; ///< what may change in the next sweep is put on the next list
 
   auto operator<=>(const SweepVariant&) const = default;
 };
@@ -80,8 +78,8 @@ public:
   [[nodiscard]] const vk::raii::Pipeline& count() const { return count_; }
 
   [[nodiscard]] const vk::raii::Pipeline& sweep(const SweepVariant& variant);
-  /// Tells the first `classes` of TileClass apart: 1, 2 or 4.
-  [[nodiscard]] const vk::raii::Pipeline& classify(int classes);
+  /// Tells tile_classes from `first_class` on apart: all, the last 2, or only the last.
+  [[nodiscard]] const vk::raii::Pipeline& classify(std::size_t first_class);
   [[nodiscard]] const vk::raii::Pipeline& sample();
   [[nodiscard]] const vk::raii::Pipeline& project();
 
@@ -93,7 +91,7 @@ private:
   vk::raii::Pipeline sample_ = nullptr;
   vk::raii::Pipeline project_ = nullptr;
   std::map<SweepVariant, vk::raii::Pipeline> sweeps_;
-  std::map<int, vk::raii::Pipeline> classify_;
+  std::map<std::size_t, vk::raii::Pipeline> classify_;
 };
 
 } // namespace hdmbench::vulkan

@@ -11,15 +11,16 @@ namespace {
 
 using Usage = vk::BufferUsageFlagBits;
 
+constexpr auto class_count = static_cast<std::int32_t>(tile_classes.size());
 constexpr std::int32_t full_list = 2; // after the two that sweeps read and write in turn
 constexpr vk::DeviceSize bytes_of_length = 4 * sizeof(std::uint32_t);
-constexpr vk::DeviceSize bytes_of_lengths = tile_class_count * bytes_of_length;
+constexpr vk::DeviceSize bytes_of_lengths = class_count * bytes_of_length;
 
 /// Element of the lengths of the list that sweep `since_write` reads; its first class's.
 std::int32_t length_of(int since_write) {
-  return tile_class_count * (since_write % (most_recorded_sweeps + 1));
+  return class_count * (since_write % (most_recorded_sweeps + 1));
 }
-constexpr std::int32_t length_of_full = tile_class_count * (most_recorded_sweeps + 1);
+constexpr std::int32_t length_of_full = class_count * (most_recorded_sweeps + 1);
 
 std::uint32_t divided(std::int32_t number, std::uint32_t by) {
   return (static_cast<std::uint32_t>(number) + by - 1) / by;
@@ -33,7 +34,7 @@ TileGrid::TileGrid(Extent extent)
     : across(static_cast<std::int32_t>(divided(extent.width, TILE_WIDTH))),
       count(across * static_cast<std::int32_t>(divided(extent.height, TILE_HEIGHT))) {}
 
-TileLists::TileLists(const Queue& queue, std::int32_t capacity_)
+ListBuffers::ListBuffers(const Queue& queue, std::int32_t capacity_)
     : capacity(capacity_),
       tiles(queue.make_buffer(most_bytes(capacity), Usage::eStorageBuffer | Usage::eTransferDst,
                               Placement::device)),
@@ -41,19 +42,19 @@ TileLists::TileLists(const Queue& queue, std::int32_t capacity_)
                                 Usage::eStorageBuffer | Usage::eIndirectBuffer | Usage::eTransferDst,
                                 Placement::device)) {}
 
-vk::DeviceSize TileLists::most_bytes(std::int32_t capacity) {
-  const auto words = static_cast<vk::DeviceSize>(capacity) * (2 + 3 * tile_class_count);
+vk::DeviceSize ListBuffers::most_bytes(std::int32_t capacity) {
+  const auto words = static_cast<vk::DeviceSize>(capacity) * (2 + 3 * class_count);
   return words * sizeof(std::uint32_t);
 }
 
 SweepPlan::SweepPlan(const Level& whole, Extent extent, std::vector<float> strengths, Work work)
     : level(without_fields(whole)), grid(extent),
-      active(work == Work::active && changes_spread_by_contact(whole)), classes(1) {
+      active(work == Work::active && changes_spread_by_contact(whole)), first_class(general_class) {
   level.extent = extent;
   level.strengths = std::move(strengths);
   const bool has_interior = level.extent.width > 3 * TILE_WIDTH && level.extent.height > 3 * TILE_HEIGHT;
   if (has_interior && changes_spread_by_contact(level)) {
-    classes = active ? 2 : tile_class_count;
+    first_class = active ? general_class - 1 : 0;
   }
 }
 
@@ -94,7 +95,7 @@ void SweepRecorder::classify(const vk::raii::DescriptorSet& set) const {
   wait_for_all(commands_);
   commands_.fillBuffer(*lists_.lengths.handle, length_of_full * bytes_of_length, bytes_of_lengths, 0);
   wait_for_all(commands_);
-  bind(shaders_.classify(plan_.classes));
+  bind(shaders_.classify(plan_.first_class));
   bind(set, parameters());
   const std::uint32_t groups = groups_across(plan_.grid.count);
   commands_.dispatch(std::min(groups, most_groups_across),
@@ -133,12 +134,11 @@ void SweepRecorder::sweep(const vk::raii::DescriptorSet& set, int number, int si
     all.stamp = since_write + 1;
   }
   bind(set, all);
-  for (int tile_class = 0; tile_class < plan_.classes; ++tile_class) {
-    bind(shaders_.sweep({.constants = shader_constants(plan_.level),
-                         .tile_class = static_cast<TileClass>(tile_class),
-                         .marks_changes = plan_.active}));
-    commands_.dispatchIndirect(*lists_.lengths.handle,
-                               static_cast<vk::DeviceSize>(all.length + tile_class) * bytes_of_length);
+  for (std::size_t tile_class = plan_.first_class; tile_class < tile_classes.size(); ++tile_class) {
+    bind(shaders_.sweep(
+        {.constants = shader_constants(plan_.level), .tile_class = tile_class, .wakes = plan_.active}));
+    const auto length = static_cast<vk::DeviceSize>(all.length) + tile_class;
+    commands_.dispatchIndirect(*lists_.lengths.handle, length * bytes_of_length);
   }
 }
 

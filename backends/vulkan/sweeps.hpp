@@ -24,8 +24,8 @@ struct TileGrid {
 /// The lists of tiles on the device, for levels of at most `capacity` tiles. Per class there are the full
 /// list and, where only tiles are swept in which something can change, two that sweeps read and write in
 /// turn.
-struct TileLists {
-  TileLists(const Queue& queue, std::int32_t capacity);
+struct ListBuffers {
+  ListBuffers(const Queue& queue, std::int32_t capacity);
 
   /// Of `tiles` and of `lengths`.
   [[nodiscard]] static vk::DeviceSize most_bytes(std::int32_t capacity);
@@ -43,7 +43,7 @@ struct SweepPlan {
   Level level; ///< without its fields
   TileGrid grid;
   bool active;
-  int classes; ///< of tiles: 1, 2 or 4 (Shaders::classify)
+  std::size_t first_class; ///< of Shaders::classify()
 };
 
 /// Work groups of invocations_per_group for a row.
@@ -56,7 +56,7 @@ void wait_for_all(const vk::raii::CommandBuffer& commands);
 /// before.
 class SweepRecorder {
 public:
-  SweepRecorder(const vk::raii::CommandBuffer& commands, Shaders& shaders, const TileLists& lists,
+  SweepRecorder(const vk::raii::CommandBuffer& commands, Shaders& shaders, const ListBuffers& lists,
                 const SweepPlan& plan)
       : commands_(commands), shaders_(shaders), lists_(lists), plan_(plan) {}
 
@@ -79,7 +79,7 @@ private:
 
   const vk::raii::CommandBuffer& commands_;
   Shaders& shaders_;
-  const TileLists& lists_;
+  const ListBuffers& lists_;
   const SweepPlan& plan_;
 };
 
