@@ -188,20 +188,34 @@ Buffer Queue::make_buffer(vk::DeviceSize bytes, vk::BufferUsageFlags usage, Plac
   return buffer;
 }
 
-void Queue::begin() const {
-  commands_.front().begin({vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
+void Queue::begin(const vk::raii::CommandBuffer& commands, vk::CommandBufferUsageFlags usage) const {
+  commands.begin({usage});
   // Waiting for the fence of the last submission made its results available, not yet visible.
-  barrier(commands_.front(), vk::PipelineStageFlagBits::eAllCommands, vk::AccessFlagBits::eMemoryWrite,
+  barrier(commands, vk::PipelineStageFlagBits::eAllCommands, vk::AccessFlagBits::eMemoryWrite,
           vk::PipelineStageFlagBits::eAllCommands,
           vk::AccessFlagBits::eMemoryRead | vk::AccessFlagBits::eMemoryWrite);
 }
 
-void Queue::end_and_wait() const {
-  commands_.front().end();
+void Queue::run(const vk::raii::CommandBuffer& commands) const {
   device_.resetFences(*fence_);
-  queue_.submit(vk::SubmitInfo({}, {}, *commands_.front()), *fence_);
+  queue_.submit(vk::SubmitInfo({}, {}, *commands), *fence_);
   while (device_.waitForFences(*fence_, VK_TRUE, std::numeric_limits<std::uint64_t>::max()) ==
          vk::Result::eTimeout) {
+  }
+}
+
+vk::raii::CommandBuffer Queue::begin_recording() const {
+  auto made = device_.allocateCommandBuffers({*pool_, vk::CommandBufferLevel::ePrimary, 1});
+  begin(made.front(), {});
+  return std::move(made.front());
+}
+
+void Queue::submit(const vk::raii::CommandBuffer& recorded) const {
+  try {
+    run(recorded);
+  } catch (...) {
+    recover();
+    throw;
   }
 }
 

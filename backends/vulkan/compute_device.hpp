@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <vulkan/vulkan_raii.hpp>
 
+#include <concepts>
 #include <cstdint>
 #include <span>
 #include <utility>
@@ -72,23 +73,30 @@ public:
   /// record(commands) fills a command buffer; all that was submitted before is done and visible to it. Where
   /// something fails nothing is left that the device still works on, and the next submission is like the
   /// first.
-  template <typename Record>
+  template <std::invocable<const vk::raii::CommandBuffer&> Record>
   void submit(Record&& record) const {
     try {
-      begin();
+      begin(commands_.front(), vk::CommandBufferUsageFlagBits::eOneTimeSubmit);
       record(commands_.front());
-      end_and_wait();
+      commands_.front().end();
+      run(commands_.front());
     } catch (...) {
       recover();
       throw;
     }
   }
 
+  /// A command buffer that is being recorded, for submit() as often as wanted once it is ended. What was
+  /// submitted before is done and visible to it.
+  [[nodiscard]] vk::raii::CommandBuffer begin_recording() const;
+  /// Like the other one.
+  void submit(const vk::raii::CommandBuffer& recorded) const;
+
 private:
   /// Among the types whose bit is set in `allowed`.
   [[nodiscard]] std::uint32_t memory_type(std::uint32_t allowed, Placement placement) const;
-  void begin() const;
-  void end_and_wait() const;
+  void begin(const vk::raii::CommandBuffer& commands, vk::CommandBufferUsageFlags usage) const;
+  void run(const vk::raii::CommandBuffer& commands) const;
   void recover() const noexcept;
 
   Installation installation_;

@@ -31,14 +31,15 @@ public:
   }
 
 private:
-  [[nodiscard]] std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions&) const override {
+  [[nodiscard]] std::unique_ptr<Session> do_open(std::size_t index,
+                                                 const SessionOptions& options) const override {
     return vulkan::translate_errors([&] {
       vulkan::Installation installation;
       const auto devices = installation.compute_devices();
       if (index >= devices.size()) {
         throw DeviceError(fmt::format("Vulkan device {} has gone, {} are left", index, devices.size()));
       }
-      return vulkan::make_session(std::move(installation), devices[index]);
+      return vulkan::make_session(std::move(installation), devices[index], options.work);
     });
   }
 };

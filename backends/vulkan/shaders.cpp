@@ -1,0 +1,93 @@
+#include "backends/vulkan/shaders.hpp"
+
+namespace hdmbench::vulkan {
+
+namespace {
+
+// SPIR-V, as arrays classify_vulkan and so on.
+#include <shaders/classify_vulkan.hpp>
+#include <shaders/count_vulkan.hpp>
+#include <shaders/project_vulkan.hpp>
+#include <shaders/sample_vulkan.hpp>
+#include <shaders/sweep_vulkan.hpp>
+#include <shaders/sweep_wide_vulkan.hpp>
+
+vk::raii::DescriptorSetLayout make_set_layout(const vk::raii::Device& device) {
+  std::array<vk::DescriptorSetLayoutBinding, binding::count> bindings;
+  for (std::uint32_t i = 0; i < binding::count; ++i) {
+    bindings[i] = {i, descriptor_type(i), 1, vk::ShaderStageFlagBits::eCompute};
+  }
+  return {device, vk::DescriptorSetLayoutCreateInfo({}, bindings)};
+}
+
+vk::raii::PipelineLayout make_pipeline_layout(const vk::raii::Device& device,
+                                              const vk::raii::DescriptorSetLayout& set_layout) {
+  const vk::PushConstantRange parameters(vk::ShaderStageFlagBits::eCompute, 0, sizeof(Parameters));
+  return {device, vk::PipelineLayoutCreateInfo({}, *set_layout, parameters)};
+}
+
+} // namespace
+
+vk::DescriptorType descriptor_type(std::uint32_t binding_number) {
+  switch (binding_number) {
+  case binding::improved:
+  case binding::sampled_observation:
+  case binding::sampled_material:
+    return vk::DescriptorType::eStorageTexelBuffer;
+  case binding::counter:
+  case binding::tiles:
+  case binding::lengths:
+    return vk::DescriptorType::eStorageBuffer;
+  default:
+    return vk::DescriptorType::eUniformTexelBuffer;
+  }
+}
+
+Shaders::Shaders(const vk::raii::Device& device)
+    : device_(&device), set_layout_(make_set_layout(device)),
+      layout_(make_pipeline_layout(device, set_layout_)),
+      count_(make_pipeline(device, layout_, count_vulkan, {})) {}
+
+const vk::raii::Pipeline& Shaders::sweep(const SweepVariant& variant) {
+  auto found = sweeps_.find(variant);
+  if (found == sweeps_.end()) {
+    const TileClass& tile_class = tile_classes[variant.tile_class];
+    const auto number = [](bool value) { return value ? 1 : 0; };
+    const std::array<std::int32_t, 8> values{
+        variant.constants.rule,       variant.constants.colours,
+        variant.constants.step_count, static_cast<std::int32_t>(variant.tile_class),
+        number(tile_class.border),    number(tile_class.observed),
+        number(tile_class.elastic),   number(variant.wakes)};
+    found = sweeps_
+                .emplace(variant, tile_class.elastic
+                                      ? make_pipeline(*device_, layout_, sweep_vulkan, values)
+                                      : make_pipeline(*device_, layout_, sweep_wide_vulkan, values))
+                .first;
+  }
+  return found->second;
+}
+
+const vk::raii::Pipeline& Shaders::classify(std::size_t first_class) {
+  auto found = classify_.find(first_class);
+  if (found == classify_.end()) {
+    const std::array<std::int32_t, 1> values{static_cast<std::int32_t>(first_class)};
+    found = classify_.emplace(first_class, make_pipeline(*device_, layout_, classify_vulkan, values)).first;
+  }
+  return found->second;
+}
+
+const vk::raii::Pipeline& Shaders::sample() {
+  if (*sample_ == vk::Pipeline{}) {
+    sample_ = make_pipeline(*device_, layout_, sample_vulkan, {});
+  }
+  return sample_;
+}
+
+const vk::raii::Pipeline& Shaders::project() {
+  if (*project_ == vk::Pipeline{}) {
+    project_ = make_pipeline(*device_, layout_, project_vulkan, {});
+  }
+  return project_;
+}
+
+} // namespace hdmbench::vulkan

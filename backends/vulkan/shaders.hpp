@@ -1,0 +1,97 @@
+#pragma once
+
+#include "backends/shader_constants.hpp"
+#include "backends/tiles.hpp"
+#include "backends/vulkan/compute_device.hpp"
+#include "kernels/level.hpp"
+
+#include <compare>
+#include <cstddef>
+#include <map>
+
+/// The shaders kernels/*.vulkan.comp as pipelines, and what they share with this side:
+/// kernels/level.vulkan.glsl and kernels/resampling.vulkan.glsl.
+namespace hdmbench::vulkan {
+
+/// The bindings of all shaders, in one set.
+namespace binding {
+constexpr std::uint32_t displacement = 0;
+constexpr std::uint32_t material = 1;
+constexpr std::uint32_t observation = 2;
+constexpr std::uint32_t inverse_curvature = 3;
+constexpr std::uint32_t improved = 4;
+constexpr std::uint32_t counter = 5;
+constexpr std::uint32_t tiles = 6;
+constexpr std::uint32_t lengths = 7;
+constexpr std::uint32_t entries = 8;
+constexpr std::uint32_t sampled_material = 9;
+constexpr std::uint32_t sampled_observation = 10;
+constexpr std::uint32_t count = 11;
+} // namespace binding
+
+[[nodiscard]] vk::DescriptorType descriptor_type(std::uint32_t binding_number);
+
+constexpr std::uint32_t invocations_per_group = 64; // in x, of all shaders but the sweep
+
+/// The push constants of the shaders with level.vulkan.glsl.
+struct Parameters {
+  std::array<float, StepSet::maximum_count> steps{};
+  float penalty = 0.0F;
+  std::int32_t width = 0;
+  std::int32_t height = 0;
+  SweepState turn = {};
+  std::int32_t tiles_across = 0;
+  std::int32_t tile_count = 0;
+  std::int32_t list = 0;
+  std::int32_t length = 0;
+  std::int32_t next_list = 0;
+  std::int32_t next_length = 0;
+  std::int32_t stamp = 0;
+};
+static_assert(sizeof(Parameters) == 120); // 128 are what every device has
+static_assert(offsetof(Parameters, turn) == 76);
+
+/// The push constants of the shaders with resampling.vulkan.glsl.
+struct Resampling {
+  std::int32_t width = 0;
+  std::int32_t from_width = 0;
+  std::int32_t first_column = 0;
+  std::int32_t first_row = 0;
+};
+
+/// What a sweep's pipeline is made for.
+struct SweepVariant {
+  ShaderConstants constants;
+  std::size_t tile_class = general_class;
+  bool wakes = false; ///< what may change in the next sweep is put on the next list
+
+  auto operator<=>(const SweepVariant&) const = default;
+};
+
+/// Pipelines of one device, each made when it is first needed and kept.
+class Shaders {
+public:
+  explicit Shaders(const vk::raii::Device& device);
+
+  [[nodiscard]] const vk::raii::DescriptorSetLayout& set_layout() const { return set_layout_; }
+  [[nodiscard]] const vk::raii::PipelineLayout& layout() const { return layout_; }
+  [[nodiscard]] const vk::raii::Pipeline& count() const { return count_; }
+
+  [[nodiscard]] const vk::raii::Pipeline& sweep(const SweepVariant& variant);
+  /// Tells tile_classes from `first_class` on apart: all, the last 2, or only the last.
+  [[nodiscard]] const vk::raii::Pipeline& classify(std::size_t first_class);
+  [[nodiscard]] const vk::raii::Pipeline& sample();
+  [[nodiscard]] const vk::raii::Pipeline& project();
+
+private:
+  const vk::raii::Device* device_;
+  vk::raii::DescriptorSetLayout set_layout_;
+  vk::raii::PipelineLayout layout_;
+  vk::raii::Pipeline count_;
+  vk::raii::Pipeline sample_ = nullptr;
+  vk::raii::Pipeline project_ = nullptr;
+  std::map<SweepVariant, vk::raii::Pipeline> sweeps_;
+  std::map<std::size_t, vk::raii::Pipeline> classify_;
+};
+
+} // namespace hdmbench::vulkan

@@ -1,0 +1,153 @@
+#include "backends/vulkan/sweeps.hpp"
+
+#include "kernels/tile_size.vulkan.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace hdmbench::vulkan {
+
+namespace {
+
+using Usage = vk::BufferUsageFlagBits;
+
+constexpr auto class_count = static_cast<std::int32_t>(tile_classes.size());
+constexpr std::int32_t full_list = 2; // after the two that sweeps read and write in turn
+constexpr vk::DeviceSize bytes_of_length = 4 * sizeof(std::uint32_t);
+constexpr vk::DeviceSize bytes_of_lengths = class_count * bytes_of_length;
+
+/// Element of the lengths of the list that sweep `since_write` reads; its first class's.
+std::int32_t length_of(int since_write) {
+  return class_count * (since_write % (most_recorded_sweeps + 1));
+}
+constexpr std::int32_t length_of_full = class_count * (most_recorded_sweeps + 1);
+
+std::uint32_t divided(std::int32_t number, std::uint32_t by) {
+  return (static_cast<std::uint32_t>(number) + by - 1) / by;
+}
+
+constexpr std::uint32_t most_groups_across = 4096; // of level.vulkan.glsl
+
+} // namespace
+
+TileGrid::TileGrid(Extent extent)
+    : across(static_cast<std::int32_t>(divided(extent.width, TILE_WIDTH))),
+      count(across * static_cast<std::int32_t>(divided(extent.height, TILE_HEIGHT))) {}
+
+ListBuffers::ListBuffers(const Queue& queue, std::int32_t capacity_)
+    : capacity(capacity_),
+      tiles(queue.make_buffer(most_bytes(capacity), Usage::eStorageBuffer | Usage::eTransferDst,
+                              Placement::device)),
+      lengths(queue.make_buffer((most_recorded_sweeps + 2) * bytes_of_lengths,
+                                Usage::eStorageBuffer | Usage::eIndirectBuffer | Usage::eTransferDst,
+                                Placement::device)) {}
+
+vk::DeviceSize ListBuffers::most_bytes(std::int32_t capacity) {
+  const auto words = static_cast<vk::DeviceSize>(capacity) * (2 + 3 * class_count);
+  return words * sizeof(std::uint32_t);
+}
+
+SweepPlan::SweepPlan(const Level& whole, Extent extent, std::vector<float> strengths, Work work)
+    : level(without_fields(whole)), grid(extent),
+      active(work == Work::active && changes_spread_by_contact(whole)), first_class(general_class) {
+  level.extent = extent;
+  level.strengths = std::move(strengths);
+  const bool has_interior = level.extent.width > 3 * TILE_WIDTH && level.extent.height > 3 * TILE_HEIGHT;
+  if (has_interior && changes_spread_by_contact(level)) {
+    first_class = active ? general_class - 1 : 0;
+  }
+}
+
+std::uint32_t groups_across(std::int32_t width) {
+  return divided(width, invocations_per_group);
+}
+
+void wait_for_all(const vk::raii::CommandBuffer& commands) {
+  using Stage = vk::PipelineStageFlagBits;
+  using Access = vk::AccessFlagBits;
+  const vk::PipelineStageFlags stages = Stage::eComputeShader | Stage::eTransfer | Stage::eDrawIndirect;
+  barrier(commands, stages, Access::eShaderWrite | Access::eTransferWrite, stages,
+          Access::eShaderRead | Access::eShaderWrite | Access::eTransferRead | Access::eTransferWrite |
+              Access::eIndirectCommandRead);
+}
+
+Parameters SweepRecorder::parameters() const {
+  return {.steps = plan_.level.steps.padded(),
+          .penalty = plan_.level.penalty,
+          .width = plan_.level.extent.width,
+          .height = plan_.level.extent.height,
+          .tiles_across = plan_.grid.across,
+          .tile_count = plan_.grid.count,
+          .list = full_list,
+          .length = length_of_full};
+}
+
+void SweepRecorder::bind(const vk::raii::Pipeline& pipeline) const {
+  commands_.bindPipeline(vk::PipelineBindPoint::eCompute, *pipeline);
+}
+
+void SweepRecorder::bind(const vk::raii::DescriptorSet& set, const Parameters& parameters) const {
+  commands_.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *shaders_.layout(), 0, *set, {});
+  commands_.pushConstants<Parameters>(*shaders_.layout(), vk::ShaderStageFlagBits::eCompute, 0, parameters);
+}
+
+void SweepRecorder::classify(const vk::raii::DescriptorSet& set) const {
+  wait_for_all(commands_);
+  commands_.fillBuffer(*lists_.lengths.handle, length_of_full * bytes_of_length, bytes_of_lengths, 0);
+  wait_for_all(commands_);
+  bind(shaders_.classify(plan_.first_class));
+  bind(set, parameters());
+  const std::uint32_t groups = groups_across(plan_.grid.count);
+  commands_.dispatch(std::min(groups, most_groups_across),
+                     divided(static_cast<std::int32_t>(groups), most_groups_across), 1);
+}
+
+void SweepRecorder::wake_all() const {
+  wait_for_all(commands_);
+  const vk::DeviceSize section = static_cast<vk::DeviceSize>(plan_.grid.count) * sizeof(std::uint32_t);
+  commands_.fillBuffer(*lists_.tiles.handle, section, section, 0);
+}
+
+void SweepRecorder::clear_lengths(int since_write) const {
+  wait_for_all(commands_);
+  const vk::DeviceSize kept = static_cast<vk::DeviceSize>(length_of(since_write)) * bytes_of_length;
+  const vk::DeviceSize end = static_cast<vk::DeviceSize>(length_of_full) * bytes_of_length;
+  if (kept > 0) {
+    commands_.fillBuffer(*lists_.lengths.handle, 0, kept, 0);
+  }
+  if (kept + bytes_of_lengths < end) {
+    commands_.fillBuffer(*lists_.lengths.handle, kept + bytes_of_lengths, end - kept - bytes_of_lengths, 0);
+  }
+}
+
+void SweepRecorder::sweep(const vk::raii::DescriptorSet& set, int number, int since_write) const {
+  wait_for_all(commands_);
+  Parameters all = parameters();
+  all.turn = sweep_state(plan_.level, number);
+  if (plan_.active) {
+    if (since_write > 0) {
+      all.list = since_write % 2;
+      all.length = length_of(since_write);
+    }
+    all.next_list = (since_write + 1) % 2;
+    all.next_length = length_of(since_write + 1);
+    all.stamp = since_write + 1;
+  }
+  bind(set, all);
+  for (std::size_t tile_class = plan_.first_class; tile_class < tile_classes.size(); ++tile_class) {
+    bind(shaders_.sweep(
+        {.constants = shader_constants(plan_.level), .tile_class = tile_class, .wakes = plan_.active}));
+    const auto length = static_cast<vk::DeviceSize>(all.length) + tile_class;
+    commands_.dispatchIndirect(*lists_.lengths.handle, length * bytes_of_length);
+  }
+}
+
+void SweepRecorder::count(const vk::raii::DescriptorSet& set) const {
+  wait_for_all(commands_);
+  bind(shaders_.count());
+  bind(set, parameters());
+  commands_.dispatch(groups_across(plan_.level.extent.width),
+                     static_cast<std::uint32_t>(plan_.level.extent.height), 1);
+}
+
+} // namespace hdmbench::vulkan
