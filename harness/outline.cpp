@@ -104,14 +104,15 @@ std::vector<double> smooth(const std::vector<double>& values, Extent extent) {
 } // namespace
 
 Outline find_outline(const std::vector<bool>& inside, Extent extent) {
-  const std::vector<double> to_region = squared_distance(inside, true, extent);
-  const std::vector<double> to_outside = squared_distance(inside, false, extent);
-  std::vector<double> signed_distance(extent.sites());
-  for (std::size_t i = 0; i < signed_distance.size(); ++i) {
-    // The outline runs half way between the last site inside and the first one outside.
-    signed_distance[i] = inside[i] ? 0.5 - std::sqrt(to_outside[i]) : std::sqrt(to_region[i]) - 0.5;
+  std::vector<double> signed_distance = squared_distance(inside, true, extent); // of the sites outside
+  {
+    const std::vector<double> to_outside = squared_distance(inside, false, extent);
+    for (std::size_t i = 0; i < signed_distance.size(); ++i) {
+      // The outline runs half way between the last site inside and the first one outside.
+      signed_distance[i] = inside[i] ? 0.5 - std::sqrt(to_outside[i]) : std::sqrt(signed_distance[i]) - 0.5;
+    }
   }
-  Outline outline{.distance = ScalarField(extent), .normal = VectorField(extent)};
+  Outline outline{.distance = ScalarField(extent), .normal = {}};
   std::ranges::transform(signed_distance, outline.distance.values.begin(),
                          [](double value) { return static_cast<float>(value); });
 
@@ -119,6 +120,7 @@ Outline find_outline(const std::vector<bool>& inside, Extent extent) {
   for (int pass = 0; pass < smoothing_passes; ++pass) {
     signed_distance = smooth(signed_distance, extent);
   }
+  outline.normal = VectorField(extent); // not before: there is less memory in use now
   for (int y = 0; y < extent.height; ++y) {
     for (int x = 0; x < extent.width; ++x) {
       const auto difference = [&](int dx, int dy) {
@@ -140,6 +142,9 @@ Outline find_outline(const std::vector<bool>& inside, Extent extent) {
 }
 
 std::vector<bool> close_gaps(const std::vector<bool>& inside, Extent extent, double radius) {
+  if (!(radius > 0.0)) {
+    return inside;
+  }
   // A frame as wide as the radius, so that the dilated region can shrink back from the image border.
   const int frame = static_cast<int>(std::ceil(radius)) + 1;
   const Extent framed{extent.width + 2 * frame, extent.height + 2 * frame};
@@ -149,9 +154,11 @@ std::vector<bool> close_gaps(const std::vector<bool>& inside, Extent extent, dou
       region[framed.index(x + frame, y + frame)] = inside[extent.index(x, y)];
     }
   }
-  const std::vector<double> to_region = squared_distance(region, true, framed);
-  for (std::size_t i = 0; i < region.size(); ++i) {
-    region[i] = to_region[i] <= radius * radius;
+  {
+    const std::vector<double> to_region = squared_distance(region, true, framed);
+    for (std::size_t i = 0; i < region.size(); ++i) {
+      region[i] = to_region[i] <= radius * radius;
+    }
   }
   const std::vector<double> to_outside = squared_distance(region, false, framed);
   std::vector<bool> closed(inside);

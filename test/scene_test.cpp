@@ -125,7 +125,7 @@ TEST(ShippedScenes, TheRadialExpansionFallsLinearlyFromTheOutlineToTheImageBorde
 
 TEST(ShippedScenes, TieRichIsOnItsGrid) {
   const Scene scene = load_scene("tie-rich", {.size = Extent{40, 40}});
-  for (const float value : scene.start.x) {
+  for (const float value : scene.start.value().x) {
     EXPECT_EQ(value, static_cast<float>(0.1 * std::round(value * 10.0)));
   }
   EXPECT_TRUE(std::ranges::all_of(scene.full.modulus.values, [](float m) { return m == 1.0F; }));

@@ -37,7 +37,7 @@ void iterate(benchmark::State& state, const Backend& backend, const Kind& kind, 
   const int sweeps = sweeps_per_iteration(kind.update);
   const auto session = backend.open({});
   session->load(scene.full);
-  session->write(scene.start);
+  session->write(scene.start_field());
   session->step(2 * sweeps); // compiles
   for (auto _ : state) {
     const auto start = std::chrono::steady_clock::now();
