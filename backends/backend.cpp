@@ -1,5 +1,7 @@
 #include "backends/backend.hpp"
 
+#include "backends/cut_session.hpp"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -44,6 +46,9 @@ std::size_t choose(std::string_view backend, const std::vector<Device>& devices,
 
 template <typename Call>
 auto Session::on_device(Call&& call) {
+  if (backend_.empty()) {
+    return call();
+  }
   try {
     return call();
   } catch (const TooLarge& error) {
@@ -104,9 +109,13 @@ void Session::do_solve(const Advance& advance) {
     if (field.extent != level.extent) {
       field = prolongate(field, level.extent, pyramid_->alignment);
     }
-    Level sampled = sample_level(*pyramid_->full, level.extent, pyramid_->alignment);
-    sampled.strengths = level.strengths;
-    do_load(sampled);
+    if (level.extent == pyramid_->full->extent && level.strengths == pyramid_->full->strengths) {
+      do_load(*pyramid_->full); // no copy of what is largest
+    } else {
+      Level sampled = sample_level(*pyramid_->full, level.extent, pyramid_->alignment);
+      sampled.strengths = level.strengths;
+      do_load(sampled);
+    }
     do_write(field);
     if (level.sweeps > 0) {
       do_step(0, level.sweeps);
@@ -173,7 +182,12 @@ void Session::require_loaded(const char* call) const {
 }
 
 std::unique_ptr<Session> Backend::open(const SessionOptions& options) const {
-  std::unique_ptr<Session> session = do_open(choose(name(), devices(), options.device), options);
+  const auto open_one = [this, index = choose(name(), devices(), options.device), options] {
+    std::unique_ptr<Session> session = do_open(index, options);
+    session->sequential_ = supports(Update::sequential);
+    return session;
+  };
+  std::unique_ptr<Session> session = std::make_unique<CutSession>(open_one);
   session->backend_ = name();
   session->sequential_ = supports(Update::sequential);
   return session;

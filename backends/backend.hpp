@@ -68,7 +68,7 @@ public:
 
   /// Uploads what does not change during the sweeps and makes room for the field, whose content is then
   /// undefined. The level is assumed to be valid (kernels/level.hpp). Throws DeviceError if it exceeds the
-  /// device's limits (TooLarge) or the update mode is not this backend's.
+  /// device's limits even in pieces (TooLarge; cut_session.hpp) or the update mode is not this backend's.
   void load(const Level& level);
   /// Uploads the displacement (extent of the level). changed() is 0 afterwards.
   void write(const VectorField& displacement);
@@ -95,6 +95,8 @@ protected:
   /// projected on the host.
   virtual void do_load_pyramid(const Pyramid& pyramid);
   virtual void do_solve(const Advance& advance);
+  /// The one that was loaded; there is one in do_solve().
+  [[nodiscard]] const Pyramid& pyramid() const { return *pyramid_; }
 
 private:
   virtual void do_load(const Level& level) = 0;
@@ -103,6 +105,7 @@ private:
   virtual void do_step(int first, int sweeps) = 0;
   virtual void do_read(VectorField& displacement) = 0;
   virtual std::int64_t do_changed() = 0;
+
   friend class Backend;
   void require_loaded(const char* call) const;
   void require_supported(const Level& level) const;
@@ -110,7 +113,7 @@ private:
   template <typename Call>
   auto on_device(Call&& call);
 
-  std::string backend_;     ///< name of the backend that opened this session, for errors
+  std::string backend_;     ///< name of the backend that opened this session, for errors; empty: no name
   bool sequential_ = false; ///< whether that backend supports sequential updates
   std::optional<Extent> extent_;
   std::optional<Pyramid> pyramid_; ///< where load(pyramid) was the last load
@@ -134,7 +137,8 @@ public:
   [[nodiscard]] virtual bool supports(Update update) const { return update != Update::sequential; }
   /// The devices present, at least one. Throws DeviceError with one sentence that says why there is none.
   [[nodiscard]] virtual std::vector<Device> devices() const = 0;
-  /// Throws DeviceError (no such device, the driver refuses).
+  /// An image that is too large for the device is cut into pieces, for which load() opens further sessions:
+  /// this backend must live as long. Throws DeviceError (no such device, the driver refuses).
   [[nodiscard]] std::unique_ptr<Session> open(const SessionOptions& options) const;
   /// The device `open` would take. Throws DeviceError.
   [[nodiscard]] Device device(const SessionOptions& options) const;

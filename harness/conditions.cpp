@@ -93,7 +93,8 @@ void apply_on_border(const Condition& condition, Level& level) {
   const double centre_x = 0.5 * (extent.width - 1);
   const double centre_y = 0.5 * (extent.height - 1);
   for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
+    const bool whole_row = y == 0 || y == extent.height - 1;
+    for (int x = 0; x < extent.width; x += whole_row ? 1 : std::max(1, extent.width - 1)) {
       if (!is_at(condition.where, x, y, extent)) {
         continue;
       }

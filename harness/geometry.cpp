@@ -27,10 +27,18 @@ struct Shape {
   std::array<double, 2> centre{0.5, 0.5};
   std::array<double, 2> size{1.0, 1.0};
 
-  [[nodiscard]] bool contains(double x, double y) const {
-    // 1 on the outline; a hair more, so that an outline through pixel centres is not decided by rounding.
-    const double u = 2.0 * std::abs(x - centre[0]) / size[0];
-    const double v = 2.0 * std::abs(y - centre[1]) / size[1];
+  /// Distance from the centre along an axis (0: x, 1: y) for each of its pixels, 1 on the outline.
+  [[nodiscard]] std::vector<double> distances(std::size_t axis, int count) const {
+    std::vector<double> result;
+    for (int i = 0; i < count; ++i) {
+      result.push_back(2.0 * std::abs(fraction(i, count) - centre[axis]) / size[axis]);
+    }
+    return result;
+  }
+
+  /// At these distances along x and y.
+  [[nodiscard]] bool contains(double u, double v) const {
+    // A hair more than 1, so that an outline through pixel centres is not decided by rounding.
     constexpr double outline = 1.0 + 1e-9;
     switch (kind) {
     case Kind::rectangle:
@@ -68,21 +76,23 @@ LabelField paint_shapes(TomlReader& scene, Extent extent) {
     shapes.push_back(read_shape(table));
   }
   LabelField labels{.extent = extent, .values = std::vector<int>(extent.sites(), unpainted)};
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      int& label = labels.values[extent.index(x, y)];
-      for (const Shape& shape : shapes) {
-        if (shape.contains(fraction(x, extent.width), fraction(y, extent.height))) {
-          label = shape.label;
-        }
-      }
-      if (label == unpainted) {
-        scene.fail(
-            "shape",
-            fmt::format("tables leave the pixel x = {}, y = {} unpainted; begin with kind = \"everything\"",
-                        x, y));
+  for (const Shape& shape : shapes) {
+    const std::vector<double> columns = shape.distances(0, extent.width);
+    const std::vector<double> rows = shape.distances(1, extent.height);
+    auto label = labels.values.begin();
+    for (const double row : rows) {
+      for (const double column : columns) {
+        *label = shape.contains(column, row) ? shape.label : *label;
+        ++label;
       }
     }
+  }
+  if (const auto found = std::ranges::find(labels.values, unpainted); found != labels.values.end()) {
+    const auto site = found - labels.values.begin();
+    scene.fail(
+        "shape",
+        fmt::format("tables leave the pixel x = {}, y = {} unpainted; begin with kind = \"everything\"",
+                    site % extent.width, site / extent.width));
   }
   return labels;
 }

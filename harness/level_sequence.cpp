@@ -80,7 +80,8 @@ bool leaves_range(const std::vector<float>& begin, const std::vector<float>& tar
 
 LevelSequence::LevelSequence(const Scene& scene) : scene_(scene), extents_(pyramid_extents(scene.extent())) {
   const auto moves = [](float component) { return component != 0.0F; };
-  has_start_ = std::ranges::any_of(scene.start.x, moves) || std::ranges::any_of(scene.start.y, moves);
+  has_start_ = scene.start &&
+               (std::ranges::any_of(scene.start->x, moves) || std::ranges::any_of(scene.start->y, moves));
   const int coarsest = static_cast<int>(extents_.size()) - 1;
   for (int level = std::min(scene.schedule.start_level.value_or(coarsest), coarsest); level >= 0; --level) {
     const bool near =
@@ -141,18 +142,17 @@ const Level& LevelSequence::sample_without_acceleration(int level) {
 }
 
 VectorField LevelSequence::begin(int level, const VectorField& computed_before) const {
-  const auto start = [&](Extent of) { return sample_field(scene_.start, of, scene_.schedule.alignment); };
   if (level == order_.front()) {
-    return start(extent(level));
+    return scene_.start_at(extent(level));
   }
   if (!has_start_) {
     return prolongate(computed_before, extent(level), scene_.schedule.alignment);
   }
-  VectorField moved = start(computed_before.extent);
+  VectorField moved = scene_.start_at(computed_before.extent);
   std::ranges::transform(computed_before.x, moved.x, moved.x.begin(), std::minus());
   std::ranges::transform(computed_before.y, moved.y, moved.y.begin(), std::minus());
   moved = prolongate(moved, extent(level), scene_.schedule.alignment);
-  const VectorField own = start(extent(level));
+  const VectorField own = scene_.start_at(extent(level));
   std::ranges::transform(own.x, moved.x, moved.x.begin(), std::plus());
   std::ranges::transform(own.y, moved.y, moved.y.begin(), std::plus());
   return moved;

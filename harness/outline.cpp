@@ -1,6 +1,7 @@
 #include "harness/outline.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -72,12 +73,17 @@ std::vector<double> squared_distance(const std::vector<bool>& flags, bool wanted
   for (std::size_t i = 0; i < distance.size(); ++i) {
     distance[i] = flags[i] == wanted ? 0.0 : far;
   }
-  LowerEnvelope envelope;
-  for (int y = 0; y < extent.height; ++y) {
-    envelope.apply({distance.data() + extent.index(0, y), 1, extent.width});
-  }
-  for (int x = 0; x < extent.width; ++x) {
-    envelope.apply({distance.data() + x, extent.width, extent.height});
+#pragma omp parallel
+  {
+    LowerEnvelope envelope;
+#pragma omp for
+    for (int y = 0; y < extent.height; ++y) {
+      envelope.apply({distance.data() + extent.index(0, y), 1, extent.width});
+    }
+#pragma omp for
+    for (int x = 0; x < extent.width; ++x) {
+      envelope.apply({distance.data() + x, extent.width, extent.height});
+    }
   }
   return distance;
 }
@@ -85,18 +91,29 @@ std::vector<double> squared_distance(const std::vector<bool>& flags, bool wanted
 /// One pass of the 3 x 3 binomial filter, the border repeated.
 std::vector<double> smooth(const std::vector<double>& values, Extent extent) {
   std::vector<double> result(values.size());
+#pragma omp parallel for
   for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
+    const auto row = [&](int of) {
+      return values.data() + extent.index(0, std::clamp(of, 0, extent.height - 1));
+    };
+    const std::array<const double*, 3> rows{row(y - 1), row(y), row(y + 1)};
+    double* const to = result.data() + extent.index(0, y);
+    const auto smooth_site = [&](int left, int x, int right) {
       double sum = 0.0;
-      for (int dy = -1; dy <= 1; ++dy) {
-        for (int dx = -1; dx <= 1; ++dx) {
-          const double weight = (dx == 0 ? 2.0 : 1.0) * (dy == 0 ? 2.0 : 1.0) / 16.0;
-          sum += weight * values[extent.index(std::clamp(x + dx, 0, extent.width - 1),
-                                              std::clamp(y + dy, 0, extent.height - 1))];
-        }
+      for (std::size_t i = 0; i < 3; ++i) {
+        const double weight = (i == 1 ? 2.0 : 1.0) / 16.0;
+        sum += weight * rows[i][left];
+        sum += 2.0 * weight * rows[i][x];
+        sum += weight * rows[i][right];
       }
-      result[extent.index(x, y)] = sum;
+      to[x] = sum;
+    };
+    const int last = extent.width - 1;
+    smooth_site(0, 0, std::min(1, last));
+    for (int x = 1; x < last; ++x) {
+      smooth_site(x - 1, x, x + 1);
     }
+    smooth_site(std::max(0, last - 1), last, last);
   }
   return result;
 }
@@ -104,14 +121,15 @@ std::vector<double> smooth(const std::vector<double>& values, Extent extent) {
 } // namespace
 
 Outline find_outline(const std::vector<bool>& inside, Extent extent) {
-  const std::vector<double> to_region = squared_distance(inside, true, extent);
-  const std::vector<double> to_outside = squared_distance(inside, false, extent);
-  std::vector<double> signed_distance(extent.sites());
-  for (std::size_t i = 0; i < signed_distance.size(); ++i) {
-    // The outline runs half way between the last site inside and the first one outside.
-    signed_distance[i] = inside[i] ? 0.5 - std::sqrt(to_outside[i]) : std::sqrt(to_region[i]) - 0.5;
+  std::vector<double> signed_distance = squared_distance(inside, true, extent); // of the sites outside
+  {
+    const std::vector<double> to_outside = squared_distance(inside, false, extent);
+    for (std::size_t i = 0; i < signed_distance.size(); ++i) {
+      // The outline runs half way between the last site inside and the first one outside.
+      signed_distance[i] = inside[i] ? 0.5 - std::sqrt(to_outside[i]) : std::sqrt(signed_distance[i]) - 0.5;
+    }
   }
-  Outline outline{.distance = ScalarField(extent), .normal = VectorField(extent)};
+  Outline outline{.distance = ScalarField(extent), .normal = {}};
   std::ranges::transform(signed_distance, outline.distance.values.begin(),
                          [](double value) { return static_cast<float>(value); });
 
@@ -119,6 +137,8 @@ Outline find_outline(const std::vector<bool>& inside, Extent extent) {
   for (int pass = 0; pass < smoothing_passes; ++pass) {
     signed_distance = smooth(signed_distance, extent);
   }
+  outline.normal = VectorField(extent); // not before: there is less memory in use now
+#pragma omp parallel for
   for (int y = 0; y < extent.height; ++y) {
     for (int x = 0; x < extent.width; ++x) {
       const auto difference = [&](int dx, int dy) {
@@ -140,6 +160,9 @@ Outline find_outline(const std::vector<bool>& inside, Extent extent) {
 }
 
 std::vector<bool> close_gaps(const std::vector<bool>& inside, Extent extent, double radius) {
+  if (!(radius > 0.0)) {
+    return inside;
+  }
   // A frame as wide as the radius, so that the dilated region can shrink back from the image border.
   const int frame = static_cast<int>(std::ceil(radius)) + 1;
   const Extent framed{extent.width + 2 * frame, extent.height + 2 * frame};
@@ -149,9 +172,11 @@ std::vector<bool> close_gaps(const std::vector<bool>& inside, Extent extent, dou
       region[framed.index(x + frame, y + frame)] = inside[extent.index(x, y)];
     }
   }
-  const std::vector<double> to_region = squared_distance(region, true, framed);
-  for (std::size_t i = 0; i < region.size(); ++i) {
-    region[i] = to_region[i] <= radius * radius;
+  {
+    const std::vector<double> to_region = squared_distance(region, true, framed);
+    for (std::size_t i = 0; i < region.size(); ++i) {
+      region[i] = to_region[i] <= radius * radius;
+    }
   }
   const std::vector<double> to_outside = squared_distance(region, false, framed);
   std::vector<bool> closed(inside);

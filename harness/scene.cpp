@@ -111,7 +111,7 @@ std::optional<Extent> read_size(TomlReader& scene, const SceneOptions& options) 
 /// Optional images of target displacement (pixels) and confidence, before the built-in conditions, and of the
 /// displacement to begin with.
 void read_vector_images(TomlReader& image, const Files& file, std::optional<Extent> size, Level& full,
-                        VectorField& start) {
+                        std::optional<VectorField>& start) {
   const auto read = [&](std::string_view key, VectorField& into) {
     if (image.has(key)) {
       into = read_vector(file(image.text(key)), {.slice = std::nullopt, .size = size}).pixels;
@@ -123,7 +123,9 @@ void read_vector_images(TomlReader& image, const Files& file, std::optional<Exte
   }
   read("target", full.target);
   read("confidence", full.confidence);
-  read("start", start);
+  if (image.has("start")) {
+    read("start", start.emplace());
+  }
 }
 
 /// Whether interpolation between the levels keeps displacements on dyadic grids: all weights are quarters.
@@ -201,16 +203,21 @@ Scene build(const toml::table& root, const std::string& name, const std::string&
   full.target = VectorField(extent);
   full.confidence = VectorField(extent);
   full.modulus = std::move(content.modulus);
-  scene.start = VectorField(extent);
   if (reader.has("random")) {
     TomlReader random = reader.table("random");
-    fill_randomly(random, full, scene.start);
-    content.picture = full.modulus;
-    stretch(content.picture);
+    fill_randomly(random, full, scene.start.emplace(extent));
+    if (is_inspected(extent)) {
+      content.picture = full.modulus;
+      stretch(content.picture);
+    }
   }
   read_vector_images(image, file, size, full, scene.start);
   image.finish();
   apply_conditions(reader, content.labels, full);
+  if (content.segmented && is_inspected(extent)) {
+    scene.labels = std::move(content.labels);
+  }
+  content.labels = {}; // before there is more
   read_weight(reader, scene);
   full.steps = read_steps(reader);
   scene.spacing = reader.number("spacing", content.spacing);
@@ -227,9 +234,6 @@ Scene build(const toml::table& root, const std::string& name, const std::string&
   reader.finish();
   set_inverse_modulus(full);
   scene.picture = std::move(content.picture);
-  if (content.segmented) {
-    scene.labels = std::move(content.labels);
-  }
   return scene;
 }
 
@@ -268,9 +272,20 @@ void set_weight(Scene& scene, const ObservationWeight& weight) {
   scene.weight = weight;
 }
 
+VectorField Scene::start_field() const {
+  return start ? *start : VectorField(extent());
+}
+
+VectorField Scene::start_at(Extent level) const {
+  return start ? sample_field(*start, level, schedule.alignment) : VectorField(level);
+}
+
+bool is_inspected(Extent extent) {
+  return extent.sites() <= std::size_t{4096} * 4096;
+}
+
 void require_memory(Extent extent) {
-  // A scene has 40 bytes a site, a session and the pyramid about as much again.
-  const double needed = 80.0 * static_cast<double>(extent.sites());
+  const double needed = static_cast<double>(largest_bytes_per_site) * static_cast<double>(extent.sites());
   const double present =
       static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
   if (needed > present) {

@@ -85,13 +85,13 @@ struct ObservationWeight {
 
 /// A problem at full resolution together with the way the thesis solves it.
 struct Scene {
-  std::string name;     ///< "square"
-  std::string source;   ///< the name or path it was loaded by
-  std::string title;    ///< one line for people
-  Level full;           ///< the finest level: everything but the displacement
-  VectorField start;    ///< displacement to begin with, pixels
-  ScalarField picture;  ///< gray values 0 ... 255, only to look at
-  LabelField labels;    ///< the segmentation the moduli come from; empty where there was none
+  std::string name;                 ///< "square"
+  std::string source;               ///< the name or path it was loaded by
+  std::string title;                ///< one line for people
+  Level full;                       ///< the finest level: everything but the displacement
+  std::optional<VectorField> start; ///< displacement to begin with, pixels; none: the null field
+  ScalarField picture;  ///< gray values 0 ... 255, only to look at; empty where !is_inspected(extent())
+  LabelField labels;    ///< the segmentation the moduli come from; empty where there was none, likewise
   double spacing = 1.0; ///< millimetres per pixel
   double poisson = 0.3; ///< Poisson's ratio of all tissues, for the finite elements; HDM has none
   /// Declared, and checked by verify: every intermediate of every sweep is exact in float32, so that no
@@ -101,6 +101,10 @@ struct Scene {
   ObservationWeight weight; ///< changed by set_weight, whose product is full.penalty
 
   [[nodiscard]] Extent extent() const { return full.extent; }
+  /// The start, null or not, with a value for every site.
+  [[nodiscard]] VectorField start_field() const;
+  /// The same at the sites of a level.
+  [[nodiscard]] VectorField start_at(Extent level) const;
 };
 
 /// Sets scene.weight and, to its product, scene.full.penalty. Throws InputError and changes nothing.
@@ -111,8 +115,15 @@ struct SceneOptions {
   std::optional<Extent> size; ///< pixels; none: the file's own
 };
 
-/// Throws InputError for an image that this machine's memory cannot hold, before the kernel kills the program
-/// for it.
+/// Whether an image, of at most 4096 x 4096 sites, is looked at closely: its scene has a picture and labels,
+/// `run` draws and diagnoses it. Beyond, that would take more time and memory than the solution itself.
+[[nodiscard]] bool is_inspected(Extent extent);
+
+/// Bytes of memory per site, in all, that icm takes on `openmp` in an image that is not inspected: at most.
+inline constexpr int largest_bytes_per_site = 60;
+
+/// Throws InputError for an image that this machine's memory cannot hold at largest_bytes_per_site, before
+/// the kernel kills the program for it.
 void require_memory(Extent extent);
 
 /// The shipped scenes in the order of the thesis, the brain last.

@@ -2,6 +2,7 @@
 
 #include "harness/geometry.hpp"
 #include "harness/images.hpp"
+#include "harness/scene.hpp"
 
 #include <fmt/format.h>
 
@@ -40,11 +41,15 @@ std::map<int, Tissue> read_tissues(TomlReader& scene) {
 void assign_tissues(TomlReader& scene, const std::map<int, Tissue>& tissues, Content& content,
                     bool needs_picture) {
   content.modulus = ScalarField(content.labels.extent);
+  needs_picture = needs_picture && is_inspected(content.labels.extent);
   if (needs_picture) {
     content.picture = ScalarField(content.labels.extent);
   }
+  auto tissue = tissues.end();
   for (std::size_t i = 0; i < content.labels.values.size(); ++i) {
-    const auto tissue = tissues.find(content.labels.values[i]);
+    if (tissue == tissues.end() || tissue->first != content.labels.values[i]) {
+      tissue = tissues.find(content.labels.values[i]);
+    }
     if (tissue == tissues.end()) {
       const auto width = static_cast<std::size_t>(content.labels.extent.width);
       scene.fail("tissue", fmt::format("none has the label {} of the pixel x = {}, y = {}",
@@ -115,12 +120,17 @@ Content read_image_content(TomlReader& image, TomlReader& scene, const Files& fi
     content.modulus = std::move(modulus.pixels);
     content.spacing = modulus.spacing;
     content.labels = {content.modulus.extent, std::vector<int>(content.modulus.extent.sites(), 1)};
-    content.picture = content.modulus;
-    stretch(content.picture);
+    if (is_inspected(content.modulus.extent)) {
+      content.picture = content.modulus;
+      stretch(content.picture);
+    }
   }
   if (image.has("picture")) {
     content.picture = read_picture(image, file, options);
     require_extent(image, "picture", content.picture.extent, content.modulus.extent);
+    if (!is_inspected(content.picture.extent)) {
+      content.picture = {};
+    }
   }
   return content;
 }

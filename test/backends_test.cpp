@@ -232,20 +232,26 @@ TEST_P(BackendTest, AnUnknownDeviceIsRefusedWithTheListOfDevices) {
   EXPECT_FALSE(backend.devices().front().name.empty());
 }
 
-TEST_P(BackendTest, AnImageBeyondTheDevicesLimitIsRefused) {
+TEST_P(BackendTest, AnImageBeyondTheDevicesLimitIsCutOrRefusedWhereItCannotBe) {
   if (GetParam() == "scalar" || GetParam() == "openmp") {
     GTEST_SKIP() << "limited by memory only";
   }
-  // One row longer than any texture or number of work groups today, small in memory.
-  const Extent extent = GetParam().ends_with("compute") ? Extent{1, 70000} : Extent{70000, 1};
-  const auto problem = test::random_problem(extent, test::Texture::smooth, 1);
+  // Longer than any texture or number of work groups today, small in memory.
+  const Extent extent = GetParam().ends_with("compute") ? Extent{5, 70000} : Extent{70000, 5};
   try {
-    session_->load(problem.level);
+    session_->load(test::random_problem(extent, test::Texture::smooth, 1, {}, Rule::annealing).level);
     GTEST_SKIP() << "this device takes 70000 sites in a line";
-  } catch (const DeviceError& error) {
-    EXPECT_NE(std::string(error.what()).find("70000"), std::string::npos) << error.what();
+  } catch (const TooLarge& error) {
+    for (const char* part : {"70000", "annealing"}) {
+      EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+    }
   }
   expect_same(test::random_problem({9, 9}, test::Texture::smooth, 14), 2, "after a refused level");
+  expect_same(test::random_problem(extent, test::Texture::tie_rich, 15), 3, "cut");
+  expect_same(
+      test::random_problem(extent, test::Texture::smooth, 16, {}, Rule::closed_form, Update::coloured), 3,
+      "cut, in two colours");
+  expect_same(test::random_problem({9, 9}, test::Texture::smooth, 17), 2, "whole again");
 }
 
 void expect_same_for_every_number_of_threads(Rule rule, Update update) {

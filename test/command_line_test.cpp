@@ -37,6 +37,19 @@ TEST(CommandLine, ExplainsItself) {
   EXPECT_EQ(hdmbench("--version").output, "0.1.0\n");
 }
 
+TEST(CommandLine, ALargeImageIsSolvedButNotInspected) {
+  const test::TemporaryFolder folder;
+  const std::string at = folder.path().string();
+  const Outcome run = hdmbench("run square --size 4098x4097 --start-level 0 --iterations 1 --output " + at +
+                               "/out --json " + at + "/run.json");
+  EXPECT_EQ(run.status, 0) << run.output;
+  EXPECT_THAT(run.output, AllOf(HasSubstr("Not diagnosed, and no pictures"), Not(HasSubstr("still moving"))));
+  const nlohmann::json row = read_json(folder.path() / "run.json")["results"][0];
+  EXPECT_EQ(row["field"], "out/square.nrrd");
+  EXPECT_FALSE(row.contains("pictures"));
+  EXPECT_GT(std::filesystem::file_size(folder.path() / "out/square.nrrd"), 0U);
+}
+
 TEST(CommandLine, BadInputIsASentenceAndStatusTwo) {
   const std::array<std::pair<const char*, const char*>, 25> cases{{
       {"", "subcommand"},

@@ -73,7 +73,7 @@ TEST(BeforeTheRun, ConditionsTravelOneSitePerIteration) {
   for (const int iterations : {32, 33}) {
     scene.schedule.iterations = iterations;
     session->load(scene.full);
-    session->write(scene.start);
+    session->write(scene.start_field());
     session->step(iterations);
     VectorField field;
     session->read(field);
@@ -186,7 +186,7 @@ TEST(BeforeTheRun, WhereWarnedOfTheFieldDependsOnTheOffset) {
     for (float& target : scene.full.target.x) {
       target += offset;
     }
-    std::ranges::fill(scene.start.x, offset);
+    std::ranges::fill(scene.start.emplace(scene.start_field()).x, offset);
     scene.schedule.start_level.reset();
     scene.schedule.iterations = 200;
     VectorField field = solve_by_scalar(scene).displacement;
@@ -352,8 +352,8 @@ TEST(AfterTheRun, SwappingSitesAndStripesAreOscillation) {
 
 TEST(AfterTheRun, ConditionsThatGiveWayAreToldFromThoseNotArrivedAt) {
   Scene scene = pulled_scene({11, 11}, 10.0F);
-  EXPECT_EQ(sites_of(diagnose_field(scene, scene.start), "not-met"), 11U);
-  EXPECT_FALSE(has(diagnose_field(scene, scene.start), "gives-way"));
+  EXPECT_EQ(sites_of(diagnose_field(scene, scene.start_field()), "not-met"), 11U);
+  EXPECT_FALSE(has(diagnose_field(scene, scene.start_field()), "gives-way"));
   scene.schedule.iterations = 3000;
   const Warnings held = diagnose(scene, solve_by_scalar(scene));
   EXPECT_FALSE(has(held, "not-met") || has(held, "gives-way")) << warnings_text(held);
@@ -384,7 +384,7 @@ TEST(Diagnosis, IsTheWorkOfAFewSweeps) {
   const auto backends = make_backends();
   const auto session = find_backend(backends, "scalar").open({});
   session->load(scene.full);
-  session->write(scene.start);
+  session->write(scene.start_field());
   const auto seconds = [](const auto& call) {
     const auto begin = std::chrono::steady_clock::now();
     call();
@@ -392,7 +392,7 @@ TEST(Diagnosis, IsTheWorkOfAFewSweeps) {
   };
   const double sweep = seconds([&] { session->step(50); }) / 50.0;
   const double before = seconds([&] { (void)diagnose(scene); });
-  const double after = seconds([&] { (void)diagnose_field(scene, scene.start); });
+  const double after = seconds([&] { (void)diagnose_field(scene, scene.start_field()); });
   RecordProperty("sweeps_before", std::to_string(before / sweep));
   RecordProperty("sweeps_after", std::to_string(after / sweep));
   std::cout << "before the run " << before / sweep << ", after it " << after / sweep << " sweeps of scalar\n";

@@ -48,8 +48,9 @@ Scene small_scene(test::Texture texture, Extent extent = small) {
 /// What is free begins with a denormal number and stays there.
 TrialScene denormal_scene() {
   Scene scene = test::pulled_scene(small, 3.0F);
+  VectorField& start = scene.start.emplace(scene.extent());
   for (std::size_t i = 0; i < scene.extent().sites(); ++i) {
-    scene.start.x[i] = scene.full.confidence.x[i] > 0.0F ? 0.0F : 1e-40F;
+    start.x[i] = scene.full.confidence.x[i] > 0.0F ? 0.0F : 1e-40F;
   }
   return {.label = "denormal", .scene = std::move(scene), .only_on_cpu = true};
 }

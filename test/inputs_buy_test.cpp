@@ -93,7 +93,7 @@ protected:
 
   /// The fewest iterations per level to 0.25 px, of those tried.
   std::optional<int> iterations_of_icm(int start_level, bool from_start) {
-    scene_.start = from_start ? start_ : VectorField(scene_.extent());
+    scene_.start = from_start ? std::optional(start_) : std::nullopt;
     scene_.schedule.start_level = start_level;
     for (const int iterations : {1, 2, 5, 10, 20, 30, 40, 50, 100, 200, 500, 1000}) {
       scene_.schedule.iterations = iterations;

@@ -45,7 +45,7 @@ TEST(TheItkFilter, GivesInTenLinesWhatSolveGives) {
 
   const Solution expected = problem.solved();
   EXPECT_SAME_BITS(expected.displacement, to_pixels(*regularised, geometry));
-  EXPECT_GT(compare(expected.displacement, problem.scene.start).sites, 1000);
+  EXPECT_GT(compare(expected.displacement, problem.scene.start_field()).sites, 1000);
   EXPECT_EQ(filter->GetLevels().size(), expected.levels.size());
   EXPECT_EQ(filter->GetElapsedIterations(), static_cast<int>(expected.levels.size()) * iterations);
   EXPECT_EQ(filter->GetMeanEnergy(), mean_energy(problem.scene.full, expected.displacement));

@@ -70,7 +70,7 @@ struct Problem {
     full.confidence = VectorField(extent);
     full.modulus = ScalarField(extent, 10.0F);
     full.penalty = 1000.0F;
-    scene.start = VectorField(extent);
+    VectorField& start = scene.start.emplace(extent);
     scene.schedule.iterations = iterations;
     for (int y = 0; y < extent.height; ++y) {
       for (int x = 0; x < extent.width; ++x) {
@@ -79,8 +79,8 @@ struct Problem {
           labels[site] = 1;
           full.modulus.values[site] = 30.0F;
         }
-        scene.start.x[site] = uniform() - 0.5F;
-        scene.start.y[site] = uniform() - 0.5F;
+        start.x[site] = uniform() - 0.5F;
+        start.y[site] = uniform() - 0.5F;
         if (x == 0 || random() % 20 == 0) {
           full.target.x[site] = 8.0F * uniform();
           full.target.y[site] = -5.0F * uniform();
@@ -132,7 +132,7 @@ inline VectorField to_pixels(const Field& field, const Geometry& geometry) {
 /// The problem as images, and a filter that has them as its inputs.
 struct Pipeline {
   explicit Pipeline(Extent extent = {41, 30}, Geometry geometry_ = {})
-      : geometry(geometry_), problem(extent), displacement(to_itk(problem.scene.start, geometry)),
+      : geometry(geometry_), problem(extent), displacement(to_itk(problem.scene.start_field(), geometry)),
         labels(geometry.allocate<Labels>(extent)), observation(to_itk(problem.scene.full.target, geometry)),
         confidence(geometry.allocate<Filter::ConfidenceImageType>(extent)), filter(Filter::New()) {
     for (std::size_t site = 0; site < extent.sites(); ++site) {

@@ -78,7 +78,7 @@ TEST(Multigrid, EveryCycleContracts) {
     const Scene scene = as_multigrid(load_scene(name, {.size = Extent{150, 150}}), 0);
     std::vector<std::unique_ptr<Session>> sessions;
     Multigrid multigrid(scene, find_backend(backends, "scalar"), {}, sessions);
-    multigrid.start_from_coarsest(scene.start);
+    multigrid.start_from_coarsest(scene.start_field());
     for (int i = 0; i < 4; ++i) {
       const CycleResult result = multigrid.cycle();
       RecordProperty(std::string(name) + std::to_string(i), std::to_string(result.contraction));
@@ -96,7 +96,7 @@ TEST(Multigrid, EstimatesAreAtLeastHalfTheTruth) {
       const ReferenceField fixed = solve_fixed_point(scene.full).displacement;
       std::vector<std::unique_ptr<Session>> sessions;
       Multigrid multigrid(scene, find_backend(backends, "scalar"), {}, sessions);
-      multigrid.start_from_coarsest(scene.start);
+      multigrid.start_from_coarsest(scene.start_field());
       for (int i = 0; i < 4; ++i) {
         multigrid.cycle();
         shares.push_back(multigrid.estimated_error().value() / rmsd(multigrid.field(), fixed));
@@ -134,7 +134,7 @@ TEST(Multigrid, TheFirstCycleImprovesAnInterpolatedField) {
     const ReferenceField truth = solve_fixed_point(scene.full).displacement;
     std::vector<std::unique_ptr<Session>> sessions;
     Multigrid multigrid(scene, find_backend(backends, "openmp"), {}, sessions);
-    multigrid.start_from_coarsest(scene.start);
+    multigrid.start_from_coarsest(scene.start_field());
     const double before = rmsd(multigrid.field(), truth);
     multigrid.cycle();
     EXPECT_LT(rmsd(multigrid.field(), truth), std::min(before, after)) << name;

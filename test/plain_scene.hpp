@@ -14,7 +14,6 @@ inline Scene plain_scene(Extent extent) {
                 .modulus = ScalarField(extent, 1.0F),
                 .penalty = 1000.0F};
   set_inverse_modulus(scene.full);
-  scene.start = VectorField(extent);
   scene.schedule.start_level = 0;
   return scene;
 }

@@ -36,7 +36,6 @@ inline Scene random_scene(std::uint64_t seed, const SceneRange& range = {}) {
   scene.full.modulus = ScalarField(extent, 10.0F);
   scene.full.target = VectorField(extent);
   scene.full.confidence = VectorField(extent);
-  scene.start = VectorField(extent);
 
   const auto for_each_in_disc = [&](double x, double y, double radius_x, double radius_y, auto&& call) {
     for (int row = 0; row < extent.height; ++row) {

@@ -5,11 +5,14 @@
 #include "kernels/input_error.hpp"
 #include "test/temporary_folder.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 namespace hdmbench {
 namespace {
@@ -125,10 +128,61 @@ TEST(ShippedScenes, TheRadialExpansionFallsLinearlyFromTheOutlineToTheImageBorde
 
 TEST(ShippedScenes, TieRichIsOnItsGrid) {
   const Scene scene = load_scene("tie-rich", {.size = Extent{40, 40}});
-  for (const float value : scene.start.x) {
+  for (const float value : scene.start.value().x) {
     EXPECT_EQ(value, static_cast<float>(0.1 * std::round(value * 10.0)));
   }
   EXPECT_TRUE(std::ranges::all_of(scene.full.modulus.values, [](float m) { return m == 1.0F; }));
+}
+
+TEST(LargeScenes, HaveNothingThatIsOnlyLookedAt) {
+  EXPECT_TRUE(is_inspected({4096, 4096}));
+  EXPECT_TRUE(is_inspected({20000, 800}));
+  EXPECT_FALSE(is_inspected({4097, 4096}));
+  const Scene scene = load_scene("circular", {.size = Extent{4097, 4096}});
+  EXPECT_TRUE(scene.picture.values.empty());
+  EXPECT_TRUE(scene.labels.values.empty());
+  EXPECT_FALSE(scene.start);
+}
+
+/// In a process of its own, which ends with status 0 if loading took no more than `bytes` a site.
+void expect_peak_memory(const char* name, double bytes) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers need memory of their own";
+#endif
+  const Extent extent{4099, 4100};
+  const auto peak = [] {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return 1024.0 * static_cast<double>(usage.ru_maxrss);
+  };
+  EXPECT_EXIT(
+      {
+        const double before = peak();
+        const Scene scene = load_scene(name, {.size = extent});
+        const double used = (peak() - before) / static_cast<double>(extent.sites());
+        fmt::print(stderr, "{} took {:.1f} bytes a site", name, used);
+        std::exit(used <= bytes && scene.extent() == extent ? 0 : 1);
+      },
+      testing::ExitedWithCode(0), "took");
+}
+
+TEST(LargeScenes, Take24BytesASite) {
+  expect_peak_memory("square", 24.5);
+  expect_peak_memory("circular", 24.5);
+}
+
+TEST(LargeScenes, TakeLessThanASolutionWhereTheOutlineIsSearched) {
+  expect_peak_memory("circular-radial", 45.0);
+}
+
+TEST(Start, NoneIsTheNullFieldAndOneIsSampled) {
+  Scene scene = load_scene("square", {.size = Extent{8, 6}});
+  EXPECT_FALSE(scene.start);
+  EXPECT_EQ(scene.start_field().x, std::vector<float>(48, 0.0F));
+  EXPECT_EQ(scene.start_at({4, 2}).y, std::vector<float>(8, 0.0F));
+  scene.start.emplace(scene.extent()).y.back() = 3.0F;
+  EXPECT_EQ(scene.start_field().y.back(), 3.0F);
+  EXPECT_EQ(scene.start_at({4, 2}).y.back(), 3.0F);
 }
 
 TEST_F(SceneFile, AGoodFileIsAccepted) {

@@ -74,7 +74,7 @@ TEST(Solve, EveryStopRuleGivesTheSameFieldAndIterationsOnEveryBackend) {
 
 TEST(Solve, SequentialLowersTheEnergyLikeSimultaneous) {
   Scene scene = load_scene("square", {.size = Extent{48, 48}});
-  const double at_rest = mean_energy(scene.full, scene.start);
+  const double at_rest = mean_energy(scene.full, scene.start_field());
   for (const Update update : {Update::simultaneous, Update::sequential}) {
     scene.schedule.update = update;
     scene.full.update = update;

@@ -46,7 +46,8 @@ constexpr std::array kinds{Kind{"steps", Rule::steps, Update::simultaneous},
 test::Problem problem_of(const Kind& kind, int size) {
   if (kind.content == Content::square) {
     Scene scene = load_scene("square", {.size = Extent{size, size}});
-    return {std::move(scene.full), std::move(scene.start)};
+    VectorField start = scene.start_field();
+    return {std::move(scene.full), std::move(start)};
   }
   test::Problem problem = test::random_problem({size, size}, test::Texture::smooth, 6);
   if (kind.content == Content::uniform) {

@@ -157,7 +157,7 @@ TEST_F(Export, EveryInputComesBackToTheBit) {
     EXPECT_EQ(back.picture.values, scene.picture.values);
     EXPECT_EQ(compare(back.full.target, scene.full.target).sites, 0);
     EXPECT_EQ(compare(back.full.confidence, scene.full.confidence).sites, 0);
-    EXPECT_EQ(compare(back.start, scene.start).sites, 0);
+    EXPECT_EQ(compare(back.start_field(), scene.start_field()).sites, 0);
     EXPECT_EQ(back.full.penalty, scene.full.penalty);
     EXPECT_EQ(back.weight.penalty, 0.1);
     EXPECT_EQ(back.weight.prior_weight, 0.3);
@@ -241,8 +241,9 @@ TEST(EnergyPlane, EveryValueIsTheTotalEnergy) {
 
 TEST(EnergyPlane, TheTwoPixelImageHasItsMinimumAtTheTargets) {
   const Scene scene = load_scene("square", {.size = Extent{2, 1}});
-  const EnergyPlane plane = energy_plane(
-      scene.full, scene.start, {.sites = {{{0, 0}, {1, 0}}}, .low = -75.0, .high = 25.0, .points = 101});
+  const EnergyPlane plane =
+      energy_plane(scene.full, scene.start_field(),
+                   {.sites = {{{0, 0}, {1, 0}}}, .low = -75.0, .high = 25.0, .points = 101});
   EXPECT_EQ(plane.lowest_first(), -50.0F);
   EXPECT_EQ(plane.lowest_second(), 0.0F);
 }

@@ -42,7 +42,6 @@ Noisy noisy_problem() {
     }
   }
   set_inverse_modulus(full);
-  noisy.scene.start = VectorField(extent);
   set_weight(noisy.scene, {.penalty = 10.0});
   return noisy;
 }

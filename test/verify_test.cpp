@@ -47,7 +47,7 @@ TEST(Verify, NegativeZeroEqualsZero) {
 TEST(Verify, ASceneOnWhichNothingMovesIsMistrusted) {
   Scene scene = make_scene({24, 19}, test::Texture::smooth);
   scene.full.confidence = VectorField(scene.extent());
-  scene.start = VectorField(scene.extent());
+  scene.start.reset();
   const auto backends = make_backends();
   for (const Comparison& comparison : test::verified(scene, *backends.front())) {
     EXPECT_EQ(comparison.verdict, Verdict::mistrusted);

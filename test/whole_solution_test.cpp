@@ -123,12 +123,12 @@ TEST_P(WholeSolutionTest, WhatCannotChangeIsLeftOutWithTheSameBits) {
   }
   // A front that runs through a field at rest.
   const Scene scene = load_scene("square", {.size = Extent{200, 200}});
-  expect_same_steps(scene.full, scene.start, {1, 1, 1, 1, 5, 1, 1, 20, 1, 1, 60, 1, 1}, "square");
+  expect_same_steps(scene.full, scene.start_field(), {1, 1, 1, 1, 5, 1, 1, 20, 1, 1, 60, 1, 1}, "square");
 }
 
 TEST_P(WholeSolutionTest, AnotherFieldWakesWhatSlept) {
   const Scene scene = load_scene("square", {.size = Extent{128, 128}});
-  expect_same_steps(scene.full, scene.start, {30}, "before");
+  expect_same_steps(scene.full, scene.start_field(), {30}, "before");
   VectorField shifted = read(*scalar_);
   shifted.x[scene.extent().index(100, 100)] += 3.0F;
   for (Session* session : {scalar_.get(), session_.get()}) {

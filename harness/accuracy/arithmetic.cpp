@@ -198,9 +198,7 @@ ReferenceField solve_in_double(const Scene& scene, Progress& progress) {
   require_icm(scene);
   LevelSequence levels(scene);
   const Alignment alignment = scene.schedule.alignment;
-  const auto start = [&](Extent extent) {
-    return ReferenceField(sample_field(scene.start, extent, alignment));
-  };
+  const auto start = [&](Extent extent) { return ReferenceField(scene.start_at(extent)); };
   // As LevelSequence::begin: the start, and what the level before has changed of it.
   const auto begin = [&](const ReferenceField& before, Extent extent) {
     ReferenceField moved = thesis_prolongation(difference(before, start(before.extent)), extent, alignment);

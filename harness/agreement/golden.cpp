@@ -114,7 +114,7 @@ GoldenInputs hash_inputs(const Scene& scene) {
   hash.add(scene.full.modulus);
   hash.add(scene.full.penalty);
   hash.add(scene.full.steps.values());
-  hash.add(scene.start);
+  hash.add(scene.start_field());
   GoldenInputs inputs{.scene = hash.value(), .levels = {}};
   if (scene.schedule.cycle == Cycle::one_way) {
     LevelSequence levels(scene);

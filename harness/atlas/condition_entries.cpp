@@ -65,7 +65,8 @@ Entry strong_penalty() {
 Problem shifted(double offset) {
   Problem problem = against_fixed_point(shipped("square", size));
   const auto shift = static_cast<float>(offset);
-  for (auto* const field : {&problem.scene.full.target, &problem.scene.start}) {
+  VectorField& start = problem.scene.start.emplace(problem.scene.start_field());
+  for (auto* const field : {&problem.scene.full.target, &start}) {
     for (float& value : field->x) {
       value += shift;
     }
@@ -133,7 +134,7 @@ Problem few_conditions(double count) {
   Scene scene = shipped("square", 64);
   std::ranges::fill(scene.full.confidence.y, 0.0F);
   std::ranges::fill(scene.full.target.y, 0.0F);
-  std::ranges::fill(scene.start.y, 10.0F);
+  std::ranges::fill(scene.start.emplace(scene.extent()).y, 10.0F);
   for (int i = 0; i < static_cast<int>(count); ++i) {
     scene.full.confidence.y[scene.extent().index(32 + (i % 2 == 0 ? i / 2 : -1 - i / 2), 0)] = 1.0F;
   }

@@ -79,10 +79,10 @@ Entry growing_image() {
 /// rough field from elsewhere (thesis 9.5).
 Problem rough(float amplitude) {
   Problem problem = against_fixed_point(shipped("square", 64));
-  problem.scene.start = problem.truth.to_float();
+  VectorField& start = problem.scene.start.emplace(problem.truth.to_float());
   problem.scene.schedule.start_level = 0;
   std::minstd_rand random(1);
-  for (auto* const component : {&problem.scene.start.x, &problem.scene.start.y}) {
+  for (auto* const component : {&start.x, &start.y}) {
     for (float& value : *component) {
       const auto uniform = static_cast<float>(random()) / static_cast<float>(std::minstd_rand::max());
       value += amplitude * (2.0F * uniform - 1.0F);

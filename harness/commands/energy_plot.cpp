@@ -56,7 +56,7 @@ std::array<double, 2> range_around(const Level& level, const std::array<std::siz
 
 VectorField displacement_of(const Scene& scene, const Arguments& arguments) {
   if (arguments.at_start) {
-    return scene.start;
+    return scene.start_field();
   }
   const auto registry = make_backends();
   const Backend& backend = arguments.scene.choose(registry, scene);

@@ -63,17 +63,24 @@ nlohmann::json write_pictures(const Scene& scene, const VectorField& displacemen
   return names;
 }
 
-void print_levels(const Solution& solution) {
-  Table table({{"level", Table::Align::right},
-               {"size", Table::Align::right},
-               {"iterations", Table::Align::right},
-               {"still moving", Table::Align::right}});
+/// `counted`: whether solution.levels have counts of changes.
+void print_levels(const Solution& solution, bool counted) {
+  std::vector<Table::Column> columns{
+      {"level", Table::Align::right}, {"size", Table::Align::right}, {"iterations", Table::Align::right}};
+  if (counted) {
+    columns.push_back({"still moving", Table::Align::right});
+  }
+  Table table(std::move(columns));
   bool repeated = false;
   for (const LevelResult& level : solution.levels) {
     repeated = repeated || level.repeated;
-    table.add({std::to_string(level.level), fmt::format("{} x {}", level.extent.width, level.extent.height),
-               fmt::format("{}{}", level.iterations, level.repeated ? " *" : ""),
-               fmt::format("{} sites", level.changed)});
+    std::vector<std::string> row{std::to_string(level.level),
+                                 fmt::format("{} x {}", level.extent.width, level.extent.height),
+                                 fmt::format("{}{}", level.iterations, level.repeated ? " *" : "")};
+    if (counted) {
+      row.push_back(fmt::format("{} sites", level.changed));
+    }
+    table.add(std::move(row));
   }
   fmt::print("{}{}", table.text(), repeated ? "  * acceleration diverged, computed again without\n" : "");
 }
@@ -120,6 +127,7 @@ int run_scene(const Arguments& arguments, const std::string& line) {
     require_writable(arguments.output / "field.nrrd");
   }
 
+  const bool inspected = is_inspected(scene.extent());
   Progress progress;
   progress.set_total(site_updates(scene));
   progress.describe(fmt::format("run {} on {}", scene.name, backend.name()));
@@ -130,10 +138,10 @@ int run_scene(const Arguments& arguments, const std::string& line) {
     plan = solve_as_needed(scene, request, backend, arguments.scene.session, sessions, progress);
     solution = plan->solution;
   } else {
-    solution = Solver(backend, arguments.scene.session).solve(scene, progress, {.last_changed = true});
+    solution = Solver(backend, arguments.scene.session).solve(scene, progress, {.last_changed = inspected});
   }
   progress.clear();
-  Warnings warnings = find_warnings(scene, solution);
+  Warnings warnings = inspected ? find_warnings(scene, solution) : Warnings{};
   if (plan && plan->met) { // the error is what was asked for
     std::erase_if(warnings, [](const Warning& warning) { return warning.kind == "not-converged"; });
   }
@@ -147,7 +155,7 @@ int run_scene(const Arguments& arguments, const std::string& line) {
   if (plan && arguments.explain) {
     fmt::print("{}", plan_text(scene, request, *plan));
   } else if (!plan) {
-    print_levels(solution);
+    print_levels(solution, inspected);
   }
   if (plan) {
     fmt::print("\n  {}; {:.3g} sweeps over the full resolution in all\n", plan->outcome,
@@ -158,7 +166,10 @@ int run_scene(const Arguments& arguments, const std::string& line) {
   if (solution.estimated_error && !plan) {
     fmt::print("  estimated distance from the fixed point {:.2g} px\n", *solution.estimated_error);
   }
-  fmt::print("\n{}\n", warnings_text(warnings));
+  fmt::print("\n{}\n", inspected
+                           ? warnings_text(warnings)
+                           : "  Not diagnosed, and no pictures: beyond 4096 x 4096 sites that takes more "
+                             "time and memory than the solution.\n");
 
   nlohmann::json row{{"scene", scene.name},
                      {"title", scene.title},
@@ -180,18 +191,24 @@ int run_scene(const Arguments& arguments, const std::string& line) {
   if (have_images()) {
     const std::string field = scene.name + ".nrrd";
     write_displacement(arguments.output / field, solution.displacement, scene.spacing);
-    nlohmann::json pictures = write_pictures(scene, solution.displacement, arguments.output);
-    fmt::print("  {}: the displacement in millimetres; beside it {}, {}, {}, {} and {}\n",
-               (arguments.output / field).string(), std::string(pictures["before"]),
-               std::string(pictures["after"]), std::string(pictures["grid"]),
-               std::string(pictures["magnitude"]), std::string(pictures["jacobian"]));
+    nlohmann::json pictures;
+    fmt::print("  {}: the displacement in millimetres", (arguments.output / field).string());
+    if (inspected) {
+      pictures = write_pictures(scene, solution.displacement, arguments.output);
+      fmt::print("; beside it {}, {}, {}, {} and {}", std::string(pictures["before"]),
+                 std::string(pictures["after"]), std::string(pictures["grid"]),
+                 std::string(pictures["magnitude"]), std::string(pictures["jacobian"]));
+    }
+    fmt::print("\n");
     if (!arguments.json.empty()) {
       const fs::path relative = fs::proximate(arguments.output, fs::absolute(arguments.json).parent_path());
       row["field"] = (relative / field).lexically_normal().string();
       for (auto& name : pictures) {
         name = (relative / std::string(name)).lexically_normal().string();
       }
-      row["pictures"] = pictures;
+      if (inspected) {
+        row["pictures"] = pictures;
+      }
     }
   } else {
     fmt::print("  No files are written: this build has no image support (-DHDMBENCH_IMAGES=ON).\n");

@@ -30,8 +30,8 @@ void check_range(const Scene& scene, const VectorField& displacement, Warnings& 
                              : visible;
   for (const Component& component : components(scene)) {
     Range range = target_range(component);
-    for (const float start : component.start) {
-      range.include(static_cast<double>(start));
+    for (std::size_t i = 0; i < component.target.size(); ++i) {
+      range.include(component.start_of(i));
     }
     std::size_t beyond = 0;
     double farthest = 0.0;

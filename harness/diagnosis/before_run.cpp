@@ -20,8 +20,11 @@ namespace diagnosis {
 
 std::array<Component, 2> components(const Scene& scene) {
   const Level& full = scene.full;
-  return {Component{'x', full.extent.width, full.target.x, full.confidence.x, scene.start.x},
-          Component{'y', full.extent.height, full.target.y, full.confidence.y, scene.start.y}};
+  const auto start = [&](std::vector<float> VectorField::*part) {
+    return scene.start ? std::span<const float>((*scene.start).*part) : std::span<const float>();
+  };
+  return {Component{'x', full.extent.width, full.target.x, full.confidence.x, start(&VectorField::x)},
+          Component{'y', full.extent.height, full.target.y, full.confidence.y, start(&VectorField::y)}};
 }
 
 void Range::include(double value) {

@@ -17,7 +17,11 @@ struct Component {
   int thickness; ///< sites across the image in its direction
   std::span<const float> target;
   std::span<const float> confidence;
-  std::span<const float> start;
+  std::span<const float> start; ///< empty: 0 everywhere
+
+  [[nodiscard]] double start_of(std::size_t site) const {
+    return start.empty() ? 0.0 : static_cast<double>(start[site]);
+  }
 };
 [[nodiscard]] std::array<Component, 2> components(const Scene& scene);
 

@@ -62,7 +62,7 @@ void check_offset(const Scene& scene, Warnings& warnings) {
       if (component.confidence[i] > 0.0F) {
         range.include(static_cast<double>(component.target[i]));
       }
-      range.include(static_cast<double>(component.start[i]));
+      range.include(component.start_of(i));
     }
   }
   const auto largest = static_cast<float>(std::max(std::abs(range.least), std::abs(range.most)));

@@ -93,8 +93,7 @@ void check_steps(const Scene& scene, Warnings& warnings) {
     std::size_t beyond = 0;
     double farthest = 0.0;
     for (std::size_t i = 0; i < component.target.size(); ++i) {
-      const double gap =
-          std::abs(static_cast<double>(component.target[i]) - static_cast<double>(component.start[i]));
+      const double gap = std::abs(static_cast<double>(component.target[i]) - component.start_of(i));
       if (component.confidence[i] > 0.0F && gap > way) {
         ++beyond;
         farthest = std::max(farthest, gap);

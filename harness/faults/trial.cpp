@@ -34,9 +34,11 @@ TrialScene by_method(const Scene& scene, std::string_view method) {
 /// One level, on which what is free begins so small that only denormal numbers hold it, and mostly stays
 /// there. What a device makes of these is its own affair (llvmpipe's fragment shaders take them for 0).
 TrialScene with_denormals(Scene scene) {
+  VectorField start = scene.start_field();
   for (std::size_t i = 0; i < scene.extent().sites(); ++i) {
-    scene.start.x[i] = scene.full.confidence.x[i] > 0.0F ? scene.start.x[i] : 1e-40F;
+    start.x[i] = scene.full.confidence.x[i] > 0.0F ? start.x[i] : 1e-40F;
   }
+  scene.start = std::move(start);
   scene.schedule.start_level = 0;
   return {.label = "denormal", .scene = std::move(scene), .only_on_cpu = true};
 }

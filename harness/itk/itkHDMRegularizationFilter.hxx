@@ -214,9 +214,9 @@ void HDMRegularizationFilter<TDisplacementField, TLabelImage>::ToPhysical(
 template <typename TDisplacementField, typename TLabelImage>
 hdmbench::Scene HDMRegularizationFilter<TDisplacementField, TLabelImage>::MakeScene() const {
   hdmbench::Scene scene;
-  scene.start = this->ToPixels(*this->GetInput());
+  const hdmbench::VectorField & start = scene.start.emplace(this->ToPixels(*this->GetInput()));
   scene.schedule = this->MakeSchedule();
-  const hdmbench::Extent extent = scene.start.extent;
+  const hdmbench::Extent extent = start.extent;
   hdmbench::Level& full = scene.full;
   full.extent = extent;
   full.penalty = static_cast<float>(m_Penalty);
@@ -240,7 +240,7 @@ hdmbench::Scene HDMRegularizationFilter<TDisplacementField, TLabelImage>::MakeSc
   }
   hdmbench::set_inverse_modulus(full);
   hdmbench::validate(full);
-  hdmbench::validate(scene.start, extent, "the displacement to be regularised");
+  hdmbench::validate(start, extent, "the displacement to be regularised");
   return scene;
 }
 

@@ -283,7 +283,7 @@ Solution solve_from_coarsest(const Scene& scene, const Backend& backend, const S
                              std::vector<std::unique_ptr<Session>>& sessions, Progress& progress,
                              const SolveOptions& solve_options, Improve&& improve) {
   Multigrid multigrid(scene, backend, options, sessions);
-  multigrid.start_from_coarsest(scene.start, solve_options.level_done);
+  multigrid.start_from_coarsest(scene.start_field(), solve_options.level_done);
   for (int done = 0; done < scene.schedule.iterations;) {
     done += improve(multigrid, scene.schedule.iterations - done);
     progress.advance(static_cast<double>(scene.extent().sites()));

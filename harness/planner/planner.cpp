@@ -108,7 +108,7 @@ private:
   void begin() {
     const auto start = static_cast<int>(plan_.survey.fair_start());
     const Resolution& level = plan_.survey.levels[static_cast<std::size_t>(start)];
-    multigrid_.start(start, sample_field(scene_.start, multigrid_.extent(start), scene_.schedule.alignment));
+    multigrid_.start(start, scene_.start_at(multigrid_.extent(start)));
     const double moved = solve_level();
     grid_error_ = moved; // the field itself: no other level says better yet
     if (start == 0) {

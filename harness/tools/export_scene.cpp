@@ -60,8 +60,8 @@ std::string scene_text(const Scene& scene, bool with_start) {
     text += fmt::format("start_level = {}\n", *schedule.start_level);
   }
   text += fmt::format("alignment = {}\n\n", name_of(alignment_names, schedule.alignment));
-  return text +
-         "[image]\nmodulus = \"modulus.nrrd\"\npicture = \"picture.nrrd\"\npicture_range = [0, 255]\n"
+  return text + "[image]\nmodulus = \"modulus.nrrd\"\n" +
+         (scene.picture.values.empty() ? "" : "picture = \"picture.nrrd\"\npicture_range = [0, 255]\n") +
          "target = \"target.nrrd\"\nconfidence = \"confidence.nrrd\"\n" +
          (with_start ? "start = \"start.nrrd\"\n" : "");
 }
@@ -83,20 +83,25 @@ std::vector<std::string> export_scene(const Scene& scene, const std::filesystem:
     names.emplace_back(name);
     return folder / name;
   };
-  write_scalar(file("picture.nrrd"), scene.picture, scene.spacing);
+  const bool with_picture = !scene.picture.values.empty();
+  if (with_picture) {
+    write_scalar(file("picture.nrrd"), scene.picture, scene.spacing);
+    write_png(file("picture.png"), scene.picture);
+  }
   write_scalar(file("modulus.nrrd"), full.modulus, scene.spacing);
   write_vector(file("target.nrrd"), full.target, scene.spacing);
   write_vector(file("confidence.nrrd"), full.confidence, scene.spacing);
   if (!scene.labels.values.empty()) {
     write_labels(file("labels.nrrd"), scene.labels, scene.spacing);
   }
-  const bool with_start = !is_zero(scene.start);
+  const bool with_start = scene.start && !is_zero(*scene.start);
   if (with_start) {
-    write_vector(file("start.nrrd"), scene.start, scene.spacing);
+    write_vector(file("start.nrrd"), *scene.start, scene.spacing);
   }
-  write_png(file("picture.png"), scene.picture);
-  write_magnitude_png(file("target.png"), full.target, std::max(largest_magnitude(full.target), 1e-6));
-  write_png(file("confidence.png"), confidence_picture(full.confidence));
+  if (with_picture) {
+    write_magnitude_png(file("target.png"), full.target, std::max(largest_magnitude(full.target), 1e-6));
+    write_png(file("confidence.png"), confidence_picture(full.confidence));
+  }
   write_text(file("scene.toml"), scene_text(scene, with_start));
   return names;
 }

@@ -74,7 +74,9 @@ public:
     }
     // The fixed point obeys the maximum principle; candidates may go a step beyond, no field of use goes
     // twice as far.
-    bound_ = 2.0 * std::max(largest_component(scene.full.target), largest_component(scene.start)) + 1.0;
+    bound_ = 2.0 * std::max(largest_component(scene.full.target),
+                            (scene.start ? largest_component(*scene.start) : 0.0)) +
+             1.0;
     result_.truths = find_truths(scene, progress);
   }
 

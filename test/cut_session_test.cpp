@@ -1,0 +1,291 @@
+// Images that are too large for a device are cut into pieces; the bits must not show it.
+
+#include "backends/cut_session.hpp"
+#include "backends/registry.hpp"
+#include "harness/agreement/compare.hpp"
+#include "test/random_level.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace hdmbench {
+namespace {
+
+/// What the sessions of a Limited backend take.
+struct Limit {
+  int columns = std::numeric_limits<int>::max();
+  int rows = std::numeric_limits<int>::max();
+  std::size_t sites = std::numeric_limits<std::size_t>::max();
+
+  [[nodiscard]] bool fits(Extent extent) const {
+    return extent.width <= columns && extent.height <= rows && extent.sites() <= sites;
+  }
+};
+
+struct Loads {
+  int refused = 0;
+  std::vector<Extent> taken;
+};
+
+/// `inner`, but for the limit.
+class LimitedSession final : public Session {
+public:
+  LimitedSession(std::unique_ptr<Session> inner, const Limit& limit, Loads& loads)
+      : inner_(std::move(inner)), limit_(limit), loads_(loads) {}
+
+private:
+  void do_load(const Level& level) override {
+    if (!limit_.fits(level.extent)) {
+      ++loads_.refused;
+      throw TooLarge(fmt::format("no room for {} x {}", level.extent.width, level.extent.height));
+    }
+    loads_.taken.push_back(level.extent);
+    inner_->load(level);
+  }
+  void do_write(const VectorField& displacement) override { inner_->write(displacement); }
+  void do_step(int /*first*/, int sweeps) override { inner_->step(sweeps); }
+  void do_read(VectorField& displacement) override { inner_->read(displacement); }
+  std::int64_t do_changed() override { return inner_->changed(); }
+
+  std::unique_ptr<Session> inner_;
+  Limit limit_;
+  Loads& loads_;
+};
+
+class Limited final : public Backend {
+public:
+  Limited(std::string_view inner, const Limit& limit)
+      : inner_(find_backend(backends_, inner)), limit_(limit) {}
+
+  std::string_view name() const override { return "limited"; }
+  std::string_view description() const override { return ""; }
+  bool supports(Update update) const override { return inner_.supports(update); }
+  std::vector<Device> devices() const override { return inner_.devices(); }
+
+  mutable Loads loads;
+
+private:
+  std::unique_ptr<Session> do_open(std::size_t /*index*/, const SessionOptions& options) const override {
+    return std::make_unique<LimitedSession>(inner_.open(options), limit_, loads);
+  }
+
+  std::vector<std::unique_ptr<Backend>> backends_ = make_backends();
+  const Backend& inner_;
+  Limit limit_;
+};
+
+VectorField read(Session& session) {
+  VectorField field;
+  session.read(field);
+  return field;
+}
+
+/// Field and count after each of `calls`, which are numbers of sweeps.
+void expect_same_steps(Session& scalar, Session& session, const test::Problem& problem,
+                       const std::vector<int>& calls, const std::string& what) {
+  for (Session* each : {&scalar, &session}) {
+    each->load(problem.level);
+    each->write(problem.start);
+  }
+  EXPECT_EQ(compare(problem.start, read(session)).sites, 0) << what;
+  EXPECT_EQ(session.changed(), 0) << what;
+  for (std::size_t call = 0; call < calls.size(); ++call) {
+    scalar.step(calls[call]);
+    session.step(calls[call]);
+    const FieldDifference difference = compare(read(scalar), read(session));
+    ASSERT_EQ(difference.sites, 0) << what << ", call " << call << ", first site index " << *difference.first;
+    ASSERT_EQ(session.changed(), scalar.changed()) << what << ", call " << call;
+  }
+}
+
+void expect_same_steps(const Limit& limit, const test::Problem& problem, const std::vector<int>& calls,
+                       const std::string& what) {
+  const Limited backend("scalar", limit);
+  const auto scalar = find_backend(make_backends(), "scalar").open({});
+  const auto session = backend.open({});
+  expect_same_steps(*scalar, *session, problem, calls, what);
+  EXPECT_GT(backend.loads.refused, 0) << what << ": was not cut";
+}
+
+const std::vector<int> single_sweeps(20, 1);
+
+TEST(CutImage, PiecesOwnEverySiteOnceAndSeeTheirHalo) {
+  for (const Extent extent :
+       {Extent{16, 16}, Extent{97, 33}, Extent{1, 70}, Extent{300, 8}, Extent{2048, 999}}) {
+    for (const int count : {2, 4, 8, 16}) {
+      const Cut cut = cut_image(extent, count);
+      if (cut.pieces.empty()) {
+        continue;
+      }
+      ASSERT_EQ(cut.pieces.size(), static_cast<std::size_t>(count));
+      std::vector<int> owners(extent.sites());
+      for (const auto& [owned, loaded] : cut.pieces) {
+        for (int y = owned.top; y < owned.top + owned.height; ++y) {
+          for (int x = owned.left; x < owned.left + owned.width; ++x) {
+            ++owners[extent.index(x, y)];
+          }
+        }
+        EXPECT_EQ(loaded.left % 4, 0);
+        EXPECT_EQ(loaded.top % 4, 0);
+        EXPECT_EQ(loaded.left, std::max(0, owned.left - cut.halo));
+        EXPECT_EQ(loaded.top, std::max(0, owned.top - cut.halo));
+        EXPECT_EQ(loaded.left + loaded.width, std::min(extent.width, owned.left + owned.width + cut.halo));
+        EXPECT_EQ(loaded.top + loaded.height, std::min(extent.height, owned.top + owned.height + cut.halo));
+      }
+      EXPECT_TRUE(std::ranges::all_of(owners, [](int owner) { return owner == 1; }));
+    }
+  }
+}
+
+TEST(CutImage, TheLongerSideIsHalvedAndHalosAreAnEighthAtMost64Sites) {
+  const Cut strips = cut_image({64, 40000}, 2);
+  EXPECT_EQ(strips.pieces[1].owned, (Rectangle{.left = 0, .top = 20000, .width = 64, .height = 20000}));
+  EXPECT_EQ(strips.pieces[1].loaded, (Rectangle{.left = 0, .top = 19936, .width = 64, .height = 20064}));
+  const Cut quarters = cut_image({200, 200}, 4);
+  EXPECT_EQ(quarters.halo, 12);
+  EXPECT_EQ(quarters.pieces[3].loaded, (Rectangle{.left = 88, .top = 88, .width = 112, .height = 112}));
+  EXPECT_TRUE(cut_image({3, 4}, 2).pieces.empty());
+  EXPECT_TRUE(cut_image({64, 64}, 1024).pieces.empty());
+}
+
+TEST(CutSession, SameBitsInStripsColumnsAndTiles) {
+  std::uint64_t seed = 500;
+  for (const auto& [extent, limit] :
+       {std::pair{Extent{40, 90}, Limit{.rows = 60}}, std::pair{Extent{90, 40}, Limit{.columns = 40}},
+        std::pair{Extent{97, 101}, Limit{.sites = 3000}},
+        std::pair{Extent{64, 64}, Limit{.columns = 20, .rows = 30}},
+        std::pair{Extent{1, 61}, Limit{.rows = 17}}, std::pair{Extent{50, 3}, Limit{.sites = 100}}}) {
+    for (const test::Texture texture :
+         {test::Texture::smooth, test::Texture::tie_rich, test::Texture::dyadic}) {
+      expect_same_steps(limit, test::random_problem(extent, texture, ++seed), single_sweeps,
+                        fmt::format("{} x {}, seed {}", extent.width, extent.height, seed));
+    }
+  }
+}
+
+TEST(CutSession, SameBitsForEveryRuleAndUpdateThatCanBeCut) {
+  std::uint64_t seed = 600;
+  for (const Rule rule : {Rule::steps, Rule::closed_form, Rule::correction}) {
+    for (const Update update : test::simultaneous_and_coloured) {
+      expect_same_steps(
+          {.sites = 1300}, test::random_problem({75, 62}, test::Texture::smooth, ++seed, {}, rule, update),
+          single_sweeps,
+          fmt::format("Rule({}), Update({})", static_cast<int>(rule), static_cast<int>(update)));
+    }
+  }
+}
+
+TEST(CutSession, ManySweepsInOneCallRenewTheHalosOnTheWay) {
+  for (const int sweeps : {3, 4, 5, 9, 40, 131}) {
+    expect_same_steps({.rows = 40}, test::random_problem({33, 90}, test::Texture::smooth, 9),
+                      {sweeps, 1, sweeps}, fmt::format("{} sweeps", sweeps));
+  }
+}
+
+TEST(CutSession, EveryConditionOnASeamCounts) {
+  // All sites observed, so that every site of a seam and of a halo has its own target.
+  auto problem = test::random_problem({48, 48}, test::Texture::tie_rich, 71);
+  std::ranges::fill(problem.level.confidence.x, 1.0F);
+  std::ranges::fill(problem.level.confidence.y, 0.5F);
+  expect_same_steps({.sites = 1000}, problem, single_sweeps, "observed");
+}
+
+TEST(CutSession, WholeCutAndWholeAgainInOneSession) {
+  const Limited backend("scalar", {.rows = 30});
+  const auto scalar = find_backend(make_backends(), "scalar").open({});
+  const auto session = backend.open({});
+  for (const int height : {20, 80, 30, 31, 200, 4}) {
+    expect_same_steps(*scalar, *session, test::random_problem({13, height}, test::Texture::smooth, 81),
+                      {1, 7, 1}, fmt::format("height {}", height));
+  }
+}
+
+TEST(CutSession, ASizeThatFitsIsNotCut) {
+  const Limited backend("scalar", {.rows = 30});
+  const auto session = backend.open({});
+  session->load(test::random_problem({50, 30}, test::Texture::smooth, 1).level);
+  EXPECT_EQ(backend.loads.refused, 0);
+  EXPECT_EQ(backend.loads.taken, (std::vector{Extent{50, 30}}));
+}
+
+TEST(CutSession, AWholePyramidWhoseLastLevelsAreTooLarge) {
+  const auto problem = test::random_problem({120, 90}, test::Texture::smooth, 91);
+  Pyramid pyramid{.full = &problem.level};
+  double expected_advance = 0.0;
+  for (const Extent extent : pyramid_extents(problem.level.extent)) {
+    pyramid.levels.insert(pyramid.levels.begin(), {.extent = extent, .sweeps = 15});
+    expected_advance += 15.0 * static_cast<double>(extent.sites());
+  }
+  for (const char* inner : {"scalar", "openmp"}) {
+    for (const Work work : {Work::dense, Work::active}) {
+      const Limited backend(inner, {.sites = 3000});
+      const auto scalar = find_backend(make_backends(), "scalar").open({});
+      const auto session = backend.open({.device = {}, .threads = 2, .work = work});
+      scalar->load(pyramid);
+      scalar->solve();
+      session->load(pyramid);
+      for (int time = 0; time < 2; ++time) {
+        double advanced = 0.0;
+        session->solve([&](double site_updates) { advanced += site_updates; });
+        EXPECT_EQ(advanced, expected_advance);
+        EXPECT_EQ(compare(read(*scalar), read(*session)).sites, 0) << inner;
+        EXPECT_EQ(session->changed(), scalar->changed()) << inner;
+      }
+      EXPECT_GT(backend.loads.refused, 0);
+    }
+  }
+}
+
+template <typename Call>
+void expect_too_large(Call&& call, const std::vector<std::string>& parts) {
+  try {
+    call();
+    FAIL() << "was taken";
+  } catch (const TooLarge& error) {
+    for (const std::string& part : parts) {
+      EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+    }
+  }
+}
+
+TEST(CutSession, WhatCannotBeCutIsRefusedWithTheReason) {
+  const Limited backend("scalar", {.rows = 30});
+  const auto session = backend.open({});
+  auto annealed = test::random_problem({40, 40}, test::Texture::smooth, 1, {}, Rule::annealing);
+  expect_too_large([&] { session->load(annealed.level); },
+                   {"limited: no room for 40 x 40", "annealing draws its random numbers by column and row"});
+  const Pyramid pyramid{.full = &annealed.level,
+                        .levels = {{.extent = {40, 40}, .sweeps = 1, .strengths = {1.0F}}}};
+  // LimitedSession computes level by level, so only the last level says so.
+  session->load(pyramid);
+  expect_too_large([&] { session->solve(); }, {"annealing"});
+  auto sequential = test::random_problem({40, 40}, test::Texture::smooth, 1);
+  sequential.level.update = Update::sequential;
+  expect_too_large([&] { session->load(sequential.level); }, {"no room for 40 x 40", "sequential"});
+  const auto problem = test::random_problem({40, 20}, test::Texture::smooth, 1);
+  session->load(problem.level);
+  session->write(problem.start);
+  session->step(1);
+  EXPECT_GT(session->changed(), 0) << "a refused level must leave nothing behind";
+}
+
+TEST(CutSession, PiecesThatDoNotFitAreRefusedInTheDevicesWords) {
+  const Limited backend("scalar", {.sites = 10});
+  const auto session = backend.open({});
+  expect_too_large(
+      [&] {
+        session->load(test::random_problem({40, 40}, test::Texture::smooth, 1).level);
+      },
+      {"limited: no room for 40 x 40; nor do pieces of it fit: no room for 8 x 8"});
+  expect_too_large(
+      [&] {
+        session->load(test::random_problem({4, 4}, test::Texture::smooth, 1).level);
+      },
+      {"no room for 4 x 4"});
+}
+
+} // namespace
+} // namespace hdmbench
