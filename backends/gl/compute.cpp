@@ -1,5 +1,6 @@
 #include "backends/gl/compute.hpp"
 
+#include "backends/gl/ceilings.hpp"
 #include "backends/gl/context_session.hpp"
 #include "backends/gl/interleave.hpp"
 #include "backends/gl/objects.hpp"
@@ -63,6 +64,10 @@ private:
 /// Everything that lives in the context, so that it can be destroyed while the context is current.
 class ComputeSweep {
 public:
+  /// Displacement there and back, observation, confidence.
+  static constexpr double bytes_per_update = 8 + 8 + 16 + 8;
+  static Ceilings ceilings(const Api& api) { return compute_ceilings(api); }
+
   explicit ComputeSweep(const Api& api)
       : gl_(api), images_{BufferTexture(api), BufferTexture(api)}, observation_(api), confidence_(api),
         counter_(api), count_program_(api, {{GL_COMPUTE_SHADER, std::string(sources::count_compute)}}) {}

@@ -1,5 +1,6 @@
 #include "backends/gl/fragment.hpp"
 
+#include "backends/gl/ceilings.hpp"
 #include "backends/gl/context_session.hpp"
 #include "backends/gl/interleave.hpp"
 #include "backends/gl/objects.hpp"
@@ -26,6 +27,10 @@ constexpr GLint confidence_unit = 2;
 /// Everything that lives in the context, so that it can be destroyed while the context is current.
 class FragmentSweep {
 public:
+  /// Four textures of four floats: image there and back, observation, confidence.
+  static constexpr double bytes_per_update = 4 * 16;
+  static Ceilings ceilings(const Api& api) { return fragment_ceilings(api); }
+
   explicit FragmentSweep(const Api& api)
       : gl_(api), images_{Texture(api), Texture(api)}, observation_(api),
         confidence_(api), framebuffers_{Framebuffer(api), Framebuffer(api)}, count_framebuffer_(api),
