@@ -140,6 +140,10 @@ public:
   /// The device `open` would take. Throws DeviceError.
   [[nodiscard]] Device device(const SessionOptions& options) const;
 
+  /// CPU threads of its own that a session uses; 0 where a driver decides about threads.
+  [[nodiscard]] virtual int threads(const SessionOptions& /*options*/) const { return 0; }
+  /// Whether Work::active leaves anything out.
+  [[nodiscard]] virtual bool skips() const { return true; }
   /// What a dense update by Rule::steps must at least move between memory and processor for a site of a kind,
   /// bytes: what it reads and writes of arrays as large as the image, once each, as this backend lays them
   /// out, over the sweeps of a level that pass through the caches together (at most `sweeps`). 0: not

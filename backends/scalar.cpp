@@ -91,6 +91,8 @@ public:
   std::string_view description() const override { return "plain C++, one thread: the reference for bits"; }
   bool supports(Update /*update*/) const override { return true; }
   std::vector<Device> devices() const override { return {cpu_device("1 thread")}; }
+  int threads(const SessionOptions& /*options*/) const override { return 1; }
+  bool skips() const override { return false; }
   /// Displacement there and back, target, confidence, modulus and its inverse.
   double bytes_per_update(SiteKind /*kind*/, int /*sweeps*/) const override { return 8 + 8 + 8 + 8 + 4 + 4; }
 

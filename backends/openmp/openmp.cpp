@@ -307,6 +307,7 @@ public:
   std::vector<Device> devices() const override {
     return {cpu_device(fmt::format("OpenMP, {}", instruction_set_.name))};
   }
+  int threads(const SessionOptions& options) const override { return thread_count(options.threads); }
   /// Displacement there and back, modulus and its inverse; target and confidence where there is an
   /// observation. Rows stay in the cache for all sweeps that pass together.
   double bytes_per_update(SiteKind kind, int sweeps) const override {

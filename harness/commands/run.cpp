@@ -121,7 +121,7 @@ int run_scene(const Arguments& arguments, const std::string& line) {
   }
 
   Progress progress;
-  progress.set_total(site_updates(scene));
+  progress.set_total(site_updates(scene), WorkUnit::site_updates);
   progress.describe(fmt::format("run {} on {}", scene.name, backend.name()));
   std::optional<Plan> plan;
   Solution solution;
