@@ -198,4 +198,12 @@ Device Backend::device(const SessionOptions& options) const {
   return all[choose(name(), all, options.device)];
 }
 
+std::optional<Ceilings> Backend::ceilings(const SessionOptions& options) const {
+  try {
+    return do_measure_ceilings(choose(name(), devices(), options.device), options);
+  } catch (const DeviceError& error) {
+    throw DeviceError(fmt::format("{}: {}", name(), error.what()));
+  }
+}
+
 } // namespace hdmbench

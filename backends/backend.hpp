@@ -1,5 +1,7 @@
 #pragma once
 
+#include "backends/ceilings.hpp"
+#include "kernels/cost.hpp"
 #include "kernels/level.hpp"
 #include "kernels/pyramid.hpp"
 
@@ -143,10 +145,26 @@ public:
   /// The device `open` would take. Throws DeviceError.
   [[nodiscard]] Device device(const SessionOptions& options) const;
 
+  /// CPU threads of its own that a session uses; 0 where a driver decides about threads.
+  [[nodiscard]] virtual int threads(const SessionOptions& /*options*/) const { return 0; }
+  /// Whether Work::active leaves anything out.
+  [[nodiscard]] virtual bool skips() const { return true; }
+  /// What a dense update by Rule::steps must at least move between memory and processor for a site of a kind,
+  /// bytes: what it reads and writes of arrays as large as the image, once each, as this backend lays them
+  /// out, over the sweeps of a level that pass through the caches together (at most `sweeps`). 0: not
+  /// declared.
+  [[nodiscard]] virtual double bytes_per_update(SiteKind /*kind*/, int /*sweeps*/) const { return 0.0; }
+  /// Measured now; takes about a second. None where the backend has no such loops. Throws DeviceError.
+  [[nodiscard]] std::optional<Ceilings> ceilings(const SessionOptions& options) const;
+
 private:
   /// `index` into devices().
   [[nodiscard]] virtual std::unique_ptr<Session> do_open(std::size_t index,
                                                          const SessionOptions& options) const = 0;
+  [[nodiscard]] virtual std::optional<Ceilings> do_measure_ceilings(std::size_t /*index*/,
+                                                                    const SessionOptions& /*options*/) const {
+    return std::nullopt;
+  }
 };
 
 } // namespace hdmbench

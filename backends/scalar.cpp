@@ -1,4 +1,5 @@
 #include "backends/scalar.hpp"
+#include "backends/cpu_ceilings.hpp"
 #include "backends/cpu_device.hpp"
 
 #include "kernels/gather.hpp"
@@ -90,8 +91,16 @@ public:
   std::string_view description() const override { return "plain C++, one thread: the reference for bits"; }
   bool supports(Update /*update*/) const override { return true; }
   std::vector<Device> devices() const override { return {cpu_device("1 thread")}; }
+  int threads(const SessionOptions& /*options*/) const override { return 1; }
+  bool skips() const override { return false; }
+  /// Displacement there and back, target, confidence, modulus and its inverse.
+  double bytes_per_update(SiteKind /*kind*/, int /*sweeps*/) const override { return 8 + 8 + 8 + 8 + 4 + 4; }
 
 private:
+  std::optional<Ceilings> do_measure_ceilings(std::size_t /*index*/,
+                                              const SessionOptions& /*options*/) const override {
+    return cpu_ceilings(1, openmp::baseline::multiply_add);
+  }
   std::unique_ptr<Session> do_open(std::size_t /*index*/, const SessionOptions& /*options*/) const override {
     return std::make_unique<ScalarSession>();
   }

@@ -8,6 +8,12 @@
 
 namespace hdmbench {
 
+/// What Progress counts.
+enum class WorkUnit {
+  pieces,      ///< whatever they are
+  site_updates ///< shown as a rate, Msites/s
+};
+
 /// One line on standard error that says what is going on, from the second second on. On a terminal it
 /// rewrites itself; elsewhere a line is written every ten seconds. Silent if `enabled` is false.
 class Progress {
@@ -22,9 +28,10 @@ public:
 
   /// What the following work is called: "verify brain: level 3 of 10".
   void describe(std::string what);
-  /// Work done of the work in all (any unit) for everything this object sees; shows percent and time left.
+  /// Work done of the work in all for everything this object sees; shows a bar, percent, time left and, of
+  /// site updates, the rate of the last seconds.
   void advance(double amount);
-  void set_total(double total);
+  void set_total(double total, WorkUnit unit = WorkUnit::pieces);
   /// Removes the line, so that a result can be printed in its place.
   void clear();
 
@@ -32,6 +39,8 @@ private:
   void show();
 
   [[nodiscard]] double fraction() const { return std::min(done_ / total_, 1.0); }
+  /// Bar, percent, time left, rate; empty as long as nothing is known.
+  [[nodiscard]] std::string measure(std::chrono::steady_clock::time_point now);
 
   std::function<void(double)> listener_;
   bool enabled_;
@@ -40,6 +49,10 @@ private:
   std::string what_;
   double done_ = 0.0;
   double total_ = 0.0;
+  WorkUnit unit_ = WorkUnit::pieces;
+  double rate_ = 0.0;      ///< work per second lately, 0: not known
+  double rate_done_ = 0.0; ///< done_ when rate_ was taken
+  std::chrono::steady_clock::time_point rate_time_;
   std::chrono::steady_clock::time_point start_;
   std::chrono::steady_clock::time_point next_;
 };

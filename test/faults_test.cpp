@@ -149,7 +149,7 @@ TEST_P(FaultInTheField, GetsNoSpeedUp) {
   bool caught = false;
   for (const test::Texture texture :
        {test::Texture::smooth, test::Texture::tie_rich, test::Texture::dyadic}) {
-    const Scene scene = small_scene(texture);
+    Scene scene = small_scene(texture);
     const FaultyBackend faulty(scalar(), GetParam(), &scene);
     const Backend* const both[] = {&scalar(), &faulty};
     Progress silent(false);

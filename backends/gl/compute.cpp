@@ -1,6 +1,7 @@
 #include "backends/gl/compute.hpp"
 
 #include "backends/gl/buffer_texture.hpp"
+#include "backends/gl/ceilings.hpp"
 #include "backends/gl/context_session.hpp"
 #include "backends/gl/interleave.hpp"
 #include "backends/gl/tile_sweeps.hpp"
@@ -68,6 +69,10 @@ struct DeviceLevel {
 /// Everything that lives in the context, so that it can be destroyed while the context is current.
 class ComputeSweep {
 public:
+  /// Displacement there and back, observation, confidence.
+  static constexpr double bytes_per_update = 8 + 8 + 16 + 8;
+  static Ceilings ceilings(const Api& api) { return compute_ceilings(api); }
+
   ComputeSweep(const Api& api, Work work)
       : gl_(api), work_(work), images_{BufferTexture(api), BufferTexture(api)}, constants_(api),
         sampled_(api), counter_(api),

@@ -65,7 +65,8 @@ private:
   std::optional<Sweep> sweep_;
 };
 
-/// A Backend whose sessions are ContextSession<Sweep> on the contexts of a platform.
+/// A Backend whose sessions are ContextSession<Sweep> on the contexts of a platform. Sweep declares
+/// bytes_per_update and ceilings(api) for Backend's functions of these names.
 template <typename Sweep>
 class ContextBackend final : public Backend {
 public:
@@ -76,10 +77,19 @@ public:
   std::string_view name() const override { return name_; }
   std::string_view description() const override { return description_; }
   std::vector<Device> devices() const override { return platform_->devices(version_); }
+  double bytes_per_update(SiteKind /*kind*/, int /*sweeps*/) const override {
+    return Sweep::bytes_per_update;
+  }
 
 private:
   std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions& options) const override {
     return std::make_unique<ContextSession<Sweep>>(platform_->open(index, version_), options.work);
+  }
+  std::optional<Ceilings> do_measure_ceilings(std::size_t index,
+                                              const SessionOptions& /*options*/) const override {
+    const std::unique_ptr<Context> context = platform_->open(index, version_);
+    const Context::Current current(*context);
+    return Sweep::ceilings(context->api());
   }
 
   std::string name_;

@@ -1,5 +1,6 @@
 #include "backends/gl/fragment.hpp"
 
+#include "backends/gl/ceilings.hpp"
 #include "backends/gl/context_session.hpp"
 #include "backends/gl/fragment_level.hpp"
 #include "backends/gl/fragment_programs.hpp"
@@ -51,6 +52,10 @@ Target position_table(const Api& gl, Extent extent, Extent before, Extent full, 
 /// Everything that lives in the context, so that it can be destroyed while the context is current.
 class FragmentSweep {
 public:
+  /// Four textures of four floats: image there and back, observation, confidence.
+  static constexpr double bytes_per_update = 4 * 16;
+  static Ceilings ceilings(const Api& api) { return fragment_ceilings(api); }
+
   FragmentSweep(const Api& api, Work work)
       : gl_(api), count_framebuffer_(api), count_target_(api), query_(api), programs_(api),
         leaves_out_(work == Work::active && has_vertex_textures(api)) {}

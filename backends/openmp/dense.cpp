@@ -7,7 +7,6 @@ namespace hdmbench::openmp {
 namespace {
 
 /// Sweeps that pass through a band together: a large image is read from memory once for all of them.
-constexpr int most_fused = 8;
 
 /// Threads share the rows, SIMD lanes the sites of a row. Up to `most_fused` sweeps pass through a band
 /// together, each one row behind the one before, so that a row is still in the cache when the next sweep

@@ -7,6 +7,9 @@
 
 namespace hdmbench::openmp {
 
+/// Sweeps that pass through a band together.
+inline constexpr int most_fused = 8;
+
 /// Two buffers of one field, and which of them is the newest. Coloured updates use one only.
 struct Fields {
   std::array<Field, 2> buffers;

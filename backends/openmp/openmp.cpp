@@ -1,5 +1,6 @@
 #include "backends/openmp/openmp.hpp"
 
+#include "backends/cpu_ceilings.hpp"
 #include "backends/cpu_device.hpp"
 #include "backends/openmp/active.hpp"
 #include "backends/openmp/dense.hpp"
@@ -26,6 +27,7 @@ using openmp::SweepRow;
 
 struct InstructionSet {
   SweepRow sweep_row;
+  openmp::MultiplyAdd multiply_add;
   std::string_view name;
 };
 
@@ -33,13 +35,13 @@ InstructionSet best_instruction_set() {
 #if defined(__x86_64__)
   if (__builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512vl") != 0 &&
       __builtin_cpu_supports("avx512dq") != 0 && __builtin_cpu_supports("avx512bw") != 0) {
-    return {openmp::avx512::sweep_row, "AVX-512"};
+    return {openmp::avx512::sweep_row, openmp::avx512::multiply_add, "AVX-512"};
   }
   if (__builtin_cpu_supports("avx2") != 0) {
-    return {openmp::avx2::sweep_row, "AVX2"};
+    return {openmp::avx2::sweep_row, openmp::avx2::multiply_add, "AVX2"};
   }
 #endif
-  return {openmp::baseline::sweep_row, "baseline SIMD"};
+  return {openmp::baseline::sweep_row, openmp::baseline::multiply_add, "baseline SIMD"};
 }
 
 int thread_count(int requested) {
@@ -233,11 +235,23 @@ public:
   std::vector<Device> devices() const override {
     return {cpu_device(fmt::format("OpenMP, {}", instruction_set_.name))};
   }
+  int threads(const SessionOptions& options) const override { return thread_count(options.threads); }
+  /// Displacement there and back, modulus and its inverse; target and confidence where there is an
+  /// observation. Rows stay in the cache for all sweeps that pass together.
+  double bytes_per_update(SiteKind kind, int sweeps) const override {
+    const bool observed = kind == SiteKind::general || kind == SiteKind::uniform;
+    return (8 + 8 + 4 + 4 + (observed ? 8 + 8 : 0)) /
+           static_cast<double>(std::clamp(sweeps, 1, openmp::most_fused));
+  }
 
 private:
   std::unique_ptr<Session> do_open(std::size_t /*index*/, const SessionOptions& options) const override {
     return std::make_unique<OpenMpSession>(thread_count(options.threads), instruction_set_.sweep_row,
                                            options.work);
+  }
+  std::optional<Ceilings> do_measure_ceilings(std::size_t /*index*/,
+                                              const SessionOptions& options) const override {
+    return cpu_ceilings(thread_count(options.threads), instruction_set_.multiply_add);
   }
 
   std::string_view name_;
@@ -247,12 +261,13 @@ private:
 } // namespace
 
 std::unique_ptr<Backend> make_openmp() {
-  return make_openmp_with("openmp", best_instruction_set().sweep_row, best_instruction_set().name);
+  return std::make_unique<OpenMp>("openmp", best_instruction_set());
 }
 
 std::unique_ptr<Backend> make_openmp_with(std::string_view name, openmp::SweepRow sweep_row,
                                           std::string_view instruction_set) {
-  return std::make_unique<OpenMp>(name, InstructionSet{sweep_row, instruction_set});
+  return std::make_unique<OpenMp>(
+      name, InstructionSet{sweep_row, best_instruction_set().multiply_add, instruction_set});
 }
 
 } // namespace hdmbench

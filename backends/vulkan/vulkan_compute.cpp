@@ -1,5 +1,6 @@
 #include "backends/vulkan/vulkan_compute.hpp"
 
+#include "backends/vulkan/ceilings.hpp"
 #include "backends/vulkan/compute_device.hpp"
 #include "backends/vulkan/session.hpp"
 
@@ -30,16 +31,34 @@ public:
     });
   }
 
+  /// Displacement there and back, observation, confidence (Fields of session.cpp).
+  [[nodiscard]] double bytes_per_update(SiteKind /*kind*/, int /*sweeps*/) const override {
+    return 8 + 8 + 16 + 8;
+  }
+
 private:
-  [[nodiscard]] std::unique_ptr<Session> do_open(std::size_t index,
-                                                 const SessionOptions& options) const override {
+  template <typename Call>
+  static auto on_device(std::size_t index, const Call& call) {
     return vulkan::translate_errors([&] {
       vulkan::Installation installation;
       const auto devices = installation.compute_devices();
       if (index >= devices.size()) {
         throw DeviceError(fmt::format("Vulkan device {} has gone, {} are left", index, devices.size()));
       }
-      return vulkan::make_session(std::move(installation), devices[index], options.work);
+      return call(std::move(installation), devices[index]);
+    });
+  }
+
+  [[nodiscard]] std::unique_ptr<Session> do_open(std::size_t index,
+                                                 const SessionOptions& options) const override {
+    return on_device(index, [&](vulkan::Installation installation, const auto& device) {
+      return vulkan::make_session(std::move(installation), device, options.work);
+    });
+  }
+  [[nodiscard]] std::optional<Ceilings> do_measure_ceilings(std::size_t index,
+                                                            const SessionOptions&) const override {
+    return on_device(index, [](vulkan::Installation installation, const auto& device) {
+      return vulkan::measure_ceilings(std::move(installation), device);
     });
   }
 };

@@ -228,27 +228,43 @@ std::vector<std::optional<std::string>> CommonArguments::chosen_methods() const 
   return chosen;
 }
 
-std::vector<Scene> CommonArguments::load_scenes(const std::vector<std::string>& by_default) const {
+std::vector<SceneChoice> CommonArguments::scene_choices(const std::vector<std::string>& by_default) const {
   std::vector<SceneOptions> options;
   std::ranges::transform(sizes, std::back_inserter(options),
                          [](const std::string& size) { return SceneOptions{.size = parse_size(size)}; });
   if (options.empty()) {
     options.emplace_back();
   }
-  std::vector<Scene> loaded;
+  std::vector<SceneChoice> choices;
   for (const std::string& name : scenes.empty() ? by_default : scenes) {
     for (const SceneOptions& option : options) {
-      try {
-        const Scene scene = load_scene(name, option);
-        for (const auto& method : chosen_methods()) {
-          schedule.apply(loaded.emplace_back(scene), method);
-        }
-      } catch (const MissingFile& error) {
-        if (!scenes.empty()) {
-          throw;
-        }
-        fmt::print("{} is left out: {}\n", name, error.what());
+      for (const auto& method : chosen_methods()) {
+        choices.push_back({.name = name, .options = option, .method = method, .by_default = scenes.empty()});
       }
+    }
+  }
+  return choices;
+}
+
+std::optional<Scene> CommonArguments::load(const SceneChoice& choice) const {
+  try {
+    Scene scene = load_scene(choice.name, choice.options);
+    schedule.apply(scene, choice.method);
+    return scene;
+  } catch (const MissingFile& error) {
+    if (!choice.by_default) {
+      throw;
+    }
+    fmt::print("{} is left out: {}\n", choice.name, error.what());
+    return std::nullopt;
+  }
+}
+
+std::vector<Scene> CommonArguments::load_scenes(const std::vector<std::string>& by_default) const {
+  std::vector<Scene> loaded;
+  for (const SceneChoice& choice : scene_choices(by_default)) {
+    if (std::optional<Scene> scene = load(choice)) {
+      loaded.push_back(std::move(*scene));
     }
   }
   return loaded;

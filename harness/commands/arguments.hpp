@@ -61,6 +61,14 @@ struct SceneArguments {
                                       const Scene& scene_to_solve) const;
 };
 
+/// One scene to load.
+struct SceneChoice {
+  std::string name;                  ///< or file
+  SceneOptions options;              ///< its size
+  std::optional<std::string> method; ///< none: what --method or the scene says
+  bool by_default = false;           ///< nobody named it: it may be left out
+};
+
 /// Arguments that verify and bench share.
 struct CommonArguments {
   std::vector<std::string> scenes; ///< names or files; empty: the command's own choice
@@ -85,6 +93,10 @@ struct CommonArguments {
   /// command line: `by_default`, of which one whose files are not on this machine is left out with a line on
   /// standard output. Throws InputError.
   [[nodiscard]] std::vector<Scene> load_scenes(const std::vector<std::string>& by_default) const;
+  /// The same without loading them: large ones need not be in memory together.
+  [[nodiscard]] std::vector<SceneChoice> scene_choices(const std::vector<std::string>& by_default) const;
+  /// None, with a line on standard output, where one that nobody named is not on this machine.
+  [[nodiscard]] std::optional<Scene> load(const SceneChoice& choice) const;
   /// The reference first, then the chosen backends (all if none was named) without it. Throws InputError for
   /// an unknown name and DeviceError for one that was named here or with --require and is not there.
   [[nodiscard]] std::vector<const Backend*>

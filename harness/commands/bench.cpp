@@ -1,10 +1,14 @@
 #include "harness/bench.hpp"
 
+#include "harness/bench_json.hpp"
 #include "harness/commands/arguments.hpp"
 #include "harness/commands/commands.hpp"
 #include "harness/context.hpp"
 #include "harness/file_output.hpp"
+#include "harness/median.hpp"
+#include "harness/memory_use.hpp"
 #include "harness/table.hpp"
+#include "kernels/input_error.hpp"
 #include "reference/published.hpp"
 
 #include <fmt/format.h>
@@ -18,7 +22,13 @@ namespace {
 
 struct Arguments : CommonArguments {
   int repeats = 3;
+  std::vector<std::string> work{"dense", "active"};
+  bool scaling = false;
+  std::optional<std::string> reference; ///< "none" or a backend; none given: scalar, of images not too large
 };
+
+/// Scalar takes minutes for one solution of an image larger than this.
+constexpr std::size_t most_sites_for_scalar = std::size_t{4096} * 4096;
 
 double total(const Timings& timings) {
   return timings.total();
@@ -47,37 +57,6 @@ std::vector<std::string> published_scenes() {
   return scenes;
 }
 
-/// 10^6 site updates per second of compute; 0 without samples.
-double msites_per_second(const BenchResult& result) {
-  const double seconds = median_seconds(result.samples, compute);
-  return seconds > 0.0 ? result.site_updates / seconds * 1e-6 : 0.0;
-}
-
-nlohmann::json to_json(const Scene& scene, const BenchResult& result) {
-  nlohmann::json seconds = nlohmann::json::array();
-  std::ranges::transform(result.samples, std::back_inserter(seconds), total);
-  return {{"scene", scene.name},
-          {"width", scene.extent().width},
-          {"height", scene.extent().height},
-          {"backend", result.backend},
-          {"device", result.device.name},
-          {"method", method_name(scene.schedule)},
-          {"effort", scene.schedule.iterations},
-          {"iterations", result.iterations},
-          {"fine_sweep_equivalents", result.site_updates / static_cast<double>(scene.extent().sites())},
-          {"seconds", seconds},
-          {"seconds_median", median_seconds(result.samples, total)},
-          {"msites_per_second", msites_per_second(result)},
-          {"setup_seconds", result.setup_seconds},
-          {"projection_seconds", median_seconds(result.samples, projection)},
-          {"upload_seconds", median_seconds(result.samples, upload)},
-          {"compute_seconds", median_seconds(result.samples, compute)},
-          {"readback_seconds", median_seconds(result.samples, readback)},
-          {"speed_up_over_scalar", result.speed_up ? nlohmann::json(*result.speed_up) : nlohmann::json()},
-          {"valid", result.valid},
-          {"reason", result.reason}};
-}
-
 /// Three digits that matter: 0.00123, 1.23, 123.
 std::string seconds_text(double seconds) {
   const int decimals = seconds >= 100.0  ? 0
@@ -88,11 +67,60 @@ std::string seconds_text(double seconds) {
   return fmt::format("{:.{}f}", seconds, decimals);
 }
 
+/// "openmp, active", "openmp, 1 thread".
+std::string row_name(const BenchResult& result, const std::vector<BenchResult>& all) {
+  const bool differ = std::ranges::any_of(all, [&](const BenchResult& other) {
+    return other.backend == result.backend && other.threads != result.threads;
+  });
+  return fmt::format("{}{}{}", result.backend, result.work == Work::active ? ", active" : "",
+                     differ ? fmt::format(", {} thread{}", result.threads, result.threads == 1 ? "" : "s")
+                            : "");
+}
+
+/// How near dense runs come to what was measured of their devices.
+void print_ceilings(const std::vector<BenchResult>& results) {
+  Table table({{"dense, of what is measured", Table::Align::left},
+               {"GB/s"},
+               {"copy GB/s"},
+               {"Gop/s"},
+               {"most Gop/s"},
+               {"% of ceiling"},
+               {"binds", Table::Align::left},
+               {"bytes/update"},
+               {"ops/update"}});
+  std::string remarks;
+  for (const BenchResult& result : results) {
+    if (result.samples.empty() || result.work != Work::dense) {
+      continue;
+    }
+    if (!result.cost || !result.share) {
+      remarks += fmt::format("  {}: no percentage of a ceiling: {}\n", row_name(result, results),
+                             result.no_ceilings);
+      continue;
+    }
+    const double seconds = median_seconds(result.samples, compute);
+    table.add({row_name(result, results), fmt::format("{:.2f}", result.cost->bytes / seconds * 1e-9),
+               fmt::format("{:.2f}", median(result.ceilings->copy_bytes_per_second) * 1e-9),
+               fmt::format("{:.2f}", result.cost->operations / seconds * 1e-9),
+               fmt::format("{:.1f}", median(result.ceilings->operations_per_second) * 1e-9),
+               fmt::format("{:.1f}", result.share->percent),
+               result.share->binding == Binding::memory ? "memory" : "arithmetic",
+               fmt::format("{:.1f}", result.cost->bytes / result.site_updates),
+               fmt::format("{:.1f}", result.cost->operations / result.site_updates)});
+  }
+  fmt::print("{}{}", table.text(), remarks);
+}
+
+std::string number_or_dash(const std::optional<double>& value, int decimals) {
+  return value ? fmt::format("{:.{}f}", *value, decimals) : "-";
+}
+
 void print_scene(const Scene& scene, const std::vector<BenchResult>& results) {
-  const BenchResult& reference = results.front();
+  const auto ran = std::ranges::find_if(results, [](const auto& one) { return !one.samples.empty(); });
+  const BenchResult& some = ran == results.end() ? results.front() : *ran;
   fmt::print("\n{}, {} x {}: {}, {} iterations, {:.4g} million site updates\n", scene.name,
-             scene.extent().width, scene.extent().height, method_name(scene.schedule), reference.iterations,
-             reference.site_updates * 1e-6);
+             scene.extent().width, scene.extent().height, method_name(scene.schedule), some.iterations,
+             some.site_updates * 1e-6);
   const PublishedTiming* published = scene.extent().width == scene.extent().height
                                          ? published_timing(scene.name, scene.extent().width)
                                          : nullptr;
@@ -101,20 +129,22 @@ void print_scene(const Scene& scene, const std::vector<BenchResult>& results) {
                published->gpu_seconds, published->cpu_seconds, published->speed_up);
   }
   Table table({{"backend", Table::Align::left},
-               {"seconds", Table::Align::right},
-               {"min", Table::Align::right},
-               {"max", Table::Align::right},
-               {"projection", Table::Align::right},
-               {"upload", Table::Align::right},
-               {"compute", Table::Align::right},
-               {"readback", Table::Align::right},
-               {"set-up", Table::Align::right},
-               {"Msites/s", Table::Align::right},
-               {"speed-up", Table::Align::right}});
+               {"seconds"},
+               {"min"},
+               {"max"},
+               {"projection"},
+               {"upload"},
+               {"compute"},
+               {"readback"},
+               {"set-up"},
+               {"Msites/s"},
+               {"bytes/site"},
+               {"speed-up"},
+               {"over dense"}});
   std::string remarks;
   for (const BenchResult& result : results) {
     if (!result.valid) {
-      remarks += fmt::format("  {}: no speed-up: {}\n", result.backend, result.reason);
+      remarks += fmt::format("  {}: no speed-up: {}\n", row_name(result, results), result.reason);
     }
     if (result.samples.empty()) {
       continue;
@@ -123,12 +153,14 @@ void print_scene(const Scene& scene, const std::vector<BenchResult>& results) {
     const auto part = [&](double (*which)(const Timings&)) {
       return seconds_text(median_seconds(result.samples, which));
     };
-    table.add({result.backend, part(total), seconds_text(fastest->total()), seconds_text(slowest->total()),
-               part(projection), part(upload), part(compute), part(readback),
+    table.add({row_name(result, results), part(total), seconds_text(fastest->total()),
+               seconds_text(slowest->total()), part(projection), part(upload), part(compute), part(readback),
                seconds_text(result.setup_seconds), fmt::format("{:.1f}", msites_per_second(result)),
-               result.speed_up ? fmt::format("{:.2f}", *result.speed_up) : "-"});
+               number_or_dash(result.bytes_per_site, 0), number_or_dash(result.speed_up, 2),
+               number_or_dash(result.speed_up_over_dense, 2)});
   }
   fmt::print("{}{}", table.text(), remarks);
+  print_ceilings(results);
 }
 
 /// One line per method of --methods on one scene.
@@ -136,11 +168,18 @@ class MethodTable {
 public:
   explicit MethodTable(std::span<const Backend* const> backends) : table_(columns(backends)) {}
 
+  /// Of the dense runs with all threads.
   void add(const Scene& scene, const std::vector<BenchResult>& results) {
     const double work = results.front().site_updates / static_cast<double>(scene.extent().sites());
     std::vector<std::string> cells{method_name(scene.schedule), std::to_string(scene.schedule.iterations),
                                    results.front().samples.empty() ? "-" : fmt::format("{:.2f}", work)};
     for (const BenchResult& result : results) {
+      const bool has_more_threads = std::ranges::any_of(results, [&](const BenchResult& other) {
+        return other.backend == result.backend && other.threads > result.threads;
+      });
+      if (result.work != Work::dense || has_more_threads) {
+        continue;
+      }
       cells.push_back(result.valid             ? seconds_text(median_seconds(result.samples, total))
                       : result.samples.empty() ? "-"
                                                : "differs");
@@ -165,6 +204,65 @@ private:
   Table table_;
 };
 
+/// The backends to run on an image, the reference first where there is one.
+struct Selection {
+  std::vector<const Backend*> backends;
+  bool checked = true;
+};
+
+Selection select_backends(const Arguments& arguments, const std::vector<std::unique_ptr<Backend>>& registry,
+                          Extent extent) {
+  Selection selection{.backends = arguments.choose(registry)}; // scalar first, whether it was named or not
+  const Backend* const scalar = registry.front().get();
+  const std::string reference = arguments.reference.value_or(
+      extent.sites() <= most_sites_for_scalar ? std::string(scalar->name()) : "none");
+  if (reference == scalar->name()) {
+    return selection;
+  }
+  selection.checked = reference != "none";
+  const bool named = std::ranges::find(arguments.backends, scalar->name()) != arguments.backends.end();
+  if (!named) {
+    selection.backends.erase(selection.backends.begin());
+  }
+  if (selection.checked) {
+    const Backend* const chosen = &find_backend(registry, reference);
+    std::erase(selection.backends, chosen);
+    selection.backends.insert(selection.backends.begin(), chosen);
+  }
+  if (selection.backends.empty()) {
+    throw InputError("no backend is left to run; name one with --backends");
+  }
+  return selection;
+}
+
+/// Without its images: all that the schedule's work goes by. Large ones are loaded one at a time, later.
+std::optional<Scene> outline_of(const Arguments& arguments, SceneChoice choice) {
+  constexpr int enough = 300;
+  const std::optional<Extent> wanted = choice.options.size;
+  if (wanted && (wanted->width > enough || wanted->height > enough)) {
+    choice.options.size = Extent{enough, enough};
+  }
+  std::optional<Scene> scene = arguments.load(choice);
+  if (scene) {
+    scene->full.extent = wanted.value_or(scene->full.extent);
+    scene->start = VectorField();
+  }
+  return scene;
+}
+
+BenchOptions bench_options(const Arguments& arguments, bool checked) {
+  const auto wants = [&](Work work) {
+    const auto name = work_names[static_cast<std::size_t>(work)];
+    return std::ranges::find(arguments.work, name) != arguments.work.end();
+  };
+  return {.session = arguments.session,
+          .repeats = arguments.repeats,
+          .dense = wants(Work::dense),
+          .active = wants(Work::active),
+          .scaling = arguments.scaling,
+          .checked = checked};
+}
+
 int run_bench(Arguments& arguments, const std::string& line) {
   if (!arguments.json.empty()) {
     require_writable(arguments.json);
@@ -174,43 +272,58 @@ int run_bench(Arguments& arguments, const std::string& line) {
                                       : std::vector<std::string>{"300", "600", "1200"};
   }
   const auto registry = make_backends();
-  const std::vector<const Backend*> backends = arguments.choose(registry);
-  const std::vector<Scene> scenes = arguments.load_scenes(published_scenes());
-  Progress progress;
+  std::vector<SceneChoice> choices;
   double work = 0.0;
-  for (const Scene& scene : scenes) {
-    work += site_updates(scene);
+  for (const SceneChoice& choice : arguments.scene_choices(published_scenes())) {
+    if (const std::optional<Scene> outline = outline_of(arguments, choice)) {
+      const Selection selection = select_backends(arguments, registry, outline->extent());
+      const auto runs = bench_runs(*outline, selection.backends, bench_options(arguments, selection.checked));
+      work += site_updates(*outline) * arguments.repeats * static_cast<double>(runs.size());
+      choices.push_back(choice);
+    }
   }
-  progress.set_total(work * arguments.repeats * static_cast<double>(backends.size()));
+  Progress progress;
+  progress.set_total(work, WorkUnit::site_updates);
   fmt::print("Seconds are medians of {} samples of a whole solution without set-up{}.\n", arguments.repeats,
              arguments.quick ? " (quick: sizes 300 and 600 only unless others were asked for)" : "");
 
   nlohmann::json rows = nlohmann::json::array();
   bool all_agree = true;
   bool all_ran = true; // of those whose device is there
+  MeasuredCeilings ceilings;
   std::optional<MethodTable> by_method;
-  for (std::size_t i = 0; i < scenes.size(); ++i) {
-    const Scene& scene = scenes[i];
-    const std::vector<BenchResult> results =
-        bench(scene, backends, {.session = arguments.session, .repeats = arguments.repeats}, progress);
+  for (std::size_t i = 0; i < choices.size(); ++i) {
+    const std::size_t resident = resident_bytes();
+    std::optional<Scene> scene = arguments.load(choices[i]);
+    if (!scene) { // its file has gone since
+      continue;
+    }
+    const Selection selection = select_backends(arguments, registry, scene->extent());
+    BenchOptions options = bench_options(arguments, selection.checked);
+    options.ceilings = &ceilings;
+    options.resident_before_scene = resident;
+    const std::vector<BenchResult> results = bench(*scene, selection.backends, options, progress);
     progress.clear();
-    print_scene(scene, results);
+    print_scene(*scene, results);
+    if (!selection.checked) {
+      fmt::print("  the fields of this size were not compared: --reference scalar does that, slowly\n");
+    }
     if (!arguments.methods.empty()) {
       if (!by_method) {
-        by_method.emplace(backends);
+        by_method.emplace(selection.backends);
       }
-      by_method->add(scene, results);
-      const bool last = i + 1 == scenes.size() || scenes[i + 1].source != scene.source ||
-                        scenes[i + 1].extent() != scene.extent();
+      by_method->add(*scene, results);
+      const bool last = i + 1 == choices.size() || choices[i + 1].name != choices[i].name ||
+                        choices[i + 1].options.size != choices[i].options.size;
       if (last) {
-        by_method->print(scene);
+        by_method->print(*scene);
         by_method.reset();
       }
     }
     std::fflush(stdout); // into a pipe too: the next scene may take long
     for (const BenchResult& result : results) {
-      rows.push_back(to_json(scene, result));
-      all_agree = all_agree && (result.valid || result.samples.empty());
+      rows.push_back(to_json(*scene, result));
+      all_agree = all_agree && (result.valid || result.reference.empty());
       all_ran = all_ran && (!result.samples.empty() || result.device.name.empty());
     }
   }
@@ -229,12 +342,26 @@ void add_bench(CLI::App& program, const std::string& arguments, int& status) {
   auto* command = program.add_subcommand(
       "bench",
       "Time whole solutions on every backend: Tables 5.2, 5.4, 5.6 and 5.8 of the thesis by default.\n"
-      "A field that is not scalar's to the bit gets no speed-up and exit status 1.");
+      "A field that is not scalar's to the bit gets no speed-up and exit status 1. What the devices can do "
+      "at\n"
+      "most, in copying memory and in arithmetic, is measured in the same run.");
   const auto own = std::make_shared<Arguments>();
   own->add_to(*command);
   command->add_option("--repeat", own->repeats, "Samples per backend, scene and size")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  command
+      ->add_option("--work", own->work,
+                   "dense: every sweep visits all sites; active: it leaves out what cannot change, with the "
+                   "same bits, where the schedule allows it")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"dense", "active"}))
+      ->capture_default_str();
+  command->add_flag("--scaling,--threads-sweep", own->scaling,
+                    "Backends with threads of their own run with 1, 2, 4 ... of them, too");
+  command->add_option("--reference", own->reference,
+                      "Backend whose field and time the others are compared with, or none (default: scalar, "
+                      "none for images larger than 4096 x 4096)");
   command->callback([own, arguments, &status] { status = run_bench(*own, arguments); });
 }
 

@@ -129,7 +129,7 @@ int run_scene(const Arguments& arguments, const std::string& line) {
 
   const bool inspected = is_inspected(scene.extent());
   Progress progress;
-  progress.set_total(site_updates(scene));
+  progress.set_total(site_updates(scene), WorkUnit::site_updates);
   progress.describe(fmt::format("run {} on {}", scene.name, backend.name()));
   std::optional<Plan> plan;
   Solution solution;

@@ -235,7 +235,7 @@ int run_verify(const CommonArguments& arguments, Tier required, const std::strin
   for (const Scene& scene : scenes) {
     total += site_updates(scene, options.iteration_limit);
   }
-  progress.set_total(total);
+  progress.set_total(total, WorkUnit::site_updates);
 
   nlohmann::json rows = nlohmann::json::array();
   std::vector<Comparison> all;

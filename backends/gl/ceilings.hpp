@@ -1,0 +1,15 @@
+#pragma once
+
+#include "backends/ceilings.hpp"
+#include "backends/gl/api.hpp"
+
+namespace hdmbench::gl {
+
+/// Copy and multiply-adds as the fragment backends work: quads into float rectangle textures. Any OpenGL that
+/// they can use; the context must be current.
+[[nodiscard]] Ceilings fragment_ceilings(const Api& api);
+
+/// The same by compute shaders on buffer textures, OpenGL 4.3.
+[[nodiscard]] Ceilings compute_ceilings(const Api& api);
+
+} // namespace hdmbench::gl

@@ -1,0 +1,52 @@
+#include "backends/registry.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace hdmbench {
+
+namespace {
+
+class CeilingsTest : public testing::TestWithParam<std::string> {};
+
+// The loops check what they compute, so that no compiler can leave them out.
+TEST_P(CeilingsTest, EverySampleIsARateThatADeviceCanHave) {
+  const auto backends = make_backends();
+  const Backend& backend = find_backend(backends, GetParam());
+  std::optional<Ceilings> ceilings;
+  try {
+    ceilings = backend.ceilings({});
+  } catch (const DeviceError& error) {
+    GTEST_SKIP() << error.what();
+  }
+  ASSERT_TRUE(ceilings);
+  ASSERT_EQ(ceilings->copy_bytes_per_second.size(), static_cast<std::size_t>(ceiling_samples));
+  ASSERT_EQ(ceilings->operations_per_second.size(), static_cast<std::size_t>(ceiling_samples));
+  for (const double rate : ceilings->copy_bytes_per_second) {
+    EXPECT_GT(rate, 1e7);
+    EXPECT_LT(rate, 1e14);
+  }
+  for (const double rate : ceilings->operations_per_second) {
+    EXPECT_GT(rate, 1e8);
+    EXPECT_LT(rate, 1e16);
+  }
+}
+
+std::vector<std::string> names() {
+  std::vector<std::string> all;
+  for (const auto& backend : make_backends()) {
+    all.emplace_back(backend->name());
+  }
+  return all;
+}
+
+INSTANTIATE_TEST_SUITE_P(Backends, CeilingsTest, testing::ValuesIn(names()), [](const auto& instance) {
+  std::string name = instance.param;
+  std::ranges::replace(name, '-', '_');
+  return name;
+});
+
+} // namespace
+
+} // namespace hdmbench
