@@ -1,7 +1,9 @@
 // All sites visited once, per backend, rule, update and size: `sweep_benchmark
-// --benchmark_filter=openmp/closed`.
+// --benchmark_filter=openmp/closed`. With --benchmark_out=FILE a JSON file that says what was measured where; two of
+// them are what Google Benchmark's tools/compare.py takes.
 
 #include "backends/registry.hpp"
+#include "harness/context.hpp"
 #include "harness/scene.hpp"
 
 #include <benchmark/benchmark.h>
@@ -50,6 +52,10 @@ void iterate(benchmark::State& state, const Backend& backend, const Kind& kind, 
 } // namespace
 
 int main(int argc, char** argv) {
+  const nlohmann::json context = hdmbench::run_context("", false);
+  for (const char* const key : {"commit", "compiler", "flags", "version", "cpu", "operating_system"}) {
+    benchmark::AddCustomContext(key, context[key].get<std::string>());
+  }
   const auto backends = make_backends();
   for (const auto& backend : backends) {
     try {

@@ -1,6 +1,7 @@
 #include "harness/bench.hpp"
 
 #include "harness/commands/arguments.hpp"
+#include "harness/commands/bench_compare.hpp"
 #include "harness/commands/commands.hpp"
 #include "harness/context.hpp"
 #include "harness/file_output.hpp"
@@ -235,7 +236,13 @@ void add_bench(CLI::App& program, const std::string& arguments, int& status) {
   command->add_option("--repeat", own->repeats, "Samples per backend, scene and size")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  command->callback([own, arguments, &status] { status = run_bench(*own, arguments); });
+  const auto comparison = std::make_shared<CompareArguments>();
+  comparison->add_to(*command);
+  command->callback([own, comparison, command, arguments, &status] {
+    const int repeats = command->count("--repeat") > 0 ? own->repeats : 0;
+    status = comparison->wanted() ? compare_benches(*comparison, *command, arguments, repeats, own->json)
+                                  : run_bench(*own, arguments);
+  });
 }
 
 } // namespace hdmbench::commands

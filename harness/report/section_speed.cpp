@@ -1,4 +1,6 @@
+#include "harness/report/figure_scaling.hpp"
 #include "harness/report/sections.hpp"
+#include "harness/report/speed_tables.hpp"
 #include "harness/report/timings.hpp"
 #include "reference/published.hpp"
 
@@ -184,7 +186,7 @@ std::string breakdown_html(const SceneTimings& timings) {
 }
 
 std::string plot_html(const std::string& machine, const SceneTimings& timings, Anchors& anchors) {
-  const std::vector<TimeSeries> series = time_series(timings);
+  const std::vector<SizeSeries> series = size_series(timings, Quantity::seconds);
   if (series.empty()) {
     return "<p class=\"empty\">No plot: there is no verified timing.</p>\n";
   }
@@ -194,7 +196,35 @@ std::string plot_html(const std::string& machine, const SceneTimings& timings, A
                   "the table beside it",
                   timings.scene, machine);
   return fmt::format("<figure class=\"plot\" id=\"{}\">{}</figure>\n", id,
-                     time_plot(series, id + '_', label));
+                     size_plot(series, "seconds", id + '_', label));
+}
+
+// Empty where no line has two sizes.
+std::string quantity_html(const std::string& machine, const SceneTimings& timings, Quantity quantity,
+                          const std::string& title, Anchors& anchors) {
+  const std::vector<SizeSeries> series = size_series(timings, quantity);
+  if (std::ranges::none_of(series, [](const SizeSeries& line) { return line.sizes.size() > 1; })) {
+    return {};
+  }
+  const std::string id = anchors.unique(title + ' ' + timings.scene);
+  const std::string label =
+      fmt::format("{} over pixels, both logarithmic, for the scene {} on {}", title, timings.scene, machine);
+  return fmt::format("<figure class=\"plot\" id=\"{}\">{}</figure>\n", id,
+                     size_plot(series, title, id + '_', label));
+}
+
+// Figures that not every result has the numbers for, folded away.
+std::string more_figures_html(const Results& results, const std::string& machine, const SceneTimings& timings,
+                              Anchors& anchors) {
+  const std::string figures =
+      quantity_html(machine, timings, Quantity::msites_per_second, "million site updates a second", anchors) +
+      quantity_html(machine, timings, Quantity::bytes_per_site, "bytes of memory a site", anchors) +
+      scaling_figure(results, machine, timings.scene, anchors);
+  if (figures.empty()) {
+    return {};
+  }
+  return "<details><summary>Throughput, memory and threads</summary>\n<div class=\"figures\">\n" + figures +
+         "</div>\n</details>\n";
 }
 
 std::string scene_html(const Results& results, const std::string& machine, const SceneTimings& timings,
@@ -204,7 +234,8 @@ std::string scene_html(const Results& results, const std::string& machine, const
       table.empty() ? timings.scene : fmt::format("{}, thesis {}", timings.scene, table);
   return heading(results.machines.size() > 1 ? 4 : 3, anchors.unique("speed " + timings.scene), title) +
          "<div class=\"pair\">\n" + table_html(results, machine, timings) +
-         plot_html(machine, timings, anchors) + "</div>\n" + breakdown_html(timings);
+         plot_html(machine, timings, anchors) + "</div>\n" + breakdown_html(timings) +
+         more_figures_html(results, machine, timings, anchors);
 }
 
 } // namespace
@@ -216,17 +247,20 @@ std::string speed_section(const Results& results, Anchors& anchors) {
   }
   html +=
       R"(<p>Median seconds for the whole pyramid, smallest and largest sample beneath, and the speed-up over scalar on
-the same machine. In the plots each sample is a faint point, the median a line; dashed is the thesis.</p>
+the same machine. In the plots each sample is a faint point, the median a line; dashed is the thesis, dotted with sites
+left out that cannot change.</p>
 )";
   html += quick_note(results, results.bench);
   for (const std::string& machine : results.machines) {
     const std::vector<SceneTimings> scenes = scene_timings(results, machine);
     if (!scenes.empty()) {
-      html += machine_heading(results, machine, anchors);
+      html += machine_heading(results, machine, anchors) + legacy_sentence(scenes);
     }
     for (const SceneTimings& timings : scenes) {
       html += scene_html(results, machine, timings, anchors);
     }
+    const int level = results.machines.size() > 1 ? 4 : 3;
+    html += active_table(scenes, level, anchors) + ceilings_table(scenes, level, anchors);
   }
   return html + "</section>\n";
 }
