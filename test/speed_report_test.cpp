@@ -20,7 +20,7 @@ json limited_row(const std::string& backend, const std::string& scene, int size,
                  const std::string& work = "dense", int threads = 2) {
   json row = bench_row(backend, scene, size, median, 2.0);
   row.update(json::parse(R"({"bytes_per_site_update": 36.0, "operations_per_site_update": 123, "ceiling":
-    {"gigabytes_per_second": 20.5}, "binding": "memory", "percent_of_ceiling": 61.4, "gigabytes_per_second": 12.6,
+    {"copy_gigabytes_per_second": 20.5, "gigaoperations_per_second": 100.0}, "binding": "memory", "percent_of_ceiling": 61.4, "gigabytes_per_second": 12.6,
     "gigaoperations_per_second": 43.2, "peak_memory_bytes": 123456789, "bytes_per_site": 52.5,
     "speed_up_over_dense": null})"));
   row["work"] = work;
@@ -51,7 +51,7 @@ TEST_F(SpeedReport, HasTheShareOfTheCeiling) {
   const std::string page = render(sample());
   EXPECT_THAT(page, HasSubstr("id=\"ceilings\""));
   EXPECT_THAT(page, HasSubstr("61 %</td>"));
-  EXPECT_THAT(page, HasSubstr("of memory</small>"));
+  EXPECT_THAT(page, HasSubstr("of memory, 20.5 GB/s</small>"));
   EXPECT_THAT(page, HasSubstr(">52.5</td>"));
 }
 
@@ -96,6 +96,17 @@ TEST_F(SpeedReport, AWithheldTimeIsInNoRatio) {
   }
   const std::string page = render(document);
   EXPECT_THAT(page, AllOf(Not(HasSubstr("id=\"active\"")), Not(HasSubstr("as long as a compute shader"))));
+}
+
+// An image so large that scalar was left out: a time, but no speed-up.
+TEST_F(SpeedReport, ShowsTimesOfFieldsThatNobodyCompared) {
+  json document = sample();
+  json& row = document["results"][1];
+  row["valid"] = nullptr;
+  row["reason"] = "not checked against scalar";
+  row["speed_up_over_scalar"] = 77.7;
+  const std::string page = render(document);
+  EXPECT_THAT(page, AllOf(HasSubstr("field not compared"), HasSubstr("12.5×"), Not(HasSubstr("77.7"))));
 }
 
 TEST_F(SpeedReport, NamesWhatIsMistyped) {

@@ -193,7 +193,12 @@ void read_limits(const JsonReader& json, BenchRow& row) {
   row.gigabytes_per_second = number_if_there(json, "gigabytes_per_second");
   row.gigaoperations_per_second = number_if_there(json, "gigaoperations_per_second");
   row.percent_of_ceiling = number_if_there(json, "percent_of_ceiling");
-  row.binding = json.holds("binding") ? json.text("binding") : "";
+  row.binding = json.holds("binding") ? json.text("binding", {"memory", "arithmetic"}) : "";
+  if (json.holds("ceiling")) {
+    const JsonReader ceiling = json.object("ceiling");
+    row.ceiling_gigabytes_per_second = number_if_there(ceiling, "copy_gigabytes_per_second");
+    row.ceiling_gigaoperations_per_second = number_if_there(ceiling, "gigaoperations_per_second");
+  }
   row.peak_memory_bytes = number_if_there(json, "peak_memory_bytes");
   row.bytes_per_site = number_if_there(json, "bytes_per_site");
   row.speed_up_over_dense = number_if_there(json, "speed_up_over_dense");
@@ -217,7 +222,8 @@ BenchRow read_bench(const JsonReader& json) {
   row.compute_seconds = json.number_or_null("compute_seconds");
   row.readback_seconds = json.number_or_null("readback_seconds");
   row.speed_up_over_scalar = json.number_or_null("speed_up_over_scalar");
-  row.valid = json.flag("valid");
+  row.checked = !json.has("valid") || json.holds("valid"); // null: nothing was compared
+  row.valid = !row.checked || json.flag("valid");
   row.reason = json.text("reason");
   read_limits(json, row);
 
@@ -225,6 +231,9 @@ BenchRow read_bench(const JsonReader& json) {
     row.speed_up_over_scalar.reset();
     row.speed_up_over_dense.reset();
     return row;
+  }
+  if (!row.checked) {
+    row.speed_up_over_scalar.reset();
   }
   if (row.width == 0 || row.height == 0) {
     json.fail("width", "and \"height\" of a valid row must be at least 1");

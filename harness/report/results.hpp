@@ -109,7 +109,8 @@ struct BenchRow {
   std::optional<double> compute_seconds;
   std::optional<double> readback_seconds;
   std::optional<double> speed_up_over_scalar; ///< none where not `valid`
-  bool valid = false;
+  bool valid = false;                         ///< the timing counts: no other backend found another field
+  bool checked = true; ///< false: nobody compared the field, which is too large for scalar
   std::string reason;
   std::optional<std::int64_t> threads; ///< of the CPU
   bool active = false;                 ///< only sites that can change were visited
@@ -118,7 +119,9 @@ struct BenchRow {
   std::optional<double> gigabytes_per_second;
   std::optional<double> gigaoperations_per_second;
   std::optional<double> percent_of_ceiling; ///< of the one that binds
-  std::string binding;                      ///< which ceiling that is; empty: none was measured
+  std::string binding; ///< which ceiling that is, "memory" or "arithmetic"; empty: none was measured
+  std::optional<double> ceiling_gigabytes_per_second;
+  std::optional<double> ceiling_gigaoperations_per_second;
   std::optional<double> peak_memory_bytes;
   std::optional<double> bytes_per_site;
   std::optional<double> speed_up_over_dense;

@@ -47,7 +47,8 @@ std::string cells_html(const BenchRow* row, double best) {
                        row->seconds.empty() ? "skipped" : "disagree", reason_html(*row));
   }
   if (!row->speed_up_over_scalar) {
-    return time_html(*row) + "<td class=\"faint\">no scalar time</td>";
+    return time_html(*row) +
+           fmt::format("<td class=\"faint\">{}</td>", row->checked ? "no scalar time" : "field not compared");
   }
   const bool is_best = *row->speed_up_over_scalar >= best;
   return time_html(*row) +

@@ -92,15 +92,21 @@ std::string rate_html(const std::optional<double>& value, int decimals) {
                : std::string("<td class=\"faint number\">–</td>");
 }
 
+std::string binding_text(const BenchRow& row) {
+  const bool memory = row.binding == "memory";
+  const auto& most = memory ? row.ceiling_gigabytes_per_second : row.ceiling_gigaoperations_per_second;
+  return (memory ? "memory" : "arithmetic") +
+         (most ? fmt::format(", {:.4g} {}/s", *most, memory ? "GB" : "Gop") : "");
+}
+
 std::string share_html(const BenchRow& row) {
-  if (!row.percent_of_ceiling) {
+  if (!row.percent_of_ceiling || row.binding.empty()) {
     return "<td class=\"faint\" colspan=\"2\">no ceiling measured</td>";
   }
   return fmt::format(
       "<td class=\"number\">{:.0f} %</td><td><span class=\"bar share\" aria-hidden=\"true\"><i "
       "class=\"compute\" style=\"width:{:.1f}%\"></i></span><small>of {}</small></td>",
-      *row.percent_of_ceiling, std::clamp(*row.percent_of_ceiling, 0.0, 100.0),
-      escape(row.binding.empty() ? "the ceiling" : row.binding));
+      *row.percent_of_ceiling, std::clamp(*row.percent_of_ceiling, 0.0, 100.0), binding_text(row));
 }
 
 // Rows of one scene at its largest size that has any such number.
