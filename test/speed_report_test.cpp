@@ -44,7 +44,7 @@ TEST_F(SpeedReport, HasTheRatiosOfActiveAndDense) {
   EXPECT_THAT(page, HasSubstr("id=\"active\""));
   EXPECT_THAT(page, HasSubstr("12.5×<small>0.0160 s for 0.200 s</small>"))
       << "0.2 / 0.016, not of one thread";
-  EXPECT_THAT(page, HasSubstr("openmp, icm-active"));
+  EXPECT_THAT(page, HasSubstr(">openmp, active<"));
 }
 
 TEST_F(SpeedReport, HasTheShareOfTheCeiling) {

@@ -88,7 +88,7 @@ void spread(std::vector<EndLabel>& labels, double gap) {
   }
 }
 
-std::string size_tics(const std::vector<SizeSeries>& series, const Range& x) {
+std::string size_tics(const std::vector<SizeSeries>& series, const Range& x, double axis_width) {
   std::map<double, std::string> names;
   for (const SizeSeries& line : series) {
     for (const SizeSeries::Size& size : line.sizes) {
@@ -97,11 +97,13 @@ std::string size_tics(const std::vector<SizeSeries>& series, const Range& x) {
     }
   }
   std::string tics;
-  double last = -1.0;
+  double end = -HUGE_VAL; // of the last name
   for (const auto& [position, name] : names) {
-    const bool fits = x.position(position) - last > 0.13;
+    const double half = 0.5 * 0.6 * plot_font_size * static_cast<double>(name.size());
+    const double middle = axis_width * x.position(position);
+    const bool fits = middle - half > end + 3.0;
     tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", gnuplot_text(fits ? name : ""), position);
-    last = fits ? x.position(position) : last;
+    end = fits ? middle + half : end;
   }
   return tics;
 }
@@ -182,7 +184,7 @@ std::string size_plot(const std::vector<SizeSeries>& series, const std::string& 
       x_title("pixels", plot_height) +
       y_title(quantity, plot_width, plot_height, bottom_margin + axis_height / 2.0) +
       fmt::format("set logscale xy\nset xrange [{}:{}]\nset yrange [{}:{}]\nset xtics ({})\n", x.low, x.high,
-                  y.low, y.high, size_tics(series, x));
+                  y.low, y.high, size_tics(series, x, plot_width - left_margin - right_margin));
   for (const EndLabel& end : labels) {
     script += fmt::format("set label {} at graph 1.02, graph {} noenhanced textcolor rgb \"#{}\"\n",
                           gnuplot_text(shortened(series[end.series].name)), end.position,

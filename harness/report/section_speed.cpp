@@ -67,11 +67,9 @@ std::optional<std::string> skipped_everywhere(const SceneTimings::Line& line) {
 
 std::string line_html(const Results& results, const std::string& machine, const SceneTimings& timings,
                       const SceneTimings::Line& line) {
-  const bool several_methods = std::ranges::any_of(
-      timings.lines, [&](const SceneTimings::Line& other) { return other.method != line.method; });
-  std::string html = fmt::format("<tr><th scope=\"row\">{}{}<small>{}</small></th>", escape(line.backend),
-                                 several_methods ? ", " + escape(line.method) : "",
-                                 device_html(results, machine, line.backend, line.device));
+  std::string html =
+      fmt::format("<tr><th scope=\"row\">{}<small>{}</small></th>", escape(timings.label_of(line)),
+                  device_html(results, machine, line.backend, line.device));
   if (const auto reason = skipped_everywhere(line)) {
     return html + fmt::format("<td class=\"skipped\" colspan=\"{}\">{}</td></tr>\n", 2 * timings.sizes.size(),
                               *reason);
@@ -210,8 +208,11 @@ std::string quantity_html(const std::string& machine, const SceneTimings& timing
   const std::string id = anchors.unique(title + ' ' + timings.scene);
   const std::string label =
       fmt::format("{} over pixels, both logarithmic, for the scene {} on {}", title, timings.scene, machine);
-  return fmt::format("<figure class=\"plot\" id=\"{}\">{}</figure>\n", id,
-                     size_plot(series, title, id + '_', label));
+  const bool counts_all =
+      quantity == Quantity::msites_per_second && std::ranges::any_of(series, &SizeSeries::active);
+  return fmt::format(
+      "<figure class=\"plot\" id=\"{}\">{}{}</figure>\n", id, size_plot(series, title, id + '_', label),
+      counts_all ? "<figcaption>Active: updates that were left out count as done.</figcaption>" : "");
 }
 
 // Figures that not every result has the numbers for, folded away.

@@ -23,7 +23,7 @@ const BenchRow* valid_row(const Line& line, const Size& size) {
 const Line* dense_of(const SceneTimings& timings, const Line& active) {
   const auto found = std::ranges::find_if(timings.lines, [&](const Line& line) {
     return !line.active && line.backend == active.backend && line.device == active.device &&
-           active.method == line.method + "-active";
+           dense_method(active.method, true) == line.method;
   });
   return found == timings.lines.end() ? nullptr : &*found;
 }
@@ -109,35 +109,48 @@ std::string share_html(const BenchRow& row) {
       *row.percent_of_ceiling, std::clamp(*row.percent_of_ceiling, 0.0, 100.0), binding_text(row));
 }
 
-// Rows of one scene at its largest size that has any such number.
-std::string ceiling_rows(const SceneTimings& timings) {
-  for (auto size = timings.sizes.rbegin(); size != timings.sizes.rend(); ++size) {
-    std::string rows;
-    for (const Line& line : timings.lines) {
-      const BenchRow* const row = valid_row(line, *size);
-      if (row == nullptr || (!row->gigabytes_per_second && !row->percent_of_ceiling)) {
-        continue;
-      }
-      rows += fmt::format("<tr><th scope=\"row\">{}</th><td>{}, {}</td>", escape(timings.name_of(line)),
-                          escape(timings.scene), size_text(size->width, size->height)) +
-              rate_html(row->msites_per_second, 1) + rate_html(row->bytes_per_site_update, 1) +
-              rate_html(row->operations_per_site_update, 0) + rate_html(row->gigabytes_per_second, 2) +
-              rate_html(row->gigaoperations_per_second, 2) + share_html(*row) +
-              (row->bytes_per_site ? fmt::format("<td class=\"number\">{:.1f}</td>", *row->bytes_per_site)
-                                   : std::string("<td class=\"faint number\">–</td>")) +
-              "</tr>\n";
-    }
-    if (!rows.empty()) {
-      return rows;
+bool has_rates(const BenchRow* row) {
+  return row != nullptr && (row->gigabytes_per_second || row->percent_of_ceiling);
+}
+
+// Where most lines have numbers; of such sizes the largest.
+std::optional<Size> size_of_most(const SceneTimings& timings) {
+  std::optional<Size> best;
+  std::ptrdiff_t most = 1;
+  for (const Size& size : timings.sizes) {
+    const auto count = std::ranges::count_if(
+        timings.lines, [&](const Line& line) { return has_rates(valid_row(line, size)); });
+    if (count >= most) {
+      most = count;
+      best = size;
     }
   }
-  return {};
+  return best;
+}
+
+std::string ceiling_rows(const SceneTimings& timings) {
+  const std::optional<Size> size = size_of_most(timings);
+  std::string rows;
+  for (const Line& line : timings.lines) {
+    const BenchRow* const row = size ? valid_row(line, *size) : nullptr;
+    if (!has_rates(row)) {
+      continue;
+    }
+    rows += fmt::format("<tr><th scope=\"row\">{}</th><td class=\"name\">{}<small>{}</small></td>",
+                        escape(timings.name_of(line)), escape(timings.scene),
+                        size_text(size->width, size->height)) +
+            rate_html(row->msites_per_second, 1) + rate_html(row->bytes_per_site_update, 1) +
+            rate_html(row->operations_per_site_update, 0) + rate_html(row->gigabytes_per_second, 2) +
+            rate_html(row->gigaoperations_per_second, 2) + share_html(*row) +
+            rate_html(row->bytes_per_site, 1) + "</tr>\n";
+  }
+  return rows;
 }
 
 std::string ceilings_html(const std::string& rows) {
   return table_start("ceilings",
-                     {"Backend", "Scene", ">Msites/s", ">Bytes a site update", ">Operations a site update",
-                      ">GB/s", ">Gop/s", ">Of the ceiling", "", ">Memory, bytes a site"}) +
+                     {"Backend", "Scene", ">Msites/s", ">Bytes<br>an update", ">Operations<br>an update",
+                      ">GB/s", ">Gop/s", ">Of the<br>ceiling", "", ">Memory,<br>bytes a site"}) +
          rows + std::string(table_end);
 }
 
@@ -225,11 +238,11 @@ std::string ceilings_table(const std::vector<SceneTimings>& scenes, int level, A
     return {};
   }
   std::string html = heading(level, anchors.unique("ceilings"), "How near to what the machine can do") +
-                     "<p>Bytes and operations of a site update are those that the kernel declares; times the "
-                     "site updates a second "
-                     "they are rates, and the ceiling that would be met first binds. The ceilings were "
-                     "measured in the same run. A "
-                     "sweep that stays in the cache can pass what memory alone allows.</p>\n" +
+                     "<p>Bytes and operations of an update of a site are those that the kernel declares; "
+                     "times the updates a second "
+                     "they are rates. The ceilings, copying memory and arithmetic, were measured in the same "
+                     "run; the one that would "
+                     "take longer binds. On a CPU a level that a cache holds costs no memory.</p>\n" +
                      ceilings_html(rows.front());
   if (rows.size() > 1) {
     std::string others;

@@ -66,10 +66,7 @@ void withhold_where_verify_disagrees(BenchRow& row, const std::vector<VerifyRow>
 std::size_t colour_of(const std::vector<BenchRow>& rows, const BenchRow& row) {
   using Key = std::tuple<std::string, std::string, std::string>;
   const auto key_of = [](const BenchRow& any) {
-    constexpr std::string_view suffix = "-active";
-    const bool strip = any.active && any.method.ends_with(suffix);
-    return Key{any.backend, any.device,
-               any.method.substr(0, any.method.size() - (strip ? suffix.size() : 0))};
+    return Key{any.backend, any.device, dense_method(any.method, any.active)};
   };
   std::vector<Key> keys;
   const Key wanted = key_of(row);
@@ -123,12 +120,23 @@ const BenchRow* SceneTimings::find(const Line& line, const Size& size) {
   return found == line.rows.end() ? nullptr : &*found;
 }
 
+std::string SceneTimings::label_of(const Line& line) const {
+  const std::string method = dense_method(line.method, line.active);
+  const bool other_methods = std::ranges::any_of(
+      lines, [&](const Line& other) { return dense_method(other.method, other.active) != method; });
+  return line.backend + (other_methods ? ", " + method : "") + (line.active ? ", active" : "");
+}
+
 std::string SceneTimings::name_of(const Line& line) const {
-  const bool other_methods =
-      std::ranges::any_of(lines, [&](const Line& other) { return other.method != line.method; });
   const bool other_devices = std::ranges::any_of(
       lines, [&](const Line& other) { return other.backend == line.backend && other.device != line.device; });
-  return line.backend + (other_methods ? ", " + line.method : "") + (other_devices ? ", " + line.device : "");
+  return label_of(line) + (other_devices ? ", " + line.device : "");
+}
+
+std::string dense_method(const std::string& method, bool active) {
+  constexpr std::string_view suffix = "-active";
+  const bool strip = active && method.ends_with(suffix);
+  return method.substr(0, method.size() - (strip ? suffix.size() : 0));
 }
 
 std::vector<SceneTimings> scene_timings(const Results& results, const std::string& machine) {

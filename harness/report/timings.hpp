@@ -31,7 +31,9 @@ struct SceneTimings {
   std::vector<Line> lines;
 
   [[nodiscard]] static const BenchRow* find(const Line& line, const Size& size);
-  /// The line's name where several lines may share a backend: "openmp, icm-active".
+  /// Backend, method where the scene has several, and whether sites were left out: "openmp, active".
+  [[nodiscard]] std::string label_of(const Line& line) const;
+  /// The same with the device where the backend has several.
   [[nodiscard]] std::string name_of(const Line& line) const;
 };
 
@@ -39,6 +41,9 @@ struct SceneTimings {
 /// machine, scene, backend and device disagree: `reason` says so. Of rows that differ in threads only the one
 /// with the most stays; figure_scaling.hpp has the others.
 [[nodiscard]] std::vector<SceneTimings> scene_timings(const Results& results, const std::string& machine);
+
+/// "icm" of "icm-active".
+[[nodiscard]] std::string dense_method(const std::string& method, bool active);
 
 enum class Quantity { seconds, msites_per_second, bytes_per_site };
 
