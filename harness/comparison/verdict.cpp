@@ -13,7 +13,9 @@ namespace hdmbench::comparison {
 
 namespace {
 
-constexpr double two_sided_95_percent = 1.959964; // quantile of the standard normal distribution
+// Quantiles of the standard normal distribution: 1 - significant_p / 2, and 9 of 10.
+constexpr double significant = 2.575829;
+constexpr double nine_of_ten = 1.281552;
 // Median absolute deviation of the standard normal distribution.
 constexpr double normal_deviation = 0.674490;
 
@@ -26,10 +28,10 @@ double spread_of(std::span<const double> samples) {
   return median(std::move(logarithms)) / normal_deviation;
 }
 
-/// Half the width of the interval of ratio_of, as a logarithm, for normal noise of standard deviation 1 on
-/// both sides: the variance of the Hodges-Lehmann estimate is pi / 3 (1 / m + 1 / n).
-double half_width(double m, double n) {
-  return two_sided_95_percent * std::sqrt(std::numbers::pi / 3.0 * (1.0 / m + 1.0 / n));
+/// The change (of the logarithm) that is seen in nine of ten comparisons, for normal noise of standard
+/// deviation 1 on both sides: the variance of the Hodges-Lehmann estimate is pi / 3 (1 / m + 1 / n).
+double change_seen(double m, double n) {
+  return (significant + nine_of_ten) * std::sqrt(std::numbers::pi / 3.0 * (1.0 / m + 1.0 / n));
 }
 
 Change change_of(const Comparison& comparison, double tolerance) {
@@ -57,10 +59,10 @@ Comparison compare_samples(std::span<const double> first, std::span<const double
   result.p = rank_test(first, second).p;
   result.first_spread = spread_of(first);
   result.second_spread = spread_of(second);
-  result.largest_good_spread = tolerated / half_width(m, n);
+  result.largest_good_spread = tolerated / change_seen(m, n);
   const double spread = std::hypot(result.first_spread, result.second_spread) / std::numbers::sqrt2;
   result.samples_needed =
-      static_cast<std::size_t>(std::ceil(std::pow(spread * half_width(1.0, 1.0) / tolerated, 2.0)));
+      static_cast<std::size_t>(std::ceil(std::pow(spread * change_seen(1.0, 1.0) / tolerated, 2.0)));
   if (smallest_p(first.size(), second.size()) >= significant_p) {
     return result; // too few
   }
@@ -74,9 +76,9 @@ std::string noise_text(const Comparison& comparison, double tolerance) {
     return {};
   }
   std::string text =
-      fmt::format("noise: spread {:.1f} % old, {:.1f} % new; up to {:.1f} % would show {:.3g} %",
-                  100.0 * comparison.first_spread, 100.0 * comparison.second_spread,
-                  100.0 * comparison.largest_good_spread, 100.0 * tolerance);
+      fmt::format("noise: spread {:.1f} % old, {:.1f} % new; to see {:.3g} % takes at most {:.1f} %",
+                  100.0 * comparison.first_spread, 100.0 * comparison.second_spread, 100.0 * tolerance,
+                  100.0 * comparison.largest_good_spread);
   if (comparison.noisy() && comparison.samples_needed > 0) {
     text += fmt::format(", or {} samples a side", comparison.samples_needed);
   }

@@ -33,10 +33,10 @@ struct Comparison {
   /// single outliers do not move.
   double first_spread = 0.0;
   double second_spread = 0.0;
-  /// The spread of both sides with which so many samples give an interval as wide as the tolerance: with
-  /// more, a change of that size can stay unseen.
+  /// The spread of both sides with which so many samples see a change of the tolerance's size (p <
+  /// significant_p) in nine of ten comparisons. With more, it is easily overlooked.
   double largest_good_spread = 0.0;
-  std::size_t samples_needed = 0; ///< a side, so that the interval is as narrow as the tolerance
+  std::size_t samples_needed = 0; ///< a side, to see the same with the spread there is
   bool slower_than_tolerated = false;
 
   [[nodiscard]] bool noisy() const {
@@ -49,7 +49,7 @@ struct Comparison {
 [[nodiscard]] Comparison compare_samples(std::span<const double> first, std::span<const double> second,
                                          double tolerance);
 
-/// "noise: spread 7.1 % old, 6.9 % new; up to 5.4 % would show 5 %, or 34 samples a side"; empty where
+/// "noise: spread 7.1 % old, 6.9 % new; to see 5 % takes at most 2.8 %, or 66 samples a side"; empty where
 /// nothing needs saying.
 [[nodiscard]] std::string noise_text(const Comparison& comparison, double tolerance);
 
