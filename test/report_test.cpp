@@ -204,8 +204,8 @@ TEST_F(ReportPage, IdsAreUniqueAndReferencesResolve) {
   for (std::sregex_iterator match(page.begin(), page.end(), id), end; match != end; ++match) {
     EXPECT_EQ(++ids[(*match)[1]], 1) << (*match)[1];
   }
-  EXPECT_EQ(occurrences(page, "<svg"), 8U);
-  EXPECT_GT(ids.size(), 8U * 10U); // every plot has at least its markers
+  EXPECT_EQ(occurrences(page, "<svg"), 16U); // seconds and throughput
+  EXPECT_GT(ids.size(), 16U * 10U);          // every plot has at least its markers
   const std::regex reference("href\\s*=\\s*[\"']#([^\"']*)");
   for (std::sregex_iterator match(page.begin(), page.end(), reference), end; match != end; ++match) {
     EXPECT_EQ(ids.count((*match)[1]), 1U) << (*match)[1];

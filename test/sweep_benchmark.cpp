@@ -1,7 +1,9 @@
 // All sites visited once, per backend, rule, update and size, and whole solutions: `sweep_benchmark
-// --benchmark_filter=openmp/closed`.
+// --benchmark_filter=openmp/closed`. With --benchmark_out=FILE a JSON file that says what was measured where;
+// two of them are what Google Benchmark's tools/compare.py takes.
 
 #include "backends/registry.hpp"
+#include "harness/context.hpp"
 #include "harness/level_sequence.hpp"
 #include "harness/scene.hpp"
 #include "harness/solve.hpp"
@@ -105,6 +107,10 @@ void solve_square(benchmark::State& state, const Backend& backend, Work work, in
 } // namespace
 
 int main(int argc, char** argv) {
+  const nlohmann::json context = hdmbench::run_context("", false);
+  for (const char* const key : {"commit", "compiler", "flags", "version", "cpu", "operating_system"}) {
+    benchmark::AddCustomContext(key, context[key].get<std::string>());
+  }
   const auto backends = make_backends();
   for (const auto& backend : backends) {
     try {

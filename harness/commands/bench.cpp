@@ -2,6 +2,7 @@
 
 #include "harness/bench_json.hpp"
 #include "harness/commands/arguments.hpp"
+#include "harness/commands/bench_compare.hpp"
 #include "harness/commands/commands.hpp"
 #include "harness/context.hpp"
 #include "harness/file_output.hpp"
@@ -362,7 +363,13 @@ void add_bench(CLI::App& program, const std::string& arguments, int& status) {
   command->add_option("--reference", own->reference,
                       "Backend whose field and time the others are compared with, or none (default: scalar, "
                       "none for images larger than 4096 x 4096)");
-  command->callback([own, arguments, &status] { status = run_bench(*own, arguments); });
+  const auto comparison = std::make_shared<CompareArguments>();
+  comparison->add_to(*command);
+  command->callback([own, comparison, command, arguments, &status] {
+    const int repeats = command->count("--repeat") > 0 ? own->repeats : 0;
+    status = comparison->wanted() ? compare_benches(*comparison, *command, arguments, repeats, own->json)
+                                  : run_bench(*own, arguments);
+  });
 }
 
 } // namespace hdmbench::commands

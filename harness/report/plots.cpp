@@ -37,7 +37,7 @@ struct Range {
   [[nodiscard]] double position(double value) const { return std::log(value / low) / std::log(high / low); }
 };
 
-double pixels(const TimeSeries::Size& size) {
+double pixels(const SizeSeries::Size& size) {
   return static_cast<double>(size.width) * static_cast<double>(size.height);
 }
 
@@ -88,48 +88,54 @@ void spread(std::vector<EndLabel>& labels, double gap) {
   }
 }
 
-std::string size_tics(const std::vector<TimeSeries>& series, const Range& x) {
+std::string size_tics(const std::vector<SizeSeries>& series, const Range& x, double axis_width) {
   std::map<double, std::string> names;
-  for (const TimeSeries& line : series) {
-    for (const TimeSeries::Size& size : line.sizes) {
+  for (const SizeSeries& line : series) {
+    for (const SizeSeries::Size& size : line.sizes) {
       names[pixels(size)] = size.width == size.height ? fmt::format("{}²", size.width)
                                                       : fmt::format("{}×{}", size.width, size.height);
     }
   }
   std::string tics;
-  double last = -1.0;
+  double end = -HUGE_VAL; // of the last name
   for (const auto& [position, name] : names) {
-    const bool fits = x.position(position) - last > 0.13;
+    const double half = 0.5 * 0.6 * plot_font_size * static_cast<double>(name.size());
+    const double middle = axis_width * x.position(position);
+    const bool fits = middle - half > end + 3.0;
     tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", gnuplot_text(fits ? name : ""), position);
-    last = fits ? x.position(position) : last;
+    end = fits ? middle + half : end;
   }
   return tics;
 }
 
-std::string colour_of(const TimeSeries& line) {
+std::string colour_of(const SizeSeries& line) {
   return line.published ? "6e6e6e" : plot_colours.at(line.colour % plot_colours.size());
 }
 
-std::string data_blocks(const std::vector<TimeSeries>& series) {
+int dashes(const SizeSeries& line) {
+  return line.published ? 2 : line.active ? 3 : 1;
+}
+
+std::string data_blocks(const std::vector<SizeSeries>& series) {
   std::string blocks;
   for (std::size_t i = 0; i < series.size(); ++i) {
     std::string samples;
-    std::string medians;
-    for (const TimeSeries::Size& size : series[i].sizes) {
-      medians += fmt::format("{} {}\n", pixels(size), size.median);
+    std::string values;
+    for (const SizeSeries::Size& size : series[i].sizes) {
+      values += fmt::format("{} {}\n", pixels(size), size.value);
       for (const double sample : size.samples) {
         samples += fmt::format("{} {}\n", pixels(size), sample);
       }
     }
-    blocks += fmt::format("$medians{0} << END\n{1}END\n$samples{0} << END\n{2}END\n", i, medians, samples);
+    blocks += fmt::format("$values{0} << END\n{1}END\n$samples{0} << END\n{2}END\n", i, values, samples);
   }
   return blocks;
 }
 
-std::string plot_command(const std::vector<TimeSeries>& series) {
+std::string plot_command(const std::vector<SizeSeries>& series) {
   std::string command = "plot ";
   for (std::size_t i = 0; i < series.size(); ++i) {
-    const TimeSeries& line = series[i];
+    const SizeSeries& line = series[i];
     const bool sampled =
         std::ranges::any_of(line.sizes, [](const auto& size) { return !size.samples.empty(); });
     command += i == 0 ? "" : ", ";
@@ -138,24 +144,24 @@ std::string plot_command(const std::vector<TimeSeries>& series) {
                              colour_of(line));
     }
     command +=
-        fmt::format("$medians{} using 1:2 with linespoints lw 1.5 dt {} pt 7 ps 0.4 lc rgb \"#{}\" notitle",
-                    i, line.published ? 2 : 1, colour_of(line));
+        fmt::format("$values{} using 1:2 with linespoints lw 1.5 dt {} pt 7 ps 0.4 lc rgb \"#{}\" notitle", i,
+                    dashes(line), colour_of(line));
   }
   return command + '\n';
 }
 
 } // namespace
 
-std::string time_plot(const std::vector<TimeSeries>& series, const std::string& prefix,
-                      const std::string& label) {
+std::string size_plot(const std::vector<SizeSeries>& series, const std::string& quantity,
+                      const std::string& prefix, const std::string& label) {
   Range x;
   Range y;
   std::size_t longest_name = 0;
-  for (const TimeSeries& line : series) {
+  for (const SizeSeries& line : series) {
     longest_name = std::max(longest_name, shortened(line.name).size());
-    for (const TimeSeries::Size& size : line.sizes) {
+    for (const SizeSeries::Size& size : line.sizes) {
       x.include(pixels(size));
-      y.include(size.median);
+      y.include(size.value);
       std::ranges::for_each(size.samples, [&](double sample) { y.include(sample); });
     }
   }
@@ -168,7 +174,7 @@ std::string time_plot(const std::vector<TimeSeries>& series, const std::string& 
   std::vector<EndLabel> labels;
   for (std::size_t i = 0; i < series.size(); ++i) {
     const auto last = std::ranges::max_element(series[i].sizes, {}, pixels);
-    labels.push_back({i, y.position(last->median)});
+    labels.push_back({i, y.position(last->value)});
   }
   spread(labels, 1.15 * plot_font_size / axis_height);
 
@@ -176,9 +182,9 @@ std::string time_plot(const std::vector<TimeSeries>& series, const std::string& 
       plot_start(plot_width, plot_height) +
       plot_margins(plot_width, plot_height, {left_margin, right_margin, top_margin, bottom_margin}) +
       x_title("pixels", plot_height) +
-      y_title("seconds", plot_width, plot_height, bottom_margin + axis_height / 2.0) +
+      y_title(quantity, plot_width, plot_height, bottom_margin + axis_height / 2.0) +
       fmt::format("set logscale xy\nset xrange [{}:{}]\nset yrange [{}:{}]\nset xtics ({})\n", x.low, x.high,
-                  y.low, y.high, size_tics(series, x));
+                  y.low, y.high, size_tics(series, x, plot_width - left_margin - right_margin));
   for (const EndLabel& end : labels) {
     script += fmt::format("set label {} at graph 1.02, graph {} noenhanced textcolor rgb \"#{}\"\n",
                           gnuplot_text(shortened(series[end.series].name)), end.position,

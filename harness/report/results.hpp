@@ -90,6 +90,7 @@ struct VerifyRow {
   std::string reason;
 };
 
+/// Files of before the rows from `threads` on were written have none of them.
 struct BenchRow {
   std::size_t context = 0;
   std::string scene;
@@ -97,7 +98,7 @@ struct BenchRow {
   std::int64_t height = 0;
   std::string backend;
   std::string device;
-  std::string method;
+  std::string method; ///< "icm"; "icm-active" where sites that cannot change were left out
   std::int64_t iterations = 0;
   std::vector<double> seconds; ///< raw samples; never empty where `valid`
   std::optional<double> seconds_median;
@@ -108,8 +109,22 @@ struct BenchRow {
   std::optional<double> compute_seconds;
   std::optional<double> readback_seconds;
   std::optional<double> speed_up_over_scalar; ///< none where not `valid`
-  bool valid = false;
+  bool valid = false;                         ///< the timing counts: no other backend found another field
+  bool checked = true; ///< false: nobody compared the field, which is too large for scalar
   std::string reason;
+  std::optional<std::int64_t> threads; ///< of the CPU
+  bool active = false;                 ///< only sites that can change were visited
+  std::optional<double> bytes_per_site_update;
+  std::optional<double> operations_per_site_update;
+  std::optional<double> gigabytes_per_second;
+  std::optional<double> gigaoperations_per_second;
+  std::optional<double> percent_of_ceiling; ///< of the one that binds
+  std::string binding; ///< which ceiling that is, "memory" or "arithmetic"; empty: none was measured
+  std::optional<double> ceiling_gigabytes_per_second;
+  std::optional<double> ceiling_gigaoperations_per_second;
+  std::optional<double> peak_memory_bytes;
+  std::optional<double> bytes_per_site;
+  std::optional<double> speed_up_over_dense;
 };
 
 struct RunRow {

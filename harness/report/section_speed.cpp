@@ -1,4 +1,6 @@
+#include "harness/report/figure_scaling.hpp"
 #include "harness/report/sections.hpp"
+#include "harness/report/speed_tables.hpp"
 #include "harness/report/timings.hpp"
 #include "reference/published.hpp"
 
@@ -45,7 +47,8 @@ std::string cells_html(const BenchRow* row, double best) {
                        row->seconds.empty() ? "skipped" : "disagree", reason_html(*row));
   }
   if (!row->speed_up_over_scalar) {
-    return time_html(*row) + "<td class=\"faint\">no scalar time</td>";
+    return time_html(*row) +
+           fmt::format("<td class=\"faint\">{}</td>", row->checked ? "no scalar time" : "field not compared");
   }
   const bool is_best = *row->speed_up_over_scalar >= best;
   return time_html(*row) +
@@ -64,11 +67,9 @@ std::optional<std::string> skipped_everywhere(const SceneTimings::Line& line) {
 
 std::string line_html(const Results& results, const std::string& machine, const SceneTimings& timings,
                       const SceneTimings::Line& line) {
-  const bool several_methods = std::ranges::any_of(
-      timings.lines, [&](const SceneTimings::Line& other) { return other.method != line.method; });
-  std::string html = fmt::format("<tr><th scope=\"row\">{}{}<small>{}</small></th>", escape(line.backend),
-                                 several_methods ? ", " + escape(line.method) : "",
-                                 device_html(results, machine, line.backend, line.device));
+  std::string html =
+      fmt::format("<tr><th scope=\"row\">{}<small>{}</small></th>", escape(timings.label_of(line)),
+                  device_html(results, machine, line.backend, line.device));
   if (const auto reason = skipped_everywhere(line)) {
     return html + fmt::format("<td class=\"skipped\" colspan=\"{}\">{}</td></tr>\n", 2 * timings.sizes.size(),
                               *reason);
@@ -184,7 +185,7 @@ std::string breakdown_html(const SceneTimings& timings) {
 }
 
 std::string plot_html(const std::string& machine, const SceneTimings& timings, Anchors& anchors) {
-  const std::vector<TimeSeries> series = time_series(timings);
+  const std::vector<SizeSeries> series = size_series(timings, Quantity::seconds);
   if (series.empty()) {
     return "<p class=\"empty\">No plot: there is no verified timing.</p>\n";
   }
@@ -194,7 +195,38 @@ std::string plot_html(const std::string& machine, const SceneTimings& timings, A
                   "the table beside it",
                   timings.scene, machine);
   return fmt::format("<figure class=\"plot\" id=\"{}\">{}</figure>\n", id,
-                     time_plot(series, id + '_', label));
+                     size_plot(series, "seconds", id + '_', label));
+}
+
+// Empty where no line has two sizes.
+std::string quantity_html(const std::string& machine, const SceneTimings& timings, Quantity quantity,
+                          const std::string& title, Anchors& anchors) {
+  const std::vector<SizeSeries> series = size_series(timings, quantity);
+  if (std::ranges::none_of(series, [](const SizeSeries& line) { return line.sizes.size() > 1; })) {
+    return {};
+  }
+  const std::string id = anchors.unique(title + ' ' + timings.scene);
+  const std::string label =
+      fmt::format("{} over pixels, both logarithmic, for the scene {} on {}", title, timings.scene, machine);
+  const bool counts_all =
+      quantity == Quantity::msites_per_second && std::ranges::any_of(series, &SizeSeries::active);
+  return fmt::format(
+      "<figure class=\"plot\" id=\"{}\">{}{}</figure>\n", id, size_plot(series, title, id + '_', label),
+      counts_all ? "<figcaption>Active: updates that were left out count as done.</figcaption>" : "");
+}
+
+// Figures that not every result has the numbers for, folded away.
+std::string more_figures_html(const Results& results, const std::string& machine, const SceneTimings& timings,
+                              Anchors& anchors) {
+  const std::string figures =
+      quantity_html(machine, timings, Quantity::msites_per_second, "million site updates a second", anchors) +
+      quantity_html(machine, timings, Quantity::bytes_per_site, "bytes of memory a site", anchors) +
+      scaling_figure(results, machine, timings.scene, anchors);
+  if (figures.empty()) {
+    return {};
+  }
+  return "<details><summary>Throughput, memory and threads</summary>\n<div class=\"figures\">\n" + figures +
+         "</div>\n</details>\n";
 }
 
 std::string scene_html(const Results& results, const std::string& machine, const SceneTimings& timings,
@@ -204,7 +236,8 @@ std::string scene_html(const Results& results, const std::string& machine, const
       table.empty() ? timings.scene : fmt::format("{}, thesis {}", timings.scene, table);
   return heading(results.machines.size() > 1 ? 4 : 3, anchors.unique("speed " + timings.scene), title) +
          "<div class=\"pair\">\n" + table_html(results, machine, timings) +
-         plot_html(machine, timings, anchors) + "</div>\n" + breakdown_html(timings);
+         plot_html(machine, timings, anchors) + "</div>\n" + breakdown_html(timings) +
+         more_figures_html(results, machine, timings, anchors);
 }
 
 } // namespace
@@ -216,17 +249,20 @@ std::string speed_section(const Results& results, Anchors& anchors) {
   }
   html +=
       R"(<p>Median seconds for the whole pyramid, smallest and largest sample beneath, and the speed-up over scalar on
-the same machine. In the plots each sample is a faint point, the median a line; dashed is the thesis.</p>
+the same machine. In the plots each sample is a faint point, the median a line; dashed is the thesis, dotted with sites
+left out that cannot change.</p>
 )";
   html += quick_note(results, results.bench);
   for (const std::string& machine : results.machines) {
     const std::vector<SceneTimings> scenes = scene_timings(results, machine);
     if (!scenes.empty()) {
-      html += machine_heading(results, machine, anchors);
+      html += machine_heading(results, machine, anchors) + legacy_sentence(scenes);
     }
     for (const SceneTimings& timings : scenes) {
       html += scene_html(results, machine, timings, anchors);
     }
+    const int level = results.machines.size() > 1 ? 4 : 3;
+    html += active_table(scenes, level, anchors) + ceilings_table(scenes, level, anchors);
   }
   return html + "</section>\n";
 }

@@ -61,13 +61,17 @@ void withhold_where_verify_disagrees(BenchRow& row, const std::vector<VerifyRow>
   }
 }
 
-// The n-th distinct backend, device and method of the machine, whatever the scene.
+// The n-th distinct backend and device of the machine, whatever the scene, by a method: sites left out are
+// the same method.
 std::size_t colour_of(const std::vector<BenchRow>& rows, const BenchRow& row) {
   using Key = std::tuple<std::string, std::string, std::string>;
+  const auto key_of = [](const BenchRow& any) {
+    return Key{any.backend, any.device, dense_method(any.method, any.active)};
+  };
   std::vector<Key> keys;
-  const Key wanted{row.backend, row.device, row.method};
+  const Key wanted = key_of(row);
   for (const BenchRow& other : rows) {
-    const Key key{other.backend, other.device, other.method};
+    const Key key = key_of(other);
     if (key == wanted) {
       break;
     }
@@ -76,6 +80,12 @@ std::size_t colour_of(const std::vector<BenchRow>& rows, const BenchRow& row) {
     }
   }
   return keys.size();
+}
+
+bool has_more_threads(const BenchRow& other, const BenchRow& row) {
+  return other.scene == row.scene && other.width == row.width && other.height == row.height &&
+         other.backend == row.backend && other.device == row.device && other.method == row.method &&
+         other.threads > row.threads;
 }
 
 void add_row(SceneTimings& timings, const BenchRow& row, std::size_t colour) {
@@ -88,7 +98,7 @@ void add_row(SceneTimings& timings, const BenchRow& row, std::size_t colour) {
              SceneTimings::find(candidate, {row.width, row.height}) == nullptr));
   });
   if (line == timings.lines.end()) {
-    timings.lines.push_back({row.backend, row.device, row.method, colour, {row}});
+    timings.lines.push_back({row.backend, row.device, row.method, colour, row.active, {row}});
     return;
   }
   if (line->device.empty()) {
@@ -110,12 +120,23 @@ const BenchRow* SceneTimings::find(const Line& line, const Size& size) {
   return found == line.rows.end() ? nullptr : &*found;
 }
 
+std::string SceneTimings::label_of(const Line& line) const {
+  const std::string method = dense_method(line.method, line.active);
+  const bool other_methods = std::ranges::any_of(
+      lines, [&](const Line& other) { return dense_method(other.method, other.active) != method; });
+  return line.backend + (other_methods ? ", " + method : "") + (line.active ? ", active" : "");
+}
+
 std::string SceneTimings::name_of(const Line& line) const {
-  const bool other_methods =
-      std::ranges::any_of(lines, [&](const Line& other) { return other.method != line.method; });
   const bool other_devices = std::ranges::any_of(
       lines, [&](const Line& other) { return other.backend == line.backend && other.device != line.device; });
-  return line.backend + (other_methods ? ", " + line.method : "") + (other_devices ? ", " + line.device : "");
+  return label_of(line) + (other_devices ? ", " + line.device : "");
+}
+
+std::string dense_method(const std::string& method, bool active) {
+  constexpr std::string_view suffix = "-active";
+  const bool strip = active && method.ends_with(suffix);
+  return method.substr(0, method.size() - (strip ? suffix.size() : 0));
 }
 
 std::vector<SceneTimings> scene_timings(const Results& results, const std::string& machine) {
@@ -125,7 +146,9 @@ std::vector<SceneTimings> scene_timings(const Results& results, const std::strin
   for (const std::string& scene : scenes_in_order(rows)) {
     SceneTimings timings{scene, sizes_of(scene, rows), {}};
     for (BenchRow row : rows) {
-      if (row.scene == scene) {
+      const bool most_threads =
+          std::ranges::none_of(rows, [&](const BenchRow& other) { return has_more_threads(other, row); });
+      if (row.scene == scene && most_threads) {
         const std::size_t colour = colour_of(rows, row);
         withhold_where_verify_disagrees(row, verify);
         add_row(timings, row, colour);
@@ -136,32 +159,40 @@ std::vector<SceneTimings> scene_timings(const Results& results, const std::strin
   return scenes;
 }
 
-std::vector<TimeSeries> time_series(const SceneTimings& timings) {
-  std::vector<TimeSeries> all;
+std::vector<SizeSeries> size_series(const SceneTimings& timings, Quantity quantity) {
+  const auto value_of = [&](const BenchRow& row) {
+    return quantity == Quantity::seconds             ? row.seconds_median
+           : quantity == Quantity::msites_per_second ? row.msites_per_second
+                                                     : row.bytes_per_site;
+  };
+  std::vector<SizeSeries> all;
   for (const SceneTimings::Line& line : timings.lines) {
-    TimeSeries series{timings.name_of(line), false, line.colour, {}};
+    SizeSeries series{timings.name_of(line), false, line.active, line.colour, {}};
     for (const SceneTimings::Size& size : timings.sizes) {
       const BenchRow* const row = SceneTimings::find(line, size);
-      if (row != nullptr && row->valid) {
-        series.sizes.push_back({size.width, size.height, *row->seconds_median, row->seconds});
+      const auto value = row != nullptr && row->valid ? value_of(*row) : std::nullopt;
+      if (value.value_or(0.0) > 0.0) {
+        const bool sampled = quantity == Quantity::seconds;
+        series.sizes.push_back(
+            {size.width, size.height, *value, sampled ? row->seconds : std::vector<double>{}});
       }
     }
     if (!series.sizes.empty()) {
       all.push_back(std::move(series));
     }
   }
-  if (all.empty()) {
+  if (all.empty() || quantity != Quantity::seconds) {
     return all;
   }
-  TimeSeries gpu{"thesis GPU", true, 0, {}};
-  TimeSeries cpu{"thesis CPU", true, 0, {}};
+  SizeSeries gpu{"thesis GPU", true, false, 0, {}};
+  SizeSeries cpu{"thesis CPU", true, false, 0, {}};
   for (const PublishedTiming& published : published_timings()) {
     if (published.scene == timings.scene) {
       gpu.sizes.push_back({published.size, published.size, published.gpu_seconds, {}});
       cpu.sizes.push_back({published.size, published.size, published.cpu_seconds, {}});
     }
   }
-  for (TimeSeries& series : std::array{std::move(gpu), std::move(cpu)}) {
+  for (SizeSeries& series : std::array{std::move(gpu), std::move(cpu)}) {
     if (!series.sizes.empty()) {
       all.push_back(std::move(series));
     }

@@ -21,7 +21,8 @@ struct SceneTimings {
     std::string backend;
     std::string device;
     std::string method;
-    std::size_t colour = 0;
+    std::size_t colour = 0;     ///< of the backend on the device
+    bool active = false;        ///< see BenchRow
     std::vector<BenchRow> rows; ///< at most one per size
   };
 
@@ -30,16 +31,25 @@ struct SceneTimings {
   std::vector<Line> lines;
 
   [[nodiscard]] static const BenchRow* find(const Line& line, const Size& size);
-  /// The line's name where several lines may share a backend: "openmp, icm-active".
+  /// Backend, method where the scene has several, and whether sites were left out: "openmp, active".
+  [[nodiscard]] std::string label_of(const Line& line) const;
+  /// The same with the device where the backend has several.
   [[nodiscard]] std::string name_of(const Line& line) const;
 };
 
 /// Scenes of the thesis first, in its order. A speed-up is taken back where the verify rows of the same
-/// machine, scene, backend and device disagree: `reason` says so.
+/// machine, scene, backend and device disagree: `reason` says so. Of rows that differ in threads only the one
+/// with the most stays; figure_scaling.hpp has the others.
 [[nodiscard]] std::vector<SceneTimings> scene_timings(const Results& results, const std::string& machine);
 
-/// Valid timings together with the thesis's two lines; empty where there is no valid timing.
-[[nodiscard]] std::vector<TimeSeries> time_series(const SceneTimings& timings);
+/// "icm" of "icm-active".
+[[nodiscard]] std::string dense_method(const std::string& method, bool active);
+
+enum class Quantity { seconds, msites_per_second, bytes_per_site };
+
+/// The quantity of the valid timings, seconds together with the thesis's two lines; empty where no valid
+/// timing has it.
+[[nodiscard]] std::vector<SizeSeries> size_series(const SceneTimings& timings, Quantity quantity);
 
 /// "Table 5.2"; empty where the thesis did not time the scene.
 [[nodiscard]] std::string thesis_table(const std::string& scene);

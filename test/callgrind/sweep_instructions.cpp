@@ -1,0 +1,223 @@
+// Instructions per site and sweep, counted by valgrind: what a clock on a busy machine cannot tell. Counts of
+// one compiler are the same on every run, so that 2 % more of them is a change of the code.
+//   sweep_instructions --check FILE   compares with the committed counts   (--write FILE makes new ones)
+
+#include "backends/openmp/openmp.hpp"
+#include "backends/scalar.hpp"
+#include "harness/context.hpp"
+#include "harness/scene.hpp"
+#include "harness/subprocess.hpp"
+#include "harness/table.hpp"
+#include "kernels/input_error.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace hdmbench;
+
+constexpr int size = 96;  ///< sites a side
+constexpr int sweeps = 8; ///< as many as openmp takes through a band together
+constexpr double tolerance = 0.02;
+constexpr int skipped = 77; ///< what ctest takes as skipped
+
+/// The planted fault: the same field, but every 20th row is computed twice.
+std::int64_t one_in_twenty_twice(const openmp::RowPart& part) {
+  if (part.row % 20 == 0) {
+    (void)openmp::avx2::sweep_row(part);
+  }
+  return openmp::avx2::sweep_row(part);
+}
+
+std::unique_ptr<Backend> make_backend(const std::string& kernel) {
+  if (kernel == "scalar") {
+    return make_scalar();
+  }
+  if (kernel == "openmp-baseline") {
+    return make_openmp_with("openmp", openmp::baseline::sweep_row, "baseline");
+  }
+  if (kernel == "openmp-avx2") {
+    return make_openmp_with("openmp", openmp::avx2::sweep_row, "AVX2");
+  }
+  if (kernel == "planted") {
+    return make_openmp_with("openmp", one_in_twenty_twice, "AVX2, slower");
+  }
+  throw InputError(fmt::format("there is no kernel \"{}\"", kernel));
+}
+
+/// What runs under valgrind, which knows nothing of AVX-512.
+void sweep(const std::string& kernel, const std::string& scene_name, int count) {
+  const Scene scene = load_scene(scene_name, {.size = Extent{size, size}});
+  const auto session = make_backend(kernel)->open({.device = "", .threads = 1});
+  session->load(scene.full);
+  session->write(scene.start);
+  session->step(count);
+}
+
+/// Instructions of a whole run of sweep().
+double count_instructions(const std::string& kernel, const std::string& scene, int count) {
+  const TemporaryDirectory folder;
+  const auto profile = folder.path() / "callgrind.out";
+  const std::string program = std::filesystem::read_symlink("/proc/self/exe").string();
+  const ProcessEnd end =
+      run_process({"valgrind", "--tool=callgrind", "--callgrind-out-file=" + profile.string(), program,
+                   "--sweep", kernel, scene, std::to_string(count)},
+                  folder.path() / "output", folder.path() / "errors");
+  if (!end.good()) {
+    throw InputError(
+        fmt::format("valgrind failed ({}): {}", end.text(), file_text(folder.path() / "errors")));
+  }
+  std::istringstream lines(file_text(profile));
+  constexpr std::string_view key = "summary: ";
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with(key)) {
+      return std::stod(line.substr(key.size()));
+    }
+  }
+  throw InputError("valgrind wrote no summary");
+}
+
+/// Of one sweep of one site: the difference of two runs, so that everything but the sweeps is gone.
+double instructions_per_site(const std::string& kernel, const std::string& scene) {
+  const double once = count_instructions(kernel, scene, sweeps);
+  const double thrice = count_instructions(kernel, scene, 3 * sweeps);
+  return (thrice - once) / (2.0 * sweeps * size * size);
+}
+
+struct Row {
+  std::string kernel;
+  std::string scene;
+  double instructions = 0.0; ///< per site and sweep
+};
+
+/// In `random` every site is observed and every modulus another; in `square` hardly any is and few are.
+std::vector<Row> measure(const std::vector<std::string>& kernels, const std::vector<std::string>& scenes) {
+  std::vector<Row> rows;
+  for (const std::string& kernel : kernels) {
+    for (const std::string& scene : scenes) {
+      std::fprintf(stderr, "counting %s, %s\n", kernel.c_str(), scene.c_str());
+      rows.push_back({kernel, scene, instructions_per_site(kernel, scene)});
+    }
+  }
+  return rows;
+}
+
+const std::vector<std::string> all_kernels{"scalar", "openmp-baseline", "openmp-avx2"};
+const std::vector<std::string> all_scenes{"random", "square"};
+
+void write(const std::filesystem::path& file) {
+  nlohmann::json results = nlohmann::json::array();
+  for (const Row& row : measure(all_kernels, all_scenes)) {
+    fmt::print("{}, {}: {:.2f} instructions per site and sweep\n", row.kernel, row.scene, row.instructions);
+    results.push_back({{"kernel", row.kernel},
+                       {"scene", row.scene},
+                       {"instructions_per_site", std::round(100.0 * row.instructions) / 100.0}});
+  }
+  write_results(file, "sweep-instructions", run_context("--write", false), std::move(results));
+}
+
+/// One sentence where the committed counts say nothing about this build.
+std::optional<std::string> reason_to_skip(const nlohmann::json& committed) {
+  const TemporaryDirectory folder;
+  try {
+    if (!run_process({"valgrind", "--version"}, folder.path() / "output", folder.path() / "errors").good()) {
+      return "valgrind does not run";
+    }
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  const nlohmann::json here = run_context("", false);
+  for (const char* const key : {"compiler", "flags", "architecture"}) {
+    if (committed[key] != here[key]) {
+      return fmt::format("the committed counts are of {} {}, this build is of {}", key,
+                         committed[key].get<std::string>(), here[key].get<std::string>());
+    }
+  }
+  return std::nullopt;
+}
+
+/// Whether all counts are as committed.
+bool check(const nlohmann::json& results, const std::vector<Row>& rows) {
+  Table table(
+      {{"kernel", Table::Align::left}, {"scene", Table::Align::left}, {"committed"}, {"now"}, {"change"}});
+  bool good = true;
+  for (const Row& row : rows) {
+    const std::string name = row.kernel == "planted" ? "openmp-avx2" : row.kernel;
+    double expected = 0.0;
+    for (const nlohmann::json& other : results) {
+      if (other["kernel"] == name && other["scene"] == row.scene) {
+        expected = other["instructions_per_site"];
+      }
+    }
+    const double change = row.instructions / expected - 1.0;
+    const bool as_before = std::abs(change) <= tolerance; // false where nothing was committed
+    good = good && as_before;
+    table.add({row.kernel, row.scene, fmt::format("{:.2f}", expected),
+               fmt::format("{:.2f}", row.instructions),
+               fmt::format("{:+.1f} %{}", 100.0 * change, as_before ? "" : "  !")});
+  }
+  fmt::print("Instructions per site and sweep\n{}", table.text());
+  return good;
+}
+
+int run_check(const std::filesystem::path& file, bool planted) {
+  const nlohmann::json document = nlohmann::json::parse(std::ifstream(file));
+  if (const auto reason = reason_to_skip(document["context"])) {
+    fmt::print("skipped: {}\n", *reason);
+    return skipped;
+  }
+  if (planted) {
+    const bool unseen = check(document["results"], measure({"planted"}, {"random"}));
+    fmt::print("{}\n", unseen ? "The slower kernel was not seen." : "The slower kernel was seen.");
+    return unseen ? 1 : 0;
+  }
+  const bool good = check(document["results"], measure(all_kernels, all_scenes));
+  if (!good) {
+    fmt::print("More than {:.0f} % off. If that is meant: sweep_instructions --write {}\n", 100.0 * tolerance,
+               file.string());
+  }
+  return good ? 0 : 1;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+  CLI::App program("Instructions per site and sweep of the CPU backends, counted by valgrind.");
+  std::string file;
+  std::string new_file;
+  std::vector<std::string> child;
+  bool planted = false;
+  auto* const checks =
+      program.add_option("--check", file, "Compare with these counts")->check(CLI::ExistingFile);
+  program.add_flag("--planted", planted, "See whether a kernel that computes every 20th row twice is found")
+      ->needs(checks);
+  program.add_option("--write", new_file, "Count anew and write this file")->excludes(checks);
+  program.add_option("--sweep", child, "What is counted: KERNEL SCENE SWEEPS")->expected(3);
+  CLI11_PARSE(program, argc, argv);
+  try {
+    if (!child.empty()) {
+      sweep(child[0], child[1], std::stoi(child[2]));
+    } else if (!new_file.empty()) {
+      write(new_file);
+    } else if (!file.empty()) {
+      return run_check(file, planted);
+    } else {
+      fmt::print("{}", program.help());
+      return 2;
+    }
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "sweep_instructions: {}\n", error.what());
+    return 2;
+  }
+  return 0;
+}
