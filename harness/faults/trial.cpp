@@ -42,9 +42,13 @@ TrialScene with_denormals(Scene scene) {
 }
 
 Seen verdict_of(const std::vector<Comparison>& comparisons) {
+  const auto is_skipped = [](const Comparison& comparison) { return comparison.verdict == Verdict::skipped; };
+  if (std::ranges::all_of(comparisons, is_skipped)) {
+    return {.verdict = Verdict::skipped, .reason = comparisons.front().reason, .error = {}};
+  }
   Seen seen{.verdict = Verdict::agree, .reason = {}, .error = {}};
   for (const Comparison& comparison : comparisons) {
-    if (comparison.verdict > seen.verdict) {
+    if (!is_skipped(comparison) && comparison.verdict > seen.verdict) {
       seen.verdict = comparison.verdict;
       seen.reason = comparison.reason;
     }

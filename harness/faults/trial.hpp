@@ -27,9 +27,9 @@ struct TrialScene {
 [[nodiscard]] std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names,
                                                    std::optional<Extent> size);
 
-/// What verify said of a planted fault on one scene, both modes together.
+/// What verify said of a planted fault on one scene, all modes together.
 struct Seen {
-  Verdict verdict = Verdict::skipped; ///< the worse one
+  Verdict verdict = Verdict::skipped; ///< the worst; skipped where all are
   std::int64_t sites_differing = 0;
   std::int64_t uncertified = 0;
   std::int64_t counts_differing = 0;
