@@ -64,6 +64,9 @@ std::vector<TrialScene> small_scenes() {
   }
   scenes.push_back({.label = "larger", .scene = small_scene(test::Texture::tie_rich, {72, 60})});
   scenes.push_back(denormal_scene());
+  Scene from_null = load_scene("square", {.size = Extent{32, 20}}); // a pyramid in one piece begins there
+  from_null.schedule.iterations = 8;
+  scenes.push_back({.label = "from null", .scene = std::move(from_null)});
   for (const char* const method : {"coloured", "closed-form", "annealing"}) {
     Scene scene = small_scene(test::Texture::smooth);
     use_method(scene, find_method(method));

@@ -26,7 +26,7 @@ inline Scene textured_scene(const std::string& name, Extent extent, Texture text
   return scene;
 }
 
-/// One backend verified against scalar, resync and free.
+/// One backend verified against scalar in all modes.
 inline std::vector<Comparison> verified(const Scene& scene, const Backend& backend) {
   const auto backends = make_backends();
   const Backend* const followers[] = {&backend};

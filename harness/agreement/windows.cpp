@@ -21,7 +21,7 @@ bool overlap(const Window& a, const Window& b) {
 class Chooser {
 public:
   Chooser(const Level& level, const WindowPlan& plan) : level_(level), plan_(plan), engine_(plan.seed) {
-    const auto side = [&](int of_image) { return std::min(plan.side, (of_image + 1) / 2); };
+    const auto side = [&](int of_image) { return std::clamp(of_image / 2, 1, plan.side); };
     extent_ = {side(level.extent.width), side(level.extent.height)};
   }
 

@@ -213,16 +213,19 @@ int run_verify_windows(CommonArguments arguments, const WindowArguments& windows
   if (arguments.quick) {
     options.iteration_limit = quick_iterations;
   }
-  SceneArguments one{.scene = {}, .size = {}, .session = {}, .schedule = arguments.schedule};
-  const std::vector<std::string> names =
-      arguments.scenes.empty() ? std::vector<std::string>{"square"} : arguments.scenes;
-  const std::vector<std::string> sizes =
-      arguments.sizes.empty() ? std::vector<std::string>{""} : arguments.sizes;
+  SceneArguments one;
+  one.schedule = arguments.schedule;
+  if (arguments.scenes.empty()) {
+    arguments.scenes.emplace_back("square");
+  }
+  if (arguments.sizes.empty()) {
+    arguments.sizes.emplace_back(); // each scene's own
+  }
 
   nlohmann::json rows = nlohmann::json::array();
   bool agree = true;
-  for (const std::string& name : names) {
-    for (const std::string& size : sizes) {
+  for (const std::string& name : arguments.scenes) {
+    for (const std::string& size : arguments.sizes) {
       for (const Backend* const backend : std::span(backends).subspan(1)) {
         one.scene = name;
         one.size = size;

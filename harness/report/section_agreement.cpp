@@ -1,3 +1,4 @@
+#include "harness/report/joined.hpp"
 #include "harness/report/sections.hpp"
 
 #include <fmt/format.h>
