@@ -202,10 +202,10 @@ std::vector<Fault> one_piece_faults() {
            },
        .way = Way::one_piece},
       {.name = "pyramid-one-sweep-short",
-       .what = "in one piece: the first level gets one sweep less",
+       .what = "in one piece: the last level gets one sweep less",
        .in_whole_pyramid =
            [](Pyramid& pyramid) {
-             pyramid.levels.front().sweeps = std::max(0, pyramid.levels.front().sweeps - 1);
+             pyramid.levels.back().sweeps = std::max(0, pyramid.levels.back().sweeps - 1);
            },
        .way = Way::one_piece},
       {.name = "pyramid-begins-with-its-end",

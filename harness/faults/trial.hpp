@@ -23,7 +23,7 @@ struct TrialScene {
 
 /// Scenes by name or file at one size; none: small ones. Without names: the thesis's square and circle,
 /// tie-rich, random, the exact ones of the shipped scenes, random again by the rules that some faults
-/// concern, and one with denormal displacements. Throws InputError.
+/// concern, one that comes to rest, and one with denormal displacements. Throws InputError.
 [[nodiscard]] std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names,
                                                    std::optional<Extent> size);
 
