@@ -205,7 +205,9 @@ std::string why_left_out(Mode mode, const Scene& scene) {
                  "be left out";
   }
   if (mode == Mode::pyramid) {
-    return LevelSequence(scene).pyramid() ? "" : "this schedule needs the host between the levels";
+    return LevelSequence(scene).pyramid() ? ""
+                                          : "a stop rule, a start, mean moduli or 1 / A want the host "
+                                            "between the levels";
   }
   return {};
 }

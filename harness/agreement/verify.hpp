@@ -104,7 +104,7 @@ struct VerifyOptions {
 };
 
 /// Why a mode would say nothing on any backend, as a part of a sentence; empty: it is compared. active where
-/// another rule or order of sites lets every site change in every sweep; pyramid where the schedule wants the
+/// another rule or order of sites lets every site change in every sweep; pyramid where something wants the
 /// host between the levels (LevelSequence::pyramid()).
 [[nodiscard]] std::string why_left_out(Mode mode, const Scene& scene);
 
