@@ -64,13 +64,14 @@ std::vector<TrialScene> small_scenes() {
   }
   scenes.push_back({.label = "larger", .scene = small_scene(test::Texture::tie_rich, {72, 60})});
   scenes.push_back(denormal_scene());
-  // A pyramid in one piece begins there; pulled by 3 px, so that coarse levels come to rest.
-  Scene from_null = load_scene("square", {.size = Extent{32, 20}});
-  from_null.schedule.iterations = 5;
-  for (auto* const values : {&from_null.full.target.x, &from_null.full.target.y}) {
-    std::ranges::transform(*values, values->begin(), [](float pull) { return 0.06F * pull; });
+  for (const auto& [label, share] : {std::pair{"from null", 1.0F}, {"to rest on coarse levels", 0.04F}}) {
+    Scene square = load_scene("square", {.size = Extent{32, 20}}); // begins as a pyramid in one piece does
+    square.schedule.iterations = 8;
+    for (auto* const values : {&square.full.target.x, &square.full.target.y}) {
+      std::ranges::transform(*values, values->begin(), [share = share](float pull) { return share * pull; });
+    }
+    scenes.push_back({.label = label, .scene = std::move(square)});
   }
-  scenes.push_back({.label = "from null", .scene = std::move(from_null)});
   for (const char* const method : {"coloured", "closed-form", "annealing"}) {
     Scene scene = small_scene(test::Texture::smooth);
     use_method(scene, find_method(method));

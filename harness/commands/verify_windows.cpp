@@ -146,7 +146,8 @@ void print_levels(const WindowedComparison& comparison) {
   fmt::print("{}", table.text());
 }
 
-void print(const Problem& problem, const WindowedComparison& comparison, const WindowOptions& options) {
+void print(const Problem& problem, const WindowedComparison& comparison, const WindowOptions& options,
+           bool room) {
   fmt::print("\n{}, {} x {}, {}, {}{}{}\n", problem.scene, problem.extent.width, problem.extent.height,
              problem.method, comparison.backend, comparison.device.name.empty() ? "" : " on ",
              comparison.device.name);
@@ -168,7 +169,7 @@ void print(const Problem& problem, const WindowedComparison& comparison, const W
                work_names.at(static_cast<std::size_t>(pyramid.work)), said(pyramid.same_field),
                said(pyramid.same_count));
   }
-  if (!options.in_one_piece) {
+  if (!room) {
     fmt::print("  not solved in one piece: too little memory is free for a second copy of all levels\n");
   }
   const double peak = peak_memory();
@@ -194,6 +195,10 @@ void WindowArguments::add_to(CLI::App& command) {
                   "With --windows: compare levels of up to so many sites squared as a whole")
       ->check(CLI::Range(0, 32768))
       ->capture_default_str()
+      ->group(group);
+  command
+      .add_flag("--levels-only", levels_only,
+                "With --windows: only level by level, not in one piece too, which needs more memory")
       ->group(group);
 }
 
@@ -230,7 +235,8 @@ int run_verify_windows(CommonArguments arguments, const WindowArguments& windows
         one.scene = name;
         one.size = size;
         Scene scene = one.load();
-        options.in_one_piece = has_room_for_a_pyramid(scene.extent());
+        const bool room = has_room_for_a_pyramid(scene.extent());
+        options.in_one_piece = room && !windows.levels_only;
         const Problem problem{.scene = scene.name,
                               .extent = scene.extent(),
                               .method = method_name(scene.schedule),
@@ -242,7 +248,7 @@ int run_verify_windows(CommonArguments arguments, const WindowArguments& windows
         const WindowedComparison comparison =
             verify_windows(std::move(scene), *backends.front(), *backend, options, progress);
         progress.clear();
-        print(problem, comparison, options);
+        print(problem, comparison, options, room);
         std::fflush(stdout);
         agree = agree && comparison.verdict != Verdict::disagree;
         rows.push_back(to_json(problem, comparison));

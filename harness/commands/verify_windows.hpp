@@ -14,6 +14,8 @@ struct WindowArguments {
   int windows = 0;       ///< of each large level; 0: no windows, but the whole image after every sweep
   int whole_side = 1024; ///< levels with as many sites as a square of this side are compared whole
 
+  bool levels_only = false; ///< do not solve in one piece, which may need a second copy of all levels
+
   void add_to(CLI::App& command);
 };
 
