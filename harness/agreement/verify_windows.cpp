@@ -1,5 +1,6 @@
 #include "harness/agreement/verify_windows.hpp"
 
+#include "harness/agreement/compare.hpp"
 #include "harness/agreement/state_hash.hpp"
 #include "harness/level_sequence.hpp"
 #include "harness/solve.hpp"
@@ -53,7 +54,7 @@ std::optional<Pyramid> capped_pyramid(const LevelSequence& levels, const WindowO
 
 std::vector<Work> works_in_one_piece(const Scene& scene, const WindowOptions& options) {
   std::vector<Work> works;
-  if (options.in_one_piece && why_left_out(Mode::pyramid, scene).empty()) {
+  if (options.last_level != LastLevel::levels_only && why_left_out(Mode::pyramid, scene).empty()) {
     works.push_back(Work::dense);
     if (why_left_out(Mode::active, scene).empty()) {
       works.push_back(Work::active);
@@ -62,10 +63,17 @@ std::vector<Work> works_in_one_piece(const Scene& scene, const WindowOptions& op
   return works;
 }
 
-/// The last field and the last count of a solution.
-struct End {
-  std::uint64_t field = 0; ///< state_hash()
-  std::int64_t changed = 0;
+bool is_finite(const VectorField& field) {
+  const auto finite = [](float value) { return std::isfinite(value); };
+  return std::ranges::all_of(field.x, finite) && std::ranges::all_of(field.y, finite);
+}
+
+/// What is kept of a field in one piece.
+struct Piece {
+  Work work;
+  std::optional<std::uint64_t> hash; ///< state_hash(); none where the field is not finite
+  std::int64_t changed;
+  std::vector<VectorField> seen; ///< by window
 };
 
 class Examination {
@@ -76,48 +84,48 @@ public:
         progress_(progress), levels_(scene_) {}
 
   [[nodiscard]] WindowedComparison examine() {
-    WindowedComparison comparison;
-    comparison.backend = backend_.name();
+    comparison_.backend = backend_.name();
     std::unique_ptr<Session> session;
     try {
-      comparison.device = backend_.device(options_.session);
+      comparison_.device = backend_.device(options_.session);
       session = backend_.open(options_.session);
     } catch (const DeviceError& error) {
-      comparison.reason = error.what();
-      return comparison;
+      comparison_.reason = error.what();
+      return comparison_;
     }
-    std::vector<std::pair<Work, End>> ends;
-    for (const Work work : works_in_one_piece(scene_, options_)) {
-      ends.emplace_back(work, solve_in_one_piece(work));
+    const std::vector<Work> works = works_in_one_piece(scene_, options_);
+    field_ = levels_.begin(levels_.order().front(), {});
+    if (!works.empty()) {
+      scene_.start = {}; // null, and not asked for any more
     }
-    const bool starts_from_null = why_left_out(Mode::pyramid, scene_).empty();
+    VectorField first = std::move(field_);
+    for (const Work work : works) {
+      pieces_.push_back(solve_in_one_piece(work));
+      comparison_.pyramids.push_back({.work = work});
+    }
+    field_ = std::move(first);
     for (const int index : levels_.order()) {
-      comparison.levels.push_back(examine_level(*session, index));
-      if (starts_from_null) { // only the first level asks for it
-        scene_.start = {};
-      }
+      comparison_.levels.push_back(examine_level(*session, index));
     }
-    const std::int64_t changed = session->changed();
-    session.reset();
-    const bool finite = comparison.levels.back().not_finite == 0;
-    const std::uint64_t field = finite && !ends.empty() ? state_hash(field_) : 0;
-    for (const auto& [work, end] : ends) {
-      comparison.pyramids.push_back(
-          {.work = work, .same_field = finite && end.field == field, .same_count = end.changed == changed});
+    if (comparison_.levels.back().level_by_level) {
+      const std::int64_t changed = session->changed();
+      session.reset();
+      compare_pieces(changed);
     }
-    const bool agrees = std::ranges::all_of(comparison.levels,
-                                            [](const WindowedLevel& level) {
-                                              return level.sites_differing == 0 && !level.count_differs;
-                                            }) &&
-                        std::ranges::all_of(comparison.pyramids, [](const WindowedPyramid& pyramid) {
-                          return pyramid.same_field && pyramid.same_count;
-                        });
-    comparison.verdict = agrees ? Verdict::agree : Verdict::disagree;
-    return comparison;
+    comparison_.verdict = agrees() ? Verdict::agree : Verdict::disagree;
+    return comparison_;
   }
 
 private:
-  [[nodiscard]] End solve_in_one_piece(Work work) {
+  [[nodiscard]] bool is_last(int index) const { return index == levels_.order().back(); }
+
+  [[nodiscard]] std::vector<Window> windows_of(const Level& level) const {
+    return is_whole(level.extent) ? std::vector<Window>{{.extent = level.extent}}
+                                  : choose_windows(level, options_.plan);
+  }
+  [[nodiscard]] bool is_whole(Extent extent) const { return extent.sites() <= options_.whole; }
+
+  [[nodiscard]] Piece solve_in_one_piece(Work work) {
     SessionOptions options = options_.session;
     options.work = work;
     const std::unique_ptr<Session> session = backend_.open(options);
@@ -126,7 +134,14 @@ private:
     session->load(*pyramid);
     session->solve([&](double site_updates) { progress_.advance(site_updates); });
     session->read(field_);
-    return {.field = state_hash(field_), .changed = session->changed()};
+    Piece piece{.work = work, .hash = {}, .changed = session->changed(), .seen = {}};
+    if (is_finite(field_)) {
+      piece.hash = state_hash(field_);
+    }
+    for (const Window& window : windows_of(scene_.full)) {
+      piece.seen.push_back(crop(field_, window));
+    }
+    return piece;
   }
 
   [[nodiscard]] WindowedLevel examine_level(Session& session, int index) {
@@ -135,34 +150,41 @@ private:
                          .extent = level.extent,
                          .iterations = iterations_of(levels_, index, options_),
                          .sweeps = 0,
-                         .whole = level.extent.sites() <= options_.whole,
-                         .windows = {}};
+                         .level_by_level = !is_last(index) || pieces_.empty() ||
+                                           options_.last_level != LastLevel::in_one_piece_only,
+                         .whole = is_whole(level.extent),
+                         .windows = windows_of(level)};
     result.sweeps = result.iterations * sweeps_per_iteration(level.update);
-    result.windows =
-        result.whole ? std::vector<Window>{{.extent = level.extent}} : choose_windows(level, options_.plan);
     std::vector<Excerpt> excerpts;
     for (const Window& window : result.windows) {
       const Window outer = with_influence(window, result.sweeps, level.extent);
       excerpts.push_back({.inner = window, .outer = outer, .level = crop(level, outer)});
     }
-    session.load(level);
-    if (index == levels_.order().back()) {
+    if (result.level_by_level) {
+      session.load(level);
+    }
+    if (is_last(index)) {
       release_scene();
     }
-    field_ = levels_.begin(index, field_);
+    if (index != levels_.order().front()) {
+      field_ = levels_.begin(index, field_);
+    }
     for (Excerpt& excerpt : excerpts) {
       excerpt.begin = crop(field_, excerpt.outer);
     }
-    session.write(field_);
-    step(session, result);
-    session.read(field_);
-    for (const Excerpt& excerpt : excerpts) {
-      compare_with(excerpt, session, result);
+    if (result.level_by_level) {
+      session.write(field_);
+      step(session, result);
+      session.read(field_);
+    }
+    for (std::size_t i = 0; i < excerpts.size(); ++i) {
+      const std::int64_t changed = result.level_by_level ? session.changed() : pieces_.front().changed;
+      compare_window(excerpts[i], i, changed, result);
     }
     return result;
   }
 
-  /// The session has its own copy of the last level.
+  /// The session has its own copy of the last level, or will not need it.
   void release_scene() {
     Level& full = scene_.full;
     for (VectorField* const field : {&full.target, &full.confidence, &full.inverse_curvature}) {
@@ -191,43 +213,60 @@ private:
     }
   }
 
-  void compare_with(const Excerpt& excerpt, Session& session, WindowedLevel& result) {
+  /// Window `number` of the level, of which the backend says that the last sweep changed `changed` sites.
+  void compare_window(const Excerpt& excerpt, std::size_t number, std::int64_t changed,
+                      WindowedLevel& result) {
     const std::unique_ptr<Session> scalar = reference_.open({});
     scalar->load(excerpt.level);
     scalar->write(excerpt.begin);
     scalar->step(result.sweeps);
     VectorField expected;
     scalar->read(expected);
-    result.count_differs = result.whole && scalar->changed() != session.changed();
-    result.sites_compared += static_cast<std::int64_t>(excerpt.inner.extent.sites());
-    for (int y = excerpt.inner.y; y < excerpt.inner.y + excerpt.inner.extent.height; ++y) {
-      for (int x = excerpt.inner.x; x < excerpt.inner.x + excerpt.inner.extent.width; ++x) {
-        const std::size_t here = field_.extent.index(x, y);
-        const std::size_t there = expected.extent.index(x - excerpt.outer.x, y - excerpt.outer.y);
-        compare_site({.x = x,
-                      .y = y,
-                      .expected = {expected.x[there], expected.y[there]},
-                      .found = {field_.x[here], field_.y[here]}},
-                     result);
-      }
+    const Window& inner = excerpt.inner;
+    expected = crop(expected,
+                    {.x = inner.x - excerpt.outer.x, .y = inner.y - excerpt.outer.y, .extent = inner.extent});
+    const VectorField found = result.level_by_level ? crop(field_, inner) : pieces_.front().seen.at(number);
+    const FieldDifference difference = compare(expected, found);
+    result.count_differs = result.whole && scalar->changed() != changed;
+    result.sites_compared += static_cast<std::int64_t>(inner.extent.sites());
+    result.sites_differing += difference.sites;
+    result.not_finite += difference.not_finite;
+    result.largest_difference = std::max(result.largest_difference, difference.largest);
+    if (difference.first && !result.first) {
+      const std::size_t site = *difference.first;
+      const auto width = static_cast<std::size_t>(inner.extent.width);
+      result.first = {.x = inner.x + static_cast<int>(site % width),
+                      .y = inner.y + static_cast<int>(site / width),
+                      .expected = {expected.x[site], expected.y[site]},
+                      .found = {found.x[site], found.y[site]}};
+    }
+    for (std::size_t i = 0; is_last(result.level) && i < pieces_.size(); ++i) {
+      comparison_.pyramids[i].sites_differing += compare(expected, pieces_[i].seen.at(number)).sites;
     }
   }
 
-  static void compare_site(const DifferingSite& site, WindowedLevel& result) {
-    if (site.expected[0] == site.found[0] && site.expected[1] == site.found[1]) { // NaN equals nothing
+  /// Against field_, the last level's.
+  void compare_pieces(std::int64_t changed) {
+    if (pieces_.empty()) {
       return;
     }
-    ++result.sites_differing;
-    if (std::isfinite(site.found[0]) && std::isfinite(site.found[1])) {
-      for (const std::size_t component : {0U, 1U}) {
-        result.largest_difference =
-            std::max(result.largest_difference,
-                     std::abs(static_cast<double>(site.expected[component]) - site.found[component]));
-      }
-    } else {
-      ++result.not_finite;
+    const bool finite = is_finite(field_);
+    const std::uint64_t hash = finite ? state_hash(field_) : 0;
+    for (std::size_t i = 0; i < pieces_.size(); ++i) {
+      comparison_.pyramids[i].same_field = finite && pieces_[i].hash == hash;
+      comparison_.pyramids[i].same_count = pieces_[i].changed == changed;
     }
-    result.first = result.first.value_or(site);
+  }
+
+  [[nodiscard]] bool agrees() const {
+    return std::ranges::all_of(comparison_.levels,
+                               [](const WindowedLevel& level) {
+                                 return level.sites_differing == 0 && !level.count_differs;
+                               }) &&
+           std::ranges::all_of(comparison_.pyramids, [](const WindowedPyramid& pyramid) {
+             return pyramid.sites_differing == 0 && pyramid.same_field.value_or(true) &&
+                    pyramid.same_count.value_or(true);
+           });
   }
 
   void describe(const std::string& what) {
@@ -241,6 +280,8 @@ private:
   Progress& progress_;
   LevelSequence levels_;
   VectorField field_; ///< the backend's newest
+  std::vector<Piece> pieces_;
+  WindowedComparison comparison_;
 };
 
 } // namespace

@@ -5,12 +5,20 @@
 
 namespace hdmbench {
 
+/// How the last and largest level is computed, on which memory may be short.
+enum class LastLevel {
+  both,             ///< level by level and in one piece: a hash of all sites is compared, too
+  levels_only,      ///< a session that loads a level has a copy of it
+  in_one_piece_only ///< the levels before it level by level; a session may use the scene in place
+};
+
 struct WindowOptions {
   SessionOptions session{};
   WindowPlan plan{};
   std::size_t whole = 1024 * 1024;      ///< levels of up to so many sites are compared whole
   std::optional<int> iteration_limit{}; ///< per level
-  bool in_one_piece = true; ///< also solve the whole pyramid by one call, if the schedule allows it
+  /// How the full resolution is computed. In one piece where the schedule allows it, else level by level.
+  LastLevel last_level = LastLevel::both;
 };
 
 /// A site at which backend and scalar differ.
@@ -27,6 +35,7 @@ struct WindowedLevel {
   Extent extent;
   int iterations = 0;
   int sweeps = 0;
+  bool level_by_level = true;      ///< else the field is that of the first pyramid in one piece
   bool whole = false;              ///< every site, and the count of changed sites
   std::vector<Window> windows{};   ///< compared; of a whole level the only one
   std::int64_t sites_compared = 0; ///< once each
@@ -37,11 +46,12 @@ struct WindowedLevel {
   std::optional<DifferingSite> first{}; ///< in the order of windows, in each in reading order
 };
 
-/// The whole pyramid by one call, against the levels one by one.
+/// The whole pyramid by one call.
 struct WindowedPyramid {
   Work work = Work::dense;
-  bool same_field = false; ///< by state_hash()
-  bool same_count = false;
+  std::int64_t sites_differing = 0; ///< in the windows of the last level, from scalar
+  std::optional<bool> same_field{}; ///< as level by level, by state_hash(); none where that was not computed
+  std::optional<bool> same_count{}; ///< as level by level
 };
 
 /// One backend on an image that is too large for scalar.

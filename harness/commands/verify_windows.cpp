@@ -16,6 +16,8 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <map>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -53,6 +55,10 @@ std::int64_t sum(const WindowedComparison& comparison, std::int64_t WindowedLeve
   return result;
 }
 
+nlohmann::json to_json(const std::optional<bool>& value) {
+  return value ? nlohmann::json(*value) : nlohmann::json();
+}
+
 nlohmann::json to_json(const WindowedLevel& level) {
   nlohmann::json windows = nlohmann::json::array();
   for (const Window& window : level.windows) {
@@ -63,6 +69,7 @@ nlohmann::json to_json(const WindowedLevel& level) {
           {"width", level.extent.width},
           {"height", level.extent.height},
           {"sweeps", level.sweeps},
+          {"level_by_level", level.level_by_level},
           {"whole", level.whole},
           {"windows", std::move(windows)},
           {"sites_compared", level.sites_compared},
@@ -92,8 +99,9 @@ nlohmann::json to_json(const Problem& problem, const WindowedComparison& compari
   nlohmann::json pyramids = nlohmann::json::array();
   for (const WindowedPyramid& pyramid : comparison.pyramids) {
     pyramids.push_back({{"work", work_names.at(static_cast<std::size_t>(pyramid.work))},
-                        {"same_field", pyramid.same_field},
-                        {"same_count", pyramid.same_count}});
+                        {"sites_differing", pyramid.sites_differing},
+                        {"same_field", to_json(pyramid.same_field)},
+                        {"same_count", to_json(pyramid.same_count)}});
   }
   const std::int64_t differing = sum(comparison, &WindowedLevel::sites_differing);
   const Tier tier = comparison.verdict == Verdict::agree ? Tier::bitwise : Tier::none;
@@ -136,7 +144,8 @@ void print_levels(const WindowedComparison& comparison) {
         static_cast<double>(level.sites_compared) / static_cast<double>(level.extent.sites());
     table.add({std::to_string(level.level), fmt::format("{} x {}", level.extent.width, level.extent.height),
                std::to_string(level.sweeps),
-               level.whole ? "whole" : fmt::format("{} windows", level.windows.size()),
+               fmt::format("{}{}", level.whole ? "whole" : fmt::format("{} windows", level.windows.size()),
+                           level.level_by_level ? "" : ", in one piece"),
                grouped(level.sites_compared), fmt::format("{:.4g} %", 100.0 * share),
                grouped(level.sites_differing),
                level.count_differs ? "wrong"
@@ -163,14 +172,18 @@ void print(const Problem& problem, const WindowedComparison& comparison, const W
                  site.y, site.expected[0], site.expected[1], site.found[0], site.found[1]);
     }
   }
-  const auto said = [](bool same) { return same ? "the same" : "ANOTHER"; };
   for (const WindowedPyramid& pyramid : comparison.pyramids) {
-    fmt::print("  in one piece, {}: {} field (hash of all sites) and {} count as level by level\n",
-               work_names.at(static_cast<std::size_t>(pyramid.work)), said(pyramid.same_field),
-               said(pyramid.same_count));
+    const auto said = [](const char* what, const std::optional<bool>& same) {
+      return same ? fmt::format("; {} {}", *same ? "the same" : "ANOTHER", what) : std::string();
+    };
+    fmt::print("  in one piece, {}: {} sites differ in the windows of the last level{}{}\n",
+               work_names.at(static_cast<std::size_t>(pyramid.work)), grouped(pyramid.sites_differing),
+               said("field as level by level (hash of all sites)", pyramid.same_field),
+               said("count", pyramid.same_count));
   }
   if (!room) {
-    fmt::print("  not solved in one piece: too little memory is free for a second copy of all levels\n");
+    fmt::print("  not solved in one piece: too little memory is free for a second copy of all levels\n"
+               "  (--last-level one-piece tries it all the same)\n");
   }
   const double peak = peak_memory();
   fmt::print("  seed {}; at most {:.2f} GiB of memory so far, {:.0f} bytes a site; {}\n", options.plan.seed,
@@ -196,9 +209,15 @@ void WindowArguments::add_to(CLI::App& command) {
       ->check(CLI::Range(0, 32768))
       ->capture_default_str()
       ->group(group);
+  const std::map<std::string, LastLevel> ways{{"both", LastLevel::both},
+                                              {"levels", LastLevel::levels_only},
+                                              {"one-piece", LastLevel::in_one_piece_only}};
   command
-      .add_flag("--levels-only", levels_only,
-                "With --windows: only level by level, not in one piece too, which needs more memory")
+      .add_option(
+          "--last-level", last_level,
+          "With --windows: compute the full resolution level by level (levels), by the call that makes all "
+          "levels at once (one-piece) or both (none: both, or levels where memory is short)")
+      ->transform(CLI::CheckedTransformer(ways))
       ->group(group);
 }
 
@@ -235,8 +254,8 @@ int run_verify_windows(CommonArguments arguments, const WindowArguments& windows
         one.scene = name;
         one.size = size;
         Scene scene = one.load();
-        const bool room = has_room_for_a_pyramid(scene.extent());
-        options.in_one_piece = room && !windows.levels_only;
+        const bool room = windows.last_level || has_room_for_a_pyramid(scene.extent());
+        options.last_level = windows.last_level.value_or(room ? LastLevel::both : LastLevel::levels_only);
         const Problem problem{.scene = scene.name,
                               .extent = scene.extent(),
                               .method = method_name(scene.schedule),

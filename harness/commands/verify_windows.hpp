@@ -1,7 +1,9 @@
 #pragma once
 
+#include "harness/agreement/verify_windows.hpp"
 #include "harness/commands/arguments.hpp"
 
+#include <optional>
 #include <string>
 
 namespace hdmbench::commands {
@@ -14,7 +16,7 @@ struct WindowArguments {
   int windows = 0;       ///< of each large level; 0: no windows, but the whole image after every sweep
   int whole_side = 1024; ///< levels with as many sites as a square of this side are compared whole
 
-  bool levels_only = false; ///< do not solve in one piece, which may need a second copy of all levels
+  std::optional<LastLevel> last_level; ///< none: both, if there is memory for it
 
   void add_to(CLI::App& command);
 };
