@@ -126,6 +126,7 @@ void LevelSequence::prepare(int level, Level& sampled) const {
 
 const Level& LevelSequence::sample(int level) {
   if (level == 0 && scene_.schedule.rule == Rule::steps) {
+    sampled_ = {}; // a quarter of level 0, which no one needs beside it
     return scene_.full;
   }
   sampled_ = level == 0 ? scene_.full

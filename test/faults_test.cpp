@@ -65,6 +65,14 @@ std::vector<TrialScene> small_scenes() {
   }
   scenes.push_back({.label = "larger", .scene = small_scene(test::Texture::tie_rich, {131, 98})});
   scenes.push_back(denormal_scene());
+  for (const auto& [label, share] : {std::pair{"from null", 1.0F}, {"to rest on coarse levels", 0.04F}}) {
+    Scene square = load_scene("square", {.size = Extent{32, 20}}); // begins as a pyramid in one piece does
+    square.schedule.iterations = 8;
+    for (auto* const values : {&square.full.target.x, &square.full.target.y}) {
+      std::ranges::transform(*values, values->begin(), [share = share](float pull) { return share * pull; });
+    }
+    scenes.push_back({.label = label, .scene = std::move(square)});
+  }
   for (const char* const method : {"coloured", "closed-form", "annealing"}) {
     Scene scene = small_scene(test::Texture::smooth);
     use_method(scene, find_method(method));

@@ -61,6 +61,9 @@ INSTANTIATE_TEST_SUITE_P(Compiled, FreeBackend,
 
 TEST_P(FreeBackend, LandsInTheThirdTierWhereCandidatesNearlyTie) {
   for (const Comparison& comparison : test::verified(make_scene(Texture::tie_rich), *backend_)) {
+    if (test::is_idle(comparison)) {
+      continue;
+    }
     EXPECT_EQ(comparison.verdict, Verdict::certified) << name_of(comparison.mode);
     EXPECT_EQ(comparison.tier, Tier::certified);
     EXPECT_GT(comparison.certified_ties, 20);
@@ -96,6 +99,9 @@ TEST_P(FreeBackend, LandsInTheThirdTierWithEveryMethod) {
 
 TEST_P(FreeBackend, HasTheBitsOfScalarWhereAllIsExact) {
   for (const Comparison& comparison : test::verified(make_scene(Texture::dyadic), *backend_)) {
+    if (test::is_idle(comparison)) {
+      continue;
+    }
     EXPECT_EQ(comparison.verdict, Verdict::agree);
     EXPECT_EQ(comparison.tier, Tier::bitwise);
   }

@@ -61,6 +61,16 @@ TEST_F(ReportPage, SkippedIsNeverAPass) {
   EXPECT_NE(page.find("– skipped"), std::string::npos);
 }
 
+TEST_F(ReportPage, ModesThatSayTheSameAreOneLine) {
+  json checks = rows(verify_row("openmp", "resync"), verify_row("openmp", "free"),
+                     verify_row("openmp", "active"), disagreeing(verify_row("openmp", "pyramid")));
+  EXPECT_NE(render(document("verify", checks)).find("resync, free, active: 0 sites differ"),
+            std::string::npos);
+  EXPECT_NE(render(document("verify", checks)).find("pyramid: 7 sites differ"), std::string::npos);
+  checks = rows(verify_row("openmp", "windows"));
+  EXPECT_NE(render(document("verify", checks)).find("windows: 0 sites differ"), std::string::npos);
+}
+
 TEST_F(ReportPage, AllSkippedIsNotGood) {
   const std::string box = verdict(
       render(document("verify", rows(skipped(verify_row("vulkan-compute", "free"), "no Vulkan driver")))));

@@ -26,7 +26,13 @@ inline Scene textured_scene(const std::string& name, Extent extent, Texture text
   return scene;
 }
 
-/// One backend verified against scalar, resync and free.
+/// Skipped because no tile was ever at rest, so that Work::active had nothing to leave out.
+inline bool is_idle(const Comparison& comparison) {
+  return comparison.mode == Mode::active && comparison.verdict == Verdict::skipped &&
+         comparison.sites_compared > 0 && comparison.sites_at_rest == 0;
+}
+
+/// One backend verified against scalar in all modes.
 inline std::vector<Comparison> verified(const Scene& scene, const Backend& backend) {
   const auto backends = make_backends();
   const Backend* const followers[] = {&backend};

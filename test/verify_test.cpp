@@ -3,10 +3,14 @@
 #include "harness/agreement/verify.hpp"
 
 #include "backends/registry.hpp"
-#include "harness/faults/faulty_backend.hpp"
+#include "harness/faults/fused_backend.hpp"
+#include "harness/faults/solution_faults.hpp"
+#include "harness/methods/method.hpp"
 #include "test/textured_scene.hpp"
 
 #include <gtest/gtest.h>
+
+#include <algorithm>
 
 namespace hdmbench {
 namespace {
@@ -40,8 +44,78 @@ TEST(Verify, NegativeZeroEqualsZero) {
                                 }});
   for (const Comparison& comparison :
        test::verified(make_scene({24, 19}, test::Texture::tie_rich), negating)) {
-    EXPECT_EQ(comparison.verdict, Verdict::agree);
+    EXPECT_EQ(comparison.verdict, test::is_idle(comparison) ? Verdict::skipped : Verdict::agree);
   }
+}
+
+std::vector<Mode> modes_of(const std::vector<Comparison>& comparisons) {
+  std::vector<Mode> modes;
+  for (const Comparison& comparison : comparisons) {
+    modes.push_back(comparison.mode);
+  }
+  return modes;
+}
+
+/// Pulled at its borders, still in the middle, from the null field on several levels.
+Scene square_from_null() {
+  Scene scene = load_scene("square", {.size = Extent{70, 50}});
+  scene.schedule.iterations = 6;
+  return scene;
+}
+
+TEST(Verify, EveryModeThatSaysSomething) {
+  const auto backends = make_backends();
+  const Scene square = square_from_null();
+  const auto comparisons = test::verified(square, find_backend(backends, "openmp"));
+  EXPECT_EQ(modes_of(comparisons), (std::vector{Mode::resync, Mode::free, Mode::active, Mode::pyramid}));
+  for (const Comparison& comparison : comparisons) {
+    EXPECT_EQ(comparison.verdict, Verdict::agree) << name_of(comparison.mode);
+    EXPECT_EQ(comparison.tier, Tier::bitwise);
+    EXPECT_EQ(comparison.sites_at_rest > 0, comparison.mode == Mode::active);
+  }
+  EXPECT_EQ(comparisons.back().sites_compared, 3 * 70 * 50) << "dense, and active twice";
+  EXPECT_EQ(comparisons.back().sweeps, comparisons.front().sweeps);
+
+  Scene with_start = square;
+  with_start.start.x[0] = 1.0F;
+  EXPECT_EQ(modes_of(test::verified(with_start, *backends.front())),
+            (std::vector{Mode::resync, Mode::free, Mode::active}));
+  EXPECT_FALSE(why_left_out(Mode::pyramid, with_start).empty());
+  Scene coloured = square;
+  use_method(coloured, find_method("coloured"), 6);
+  EXPECT_EQ(modes_of(test::verified(coloured, *backends.front())),
+            (std::vector{Mode::resync, Mode::free, Mode::pyramid}));
+  EXPECT_FALSE(why_left_out(Mode::active, coloured).empty());
+}
+
+TEST(Verify, AShorterRunHasAShorterPyramid) {
+  const auto backends = make_backends();
+  const Backend* const followers[] = {&find_backend(backends, "openmp")};
+  Progress silent(false);
+  const auto comparisons =
+      verify(square_from_null(), *backends.front(), followers, {.session = {}, .iteration_limit = 2}, silent);
+  EXPECT_EQ(comparisons.back().mode, Mode::pyramid);
+  EXPECT_EQ(comparisons.back().verdict, Verdict::agree);
+}
+
+/// A backend that contracts has other bits in one piece as level by level: explained there, they are here
+/// too.
+TEST(Verify, APyramidIsCertifiedWhereItIsWhatTheBackendMakesLevelByLevel) {
+  const auto fused = faults::make_fused();
+  Scene scene = test::textured_scene("near-ties", {72, 60}, test::Texture::tie_rich, 11, 20);
+  scene.start = VectorField(scene.extent());
+  const auto comparisons = test::verified(scene, *fused);
+  const Comparison& free = comparisons.at(1);
+  const Comparison& pyramid = comparisons.back();
+  ASSERT_EQ(pyramid.mode, Mode::pyramid);
+  ASSERT_GT(free.certified_ties, 0);
+  EXPECT_EQ(pyramid.verdict, Verdict::certified);
+  EXPECT_GT(pyramid.certified_ties, 0);
+  const auto faults = faults::one_piece_faults();
+  const auto fault = std::ranges::find(faults, "pyramid-one-sweep-short", &faults::Fault::name);
+  const auto wrong = test::verified(scene, FaultyBackend(*fused, *fault));
+  EXPECT_EQ(wrong.back().verdict, Verdict::disagree);
+  EXPECT_EQ(wrong.at(1).verdict, Verdict::certified);
 }
 
 TEST(Verify, ASceneOnWhichNothingMovesIsMistrusted) {

@@ -16,7 +16,8 @@ bool differs(const VectorField& expected, const VectorField& found, std::size_t 
   return !(expected.x[site] == found.x[site] && expected.y[site] == found.y[site]); // true for NaN
 }
 
-/// The energies that the two answers give the site, all else being as it was before the sweep.
+} // namespace
+
 FirstDifference describe_difference(const ReferenceStep& step, const VectorField& before,
                                     const VectorField& expected, const VectorField& found, std::size_t site) {
   const auto width = static_cast<std::size_t>(step.level.extent.width);
@@ -34,10 +35,29 @@ FirstDifference describe_difference(const ReferenceStep& step, const VectorField
   return first;
 }
 
-} // namespace
+void conclude(Comparison& comparison, const Conditions& conditions) {
+  const bool active = comparison.mode == Mode::active;
+  comparison.sites_at_rest = active ? conditions.sites_at_rest : 0;
+  if (comparison.uncertified > 0 || comparison.counts_differing > 0) {
+    comparison.verdict = Verdict::disagree;
+  } else if (!conditions.why_mistrusted.empty()) {
+    comparison.verdict = Verdict::mistrusted;
+    comparison.reason = conditions.why_mistrusted;
+  } else if (active && comparison.sites_at_rest == 0) {
+    comparison.verdict = Verdict::skipped;
+    comparison.reason = "there was nothing to leave out: something could change in every tile in every sweep";
+  } else if (comparison.certified_ties > 0) {
+    comparison.verdict = Verdict::certified;
+    comparison.tier = Tier::certified;
+  } else {
+    comparison.verdict = Verdict::agree;
+    comparison.tier = conditions.exact ? Tier::exact : Tier::bitwise;
+  }
+}
 
-Follower::Follower(const Backend& backend, const SessionOptions& options, const Scene& scene, Mode mode)
+Follower::Follower(const Backend& backend, SessionOptions options, const Scene& scene, Mode mode)
     : exact_(scene.exact) {
+  options.work = mode == Mode::active ? Work::active : Work::dense;
   comparison_.backend = backend.name();
   comparison_.mode = mode;
   if (!backend.supports(scene.schedule.update)) {
@@ -65,7 +85,8 @@ void Follower::begin_again(const Level& level) {
     session_->load(level);
     session_->write(begin_);
     displacement_ = begin_;
-    drifted_ = comparison_.mode == Mode::free && comparison_.sites_drifted > 0;
+    last_changed_ = 0;
+    drifted_ = is_on_its_own() && comparison_.sites_drifted > 0;
   }
 }
 
@@ -73,18 +94,18 @@ void Follower::follow(const ReferenceStep& step) {
   if (session_ == nullptr) {
     return;
   }
-  if (comparison_.mode == Mode::resync) {
-    session_->write(step.before);
-  } else {
+  if (is_on_its_own()) {
     before_ = displacement_;
+  } else {
+    session_->write(step.before);
   }
-  const VectorField& before = comparison_.mode == Mode::resync ? step.before : before_;
+  const VectorField& before = is_on_its_own() ? before_ : step.before;
   session_->step(1);
   session_->read(displacement_);
 
   const FieldDifference drift = compare(step.after, displacement_);
   const bool same_before = !drifted_;
-  drifted_ = comparison_.mode == Mode::free && drift.sites > 0;
+  drifted_ = is_on_its_own() && drift.sites > 0;
   if (!same_before || drift.sites > 0) {
     const VectorField& expected = same_before ? step.after : specified(step, before);
     for (std::size_t site = 0; site < expected.x.size(); ++site) {
@@ -94,13 +115,13 @@ void Follower::follow(const ReferenceStep& step) {
     }
   }
   const bool as_reference = same_before && drift.sites == 0;
-  const std::int64_t changed = as_reference ? step.changed : compare(before, displacement_).sites;
+  last_changed_ = as_reference ? step.changed : compare(before, displacement_).sites;
   ++comparison_.sweeps;
   comparison_.iterations = comparison_.sweeps / sweeps_per_iteration(step.level.update);
   comparison_.sites_compared += static_cast<std::int64_t>(step.level.extent.sites());
   comparison_.sites_drifted += drift.sites;
   comparison_.not_finite += drift.not_finite;
-  comparison_.counts_differing += session_->changed() == changed ? 0 : 1;
+  comparison_.counts_differing += session_->changed() == last_changed_ ? 0 : 1;
   comparison_.largest_difference = std::max(comparison_.largest_difference, drift.largest);
 }
 
@@ -110,21 +131,9 @@ void Follower::end_level() {
   }
 }
 
-Comparison Follower::finish(const std::string& why_mistrusted) {
-  if (session_ == nullptr) {
-    return comparison_;
-  }
-  if (comparison_.uncertified > 0 || comparison_.counts_differing > 0) {
-    comparison_.verdict = Verdict::disagree;
-  } else if (!why_mistrusted.empty()) {
-    comparison_.verdict = Verdict::mistrusted;
-    comparison_.reason = why_mistrusted;
-  } else if (comparison_.certified_ties > 0) {
-    comparison_.verdict = Verdict::certified;
-    comparison_.tier = Tier::certified;
-  } else {
-    comparison_.verdict = Verdict::agree;
-    comparison_.tier = exact_ ? Tier::exact : Tier::bitwise;
+Comparison Follower::finish(const Conditions& conditions) {
+  if (session_ != nullptr) {
+    conclude(comparison_, conditions);
   }
   return comparison_;
 }

@@ -19,11 +19,28 @@ struct ReferenceStep {
   std::int64_t changed; ///< sites that differ between the two
 };
 
-/// One backend that follows the reference in one mode, and all that is found about it.
+/// What a comparison is worth.
+struct Conditions {
+  bool exact = false;         ///< Scene::exact
+  std::string why_mistrusted; ///< turns agreement into mistrust where it is not empty
+  std::int64_t sites_at_rest = 0;
+};
+
+/// Gives the comparison its verdict and tier.
+void conclude(Comparison& comparison, const Conditions& conditions);
+
+/// What differs at a site, the energies with all else as in `before`.
+[[nodiscard]] FirstDifference describe_difference(const ReferenceStep& step, const VectorField& before,
+                                                  const VectorField& expected, const VectorField& found,
+                                                  std::size_t site);
+
+/// One backend that follows the reference sweep by sweep in one mode, and all that is found about it. In free
+/// and active it is on its own.
 class Follower {
 public:
   /// A backend that cannot be opened, or cannot update as the scene wants, is skipped with the reason.
-  Follower(const Backend& backend, const SessionOptions& options, const Scene& scene, Mode mode);
+  /// `options` but for the work, which goes by the mode.
+  Follower(const Backend& backend, SessionOptions options, const Scene& scene, Mode mode);
 
   void begin_level(const LevelSequence& levels, const Level& level, int index);
   /// From the field that the level began with.
@@ -32,10 +49,18 @@ public:
   /// A level without iterations still hands its field on.
   void end_level();
 
-  /// `why_mistrusted` turns agreement into mistrust where it is not empty.
-  [[nodiscard]] Comparison finish(const std::string& why_mistrusted);
+  [[nodiscard]] Comparison finish(const Conditions& conditions);
+
+  /// Null where the backend is skipped.
+  [[nodiscard]] Session* session() { return session_.get(); }
+  /// So far.
+  [[nodiscard]] const Comparison& comparison() const { return comparison_; }
+  /// What the backend itself has, and how many sites its last sweep on this level really changed.
+  [[nodiscard]] const VectorField& displacement() const { return displacement_; }
+  [[nodiscard]] std::int64_t last_changed() const { return last_changed_; }
 
 private:
+  [[nodiscard]] bool is_on_its_own() const { return comparison_.mode != Mode::resync; }
   /// The specification's answer to what this backend had before the sweep.
   [[nodiscard]] const VectorField& specified(const ReferenceStep& step, const VectorField& before);
   void judge_site(const ReferenceStep& step, const VectorField& before, const VectorField& expected,
@@ -43,9 +68,10 @@ private:
 
   std::unique_ptr<Session> session_; ///< null: skipped
   bool exact_;                       ///< Scene::exact
-  bool drifted_ = false; ///< in free mode: whether displacement_ is another field than the reference's
+  bool drifted_ = false; ///< on its own: whether displacement_ is another field than the reference's
   VectorField displacement_;
-  VectorField before_; ///< in free mode: displacement_ of the sweep before
+  std::int64_t last_changed_ = 0;
+  VectorField before_; ///< on its own: displacement_ of the sweep before
   VectorField answer_; ///< of the specification, where it is not the reference's
   VectorField begin_;  ///< of the level
   Comparison comparison_;

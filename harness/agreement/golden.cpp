@@ -55,6 +55,7 @@ GoldenOutcome solve(const Scene& scene, GoldenSolver& solver, Progress& progress
     outcome.verdict = Verdict::agree; // until compared
     try {
       outcome.levels = solver.solve(scene, progress);
+      outcome.in_one_piece = solver.solve_in_one_piece(scene);
     } catch (const NotFinite& error) {
       outcome.verdict = Verdict::disagree;
       outcome.reason = error.what();
@@ -63,12 +64,23 @@ GoldenOutcome solve(const Scene& scene, GoldenSolver& solver, Progress& progress
   return outcome;
 }
 
+/// Whether the last field is the same level by level and in one piece, where it was made in one.
+bool is_the_same_in_one_piece(const GoldenOutcome& outcome) {
+  return !outcome.in_one_piece ||
+         (!outcome.levels.empty() && outcome.in_one_piece == outcome.levels.back().hash);
+}
+
 /// Gives a solved outcome its verdict.
 void judge(GoldenOutcome& outcome, std::span<const GoldenLevel> expected, bool is_golden) {
   if (const auto first = first_difference(expected, outcome.levels)) {
     outcome.verdict = Verdict::disagree;
     outcome.first_difference = first->level;
     outcome.reason = describe(*first, outcome.levels) + (is_golden ? "" : " (scalar's)");
+  } else if (!is_the_same_in_one_piece(outcome)) {
+    outcome.verdict = Verdict::disagree;
+    outcome.first_difference = outcome.levels.back().level;
+    outcome.reason = fmt::format("in one piece: {:016x} in place of {:016x}, which it is level by level",
+                                 *outcome.in_one_piece, outcome.levels.back().hash);
   } else if (!is_golden) {
     outcome.verdict = Verdict::mistrusted;
     outcome.reason = "as scalar, but there is nothing golden to compare with";
@@ -172,6 +184,18 @@ std::vector<GoldenLevel> GoldenSolver::solve(const Scene& scene, Progress& progr
   return levels;
 }
 
+std::optional<std::uint64_t> GoldenSolver::solve_in_one_piece(const Scene& scene) {
+  if (scene.schedule.cycle != Cycle::one_way || !LevelSequence(scene).pyramid()) {
+    return std::nullopt;
+  }
+  Progress silent(false);
+  try {
+    return state_hash(solver_->solve(scene, silent).displacement);
+  } catch (const NotFinite& error) {
+    throw NotFinite(fmt::format("in one piece: {}", error.what()));
+  }
+}
+
 GoldenResult check_golden(const Scene& scene, std::span<GoldenSolver> solvers, const GoldenEntry* golden,
                           Progress& progress) {
   GoldenResult result{
@@ -196,6 +220,9 @@ std::string doubt_about(const GoldenResult& result) {
   for (const GoldenOutcome& outcome : result.outcomes) {
     if (outcome.verdict != Verdict::skipped && (scalar.empty() || outcome.levels != scalar)) {
       return scalar.empty() ? outcome.reason : fmt::format("{} and scalar disagree", outcome.backend);
+    }
+    if (!is_the_same_in_one_piece(outcome)) {
+      return fmt::format("{} in one piece and level by level disagree", outcome.backend);
     }
   }
   return {};

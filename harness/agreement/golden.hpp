@@ -76,8 +76,11 @@ public:
   [[nodiscard]] const std::string& absence() const { return absence_; }
   /// Why it cannot solve the scene; empty: it can.
   [[nodiscard]] std::string absence(const Scene& scene) const;
-  /// Throws NotFinite naming level and site, and what Session throws.
+  /// Level by level. Throws NotFinite naming level and site, and what Session throws.
   [[nodiscard]] std::vector<GoldenLevel> solve(const Scene& scene, Progress& progress);
+  /// state_hash() of the last field, made in one piece; none where the schedule wants the host on the way
+  /// (LevelSequence::pyramid()). Throws the same.
+  [[nodiscard]] std::optional<std::uint64_t> solve_in_one_piece(const Scene& scene);
 
 private:
   const Backend* backend_;
@@ -92,9 +95,10 @@ struct GoldenOutcome {
   Device device{};
   /// agree: golden. mistrusted: as scalar, but there is nothing golden to compare with. disagree, skipped.
   Verdict verdict = Verdict::skipped;
-  std::vector<GoldenLevel> levels{};     ///< as far as they are finite numbers
-  std::optional<int> first_difference{}; ///< level
-  std::string reason{};                  ///< where it is not `agree`
+  std::vector<GoldenLevel> levels{};           ///< as far as they are finite numbers
+  std::optional<std::uint64_t> in_one_piece{}; ///< hash of the last level, all levels made by one call
+  std::optional<int> first_difference{};       ///< level
+  std::string reason{};                        ///< where it is not `agree`
 };
 
 struct GoldenResult {

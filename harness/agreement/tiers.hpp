@@ -8,7 +8,7 @@
 
 namespace hdmbench {
 
-/// What a backend's comparisons come to over all scenes and both modes.
+/// What a backend's comparisons come to over all scenes and all modes.
 struct BackendTier {
   std::string backend;
   Tier tier = Tier::none;       ///< the lowest of its comparisons; none where all were skipped

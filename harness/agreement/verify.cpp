@@ -3,6 +3,8 @@
 #include "harness/agreement/compare.hpp"
 #include "harness/agreement/exactness.hpp"
 #include "harness/agreement/follower.hpp"
+#include "harness/agreement/one_piece.hpp"
+#include "harness/agreement/resting_tiles.hpp"
 #include "harness/level_sequence.hpp"
 #include "harness/solve.hpp"
 #include "kernels/input_error.hpp"
@@ -26,6 +28,15 @@ double free_share(const VectorField& confidence) {
   return static_cast<double>(free) / (2.0 * static_cast<double>(confidence.x.size()));
 }
 
+/// Those that go sweep by sweep and are not left out.
+std::vector<Mode> followed_modes(const Scene& scene) {
+  std::vector<Mode> modes{Mode::resync, Mode::free};
+  if (why_left_out(Mode::active, scene).empty()) {
+    modes.push_back(Mode::active);
+  }
+  return modes;
+}
+
 /// The reference and all that follow it.
 class Procession {
 public:
@@ -34,7 +45,7 @@ public:
       : scene_(scene), schedule_(scene.schedule), limit_(options.iteration_limit),
         session_(reference.open(options.session)), progress_(progress) {
     for (const Backend* backend : backends) {
-      for (const Mode mode : {Mode::resync, Mode::free}) {
+      for (const Mode mode : followed_modes(scene)) {
         followers_.emplace_back(*backend, options.session, scene, mode);
       }
     }
@@ -43,6 +54,8 @@ public:
   void compute(LevelSequence& levels, int index) {
     const Level& level = levels.sample(index);
     const VectorField begin = levels.begin(index, field_);
+    iterations_ = 0;
+    last_changed_ = 0;
     for (Follower& follower : followers_) {
       follower.begin_level(levels, level, index);
     }
@@ -61,11 +74,29 @@ public:
     }
   }
 
-  [[nodiscard]] std::vector<Comparison> finish() {
+  /// Of each backend its modes; `levels` have all been computed.
+  [[nodiscard]] std::vector<Comparison> finish(LevelSequence& levels) {
+    const Conditions conditions{
+        .exact = scene_.exact, .why_mistrusted = why_mistrusted(), .sites_at_rest = sites_at_rest_};
+    std::optional<Pyramid> pyramid = levels.pyramid();
+    if (pyramid) {
+      cap_sweeps(*pyramid);
+    }
     std::vector<Comparison> comparisons;
-    comparisons.reserve(followers_.size());
-    for (Follower& follower : followers_) {
-      comparisons.push_back(follower.finish(why_mistrusted()));
+    const std::size_t modes = followed_modes(scene_).size();
+    for (std::size_t i = 0; i < followers_.size(); i += modes) {
+      const std::span<Follower> of_backend = std::span(followers_).subspan(i, modes);
+      for (Follower& follower : of_backend) {
+        comparisons.push_back(follower.finish(conditions));
+      }
+      if (pyramid) {
+        progress_.describe(fmt::format("verify {}, {}: in one piece on {}", scene_.name,
+                                       method_name(scene_.schedule), comparisons.back().backend));
+        comparisons.push_back(in_one_piece(levels, *pyramid, of_backend.subspan(1)));
+        if (of_backend.front().session() != nullptr) {
+          conclude(comparisons.back(), conditions);
+        }
+      }
     }
     return comparisons;
   }
@@ -87,10 +118,32 @@ private:
     return {};
   }
 
+  /// As the levels were computed.
+  void cap_sweeps(Pyramid& pyramid) const {
+    const int sweeps = sweeps_per_iteration(pyramid.full->update);
+    for (PyramidLevel& level : pyramid.levels) {
+      level.sweeps = std::min(level.sweeps, limit_.value_or(level.sweeps / sweeps) * sweeps);
+    }
+  }
+
+  [[nodiscard]] Comparison in_one_piece(LevelSequence& levels, const Pyramid& pyramid,
+                                        std::span<Follower> followers) {
+    const int index = levels.order().back();
+    const ReferenceStep end{.level = levels.sample(index),
+                            .level_index = index,
+                            .iteration = iterations_,
+                            .number = pyramid.levels.back().sweeps - 1,
+                            .before = field_,
+                            .after = field_,
+                            .changed = last_changed_};
+    return compare_in_one_piece(pyramid, end, followers);
+  }
+
   void iterate(const Level& level, int index, const VectorField& begin, int limit) {
     session_->load(level);
     session_->write(begin);
     field_ = begin;
+    tiles_.begin_level(level.extent);
     int number = 0;
     StopRule rule(schedule_, limit);
     for (int iteration = 1; rule.may_continue(iteration - 1); ++iteration) {
@@ -99,14 +152,16 @@ private:
         require_exact(level, index, number);
         session_->step(1);
         session_->read(after_);
-        const std::int64_t changed = compare(field_, after_).sites;
-        changed_by_iteration += changed;
+        last_changed_ = compare(field_, after_).sites;
+        changed_by_iteration += last_changed_;
+        sites_at_rest_ += tiles_.sweep(field_, after_);
         for (Follower& follower : followers_) {
-          follower.follow({level, index, iteration, number, field_, after_, changed});
+          follower.follow({level, index, iteration, number, field_, after_, last_changed_});
         }
         std::swap(field_, after_);
         ++number;
       }
+      iterations_ = iteration;
       changes_ += changed_by_iteration;
       rule.report(changed_by_iteration, level, field_);
       progress_.advance(static_cast<double>(level.extent.sites()));
@@ -130,11 +185,32 @@ private:
   std::vector<Follower> followers_;
   VectorField field_; ///< the reference's newest
   VectorField after_;
-  std::string inexact_;      ///< the first operation that is not, of a scene that is declared exact
-  std::int64_t changes_ = 0; ///< by the reference, over all sweeps
+  std::string inexact_;           ///< the first operation that is not, of a scene that is declared exact
+  std::int64_t changes_ = 0;      ///< by the reference, over all sweeps
+  int iterations_ = 0;            ///< of this level
+  std::int64_t last_changed_ = 0; ///< by the last sweep of this level
+  RestingTiles tiles_;
+  std::int64_t sites_at_rest_ = 0; ///< over all sweeps
 };
 
 } // namespace
+
+std::string why_left_out(Mode mode, const Scene& scene) {
+  if (mode == Mode::active) {
+    Level level = without_fields(scene.full);
+    level.rule = scene.schedule.rule;
+    return changes_spread_by_contact(level)
+               ? ""
+               : "by this method any site can change in any sweep, so nothing can "
+                 "be left out";
+  }
+  if (mode == Mode::pyramid) {
+    return LevelSequence(scene).pyramid() ? ""
+                                          : "a stop rule, a start, mean moduli or 1 / A want the host "
+                                            "between the levels";
+  }
+  return {};
+}
 
 std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
                                std::span<const Backend* const> backends, const VerifyOptions& options,
@@ -153,7 +229,7 @@ std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
                                   levels.extent(index).width, levels.extent(index).height));
     procession.compute(levels, index);
   }
-  return procession.finish();
+  return procession.finish(levels);
 }
 
 } // namespace hdmbench

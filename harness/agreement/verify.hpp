@@ -18,6 +18,10 @@ namespace hdmbench {
 enum class Mode {
   resync, ///< every iteration starts from the reference's field: what one iteration gets wrong
   free,   ///< each runs on its own from the start: what becomes of it
+  active, ///< the same with Work::active: nothing that can change is left out
+  /// The whole pyramid by one call of Session::solve(), with Work::dense and with Work::active, twice each:
+  /// the last field and the last count.
+  pyramid,
 };
 
 enum class Verdict { // the worst last
@@ -37,7 +41,7 @@ enum class Tier {
 };
 
 /// What results call them, in the order of the enumerators.
-inline constexpr std::array<std::string_view, 2> mode_names{"resync", "free"};
+inline constexpr std::array<std::string_view, 4> mode_names{"resync", "free", "active", "pyramid"};
 inline constexpr std::array<std::string_view, 5> verdict_names{"agree", "certified", "skipped", "mistrusted",
                                                                "disagree"};
 inline constexpr std::array<std::string_view, 4> tier_names{"none", "certified", "bitwise", "exact"};
@@ -55,12 +59,13 @@ inline constexpr std::array<std::string_view, 4> tier_names{"none", "certified",
 /// The first site that differs without an explanation; where all have one, the first that differs.
 struct FirstDifference {
   int level = 0;
-  int iteration = 0; ///< 1 is the first
+  int iteration = 0; ///< 1 is the first; in pyramid the last, after which alone there is a field
   int x = 0;
   int y = 0;
   std::array<float, 2> expected{}; ///< displacement (x, y), pixels
   std::array<float, 2> found{};
-  // U_t of that site in double: before the iteration, and with either answer as the centre's displacement.
+  // U_t of that site in double: before the iteration, and with either answer as the centre's displacement. In
+  // pyramid all else is as the reference ended.
   double energy_before = 0.0;
   double energy_expected = 0.0;
   double energy_found = 0.0;
@@ -74,7 +79,7 @@ struct Comparison {
   Mode mode = Mode::resync;
   int levels = 0;
   std::int64_t iterations = 0;
-  std::int64_t sweeps = 0;         ///< compared; one, two or four an iteration (level.hpp)
+  std::int64_t sweeps = 0;         ///< compared; one, two or four an iteration (level.hpp); in pyramid done
   std::int64_t sites_compared = 0; ///< over all sweeps
   /// Over all sweeps, from the specification's answer to what the site saw before the sweep.
   std::int64_t sites_differing = 0;
@@ -85,10 +90,12 @@ struct Comparison {
   double largest_gap_over_bound = 0.0; ///< over the certified sites, at most 1
   std::int64_t counts_differing = 0;   ///< sweeps after which changed() was wrong
   double largest_difference = 0.0;     ///< from the reference's field, pixels
-  std::optional<FirstDifference> first;
+  /// Of active: site updates that could be left out, in whole tiles of 16 x 16 (resting_tiles.hpp).
+  std::int64_t sites_at_rest = 0;
+  std::optional<FirstDifference> first{};
   Verdict verdict = Verdict::skipped;
   Tier tier = Tier::none;
-  std::string reason; ///< for mistrusted and skipped
+  std::string reason{}; ///< for mistrusted and skipped
 };
 
 struct VerifyOptions {
@@ -96,13 +103,21 @@ struct VerifyOptions {
   std::optional<int> iteration_limit; ///< per level, for a shorter run
 };
 
+/// Why a mode would say nothing on any backend, as a part of a sentence; empty: it is compared. active where
+/// another rule or order of sites lets every site change in every sweep; pyramid where something wants the
+/// host between the levels (LevelSequence::pyramid()).
+[[nodiscard]] std::string why_left_out(Mode mode, const Scene& scene);
+
 /// Runs the scene's schedule on `reference` and on all `backends` side by side and compares the whole field
 /// and the count of changed sites after every sweep of every level. A site that differs is judged by
 /// certificate.hpp: in resync against the reference's answer, in free against the specification's answer to
-/// what the backend itself had before the sweep. On a scene that is declared exact (Scene::exact) no
-/// difference is explained, and a step that is not exact makes the comparison mistrusted. A backend whose
-/// devices() or open() throws DeviceError is skipped with that reason; an error later is not caught. Returns
-/// two comparisons (resync, free) per backend, in their order.
+/// what the backend itself had before the sweep. In pyramid
+/// only the end is known: a field that is not the reference's is certified if it is, to the bit, what the
+/// same backend made level by level and every difference of that is certified. On a scene that is declared
+/// exact (Scene::exact) no difference is explained, and a step that is not exact makes the comparison
+/// mistrusted. A backend whose devices() or open() throws DeviceError is skipped with that reason; an error
+/// later is not caught. Active is skipped where it agrees and no tile was ever at rest. Returns a comparison
+/// per backend and mode that is not left out, in their orders.
 [[nodiscard]] std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
                                              std::span<const Backend* const> backends,
                                              const VerifyOptions& options, Progress& progress);

@@ -65,6 +65,8 @@ void add_rows(const GoldenResult& result, nlohmann::json& rows) {
                                {"iterations", level.iterations},
                                {"hash", fmt::format("{:016x}", level.hash)}});
     }
+    row["in_one_piece"] = outcome.in_one_piece ? nlohmann::json(fmt::format("{:016x}", *outcome.in_one_piece))
+                                               : nlohmann::json();
     row["first_difference"] =
         outcome.first_difference ? nlohmann::json(*outcome.first_difference) : nlohmann::json();
     row["verdict"] = text(outcome.verdict);
@@ -250,7 +252,8 @@ ExitStatus run_golden(const Arguments& arguments, const std::string& line) {
   }
   const std::vector<GoldenEntry>& golden = committed_golden();
   const std::vector<GoldenResult> results = check(problems, solvers, golden);
-  fmt::print("Displacements of all levels, hashed, against those committed:\n");
+  fmt::print(
+      "Displacements of all levels, hashed, against those committed; the last one also made in one piece:\n");
   print_table(results, solvers);
   print_remarks(results, solvers, arguments);
 

@@ -3,8 +3,10 @@
 
 #include "harness/commands/arguments.hpp"
 #include "harness/commands/commands.hpp"
+#include "harness/commands/verify_windows.hpp"
 #include "harness/context.hpp"
 #include "harness/file_output.hpp"
+#include "harness/grouped.hpp"
 #include "harness/methods/method.hpp"
 #include "harness/solve.hpp"
 #include "harness/table.hpp"
@@ -17,9 +19,6 @@
 namespace hdmbench::commands {
 
 namespace {
-
-/// Iterations per level of a --quick run.
-constexpr int quick_iterations = 10;
 
 nlohmann::json to_json(const FirstDifference& first) {
   return {{"level", first.level},
@@ -55,29 +54,14 @@ nlohmann::json to_json(const Scene& scene, const Comparison& comparison) {
           {"uncertified", comparison.uncertified},
           {"largest_gap_over_bound", comparison.largest_gap_over_bound},
           {"max_abs_difference", comparison.largest_difference},
+          {"sites_at_rest", comparison.sites_at_rest},
           {"first_difference", comparison.first ? to_json(*comparison.first) : nlohmann::json()},
           {"tier", name_of(comparison.tier)},
           {"verdict", name_of(comparison.verdict)},
           {"reason", comparison.reason}};
 }
 
-/// 1234567 as 1,234,567.
-std::string grouped(std::int64_t value) {
-  std::string digits = std::to_string(value);
-  for (auto at = static_cast<std::ptrdiff_t>(digits.size()) - 3; at > 0; at -= 3) {
-    digits.insert(static_cast<std::size_t>(at), ",");
-  }
-  return digits;
-}
-
-std::string differing(const Comparison& comparison) {
-  if (comparison.verdict == Verdict::skipped) {
-    return "-";
-  }
-  return fmt::format("{} of {}", grouped(comparison.sites_differing), grouped(comparison.sites_compared));
-}
-
-/// For both modes of a backend, where nothing needs to be told apart, or for one.
+/// For all modes of a backend, where nothing needs to be told apart, or for one.
 void explain(const Comparison& comparison, std::string_view modes) {
   fmt::print("  {}{}: {}", comparison.backend, modes, name_of(comparison.verdict));
   if (comparison.verdict == Verdict::certified) {
@@ -112,34 +96,65 @@ void explain_disagreement(const Scene& scene, const Comparison& comparison,
   fmt::print("    repeat: {}\n", arguments.repeat("verify", scene, comparison.backend));
 }
 
-void explain(const Scene& scene, const Comparison& resync, const Comparison& free,
-             const CommonArguments& arguments) {
-  if (resync.verdict == free.verdict &&
-      (resync.verdict == Verdict::skipped || resync.verdict == Verdict::mistrusted)) {
-    explain(resync, "");
+/// The comparisons of one backend, one per mode.
+using Modes = std::span<const Comparison>;
+
+bool is_skipped(const Comparison& comparison) {
+  return comparison.verdict == Verdict::skipped;
+}
+
+void explain(const Scene& scene, Modes modes, const CommonArguments& arguments) {
+  const Comparison& first = modes.front();
+  const bool all_alike = std::ranges::all_of(modes, [&](const Comparison& comparison) {
+    return comparison.verdict == first.verdict && comparison.reason == first.reason;
+  });
+  if (all_alike && (is_skipped(first) || first.verdict == Verdict::mistrusted)) {
+    explain(first, "");
     return;
   }
-  for (const Comparison* comparison : {&resync, &free}) {
-    if (comparison->verdict != Verdict::agree) {
-      explain(*comparison, fmt::format(" ({})", name_of(comparison->mode)));
+  for (const Comparison& comparison : modes) {
+    if (comparison.verdict != Verdict::agree) {
+      explain(comparison, fmt::format(" ({})", name_of(comparison.mode)));
     }
-    if (comparison->verdict == Verdict::disagree) {
-      explain_disagreement(scene, *comparison, arguments);
+    if (comparison.verdict == Verdict::disagree) {
+      explain_disagreement(scene, comparison, arguments);
     }
   }
 }
 
-std::string verdict_of_both(const Comparison& resync, const Comparison& free) {
-  const Verdict worst = std::max(resync.verdict, free.verdict);
-  return worst == Verdict::agree ? fmt::format("agree, {}", name_of(resync.tier))
-                                 : std::string(name_of(worst));
+/// The worst of those that ran.
+std::string verdict_of(Modes modes) {
+  const Comparison* worst = nullptr;
+  for (const Comparison& comparison : modes) {
+    if (!is_skipped(comparison) && (worst == nullptr || comparison.verdict > worst->verdict)) {
+      worst = &comparison;
+    }
+  }
+  const Verdict verdict = worst == nullptr ? Verdict::skipped : worst->verdict;
+  return verdict == Verdict::agree ? fmt::format("agree, {}", name_of(worst->tier))
+                                   : std::string(name_of(verdict));
 }
 
-/// Two comparisons, resync and free, of one backend as one row.
+/// Which modes are not compared on any backend, and how much of the work active may leave out.
+void print_remarks(const Scene& scene, const std::vector<Comparison>& comparisons) {
+  for (const Mode mode : {Mode::active, Mode::pyramid}) {
+    if (const std::string reason = why_left_out(mode, scene); !reason.empty()) {
+      fmt::print("  {} is not compared: {}\n", name_of(mode), reason);
+    }
+  }
+  const auto rested = std::ranges::find_if(
+      comparisons, [](const Comparison& comparison) { return comparison.sites_at_rest > 0; });
+  if (rested != comparisons.end()) {
+    fmt::print("  active: tiles of 16 x 16 are at rest in {:.1f} % of the site updates\n",
+               100.0 * static_cast<double>(rested->sites_at_rest) /
+                   static_cast<double>(rested->sites_compared));
+  }
+}
+
+/// One row per backend.
 void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
                  const CommonArguments& arguments) {
-  const auto ran = std::ranges::find_if_not(
-      comparisons, [](const Comparison& comparison) { return comparison.verdict == Verdict::skipped; });
+  const auto ran = std::ranges::find_if_not(comparisons, is_skipped);
   fmt::print("\n{}, {} x {}, {}", scene.name, scene.extent().width, scene.extent().height,
              method_name(scene.schedule));
   if (ran != comparisons.end()) {
@@ -148,25 +163,45 @@ void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
                arguments.quick ? " (quick)" : "");
   }
   fmt::print("\n");
-  Table table({{"backend", Table::Align::left},
-               {"device", Table::Align::left},
-               {"differing, resync", Table::Align::right},
-               {"differing, free", Table::Align::right},
-               {"wrong counts", Table::Align::right},
-               {"verdict", Table::Align::left}});
-  for (std::size_t i = 0; i + 1 < comparisons.size(); i += 2) {
-    const Comparison& resync = comparisons[i];
-    const Comparison& free = comparisons[i + 1];
-    table.add(
-        {resync.backend, resync.device.name, differing(resync), differing(free),
-         resync.verdict == Verdict::skipped ? "-" : grouped(resync.counts_differing + free.counts_differing),
-         verdict_of_both(resync, free)});
+  std::vector<Modes> backends;
+  for (auto first = comparisons.begin(); first != comparisons.end();) {
+    const auto last = std::find_if(first + 1, comparisons.end(), [](const Comparison& comparison) {
+      return comparison.mode == Mode::resync;
+    });
+    backends.emplace_back(first, last);
+    first = last;
+  }
+  std::vector<Table::Column> columns{
+      {"backend", Table::Align::left}, {"device", Table::Align::left}, {"sites compared"}};
+  for (const std::string_view mode : mode_names) {
+    columns.push_back({fmt::format("differing, {}", mode)});
+  }
+  columns.push_back({"wrong counts"});
+  columns.push_back({"verdict", Table::Align::left});
+  Table table(columns);
+  for (const Modes modes : backends) {
+    std::vector<std::string> differing(mode_names.size(), "-");
+    std::int64_t compared = 0;
+    std::int64_t wrong_counts = 0;
+    for (const Comparison& comparison : modes) {
+      compared += comparison.sites_compared;
+      wrong_counts += comparison.counts_differing;
+      if (!is_skipped(comparison)) {
+        differing.at(static_cast<std::size_t>(comparison.mode)) = grouped(comparison.sites_differing);
+      }
+    }
+    const bool ran_at_all = !std::ranges::all_of(modes, is_skipped);
+    std::vector<std::string> cells{modes.front().backend, modes.front().device.name,
+                                   ran_at_all ? grouped(compared) : "-"};
+    cells.insert(cells.end(), differing.begin(), differing.end());
+    cells.push_back(ran_at_all ? grouped(wrong_counts) : "-");
+    cells.push_back(verdict_of(modes));
+    table.add(std::move(cells));
   }
   fmt::print("{}", table.text());
-  for (std::size_t i = 0; i + 1 < comparisons.size(); i += 2) {
-    const Comparison& resync = comparisons[i];
-    const Comparison& free = comparisons[i + 1];
-    explain(scene, resync, free, arguments);
+  print_remarks(scene, comparisons);
+  for (const Modes modes : backends) {
+    explain(scene, modes, arguments);
   }
 }
 
@@ -189,7 +224,7 @@ void print_tiers(std::span<const Comparison> comparisons) {
                grouped(row.sites_compared), grouped(row.sites_differing), grouped(row.certified_ties),
                grouped(row.uncertified)});
   }
-  fmt::print("\nAll scenes, both modes\n{}", table.text());
+  fmt::print("\nAll scenes, all modes\n{}", table.text());
 }
 
 /// Without scenes and methods on the command line: every scene as its file says, and on the scene that has a
@@ -273,11 +308,13 @@ int run_verify(const CommonArguments& arguments, Tier required, const std::strin
 
 void add_verify(CLI::App& program, const std::string& arguments, int& status) {
   auto* command = program.add_subcommand(
-      "verify", "Run every backend beside scalar and compare all sites after every iteration, bit for bit.\n"
-                "resync: each iteration starts from scalar's field. free: each backend runs on its own.\n"
-                "A site that differs is certified where a bound of rounding, derived from the operations at\n"
-                "that site, explains the difference; never on a scene whose arithmetic is exact.\n"
-                "Exit status 1 if a backend disagrees or a scene could not have shown it.");
+      "verify",
+      "Run every backend beside scalar and compare all sites after every iteration, bit for bit.\n"
+      "resync: each iteration starts from scalar's field. free: each backend runs on its own.\n"
+      "active: free, leaving out what cannot change. pyramid: all levels in one call, the last field.\n"
+      "A site that differs is certified where a bound of rounding, derived from the operations at\n"
+      "that site, explains the difference; never on a scene whose arithmetic is exact.\n"
+      "Exit status 1 if a backend disagrees or a scene could not have shown it.");
   const auto own = std::make_shared<CommonArguments>();
   const auto required = std::make_shared<std::string>(name_of(Tier::certified));
   own->add_to(*command);
@@ -286,7 +323,13 @@ void add_verify(CLI::App& program, const std::string& arguments, int& status) {
                    "certified: differences that rounding explains pass. bitwise: none does")
       ->check(CLI::IsMember({"certified", "bitwise"}))
       ->capture_default_str();
-  command->callback([own, required, arguments, &status] {
+  const auto windows = std::make_shared<WindowArguments>();
+  windows->add_to(*command);
+  command->callback([own, required, windows, arguments, &status] {
+    if (windows->windows > 0) {
+      status = run_verify_windows(*own, *windows, arguments);
+      return;
+    }
     status = run_verify(*own, *required == "bitwise" ? Tier::bitwise : Tier::certified, arguments);
   });
 }

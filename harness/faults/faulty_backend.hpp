@@ -9,6 +9,13 @@
 
 namespace hdmbench::faults {
 
+/// Which way of computing has the mistake.
+enum class Way {
+  every,     ///< all
+  one_piece, ///< load(Pyramid) and solve(); level by level all is well
+  active,    ///< sessions opened with Work::active
+};
+
 /// A mistake that a backend could make, planted between the caller and a sound session. Each session has
 /// copies of the functions of its own, so what they remember (mutable lambdas) begins anew with it.
 struct Fault {
@@ -20,16 +27,22 @@ struct Fault {
   std::function<void(VectorField&)> in_write{};           ///< spoils what write() uploads
   /// Spoils what the first write() after a load() uploads, given what the level before ended with.
   std::function<void(VectorField& first, const VectorField& coarser)> in_begin{};
-  std::function<int(int)> in_step = [](int n) { return n; }; ///< sweeps really done
-  std::function<void(VectorField&)> in_read{};               ///< spoils what read() returns
+  std::function<int(int)> in_step{}; ///< sweeps really done
+  /// Spoils what every single sweep makes, and what the next one starts from, given what it was made of.
+  std::function<void(VectorField& after, const VectorField& before)> in_sweep{};
+  std::function<void(VectorField&)> in_read{}; ///< spoils what read() returns
   /// The same, given what the field was before the last sweep.
   std::function<void(VectorField& field, const VectorField& before)> in_output{};
   std::function<std::int64_t(std::int64_t)> in_changed{}; ///< spoils the count
+  std::function<void(Pyramid&)> in_whole_pyramid{};       ///< spoils what load(Pyramid) uploads
+  Way way = Way::every;
 
   friend void PrintTo(const Fault& fault, std::ostream* stream) { *stream << fault.name; }
 };
 
-/// A sound backend with a fault; called by the fault's name.
+/// A sound backend with a fault; called by the fault's name. A fault in what happens on a level or between
+/// two is planted into a pyramid in one piece by computing that level by level; any other goes around the
+/// sound session's own way.
 class FaultyBackend final : public Backend {
 public:
   /// `sound` and the scene, which only in_pyramid needs, must outlive it.

@@ -2,6 +2,7 @@
 
 #include "harness/faults/fused_backend.hpp"
 #include "harness/faults/session_faults.hpp"
+#include "harness/faults/solution_faults.hpp"
 
 #ifdef HDMBENCH_WITH_GL
 #include "harness/faults/device_faults.hpp"
@@ -60,6 +61,11 @@ std::vector<Planted> all_planted(const Backend& carrier) {
     const bool possible = (fault.name != "in-place" || carrier.supports(Update::sequential)) &&
                           (fault.name != "denormals-flushed" || is_on_cpu(carrier));
     if (possible) {
+      list.push_back(in_session(carrier, fault));
+    }
+  }
+  for (const auto& faults : {one_piece_faults(), active_faults()}) {
+    for (const Fault& fault : faults) {
       list.push_back(in_session(carrier, fault));
     }
   }

@@ -23,13 +23,13 @@ struct TrialScene {
 
 /// Scenes by name or file at one size; none: small ones. Without names: the thesis's square and circle,
 /// tie-rich, random, the exact ones of the shipped scenes, random again by the rules that some faults
-/// concern, and one with denormal displacements. Throws InputError.
+/// concern, one that comes to rest, and one with denormal displacements. Throws InputError.
 [[nodiscard]] std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names,
                                                    std::optional<Extent> size);
 
-/// What verify said of a planted fault on one scene, both modes together.
+/// What verify said of a planted fault on one scene, all modes together.
 struct Seen {
-  Verdict verdict = Verdict::skipped; ///< the worse one
+  Verdict verdict = Verdict::skipped; ///< the worst; skipped where all are
   std::int64_t sites_differing = 0;
   std::int64_t uncertified = 0;
   std::int64_t counts_differing = 0;

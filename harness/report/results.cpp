@@ -138,7 +138,7 @@ VerifyRow read_verify(const JsonReader& json) {
   row.backend = json.text("backend");
   row.device = json.text("device");
   row.method = json.has("method") ? json.text("method") : "";
-  row.mode = json.text("mode", {"resync", "free"});
+  row.mode = json.text("mode", {"resync", "free", "active", "pyramid", "windows"});
   row.levels = json.count("levels");
   row.iterations = json.count("iterations");
   row.sites_compared = json.count("sites_compared");

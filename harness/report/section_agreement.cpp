@@ -1,3 +1,4 @@
+#include "harness/report/joined.hpp"
 #include "harness/report/sections.hpp"
 
 #include <fmt/format.h>
@@ -115,19 +116,34 @@ std::string line_html(const std::string& modes, const VerifyRow& row) {
                      verdict_html(row), modes, differing_html(row));
 }
 
-// Both modes in one line where they say the same.
+bool say_the_same(const VerifyRow& a, const VerifyRow& b) {
+  return a.verdict == b.verdict && a.tier == b.tier && differing_html(a) == differing_html(b);
+}
+
+// Modes that say the same in one line.
 std::string cell_html(const std::vector<const VerifyRow*>& rows) {
   if (rows.empty()) {
     return "<td class=\"faint\">not compared</td>";
   }
-  std::string html = "<td>";
-  if (rows.size() == 2 && rows[0]->mode != rows[1]->mode && rows[0]->verdict == rows[1]->verdict &&
-      rows[0]->tier == rows[1]->tier && differing_html(*rows[0]) == differing_html(*rows[1])) {
-    html += line_html("both modes", *rows[0]);
-  } else {
-    for (const VerifyRow* const row : rows) {
-      html += line_html(escape(row->mode), *row);
+  struct Line {
+    const VerifyRow* row;
+    std::vector<std::string> modes;
+  };
+  std::vector<Line> lines;
+  for (const VerifyRow* const row : rows) {
+    const auto same = std::ranges::find_if(lines, [&](const Line& line) {
+      const bool same_mode = std::ranges::find(line.modes, escape(row->mode)) != line.modes.end();
+      return say_the_same(*row, *line.row) && !same_mode;
+    });
+    if (same == lines.end()) {
+      lines.push_back({row, {escape(row->mode)}});
+    } else {
+      same->modes.push_back(escape(row->mode));
     }
+  }
+  std::string html = "<td>";
+  for (const Line& line : lines) {
+    html += line_html(joined(line.modes, ", "), *line.row);
   }
   return html + "</td>";
 }
@@ -201,7 +217,7 @@ std::string tier_html(Tier tier) {
   }
 }
 
-/// One line per backend, over all scenes and both modes.
+/// One line per backend, over all scenes and modes.
 std::string tiers_html(const Results& results, const std::string& machine,
                        const std::vector<VerifyRow>& rows) {
   std::string html =
