@@ -272,14 +272,6 @@ void set_weight(Scene& scene, const ObservationWeight& weight) {
   scene.weight = weight;
 }
 
-VectorField Scene::start_field() const {
-  return start ? *start : VectorField(extent());
-}
-
-VectorField Scene::start_at(Extent level) const {
-  return start ? sample_field(*start, level, schedule.alignment) : VectorField(level);
-}
-
 bool is_inspected(Extent extent) {
   return extent.sites() <= std::size_t{4096} * 4096;
 }
