@@ -104,7 +104,7 @@ const Program& FragmentPrograms::sample() {
 }
 
 const Program& FragmentPrograms::project() {
-  return made(gl_, project_, std::string(sources::quad_vertex), assemble(sources::project_fragment, {}),
+  return made(gl_, project_, std::string(sources::quad_vertex), assemble(sources::project_fragment, ""),
               {{"coarse", image_unit}, {"observation", observation_unit}, {"table", table_unit}});
 }
 
