@@ -151,6 +151,7 @@ TEST_F(Tiles, OneObservationInATile) {
   for (const int x : {Tiling::width, Tiling::width + 5, 2 * Tiling::width - 1}) {
     for (const int y : {Tiling::height, Tiling::height + 5, 2 * Tiling::height - 1}) {
       Level level = unobserved_level(extent, 7.0F);
+      level.penalty = 1000.0F;
       level.confidence.y[extent.index(x, y)] = 0.5F;
       level.target.y[extent.index(x, y)] = 9.0F;
       expect_same_sweeps(level, random.start, 2, fmt::format("observation at {}, {}", x, y));

@@ -219,9 +219,6 @@ std::int64_t ActiveTiles::sweep(const Sweeper& sweeper, Fields& fields, int firs
       }
       count = awake(turn.lists);
     }
-    if (turn.number < end) { // all asleep: the last sweep changes nothing
-      changed = 0;
-    }
 #pragma omp barrier
 #pragma omp master
     shared = turn;
