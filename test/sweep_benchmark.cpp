@@ -88,7 +88,7 @@ void solve_square(benchmark::State& state, const Backend& backend, Work work, in
   const Scene scene = load_scene("square", {.size = Extent{size, size}});
   const LevelSequence levels(scene);
   const auto pyramid = levels.pyramid();
-  const auto session = backend.open({.work = work});
+  const auto session = backend.open({.device = {}, .work = work});
   VectorField field;
   const auto solution = [&] {
     session->load(pyramid.value());

@@ -41,7 +41,9 @@ protected:
     unobserved_sites = 0;
   }
 
-  std::unique_ptr<Session> recorded(Work work) { return recording_->open({.threads = 2, .work = work}); }
+  std::unique_ptr<Session> recorded(Work work) {
+    return recording_->open({.device = {}, .threads = 2, .work = work});
+  }
 
   void expect_same_sweeps(const Level& level, const VectorField& start, int sweeps, const std::string& what) {
     scalar_->load(level);
@@ -49,7 +51,7 @@ protected:
     std::vector<std::unique_ptr<Session>> sessions;
     for (const Work work : {Work::dense, Work::active}) {
       for (const int threads : {1, 2, 3}) {
-        sessions.push_back(openmp_->open({.threads = threads, .work = work}));
+        sessions.push_back(openmp_->open({.device = {}, .threads = threads, .work = work}));
         sessions.back()->load(level);
         sessions.back()->write(start);
       }
@@ -149,6 +151,7 @@ TEST_F(Tiles, OneObservationInATile) {
   for (const int x : {Tiling::width, Tiling::width + 5, 2 * Tiling::width - 1}) {
     for (const int y : {Tiling::height, Tiling::height + 5, 2 * Tiling::height - 1}) {
       Level level = unobserved_level(extent, 7.0F);
+      level.penalty = 1000.0F;
       level.confidence.y[extent.index(x, y)] = 0.5F;
       level.target.y[extent.index(x, y)] = 9.0F;
       expect_same_sweeps(level, random.start, 2, fmt::format("observation at {}, {}", x, y));

@@ -202,6 +202,8 @@ std::int64_t ActiveTiles::sweep(const Sweeper& sweeper, Fields& fields, int firs
 #pragma omp barrier
       } else {
         changed = 0;
+        // Until all have counted the lists must stay as they are.
+#pragma omp barrier
         if (thread == 0) {
           for (; turn.number < end && count > 0 && count < tiles_worth_threads; turn.advance()) {
             for (Woken& list : next_lists()) {
@@ -216,9 +218,6 @@ std::int64_t ActiveTiles::sweep(const Sweeper& sweeper, Fields& fields, int firs
         turn = shared;
       }
       count = awake(turn.lists);
-    }
-    if (turn.number < end) { // all asleep: the last sweep changes nothing
-      changed = 0;
     }
 #pragma omp barrier
 #pragma omp master

@@ -28,8 +28,8 @@ struct Rectangle {
 /// A Layout cut into rectangles. Every phase has the same number of columns of tiles; the last one may be
 /// empty.
 struct Tiling {
-  static constexpr int height = 16;
-  static constexpr int width = 64; ///< sites: four vectors of 16
+  static constexpr int height = 8;
+  static constexpr int width = 32; ///< sites: two vectors of 16; tried: 16 x 64, 16 x 32
 
   Layout layout;
   int rows = 0;
