@@ -4,7 +4,6 @@
 #include <shaders/sweep_compute.hpp>
 
 #include <algorithm>
-#include <bit>
 
 namespace hdmbench::gl {
 
@@ -34,12 +33,11 @@ using Arguments = std::array<GLuint, 4>;
 constexpr Arguments no_tiles{0, 1, 1, 0};
 constexpr std::size_t list_count = 3;
 
-/// To the bit, whatever a driver makes of decimals.
+/// Nine digits are a float to the bit, whether a driver reads them as such or as a double.
 std::string steps_text(const std::array<float, 16>& steps) {
   std::string text;
   for (const float step : steps) {
-    text +=
-        fmt::format("{}uintBitsToFloat({}u)", text.empty() ? "" : ", ", std::bit_cast<std::uint32_t>(step));
+    text += fmt::format("{}{:#.9g}", text.empty() ? "" : ", ", step);
   }
   return text;
 }
