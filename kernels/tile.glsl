@@ -15,8 +15,8 @@
 // The classes are the same arithmetic with constants in it: same bits. They have to be programs of their own, because a
 // rasterizer that runs on the CPU executes both sides of a branch.
 
-// Where a change in a tile can be seen in the next sweep: bits of sweep_tile()'s result, the tile's neighbours as
-// seen_at + (x + 1) + 3 (y + 1), itself in the middle.
+// Which tiles see a change of a tile in the next sweep, the result of sweep_tile(): bit (x + 1) + 3 (y + 1) stands for
+// the neighbour at x, y in tiles. This one is the tile itself.
 const int seen_here = 16;
 
 // What the window keeps of a site.

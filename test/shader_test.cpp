@@ -37,11 +37,13 @@ TEST(Shaders, AreStrictGlsl) {
   for (const ShaderConstants constants : {ShaderConstants{0, 1, 5}, ShaderConstants{0, 2, 16},
                                           ShaderConstants{1, 2, 1}, ShaderConstants{3, 4, 5}}) {
     EXPECT_EQ(lint(folder, "sweep.frag", gl::assemble(sources::sweep_fragment, constants)), 0);
-    for (std::size_t tile_class = 0; tile_class < tile_classes.size(); ++tile_class) {
+    for (const std::size_t tile_class : {std::size_t{0}, general_class}) {
       for (const bool active : {false, true}) {
-        EXPECT_EQ(lint(folder, "sweep.comp",
-                       gl::assemble({.constants = constants, .tile_class = tile_class, .active = active})),
-                  0);
+        gl::TileProgramKind kind{.constants = constants, .tile_class = tile_class, .active = active};
+        if (tile_class != general_class) {
+          kind.steps = StepSet().padded();
+        }
+        EXPECT_EQ(lint(folder, "sweep.comp", gl::assemble(kind)), 0);
       }
     }
   }

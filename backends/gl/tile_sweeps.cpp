@@ -4,7 +4,6 @@
 #include <shaders/sweep_compute.hpp>
 
 #include <algorithm>
-#include <bit>
 
 namespace hdmbench::gl {
 
@@ -17,6 +16,7 @@ constexpr GLuint visited_binding = 2;
 constexpr GLuint classes_binding = 3;
 constexpr GLint dimension_location = 0;
 constexpr GLint penalty_location = 1;
+constexpr GLint steps_location = 2; // of the general class
 constexpr GLint lists_location = 19;
 constexpr GLint first_location = 20;
 
@@ -34,12 +34,11 @@ using Arguments = std::array<GLuint, 4>;
 constexpr Arguments no_tiles{0, 1, 1, 0};
 constexpr std::size_t list_count = 3;
 
-/// To the bit, whatever a driver makes of decimals.
+/// Nine digits are a float to the bit, whether a driver reads them as such or as a double.
 std::string steps_text(const std::array<float, 16>& steps) {
   std::string text;
   for (const float step : steps) {
-    text +=
-        fmt::format("{}uintBitsToFloat({}u)", text.empty() ? "" : ", ", std::bit_cast<std::uint32_t>(step));
+    text += fmt::format("{}{:#.9g}", text.empty() ? "" : ", ", step);
   }
   return text;
 }
@@ -61,10 +60,11 @@ std::string assemble(const TileProgramKind& kind) {
                       fmt::format("#define TILE_WIDTH {}\n#define TILE_HEIGHT {}\n#define COLUMNS {}\n"
                                   "#define LANES {}\n#define CLASS {}\n#define CLASSES {}\n"
                                   "#define BORDER {}\n#define OBSERVED {}\n#define ELASTIC {}\n"
-                                  "#define ACTIVE {}\n#define STEPS {}\n",
+                                  "#define ACTIVE {}\n",
                                   tile_size.width, tile_size.height, wide, tile_size.width / wide,
                                   kind.tile_class, tile_classes.size(), tile.border, tile.observed,
-                                  tile.elastic, kind.active, steps_text(kind.steps)));
+                                  tile.elastic, kind.active) +
+                      (kind.steps ? fmt::format("#define STEPS {}\n", steps_text(*kind.steps)) : ""));
 }
 
 TileSweeps::TileSweeps(const Api& api, TilePrograms& programs, const Level& level, const TileLists& lists,
@@ -80,10 +80,11 @@ TileSweeps::TileSweeps(const Api& api, TilePrograms& programs, const Level& leve
     if (groups == 0) {
       continue;
     }
-    const TileProgramKind kind{.constants = shader_constants(level),
-                               .steps = level.steps.padded(),
-                               .tile_class = index,
-                               .active = active};
+    TileProgramKind kind{
+        .constants = shader_constants(level), .steps = {}, .tile_class = index, .active = active};
+    if (index != general_class) {
+      kind.steps = level.steps.padded();
+    }
     auto found = programs.find(kind);
     if (found == programs.end()) {
       found = programs
@@ -109,6 +110,9 @@ void TileSweeps::bind(Extent extent) const {
     tiles.program->program.use();
     gl_->Uniform2i(dimension_location, extent.width, extent.height);
     gl_->Uniform1f(penalty_location, level_.penalty);
+    if (tiles.index == general_class) {
+      gl_->Uniform1fv(steps_location, level_.steps.count(), level_.steps.padded().data());
+    }
     gl_->Uniform1uiv(first_location, static_cast<GLsizei>(first_.size()), first_.data());
   }
 }

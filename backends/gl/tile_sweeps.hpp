@@ -6,6 +6,7 @@
 #include <array>
 #include <compare>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,9 @@ inline constexpr Extent tile_size{32, 16};
 /// What a program of kernels/sweep.comp is compiled for.
 struct TileProgramKind {
   ShaderConstants constants{};
-  std::array<float, 16> steps{};          ///< of the level, padded
+  /// The level's, padded, as constants. Empty for the general class, which is all that small levels have: a
+  /// new set of candidates compiles nothing there.
+  std::optional<std::array<float, 16>> steps{};
   std::size_t tile_class = general_class; ///< index into tile_classes
   bool active = false;                    ///< whether it lists the tiles for the next sweep
 

@@ -54,6 +54,13 @@ std::vector<DeviceFault> uniform_faults() {
                                record_changed_call();
                                HDMBENCH_DRIVER(Uniform1f)(location, 0.5F * value);
                              })}},
+      {.name = "steps-uniform",
+       .what = "one candidate fewer in the uniform, the last one 0",
+       .calls = {replacement("glUniform1fv",
+                             [](GLint location, GLsizei count, const GLfloat* values) {
+                               record_changed_call();
+                               HDMBENCH_DRIVER(Uniform1fv)(location, count - 1, values);
+                             })}},
       {.name = "colour-uniform",
        .what = "the colour stuck at 0",
        .method = "coloured",
@@ -75,13 +82,6 @@ std::vector<DeviceFault> uniform_faults() {
 
 std::vector<DeviceFault> fragment_faults() {
   return {
-      {.name = "steps-uniform",
-       .what = "one candidate fewer in the uniform, the last one 0",
-       .calls = {replacement("glUniform1fv",
-                             [](GLint location, GLsizei count, const GLfloat* values) {
-                               record_changed_call();
-                               HDMBENCH_DRIVER(Uniform1fv)(location, count - 1, values);
-                             })}},
       {.name = "half-float-textures",
        .what = "textures of 16-bit floats",
        .calls = {replacement("glTexImage2D", texture_of_format<GL_RGBA16F_ARB>)}},
