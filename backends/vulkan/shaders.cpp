@@ -10,7 +10,6 @@ namespace {
 #include <shaders/project_vulkan.hpp>
 #include <shaders/sample_vulkan.hpp>
 #include <shaders/sweep_vulkan.hpp>
-#include <shaders/sweep_wide_vulkan.hpp>
 
 vk::raii::DescriptorSetLayout make_set_layout(const vk::raii::Device& device) {
   std::array<vk::DescriptorSetLayoutBinding, binding::count> bindings;
@@ -58,11 +57,7 @@ const vk::raii::Pipeline& Shaders::sweep(const SweepVariant& variant) {
         variant.constants.step_count, static_cast<std::int32_t>(variant.tile_class),
         number(tile_class.border),    number(tile_class.observed),
         number(tile_class.elastic),   number(variant.wakes)};
-    found = sweeps_
-                .emplace(variant, tile_class.elastic
-                                      ? make_pipeline(*device_, layout_, sweep_vulkan, values)
-                                      : make_pipeline(*device_, layout_, sweep_wide_vulkan, values))
-                .first;
+    found = sweeps_.emplace(variant, make_pipeline(*device_, layout_, sweep_vulkan, values)).first;
   }
   return found->second;
 }
