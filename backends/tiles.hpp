@@ -17,13 +17,14 @@ struct TileClass {
   bool elastic = true;  ///< a ratio m_t * (1 / m_u) of it to its own or a neighbour's site is not 1
 };
 
-/// The last one is good for any tile.
-inline constexpr std::array<TileClass, 4> tile_classes{{
-    {.border = false, .observed = false, .elastic = false},
-    {.border = false, .observed = false, .elastic = true},
-    {.border = false, .observed = true, .elastic = true},
-    {.border = true, .observed = true, .elastic = true},
-}};
+/// In the order of the bits border, observed, elastic; the last one is good for any tile.
+inline constexpr std::array<TileClass, 8> tile_classes = [] {
+  std::array<TileClass, 8> classes{};
+  for (unsigned index = 0; index < 8; ++index) {
+    classes[index] = {(index & 4U) != 0, (index & 2U) != 0, (index & 1U) != 0};
+  }
+  return classes;
+}();
 inline constexpr std::size_t general_class = tile_classes.size() - 1;
 
 /// The tiles of a level by class. A tile is (y << 16) | x, counted from the top left.
@@ -36,8 +37,9 @@ struct TileLists {
 };
 
 /// Of a level that samples `full` (pyramid.hpp), which may be the level itself, in tiles of the size `tile`.
-/// Every tile is general where the rule or the update is not the fast one, candidates and simultaneous. In
-/// parallel where it is large.
+/// Every tile is general where the rule or the update is not the fast one, candidates and simultaneous, and
+/// where its class has so few that a dispatch of its own costs more than it saves. In parallel where the
+/// level is large.
 [[nodiscard]] TileLists classify_tiles(const Level& full, Extent extent, Alignment alignment, Extent tile);
 
 } // namespace hdmbench

@@ -1,7 +1,7 @@
 // One sweep of one tile, TILE_WIDTH x TILE_HEIGHT sites: every invocation computes COLUMNS sites side by side from the
 // first row of the tile to the last, and fetches each row once. The includer supplies, after energy.inc and update.inc,
 //
-//   TILE_WIDTH, TILE_HEIGHT, COLUMNS  constants; a tile takes TILE_WIDTH / COLUMNS invocations
+//   TILE_WIDTH, TILE_HEIGHT, COLUMNS  constants, COLUMNS 1, 2 or 4; a tile takes TILE_WIDTH / COLUMNS invocations
 //   border, observed, elastic         constant bools, the class of the tile (backends/tiles.hpp): whether it reaches
 //                                     the border of the image, whether a site in it has confidence, whether a ratio of
 //                                     moduli in it is not 1
@@ -43,14 +43,66 @@ Seen neighbour_or(Seen centre, bool outside, Seen neighbour) {
 // improved_displacement() of energy.inc where the penalty is 0, and the target therefore nothing.
 Displacement unobserved_displacement(Site site) {
   Parabolas prior = prior_parabolas(site);
-  HDM_PRECISE real next_x =
-      site.dx.centre + best_step(prior.gradient_x, prior.curvature_x, real(0), real(0), steps, step_count);
-  HDM_PRECISE real next_y =
-      site.dy.centre + best_step(prior.gradient_y, prior.curvature_y, real(0), real(0), steps, step_count);
+  real step_x = best_step(prior.gradient_x, prior.curvature_x, real(0), real(0), steps, step_count);
+  real step_y = best_step(prior.gradient_y, prior.curvature_y, real(0), real(0), steps, step_count);
+  HDM_PRECISE real next_x = site.dx.centre + step_x;
+  HDM_PRECISE real next_y = site.dy.centre + step_y;
   Displacement next;
   next.x = next_x;
   next.y = next_y;
   return next;
+}
+
+// Sweeps site (left + k, y); true where its displacement changed. The three rows are those of the window, sites left - 1
+// ... left + COLUMNS; start is the index of the row's first site.
+bool sweep_site(int k, int left, int y, int start, ivec2 size, Seen north[COLUMNS + 2], Seen middle[COLUMNS + 2],
+                Seen south[COLUMNS + 2], real penalty, Sweep sweep) {
+  int x = left + k;
+  bool inside = !border || x < size.x;
+  bool no_west = x == 0;
+  bool no_east = x == size.x - 1;
+  bool no_north = y == 0;
+  bool no_south = y == size.y - 1;
+  Seen c = middle[k + 1];
+  Seen nw = neighbour_or(c, no_north || no_west, north[k]);
+  Seen n = neighbour_or(c, no_north, north[k + 1]);
+  Seen ne = neighbour_or(c, no_north || no_east, north[k + 2]);
+  Seen w = neighbour_or(c, no_west, middle[k]);
+  Seen e = neighbour_or(c, no_east, middle[k + 2]);
+  Seen sw = neighbour_or(c, no_south || no_west, south[k]);
+  Seen s = neighbour_or(c, no_south, south[k + 1]);
+  Seen se = neighbour_or(c, no_south || no_east, south[k + 2]);
+
+  Site site;
+  site.dx = Neighbours(nw.displacement.x, n.displacement.x, ne.displacement.x, w.displacement.x, c.displacement.x,
+                       e.displacement.x, sw.displacement.x, s.displacement.x, se.displacement.x);
+  site.dy = Neighbours(nw.displacement.y, n.displacement.y, ne.displacement.y, w.displacement.y, c.displacement.y,
+                       e.displacement.y, sw.displacement.y, s.displacement.y, se.displacement.y);
+  site.inverse_modulus = Neighbours(nw.material.y, n.material.y, ne.material.y, w.material.y, c.material.y,
+                                    e.material.y, sw.material.y, s.material.y, se.material.y);
+  site.modulus = c.material.x;
+  site.penalty = penalty;
+
+  Displacement next;
+  if (observed) {
+    int index = start + (inside ? x : 0);
+    vec4 observation = observation_at(index);
+    vec2 confidence = observation.zw;
+    vec2 inverse_curvature = rule == rule_steps ? vec2(0.0) : inverse_curvature_at(index);
+    site.target_x = observation.x;
+    site.target_y = observation.y;
+    site.confidence_x = confidence.x;
+    site.confidence_y = confidence.y;
+    site.inverse_curvature_x = inverse_curvature.x;
+    site.inverse_curvature_y = inverse_curvature.y;
+    next = swept_displacement(rule, colours, site, Position(float(x), float(y)), sweep, steps, step_count);
+  } else {
+    next = unobserved_displacement(site);
+  }
+  if (inside) {
+    store(start + x, next);
+  }
+  return inside && (next.x != c.displacement.x || next.y != c.displacement.y);
 }
 
 // `tile` counts tiles from the top left, `lane` is 0 ... TILE_WIDTH / COLUMNS - 1. Returns which tiles see a change.
@@ -77,67 +129,25 @@ int sweep_tile(ivec2 tile, int lane, ivec2 size, real penalty, Sweep sweep) {
   int seen_from = 0;
   for (int i = 0; i < rows; ++i) {
     int y = top + i;
-    bool no_north = y == 0;
-    bool no_south = y == size.y - 1;
-    int below = start + (border && no_south ? 0 : size.x);
+    int below = start + (border && y == size.y - 1 ? 0 : size.x);
     for (int k = 0; k < COLUMNS + 2; ++k) {
       south[k] = seen_at(below + column[k]);
     }
-    bool row_changed = false;
-    bool first_changed = false;
-    bool last_changed = false;
-    for (int k = 0; k < COLUMNS; ++k) {
-      int x = left + k;
-      bool no_west = x == 0;
-      bool no_east = x == size.x - 1;
-      Seen c = middle[k + 1];
-      Seen nw = neighbour_or(c, no_north || no_west, north[k]);
-      Seen n = neighbour_or(c, no_north, north[k + 1]);
-      Seen ne = neighbour_or(c, no_north || no_east, north[k + 2]);
-      Seen w = neighbour_or(c, no_west, middle[k]);
-      Seen e = neighbour_or(c, no_east, middle[k + 2]);
-      Seen sw = neighbour_or(c, no_south || no_west, south[k]);
-      Seen s = neighbour_or(c, no_south, south[k + 1]);
-      Seen se = neighbour_or(c, no_south || no_east, south[k + 2]);
-
-      Site site;
-      site.dx = Neighbours(nw.displacement.x, n.displacement.x, ne.displacement.x, w.displacement.x,
-                           c.displacement.x, e.displacement.x, sw.displacement.x, s.displacement.x,
-                           se.displacement.x);
-      site.dy = Neighbours(nw.displacement.y, n.displacement.y, ne.displacement.y, w.displacement.y,
-                           c.displacement.y, e.displacement.y, sw.displacement.y, s.displacement.y,
-                           se.displacement.y);
-      site.inverse_modulus = Neighbours(nw.material.y, n.material.y, ne.material.y, w.material.y, c.material.y,
-                                        e.material.y, sw.material.y, s.material.y, se.material.y);
-      site.modulus = c.material.x;
-      site.penalty = penalty;
-
-      int index = start + column[k + 1];
-      Displacement next;
-      if (observed) {
-        vec4 observation = observation_at(index);
-        vec2 confidence = observation.zw;
-        vec2 inverse_curvature = rule == rule_steps ? vec2(0.0) : inverse_curvature_at(index);
-        site.target_x = observation.x;
-        site.target_y = observation.y;
-        site.confidence_x = confidence.x;
-        site.confidence_y = confidence.y;
-        site.inverse_curvature_x = inverse_curvature.x;
-        site.inverse_curvature_y = inverse_curvature.y;
-        next = swept_displacement(rule, colours, site, Position(float(x), float(y)), sweep, steps, step_count);
-      } else {
-        next = unobserved_displacement(site);
-      }
-      bool inside = !border || x < size.x;
-      if (inside) {
-        store(index, next);
-      }
-      bool changed = inside && (next.x != c.displacement.x || next.y != c.displacement.y);
-      row_changed = row_changed || changed;
-      first_changed = k == 0 ? changed : first_changed;
-      last_changed = k == COLUMNS - 1 ? changed : last_changed;
+    // Not a loop: compilers leave one of this length as it is, with the window in memory.
+    bool first_changed = sweep_site(0, left, y, start, size, north, middle, south, penalty, sweep);
+    bool last_changed = first_changed;
+    bool row_changed = first_changed;
+    if (COLUMNS > 1) {
+      last_changed = sweep_site(1, left, y, start, size, north, middle, south, penalty, sweep);
+      row_changed = row_changed || last_changed;
     }
-    // The row's bits of the column of tiles in the middle; one to the left and one to the right for the others.
+    if (COLUMNS > 2) {
+      last_changed = sweep_site(2, left, y, start, size, north, middle, south, penalty, sweep);
+      row_changed = row_changed || last_changed;
+      last_changed = sweep_site(3, left, y, start, size, north, middle, south, penalty, sweep);
+      row_changed = row_changed || last_changed;
+    }
+    // The row's bits of the tiles above, here and below; one to the left and one to the right for those beside.
     int bits = seen_here | (i == 0 ? seen_here >> 3 : 0) | (i == TILE_HEIGHT - 1 ? seen_here << 3 : 0);
     seen_from = seen_from | (row_changed ? bits : 0);
     seen_from = seen_from | (first_changed && lane == 0 ? bits >> 1 : 0);

@@ -62,7 +62,7 @@ std::vector<TrialScene> small_scenes() {
     const Scene scene = small_scene(texture);
     scenes.push_back({.label = scene.name, .scene = scene});
   }
-  scenes.push_back({.label = "larger", .scene = small_scene(test::Texture::tie_rich, {72, 60})});
+  scenes.push_back({.label = "larger", .scene = small_scene(test::Texture::tie_rich, {131, 98})});
   scenes.push_back(denormal_scene());
   for (const char* const method : {"coloured", "closed-form", "annealing"}) {
     Scene scene = small_scene(test::Texture::smooth);

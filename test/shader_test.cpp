@@ -2,13 +2,15 @@
 
 #include "backends/gl/context.hpp"
 #include "backends/gl/objects.hpp"
+#include "backends/gl/tile_sweeps.hpp"
 #include "test/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
 #include <shaders/count_compute.hpp>
 #include <shaders/count_fragment.hpp>
+#include <shaders/project_compute.hpp>
 #include <shaders/quad_vertex.hpp>
-#include <shaders/sweep_compute.hpp>
+#include <shaders/sample_compute.hpp>
 #include <shaders/sweep_fragment.hpp>
 #include <shaders/sweep_vulkan.hpp>
 
@@ -35,8 +37,16 @@ TEST(Shaders, AreStrictGlsl) {
   for (const ShaderConstants constants : {ShaderConstants{0, 1, 5}, ShaderConstants{0, 2, 16},
                                           ShaderConstants{1, 2, 1}, ShaderConstants{3, 4, 5}}) {
     EXPECT_EQ(lint(folder, "sweep.frag", gl::assemble(sources::sweep_fragment, constants)), 0);
-    EXPECT_EQ(lint(folder, "sweep.comp", gl::assemble(sources::sweep_compute, constants)), 0);
+    for (std::size_t tile_class = 0; tile_class < tile_classes.size(); ++tile_class) {
+      for (const bool active : {false, true}) {
+        EXPECT_EQ(lint(folder, "sweep.comp",
+                       gl::assemble({.constants = constants, .tile_class = tile_class, .active = active})),
+                  0);
+      }
+    }
   }
+  EXPECT_EQ(lint(folder, "sample.comp", sources::sample_compute), 0);
+  EXPECT_EQ(lint(folder, "project.comp", gl::assemble(sources::project_compute, "")), 0);
   EXPECT_EQ(lint(folder, "count.frag", sources::count_fragment), 0);
   EXPECT_EQ(lint(folder, "quad.vert", sources::quad_vertex), 0);
   EXPECT_EQ(lint(folder, "count.comp", sources::count_compute), 0);

@@ -154,10 +154,14 @@ struct Api {
   // OpenGL 4.3
   HDMBENCH_GL(BindBufferBase);
   HDMBENCH_GL(BindImageTexture);
+  HDMBENCH_GL(ClearBufferSubData);
   HDMBENCH_GL(DispatchCompute);
+  HDMBENCH_GL(DispatchComputeIndirect);
   HDMBENCH_GL(GetBufferSubData);
   HDMBENCH_GL(MemoryBarrier);
   HDMBENCH_GL(TexBuffer);
+  HDMBENCH_GL(Uniform1uiv);
+  HDMBENCH_GL(Uniform3ui);
 #undef HDMBENCH_GL
 };
 

@@ -5,17 +5,23 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <type_traits>
 
 namespace hdmbench::gl {
 
 /// A Session over `Sweep`, a class with load, write, step, read and changed that owns OpenGL objects: makes
-/// the context current around every call, and around the Sweep's construction and destruction.
+/// the context current around every call, and around the Sweep's construction and destruction. Sweeps that
+/// can are constructed with the Work, and have load_pyramid and solve.
 template <typename Sweep>
-class ContextSession final : public Session {
+class ContextSession : public Session {
 public:
-  explicit ContextSession(std::unique_ptr<Context> context) : context_(std::move(context)) {
+  ContextSession(std::unique_ptr<Context> context, Work work) : context_(std::move(context)) {
     const Context::Current current(*context_);
-    sweep_.emplace(context_->api());
+    if constexpr (std::is_constructible_v<Sweep, const Api&, Work>) {
+      sweep_.emplace(context_->api(), work);
+    } else {
+      sweep_.emplace(context_->api());
+    }
   }
   ContextSession(const ContextSession&) = delete;
   ContextSession& operator=(const ContextSession&) = delete;
@@ -52,8 +58,32 @@ private:
     return sweep_->changed();
   }
 
+protected:
   std::unique_ptr<Context> context_;
   std::optional<Sweep> sweep_;
+};
+
+/// Of a Sweep that also has load_pyramid and solve.
+template <typename Sweep>
+class SolvingContextSession final : public ContextSession<Sweep> {
+public:
+  using ContextSession<Sweep>::ContextSession;
+
+private:
+  void do_load_pyramid(const Pyramid& pyramid) override {
+    const Context::Current current(*this->context_);
+    this->sweep_->load_pyramid(pyramid);
+  }
+  void do_solve(const Session::Advance& advance) override {
+    const Context::Current current(*this->context_);
+    this->sweep_->solve(advance);
+  }
+};
+
+template <typename Sweep>
+concept SolvesPyramids = requires(Sweep& sweep, const Pyramid& pyramid, const Session::Advance& advance) {
+  sweep.load_pyramid(pyramid);
+  sweep.solve(advance);
 };
 
 /// A Backend whose sessions are ContextSession<Sweep> on the contexts of a platform.
@@ -69,8 +99,10 @@ public:
   std::vector<Device> devices() const override { return platform_->devices(version_); }
 
 private:
-  std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions& /*options*/) const override {
-    return std::make_unique<ContextSession<Sweep>>(platform_->open(index, version_));
+  std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions& options) const override {
+    using Made =
+        std::conditional_t<SolvesPyramids<Sweep>, SolvingContextSession<Sweep>, ContextSession<Sweep>>;
+    return std::make_unique<Made>(platform_->open(index, version_), options.work);
   }
 
   std::string name_;

@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 #include <shaders/energy.hpp>
 #include <shaders/gather.hpp>
+#include <shaders/projection.hpp>
+#include <shaders/tile.hpp>
 #include <shaders/update.hpp>
+#include <shaders/wake.hpp>
 
 #include <string_view>
 
@@ -90,14 +93,25 @@ void SweepProgram::set_turn(const Api& api, const SweepState& state) const {
   }
 }
 
-std::string assemble(std::string_view shader, const ShaderConstants& constants) {
+std::string assemble(std::string_view shader, std::string_view definitions) {
   std::string text(shader);
   replace(text, "#include \"energy.inc\"", sources::energy);
   replace(text, "#include \"update.inc\"", sources::update);
   replace(text, "#include \"gather.glsl\"", sources::gather);
-  text.insert(text.find('\n') + 1, fmt::format("#define RULE {}\n#define COLOURS {}\n#define STEP_COUNT {}\n",
-                                               constants.rule, constants.colours, constants.step_count));
+  replace(text, "#include \"projection.inc\"", sources::projection);
+  replace(text, "#include \"tile.glsl\"", sources::tile);
+  replace(text, "#include \"wake.glsl\"", sources::wake);
+  text.insert(text.find('\n') + 1, definitions);
   return text;
+}
+
+std::string definitions(const ShaderConstants& constants) {
+  return fmt::format("#define RULE {}\n#define COLOURS {}\n#define STEP_COUNT {}\n", constants.rule,
+                     constants.colours, constants.step_count);
+}
+
+std::string assemble(std::string_view shader, const ShaderConstants& constants) {
+  return assemble(shader, definitions(constants));
 }
 
 } // namespace hdmbench::gl

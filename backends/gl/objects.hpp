@@ -95,9 +95,14 @@ private:
   CreatedObject<&Api::CreateProgram, &Api::DeleteProgram> program_;
 };
 
-/// A shader of kernels/ as the driver wants it: `#include "..."` of energy.inc, update.inc and gather.glsl
-/// replaced by the texts, RULE, COLOURS and STEP_COUNT defined after the #version line.
+/// A shader of kernels/ as the driver wants it: `#include "..."` replaced by the texts, `definitions` after
+/// the #version line.
+[[nodiscard]] std::string assemble(std::string_view shader, std::string_view definitions);
+/// With definitions(constants).
 [[nodiscard]] std::string assemble(std::string_view shader, const ShaderConstants& constants);
+
+/// RULE, COLOURS and STEP_COUNT.
+[[nodiscard]] std::string definitions(const ShaderConstants& constants);
 
 /// The sweep of one kind of level, ready to run.
 struct SweepProgram {

@@ -54,13 +54,6 @@ std::vector<DeviceFault> uniform_faults() {
                                record_changed_call();
                                HDMBENCH_DRIVER(Uniform1f)(location, 0.5F * value);
                              })}},
-      {.name = "steps-uniform",
-       .what = "one candidate fewer in the uniform, the last one 0",
-       .calls = {replacement("glUniform1fv",
-                             [](GLint location, GLsizei count, const GLfloat* values) {
-                               record_changed_call();
-                               HDMBENCH_DRIVER(Uniform1fv)(location, count - 1, values);
-                             })}},
       {.name = "colour-uniform",
        .what = "the colour stuck at 0",
        .method = "coloured",
@@ -82,6 +75,13 @@ std::vector<DeviceFault> uniform_faults() {
 
 std::vector<DeviceFault> fragment_faults() {
   return {
+      {.name = "steps-uniform",
+       .what = "one candidate fewer in the uniform, the last one 0",
+       .calls = {replacement("glUniform1fv",
+                             [](GLint location, GLsizei count, const GLfloat* values) {
+                               record_changed_call();
+                               HDMBENCH_DRIVER(Uniform1fv)(location, count - 1, values);
+                             })}},
       {.name = "half-float-textures",
        .what = "textures of 16-bit floats",
        .calls = {replacement("glTexImage2D", texture_of_format<GL_RGBA16F_ARB>)}},
@@ -155,12 +155,12 @@ std::vector<DeviceFault> fragment_faults() {
 
 std::vector<DeviceFault> compute_faults() {
   return {
-      {.name = "dispatch-low",
-       .what = "one row of groups too few",
+      {.name = "dispatch-short",
+       .what = "one group too few",
        .calls = {replacement("glDispatchCompute",
                              [](GLuint x, GLuint y, GLuint z) {
                                record_changed_call();
-                               HDMBENCH_DRIVER(DispatchCompute)(x, y - 1, z);
+                               HDMBENCH_DRIVER(DispatchCompute)(x - 1, y, z);
                              })}},
       {.name = "upload-one-site-late",
        .what = "the displacement uploaded one site too late",
@@ -194,7 +194,7 @@ std::vector<DeviceFault> compute_faults() {
 
 // The guard bands. All state that they need is OpenGL's own: a buffer's guard is its last bytes.
 
-constexpr GLsizeiptr guard_floats = 256; // the largest overrun of a row is 63 sites
+constexpr GLsizeiptr guard_floats = 256; // the largest overrun of a row is a tile less a site
 constexpr GLsizeiptr guard_bytes = guard_floats * static_cast<GLsizeiptr>(sizeof(GLfloat));
 constexpr GLfloat guard_value = 12345.678F;
 

@@ -56,6 +56,64 @@ DeviceFault edit(std::string_view name, std::string_view what, std::string_view 
           .edits = {{.find = std::string(find), .replace = std::string(replace)}}};
 }
 
+/// The same in the window of tile.glsl.
+DeviceFault mirrored_in_window(const Border& border) {
+  constexpr std::string_view rows[] = {"north", "middle", "south"};
+  const auto site = [&](int x, int y) {
+    return fmt::format("{}[k{}]", rows[static_cast<std::size_t>(y + 1)],
+                       x < 0   ? ""
+                       : x > 0 ? " + 2"
+                               : " + 1");
+  };
+  const std::string no_row = border.y < 0 ? "no_north" : "no_south";
+  const std::string no_column = border.x < 0 ? "no_west" : "no_east";
+  const bool corner = border.x != 0 && border.y != 0;
+  const std::string outside = corner ? no_row + " || " + no_column : border.x == 0 ? no_row : no_column;
+  const std::string opposite = site(-border.x, -border.y);
+  const std::string stand_in =
+      corner ? fmt::format("neighbour_or(c, {} && {}, {})", no_row, no_column, opposite) : opposite;
+  const std::string call = fmt::format("{}, {})", outside, site(border.x, border.y));
+  DeviceFault fault = mirrored(border);
+  fault.edits = {
+      {.find = "neighbour_or(c, " + call, .replace = fmt::format("neighbour_or({}, {}", stand_in, call)}};
+  return fault;
+}
+
+std::vector<DeviceFault> window_faults() {
+  std::vector<DeviceFault> list;
+  std::ranges::transform(borders, std::back_inserter(list), mirrored_in_window);
+  list.push_back({.name = "border-clamped",
+                  .what = "beyond the border lies the nearest site, not the centre",
+                  .edits = {
+                      {.find = "border && outside ? centre.displacement :", .replace = ""},
+                      {.find = "border && outside ? centre.material :", .replace = ""},
+                  }});
+  list.push_back(edit("border-too-early", "the last column counts as outside", "no_east = x == size.x - 1;",
+                      "no_east = x >= size.x - 2;"));
+  list.push_back(edit("neighbours-swapped", "south and south-east neighbour swapped in x",
+                      "s.displacement.x, se.displacement.x)", "se.displacement.x, s.displacement.x)"));
+  list.push_back(edit("wrong-inverse-modulus", "1 / m of the south-east neighbour for the north-east one",
+                      "ne.material.y,", "se.material.y,"));
+  list.push_back(edit("window-stale", "the row in the middle becomes the one to the north again",
+                      "middle[k] = south[k];", "middle[k] = north[k];"));
+  list.push_back(edit("observation-left-out", "tiles with observations are taken for such without",
+                      "const bool observed = OBSERVED;", "const bool observed = false;"));
+  list.push_back(edit("material-left-out", "tiles of several materials are taken for such of one",
+                      "const bool elastic = ELASTIC;", "const bool elastic = false;"));
+  list.push_back(edit("steps-constant", "one candidate fewer in the program",
+                      "const int step_count = STEP_COUNT;", "const int step_count = STEP_COUNT - 1;"));
+  return list;
+}
+
+std::vector<DeviceFault> observation_faults() {
+  return {
+      edit("target-swapped", "y's target for x", "site.target_x = observation.x;",
+           "site.target_x = observation.y;"),
+      edit("confidence-shared", "x's confidence for y", "site.confidence_y = confidence.y;",
+           "site.confidence_y = confidence.x;"),
+  };
+}
+
 std::vector<DeviceFault> gather_faults() {
   std::vector<DeviceFault> list;
   std::ranges::transform(borders, std::back_inserter(list), mirrored);
@@ -68,10 +126,6 @@ std::vector<DeviceFault> gather_faults() {
                       "d_south.x, d_south_east.x)", "d_south_east.x, d_south.x)"));
   list.push_back(edit("wrong-inverse-modulus", "1 / m of the south-east neighbour for the north-east one",
                       "inverse_modulus_at(north_east)", "inverse_modulus_at(south_east)"));
-  list.push_back(edit("target-swapped", "y's target for x", "site.target_x = observation.x;",
-                      "site.target_x = observation.y;"));
-  list.push_back(edit("confidence-shared", "x's confidence for y", "site.confidence_y = confidence.y;",
-                      "site.confidence_y = confidence.x;"));
   return list;
 }
 
@@ -141,11 +195,10 @@ std::vector<DeviceFault> fragment_faults() {
 
 std::vector<DeviceFault> compute_faults() {
   std::vector<DeviceFault> list{
-      edit("pitch", "rows one element too long", "return p.y * dimension.x + p.x;",
-           "return p.y * (dimension.x + 1) + p.x;"),
+      edit("pitch", "rows one element too long", "start += size.x;", "start += size.x + 1;"),
       edit("half-float-displacement", "displacements fetched with 11 significant bits",
-           "{ return texelFetch(image, index_of(p)).rg; }",
-           "{ return unpackHalf2x16(packHalf2x16(texelFetch(image, index_of(p)).rg)); }"),
+           "{ return texelFetch(image, i).rg; }",
+           "{ return unpackHalf2x16(packHalf2x16(texelFetch(image, i).rg)); }"),
   };
   list.push_back({.name = "half-float-energy",
                   .what = "energies with 11 significant bits",
@@ -160,7 +213,8 @@ std::vector<DeviceFault> compute_faults() {
                              .shader = "uniform samplerBuffer previous"}}});
   DeviceFault overrun =
       edit("overrun", "the end of a row is not checked: what no other row overwrites ends in the guard",
-           "if (at.x < dimension.x) {", "if (true) {");
+           "bool inside = !border || x < size.x;", "bool inside = true;");
+  overrun.edits.push_back({.find = "rows = border && left >= size.x ? 0 : rows;", .replace = ""});
   overrun.calls = guard_bands();
   list.push_back(std::move(overrun));
   return list;
@@ -170,8 +224,9 @@ std::vector<DeviceFault> compute_faults() {
 
 std::vector<DeviceFault> text_faults(Pipeline pipeline) {
   std::vector<DeviceFault> all;
-  for (const auto& list : {gather_faults(), energy_faults(), rule_faults(),
-                           pipeline == Pipeline::fragment ? fragment_faults() : compute_faults()}) {
+  const bool fragment = pipeline == Pipeline::fragment;
+  for (const auto& list : {fragment ? gather_faults() : window_faults(), observation_faults(),
+                           energy_faults(), rule_faults(), fragment ? fragment_faults() : compute_faults()}) {
     all.insert(all.end(), list.begin(), list.end());
   }
   return all;

@@ -1,0 +1,71 @@
+#pragma once
+
+#include "backends/gl/objects.hpp"
+#include "backends/tiles.hpp"
+
+#include <array>
+#include <compare>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace hdmbench::gl {
+
+/// Sites of a tile along x and y. Measured on llvmpipe: 8 rows for 16 cost 20 % (each tile fetches two rows
+/// more), 32 rows gain 7 % and leave out less where little changes; 64 columns cost 15 % at 300 x 300, whose
+/// border tiles they make more.
+inline constexpr Extent tile_size{32, 16};
+
+/// What a program of kernels/sweep.comp is compiled for.
+struct TileProgramKind {
+  ShaderConstants constants{};
+  std::array<float, 16> steps{};          ///< of the level, padded
+  std::size_t tile_class = general_class; ///< index into tile_classes
+  bool active = false;                    ///< whether it lists the tiles for the next sweep
+
+  auto operator<=>(const TileProgramKind&) const = default;
+};
+
+/// kernels/sweep.comp as the driver wants it.
+[[nodiscard]] std::string assemble(const TileProgramKind& kind);
+
+/// Programs by what they were compiled for: going back to a rule or a level compiles nothing.
+using TilePrograms = std::map<TileProgramKind, SweepProgram>;
+
+/// The sweeps of one level: which tiles in which programs. The lists of what has to be visited stay on the
+/// device. The context must be current in all calls.
+class TileSweeps {
+public:
+  /// `level` gives the rules; fields are not read. Compiles into `programs`, which must outlive this, as
+  /// `api`.
+  TileSweeps(const Api& api, TilePrograms& programs, const Level& level, const TileLists& lists, bool active);
+
+  /// Binds the lists and sets what is the same in all sweeps of the level. Before sweep(), whenever another
+  /// level was swept in between.
+  void bind(Extent extent) const;
+  /// All tiles are to be visited in the next sweep.
+  void wake_all() { source_ = 0; }
+  /// Sweep `number` of the level; image and next_image are bound. A barrier for all that it stores follows.
+  void sweep(int number);
+
+private:
+  struct ClassOfTiles {
+    const SweepProgram* program = nullptr;
+    std::size_t index = 0;
+    GLuint groups = 0; ///< of all its tiles
+  };
+
+  const Api* gl_;
+  Level level_;                       ///< without its fields
+  std::vector<ClassOfTiles> classes_; ///< those that the level has
+  std::array<GLuint, tile_classes.size()> first_{};
+  bool active_ = false;
+  GLuint source_ = 0; ///< which of the three lists the next sweep visits: 0 all tiles, 1 and 2 in turn
+  GLuint list_ = 0;   ///< number of the list that was written last, since construction
+  Buffer tiles_;
+  Buffer arguments_;
+  Buffer visited_;
+  Buffer of_tile_;
+};
+
+} // namespace hdmbench::gl
