@@ -61,7 +61,7 @@ struct Resampling {
 /// What a sweep's pipeline is made for.
 struct SweepVariant {
   ShaderConstants constants;
-  std::array<float, StepSet::maximum_count> steps{};
+  std::array<float, StepSet::maximum_count> steps;
   std::size_t tile_class = general_class;
   bool wakes = false; ///< what may change in the next sweep is put on the next list
 
