@@ -4,7 +4,7 @@
 // Puts every tile of a level on the list of its class, an invocation per tile.
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const int first_class = 0; // of backends/tiles.hpp: this one and those behind are told apart
+layout(constant_id = 0) const int interior_classes = 3; // 0: all tiles are general; 1: those at the border; 3: few more
 
 #include "tile_size.vulkan.h"
 #include "level.vulkan.glsl"
@@ -25,7 +25,7 @@ int interior_class(ivec2 first) {
       elastic = elastic || texelFetch(material, index_of(ivec2(x, y))).xy != moduli;
     }
   }
-  return observed ? 2 : elastic ? 1 : 0;
+  return observed ? 3 : elastic ? 1 : 0;
 }
 
 void main() {
@@ -34,8 +34,8 @@ void main() {
     ivec2 first = ivec2(tile % tiles_across, tile / tiles_across) * tile_size;
     bool interior = all(greaterThan(first, ivec2(0))) && all(lessThan(first + tile_size, ivec2(width, height)));
     int tile_class = class_count - 1;
-    if (first_class < class_count - 1 && interior) {
-      tile_class = first_class == 0 ? interior_class(first) : first_class;
+    if (interior_classes > 0 && interior) {
+      tile_class = interior_classes > 1 ? interior_class(first) : 3;
     }
     tiles[tile] = uint(tile_class);
     append_tile(uint(tile), tile_class, list, length);

@@ -16,7 +16,6 @@ layout(set = 0, binding = 6, std430) buffer Tiles { uint tiles[]; };
 layout(set = 0, binding = 7, std430) buffer Lengths { uvec4 lengths[]; };
 
 layout(push_constant) uniform Parameters {
-  float steps[16];
   float penalty;
   int width;
   int height;
@@ -33,7 +32,7 @@ layout(push_constant) uniform Parameters {
   int stamp;       // of this sweep, > 0, another one for each since the tiles were all asleep
 };
 
-const int class_count = 4; // of backends/tiles.hpp
+const int class_count = 8; // of backends/tiles.hpp
 
 // Sides of a tile in sites.
 const ivec2 tile_size = ivec2(TILE_WIDTH, TILE_HEIGHT);

@@ -1,5 +1,8 @@
 #include "backends/vulkan/shaders.hpp"
 
+#include <bit>
+#include <vector>
+
 namespace hdmbench::vulkan {
 
 namespace {
@@ -10,7 +13,6 @@ namespace {
 #include <shaders/project_vulkan.hpp>
 #include <shaders/sample_vulkan.hpp>
 #include <shaders/sweep_vulkan.hpp>
-#include <shaders/sweep_wide_vulkan.hpp>
 
 vk::raii::DescriptorSetLayout make_set_layout(const vk::raii::Device& device) {
   std::array<vk::DescriptorSetLayoutBinding, binding::count> bindings;
@@ -53,25 +55,25 @@ const vk::raii::Pipeline& Shaders::sweep(const SweepVariant& variant) {
   if (found == sweeps_.end()) {
     const TileClass& tile_class = tile_classes[variant.tile_class];
     const auto number = [](bool value) { return value ? 1 : 0; };
-    const std::array<std::int32_t, 8> values{
+    std::vector<std::int32_t> values{
         variant.constants.rule,       variant.constants.colours,
         variant.constants.step_count, static_cast<std::int32_t>(variant.tile_class),
         number(tile_class.border),    number(tile_class.observed),
         number(tile_class.elastic),   number(variant.wakes)};
-    found = sweeps_
-                .emplace(variant, tile_class.elastic
-                                      ? make_pipeline(*device_, layout_, sweep_vulkan, values)
-                                      : make_pipeline(*device_, layout_, sweep_wide_vulkan, values))
-                .first;
+    for (const float step : variant.steps) {
+      values.push_back(std::bit_cast<std::int32_t>(step));
+    }
+    found = sweeps_.emplace(variant, make_pipeline(*device_, layout_, sweep_vulkan, values)).first;
   }
   return found->second;
 }
 
-const vk::raii::Pipeline& Shaders::classify(std::size_t first_class) {
-  auto found = classify_.find(first_class);
+const vk::raii::Pipeline& Shaders::classify(std::int32_t interior_classes) {
+  auto found = classify_.find(interior_classes);
   if (found == classify_.end()) {
-    const std::array<std::int32_t, 1> values{static_cast<std::int32_t>(first_class)};
-    found = classify_.emplace(first_class, make_pipeline(*device_, layout_, classify_vulkan, values)).first;
+    const std::array<std::int32_t, 1> values{interior_classes};
+    found =
+        classify_.emplace(interior_classes, make_pipeline(*device_, layout_, classify_vulkan, values)).first;
   }
   return found->second;
 }

@@ -35,7 +35,6 @@ constexpr std::uint32_t invocations_per_group = 64; // in x, of all shaders but 
 
 /// The push constants of the shaders with level.vulkan.glsl.
 struct Parameters {
-  std::array<float, StepSet::maximum_count> steps{};
   float penalty = 0.0F;
   std::int32_t width = 0;
   std::int32_t height = 0;
@@ -48,8 +47,8 @@ struct Parameters {
   std::int32_t next_length = 0;
   std::int32_t stamp = 0;
 };
-static_assert(sizeof(Parameters) == 120); // 128 are what every device has
-static_assert(offsetof(Parameters, turn) == 76);
+static_assert(sizeof(Parameters) == 56); // 128 are what every device has
+static_assert(offsetof(Parameters, turn) == 12);
 
 /// The push constants of the shaders with resampling.vulkan.glsl.
 struct Resampling {
@@ -62,6 +61,7 @@ struct Resampling {
 /// What a sweep's pipeline is made for.
 struct SweepVariant {
   ShaderConstants constants;
+  std::array<float, StepSet::maximum_count> steps;
   std::size_t tile_class = general_class;
   bool wakes = false; ///< what may change in the next sweep is put on the next list
 
@@ -78,8 +78,8 @@ public:
   [[nodiscard]] const vk::raii::Pipeline& count() const { return count_; }
 
   [[nodiscard]] const vk::raii::Pipeline& sweep(const SweepVariant& variant);
-  /// Tells tile_classes from `first_class` on apart: all, the last 2, or only the last.
-  [[nodiscard]] const vk::raii::Pipeline& classify(std::size_t first_class);
+  /// With the tiles off the border in `interior_classes` classes: 0 (they are general ones), 1 or 3.
+  [[nodiscard]] const vk::raii::Pipeline& classify(std::int32_t interior_classes);
   [[nodiscard]] const vk::raii::Pipeline& sample();
   [[nodiscard]] const vk::raii::Pipeline& project();
 
@@ -91,7 +91,7 @@ private:
   vk::raii::Pipeline sample_ = nullptr;
   vk::raii::Pipeline project_ = nullptr;
   std::map<SweepVariant, vk::raii::Pipeline> sweeps_;
-  std::map<std::size_t, vk::raii::Pipeline> classify_;
+  std::map<std::int32_t, vk::raii::Pipeline> classify_;
 };
 
 } // namespace hdmbench::vulkan

@@ -12,6 +12,7 @@ namespace {
 using Usage = vk::BufferUsageFlagBits;
 
 constexpr auto class_count = static_cast<std::int32_t>(tile_classes.size());
+constexpr std::array<std::size_t, 4> classes_in_use{0, 1, 3, general_class};
 constexpr std::int32_t full_list = 2; // after the two that sweeps read and write in turn
 constexpr vk::DeviceSize bytes_of_length = 4 * sizeof(std::uint32_t);
 constexpr vk::DeviceSize bytes_of_lengths = class_count * bytes_of_length;
@@ -49,13 +50,14 @@ vk::DeviceSize ListBuffers::most_bytes(std::int32_t capacity) {
 
 SweepPlan::SweepPlan(const Level& whole, Extent extent, std::vector<float> strengths, Work work)
     : level(without_fields(whole)), grid(extent),
-      active(work == Work::active && changes_spread_by_contact(whole)), first_class(general_class) {
+      active(work == Work::active && changes_spread_by_contact(whole)), interior_classes(0) {
   level.extent = extent;
   level.strengths = std::move(strengths);
   const bool has_interior = level.extent.width > 3 * TILE_WIDTH && level.extent.height > 3 * TILE_HEIGHT;
   if (has_interior && changes_spread_by_contact(level)) {
-    first_class = active ? general_class - 1 : 0;
+    interior_classes = active ? 1 : 3;
   }
+  classes = std::span(classes_in_use).last(static_cast<std::size_t>(interior_classes) + 1);
 }
 
 std::uint32_t groups_across(std::int32_t width) {
@@ -72,8 +74,7 @@ void wait_for_all(const vk::raii::CommandBuffer& commands) {
 }
 
 Parameters SweepRecorder::parameters() const {
-  return {.steps = plan_.level.steps.padded(),
-          .penalty = plan_.level.penalty,
+  return {.penalty = plan_.level.penalty,
           .width = plan_.level.extent.width,
           .height = plan_.level.extent.height,
           .tiles_across = plan_.grid.across,
@@ -95,7 +96,7 @@ void SweepRecorder::classify(const vk::raii::DescriptorSet& set) const {
   wait_for_all(commands_);
   commands_.fillBuffer(*lists_.lengths.handle, length_of_full * bytes_of_length, bytes_of_lengths, 0);
   wait_for_all(commands_);
-  bind(shaders_.classify(plan_.first_class));
+  bind(shaders_.classify(plan_.interior_classes));
   bind(set, parameters());
   const std::uint32_t groups = groups_across(plan_.grid.count);
   commands_.dispatch(std::min(groups, most_groups_across),
@@ -121,7 +122,6 @@ void SweepRecorder::clear_lengths(int since_write) const {
 }
 
 void SweepRecorder::sweep(const vk::raii::DescriptorSet& set, int number, int since_write) const {
-  wait_for_all(commands_);
   Parameters all = parameters();
   all.turn = sweep_state(plan_.level, number);
   if (plan_.active) {
@@ -134,9 +134,13 @@ void SweepRecorder::sweep(const vk::raii::DescriptorSet& set, int number, int si
     all.stamp = since_write + 1;
   }
   bind(set, all);
-  for (std::size_t tile_class = plan_.first_class; tile_class < tile_classes.size(); ++tile_class) {
-    bind(shaders_.sweep(
-        {.constants = shader_constants(plan_.level), .tile_class = tile_class, .wakes = plan_.active}));
+  for (const std::size_t tile_class : plan_.classes) {
+    // Between classes for the validation layer: it does not see that they touch different elements.
+    wait_for_all(commands_);
+    bind(shaders_.sweep({.constants = shader_constants(plan_.level),
+                         .steps = plan_.level.steps.padded(),
+                         .tile_class = tile_class,
+                         .wakes = plan_.active}));
     const auto length = static_cast<vk::DeviceSize>(all.length) + tile_class;
     commands_.dispatchIndirect(*lists_.lengths.handle, length * bytes_of_length);
   }

@@ -43,7 +43,8 @@ struct SweepPlan {
   Level level; ///< without its fields
   TileGrid grid;
   bool active;
-  std::size_t first_class; ///< of Shaders::classify()
+  std::int32_t interior_classes;          ///< of Shaders::classify()
+  std::span<const std::size_t> classes{}; ///< of tiles, general ones included
 };
 
 /// Work groups of invocations_per_group for a row.
