@@ -1,16 +1,18 @@
 // What running on a rasterizer that never contracts cannot show: the shaders as texts and as SPIR-V.
 
 #include "backends/gl/context.hpp"
-#include "backends/gl/objects.hpp"
+#include "backends/gl/fragment_programs.hpp"
 #include "test/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
 #include <shaders/count_compute.hpp>
 #include <shaders/count_fragment.hpp>
+#include <shaders/project_fragment.hpp>
 #include <shaders/quad_vertex.hpp>
+#include <shaders/sample_fragment.hpp>
 #include <shaders/sweep_compute.hpp>
-#include <shaders/sweep_fragment.hpp>
 #include <shaders/sweep_vulkan.hpp>
+#include <shaders/tiles_vertex.hpp>
 
 #include <cstdlib>
 #include <memory>
@@ -34,11 +36,19 @@ TEST(Shaders, AreStrictGlsl) {
   const test::TemporaryFolder folder;
   for (const ShaderConstants constants : {ShaderConstants{0, 1, 5}, ShaderConstants{0, 2, 16},
                                           ShaderConstants{1, 2, 1}, ShaderConstants{3, 4, 5}}) {
-    EXPECT_EQ(lint(folder, "sweep.frag", gl::assemble(sources::sweep_fragment, constants)), 0);
+    for (const gl::TileKind kind :
+         {gl::TileKind{}, gl::TileKind{.interior = true}, gl::TileKind{.interior = true, .homogeneous = true},
+          gl::TileKind{.interior = true, .unobserved = true},
+          gl::TileKind{.interior = true, .homogeneous = true, .unobserved = true}}) {
+      EXPECT_EQ(lint(folder, "sweep.frag", gl::sweep_fragment_text(constants, kind, true)), 0);
+    }
     EXPECT_EQ(lint(folder, "sweep.comp", gl::assemble(sources::sweep_compute, constants)), 0);
   }
   EXPECT_EQ(lint(folder, "count.frag", sources::count_fragment), 0);
   EXPECT_EQ(lint(folder, "quad.vert", sources::quad_vertex), 0);
+  EXPECT_EQ(lint(folder, "tiles.vert", sources::tiles_vertex), 0);
+  EXPECT_EQ(lint(folder, "sample.frag", sources::sample_fragment), 0);
+  EXPECT_EQ(lint(folder, "project.frag", gl::assemble(sources::project_fragment, {})), 0);
   EXPECT_EQ(lint(folder, "count.comp", sources::count_compute), 0);
   EXPECT_NE(lint(folder, "wrong.frag", "#version 120\nvoid main() { gl_FragColor = 1; }\n"), 0)
       << "the lint is blind";
