@@ -1,7 +1,7 @@
 // What running on a rasterizer that never contracts cannot show: the shaders as texts and as SPIR-V.
 
 #include "backends/gl/context.hpp"
-#include "backends/gl/objects.hpp"
+#include "backends/gl/fragment_programs.hpp"
 #include "backends/gl/tile_sweeps.hpp"
 #include "test/temporary_folder.hpp"
 
@@ -9,10 +9,12 @@
 #include <shaders/count_compute.hpp>
 #include <shaders/count_fragment.hpp>
 #include <shaders/project_compute.hpp>
+#include <shaders/project_fragment.hpp>
 #include <shaders/quad_vertex.hpp>
 #include <shaders/sample_compute.hpp>
-#include <shaders/sweep_fragment.hpp>
+#include <shaders/sample_fragment.hpp>
 #include <shaders/sweep_vulkan.hpp>
+#include <shaders/tiles_vertex.hpp>
 
 #include <cstdlib>
 #include <memory>
@@ -36,7 +38,12 @@ TEST(Shaders, AreStrictGlsl) {
   const test::TemporaryFolder folder;
   for (const ShaderConstants constants : {ShaderConstants{0, 1, 5}, ShaderConstants{0, 2, 16},
                                           ShaderConstants{1, 2, 1}, ShaderConstants{3, 4, 5}}) {
-    EXPECT_EQ(lint(folder, "sweep.frag", gl::assemble(sources::sweep_fragment, constants)), 0);
+    for (const gl::TileKind kind :
+         {gl::TileKind{}, gl::TileKind{.interior = true}, gl::TileKind{.interior = true, .homogeneous = true},
+          gl::TileKind{.interior = true, .unobserved = true},
+          gl::TileKind{.interior = true, .homogeneous = true, .unobserved = true}}) {
+      EXPECT_EQ(lint(folder, "sweep.frag", gl::sweep_fragment_text(constants, kind, true)), 0);
+    }
     for (const std::size_t tile_class : {std::size_t{0}, general_class}) {
       for (const bool active : {false, true}) {
         gl::TileProgramKind kind{.constants = constants, .tile_class = tile_class, .active = active};
@@ -51,6 +58,9 @@ TEST(Shaders, AreStrictGlsl) {
   EXPECT_EQ(lint(folder, "project.comp", gl::assemble(sources::project_compute, "")), 0);
   EXPECT_EQ(lint(folder, "count.frag", sources::count_fragment), 0);
   EXPECT_EQ(lint(folder, "quad.vert", sources::quad_vertex), 0);
+  EXPECT_EQ(lint(folder, "tiles.vert", sources::tiles_vertex), 0);
+  EXPECT_EQ(lint(folder, "sample.frag", sources::sample_fragment), 0);
+  EXPECT_EQ(lint(folder, "project.frag", gl::assemble(sources::project_fragment, "")), 0);
   EXPECT_EQ(lint(folder, "count.comp", sources::count_compute), 0);
   EXPECT_NE(lint(folder, "wrong.frag", "#version 120\nvoid main() { gl_FragColor = 1; }\n"), 0)
       << "the lint is blind";

@@ -130,7 +130,7 @@ TEST_P(WholeSolutionTest, AnotherFieldWakesWhatSlept) {
   const Scene scene = load_scene("square", {.size = Extent{128, 128}});
   expect_same_steps(scene.full, scene.start_field(), {30}, "before");
   VectorField shifted = read(*scalar_);
-  shifted.x[scene.extent().index(100, 100)] += 3.0F;
+  shifted.x[scene.extent().index(70, 50)] += 3.0F; // far from the front, where larger tiles sleep too
   for (Session* session : {scalar_.get(), session_.get()}) {
     session->write(shifted);
     session->step(5);

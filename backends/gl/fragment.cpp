@@ -17,7 +17,17 @@ namespace {
 
 constexpr Version required{2, 1};
 
-/// What a device has to tell before tiles can be left out: vertex shaders that fetch.
+/// Throws DeviceError where a point cannot be as large as a tile.
+void require_points(const Api& gl) {
+  std::array<GLint, 2> range{};
+  gl.GetIntegerv(GL_ALIASED_POINT_SIZE_RANGE, range.data());
+  if (range[1] < FragmentLevel::tile_side) {
+    throw DeviceError(fmt::format("glGetIntegerv: this device's points end at {} pixels, {} are needed",
+                                  range[1], FragmentLevel::tile_side));
+  }
+}
+
+/// Whether vertex shaders can fetch, and thereby leave tiles out. Where they cannot, every sweep is dense.
 bool has_vertex_textures(const Api& gl) {
   GLint units = 0;
   gl.GetIntegerv(GL_MAX_VERTEX_TEXTURE_IMAGE_UNITS, &units);
@@ -58,7 +68,9 @@ public:
 
   FragmentSweep(const Api& api, Work work)
       : gl_(api), count_framebuffer_(api), count_target_(api), query_(api), programs_(api),
-        leaves_out_(work == Work::active && has_vertex_textures(api)) {}
+        leaves_out_(work == Work::active && has_vertex_textures(api)) {
+    require_points(api);
+  }
 
   void load(const Level& level) {
     require_fits(level.extent);

@@ -38,9 +38,14 @@ const Program& made(const Api& gl, std::optional<Program>& program, const std::s
   if (!program) {
     program.emplace(gl, std::initializer_list<Program::Stage>{{GL_VERTEX_SHADER, vertex},
                                                               {GL_FRAGMENT_SHADER, fragment}});
-    program->use();
-    for (const auto& [name, unit] : samplers) {
-      gl.Uniform1i(program->uniform(name), unit);
+    try {
+      program->use();
+      for (const auto& [name, unit] : samplers) {
+        gl.Uniform1i(program->uniform(name), unit);
+      }
+    } catch (...) { // half of a program must not be taken for a whole one the next time
+      program.reset();
+      throw;
     }
   }
   return *program;

@@ -56,6 +56,12 @@ Trial::Result Trial::compute(Session& session) const {
     result.counts.push_back(session.changed());
     session.read(result.fields.emplace_back());
   }
+  const Level& full = problems_.back().level;
+  session.load(Pyramid{.full = &full,
+                       .levels = {{.extent = {4, 4}, .sweeps = 2}, {.extent = full.extent, .sweeps = 2}}});
+  session.solve();
+  result.counts.push_back(session.changed());
+  session.read(result.fields.emplace_back());
   return result;
 }
 
