@@ -98,6 +98,11 @@ void print_ceilings(const std::vector<BenchResult>& results) {
                              result.no_ceilings);
       continue;
     }
+    if (result.share->percent > 100.0) {
+      remarks +=
+          fmt::format("  {}: more than its ceiling, so this machine was busy while that was measured\n",
+                      row_name(result, results));
+    }
     const double seconds = median_seconds(result.samples, compute);
     table.add({row_name(result, results), fmt::format("{:.2f}", result.cost->bytes / seconds * 1e-9),
                fmt::format("{:.2f}", median(result.ceilings->copy_bytes_per_second) * 1e-9),
@@ -141,6 +146,8 @@ void print_scene(const Scene& scene, const std::vector<BenchResult>& results) {
                {"bytes/site"},
                {"speed-up"},
                {"over dense"}});
+  // The program and its drivers weigh more than a small image.
+  const bool large = scene.extent().sites() >= 1'000'000;
   std::string remarks;
   for (const BenchResult& result : results) {
     if (!result.valid) {
@@ -156,7 +163,7 @@ void print_scene(const Scene& scene, const std::vector<BenchResult>& results) {
     table.add({row_name(result, results), part(total), seconds_text(fastest->total()),
                seconds_text(slowest->total()), part(projection), part(upload), part(compute), part(readback),
                seconds_text(result.setup_seconds), fmt::format("{:.1f}", msites_per_second(result)),
-               number_or_dash(result.bytes_per_site, 0), number_or_dash(result.speed_up, 2),
+               large ? number_or_dash(result.bytes_per_site, 0) : "-", number_or_dash(result.speed_up, 2),
                number_or_dash(result.speed_up_over_dense, 2)});
   }
   fmt::print("{}{}", table.text(), remarks);
