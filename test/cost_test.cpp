@@ -126,7 +126,13 @@ TEST_P(BytesTest, DeclaredAreThoseOfTheArraysThatAreThere) {
   };
   Scene small = test::plain_scene({32, 32});
   run(small.full, small.start); // compiles
-  const Scene large = test::plain_scene({1200, 1100});
+  Scene large = test::plain_scene({1200, 1100});
+  for (std::size_t i = 0; i < large.extent().sites(); ++i) { // all sites are general: none may go without
+    large.full.modulus.values[i] = 1.0F + static_cast<float>(i % 7);
+    large.full.confidence.x[i] = 0.5F;
+    large.full.confidence.y[i] = 0.5F;
+  }
+  set_inverse_modulus(large.full);
   malloc_trim(0); // what other tests have freed would be used again, unseen
   const std::size_t before = resident_bytes();
   run(large.full, large.start);

@@ -196,7 +196,7 @@ BenchRow read_bench(const JsonReader& json) {
   row.compute_seconds = json.number_or_null("compute_seconds");
   row.readback_seconds = json.number_or_null("readback_seconds");
   row.speed_up_over_scalar = json.number_or_null("speed_up_over_scalar");
-  row.valid = json.holds("valid") && json.flag("valid"); // null: not compared with anything
+  row.valid = (!json.has("valid") || json.holds("valid")) && json.flag("valid"); // null: not compared
   row.reason = json.text("reason");
 
   if (!row.valid) {
