@@ -49,7 +49,7 @@ std::vector<double> copy_rates(int threads) {
 }
 
 std::vector<double> operation_rates(int threads, openmp::MultiplyAdd multiply_add) {
-  constexpr int rounds = 10'001; // odd
+  constexpr int rounds = 100'001; // odd
   const double work = 2.0 * openmp::chain_sites * rounds * threads;
   std::vector<std::array<float, openmp::chain_sites>> results(static_cast<std::size_t>(threads));
   const std::vector<double> rates = sample_rates(work, [&](int times) {

@@ -88,7 +88,7 @@ public:
 
 private:
   void look_up_ceilings(const BenchRun& run, BenchResult& result) {
-    result.no_ceilings = "only dense work is compared with them";
+    result.no_ceilings = "they were not asked for";
     if (run.session.work == Work::dense && options_.ceilings != nullptr) {
       progress_.describe(fmt::format("what {} can do at most", run_name(run)));
       const MeasuredCeilings::Entry& entry = options_.ceilings->of(*run.backend, run.session);

@@ -148,8 +148,9 @@ TEST(CommandLine, BenchWritesRawSamples) {
   const Outcome outcome =
       hdmbench("bench square --size 32 --backends openmp --repeat 5 --iterations 5 --json " + file.string());
   ASSERT_EQ(outcome.status, 0) << outcome.output;
+  EXPECT_THAT(outcome.output, HasSubstr("% of ceiling"));
   const nlohmann::json rows = read_json(file)["results"];
-  ASSERT_EQ(rows.size(), 2U);
+  ASSERT_EQ(rows.size(), 3U); // scalar, openmp, and openmp leaving out what rests
   for (const auto& row : rows) {
     EXPECT_EQ(row["seconds"].size(), 5U);
     EXPECT_EQ(row["iterations"], 6 * 5);
@@ -163,12 +164,45 @@ TEST(CommandLine, BenchWritesRawSamples) {
   EXPECT_EQ(rows[0]["speed_up_over_scalar"], 1.0);
 }
 
+TEST(CommandLine, BenchSaysWhatWasNotChecked) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "bench.json";
+  const Outcome outcome =
+      hdmbench("bench square --sizes 32,40 --backends openmp --reference none --no-ceilings --work dense "
+               "--repeat 1 --json " +
+               file.string());
+  ASSERT_EQ(outcome.status, 0) << outcome.output;
+  EXPECT_THAT(outcome.output, HasSubstr("not checked against scalar"));
+  const nlohmann::json rows = read_json(file)["results"];
+  ASSERT_EQ(rows.size(), 2U);
+  for (const auto& row : rows) {
+    EXPECT_TRUE(row["valid"].is_null());
+    EXPECT_TRUE(row["speed_up_over_scalar"].is_null());
+  }
+  EXPECT_EQ(hdmbench("report " + file.string() + " --output " + (folder.path() / "r.html").string()).status,
+            0);
+
+  const Outcome other = hdmbench("bench square --size 32 --backends openmp,scalar --reference openmp "
+                                 "--no-ceilings --repeat 1 --json " +
+                                 file.string());
+  ASSERT_EQ(other.status, 0) << other.output;
+  const nlohmann::json compared = read_json(file)["results"];
+  ASSERT_EQ(compared.size(), 3U);
+  EXPECT_EQ(compared[0]["backend"], "openmp");
+  EXPECT_EQ(compared[2]["backend"], "scalar");
+  EXPECT_EQ(compared[2]["reference"], "openmp");
+  EXPECT_TRUE(compared[2]["valid"]);
+  EXPECT_TRUE(compared[2]["speed_up_over_scalar"].is_null()) << "openmp was the measure";
+  EXPECT_EQ(hdmbench("bench square --size 32 --reference nobody").status, 2);
+}
+
 TEST(CommandLine, BenchCountsTheIterationsThatWereDone) {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "bench.json";
-  const Outcome outcome = hdmbench("bench square --size 32 --backends openmp --repeat 1 --stop still "
-                                   "--iterations 5000 --json " +
-                                   file.string());
+  const Outcome outcome =
+      hdmbench("bench square --size 32 --backends openmp --repeat 1 --no-ceilings --stop still "
+               "--iterations 5000 --json " +
+               file.string());
   ASSERT_EQ(outcome.status, 0) << outcome.output;
   const nlohmann::json document = read_json(file);
   for (const auto& row : document["results"]) {
@@ -198,7 +232,8 @@ TEST(CommandLine, ReportFromResults) {
   const std::string at = folder.path().string();
   ASSERT_EQ(hdmbench("devices --json " + at + "/devices.json").status, 0);
   ASSERT_EQ(hdmbench("verify square --size 32 --quick --json " + at + "/verify.json").status, 0);
-  ASSERT_EQ(hdmbench("bench square --sizes 16,32 --repeat 2 --json " + at + "/bench.json").status, 0);
+  ASSERT_EQ(
+      hdmbench("bench square --sizes 16,32 --repeat 2 --no-ceilings --json " + at + "/bench.json").status, 0);
   const Outcome run = hdmbench("run circular --size 32 --output " + at + "/out --json " + at + "/run.json");
   ASSERT_EQ(run.status, 0) << run.output;
   const Outcome outcome = hdmbench("report " + at + " --output " + at + "/report.html");

@@ -1,7 +1,16 @@
 #include "kernels/cost.hpp"
+
+#include "backends/registry.hpp"
+#include "harness/memory_use.hpp"
+#include "kernels/gather.hpp"
 #include "test/counted_operations.hpp"
+#include "test/plain_scene.hpp"
 
 #include <gtest/gtest.h>
+#include <malloc.h>
+
+#include <algorithm>
+#include <array>
 
 namespace hdmbench {
 
@@ -58,5 +67,95 @@ TEST(Cost, OperationsAreThoseOfEnergyInc) {
     }
   }
 }
+
+TEST(Cost, KindsAreThoseThatAKernelSees) {
+  Scene scene = test::plain_scene({37, 23});
+  test::know_column(scene, 5, 1.0F);
+  scene.full.confidence.y[scene.extent().index(30, 11)] = 0.5F;
+  for (int y = 0; y < 23; ++y) {
+    for (int x = 12; x < 20; ++x) {
+      scene.full.modulus.values[scene.extent().index(x, y)] = 2.0F;
+    }
+  }
+  scene.full.modulus.values[scene.extent().index(36, 22)] = 3.0F;
+  scene.full.modulus.values[scene.extent().index(6, 0)] = 3.0F;
+  set_inverse_modulus(scene.full);
+  for (const Alignment alignment : {Alignment::corner, Alignment::center}) {
+    for (const Extent extent : {Extent{37, 23}, Extent{16, 16}, Extent{4, 1}, Extent{1, 1}}) {
+      const Level level = sample_level(scene.full, extent, alignment);
+      SiteCounts expected{};
+      for (int y = 0; y < extent.height; ++y) {
+        for (int x = 0; x < extent.width; ++x) {
+          const energy::Site site = energy::gather(level, VectorField(extent), x, y);
+          const energy::Neighbours& m = site.inverse_modulus;
+          const std::array all{m.north_west, m.north,      m.north_east, m.west,      m.centre,
+                               m.east,       m.south_west, m.south,      m.south_east};
+          const bool uniform = std::ranges::count(all, m.centre) == 9;
+          const bool observed = site.confidence_x != 0.0F || site.confidence_y != 0.0F;
+          const SiteKind kind = uniform ? (observed ? SiteKind::uniform : SiteKind::uniform_unobserved)
+                                        : (observed ? SiteKind::general : SiteKind::unobserved);
+          ++expected[static_cast<std::size_t>(kind)];
+        }
+      }
+      EXPECT_EQ(count_site_kinds(scene.full, extent, alignment), expected)
+          << extent.width << " x " << extent.height;
+    }
+  }
+}
+
+class BytesTest : public testing::TestWithParam<std::string> {};
+
+// On a device that shares the process's memory, what a large level adds is the arrays that its sweeps read
+// and write, and what a backend keeps beside them to upload and count.
+TEST_P(BytesTest, DeclaredAreThoseOfTheArraysThatAreThere) {
+  const auto backends = make_backends();
+  const Backend& backend = find_backend(backends, GetParam());
+  std::unique_ptr<Session> session;
+  try {
+    if (!backend.device({}).is_software && backend.threads({}) == 0) {
+      GTEST_SKIP() << "the arrays are in the device's own memory";
+    }
+    session = backend.open({});
+  } catch (const DeviceError& error) {
+    GTEST_SKIP() << error.what();
+  }
+  const auto run = [&](const Level& level, const VectorField& start) {
+    session->load(level);
+    session->write(start);
+    session->step(2);
+  };
+  Scene small = test::plain_scene({32, 32});
+  run(small.full, small.start); // compiles
+  Scene large = test::plain_scene({1200, 1100});
+  for (std::size_t i = 0; i < large.extent().sites(); ++i) { // all sites are general: none may go without
+    large.full.modulus.values[i] = 1.0F + static_cast<float>(i % 7);
+    large.full.confidence.x[i] = 0.5F;
+    large.full.confidence.y[i] = 0.5F;
+  }
+  set_inverse_modulus(large.full);
+  malloc_trim(0); // what other tests have freed would be used again, unseen
+  const std::size_t before = resident_bytes();
+  run(large.full, large.start);
+  const double added = (static_cast<double>(resident_bytes()) - static_cast<double>(before)) /
+                       static_cast<double>(large.extent().sites());
+  const double declared = backend.bytes_per_update(SiteKind::general, 1);
+  constexpr double staging = 28.0; // four floats, a count, an array
+  EXPECT_GT(added, 0.9 * declared);
+  EXPECT_LT(added, 1.1 * declared + (backend.threads({}) > 0 ? 0.0 : staging));
+}
+
+std::vector<std::string> backend_names() {
+  std::vector<std::string> all;
+  for (const auto& backend : make_backends()) {
+    all.emplace_back(backend->name());
+  }
+  return all;
+}
+
+INSTANTIATE_TEST_SUITE_P(Backends, BytesTest, testing::ValuesIn(backend_names()), [](const auto& instance) {
+  std::string name = instance.param;
+  std::ranges::replace(name, '-', '_');
+  return name;
+});
 
 } // namespace hdmbench

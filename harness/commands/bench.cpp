@@ -25,6 +25,7 @@ struct Arguments : CommonArguments {
   int repeats = 3;
   std::vector<std::string> work{"dense", "active"};
   bool scaling = false;
+  bool no_ceilings = false;
   std::optional<std::string> reference; ///< "none" or a backend; none given: scalar, of images not too large
 };
 
@@ -99,6 +100,11 @@ void print_ceilings(const std::vector<BenchResult>& results) {
                              result.no_ceilings);
       continue;
     }
+    if (result.share->percent > 100.0) {
+      remarks +=
+          fmt::format("  {}: more than its ceiling, so this machine was busy while that was measured\n",
+                      row_name(result, results));
+    }
     const double seconds = median_seconds(result.samples, compute);
     table.add({row_name(result, results), fmt::format("{:.2f}", result.cost->bytes / seconds * 1e-9),
                fmt::format("{:.2f}", median(result.ceilings->copy_bytes_per_second) * 1e-9),
@@ -116,7 +122,7 @@ std::string number_or_dash(const std::optional<double>& value, int decimals) {
   return value ? fmt::format("{:.{}f}", *value, decimals) : "-";
 }
 
-void print_scene(const Scene& scene, const std::vector<BenchResult>& results) {
+void print_scene(const Scene& scene, const std::vector<BenchResult>& results, bool with_ceilings) {
   const auto ran = std::ranges::find_if(results, [](const auto& one) { return !one.samples.empty(); });
   const BenchResult& some = ran == results.end() ? results.front() : *ran;
   fmt::print("\n{}, {} x {}: {}, {} iterations, {:.4g} million site updates\n", scene.name,
@@ -142,6 +148,8 @@ void print_scene(const Scene& scene, const std::vector<BenchResult>& results) {
                {"bytes/site"},
                {"speed-up"},
                {"over dense"}});
+  // The program and its drivers weigh more than a small image.
+  const bool large = scene.extent().sites() >= 1'000'000;
   std::string remarks;
   for (const BenchResult& result : results) {
     if (!result.valid) {
@@ -157,11 +165,13 @@ void print_scene(const Scene& scene, const std::vector<BenchResult>& results) {
     table.add({row_name(result, results), part(total), seconds_text(fastest->total()),
                seconds_text(slowest->total()), part(projection), part(upload), part(compute), part(readback),
                seconds_text(result.setup_seconds), fmt::format("{:.1f}", msites_per_second(result)),
-               number_or_dash(result.bytes_per_site, 0), number_or_dash(result.speed_up, 2),
+               large ? number_or_dash(result.bytes_per_site, 0) : "-", number_or_dash(result.speed_up, 2),
                number_or_dash(result.speed_up_over_dense, 2)});
   }
   fmt::print("{}{}", table.text(), remarks);
-  print_ceilings(results);
+  if (with_ceilings) {
+    print_ceilings(results);
+  }
 }
 
 /// One line per method of --methods on one scene.
@@ -301,11 +311,11 @@ int run_bench(Arguments& arguments, const std::string& line) {
     }
     const Selection selection = select_backends(arguments, registry, scene->extent());
     BenchOptions options = bench_options(arguments, selection.checked);
-    options.ceilings = &ceilings;
+    options.ceilings = arguments.no_ceilings ? nullptr : &ceilings;
     options.resident_before_scene = resident;
     const std::vector<BenchResult> results = bench(*scene, selection.backends, options, progress);
     progress.clear();
-    print_scene(*scene, results);
+    print_scene(*scene, results, !arguments.no_ceilings);
     if (!selection.checked) {
       fmt::print("  the fields of this size were not compared: --reference scalar does that, slowly\n");
     }
@@ -360,6 +370,8 @@ void add_bench(CLI::App& program, const std::string& arguments, int& status) {
       ->capture_default_str();
   command->add_flag("--scaling,--threads-sweep", own->scaling,
                     "Backends with threads of their own run with 1, 2, 4 ... of them, too");
+  command->add_flag("--no-ceilings", own->no_ceilings,
+                    "Do not measure what the devices can do at most: a second or two less for each");
   command->add_option("--reference", own->reference,
                       "Backend whose field and time the others are compared with, or none (default: scalar, "
                       "none for images larger than 4096 x 4096)");
