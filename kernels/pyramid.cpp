@@ -25,7 +25,7 @@ std::vector<int> axis_sizes(int n) {
 }
 
 /// Below this many sites threads cost more than they bring.
-constexpr std::size_t sites_worth_threads = 1 << 17;
+constexpr std::size_t sites_worth_sharing = 1 << 17;
 
 /// Copies the sites that `extent` samples from a planar array of `full`.
 class Sampler {
@@ -36,7 +36,7 @@ public:
 
   void operator()(const std::vector<float>& from, std::vector<float>& to) const {
     const std::size_t width = columns_.size();
-#pragma omp parallel for if (to.size() > sites_worth_threads)
+#pragma omp parallel for if (to.size() > sites_worth_sharing)
     for (std::size_t y = 0; y < rows_.size(); ++y) {
       const float* row = from.data() + full_.index(0, rows_[y]);
       float* next = to.data() + y * width;
@@ -223,7 +223,7 @@ void Projection::row(const float* coarse, int y, CoarseRows& rows, float* to) co
 VectorField prolongate(const VectorField& coarse, Extent fine, Alignment alignment) {
   const Projection projection(coarse.extent, fine, alignment);
   VectorField result(fine);
-#pragma omp parallel if (fine.sites() > sites_worth_threads)
+#pragma omp parallel if (fine.sites() > sites_worth_sharing)
   {
     Projection::CoarseRows x;
     Projection::CoarseRows y;

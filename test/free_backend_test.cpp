@@ -35,6 +35,20 @@ Scene make_scene(Texture texture, std::string_view method = "icm") {
   return scene;
 }
 
+/// Candidates nearly tie everywhere, and no two neighbours in a row have one modulus. Where all have, a
+/// compiler with -ffast-math takes the ratio out of the sums and is left with d_s - 2 d_t + d_u: that is no
+/// other order but the expanded form, which cancels.
+Scene make_tie_rich_scene() {
+  Scene scene = make_scene(Texture::tie_rich);
+  for (int y = 0; y < scene.extent().height; ++y) {
+    for (int x = 0; x < scene.extent().width; ++x) {
+      scene.full.modulus.values[scene.extent().index(x, y)] = (x + y) % 2 == 0 ? 1.0F : 2.0F;
+    }
+  }
+  set_inverse_modulus(scene.full);
+  return scene;
+}
+
 struct FreeRow {
   const char* name;
   openmp::SweepRow sweep_row;
@@ -60,13 +74,13 @@ INSTANTIATE_TEST_SUITE_P(Compiled, FreeBackend,
                          [](const auto& information) { return information.param.name; });
 
 TEST_P(FreeBackend, LandsInTheThirdTierWhereCandidatesNearlyTie) {
-  for (const Comparison& comparison : test::verified(make_scene(Texture::tie_rich), *backend_)) {
+  for (const Comparison& comparison : test::verified(make_tie_rich_scene(), *backend_)) {
     if (test::is_idle(comparison)) {
       continue;
     }
     EXPECT_EQ(comparison.verdict, Verdict::certified) << name_of(comparison.mode);
     EXPECT_EQ(comparison.tier, Tier::certified);
-    EXPECT_GT(comparison.certified_ties, 20);
+    EXPECT_GT(comparison.certified_ties, 10);
     EXPECT_EQ(comparison.certified_ties, comparison.sites_differing);
     EXPECT_EQ(comparison.uncertified, 0);
     EXPECT_LE(comparison.largest_gap_over_bound, 1.0);

@@ -150,6 +150,7 @@ void LevelData::borrow(const Level& level, int threads) {
     copy(level, threads);
     return;
   }
+  release_beyond(0);
   arrays_ = arrays_of(level);
   classify(arrays_, threads);
   join_runs(threads);
