@@ -91,7 +91,7 @@ TEST_F(Tiles, MostOfTheSquareIsUniformAndUnobserved) {
   const Scene scene = load_scene("square", {.size = Extent{600, 600}});
   const auto session = recorded(Work::dense);
   session->load(scene.full);
-  session->write(scene.start);
+  session->write(scene.start_field());
   session->step(1);
   const auto sites = static_cast<double>(scene.extent().sites());
   EXPECT_EQ(static_cast<double>(visited_sites), sites);
