@@ -16,6 +16,7 @@ layout(set = 0, binding = 6, std430) buffer Tiles { uint tiles[]; };
 layout(set = 0, binding = 7, std430) buffer Lengths { uvec4 lengths[]; };
 
 layout(push_constant) uniform Parameters {
+  float steps[16];
   float penalty;
   int width;
   int height;

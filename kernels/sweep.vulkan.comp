@@ -21,24 +21,6 @@ layout(constant_id = 4) const bool border = true;
 layout(constant_id = 5) const bool observed = true;
 layout(constant_id = 6) const bool elastic = true;
 layout(constant_id = 7) const bool wakes = false; // what may change in the next sweep is put on the next list
-layout(constant_id = 8) const float step_0 = 0.0;
-layout(constant_id = 9) const float step_1 = 0.0;
-layout(constant_id = 10) const float step_2 = 0.0;
-layout(constant_id = 11) const float step_3 = 0.0;
-layout(constant_id = 12) const float step_4 = 0.0;
-layout(constant_id = 13) const float step_5 = 0.0;
-layout(constant_id = 14) const float step_6 = 0.0;
-layout(constant_id = 15) const float step_7 = 0.0;
-layout(constant_id = 16) const float step_8 = 0.0;
-layout(constant_id = 17) const float step_9 = 0.0;
-layout(constant_id = 18) const float step_10 = 0.0;
-layout(constant_id = 19) const float step_11 = 0.0;
-layout(constant_id = 20) const float step_12 = 0.0;
-layout(constant_id = 21) const float step_13 = 0.0;
-layout(constant_id = 22) const float step_14 = 0.0;
-layout(constant_id = 23) const float step_15 = 0.0;
-float steps[16] = float[16](step_0, step_1, step_2, step_3, step_4, step_5, step_6, step_7, step_8, step_9, step_10,
-                            step_11, step_12, step_13, step_14, step_15);
 
 #include "level.vulkan.glsl"
 

@@ -1,8 +1,5 @@
 #include "backends/vulkan/shaders.hpp"
 
-#include <bit>
-#include <vector>
-
 namespace hdmbench::vulkan {
 
 namespace {
@@ -55,14 +52,11 @@ const vk::raii::Pipeline& Shaders::sweep(const SweepVariant& variant) {
   if (found == sweeps_.end()) {
     const TileClass& tile_class = tile_classes[variant.tile_class];
     const auto number = [](bool value) { return value ? 1 : 0; };
-    std::vector<std::int32_t> values{
+    const std::array<std::int32_t, 8> values{
         variant.constants.rule,       variant.constants.colours,
         variant.constants.step_count, static_cast<std::int32_t>(variant.tile_class),
         number(tile_class.border),    number(tile_class.observed),
         number(tile_class.elastic),   number(variant.wakes)};
-    for (const float step : variant.steps) {
-      values.push_back(std::bit_cast<std::int32_t>(step));
-    }
     found = sweeps_.emplace(variant, make_pipeline(*device_, layout_, sweep_vulkan, values)).first;
   }
   return found->second;

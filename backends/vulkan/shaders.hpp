@@ -35,6 +35,7 @@ constexpr std::uint32_t invocations_per_group = 64; // in x, of all shaders but 
 
 /// The push constants of the shaders with level.vulkan.glsl.
 struct Parameters {
+  std::array<float, StepSet::maximum_count> steps{};
   float penalty = 0.0F;
   std::int32_t width = 0;
   std::int32_t height = 0;
@@ -47,8 +48,8 @@ struct Parameters {
   std::int32_t next_length = 0;
   std::int32_t stamp = 0;
 };
-static_assert(sizeof(Parameters) == 56); // 128 are what every device has
-static_assert(offsetof(Parameters, turn) == 12);
+static_assert(sizeof(Parameters) == 120); // 128 are what every device has
+static_assert(offsetof(Parameters, turn) == 76);
 
 /// The push constants of the shaders with resampling.vulkan.glsl.
 struct Resampling {
@@ -61,7 +62,6 @@ struct Resampling {
 /// What a sweep's pipeline is made for.
 struct SweepVariant {
   ShaderConstants constants;
-  std::array<float, StepSet::maximum_count> steps;
   std::size_t tile_class = general_class;
   bool wakes = false; ///< what may change in the next sweep is put on the next list
 

@@ -74,7 +74,8 @@ void wait_for_all(const vk::raii::CommandBuffer& commands) {
 }
 
 Parameters SweepRecorder::parameters() const {
-  return {.penalty = plan_.level.penalty,
+  return {.steps = plan_.level.steps.padded(),
+          .penalty = plan_.level.penalty,
           .width = plan_.level.extent.width,
           .height = plan_.level.extent.height,
           .tiles_across = plan_.grid.across,
@@ -137,10 +138,8 @@ void SweepRecorder::sweep(const vk::raii::DescriptorSet& set, int number, int si
   for (const std::size_t tile_class : plan_.classes) {
     // Between classes for the validation layer: it does not see that they touch different elements.
     wait_for_all(commands_);
-    bind(shaders_.sweep({.constants = shader_constants(plan_.level),
-                         .steps = plan_.level.steps.padded(),
-                         .tile_class = tile_class,
-                         .wakes = plan_.active}));
+    bind(shaders_.sweep(
+        {.constants = shader_constants(plan_.level), .tile_class = tile_class, .wakes = plan_.active}));
     const auto length = static_cast<vk::DeviceSize>(all.length) + tile_class;
     commands_.dispatchIndirect(*lists_.lengths.handle, length * bytes_of_length);
   }
