@@ -1,6 +1,6 @@
 #version 120
 #extension GL_ARB_texture_rectangle : require
-// One sweep as the thesis ran its iterations: GLSL 1.20, float rectangle textures, a quad per sweep (Tab. 6.1, 6.2,
+// One sweep as the thesis ran its iterations: GLSL 1.20, float rectangle textures, two of them swapped (Tab. 6.1, 6.2,
 // Alg. 4). GLSL 1.20 has no `precise`: the order in energy.inc must be one that compilers keep.
 
 #define real float
