@@ -1,6 +1,6 @@
 // All sites visited once, per backend, rule, update and size: `sweep_benchmark
-// --benchmark_filter=openmp/closed`. With --benchmark_out=FILE a JSON file that says what was measured where; two of
-// them are what Google Benchmark's tools/compare.py takes.
+// --benchmark_filter=openmp/closed`. With --benchmark_out=FILE a JSON file that says what was measured where;
+// two of them are what Google Benchmark's tools/compare.py takes.
 
 #include "backends/registry.hpp"
 #include "harness/context.hpp"
