@@ -194,6 +194,23 @@ TEST(Comparison, NamesNoise) {
   EXPECT_EQ(noise_text(quiet, 0.05), "");
 }
 
+// No difference is said only where the interval leaves no room for one, to either side.
+TEST(Comparison, RoomForADifferenceIsNoAbsenceOfOne) {
+  std::vector<double> before;
+  std::vector<double> after;
+  for (int i = 0; i < 10; ++i) {
+    before.push_back(1.0 + 0.01 * i);
+    after.push_back(1.03 * before.back());
+  }
+  const Comparison slower = compare_samples(before, after, 0.05);
+  EXPECT_GT(slower.p, significant_p);
+  EXPECT_GT(slower.ratio.low, 1.0 / 1.05);
+  EXPECT_GT(slower.ratio.high, 1.05);
+  EXPECT_EQ(slower.change, Change::too_noisy);
+  EXPECT_EQ(compare_samples(after, before, 0.05).change, Change::too_noisy);
+  EXPECT_EQ(compare_samples(after, before, 0.1).change, Change::none_seen);
+}
+
 // What it asks for is what it takes: a change of the tolerance's size is seen in nine of ten comparisons.
 TEST(Comparison, AsksForAsManySamplesAsItTakes) {
   std::mt19937 random(7);
@@ -262,7 +279,10 @@ TEST(ComparedRows, OneWrongFieldSpoilsTheTimings) {
   news[1].reason = "7 sites differ";
   const auto rows = compare_rows(old, news, 0.05);
   EXPECT_FALSE(rows[0].compared);
-  EXPECT_THAT(rows[0].remark, HasSubstr("7 sites differ"));
+  EXPECT_THAT(rows[0].remark, HasSubstr("new: 7 sites differ"));
+  const auto turned = compare_rows(news, old, 0.05);
+  EXPECT_FALSE(turned[0].compared);
+  EXPECT_THAT(turned[0].remark, HasSubstr("old: 7 sites differ"));
 }
 
 /// A program that takes hdmbench's place: writes what bench writes, with `seconds` and 1 % of noise, and its

@@ -107,7 +107,7 @@ TEST(Windows, ACutIsWrongNoDeeperThanTheSweeps) {
     session->read(field);
     return field;
   };
-  const VectorField whole = swept(scene.full, scene.start);
+  const VectorField whole = swept(scene.full, scene.start_field());
   const Window inner{.x = 23, .y = 18, .extent = {9, 11}};
   const Window outer = with_influence(inner, sweeps, scene.extent());
   EXPECT_EQ(outer.x, 18);

@@ -24,9 +24,10 @@ std::vector<std::size_t> doubled_ranks(std::span<const double> first, std::span<
   std::ranges::sort(sorted);
   std::vector<std::size_t> ranks;
   for (const double value : values) {
-    const auto equal = std::ranges::equal_range(sorted, value);
-    const auto below = static_cast<std::size_t>(equal.begin() - sorted.begin());
-    ranks.push_back(2 * below + equal.size() + 1);
+    const auto first_equal = std::ranges::lower_bound(sorted, value);
+    const auto behind_equal = std::ranges::upper_bound(sorted, value);
+    ranks.push_back(
+        static_cast<std::size_t>((first_equal - sorted.begin()) + (behind_equal - sorted.begin()) + 1));
   }
   return ranks;
 }

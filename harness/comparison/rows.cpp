@@ -84,8 +84,10 @@ std::vector<ComparedRow> compare_rows(std::span<const BenchRow> first, std::span
     ComparedRow& result = *known;
     if (row.valid) {
       add_seconds(result.first, row);
+    } else { // one sample of other bits spoils them all
+      result.row.valid = false;
+      result.row.reason = row.reason;
     }
-    result.row.valid = result.row.valid && row.valid; // one sample of other bits spoils them all
   }
   for (ComparedRow& result : results) {
     const auto news = counterparts(result.row, second);

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <utility>
 #include <vector>
@@ -27,7 +28,7 @@ struct Scaling {
 };
 
 Scaling largest_scaling(const std::vector<BenchRow>& rows, const std::string& scene) {
-  std::map<std::pair<std::int64_t, std::int64_t>, Scaling> sizes;
+  std::map<std::pair<std::int64_t, std::int64_t>, Scaling, std::greater<>> sizes; // the largest first
   for (const BenchRow& row : rows) {
     if (row.scene == scene && row.valid && row.threads && *row.threads > 0) {
       Scaling& scaling = sizes[{row.width * row.height, row.width}];
@@ -36,10 +37,10 @@ Scaling largest_scaling(const std::vector<BenchRow>& rows, const std::string& sc
       scaling.lines[row.backend + ", " + row.method][*row.threads] = *row.seconds_median;
     }
   }
-  for (auto size = sizes.rbegin(); size != sizes.rend(); ++size) {
-    std::erase_if(size->second.lines, [](const auto& line) { return line.second.size() < 2; });
-    if (!size->second.lines.empty()) {
-      return size->second;
+  for (auto& [pixels, scaling] : sizes) {
+    std::erase_if(scaling.lines, [](const auto& line) { return line.second.size() < 2; });
+    if (!scaling.lines.empty()) {
+      return scaling;
     }
   }
   return {};

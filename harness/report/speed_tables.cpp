@@ -136,13 +136,15 @@ std::string ceiling_rows(const SceneTimings& timings) {
     if (!has_rates(row)) {
       continue;
     }
+    // So small an image that it is lost in what the program holds anyway.
+    const auto memory = row->bytes_per_site.value_or(0.0) > 0.0 ? row->bytes_per_site : std::nullopt;
     rows += fmt::format("<tr><th scope=\"row\">{}</th><td class=\"name\">{}<small>{}</small></td>",
                         escape(timings.name_of(line)), escape(timings.scene),
                         size_text(size->width, size->height)) +
             rate_html(row->msites_per_second, 1) + rate_html(row->bytes_per_site_update, 1) +
             rate_html(row->operations_per_site_update, 0) + rate_html(row->gigabytes_per_second, 2) +
-            rate_html(row->gigaoperations_per_second, 2) + share_html(*row) +
-            rate_html(row->bytes_per_site, 1) + "</tr>\n";
+            rate_html(row->gigaoperations_per_second, 2) + share_html(*row) + rate_html(memory, 1) +
+            "</tr>\n";
   }
   return rows;
 }

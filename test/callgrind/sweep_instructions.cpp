@@ -60,7 +60,7 @@ void sweep(const std::string& kernel, const std::string& scene_name, int count) 
   const Scene scene = load_scene(scene_name, {.size = Extent{size, size}});
   const auto session = make_backend(kernel)->open({.device = "", .threads = 1});
   session->load(scene.full);
-  session->write(scene.start);
+  session->write(scene.start_field());
   session->step(count);
 }
 
