@@ -295,7 +295,11 @@ WindowedComparison verify_windows(Scene scene, const Backend& reference, const B
   }
   scene.picture = {};
   scene.labels = {};
-  return Examination(std::move(scene), reference, backend, options, progress).examine();
+  try {
+    return Examination(std::move(scene), reference, backend, options, progress).examine();
+  } catch (const TooLarge& error) {
+    return {.backend = std::string(backend.name()), .reason = error.what()};
+  }
 }
 
 double windowed_site_updates(const Scene& scene, const WindowOptions& options) {
