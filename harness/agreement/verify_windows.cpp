@@ -95,7 +95,7 @@ public:
     }
     const std::vector<Work> works = works_in_one_piece(scene_, options_);
     field_ = levels_.begin(levels_.order().front(), {});
-    if (!works.empty()) {
+    if (why_left_out(Mode::pyramid, scene_).empty()) {
       scene_.start = {}; // null, and not asked for any more
     }
     VectorField first = std::move(field_);
