@@ -237,6 +237,17 @@ TEST(Windows, NotANumberIsCounted) {
   EXPECT_GE(comparison.levels.back().not_finite, 1);
 }
 
+TEST(Windows, ADeviceForWhichTheImageIsTooLargeIsSkipped) {
+  const Fault fault{.name = "small", .in_level = [](Level& level) {
+                      if (level.extent == Extent{90, 70}) {
+                        throw TooLarge("no more than 64 sites a side");
+                      }
+                    }};
+  const auto comparison = examined(small_square(), FaultyBackend(scalar(), fault), small_windows());
+  EXPECT_EQ(comparison.verdict, Verdict::skipped);
+  EXPECT_THAT(comparison.reason, HasSubstr("no more than 64 sites a side"));
+}
+
 TEST(Windows, WhatCannotBeCutIsRefused) {
   Scene scene = small_square();
   scene.schedule.stop = Stop::still;

@@ -95,7 +95,7 @@ public:
     }
     const std::vector<Work> works = works_in_one_piece(scene_, options_);
     field_ = levels_.begin(levels_.order().front(), {});
-    if (!works.empty()) {
+    if (why_left_out(Mode::pyramid, scene_).empty()) {
       scene_.start = {}; // null, and not asked for any more
     }
     VectorField first = std::move(field_);
@@ -295,7 +295,11 @@ WindowedComparison verify_windows(Scene scene, const Backend& reference, const B
   }
   scene.picture = {};
   scene.labels = {};
-  return Examination(std::move(scene), reference, backend, options, progress).examine();
+  try {
+    return Examination(std::move(scene), reference, backend, options, progress).examine();
+  } catch (const TooLarge& error) {
+    return {.backend = std::string(backend.name()), .reason = error.what()};
+  }
 }
 
 double windowed_site_updates(const Scene& scene, const WindowOptions& options) {

@@ -66,11 +66,12 @@ struct WindowedComparison {
 
 /// Runs the scene's schedule on `backend` level by level; after the sweeps of each level, scalar makes the
 /// same sweeps from the field that the backend's level began with, on the whole level or on windows of it
-/// with all that can have an influence on them, and the bits are compared. What no window shows is not known.
-/// Of the scene and the fields nothing is kept longer than it is needed, `scene` included, because they are
-/// large. A backend whose devices() or open() throws DeviceError is skipped with that reason; an error later
-/// is not caught. Throws InputError for schedules with another stop than a fixed number of iterations,
-/// sequential updates, annealing, or cycles.
+/// with all that can have an influence on them, and the bits are compared. So is what the backend makes of
+/// the whole pyramid in one piece, as options.last_level says. What no window shows is not known. Of the
+/// scene and the fields nothing is kept longer than it is needed, `scene` included, because they are large. A
+/// backend whose devices() or open() throws DeviceError, or for which a level is TooLarge, is skipped with
+/// that reason; another error later is not caught. Throws InputError for schedules with another stop than a
+/// fixed number of iterations, sequential updates, annealing, or cycles.
 [[nodiscard]] WindowedComparison verify_windows(Scene scene, const Backend& reference, const Backend& backend,
                                                 const WindowOptions& options, Progress& progress);
 
