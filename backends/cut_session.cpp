@@ -25,7 +25,7 @@ std::vector<int> bounds(int sites, int pieces) {
   return granules < pieces ? std::vector<int>{} : result;
 }
 
-/// Both at least as large as `owned`, at most as `extent`.
+/// `owned` and `halo` sites more on each side, as far as the image goes.
 Rectangle with_halo(const Rectangle& owned, int halo, Extent extent) {
   const int left = std::max(0, owned.left - halo);
   const int top = std::max(0, owned.top - halo);

@@ -150,6 +150,7 @@ void expect_peak_memory(const char* name, double bytes) {
   GTEST_SKIP() << "sanitizers need memory of their own";
 #endif
   const Extent extent{4099, 4100};
+  GTEST_FLAG_SET(death_test_style, "threadsafe"); // a new process: OpenMP's threads do not survive a fork
   const auto peak = [] {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);

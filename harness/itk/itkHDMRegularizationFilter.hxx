@@ -214,7 +214,7 @@ void HDMRegularizationFilter<TDisplacementField, TLabelImage>::ToPhysical(
 template <typename TDisplacementField, typename TLabelImage>
 hdmbench::Scene HDMRegularizationFilter<TDisplacementField, TLabelImage>::MakeScene() const {
   hdmbench::Scene scene;
-  const hdmbench::VectorField & start = scene.start.emplace(this->ToPixels(*this->GetInput()));
+  const hdmbench::VectorField& start = scene.start.emplace(this->ToPixels(*this->GetInput()));
   scene.schedule = this->MakeSchedule();
   const hdmbench::Extent extent = start.extent;
   hdmbench::Level& full = scene.full;
