@@ -1,7 +1,6 @@
 #include "backends/vulkan/pyramid_commands.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace hdmbench::vulkan {
 

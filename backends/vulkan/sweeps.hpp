@@ -6,6 +6,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
+#include <vector>
 
 /// The sweeps over a level as commands of a Vulkan device.
 namespace hdmbench::vulkan {
