@@ -77,7 +77,7 @@ TEST(Verify, EveryModeThatSaysSomething) {
   EXPECT_EQ(comparisons.back().sweeps, comparisons.front().sweeps);
 
   Scene with_start = square;
-  with_start.start.x[0] = 1.0F;
+  with_start.start.emplace(square.extent()).x[0] = 1.0F;
   EXPECT_EQ(modes_of(test::verified(with_start, *backends.front())),
             (std::vector{Mode::resync, Mode::free, Mode::active}));
   EXPECT_FALSE(why_left_out(Mode::pyramid, with_start).empty());

@@ -112,7 +112,7 @@ TEST(Windows, ACutIsWrongNoDeeperThanTheSweeps) {
   const Window outer = with_influence(inner, sweeps, scene.extent());
   EXPECT_EQ(outer.x, 18);
   EXPECT_EQ(outer.y, 12) << "even, so that colours stay";
-  const VectorField part = swept(crop(scene.full, outer), crop(scene.start, outer));
+  const VectorField part = swept(crop(scene.full, outer), crop(scene.start_field(), outer));
   const VectorField expected = crop(whole, outer);
   EXPECT_GT(compare(expected, part).sites, 0) << "the cut";
   const Window within{.x = inner.x - outer.x, .y = inner.y - outer.y, .extent = inner.extent};

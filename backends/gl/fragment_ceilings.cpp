@@ -53,8 +53,9 @@ struct Size {
 class Loops {
 public:
   explicit Loops(const Api& api)
-      : gl_(api), source_(api), target_(api), framebuffer_(api), quad_(api),
-        copy_(api, {{GL_VERTEX_SHADER, vertex_shader}, {GL_FRAGMENT_SHADER, copy_shader}}),
+      : gl_(api),
+        source_(api), targets_{Texture(api), Texture(api)}, framebuffers_{Framebuffer(api), Framebuffer(api)},
+        quad_(api), copy_(api, {{GL_VERTEX_SHADER, vertex_shader}, {GL_FRAGMENT_SHADER, copy_shader}}),
         multiply_add_(api, {{GL_VERTEX_SHADER, vertex_shader}, {GL_FRAGMENT_SHADER, multiply_add_shader}}) {
     static constexpr std::array<GLfloat, 8> corners{-1, -1, 1, -1, -1, 1, 1, 1};
     gl_.BindBuffer(GL_ARRAY_BUFFER, quad_.name());
@@ -69,14 +70,16 @@ public:
                             limit);
     given_ = ceiling_shaders::source(size_.texels());
     found_.resize(given_.size());
-    allocate(target_, nullptr);
-    allocate(source_, given_.data());
-    gl_.BindFramebufferEXT(GL_FRAMEBUFFER_EXT, framebuffer_.name());
-    gl_.FramebufferTexture2DEXT(GL_FRAMEBUFFER_EXT, GL_COLOR_ATTACHMENT0_EXT, GL_TEXTURE_RECTANGLE_ARB,
-                                target_.name(), 0);
-    if (gl_.CheckFramebufferStatusEXT(GL_FRAMEBUFFER_EXT) != GL_FRAMEBUFFER_COMPLETE_EXT) {
-      throw DeviceError("glCheckFramebufferStatusEXT: cannot render to float rectangle textures");
+    for (std::size_t i = 0; i < targets_.size(); ++i) {
+      allocate(targets_[i], nullptr);
+      gl_.BindFramebufferEXT(GL_FRAMEBUFFER_EXT, framebuffers_[i].name());
+      gl_.FramebufferTexture2DEXT(GL_FRAMEBUFFER_EXT, GL_COLOR_ATTACHMENT0_EXT, GL_TEXTURE_RECTANGLE_ARB,
+                                  targets_[i].name(), 0);
+      if (gl_.CheckFramebufferStatusEXT(GL_FRAMEBUFFER_EXT) != GL_FRAMEBUFFER_COMPLETE_EXT) {
+        throw DeviceError("glCheckFramebufferStatusEXT: cannot render to float rectangle textures");
+      }
     }
+    allocate(source_, given_.data()); // stays bound
   }
 
   [[nodiscard]] Ceilings measure() {
@@ -108,10 +111,13 @@ private:
                    GL_FLOAT, texels);
   }
 
+  /// Into both targets in turn, as sweeps are: of several opaque drawings into one, a driver that draws tile
+  /// by tile does only the last.
   void draw(const Program& program, Size size, int times) const {
     program.use();
     gl_.Viewport(0, 0, size.width, size.height);
     for (int i = 0; i < times; ++i) {
+      gl_.BindFramebufferEXT(GL_FRAMEBUFFER_EXT, framebuffers_[static_cast<std::size_t>(i % 2)].name());
       gl_.DrawArrays(GL_TRIANGLE_STRIP, 0, 4);
     }
     gl_.Finish();
@@ -124,8 +130,8 @@ private:
 
   const Api& gl_;
   Texture source_;
-  Texture target_;
-  Framebuffer framebuffer_;
+  std::array<Texture, 2> targets_;
+  std::array<Framebuffer, 2> framebuffers_;
   Buffer quad_;
   Program copy_;
   Program multiply_add_;
