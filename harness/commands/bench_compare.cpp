@@ -179,8 +179,11 @@ BothSides measure_new(const CLI::App& bench, const report::Results& old, int rep
       runs_of(take_apart(words_of(old.contexts.back().arguments), bench), old.bench);
   Progress progress;
   progress.set_total(static_cast<double>(runs.size()));
-  for (const Words& words : runs) {
+  for (Words words : runs) {
     progress.describe(fmt::format("compare: {} samples of {}", samples, words.front()));
+    if (std::ranges::find(words, "--no-ceilings") == words.end()) {
+      words.emplace_back("--no-ceilings"); // a comparison does not look at them
+    }
     report::Results found = comparison::run_bench(this_program(), words, samples);
     std::ranges::move(found.bench, std::back_inserter(sides.second));
     sides.second_context = found.contexts.back();

@@ -26,7 +26,7 @@ namespace {
 
 using namespace hdmbench;
 
-constexpr int size = 96;  ///< sites a side
+constexpr int size = 256; ///< sites a side
 constexpr int sweeps = 8; ///< as many as openmp takes through a band together
 constexpr double tolerance = 0.02;
 constexpr int skipped = 77; ///< what ctest takes as skipped
