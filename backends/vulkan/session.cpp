@@ -128,8 +128,7 @@ private:
     require_fits(level.extent, sampled, curvature);
     pyramid_.reset();
     const bool fits = fields_ && sites <= fields_->capacity && curvature == fields_->curvature &&
-                      grid.count <= lists_->capacity &&
-                      (sampled == 0 || (sampled_ && sampled <= sampled_->capacity));
+                      grid.count <= lists_->capacity && sampled <= sampled_->capacity;
     if (fits) {
       return;
     }
@@ -139,9 +138,7 @@ private:
     lists_.reset();
     lists_.emplace(queue_, grid.count);
     displacements_.emplace(queue_, sites);
-    if (sampled > 0) {
-      sampled_.emplace(queue_, sampled, false, true);
-    }
+    sampled_.emplace(queue_, std::max<std::size_t>(sampled, 1), false, true);
     fields_.emplace(queue_, sites, curvature, false);
     describe_sets();
   }
@@ -189,11 +186,12 @@ private:
   }
 
   /// sets_[2 * fields + source]: fields 0 are the full level's, 1 sampled ones; displacement `source` is read
-  /// and the other one written.
+  /// and the other one written. No binding may keep what is gone, even one that no shader reads before it is
+  /// described again: lavapipe (Mesa 22.3) hands its context all of a set at each dispatch, used or not.
   void describe_sets() const {
     for (std::size_t number = 0; number < sets_.size(); ++number) {
       const vk::raii::DescriptorSet& set = sets_[number];
-      const LevelFields& fields = number < 2 || !sampled_ ? *fields_ : *sampled_;
+      const LevelFields& fields = number < 2 ? *fields_ : *sampled_;
       describe(set, binding::displacement, displacements_->buffers[number % 2]);
       describe(set, binding::improved, displacements_->buffers[1 - number % 2]);
       describe(set, binding::material, fields.material);
@@ -202,10 +200,8 @@ private:
       describe(set, binding::counter, counter_);
       describe(set, binding::tiles, lists_->tiles);
       describe(set, binding::lengths, lists_->lengths);
-      if (sampled_) {
-        describe(set, binding::sampled_material, sampled_->material);
-        describe(set, binding::sampled_observation, sampled_->observation);
-      }
+      describe(set, binding::sampled_material, sampled_->material);
+      describe(set, binding::sampled_observation, sampled_->observation);
     }
   }
 
@@ -248,7 +244,7 @@ private:
   std::vector<vk::raii::DescriptorSet> sets_; // describe_sets()
 
   std::optional<LevelFields> fields_;
-  std::optional<LevelFields> sampled_; // of a pyramid's level that is not the full one
+  std::optional<LevelFields> sampled_; // of a pyramid's levels that are not the full one; else one site
   std::optional<Displacements> displacements_;
   std::optional<ListBuffers> lists_;
   TexelBuffer entries_;
