@@ -124,8 +124,8 @@ TEST_P(BytesTest, DeclaredAreThoseOfTheArraysThatAreThere) {
     session->write(start);
     session->step(2);
   };
-  Scene small = test::plain_scene({32, 32});
-  run(small.full, small.start_field()); // compiles
+  Scene small = test::plain_scene({128, 128}); // has tiles of every kind
+  run(small.full, small.start_field());        // compiles
   Scene large = test::plain_scene({1200, 1100});
   for (std::size_t i = 0; i < large.extent().sites(); ++i) { // all sites are general: none may go without
     large.full.modulus.values[i] = 1.0F + static_cast<float>(i % 7);
