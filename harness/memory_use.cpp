@@ -1,6 +1,7 @@
 #include "harness/memory_use.hpp"
 
 #include <fstream>
+#include <malloc.h>
 #include <string>
 
 namespace hdmbench {
@@ -20,13 +21,22 @@ std::size_t status_bytes(const std::string& name) {
   return 0;
 }
 
+/// What was freed and the allocator keeps would be used again, unseen.
+void give_back_freed() {
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
+}
+
 } // namespace
 
 std::size_t resident_bytes() {
+  give_back_freed();
   return status_bytes("VmRSS:");
 }
 
 PeakMemory::PeakMemory() {
+  give_back_freed();
   std::ofstream file("/proc/self/clear_refs");
   file << "5" << std::flush; // the peak, VmHWM (man 5 proc)
   reset_ = file.good();

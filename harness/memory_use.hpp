@@ -5,7 +5,8 @@
 
 namespace hdmbench {
 
-/// Bytes of memory that this process occupies; 0 where the operating system does not tell.
+/// Bytes of memory that this process occupies, without what it has freed; 0 where the operating system does
+/// not tell.
 [[nodiscard]] std::size_t resident_bytes();
 
 /// The most memory that this process occupied at once while the object lives.
