@@ -92,7 +92,7 @@ TileLists classify_tiles(const Level& full, Extent extent, Alignment alignment, 
   result.tiles = {.width = (extent.width + tile.width - 1) / tile.width,
                   .height = (extent.height + tile.height - 1) / tile.height};
   result.classes.assign(result.tiles.sites(), general_class);
-  if (full.rule == Rule::steps && full.update == Update::simultaneous) {
+  if (changes_spread_by_contact(full)) {
     const Classifier classify(full, extent, alignment);
 #pragma omp parallel for schedule(static) if (extent.sites() > 100000)
     for (int y = 0; y < result.tiles.height; ++y) {

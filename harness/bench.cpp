@@ -1,6 +1,7 @@
 #include "harness/bench.hpp"
 
 #include "harness/agreement/compare.hpp"
+#include "harness/agreement/verify.hpp"
 #include "harness/median.hpp"
 #include "harness/memory_use.hpp"
 #include "harness/methods/solver.hpp"
@@ -203,8 +204,7 @@ double median_seconds(std::span<const Timings> samples, double (*part)(const Tim
 std::vector<BenchRun> bench_runs(const Scene& scene, std::span<const Backend* const> backends,
                                  const BenchOptions& options) {
   const Schedule& schedule = scene.schedule;
-  const bool may_skip = schedule.cycle == Cycle::one_way && schedule.rule == Rule::steps &&
-                        schedule.update == Update::simultaneous;
+  const bool may_skip = schedule.cycle == Cycle::one_way && why_left_out(Mode::active, scene).empty();
   std::vector<BenchRun> runs;
   for (const Backend* backend : backends) {
     const auto add = [&](int threads, Work work) {
