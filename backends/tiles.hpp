@@ -2,44 +2,56 @@
 
 #include "kernels/level.hpp"
 #include "kernels/pyramid.hpp"
+#include "kernels/tile_class.hpp"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <vector>
 
+/// Tiles by what is known of all their sites, where the host finds it out: for gl-compute and the fragment
+/// path. What the classes are is said once, in kernels/tile_class.inc and classify.inc, for openmp too
+/// (openmp/level_data.hpp), which wants to know the modulus, and for Vulkan (kernels/classify.vulkan.comp).
 namespace hdmbench {
 
-/// What a tile's sites have in common, and a program of kernels/tile.glsl is compiled for.
-struct TileClass {
-  bool border = true;   ///< it holds sites at the border of the image, or it reaches beyond
-  bool observed = true; ///< a site of it has confidence
-  bool elastic = true;  ///< a ratio m_t * (1 / m_u) of it to its own or a neighbour's site is not 1
-};
+using tile_class::class_count;
+using tile_class::general_class;
 
-/// In the order of the bits border, observed, elastic; the last one is good for any tile.
-inline constexpr std::array<TileClass, 8> tile_classes = [] {
-  std::array<TileClass, 8> classes{};
-  for (unsigned index = 0; index < 8; ++index) {
-    classes[index] = {(index & 4U) != 0, (index & 2U) != 0, (index & 1U) != 0};
+/// Classes that programs are made for, with the general one, as class_in_use() of tile_class.inc has them.
+[[nodiscard]] constexpr std::size_t class_set(std::initializer_list<std::size_t> classes) {
+  std::size_t set = std::size_t{1} << general_class;
+  for (const std::size_t tile_class : classes) {
+    set |= std::size_t{1} << tile_class;
   }
-  return classes;
-}();
-inline constexpr std::size_t general_class = tile_classes.size() - 1;
+  return set;
+}
 
-/// The tiles of a level by class. A tile is (y << 16) | x, counted from the top left.
-struct TileLists {
-  Extent tiles{};                      ///< how many there are along x and y
-  std::vector<std::uint32_t> list{};   ///< class after class
-  std::vector<std::uint8_t> classes{}; ///< index into tile_classes of tile y * tiles.width + x
-  std::array<std::uint32_t, tile_classes.size()> first{}; ///< where a class begins in list
-  std::array<std::uint32_t, tile_classes.size()> count{};
+/// How many tiles cover an image of `sites`, the last ones maybe reaching beyond it.
+[[nodiscard]] constexpr Extent tiles_of(Extent sites, Extent tile) {
+  return {.width = (sites.width + tile.width - 1) / tile.width,
+          .height = (sites.height + tile.height - 1) / tile.height};
+}
+
+/// How an image is cut into tiles and for which classes there are programs.
+struct TilesWanted {
+  Extent tile{}; ///< sites along x and y
+  std::size_t classes = class_set({});
+  std::uint32_t fewest = 1; ///< of a class; if there are fewer they count as general: a draw has its cost
 };
 
-/// Of a level that samples `full` (pyramid.hpp), which may be the level itself, in tiles of the size `tile`.
-/// Every tile is general where the rule or the update is not the fast one, candidates and simultaneous, and
-/// where its class has so few that a dispatch of its own costs more than it saves. In parallel where the
-/// level is large.
-[[nodiscard]] TileLists classify_tiles(const Level& full, Extent extent, Alignment alignment, Extent tile);
+/// The tiles of a level by class. A tile is y * tiles.width + x, counted from the top left.
+struct TileLists {
+  Extent tiles{};
+  std::vector<std::uint32_t> list{};              ///< class after class
+  std::vector<std::uint8_t> classes{};            ///< per tile
+  std::array<std::uint32_t, class_count> first{}; ///< where a class begins in list
+  std::array<std::uint32_t, class_count> count{};
+};
+
+/// Of a level that samples `full` (pyramid.hpp), which may be the level itself. In parallel where the level
+/// is large.
+[[nodiscard]] TileLists classify_tiles(const Level& full, Extent extent, Alignment alignment,
+                                       const TilesWanted& wanted);
 
 } // namespace hdmbench

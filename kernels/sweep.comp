@@ -54,8 +54,8 @@ void main() {
   uint count = arguments[(lists.x * uint(CLASSES) + uint(CLASS)) * argument_words + 3u];
   uint list = lists.x * uint(tile_dimension.x * tile_dimension.y) + first[CLASS];
   for (uint slot = gl_WorkGroupID.x; slot < count; slot += gl_NumWorkGroups.x) {
-    uint entry = tiles[list + slot];
-    ivec2 tile = ivec2(entry & 0xffffu, entry >> 16);
+    int tile_number = int(tiles[list + slot]);
+    ivec2 tile = ivec2(tile_number % tile_dimension.x, tile_number / tile_dimension.x);
     int seen_from = sweep_tile(tile, int(gl_LocalInvocationID.x), dimension, penalty,
                                Sweep(turn.x, turn.y, turn.z, turn.w));
     if (ACTIVE) {

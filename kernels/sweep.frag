@@ -19,8 +19,8 @@ const int rule = RULE;             // this and the next two are supplied after #
 const int colours = COLOURS;
 const int step_count = STEP_COUNT;
 
-// Tiles of the image (backends/gl/tiles.hpp) of which more is known are drawn with a constant defined for it, and fetch
-// less: INTERIOR (gather.glsl), HOMOGENEOUS (all ratios of moduli are 1), UNOBSERVED (all confidences are 0).
+// Tiles of the image of which more is known (tile_class.inc) are drawn with a constant defined for
+// it, and fetch less: INTERIOR (gather.glsl, not border), HOMOGENEOUS (not elastic), UNOBSERVED (not observed).
 vec2 displacement_at(vec2 p) { return texture2DRect(image, p).rg; }
 #ifdef HOMOGENEOUS
 float inverse_modulus_at(vec2 p) { return 1.0; }

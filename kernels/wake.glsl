@@ -22,7 +22,7 @@ void wake(ivec2 tile, int seen_from, ivec2 size, uint set, uint number, uint fir
         uint kind = classes[index];
         uint argument = (set * uint(CLASSES) + kind) * argument_words;
         uint slot = atomicAdd(arguments[argument + 3u], 1u);
-        tiles[set * uint(size.x * size.y) + first[kind] + slot] = uint(other.y) << 16 | uint(other.x);
+        tiles[set * uint(size.x * size.y) + first[kind] + slot] = uint(index);
         if (slot < most_groups) {
           atomicAdd(arguments[argument], 1u);
         }

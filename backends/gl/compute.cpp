@@ -80,7 +80,7 @@ public:
 
   void load(const Level& level) {
     upload(level);
-    sweeps_.emplace(gl_, programs_, level, classify_tiles(level, level.extent, Alignment::corner, tile_size),
+    sweeps_.emplace(gl_, programs_, level, list_tiles(level, level.extent, Alignment::corner),
                     keeps_lists(level, level.extent));
     gl_.Finish();
   }
@@ -109,12 +109,11 @@ public:
     Extent above{};
     for (const PyramidLevel& plan : pyramid.levels) {
       rules.strengths = plan.strengths;
-      levels_.push_back(
-          {.plan = plan,
-           .sweeps = {gl_, programs_, rules, classify_tiles(full, plan.extent, pyramid.alignment, tile_size),
-                      keeps_lists(full, plan.extent)},
-           .sampled = Buffer(gl_),
-           .axes = Buffer(gl_)});
+      levels_.push_back({.plan = plan,
+                         .sweeps = {gl_, programs_, rules, list_tiles(full, plan.extent, pyramid.alignment),
+                                    keeps_lists(full, plan.extent)},
+                         .sampled = Buffer(gl_),
+                         .axes = Buffer(gl_)});
       if (plan.extent != full.extent) {
         fill(levels_.back().sampled, sampled_indices(plan.extent.width, full.extent.width, pyramid.alignment),
              sampled_indices(plan.extent.height, full.extent.height, pyramid.alignment));

@@ -8,7 +8,6 @@
 
 #include <fmt/format.h>
 
-#include <numeric>
 #include <optional>
 
 namespace hdmbench::gl {
@@ -32,12 +31,6 @@ bool has_vertex_textures(const Api& gl) {
   GLint units = 0;
   gl.GetIntegerv(GL_MAX_VERTEX_TEXTURE_IMAGE_UNITS, &units);
   return units > 0;
-}
-
-std::vector<int> all_indices(int count) {
-  std::vector<int> indices(static_cast<std::size_t>(count));
-  std::iota(indices.begin(), indices.end(), 0);
-  return indices;
 }
 
 /// sample.frag's and project.frag's table of a level: row 0 its columns, row 1 its rows.
@@ -100,10 +93,8 @@ public:
         add_full_level(full, std::move(header));
       } else {
         const Extent extent = part.extent;
-        levels_.emplace_back(gl_, std::move(header), full,
-                             sampled_indices(extent.width, full.extent.width, pyramid.alignment),
-                             sampled_indices(extent.height, full.extent.height, pyramid.alignment), nullptr,
-                             nullptr, leaves_out(full, extent));
+        levels_.emplace_back(gl_, std::move(header), full, pyramid.alignment, nullptr, nullptr,
+                             leaves_out(full, extent));
       }
       before = part.extent;
     }
@@ -197,8 +188,7 @@ private:
                    curvature ? full.inverse_curvature.x.data() : nullptr,
                    curvature ? full.inverse_curvature.y.data() : nullptr},
                   full.extent.sites(), confidence);
-    levels_.emplace_back(gl_, std::move(header), full, all_indices(full.extent.width),
-                         all_indices(full.extent.height), pixels_.data(), confidence.data(),
+    levels_.emplace_back(gl_, std::move(header), full, Alignment::corner, pixels_.data(), confidence.data(),
                          leaves_out(full, full.extent));
   }
 
@@ -233,7 +223,7 @@ private:
     level.confidence.bind(confidence_unit);
     std::vector<const SweepProgram*> programs;
     for (const FragmentLevel::Draw& draw : level.draws) {
-      programs.push_back(&programs_.sweep(level, draw.kind));
+      programs.push_back(&programs_.sweep(level, draw.tile_class));
     }
     for (int number = first; number < first + sweeps; ++number) {
       if (level.activity) {

@@ -10,9 +10,14 @@ namespace {
 
 constexpr GLsizei quad_vertices = 4; ///< the first ones of every buffer
 
-Extent grid_of(Extent extent) {
-  return {tiles_along(extent.width, FragmentLevel::tile_side),
-          tiles_along(extent.height, FragmentLevel::tile_side)};
+/// Tiles at the border are of no special class, and other rules than the candidates' only tell the border
+/// apart: programs take time to compile.
+TileLists list_tiles(const Level& full, Extent extent, Alignment alignment) {
+  constexpr std::size_t inside = tile_class::observed_bit | tile_class::elastic_bit;
+  return classify_tiles(
+      full, extent, alignment,
+      {.tile = {FragmentLevel::tile_side, FragmentLevel::tile_side},
+       .classes = full.rule == Rule::steps ? class_set({0, 1, 2, inside}) : class_set({inside})});
 }
 
 Activity make_activity(const Api& api, Extent grid) {
@@ -69,21 +74,23 @@ void Target::upload(const GLfloat* pixels) const {
                       pixels);
 }
 
-FragmentLevel::FragmentLevel(const Api& api, Level header_, const Level& full, std::span<const int> columns,
-                             std::span<const int> rows, const GLfloat* observation_,
-                             const GLfloat* confidence_, bool with_activity)
-    : header(std::move(header_)), grid(grid_of(header.extent)), observation(api, header.extent, observation_),
-      confidence(api, header.extent, confidence_),
+FragmentLevel::FragmentLevel(const Api& api, Level header_, const Level& full, Alignment alignment,
+                             const GLfloat* observation_, const GLfloat* confidence_, bool with_activity)
+    : header(std::move(header_)), grid(tiles_of(header.extent, {tile_side, tile_side})),
+      observation(api, header.extent, observation_), confidence(api, header.extent, confidence_),
       api_(&api), images_{Target(api, header.extent, nullptr), Target(api, header.extent, nullptr)},
       vertices_(api) {
+  const TileLists lists = list_tiles(full, header.extent, alignment);
   std::vector<GLfloat> corners{-1, -1, 1, -1, -1, 1, 1, 1};
-  for (const TilesOfAKind& same : classify_tiles(full, columns, rows, tile_side)) {
-    draws.push_back({.kind = same.kind,
-                     .first = static_cast<GLint>(corners.size() / 2),
-                     .count = static_cast<GLsizei>(same.tiles.size())});
-    for (const TilesOfAKind::Tile tile : same.tiles) {
-      corners.push_back(static_cast<GLfloat>(tile.column));
-      corners.push_back(static_cast<GLfloat>(tile.row));
+  for (const std::uint32_t tile : lists.list) {
+    corners.push_back(static_cast<GLfloat>(tile % static_cast<std::uint32_t>(grid.width)));
+    corners.push_back(static_cast<GLfloat>(tile / static_cast<std::uint32_t>(grid.width)));
+  }
+  for (std::size_t tile_class = 0; tile_class < class_count; ++tile_class) {
+    if (lists.count[tile_class] > 0) {
+      draws.push_back({.tile_class = tile_class,
+                       .first = quad_vertices + static_cast<GLint>(lists.first[tile_class]),
+                       .count = static_cast<GLsizei>(lists.count[tile_class])});
     }
   }
   api.BindBuffer(GL_ARRAY_BUFFER, vertices_.name());

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "backends/gl/objects.hpp"
-#include "backends/gl/tiles.hpp"
+#include "backends/tiles.hpp"
 #include "kernels/pyramid.hpp"
 
 #include <array>
@@ -49,19 +49,17 @@ public:
   static constexpr int tile_side = 64;
   static constexpr int cells_along_a_tile = 4;
 
-  /// A draw of the tiles of one kind: points first ... first + count - 1 of the buffer.
+  /// A draw of the tiles of one class: points first ... first + count - 1 of the buffer.
   struct Draw {
-    TileKind kind;
+    std::size_t tile_class = general_class;
     GLint first = 0;
     GLsizei count = 0;
   };
 
   /// `header` has the level's extent and strengths; `observation` and `confidence` as sweep.frag has them,
-  /// null where they will be drawn. Tiles are those of the level that samples `full` at these columns and
-  /// rows.
-  FragmentLevel(const Api& api, Level header, const Level& full, std::span<const int> columns,
-                std::span<const int> rows, const GLfloat* observation, const GLfloat* confidence,
-                bool with_activity);
+  /// null where they will be drawn. Tiles are those of the level as it samples `full`.
+  FragmentLevel(const Api& api, Level header, const Level& full, Alignment alignment,
+                const GLfloat* observation, const GLfloat* confidence, bool with_activity);
 
   /// Attribute 0 is from now on what draw_quad() and draws() need.
   void bind_vertices() const;
@@ -70,7 +68,7 @@ public:
   /// Points of `side` pixels, on a canvas of whole tiles.
   void prepare_tiles(int side) const;
   void draw_tiles(const Draw& draw) const;
-  /// All tiles, whatever their kind.
+  /// All tiles, whatever their class.
   void draw_all_tiles() const;
 
   [[nodiscard]] Target& now() { return images_[current_]; }

@@ -26,10 +26,8 @@ std::string defining(std::string text, const std::string& lines) {
   return text;
 }
 
-std::string defines(TileKind kind, bool active) {
-  return fmt::format("{}{}{}{}", kind.interior ? "#define INTERIOR\n" : "",
-                     kind.homogeneous ? "#define HOMOGENEOUS\n" : "",
-                     kind.unobserved ? "#define UNOBSERVED\n" : "", active ? "#define ACTIVE\n" : "");
+std::string activity(bool active) {
+  return active ? "#define ACTIVE\n" : "";
 }
 
 /// Compiled now, if it is not yet.
@@ -53,18 +51,20 @@ const Program& made(const Api& gl, std::optional<Program>& program, const std::s
 
 } // namespace
 
-const SweepProgram& FragmentPrograms::sweep(const FragmentLevel& level, TileKind kind) {
+const SweepProgram& FragmentPrograms::sweep(const FragmentLevel& level, std::size_t tile_class) {
   const Level& header = level.header;
-  const Key key{.constants = shader_constants(header), .kind = kind, .active = level.activity.has_value()};
+  const Key key{
+      .constants = shader_constants(header), .tile_class = tile_class, .active = level.activity.has_value()};
   auto found = sweeps_.find(key);
   if (found == sweeps_.end()) {
-    found = sweeps_
-                .try_emplace(key, gl_,
-                             std::initializer_list<Program::Stage>{
-                                 {GL_VERTEX_SHADER, defining(std::string(sources::tiles_vertex),
-                                                             defines(TileKind{}, key.active))},
-                                 {GL_FRAGMENT_SHADER, sweep_fragment_text(key.constants, kind, key.active)}})
-                .first;
+    found =
+        sweeps_
+            .try_emplace(
+                key, gl_,
+                std::initializer_list<Program::Stage>{
+                    {GL_VERTEX_SHADER, defining(std::string(sources::tiles_vertex), activity(key.active))},
+                    {GL_FRAGMENT_SHADER, sweep_fragment_text(key.constants, tile_class, key.active)}})
+            .first;
   }
   const Program& program = found->second.program;
   program.use();
@@ -81,7 +81,7 @@ const SweepProgram& FragmentPrograms::sweep(const FragmentLevel& level, TileKind
 
 const Program& FragmentPrograms::cells(const FragmentLevel& level) {
   const Program& program =
-      made(gl_, cells_, defining(std::string(sources::tiles_vertex), defines({}, true)),
+      made(gl_, cells_, defining(std::string(sources::tiles_vertex), activity(true)),
            defining(std::string(sources::cells_fragment),
                     fmt::format("#define CELL {}\n",
                                 FragmentLevel::tile_side / FragmentLevel::cells_along_a_tile)),
@@ -121,8 +121,13 @@ void FragmentPrograms::set_tiles(const Program& program, const FragmentLevel& le
   }
 }
 
-std::string sweep_fragment_text(const ShaderConstants& constants, TileKind kind, bool active) {
-  return defining(assemble(sources::sweep_fragment, constants), defines(kind, active));
+std::string sweep_fragment_text(const ShaderConstants& constants, std::size_t tile_class, bool active) {
+  const auto may_be = [&](std::size_t bit) { return (tile_class & bit) != 0; };
+  return defining(assemble(sources::sweep_fragment, constants),
+                  fmt::format("{}{}{}{}", may_be(tile_class::border_bit) ? "" : "#define INTERIOR\n",
+                              may_be(tile_class::elastic_bit) ? "" : "#define HOMOGENEOUS\n",
+                              may_be(tile_class::observed_bit) ? "" : "#define UNOBSERVED\n",
+                              activity(active)));
 }
 
 } // namespace hdmbench::gl

@@ -16,8 +16,9 @@ constexpr GLint confidence_unit = 2;
 constexpr GLint awake_unit = 3;
 constexpr GLint table_unit = 4;
 
-/// sweep.frag for tiles of a kind; `active`: it says which sites changed.
-[[nodiscard]] std::string sweep_fragment_text(const ShaderConstants& constants, TileKind kind, bool active);
+/// sweep.frag for the tiles of a class; `active`: it says which sites changed.
+[[nodiscard]] std::string sweep_fragment_text(const ShaderConstants& constants, std::size_t tile_class,
+                                              bool active);
 
 /// The fragment path's programs, each compiled when it is asked for the first time. Throws DeviceError with
 /// the driver's log.
@@ -25,8 +26,8 @@ class FragmentPrograms {
 public:
   explicit FragmentPrograms(const Api& api) : gl_(api) {}
 
-  /// A sweep of the level over its tiles of one kind, its uniforms set, but for the turn.
-  [[nodiscard]] const SweepProgram& sweep(const FragmentLevel& level, TileKind kind);
+  /// A sweep of the level over its tiles of one class, its uniforms set, but for the turn.
+  [[nodiscard]] const SweepProgram& sweep(const FragmentLevel& level, std::size_t tile_class);
   /// Which cells the last sweep changed; for the level's grid.
   [[nodiscard]] const Program& cells(const FragmentLevel& level);
   [[nodiscard]] const Program& wake();
@@ -38,7 +39,7 @@ private:
   /// What a sweep's program is compiled for.
   struct Key {
     ShaderConstants constants;
-    TileKind kind;
+    std::size_t tile_class;
     bool active = false; ///< sleeping tiles are left out
 
     auto operator<=>(const Key&) const = default;

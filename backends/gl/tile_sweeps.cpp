@@ -29,6 +29,10 @@ int columns(const ShaderConstants& constants) {
 
 constexpr std::uint32_t most_groups = 65535; // wake.glsl
 
+/// Tiles of a class that make a dispatch worth it: one costs llvmpipe about 10 us of CPU time, and a tile of
+/// 512 sites 3.5 us in the general program and 2 us in the plainest.
+constexpr std::uint32_t fewest_of_a_class = 8;
+
 /// A class's words in the buffer of arguments: groups along x, y, z; number of tiles.
 using Arguments = std::array<GLuint, 4>;
 constexpr Arguments no_tiles{0, 1, 1, 0};
@@ -52,8 +56,16 @@ void fill(const Api& api, const Buffer& buffer, const std::vector<Value>& values
 
 } // namespace
 
+TileLists list_tiles(const Level& full, Extent extent, Alignment alignment) {
+  return classify_tiles(
+      full, extent, alignment,
+      {.tile = tile_size,
+       .classes = changes_spread_by_contact(full) ? class_set({0, 1, 2, 3, 4, 5, 6}) : class_set({}),
+       .fewest = fewest_of_a_class});
+}
+
 std::string assemble(const TileProgramKind& kind) {
-  const TileClass& tile = tile_classes[kind.tile_class];
+  const auto may_be = [&](std::size_t bit) { return (kind.tile_class & bit) != 0; };
   const int wide = columns(kind.constants);
   return assemble(sources::sweep_compute,
                   definitions(kind.constants) +
@@ -62,8 +74,9 @@ std::string assemble(const TileProgramKind& kind) {
                                   "#define BORDER {}\n#define OBSERVED {}\n#define ELASTIC {}\n"
                                   "#define ACTIVE {}\n",
                                   tile_size.width, tile_size.height, wide, tile_size.width / wide,
-                                  kind.tile_class, tile_classes.size(), tile.border, tile.observed,
-                                  tile.elastic, kind.active) +
+                                  kind.tile_class, class_count, may_be(tile_class::border_bit),
+                                  may_be(tile_class::observed_bit), may_be(tile_class::elastic_bit),
+                                  kind.active) +
                       (kind.steps ? fmt::format("#define STEPS {}\n", steps_text(*kind.steps)) : ""));
 }
 
@@ -73,8 +86,8 @@ TileSweeps::TileSweeps(const Api& api, TilePrograms& programs, const Level& leve
       arguments_(api), visited_(api), of_tile_(api) {
   std::vector<std::uint32_t> tiles(list_count * lists.list.size());
   std::ranges::copy(lists.list, tiles.begin());
-  std::vector<Arguments> arguments(list_count * tile_classes.size(), no_tiles);
-  for (std::size_t index = 0; index < tile_classes.size(); ++index) {
+  std::vector<Arguments> arguments(list_count * class_count, no_tiles);
+  for (std::size_t index = 0; index < class_count; ++index) {
     const GLuint groups = std::min(lists.count[index], most_groups);
     arguments[index] = {groups, 1, 1, lists.count[index]};
     if (groups == 0) {
@@ -120,7 +133,7 @@ void TileSweeps::bind(Extent extent) const {
 void TileSweeps::sweep(int number) {
   const SweepState state = sweep_state(level_, number);
   const GLuint written = source_ == 1 ? 2 : 1;
-  constexpr std::size_t bytes = tile_classes.size() * sizeof(Arguments);
+  constexpr std::size_t bytes = class_count * sizeof(Arguments);
   if (active_) {
     ++list_;
     gl_->ClearBufferSubData(GL_DISPATCH_INDIRECT_BUFFER, GL_RGBA32UI, static_cast<GLintptr>(written * bytes),

@@ -17,13 +17,17 @@ namespace hdmbench::gl {
 /// border tiles they make more.
 inline constexpr Extent tile_size{32, 16};
 
+/// The tiles that TileSweeps takes. Rules and updates other than the fast one, candidates and simultaneous,
+/// take general ones: their programs gain less and compile longer.
+[[nodiscard]] TileLists list_tiles(const Level& full, Extent extent, Alignment alignment);
+
 /// What a program of kernels/sweep.comp is compiled for.
 struct TileProgramKind {
   ShaderConstants constants{};
   /// The level's, padded, as constants. Empty for the general class, which is all that small levels have: a
   /// new set of candidates compiles nothing there.
   std::optional<std::array<float, 16>> steps{};
-  std::size_t tile_class = general_class; ///< index into tile_classes
+  std::size_t tile_class = general_class; ///< of kernels/tile_class.inc
   bool active = false;                    ///< whether it lists the tiles for the next sweep
 
   auto operator<=>(const TileProgramKind&) const = default;
@@ -61,7 +65,7 @@ private:
   const Api* gl_;
   Level level_;                       ///< without its fields
   std::vector<ClassOfTiles> classes_; ///< those that the level has
-  std::array<GLuint, tile_classes.size()> first_{};
+  std::array<GLuint, class_count> first_{};
   bool active_ = false;
   GLuint source_ = 0; ///< which of the three lists the next sweep visits: 0 all tiles, 1 and 2 in turn
   GLuint list_ = 0;   ///< number of the list that was written last, since construction

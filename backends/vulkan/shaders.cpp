@@ -50,13 +50,12 @@ Shaders::Shaders(const vk::raii::Device& device)
 const vk::raii::Pipeline& Shaders::sweep(const SweepVariant& variant) {
   auto found = sweeps_.find(variant);
   if (found == sweeps_.end()) {
-    const TileClass& tile_class = tile_classes[variant.tile_class];
-    const auto number = [](bool value) { return value ? 1 : 0; };
+    const auto may_be = [&](std::size_t bit) { return (variant.tile_class & bit) != 0 ? 1 : 0; };
     const std::array<std::int32_t, 8> values{
-        variant.constants.rule,       variant.constants.colours,
-        variant.constants.step_count, static_cast<std::int32_t>(variant.tile_class),
-        number(tile_class.border),    number(tile_class.observed),
-        number(tile_class.elastic),   number(variant.wakes)};
+        variant.constants.rule,          variant.constants.colours,
+        variant.constants.step_count,    static_cast<std::int32_t>(variant.tile_class),
+        may_be(tile_class::border_bit),  may_be(tile_class::observed_bit),
+        may_be(tile_class::elastic_bit), variant.wakes ? 1 : 0};
     found = sweeps_.emplace(variant, make_pipeline(*device_, layout_, sweep_vulkan, values)).first;
   }
   return found->second;

@@ -11,7 +11,7 @@ namespace {
 
 using Usage = vk::BufferUsageFlagBits;
 
-constexpr auto class_count = static_cast<std::int32_t>(tile_classes.size());
+constexpr auto class_count = static_cast<std::int32_t>(hdmbench::class_count);
 constexpr std::array<std::size_t, 4> classes_in_use{0, 1, 3, general_class};
 constexpr std::int32_t full_list = 2; // after the two that sweeps read and write in turn
 constexpr vk::DeviceSize bytes_of_length = 4 * sizeof(std::uint32_t);
