@@ -22,9 +22,9 @@ public:
   [[nodiscard]] float modulus(std::size_t site) const { return full_.modulus.values[site]; }
   [[nodiscard]] float inverse_modulus(std::size_t site) const { return full_.inverse_modulus.values[site]; }
 
-  [[nodiscard]] bool any_confidence(int y, int first, int end) const {
-    return any_other(full_.confidence.x, y, first, end, 0.0F) ||
-           any_other(full_.confidence.y, y, first, end, 0.0F);
+  [[nodiscard]] bool any_other_confidence(int y, int first, int end, float of_x, float of_y) const {
+    return any_other(full_.confidence.x, y, first, end, of_x) ||
+           any_other(full_.confidence.y, y, first, end, of_y);
   }
   [[nodiscard]] bool any_other_modulus(int y, int first, int end, float modulus) const {
     return any_other(full_.modulus.values, y, first, end, modulus);

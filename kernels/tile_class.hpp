@@ -16,13 +16,13 @@ using integer = std::size_t;
 using std::max;
 using std::min;
 
-/// classify.inc as members of `Rows`, which has what is read: any_confidence(), any_other_modulus() and
-/// any_other_inverse().
+/// classify.inc as members of `Rows`, which has what is read: any_other_confidence(), any_other_modulus()
+/// and any_other_inverse().
 template <typename Rows>
 class Classifier : public Rows {
 public:
   using real = float;
-  using Rows::any_confidence;
+  using Rows::any_other_confidence;
   using Rows::any_other_inverse;
   using Rows::any_other_modulus;
 

@@ -1,6 +1,7 @@
 #include "backends/openmp/level_data.hpp"
 
 #include "kernels/default_steps.hpp"
+#include "kernels/tile_class.hpp"
 
 #include <algorithm>
 
@@ -8,14 +9,42 @@ namespace hdmbench::openmp {
 
 namespace {
 
-bool all_equal(const float* values, std::ptrdiff_t count, float value) {
-  int differing = 0;
-#pragma omp simd reduction(| : differing)
-  for (std::ptrdiff_t i = 0; i < count; ++i) {
-    differing |= static_cast<int>(values[i] != value);
+/// What classify.inc reads, of a phase; its materials are asked for where there is one phase.
+class ArrangedRows {
+public:
+  ArrangedRows(const float* modulus, const float* inverse_modulus, const float* confidence_x,
+               const float* confidence_y, const Layout& layout, int phase)
+      : modulus_(modulus), inverse_modulus_(inverse_modulus), confidence_x_(confidence_x),
+        confidence_y_(confidence_y), layout_(layout), phase_(phase) {}
+
+  [[nodiscard]] bool any_other_confidence(int y, int first, int end, float of_x, float of_y) const {
+    return any_other(confidence_x_, y, first, end, of_x) || any_other(confidence_y_, y, first, end, of_y);
   }
-  return differing == 0;
-}
+  [[nodiscard]] bool any_other_modulus(int y, int first, int end, float value) const {
+    return any_other(modulus_, y, first, end, value);
+  }
+  [[nodiscard]] bool any_other_inverse(int y, int first, int end, float value) const {
+    return any_other(inverse_modulus_, y, first, end, value);
+  }
+
+private:
+  [[nodiscard]] bool any_other(const float* values, int y, int first, int end, float value) const {
+    const float* row = values + layout_.start(y, phase_);
+    int differing = 0;
+#pragma omp simd reduction(| : differing)
+    for (int i = first; i < end; ++i) {
+      differing |= static_cast<int>(row[i] != value);
+    }
+    return differing != 0;
+  }
+
+  const float* modulus_;
+  const float* inverse_modulus_;
+  const float* confidence_x_;
+  const float* confidence_y_;
+  Layout layout_;
+  int phase_;
+};
 
 /// Of tiles in some columns and rows of a pyramid's full level.
 struct TileRange {
@@ -53,30 +82,20 @@ LevelData::Arrays LevelData::arrays_of(const Level& level) {
 }
 
 TileKind LevelData::classified(const Arrays& arrays, Rectangle tile, int phase) const {
-  const Extent extent = layout().extent;
-  const std::size_t origin = layout().start(tile.first_row, phase) + static_cast<std::size_t>(tile.first);
-  TileKind kind{.observed = false, .uniform = short_path_};
   if (tile.first >= tile.last) {
-    return kind; // of the shorter phase
+    return {.observed = false, .uniform = short_path_}; // of the shorter phase
   }
-  kind.modulus = arrays[modulus][origin];
-  kind.inverse_modulus = arrays[inverse_modulus][origin];
-  for (int y = tile.first_row; y < tile.last_row && (!kind.observed || kind.uniform); ++y) {
-    const std::size_t row = layout().start(y, phase) + static_cast<std::size_t>(tile.first);
-    const int count = tile.last - tile.first;
-    kind.observed = kind.observed || !all_equal(arrays[confidence_x] + row, count, 0.0F) ||
-                    !all_equal(arrays[confidence_y] + row, count, 0.0F);
-    kind.uniform = kind.uniform && all_equal(arrays[modulus] + row, count, kind.modulus);
-  }
-  const int west = std::max(tile.first - 1, 0);
-  const int east = std::min(tile.last + 1, extent.width);
-  for (int y = std::max(tile.first_row - 1, 0);
-       y < std::min(tile.last_row + 1, extent.height) && kind.uniform; ++y) {
-    kind.uniform =
-        all_equal(arrays[inverse_modulus] + extent.index(west, y), east - west, kind.inverse_modulus);
-  }
-  if (!kind.uniform) {
-    kind.modulus = kind.inverse_modulus = 1.0F; // so that kinds compare equal
+  tile_class::Classifier<ArrangedRows> sites({arrays[modulus], arrays[inverse_modulus], arrays[confidence_x],
+                                              arrays[confidence_y], layout(), phase});
+  TileKind kind{.observed = sites.is_observed(tile.first, tile.first_row, tile.last, tile.last_row)};
+  const std::size_t origin = layout().start(tile.first_row, phase) + static_cast<std::size_t>(tile.first);
+  const Extent extent = layout().extent;
+  if (short_path_ &&
+      sites.is_of_one_material(tile.first, tile.first_row, tile.last, tile.last_row, extent.width,
+                               extent.height, arrays[modulus][origin], arrays[inverse_modulus][origin])) {
+    kind.uniform = true;
+    kind.modulus = arrays[modulus][origin];
+    kind.inverse_modulus = arrays[inverse_modulus][origin];
   }
   return kind;
 }
