@@ -19,9 +19,6 @@ public:
     return full_.extent.index(columns_[static_cast<std::size_t>(x)], rows_[static_cast<std::size_t>(y)]);
   }
 
-  [[nodiscard]] float modulus(std::size_t site) const { return full_.modulus.values[site]; }
-  [[nodiscard]] float inverse_modulus(std::size_t site) const { return full_.inverse_modulus.values[site]; }
-
   [[nodiscard]] bool any_other_confidence(int y, int first, int end, float of_x, float of_y) const {
     return any_other(full_.confidence.x, y, first, end, of_x) ||
            any_other(full_.confidence.y, y, first, end, of_y);
@@ -50,30 +47,6 @@ private:
   std::span<const int> rows_;
 };
 
-using Classifier = tile_class::Classifier<SampledRows>;
-
-/// Of the tile in column x, row y. The fields are read where that can make a difference.
-std::size_t class_of(Classifier& sites, int x, int y, Extent extent, const TilesWanted& wanted) {
-  using namespace tile_class;
-  const int left = x * wanted.tile.width;
-  const int top = y * wanted.tile.height;
-  const int right = std::min(left + wanted.tile.width, extent.width);
-  const int bottom = std::min(top + wanted.tile.height, extent.height);
-  std::size_t known =
-      left == 0 || top == 0 || right == extent.width || bottom == extent.height ? border_bit : 0;
-  const std::size_t worst = class_in_use(wanted.classes, known | observed_bit | elastic_bit);
-  if (class_in_use(wanted.classes, known) == worst) {
-    return worst;
-  }
-  known |= sites.is_observed(left, top, right, bottom) ? observed_bit : 0;
-  const std::size_t site = sites.index(left, top);
-  known |= sites.is_elastic(left, top, right, bottom, extent.width, extent.height, sites.modulus(site),
-                            sites.inverse_modulus(site))
-               ? elastic_bit
-               : 0;
-  return class_in_use(wanted.classes, known);
-}
-
 std::array<std::uint32_t, class_count> counts_of(const std::vector<std::uint8_t>& classes) {
   std::array<std::uint32_t, class_count> count{};
   for (const std::uint8_t tile_class : classes) {
@@ -92,10 +65,14 @@ TileLists classify_tiles(const Level& full, Extent extent, Alignment alignment, 
   const std::vector<int> rows = sampled_indices(extent.height, full.extent.height, alignment);
 #pragma omp parallel for schedule(static) if (extent.sites() > 100000)
   for (int y = 0; y < result.tiles.height; ++y) {
-    Classifier classifier({full, columns, rows});
+    tile_class::Classifier<SampledRows> sites({full, columns, rows});
     for (int x = 0; x < result.tiles.width; ++x) {
-      result.classes[result.tiles.index(x, y)] =
-          static_cast<std::uint8_t>(class_of(classifier, x, y, extent, wanted));
+      const int left = x * wanted.tile.width;
+      const int top = y * wanted.tile.height;
+      const std::size_t site = sites.index(left, top);
+      result.classes[result.tiles.index(x, y)] = static_cast<std::uint8_t>(
+          sites.class_of_tile(wanted.classes, left, top, wanted.tile.width, wanted.tile.height, extent.width,
+                              extent.height, full.modulus.values[site], full.inverse_modulus.values[site]));
     }
   }
   const auto found = counts_of(result.classes);

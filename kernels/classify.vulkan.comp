@@ -3,41 +3,54 @@
 
 // Puts every tile of a level on the list of its class, an invocation per tile.
 
+#define real float
+#define integer uint
+#define HDM_CONSTANT const
+#define HDM_FUNCTION
+#define HDM_PRECISE precise
+
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const int interior_classes = 3; // 0: all tiles are general; 1: those at the border; 3: few more
+layout(constant_id = 0) const uint classes = 128u; // in use, for class_in_use()
 
 #include "tile_size.vulkan.h"
 #include "level.vulkan.glsl"
+#include "tile_class.inc"
+#include "wake.glsl"
 
-// Of a tile whose rim is inside the image, numbered as in backends/tiles.hpp.
-int interior_class(ivec2 first) {
-  ivec2 end = first + tile_size;
-  bool observed = false;
-  for (int y = first.y; y < end.y; ++y) {
-    for (int x = first.x; x < end.x; ++x) {
-      observed = observed || texelFetch(observation, index_of(ivec2(x, y))).zw != vec2(0.0);
-    }
+bool any_other_confidence(int y, int first, int end, float confidence_x, float confidence_y) {
+  bool other = false;
+  for (int x = first; x < end; ++x) {
+    other = other || texelFetch(observation, index_of(ivec2(x, y))).zw != vec2(confidence_x, confidence_y);
   }
-  precise vec2 moduli = texelFetch(material, index_of(first)).xy;
-  bool elastic = moduli.x * moduli.y != 1.0;
-  for (int y = first.y - 1; y <= end.y; ++y) {
-    for (int x = first.x - 1; x <= end.x; ++x) {
-      elastic = elastic || texelFetch(material, index_of(ivec2(x, y))).xy != moduli;
-    }
-  }
-  return observed ? 3 : elastic ? 1 : 0;
+  return other;
 }
+
+bool any_other_modulus(int y, int first, int end, float modulus) {
+  bool other = false;
+  for (int x = first; x < end; ++x) {
+    other = other || texelFetch(material, index_of(ivec2(x, y))).x != modulus;
+  }
+  return other;
+}
+
+bool any_other_inverse(int y, int first, int end, float inverse) {
+  bool other = false;
+  for (int x = first; x < end; ++x) {
+    other = other || texelFetch(material, index_of(ivec2(x, y))).y != inverse;
+  }
+  return other;
+}
+
+#include "classify.inc"
 
 void main() {
   int tile = int(gl_WorkGroupID.y * most_groups_across + gl_WorkGroupID.x) * 64 + int(gl_LocalInvocationID.x);
   if (tile < tile_count) {
     ivec2 first = ivec2(tile % tiles_across, tile / tiles_across) * tile_size;
-    bool interior = all(greaterThan(first, ivec2(0))) && all(lessThan(first + tile_size, ivec2(width, height)));
-    int tile_class = class_count - 1;
-    if (interior_classes > 0 && interior) {
-      tile_class = interior_classes > 1 ? interior_class(first) : 3;
-    }
-    tiles[tile] = uint(tile_class);
+    vec2 moduli = texelFetch(material, index_of(first)).xy;
+    uint tile_class =
+        class_of_tile(classes, first.x, first.y, tile_size.x, tile_size.y, width, height, moduli.x, moduli.y);
+    tiles[classes_section * uint(tile_count) + uint(tile)] = tile_class;
     append_tile(uint(tile), tile_class, list, length);
   }
 }

@@ -6,9 +6,11 @@
 #define real float
 #define HDM_FUNCTION
 #define HDM_PRECISE precise
+#define HDM_CONSTANT const
+#define integer uint
 
-// RULE, COLOURS, STEP_COUNT, TILE_WIDTH, TILE_HEIGHT, COLUMNS, LANES, CLASS, CLASSES, BORDER, OBSERVED, ELASTIC and
-// ACTIVE are supplied after #version; STEPS too, where the candidates are to be constants: a tenth faster.
+// RULE, COLOURS, STEP_COUNT, TILE_WIDTH, TILE_HEIGHT, COLUMNS, LANES, CLASS and ACTIVE are supplied after #version; STEPS
+// too, where the candidates are to be constants: a tenth faster.
 layout(local_size_x = LANES) in; // TILE_WIDTH / COLUMNS
 
 layout(binding = 0) uniform samplerBuffer image;       // rg: displacement
@@ -16,15 +18,18 @@ layout(binding = 1) uniform samplerBuffer material;    // rg: modulus, 1 / modul
 layout(binding = 2) uniform samplerBuffer observation; // rg: target, ba: confidence
 layout(binding = 3) uniform samplerBuffer curvature;   // rg: 1 / curvature, where the rule needs it
 layout(binding = 0, rg32f) uniform restrict writeonly imageBuffer next_image;
-layout(binding = 0, std430) restrict buffer Tiles { uint tiles[]; };
-layout(binding = 1, std430) restrict buffer Arguments { uint arguments[]; };
-layout(binding = 2, std430) restrict buffer Visited { uint visited[]; };
-layout(binding = 3, std430) restrict readonly buffer Classes { uint classes[]; };
+layout(binding = 0, std430) restrict buffer Tiles { uint tiles[]; }; // this and the next as wake.glsl has them
+layout(binding = 1, std430) restrict buffer Lengths { uvec4 lengths[]; };
 layout(location = 0) uniform ivec2 dimension;
 layout(location = 1) uniform float penalty;
 layout(location = 18) uniform vec4 turn; // colour, strength, number, seed of update.inc's Sweep
-layout(location = 19) uniform uvec3 lists; // which of the three is read, which is written and its number, never 0
-layout(location = 20) uniform uint first[CLASSES]; // where the lists of a class begin
+layout(location = 19) uniform int tiles_across; // this and the next as wake.glsl has them
+layout(location = 20) uniform int tile_count;
+layout(location = 21) uniform int list;
+layout(location = 22) uniform int length;
+layout(location = 23) uniform int next_list;
+layout(location = 24) uniform int next_length;
+layout(location = 25) uniform int stamp;
 const int rule = RULE;
 const int colours = COLOURS;
 const int step_count = STEP_COUNT;
@@ -33,9 +38,14 @@ const float steps[16] = float[16](STEPS);
 #else
 layout(location = 2) uniform float steps[16];
 #endif
-const bool border = BORDER;
-const bool observed = OBSERVED;
-const bool elastic = ELASTIC;
+
+#include "tile_class.inc"
+#include "wake.glsl"
+
+const uint tile_class = CLASS;
+const bool border = (tile_class & border_bit) != 0u;
+const bool observed = (tile_class & observed_bit) != 0u;
+const bool elastic = (tile_class & elastic_bit) != 0u;
 
 #include "energy.inc"
 #include "update.inc"
@@ -47,19 +57,14 @@ vec2 inverse_curvature_at(int i) { return texelFetch(curvature, i).rg; }
 void store(int i, Displacement next) { imageStore(next_image, i, vec4(next.x, next.y, 0.0, 0.0)); }
 
 #include "tile.glsl"
-#include "wake.glsl"
 
 void main() {
-  ivec2 tile_dimension = (dimension + ivec2(TILE_WIDTH - 1, TILE_HEIGHT - 1)) / ivec2(TILE_WIDTH, TILE_HEIGHT);
-  uint count = arguments[(lists.x * uint(CLASSES) + uint(CLASS)) * argument_words + 3u];
-  uint list = lists.x * uint(tile_dimension.x * tile_dimension.y) + first[CLASS];
-  for (uint slot = gl_WorkGroupID.x; slot < count; slot += gl_NumWorkGroups.x) {
-    int tile_number = int(tiles[list + slot]);
-    ivec2 tile = ivec2(tile_number % tile_dimension.x, tile_number / tile_dimension.x);
+  ivec2 tile = listed_tile(gl_WorkGroupID, tile_class);
+  if (tile.x >= 0) {
     int seen_from = sweep_tile(tile, int(gl_LocalInvocationID.x), dimension, penalty,
                                Sweep(turn.x, turn.y, turn.z, turn.w));
     if (ACTIVE) {
-      wake(tile, seen_from, tile_dimension, lists.y, lists.z, first);
+      wake(tile, seen_from);
     }
   }
 }

@@ -20,7 +20,6 @@ using std::min;
 /// value.
 inline bool any_other(const float* values, int count, float value) {
   int differing = 0;
-#pragma omp simd reduction(| : differing)
   for (int i = 0; i < count; ++i) {
     differing |= static_cast<int>(values[i] != value);
   }

@@ -1,31 +1,48 @@
-// Which tiles the next sweep has to visit: those that see a change of this one. The includer supplies, after tile.glsl,
-// the storage buffers
+// The lists of tiles that sweeps visit, and which tiles the next sweep has to visit: those that see a change of this one.
+// The includer supplies, after tile_class.inc, storage buffers and what the host says:
 //
-//   uint visited[]   per tile the last sweep that put it on a list, by its number
-//   uint classes[]   per tile its class
-//   uint tiles[]     the lists: all tiles by class, and as much again for each of two lists in turn
-//   uint arguments[] the same three times, per class: groups along x, y and z, number of tiles
+//   uint tiles[]        as tile_class.inc lays them out
+//   uvec4 lengths[]     of lists, w: number of tiles, xyz: work groups to sweep them with, as indirect dispatches read
+//   int tiles_across, tile_count
+//   int list, length            the set of lists to sweep and its first class's element of lengths
+//   int next_list, next_length  the same for the lists that changes are put on
+//   int stamp                   of this sweep, > 0, another one for each since the stamps were cleared
 //
-// and CLASSES, how many there are. Nothing waits for anything: atomicExchange decides who appends a tile, once.
+// Nothing waits for anything: atomicExchange decides who appends a tile, once.
 
-const uint argument_words = 4u;
-const uint most_groups = 65535u; // what every device can dispatch along x; groups take several tiles beyond
+void append_tile(uint tile, uint tile_class, int set, int first_length) {
+  uint at = uint(first_length) + tile_class;
+  uint place = atomicAdd(lengths[at].w, 1u);
+  tiles[list_begin(uint(set), tile_class, uint(tile_count)) + place] = tile;
+  if (place < most_groups_across) {
+    atomicMax(lengths[at].x, place + 1u);
+  }
+  if (place % most_groups_across == 0u) {
+    atomicAdd(lengths[at].y, 1u);
+    lengths[at].z = 1u;
+  }
+}
 
-// Puts on the lists of `set`, 1 or 2, what sweep_tile() said, for sweep `number`.
-void wake(ivec2 tile, int seen_from, ivec2 size, uint set, uint number, uint first[CLASSES]) {
-  for (int bit = 0; bit < 9 && (seen_from >> bit) != 0; ++bit) {
+// The tile that a work group sweeps, by column and row; x < 0: none.
+ivec2 listed_tile(uvec3 group, uint tile_class) {
+  uint place = group.y * most_groups_across + group.x;
+  if (place >= lengths[uint(length) + tile_class].w) {
+    return ivec2(-1);
+  }
+  int tile = int(tiles[list_begin(uint(list), tile_class, uint(tile_count)) + place]);
+  return ivec2(tile % tiles_across, tile / tiles_across);
+}
+
+// Puts on the next lists what sweep_tile() of tile.glsl said.
+void wake(ivec2 tile, int seen_from) {
+  ivec2 grid = ivec2(tiles_across, tile_count / tiles_across);
+  for (; seen_from != 0; seen_from &= seen_from - 1) {
+    int bit = findLSB(seen_from);
     ivec2 other = tile + ivec2(bit % 3 - 1, bit / 3 - 1);
-    bool inside = all(greaterThanEqual(other, ivec2(0))) && all(lessThan(other, size));
-    if (inside && ((seen_from >> bit) & 1) != 0) {
-      int index = other.y * size.x + other.x;
-      if (atomicExchange(visited[index], number) != number) {
-        uint kind = classes[index];
-        uint argument = (set * uint(CLASSES) + kind) * argument_words;
-        uint slot = atomicAdd(arguments[argument + 3u], 1u);
-        tiles[set * uint(size.x * size.y) + first[kind] + slot] = uint(index);
-        if (slot < most_groups) {
-          atomicAdd(arguments[argument], 1u);
-        }
+    if (all(greaterThanEqual(other, ivec2(0))) && all(lessThan(other, grid))) {
+      uint woken = uint(other.y * tiles_across + other.x);
+      if (atomicExchange(tiles[stamps_section * uint(tile_count) + woken], uint(stamp)) != uint(stamp)) {
+        append_tile(woken, tiles[classes_section * uint(tile_count) + woken], next_list, next_length);
       }
     }
   }

@@ -161,8 +161,6 @@ struct Api {
   HDMBENCH_GL(GetBufferSubData);
   HDMBENCH_GL(MemoryBarrier);
   HDMBENCH_GL(TexBuffer);
-  HDMBENCH_GL(Uniform1uiv);
-  HDMBENCH_GL(Uniform3ui);
 #undef HDMBENCH_GL
 };
 

@@ -5,6 +5,7 @@
 #include <shaders/gather.hpp>
 #include <shaders/projection.hpp>
 #include <shaders/tile.hpp>
+#include <shaders/tile_class.hpp>
 #include <shaders/update.hpp>
 #include <shaders/wake.hpp>
 
@@ -100,6 +101,7 @@ std::string assemble(std::string_view shader, std::string_view definitions) {
   replace(text, "#include \"gather.glsl\"", sources::gather);
   replace(text, "#include \"projection.inc\"", sources::projection);
   replace(text, "#include \"tile.glsl\"", sources::tile);
+  replace(text, "#include \"tile_class.inc\"", sources::tile_class);
   replace(text, "#include \"wake.glsl\"", sources::wake);
   text.insert(text.find('\n') + 1, definitions);
   return text;

@@ -11,14 +11,17 @@ namespace {
 
 /// As in kernels/sweep.comp's layout(binding = ..., location = ...).
 constexpr GLuint tiles_binding = 0;
-constexpr GLuint arguments_binding = 1;
-constexpr GLuint visited_binding = 2;
-constexpr GLuint classes_binding = 3;
+constexpr GLuint lengths_binding = 1;
 constexpr GLint dimension_location = 0;
 constexpr GLint penalty_location = 1;
 constexpr GLint steps_location = 2; // of the general class
-constexpr GLint lists_location = 19;
-constexpr GLint first_location = 20;
+constexpr GLint tiles_across_location = 19;
+constexpr GLint tile_count_location = 20;
+constexpr GLint list_location = 21;
+constexpr GLint length_location = 22;
+constexpr GLint next_list_location = 23;
+constexpr GLint next_length_location = 24;
+constexpr GLint stamp_location = 25;
 
 /// Sites side by side that an invocation computes. Measured on llvmpipe with 8 lanes, 600 x 600, CPU time: 1,
 /// 2, 4 sites are 103, 130, 142 Msites/s where most tiles are plain, and 4 not slower than 2 in any class.
@@ -27,16 +30,36 @@ int columns(const ShaderConstants& constants) {
   return constants.rule == static_cast<int>(Rule::steps) && constants.colours == 1 ? 4 : 1;
 }
 
-constexpr std::uint32_t most_groups = 65535; // wake.glsl
-
 /// Tiles of a class that make a dispatch worth it: one costs llvmpipe about 10 us of CPU time, and a tile of
 /// 512 sites 3.5 us in the general program and 2 us in the plainest.
 constexpr std::uint32_t fewest_of_a_class = 8;
 
-/// A class's words in the buffer of arguments: groups along x, y, z; number of tiles.
-using Arguments = std::array<GLuint, 4>;
-constexpr Arguments no_tiles{0, 1, 1, 0};
-constexpr std::size_t list_count = 3;
+/// Of a list, as wake.glsl has it: work groups along x, y, z; number of tiles.
+using Length = std::array<GLuint, 4>;
+
+Length length_of(GLuint tiles) {
+  const auto most = static_cast<GLuint>(tile_class::most_groups_across);
+  return tiles == 0 ? Length{} : Length{std::min(tiles, most), (tiles + most - 1) / most, 1, tiles};
+}
+
+/// Element of the lengths where those of a set begin.
+constexpr GLint first_length(GLint set) {
+  return set * static_cast<GLint>(class_count);
+}
+
+/// The words of wake.glsl: the classes and the full lists.
+std::vector<GLuint> words(const TileLists& lists) {
+  const std::size_t count = lists.list.size();
+  std::vector<GLuint> result(tile_class::words_per_tile * count);
+  std::ranges::copy(lists.classes,
+                    result.begin() + static_cast<std::ptrdiff_t>(tile_class::classes_section * count));
+  for (std::size_t number = 0; number < class_count; ++number) {
+    std::copy_n(lists.list.begin() + lists.first[number], lists.count[number],
+                result.begin() +
+                    static_cast<std::ptrdiff_t>(tile_class::list_begin(tile_class::full_set, number, count)));
+  }
+  return result;
+}
 
 /// Nine digits are a float to the bit, whether a driver reads them as such or as a double.
 std::string steps_text(const std::array<float, 16>& steps) {
@@ -65,37 +88,29 @@ TileLists list_tiles(const Level& full, Extent extent, Alignment alignment) {
 }
 
 std::string assemble(const TileProgramKind& kind) {
-  const auto may_be = [&](std::size_t bit) { return (kind.tile_class & bit) != 0; };
   const int wide = columns(kind.constants);
   return assemble(sources::sweep_compute,
                   definitions(kind.constants) +
                       fmt::format("#define TILE_WIDTH {}\n#define TILE_HEIGHT {}\n#define COLUMNS {}\n"
-                                  "#define LANES {}\n#define CLASS {}\n#define CLASSES {}\n"
-                                  "#define BORDER {}\n#define OBSERVED {}\n#define ELASTIC {}\n"
-                                  "#define ACTIVE {}\n",
+                                  "#define LANES {}\n#define CLASS {}\n#define ACTIVE {}\n",
                                   tile_size.width, tile_size.height, wide, tile_size.width / wide,
-                                  kind.tile_class, class_count, may_be(tile_class::border_bit),
-                                  may_be(tile_class::observed_bit), may_be(tile_class::elastic_bit),
-                                  kind.active) +
+                                  kind.tile_class, kind.active) +
                       (kind.steps ? fmt::format("#define STEPS {}\n", steps_text(*kind.steps)) : ""));
 }
 
 TileSweeps::TileSweeps(const Api& api, TilePrograms& programs, const Level& level, const TileLists& lists,
                        bool active)
-    : gl_(&api), level_(without_fields(level)), first_(lists.first), active_(active), tiles_(api),
-      arguments_(api), visited_(api), of_tile_(api) {
-  std::vector<std::uint32_t> tiles(list_count * lists.list.size());
-  std::ranges::copy(lists.list, tiles.begin());
-  std::vector<Arguments> arguments(list_count * class_count, no_tiles);
-  for (std::size_t index = 0; index < class_count; ++index) {
-    const GLuint groups = std::min(lists.count[index], most_groups);
-    arguments[index] = {groups, 1, 1, lists.count[index]};
-    if (groups == 0) {
+    : gl_(&api), level_(without_fields(level)), tiles_along_(lists.tiles), active_(active), tiles_(api),
+      lengths_(api) {
+  std::vector<Length> lengths(3 * class_count);
+  for (std::size_t number = 0; number < class_count; ++number) {
+    lengths[tile_class::full_set * class_count + number] = length_of(lists.count[number]);
+    if (lists.count[number] == 0) {
       continue;
     }
     TileProgramKind kind{
-        .constants = shader_constants(level), .steps = {}, .tile_class = index, .active = active};
-    if (index != general_class) {
+        .constants = shader_constants(level), .steps = {}, .tile_class = number, .active = active};
+    if (number != general_class) {
       kind.steps = level.steps.padded();
     }
     auto found = programs.find(kind);
@@ -105,55 +120,60 @@ TileSweeps::TileSweeps(const Api& api, TilePrograms& programs, const Level& leve
                                std::initializer_list<Program::Stage>{{GL_COMPUTE_SHADER, assemble(kind)}})
                   .first;
     }
-    classes_.push_back({.program = &found->second, .index = index, .groups = groups});
+    classes_.push_back({.program = &found->second, .number = number, .count = lists.count[number]});
   }
-  fill(api, tiles_, tiles);
-  fill(api, arguments_, arguments);
-  fill(api, visited_, std::vector<GLuint>(lists.classes.size()));
-  fill(api, of_tile_, std::vector<GLuint>(lists.classes.begin(), lists.classes.end()));
+  fill(api, tiles_, words(lists));
+  fill(api, lengths_, lengths);
 }
 
 void TileSweeps::bind(Extent extent) const {
   gl_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, tiles_binding, tiles_.name());
-  gl_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, arguments_binding, arguments_.name());
-  gl_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, visited_binding, visited_.name());
-  gl_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, classes_binding, of_tile_.name());
-  gl_->BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, arguments_.name());
+  gl_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, lengths_binding, lengths_.name());
+  gl_->BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, lengths_.name());
   for (const ClassOfTiles& tiles : classes_) {
     tiles.program->program.use();
     gl_->Uniform2i(dimension_location, extent.width, extent.height);
     gl_->Uniform1f(penalty_location, level_.penalty);
-    if (tiles.index == general_class) {
+    if (tiles.number == general_class) {
       gl_->Uniform1fv(steps_location, level_.steps.count(), level_.steps.padded().data());
     }
-    gl_->Uniform1uiv(first_location, static_cast<GLsizei>(first_.size()), first_.data());
+    gl_->Uniform1i(tiles_across_location, tiles_along_.width);
+    gl_->Uniform1i(tile_count_location, static_cast<GLint>(tiles_along_.sites()));
   }
 }
 
 void TileSweeps::sweep(int number) {
   const SweepState state = sweep_state(level_, number);
-  const GLuint written = source_ == 1 ? 2 : 1;
-  constexpr std::size_t bytes = class_count * sizeof(Arguments);
+  const GLint written = set_ == 0 ? 1 : 0;
   if (active_) {
-    ++list_;
-    gl_->ClearBufferSubData(GL_DISPATCH_INDIRECT_BUFFER, GL_RGBA32UI, static_cast<GLintptr>(written * bytes),
-                            static_cast<GLsizeiptr>(bytes), GL_RGBA_INTEGER, GL_UNSIGNED_INT,
-                            no_tiles.data());
+    ++stamp_;
+    gl_->ClearBufferSubData(GL_DISPATCH_INDIRECT_BUFFER, GL_RGBA32UI,
+                            first_length(written) * static_cast<GLintptr>(sizeof(Length)),
+                            static_cast<GLsizeiptr>(class_count * sizeof(Length)), GL_RGBA_INTEGER,
+                            GL_UNSIGNED_INT, Length{}.data());
   }
   for (const ClassOfTiles& tiles : classes_) {
     tiles.program->program.use();
     tiles.program->set_turn(*gl_, state);
-    gl_->Uniform3ui(lists_location, source_, written, list_);
-    if (source_ == 0) {
-      gl_->DispatchCompute(tiles.groups, 1, 1);
+    gl_->Uniform1i(list_location, set_);
+    gl_->Uniform1i(length_location, first_length(set_));
+    if (active_) {
+      gl_->Uniform1i(next_list_location, written);
+      gl_->Uniform1i(next_length_location, first_length(written));
+      gl_->Uniform1i(stamp_location, stamp_);
+    }
+    if (set_ == tile_class::full_set) {
+      const Length length = length_of(tiles.count);
+      gl_->DispatchCompute(length[0], length[1], length[2]);
     } else {
-      gl_->DispatchComputeIndirect(static_cast<GLintptr>(source_ * bytes + tiles.index * sizeof(Arguments)));
+      const auto element = first_length(set_) + static_cast<GLintptr>(tiles.number);
+      gl_->DispatchComputeIndirect(element * static_cast<GLintptr>(sizeof(Length)));
     }
   }
   GLbitfield barriers = GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT;
   if (active_) {
     barriers |= GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT;
-    source_ = written;
+    set_ = written;
   }
   gl_->MemoryBarrier(barriers);
 }

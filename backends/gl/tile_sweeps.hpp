@@ -51,28 +51,26 @@ public:
   /// level was swept in between.
   void bind(Extent extent) const;
   /// All tiles are to be visited in the next sweep.
-  void wake_all() { source_ = 0; }
+  void wake_all() { set_ = tile_class::full_set; }
   /// Sweep `number` of the level; image and next_image are bound. A barrier for all that it stores follows.
   void sweep(int number);
 
 private:
   struct ClassOfTiles {
     const SweepProgram* program = nullptr;
-    std::size_t index = 0;
-    GLuint groups = 0; ///< of all its tiles
+    std::size_t number = 0;
+    GLuint count = 0; ///< of all its tiles
   };
 
   const Api* gl_;
-  Level level_;                       ///< without its fields
+  Level level_; ///< without its fields
+  Extent tiles_along_;
   std::vector<ClassOfTiles> classes_; ///< those that the level has
-  std::array<GLuint, class_count> first_{};
   bool active_ = false;
-  GLuint source_ = 0; ///< which of the three lists the next sweep visits: 0 all tiles, 1 and 2 in turn
-  GLuint list_ = 0;   ///< number of the list that was written last, since construction
-  Buffer tiles_;
-  Buffer arguments_;
-  Buffer visited_;
-  Buffer of_tile_;
+  GLint set_ = tile_class::full_set; ///< of lists that the next sweep visits
+  GLint stamp_ = 0;                  ///< of the sweep before, since construction
+  Buffer tiles_;                     ///< these two are kernels/wake.glsl's
+  Buffer lengths_;
 };
 
 } // namespace hdmbench::gl

@@ -50,23 +50,19 @@ Shaders::Shaders(const vk::raii::Device& device)
 const vk::raii::Pipeline& Shaders::sweep(const SweepVariant& variant) {
   auto found = sweeps_.find(variant);
   if (found == sweeps_.end()) {
-    const auto may_be = [&](std::size_t bit) { return (variant.tile_class & bit) != 0 ? 1 : 0; };
-    const std::array<std::int32_t, 8> values{
-        variant.constants.rule,          variant.constants.colours,
-        variant.constants.step_count,    static_cast<std::int32_t>(variant.tile_class),
-        may_be(tile_class::border_bit),  may_be(tile_class::observed_bit),
-        may_be(tile_class::elastic_bit), variant.wakes ? 1 : 0};
+    const std::array<std::int32_t, 5> values{
+        variant.constants.rule, variant.constants.colours, variant.constants.step_count,
+        static_cast<std::int32_t>(variant.tile_class), variant.wakes ? 1 : 0};
     found = sweeps_.emplace(variant, make_pipeline(*device_, layout_, sweep_vulkan, values)).first;
   }
   return found->second;
 }
 
-const vk::raii::Pipeline& Shaders::classify(std::int32_t interior_classes) {
-  auto found = classify_.find(interior_classes);
+const vk::raii::Pipeline& Shaders::classify(std::size_t classes) {
+  auto found = classify_.find(classes);
   if (found == classify_.end()) {
-    const std::array<std::int32_t, 1> values{interior_classes};
-    found =
-        classify_.emplace(interior_classes, make_pipeline(*device_, layout_, classify_vulkan, values)).first;
+    const std::array<std::int32_t, 1> values{static_cast<std::int32_t>(classes)};
+    found = classify_.emplace(classes, make_pipeline(*device_, layout_, classify_vulkan, values)).first;
   }
   return found->second;
 }

@@ -78,8 +78,8 @@ public:
   [[nodiscard]] const vk::raii::Pipeline& count() const { return count_; }
 
   [[nodiscard]] const vk::raii::Pipeline& sweep(const SweepVariant& variant);
-  /// With the tiles off the border in `interior_classes` classes: 0 (they are general ones), 1 or 3.
-  [[nodiscard]] const vk::raii::Pipeline& classify(std::int32_t interior_classes);
+  /// Into the classes of a class_set().
+  [[nodiscard]] const vk::raii::Pipeline& classify(std::size_t classes);
   [[nodiscard]] const vk::raii::Pipeline& sample();
   [[nodiscard]] const vk::raii::Pipeline& project();
 
@@ -91,7 +91,7 @@ private:
   vk::raii::Pipeline sample_ = nullptr;
   vk::raii::Pipeline project_ = nullptr;
   std::map<SweepVariant, vk::raii::Pipeline> sweeps_;
-  std::map<std::int32_t, vk::raii::Pipeline> classify_;
+  std::map<std::size_t, vk::raii::Pipeline> classify_;
 };
 
 } // namespace hdmbench::vulkan

@@ -11,23 +11,31 @@ namespace {
 
 using Usage = vk::BufferUsageFlagBits;
 
-constexpr auto class_count = static_cast<std::int32_t>(hdmbench::class_count);
-constexpr std::array<std::size_t, 4> classes_in_use{0, 1, 3, general_class};
-constexpr std::int32_t full_list = 2; // after the two that sweeps read and write in turn
 constexpr vk::DeviceSize bytes_of_length = 4 * sizeof(std::uint32_t);
 constexpr vk::DeviceSize bytes_of_lengths = class_count * bytes_of_length;
 
 /// Element of the lengths of the list that sweep `since_write` reads; its first class's.
-std::int32_t length_of(int since_write) {
-  return class_count * (since_write % (most_recorded_sweeps + 1));
+constexpr std::int32_t length_of(int since_write) {
+  return static_cast<std::int32_t>(class_count) * (since_write % (most_recorded_sweeps + 1));
 }
-constexpr std::int32_t length_of_full = class_count * (most_recorded_sweeps + 1);
+constexpr std::int32_t length_of_full =
+    length_of(most_recorded_sweeps) + static_cast<std::int32_t>(class_count);
 
 std::uint32_t divided(std::int32_t number, std::uint32_t by) {
   return (static_cast<std::uint32_t>(number) + by - 1) / by;
 }
 
-constexpr std::uint32_t most_groups_across = 4096; // of level.vulkan.glsl
+/// Where there is an interior, its tiles are told from those at the border; and in dense work, of which they
+/// are the most, what they have, too.
+std::size_t classes_of(const Level& level, bool active) {
+  using namespace tile_class;
+  const bool has_interior = level.extent.width > 3 * TILE_WIDTH && level.extent.height > 3 * TILE_HEIGHT;
+  if (!has_interior || !changes_spread_by_contact(level)) {
+    return class_set({});
+  }
+  return active ? class_set({observed_bit | elastic_bit})
+                : class_set({0, elastic_bit, observed_bit | elastic_bit});
+}
 
 } // namespace
 
@@ -44,20 +52,16 @@ ListBuffers::ListBuffers(const Queue& queue, std::int32_t capacity_)
                                 Placement::device)) {}
 
 vk::DeviceSize ListBuffers::most_bytes(std::int32_t capacity) {
-  const auto words = static_cast<vk::DeviceSize>(capacity) * (2 + 3 * class_count);
+  const auto words = static_cast<vk::DeviceSize>(capacity) * tile_class::words_per_tile;
   return words * sizeof(std::uint32_t);
 }
 
 SweepPlan::SweepPlan(const Level& whole, Extent extent, std::vector<float> strengths, Work work)
     : level(without_fields(whole)), grid(extent),
-      active(work == Work::active && changes_spread_by_contact(whole)), interior_classes(0) {
+      active(work == Work::active && changes_spread_by_contact(whole)), classes(0) {
   level.extent = extent;
   level.strengths = std::move(strengths);
-  const bool has_interior = level.extent.width > 3 * TILE_WIDTH && level.extent.height > 3 * TILE_HEIGHT;
-  if (has_interior && changes_spread_by_contact(level)) {
-    interior_classes = active ? 1 : 3;
-  }
-  classes = std::span(classes_in_use).last(static_cast<std::size_t>(interior_classes) + 1);
+  classes = classes_of(level, active);
 }
 
 std::uint32_t groups_across(std::int32_t width) {
@@ -80,7 +84,7 @@ Parameters SweepRecorder::parameters() const {
           .height = plan_.level.extent.height,
           .tiles_across = plan_.grid.across,
           .tile_count = plan_.grid.count,
-          .list = full_list,
+          .list = tile_class::full_set,
           .length = length_of_full};
 }
 
@@ -97,17 +101,17 @@ void SweepRecorder::classify(const vk::raii::DescriptorSet& set) const {
   wait_for_all(commands_);
   commands_.fillBuffer(*lists_.lengths.handle, length_of_full * bytes_of_length, bytes_of_lengths, 0);
   wait_for_all(commands_);
-  bind(shaders_.classify(plan_.interior_classes));
+  bind(shaders_.classify(plan_.classes));
   bind(set, parameters());
   const std::uint32_t groups = groups_across(plan_.grid.count);
-  commands_.dispatch(std::min(groups, most_groups_across),
-                     divided(static_cast<std::int32_t>(groups), most_groups_across), 1);
+  constexpr auto most = static_cast<std::uint32_t>(tile_class::most_groups_across);
+  commands_.dispatch(std::min(groups, most), divided(static_cast<std::int32_t>(groups), most), 1);
 }
 
 void SweepRecorder::wake_all() const {
   wait_for_all(commands_);
   const vk::DeviceSize section = static_cast<vk::DeviceSize>(plan_.grid.count) * sizeof(std::uint32_t);
-  commands_.fillBuffer(*lists_.tiles.handle, section, section, 0);
+  commands_.fillBuffer(*lists_.tiles.handle, tile_class::stamps_section * section, section, 0);
 }
 
 void SweepRecorder::clear_lengths(int since_write) const {
@@ -135,12 +139,15 @@ void SweepRecorder::sweep(const vk::raii::DescriptorSet& set, int number, int si
     all.stamp = since_write + 1;
   }
   bind(set, all);
-  for (const std::size_t tile_class : plan_.classes) {
+  for (std::size_t number_of_class = 0; number_of_class < class_count; ++number_of_class) {
+    if ((plan_.classes >> number_of_class & 1) == 0) {
+      continue;
+    }
     // Between classes for the validation layer: it does not see that they touch different elements.
     wait_for_all(commands_);
     bind(shaders_.sweep(
-        {.constants = shader_constants(plan_.level), .tile_class = tile_class, .wakes = plan_.active}));
-    const auto length = static_cast<vk::DeviceSize>(all.length) + tile_class;
+        {.constants = shader_constants(plan_.level), .tile_class = number_of_class, .wakes = plan_.active}));
+    const auto length = static_cast<vk::DeviceSize>(all.length) + number_of_class;
     commands_.dispatchIndirect(*lists_.lengths.handle, length * bytes_of_length);
   }
 }

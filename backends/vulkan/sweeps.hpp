@@ -6,7 +6,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 /// The sweeps over a level as commands of a Vulkan device.
@@ -45,8 +44,7 @@ struct SweepPlan {
   Level level; ///< without its fields
   TileGrid grid;
   bool active;
-  std::int32_t interior_classes;          ///< of Shaders::classify()
-  std::span<const std::size_t> classes{}; ///< of tiles, general ones included
+  std::size_t classes; ///< of tiles, a class_set()
 };
 
 /// Work groups of invocations_per_group for a row.
