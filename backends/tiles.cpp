@@ -33,13 +33,13 @@ public:
 private:
   [[nodiscard]] bool any_other(const std::vector<float>& values, int y, int first, int end,
                                float value) const {
-    const float* row = values.data() + index(first, y);
-    const std::span<const int> columns =
-        columns_.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(end - first));
-    if (columns.back() - columns.front() == end - first - 1) {
-      return tile_class::any_other(row, end - first, value);
+    const float* row = values.data() + full_.extent.index(0, rows_[static_cast<std::size_t>(y)]);
+    int differing = 0; // no branch per site
+    for (const int x :
+         columns_.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(end - first))) {
+      differing |= static_cast<int>(row[x] != value);
     }
-    return std::ranges::any_of(columns, [&](int x) { return row[x - columns.front()] != value; });
+    return differing != 0;
   }
 
   const Level& full_;

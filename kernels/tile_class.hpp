@@ -16,16 +16,6 @@ using integer = std::size_t;
 using std::max;
 using std::min;
 
-/// Whether one of `count` values is not `value`: what the answers below are made of, without a branch per
-/// value.
-inline bool any_other(const float* values, int count, float value) {
-  int differing = 0;
-  for (int i = 0; i < count; ++i) {
-    differing |= static_cast<int>(values[i] != value);
-  }
-  return differing != 0;
-}
-
 /// classify.inc as members of `Rows`, which has what is read: any_other_confidence(), any_other_modulus()
 /// and any_other_inverse().
 template <typename Rows>

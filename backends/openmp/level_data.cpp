@@ -29,7 +29,13 @@ public:
 
 private:
   [[nodiscard]] bool any_other(const float* values, int y, int first, int end, float value) const {
-    return tile_class::any_other(values + layout_.start(y, phase_) + first, end - first, value);
+    const float* row = values + layout_.start(y, phase_);
+    int differing = 0;
+#pragma omp simd reduction(| : differing)
+    for (int i = first; i < end; ++i) {
+      differing |= static_cast<int>(row[i] != value);
+    }
+    return differing != 0;
   }
 
   const float* modulus_;
