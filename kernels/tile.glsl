@@ -2,7 +2,7 @@
 // first row of the tile to the last, and fetches each row once. The includer supplies, after energy.inc and update.inc,
 //
 //   TILE_WIDTH, TILE_HEIGHT, COLUMNS  constants, COLUMNS 1, 2 or 4; a tile takes TILE_WIDTH / COLUMNS invocations
-//   border, observed, elastic         constant bools, the class of the tile (backends/tiles.hpp): whether it reaches
+//   border, observed, elastic         constant bools, the class of the tile (tile_class.inc): whether it reaches
 //                                     the border of the image, whether a site in it has confidence, whether a ratio of
 //                                     moduli in it is not 1
 //   rule, colours, step_count, steps  constants, as update.inc has them
