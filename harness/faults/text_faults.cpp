@@ -97,9 +97,11 @@ std::vector<DeviceFault> window_faults() {
   list.push_back(edit("window-stale", "the row in the middle becomes the one to the north again",
                       "middle[k] = south[k];", "middle[k] = north[k];"));
   list.push_back(edit("observation-left-out", "tiles with observations are taken for such without",
-                      "const bool observed = OBSERVED;", "const bool observed = false;"));
+                      "const bool observed = (tile_class & observed_bit) != 0u;",
+                      "const bool observed = false;"));
   list.push_back(edit("material-left-out", "tiles of several materials are taken for such of one",
-                      "const bool elastic = ELASTIC;", "const bool elastic = false;"));
+                      "const bool elastic = (tile_class & elastic_bit) != 0u;",
+                      "const bool elastic = false;"));
   list.push_back(edit("steps-constant", "one candidate fewer in the program",
                       "const int step_count = STEP_COUNT;", "const int step_count = STEP_COUNT - 1;"));
   return list;
