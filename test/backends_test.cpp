@@ -71,6 +71,27 @@ TEST_P(BackendTest, SameBitsAtEverySize) {
   }
 }
 
+/// Tiles are told apart by what they and their rims have: the one that begins at 64, 64, 32 or 64 sites wide
+/// and 16 or 64 high, and those around it.
+TEST_P(BackendTest, SameBitsWithOneSiteUnlikeTheOthersInOrBesideATile) {
+  constexpr Extent extent{200, 200};
+  test::Problem problem = test::random_problem(extent, test::Texture::smooth, 31);
+  problem.level.confidence = VectorField(extent);
+  for (const int x : {63, 64, 100, 127, 128}) {
+    for (const int y : {63, 64, 127, 128}) {
+      test::Problem other = problem;
+      other.level.modulus = ScalarField(extent, 20.0F);
+      other.level.modulus.values[extent.index(x, y)] = 3.0F;
+      set_inverse_modulus(other.level);
+      expect_same(other, 1, fmt::format("modulus at {}, {}", x, y));
+      other.level.modulus = ScalarField(extent, 20.0F);
+      set_inverse_modulus(other.level);
+      other.level.confidence.y[extent.index(x, y)] = 0.5F;
+      expect_same(other, 1, fmt::format("confidence at {}, {}", x, y));
+    }
+  }
+}
+
 TEST_P(BackendTest, SameBitsForEveryRuleAndUpdate) {
   std::uint64_t seed = 200;
   for (const Rule rule : test::all_rules) {
