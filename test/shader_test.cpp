@@ -39,7 +39,9 @@ TEST(Shaders, AreStrictGlsl) {
   for (const ShaderConstants constants : {ShaderConstants{0, 1, 5}, ShaderConstants{0, 2, 16},
                                           ShaderConstants{1, 2, 1}, ShaderConstants{3, 4, 5}}) {
     for (std::size_t tile_class = 0; tile_class < class_count; ++tile_class) {
-      EXPECT_EQ(lint(folder, "sweep.frag", gl::sweep_fragment_text(constants, tile_class, true)), 0);
+      EXPECT_EQ(lint(folder, "sweep.frag", gl::sweep_text(constants, tile_class)), 0);
+      EXPECT_EQ(lint(folder, "pairs.frag", gl::sweep_pairs_text(constants, StepSet().padded(), tile_class)),
+                0);
     }
     for (const std::size_t tile_class : {std::size_t{0}, general_class}) {
       for (const bool active : {false, true}) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace hdmbench::gl {
@@ -10,14 +11,59 @@ namespace {
 
 constexpr GLsizei quad_vertices = 4; ///< the first ones of every buffer
 
-/// Tiles at the border are of no special class, and other rules than the candidates' only tell the border
-/// apart: programs take time to compile.
-TileLists list_tiles(const Level& full, Extent extent, Alignment alignment) {
-  constexpr std::size_t inside = tile_class::observed_bit | tile_class::elastic_bit;
+/// Other rules than the candidates' do not tell classes apart: programs take time to compile.
+TileLists list_tiles(const Level& full, Extent extent, Alignment alignment, Texels texels) {
   return classify_tiles(
       full, extent, alignment,
-      {.tile = {FragmentLevel::tile_side, FragmentLevel::tile_side},
-       .classes = full.rule == Rule::steps ? class_set({0, 1, 2, inside}) : class_set({inside})});
+      {.tile = {FragmentLevel::tile_side * texels.columns, FragmentLevel::tile_side},
+       .classes = full.rule == Rule::steps ? class_set({0, 1, 2, 3, 4, 5, 6}) : class_set({})});
+}
+
+/// Vertices of points, and which draws they make.
+struct Points {
+  std::vector<GLfloat> corners;
+  std::vector<FragmentLevel::Draw> draws;
+
+  void add(std::size_t column, std::size_t row) {
+    corners.push_back(static_cast<GLfloat>(column));
+    corners.push_back(static_cast<GLfloat>(row));
+  }
+  [[nodiscard]] GLint count() const { return static_cast<GLint>(corners.size() / 2); }
+};
+
+/// Every tile once, a draw per class, as if none were at the border.
+void add_tiles(Points& points, const TileLists& lists) {
+  for (std::size_t tile_class = 0; tile_class < tile_class::border_bit; ++tile_class) {
+    FragmentLevel::Draw draw{.tile_class = tile_class, .first = points.count()};
+    for (std::size_t tile = 0; tile < lists.classes.size(); ++tile) {
+      if (lists.classes[tile] % tile_class::border_bit == tile_class) {
+        const auto width = static_cast<std::size_t>(lists.tiles.width);
+        points.add(tile % width, tile / width);
+      }
+    }
+    draw.count = points.count() - draw.first;
+    if (draw.count > 0) {
+      points.draws.push_back(draw);
+    }
+  }
+}
+
+/// Along the border of an image of so many texels.
+void add_border(Points& points, Extent texels) {
+  constexpr int side = FragmentLevel::border_side;
+  const Extent grid = tiles_of(texels, {side, side});
+  FragmentLevel::Draw draw{.side = side, .first = points.count()};
+  for (int y = 0; y < grid.height; ++y) {
+    const bool whole_row = y == 0 || y == grid.height - 1;
+    for (int x = 0; x < grid.width; x += whole_row ? 1 : std::max(grid.width - 1, 1)) {
+      points.add(static_cast<std::size_t>(x), static_cast<std::size_t>(y));
+    }
+  }
+  draw.count = points.count() - draw.first;
+  if (static_cast<std::size_t>(draw.count) == grid.sites()) {
+    points.draws.clear(); // they would be drawn over
+  }
+  points.draws.push_back(draw);
 }
 
 Activity make_activity(const Api& api, Extent grid) {
@@ -75,27 +121,22 @@ void Target::upload(const GLfloat* pixels) const {
 }
 
 FragmentLevel::FragmentLevel(const Api& api, Level header_, const Level& full, Alignment alignment,
-                             const GLfloat* observation_, const GLfloat* confidence_, bool with_activity)
-    : header(std::move(header_)), grid(tiles_of(header.extent, {tile_side, tile_side})),
-      observation(api, header.extent, observation_), confidence(api, header.extent, confidence_),
-      api_(&api), images_{Target(api, header.extent, nullptr), Target(api, header.extent, nullptr)},
+                             Texels texels_, const GLfloat* observation, const GLfloat* second,
+                             bool with_activity)
+    : header(std::move(header_)), texels(texels_),
+      grid(tiles_of(texels.of(header.extent), {tile_side, tile_side})),
+      constants{.observation = Target(api, header.extent, observation),
+                .second = Target(api, texels.of(header.extent), second)},
+      api_(&api), images_{Target(api, texels.of(header.extent), nullptr),
+                          Target(api, texels.of(header.extent), nullptr)},
       vertices_(api) {
-  const TileLists lists = list_tiles(full, header.extent, alignment);
-  std::vector<GLfloat> corners{-1, -1, 1, -1, -1, 1, 1, 1};
-  for (const std::uint32_t tile : lists.list) {
-    corners.push_back(static_cast<GLfloat>(tile % static_cast<std::uint32_t>(grid.width)));
-    corners.push_back(static_cast<GLfloat>(tile / static_cast<std::uint32_t>(grid.width)));
-  }
-  for (std::size_t tile_class = 0; tile_class < class_count; ++tile_class) {
-    if (lists.count[tile_class] > 0) {
-      draws.push_back({.tile_class = tile_class,
-                       .first = quad_vertices + static_cast<GLint>(lists.first[tile_class]),
-                       .count = static_cast<GLsizei>(lists.count[tile_class])});
-    }
-  }
+  Points points{.corners = {-1, -1, 1, -1, -1, 1, 1, 1}, .draws = {}};
+  add_tiles(points, list_tiles(full, header.extent, alignment, texels));
+  add_border(points, texels.of(header.extent));
+  draws = points.draws;
   api.BindBuffer(GL_ARRAY_BUFFER, vertices_.name());
-  api.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(corners.size() * sizeof(GLfloat)), corners.data(),
-                 GL_STATIC_DRAW);
+  api.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(points.corners.size() * sizeof(GLfloat)),
+                 points.corners.data(), GL_STATIC_DRAW);
   for (Target& image : images_) {
     image.make_drawable();
   }
@@ -117,14 +158,15 @@ void FragmentLevel::draw_quad(Extent pixels) const {
 
 void FragmentLevel::prepare_tiles(int side) const {
   api_->Viewport(0, 0, grid.width * side, grid.height * side);
-  api_->PointSize(static_cast<GLfloat>(side));
 }
 
-void FragmentLevel::draw_tiles(const Draw& draw) const {
+void FragmentLevel::draw_points(const Draw& draw) const {
+  api_->PointSize(static_cast<GLfloat>(draw.side));
   api_->DrawArrays(GL_POINTS, draw.first, draw.count);
 }
 
-void FragmentLevel::draw_all_tiles() const {
+void FragmentLevel::draw_all_tiles(int side) const {
+  api_->PointSize(static_cast<GLfloat>(side));
   api_->DrawArrays(GL_POINTS, quad_vertices, static_cast<GLsizei>(grid.sites()));
 }
 

@@ -38,15 +38,6 @@ using Arguments = std::array<GLuint, 4>;
 constexpr Arguments no_tiles{0, 1, 1, 0};
 constexpr std::size_t list_count = 3;
 
-/// Nine digits are a float to the bit, whether a driver reads them as such or as a double.
-std::string steps_text(const std::array<float, 16>& steps) {
-  std::string text;
-  for (const float step : steps) {
-    text += fmt::format("{}{:#.9g}", text.empty() ? "" : ", ", step);
-  }
-  return text;
-}
-
 template <typename Value>
 void fill(const Api& api, const Buffer& buffer, const std::vector<Value>& values) {
   api.BindBuffer(GL_SHADER_STORAGE_BUFFER, buffer.name());
@@ -77,7 +68,7 @@ std::string assemble(const TileProgramKind& kind) {
                                   kind.tile_class, class_count, may_be(tile_class::border_bit),
                                   may_be(tile_class::observed_bit), may_be(tile_class::elastic_bit),
                                   kind.active) +
-                      (kind.steps ? fmt::format("#define STEPS {}\n", steps_text(*kind.steps)) : ""));
+                      (kind.steps ? steps_definition(*kind.steps) : ""));
 }
 
 TileSweeps::TileSweeps(const Api& api, TilePrograms& programs, const Level& level, const TileLists& lists,
