@@ -24,46 +24,60 @@ struct Points {
   std::vector<GLfloat> corners;
   std::vector<FragmentLevel::Draw> draws;
 
-  void add(std::size_t column, std::size_t row) {
+  void add(int column, int row) {
     corners.push_back(static_cast<GLfloat>(column));
     corners.push_back(static_cast<GLfloat>(row));
   }
   [[nodiscard]] GLint count() const { return static_cast<GLint>(corners.size() / 2); }
+  /// Of the points from draw.first on, if there are any.
+  void add_draw(FragmentLevel::Draw draw) {
+    draw.count = count() - draw.first;
+    if (draw.count > 0) {
+      draws.push_back(draw);
+    }
+  }
 };
 
 /// Every tile once, a draw per class, as if none were at the border.
 void add_tiles(Points& points, const TileLists& lists) {
-  for (std::size_t tile_class = 0; tile_class < tile_class::border_bit; ++tile_class) {
-    FragmentLevel::Draw draw{.tile_class = tile_class, .first = points.count()};
-    for (std::size_t tile = 0; tile < lists.classes.size(); ++tile) {
-      if (lists.classes[tile] % tile_class::border_bit == tile_class) {
-        const auto width = static_cast<std::size_t>(lists.tiles.width);
-        points.add(tile % width, tile / width);
+  for (std::size_t known = 0; known < tile_class::border_bit; ++known) {
+    const FragmentLevel::Draw draw{.tile_class = known, .first = points.count()};
+    for (int y = 0; y < lists.tiles.height; ++y) {
+      for (int x = 0; x < lists.tiles.width; ++x) {
+        if (lists.classes[lists.tiles.index(x, y)] % tile_class::border_bit == known) {
+          points.add(x, y);
+        }
       }
     }
-    draw.count = points.count() - draw.first;
-    if (draw.count > 0) {
-      points.draws.push_back(draw);
-    }
+    points.add_draw(draw);
   }
 }
 
-/// Along the border of an image of so many texels.
-void add_border(Points& points, Extent texels) {
+/// Along the border of an image of so many texels, by the class of the tile that they are part of.
+void add_border(Points& points, const TileLists& lists, Extent texels) {
   constexpr int side = FragmentLevel::border_side;
+  constexpr int along_a_tile = FragmentLevel::tile_side / side;
   const Extent grid = tiles_of(texels, {side, side});
-  FragmentLevel::Draw draw{.side = side, .first = points.count()};
-  for (int y = 0; y < grid.height; ++y) {
-    const bool whole_row = y == 0 || y == grid.height - 1;
-    for (int x = 0; x < grid.width; x += whole_row ? 1 : std::max(grid.width - 1, 1)) {
-      points.add(static_cast<std::size_t>(x), static_cast<std::size_t>(y));
+  const bool is_everything = grid.width <= 2 || grid.height <= 2;
+  if (is_everything) { // one draw is enough
+    points.draws.clear();
+  }
+  for (std::size_t known = 0; known < tile_class::border_bit; ++known) {
+    FragmentLevel::Draw draw{
+        .tile_class = known | tile_class::border_bit, .side = side, .first = points.count()};
+    for (int y = 0; y < grid.height; ++y) {
+      const bool whole_row = y == 0 || y == grid.height - 1;
+      for (int x = 0; x < grid.width; x += whole_row ? 1 : std::max(grid.width - 1, 1)) {
+        const std::size_t tile = lists.tiles.index(x / along_a_tile, y / along_a_tile);
+        const std::size_t drawn_as =
+            is_everything ? general_class : lists.classes[tile] | tile_class::border_bit;
+        if (drawn_as == draw.tile_class) {
+          points.add(x, y);
+        }
+      }
     }
+    points.add_draw(draw);
   }
-  draw.count = points.count() - draw.first;
-  if (static_cast<std::size_t>(draw.count) == grid.sites()) {
-    points.draws.clear(); // they would be drawn over
-  }
-  points.draws.push_back(draw);
 }
 
 Activity make_activity(const Api& api, Extent grid) {
@@ -131,8 +145,9 @@ FragmentLevel::FragmentLevel(const Api& api, Level header_, const Level& full, A
                           Target(api, texels.of(header.extent), nullptr)},
       vertices_(api) {
   Points points{.corners = {-1, -1, 1, -1, -1, 1, 1, 1}, .draws = {}};
-  add_tiles(points, list_tiles(full, header.extent, alignment, texels));
-  add_border(points, texels.of(header.extent));
+  const TileLists lists = list_tiles(full, header.extent, alignment, texels);
+  add_tiles(points, lists);
+  add_border(points, lists, texels.of(header.extent));
   draws = points.draws;
   api.BindBuffer(GL_ARRAY_BUFFER, vertices_.name());
   api.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(points.corners.size() * sizeof(GLfloat)),

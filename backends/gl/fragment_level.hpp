@@ -67,7 +67,7 @@ public:
   static constexpr int cells_along_a_tile = 4;
   /// Texels a side of the points along the image's border. Only there the border rule has to be followed: all
   /// tiles are drawn as if they were inside, and these points over them.
-  static constexpr int border_side = 8;
+  static constexpr int border_side = 4;
 
   /// Points of one class of tiles: first ... first + count - 1 of the buffer, `side` texels large.
   struct Draw {
