@@ -1,7 +1,7 @@
 #version 120
 #extension GL_ARB_texture_rectangle : require
-// Lets a fragment pass where the last iteration changed the displacement, a fragment per site: an occlusion query counts
-// them.
+// Lets a fragment pass where the last iteration changed the displacement, a fragment per site:
+// an occlusion query counts them.
 
 uniform sampler2DRect image;
 uniform sampler2DRect previous;

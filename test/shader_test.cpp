@@ -55,11 +55,15 @@ TEST(Shaders, AreStrictGlsl) {
   }
   EXPECT_EQ(lint(folder, "sample.comp", sources::sample_compute), 0);
   EXPECT_EQ(lint(folder, "project.comp", gl::assemble(sources::project_compute, "")), 0);
-  EXPECT_EQ(lint(folder, "count.frag", sources::count_fragment), 0);
+  for (const char* const pairs : {"", "#define PAIRS\n"}) {
+    EXPECT_EQ(lint(folder, "count.frag", gl::assemble(sources::count_fragment, pairs)), 0);
+    EXPECT_EQ(lint(folder, "sample.frag", gl::assemble(sources::sample_fragment, pairs)), 0);
+    EXPECT_EQ(lint(folder, "project.frag", gl::assemble(sources::project_fragment, pairs)), 0);
+  }
   EXPECT_EQ(lint(folder, "quad.vert", sources::quad_vertex), 0);
-  EXPECT_EQ(lint(folder, "tiles.vert", sources::tiles_vertex), 0);
-  EXPECT_EQ(lint(folder, "sample.frag", sources::sample_fragment), 0);
-  EXPECT_EQ(lint(folder, "project.frag", gl::assemble(sources::project_fragment, "")), 0);
+  EXPECT_EQ(
+      lint(folder, "tiles.vert", gl::assemble(sources::tiles_vertex, "#define POINTS 16\n#define ACTIVE\n")),
+      0);
   EXPECT_EQ(lint(folder, "count.comp", sources::count_compute), 0);
   EXPECT_NE(lint(folder, "wrong.frag", "#version 120\nvoid main() { gl_FragColor = 1; }\n"), 0)
       << "the lint is blind";
