@@ -302,7 +302,7 @@ private:
   Renderbuffer count_target_;
   Query query_;
   FragmentPrograms programs_;
-  bool modern_;     ///< not of the thesis's generation: more than its 512 instructions, vertex textures
+  bool modern_;     ///< its vertex shaders can fetch: not of the thesis's generation
   bool leaves_out_; ///< what cannot change
   std::vector<float> inverse_modulus_;
   std::vector<GLfloat> pixels_; ///< RGBA staging

@@ -234,6 +234,15 @@ std::vector<DeviceFault> compute_faults() {
   return list;
 }
 
+/// glGetIntegerv of a device whose vertex shaders cannot fetch.
+void without_vertex_textures(GLenum name, GLint* value) {
+  HDMBENCH_DRIVER(GetIntegerv)(name, value);
+  if (name == GL_MAX_VERTEX_TEXTURE_IMAGE_UNITS) {
+    record_changed_call();
+    *value = 0;
+  }
+}
+
 } // namespace
 
 std::vector<DeviceFault> text_faults(Pipeline pipeline) {
@@ -261,6 +270,12 @@ std::vector<DeviceFault> device_controls(Pipeline pipeline) {
                  {.find = "gradient = gradient + (real(1) + toward_s) * residual(toward_s, du, dt, ds);",
                   .replace = "gradient = sum + (gradient + (real(1) + toward_s) * "
                              "residual(toward_s, du, dt, ds));"}}});
+  if (pipeline == Pipeline::fragment) {
+    list.push_back({.name = "of-the-thesis",
+                    .what = "a device of the thesis's time: texels of one site also for candidates",
+                    .expected = Expected::let_through,
+                    .calls = {{"glGetIntegerv", reinterpret_cast<gl::Address>(&without_vertex_textures)}}});
+  }
   if (pipeline == Pipeline::compute) {
     list.push_back(
         {.name = "fused",
