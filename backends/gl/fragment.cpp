@@ -112,7 +112,7 @@ public:
                     displacement.extent.sites(), pixels_);
     }
     level.now().upload(pixels_.data());
-    level.all_awake = true;
+    level.wake_all();
     gl_.Finish();
   }
 
@@ -130,7 +130,7 @@ public:
       FragmentLevel& level = levels_[i];
       level.bind_vertices();
       project(*before, tables_[i], level);
-      level.all_awake = true;
+      level.wake_all();
       sweep(level, 0, pyramid_sweeps_[i]);
       before = &level.now();
       site_updates += static_cast<double>(level.header.extent.sites()) * pyramid_sweeps_[i];
@@ -263,7 +263,7 @@ private:
         level.draw_points(level.draws[i]);
       }
       level.swap();
-      if (level.activity) {
+      if (level.activity && level.activity->is_due()) {
         find_awake(level);
       }
     }

@@ -93,6 +93,18 @@ Activity make_activity(const Api& api, Extent grid) {
 
 } // namespace
 
+bool Activity::is_due() {
+  // A change spreads by a site in a sweep, and tiles are awake from the distance of a cell on (wake.frag).
+  constexpr int longest = 8;
+  static_assert(longest <= FragmentLevel::tile_side / FragmentLevel::cells_along_a_tile);
+  if (++swept < interval) {
+    return false;
+  }
+  swept = 0;
+  interval = std::min(2 * interval, longest);
+  return true;
+}
+
 void require_complete(const Api& api) {
   const GLenum status = api.CheckFramebufferStatusEXT(GL_FRAMEBUFFER_EXT);
   if (status != GL_FRAMEBUFFER_COMPLETE_EXT) {
@@ -164,6 +176,14 @@ void FragmentLevel::bind_vertices() const {
   api_->BindBuffer(GL_ARRAY_BUFFER, vertices_.name());
   api_->EnableVertexAttribArray(0);
   api_->VertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, 0, nullptr);
+}
+
+void FragmentLevel::wake_all() {
+  all_awake = true;
+  if (activity) {
+    activity->interval = 1;
+    activity->swept = 0;
+  }
 }
 
 void FragmentLevel::draw_quad(Extent pixels) const {

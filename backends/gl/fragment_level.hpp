@@ -34,11 +34,17 @@ private:
 /// Throws DeviceError unless the framebuffer that is bound can be drawn into.
 void require_complete(const Api& api);
 
-/// What lets a level's sweeps leave out the tiles in which nothing can change, all of it on the device.
+/// What lets a level's sweeps leave out the tiles in which nothing can change, all of it on the device. Which
+/// ones, is found out after sweeps 1, 2, 4, 8, 16, 24 ...: a tile is swept at most twice as often as needed.
 struct Activity {
   Target everything; ///< all tiles awake: for the first sweep
   Target awake;      ///< a texel per tile, 0: nothing can change (wake.frag)
   Target cells;      ///< a texel per cell of a tile (cells.frag)
+  int interval = 1;  ///< sweeps from the last time to the next
+  int swept = 0;     ///< since the last time
+
+  /// Counts a sweep; whether now is the time.
+  [[nodiscard]] bool is_due();
 };
 
 /// What a level's fields are as textures. Texels of one site are the thesis's (Tab. 6.1, 6.2): for rules
@@ -96,6 +102,8 @@ public:
   [[nodiscard]] Target& now() { return images_[current_]; }
   [[nodiscard]] Target& other() { return images_[1 - current_]; }
   void swap() { current_ = 1 - current_; }
+  /// Nothing is known any more of what the sweep before changed.
+  void wake_all();
 
   const Level header; ///< without its fields
   const Texels texels;
@@ -103,7 +111,7 @@ public:
   Constants constants;
   std::vector<Draw> draws; ///< in this order
   std::optional<Activity> activity;
-  bool all_awake = true; ///< nothing is known of what the sweep before changed
+  bool all_awake = true;
 
 private:
   const Api* api_;
