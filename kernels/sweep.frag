@@ -49,7 +49,4 @@ void main() {
                                          Position(floor(gl_FragCoord.x), floor(gl_FragCoord.y)),
                                          Sweep(turn.x, turn.y, turn.z, turn.w), steps, step_count);
   gl_FragColor = vec4(next.x, next.y, texture2DRect(image, gl_FragCoord.xy).b, 0.0);
-#ifdef ACTIVE // a: whether the site changed, for cells.frag
-  gl_FragColor.a = gl_FragColor.rg == displacement_at(gl_FragCoord.xy) ? 0.0 : 1.0;
-#endif
 }

@@ -39,7 +39,9 @@ TEST(Shaders, AreStrictGlsl) {
   for (const ShaderConstants constants : {ShaderConstants{0, 1, 5}, ShaderConstants{0, 2, 16},
                                           ShaderConstants{1, 2, 1}, ShaderConstants{3, 4, 5}}) {
     for (std::size_t tile_class = 0; tile_class < class_count; ++tile_class) {
-      EXPECT_EQ(lint(folder, "sweep.frag", gl::sweep_fragment_text(constants, tile_class, true)), 0);
+      EXPECT_EQ(lint(folder, "sweep.frag", gl::sweep_text(constants, tile_class)), 0);
+      EXPECT_EQ(lint(folder, "pairs.frag", gl::sweep_pairs_text(constants, StepSet().padded(), tile_class)),
+                0);
     }
     for (const std::size_t tile_class : {std::size_t{0}, general_class}) {
       for (const bool active : {false, true}) {
@@ -53,11 +55,15 @@ TEST(Shaders, AreStrictGlsl) {
   }
   EXPECT_EQ(lint(folder, "sample.comp", sources::sample_compute), 0);
   EXPECT_EQ(lint(folder, "project.comp", gl::assemble(sources::project_compute, "")), 0);
-  EXPECT_EQ(lint(folder, "count.frag", sources::count_fragment), 0);
+  for (const char* const pairs : {"", "#define PAIRS\n"}) {
+    EXPECT_EQ(lint(folder, "count.frag", gl::assemble(sources::count_fragment, pairs)), 0);
+    EXPECT_EQ(lint(folder, "sample.frag", gl::assemble(sources::sample_fragment, pairs)), 0);
+    EXPECT_EQ(lint(folder, "project.frag", gl::assemble(sources::project_fragment, pairs)), 0);
+  }
   EXPECT_EQ(lint(folder, "quad.vert", sources::quad_vertex), 0);
-  EXPECT_EQ(lint(folder, "tiles.vert", sources::tiles_vertex), 0);
-  EXPECT_EQ(lint(folder, "sample.frag", sources::sample_fragment), 0);
-  EXPECT_EQ(lint(folder, "project.frag", gl::assemble(sources::project_fragment, "")), 0);
+  EXPECT_EQ(
+      lint(folder, "tiles.vert", gl::assemble(sources::tiles_vertex, "#define POINTS 16\n#define ACTIVE\n")),
+      0);
   EXPECT_EQ(lint(folder, "count.comp", sources::count_compute), 0);
   EXPECT_NE(lint(folder, "wrong.frag", "#version 120\nvoid main() { gl_FragColor = 1; }\n"), 0)
       << "the lint is blind";

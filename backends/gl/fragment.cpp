@@ -55,13 +55,13 @@ Target position_table(const Api& gl, Extent extent, Extent before, Extent full, 
 /// Everything that lives in the context, so that it can be destroyed while the context is current.
 class FragmentSweep {
 public:
-  /// Four textures of four floats: image there and back, observation, confidence.
-  static constexpr double bytes_per_update = 4 * 16;
+  /// Image there and back and material, all of two numbers; observation of four.
+  static constexpr double bytes_per_update = 8 + 8 + 8 + 16;
   static Ceilings ceilings(const Api& api) { return fragment_ceilings(api); }
 
   FragmentSweep(const Api& api, Work work)
       : gl_(api), count_framebuffer_(api), count_target_(api), query_(api), programs_(api),
-        leaves_out_(work == Work::active && has_vertex_textures(api)) {
+        modern_(has_vertex_textures(api)), leaves_out_(work == Work::active && modern_) {
     require_points(api);
   }
 
@@ -93,8 +93,8 @@ public:
         add_full_level(full, std::move(header));
       } else {
         const Extent extent = part.extent;
-        levels_.emplace_back(gl_, std::move(header), full, pyramid.alignment, nullptr, nullptr,
-                             leaves_out(full, extent));
+        levels_.emplace_back(gl_, std::move(header), full, pyramid.alignment, texels_of(full), nullptr,
+                             nullptr, leaves_out(full, extent));
       }
       before = part.extent;
     }
@@ -105,11 +105,14 @@ public:
 
   void write(const VectorField& displacement) {
     FragmentLevel& level = levels_.back();
-    // b is what thesis Tab. 6.2 leaves free.
-    interleave<4>({displacement.x.data(), displacement.y.data(), inverse_modulus_.data(), nullptr},
-                  displacement.extent.sites(), pixels_);
+    if (level.texels.columns == 2) {
+      interleave_pairs(displacement.x, displacement.y, displacement.extent, pixels_);
+    } else { // b is what thesis Tab. 6.2 leaves free
+      interleave<4>({displacement.x.data(), displacement.y.data(), inverse_modulus_.data(), nullptr},
+                    displacement.extent.sites(), pixels_);
+    }
     level.now().upload(pixels_.data());
-    level.all_awake = true;
+    level.wake_all();
     gl_.Finish();
   }
 
@@ -127,7 +130,7 @@ public:
       FragmentLevel& level = levels_[i];
       level.bind_vertices();
       project(*before, tables_[i], level);
-      level.all_awake = true;
+      level.wake_all();
       sweep(level, 0, pyramid_sweeps_[i]);
       before = &level.now();
       site_updates += static_cast<double>(level.header.extent.sites()) * pyramid_sweeps_[i];
@@ -138,21 +141,29 @@ public:
 
   void read(VectorField& displacement) {
     const Extent extent = displacement.extent;
-    pixels_.resize(4 * extent.sites());
-    levels_.back().now().draw_into();
-    gl_.ReadPixels(0, 0, extent.width, extent.height, GL_RGBA, GL_FLOAT, pixels_.data());
-    for (std::size_t i = 0; i < extent.sites(); ++i) {
-      displacement.x[i] = pixels_[4 * i];
-      displacement.y[i] = pixels_[4 * i + 1];
+    FragmentLevel& level = levels_.back();
+    const Extent texels = level.texels.of(extent);
+    pixels_.resize(4 * texels.sites());
+    level.now().draw_into();
+    gl_.ReadPixels(0, 0, texels.width, texels.height, GL_RGBA, GL_FLOAT, pixels_.data());
+    const auto pitch = 4 * static_cast<std::size_t>(texels.width);
+    const auto step = 4 / static_cast<std::size_t>(level.texels.columns);
+    std::size_t i = 0;
+    for (std::size_t row = 0; row < pixels_.size(); row += pitch) {
+      for (std::size_t at = row; at < row + step * static_cast<std::size_t>(extent.width); at += step) {
+        displacement.x[i] = pixels_[at];
+        displacement.y[i] = pixels_[at + 1];
+        ++i;
+      }
     }
   }
 
   std::int64_t changed() {
     FragmentLevel& level = levels_.back();
     level.bind_vertices();
-    programs_.count().use();
+    programs_.count(level.texels).use();
     level.now().bind(image_unit);
-    level.other().bind(observation_unit);
+    level.other().bind(previous_unit);
     gl_.BindFramebufferEXT(GL_FRAMEBUFFER_EXT, count_framebuffer_.name());
     gl_.BeginQuery(GL_SAMPLES_PASSED, query_.name());
     level.draw_quad(level.header.extent);
@@ -178,67 +189,81 @@ private:
     return leaves_out_ && changes_spread_by_contact(level) && extent.sites() >= worth_it;
   }
 
+  [[nodiscard]] Texels texels_of(const Level& level) const {
+    return {.columns = level.rule == Rule::steps && modern_ ? 2 : 1};
+  }
+
   void add_full_level(const Level& full, Level header) {
-    interleave<4>({full.target.x.data(), full.target.y.data(), full.modulus.values.data(),
-                   full.inverse_modulus.values.data()},
-                  full.extent.sites(), pixels_);
-    const bool curvature = needs_inverse_curvature(full.rule);
-    std::vector<GLfloat> confidence;
-    interleave<4>({full.confidence.x.data(), full.confidence.y.data(),
-                   curvature ? full.inverse_curvature.x.data() : nullptr,
-                   curvature ? full.inverse_curvature.y.data() : nullptr},
-                  full.extent.sites(), confidence);
-    levels_.emplace_back(gl_, std::move(header), full, Alignment::corner, pixels_.data(), confidence.data(),
-                         leaves_out(full, full.extent));
+    const Texels texels = texels_of(full);
+    std::vector<GLfloat> second;
+    if (texels.columns == 2) {
+      interleave<4>(
+          {full.target.x.data(), full.target.y.data(), full.confidence.x.data(), full.confidence.y.data()},
+          full.extent.sites(), pixels_);
+      interleave_pairs(full.inverse_modulus.values, full.modulus.values, full.extent, second);
+    } else {
+      interleave<4>({full.target.x.data(), full.target.y.data(), full.modulus.values.data(),
+                     full.inverse_modulus.values.data()},
+                    full.extent.sites(), pixels_);
+      const bool curvature = needs_inverse_curvature(full.rule);
+      interleave<4>({full.confidence.x.data(), full.confidence.y.data(),
+                     curvature ? full.inverse_curvature.x.data() : nullptr,
+                     curvature ? full.inverse_curvature.y.data() : nullptr},
+                    full.extent.sites(), second);
+    }
+    levels_.emplace_back(gl_, std::move(header), full, Alignment::corner, texels, pixels_.data(),
+                         second.data(), leaves_out(full, full.extent));
   }
 
   /// Observations and confidences of the levels from those of the full image, which is the last one.
   void sample_levels() {
-    programs_.sample().use();
     FragmentLevel& full = levels_.back();
     full.bind_vertices();
     for (std::size_t i = 0; i + 1 < levels_.size(); ++i) {
-      FragmentLevel& level = levels_[i];
       tables_[i].bind(table_unit);
-      for (const auto field : {&FragmentLevel::observation, &FragmentLevel::confidence}) {
-        (full.*field).bind(image_unit);
-        (level.*field).make_drawable();
-        full.draw_quad(level.header.extent);
-      }
+      const auto draw = [&](const Program& program, const Target& from, Target& into) {
+        program.use();
+        from.bind(image_unit);
+        into.make_drawable();
+        full.draw_quad(into.extent());
+      };
+      Constants& constants = levels_[i].constants;
+      draw(programs_.sample(), full.constants.observation, constants.observation);
+      draw(programs_.sample(full.texels), full.constants.second, constants.second);
     }
   }
 
   void project(const Target& before, const Target& table, FragmentLevel& level) {
-    programs_.project().use();
+    programs_.project(level.texels).use();
     before.bind(image_unit);
-    level.observation.bind(observation_unit);
+    level.constants.observation.bind(observation_unit);
     table.bind(table_unit);
     level.now().draw_into();
-    level.draw_quad(level.header.extent);
+    level.draw_quad(level.now().extent());
   }
 
   void sweep(FragmentLevel& level, int first, int sweeps) {
     level.bind_vertices();
-    level.observation.bind(observation_unit);
-    level.confidence.bind(confidence_unit);
+    level.constants.second.bind(second_unit);
     std::vector<const SweepProgram*> programs;
     for (const FragmentLevel::Draw& draw : level.draws) {
-      programs.push_back(&programs_.sweep(level, draw.tile_class));
+      programs.push_back(&programs_.sweep(level, draw));
     }
     for (int number = first; number < first + sweeps; ++number) {
       if (level.activity) {
         (level.all_awake ? level.activity->everything : level.activity->awake).bind(awake_unit);
       }
       level.now().bind(image_unit);
+      level.constants.observation.bind(observation_unit);
       level.other().draw_into();
       level.prepare_tiles(FragmentLevel::tile_side);
       for (std::size_t i = 0; i < programs.size(); ++i) {
         programs[i]->program.use();
         programs[i]->set_turn(gl_, sweep_state(level.header, number));
-        level.draw_tiles(level.draws[i]);
+        level.draw_points(level.draws[i]);
       }
       level.swap();
-      if (level.activity) {
+      if (level.activity && level.activity->is_due()) {
         find_awake(level);
       }
     }
@@ -248,9 +273,10 @@ private:
   void find_awake(FragmentLevel& level) {
     programs_.cells(level).use();
     level.now().bind(image_unit);
+    level.other().bind(previous_unit);
     level.activity->cells.draw_into();
     level.prepare_tiles(FragmentLevel::cells_along_a_tile);
-    level.draw_all_tiles();
+    level.draw_all_tiles(FragmentLevel::cells_along_a_tile);
     programs_.wake().use();
     level.activity->cells.bind(image_unit);
     level.activity->awake.draw_into();
@@ -276,6 +302,7 @@ private:
   Renderbuffer count_target_;
   Query query_;
   FragmentPrograms programs_;
+  bool modern_;     ///< its vertex shaders can fetch: not of the thesis's generation
   bool leaves_out_; ///< what cannot change
   std::vector<float> inverse_modulus_;
   std::vector<GLfloat> pixels_; ///< RGBA staging

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace hdmbench::gl {
@@ -10,14 +11,73 @@ namespace {
 
 constexpr GLsizei quad_vertices = 4; ///< the first ones of every buffer
 
-/// Tiles at the border are of no special class, and other rules than the candidates' only tell the border
-/// apart: programs take time to compile.
-TileLists list_tiles(const Level& full, Extent extent, Alignment alignment) {
-  constexpr std::size_t inside = tile_class::observed_bit | tile_class::elastic_bit;
+/// Other rules than the candidates' do not tell classes apart: programs take time to compile.
+TileLists list_tiles(const Level& full, Extent extent, Alignment alignment, Texels texels) {
   return classify_tiles(
       full, extent, alignment,
-      {.tile = {FragmentLevel::tile_side, FragmentLevel::tile_side},
-       .classes = full.rule == Rule::steps ? class_set({0, 1, 2, inside}) : class_set({inside})});
+      {.tile = {FragmentLevel::tile_side * texels.columns, FragmentLevel::tile_side},
+       .classes = full.rule == Rule::steps ? class_set({0, 1, 2, 3, 4, 5, 6}) : class_set({})});
+}
+
+/// Vertices of points, and which draws they make.
+struct Points {
+  std::vector<GLfloat> corners;
+  std::vector<FragmentLevel::Draw> draws;
+
+  void add(int column, int row) {
+    corners.push_back(static_cast<GLfloat>(column));
+    corners.push_back(static_cast<GLfloat>(row));
+  }
+  [[nodiscard]] GLint count() const { return static_cast<GLint>(corners.size() / 2); }
+  /// Of the points from draw.first on, if there are any.
+  void add_draw(FragmentLevel::Draw draw) {
+    draw.count = count() - draw.first;
+    if (draw.count > 0) {
+      draws.push_back(draw);
+    }
+  }
+};
+
+/// Every tile once, a draw per class, as if none were at the border.
+void add_tiles(Points& points, const TileLists& lists) {
+  for (std::size_t known = 0; known < tile_class::border_bit; ++known) {
+    const FragmentLevel::Draw draw{.tile_class = known, .first = points.count()};
+    for (int y = 0; y < lists.tiles.height; ++y) {
+      for (int x = 0; x < lists.tiles.width; ++x) {
+        if (lists.classes[lists.tiles.index(x, y)] % tile_class::border_bit == known) {
+          points.add(x, y);
+        }
+      }
+    }
+    points.add_draw(draw);
+  }
+}
+
+/// Along the border of an image of so many texels, by the class of the tile that they are part of.
+void add_border(Points& points, const TileLists& lists, Extent texels) {
+  constexpr int side = FragmentLevel::border_side;
+  constexpr int along_a_tile = FragmentLevel::tile_side / side;
+  const Extent grid = tiles_of(texels, {side, side});
+  const bool is_everything = grid.width <= 2 || grid.height <= 2;
+  if (is_everything) { // one draw is enough
+    points.draws.clear();
+  }
+  for (std::size_t known = 0; known < tile_class::border_bit; ++known) {
+    FragmentLevel::Draw draw{
+        .tile_class = known | tile_class::border_bit, .side = side, .first = points.count()};
+    for (int y = 0; y < grid.height; ++y) {
+      const bool whole_row = y == 0 || y == grid.height - 1;
+      for (int x = 0; x < grid.width; x += whole_row ? 1 : std::max(grid.width - 1, 1)) {
+        const std::size_t tile = lists.tiles.index(x / along_a_tile, y / along_a_tile);
+        const std::size_t drawn_as =
+            is_everything ? general_class : lists.classes[tile] | tile_class::border_bit;
+        if (drawn_as == draw.tile_class) {
+          points.add(x, y);
+        }
+      }
+    }
+    points.add_draw(draw);
+  }
 }
 
 Activity make_activity(const Api& api, Extent grid) {
@@ -32,6 +92,18 @@ Activity make_activity(const Api& api, Extent grid) {
 }
 
 } // namespace
+
+bool Activity::is_due() {
+  // A change spreads by a site in a sweep, and tiles are awake from the distance of a cell on (wake.frag).
+  constexpr int longest = 8;
+  static_assert(longest <= FragmentLevel::tile_side / FragmentLevel::cells_along_a_tile);
+  if (++swept < interval) {
+    return false;
+  }
+  swept = 0;
+  interval = std::min(2 * interval, longest);
+  return true;
+}
 
 void require_complete(const Api& api) {
   const GLenum status = api.CheckFramebufferStatusEXT(GL_FRAMEBUFFER_EXT);
@@ -75,27 +147,23 @@ void Target::upload(const GLfloat* pixels) const {
 }
 
 FragmentLevel::FragmentLevel(const Api& api, Level header_, const Level& full, Alignment alignment,
-                             const GLfloat* observation_, const GLfloat* confidence_, bool with_activity)
-    : header(std::move(header_)), grid(tiles_of(header.extent, {tile_side, tile_side})),
-      observation(api, header.extent, observation_), confidence(api, header.extent, confidence_),
-      api_(&api), images_{Target(api, header.extent, nullptr), Target(api, header.extent, nullptr)},
+                             Texels texels_, const GLfloat* observation, const GLfloat* second,
+                             bool with_activity)
+    : header(std::move(header_)), texels(texels_),
+      grid(tiles_of(texels.of(header.extent), {tile_side, tile_side})),
+      constants{.observation = Target(api, header.extent, observation),
+                .second = Target(api, texels.of(header.extent), second)},
+      api_(&api), images_{Target(api, texels.of(header.extent), nullptr),
+                          Target(api, texels.of(header.extent), nullptr)},
       vertices_(api) {
-  const TileLists lists = list_tiles(full, header.extent, alignment);
-  std::vector<GLfloat> corners{-1, -1, 1, -1, -1, 1, 1, 1};
-  for (const std::uint32_t tile : lists.list) {
-    corners.push_back(static_cast<GLfloat>(tile % static_cast<std::uint32_t>(grid.width)));
-    corners.push_back(static_cast<GLfloat>(tile / static_cast<std::uint32_t>(grid.width)));
-  }
-  for (std::size_t tile_class = 0; tile_class < class_count; ++tile_class) {
-    if (lists.count[tile_class] > 0) {
-      draws.push_back({.tile_class = tile_class,
-                       .first = quad_vertices + static_cast<GLint>(lists.first[tile_class]),
-                       .count = static_cast<GLsizei>(lists.count[tile_class])});
-    }
-  }
+  Points points{.corners = {-1, -1, 1, -1, -1, 1, 1, 1}, .draws = {}};
+  const TileLists lists = list_tiles(full, header.extent, alignment, texels);
+  add_tiles(points, lists);
+  add_border(points, lists, texels.of(header.extent));
+  draws = points.draws;
   api.BindBuffer(GL_ARRAY_BUFFER, vertices_.name());
-  api.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(corners.size() * sizeof(GLfloat)), corners.data(),
-                 GL_STATIC_DRAW);
+  api.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(points.corners.size() * sizeof(GLfloat)),
+                 points.corners.data(), GL_STATIC_DRAW);
   for (Target& image : images_) {
     image.make_drawable();
   }
@@ -110,6 +178,14 @@ void FragmentLevel::bind_vertices() const {
   api_->VertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, 0, nullptr);
 }
 
+void FragmentLevel::wake_all() {
+  all_awake = true;
+  if (activity) {
+    activity->interval = 1;
+    activity->swept = 0;
+  }
+}
+
 void FragmentLevel::draw_quad(Extent pixels) const {
   api_->Viewport(0, 0, pixels.width, pixels.height);
   api_->DrawArrays(GL_TRIANGLE_STRIP, 0, quad_vertices);
@@ -117,14 +193,15 @@ void FragmentLevel::draw_quad(Extent pixels) const {
 
 void FragmentLevel::prepare_tiles(int side) const {
   api_->Viewport(0, 0, grid.width * side, grid.height * side);
-  api_->PointSize(static_cast<GLfloat>(side));
 }
 
-void FragmentLevel::draw_tiles(const Draw& draw) const {
+void FragmentLevel::draw_points(const Draw& draw) const {
+  api_->PointSize(static_cast<GLfloat>(draw.side));
   api_->DrawArrays(GL_POINTS, draw.first, draw.count);
 }
 
-void FragmentLevel::draw_all_tiles() const {
+void FragmentLevel::draw_all_tiles(int side) const {
+  api_->PointSize(static_cast<GLfloat>(side));
   api_->DrawArrays(GL_POINTS, quad_vertices, static_cast<GLsizei>(grid.sites()));
 }
 

@@ -34,54 +34,84 @@ private:
 /// Throws DeviceError unless the framebuffer that is bound can be drawn into.
 void require_complete(const Api& api);
 
-/// What lets a level's sweeps leave out the tiles in which nothing can change, all of it on the device.
+/// What lets a level's sweeps leave out the tiles in which nothing can change, all of it on the device. Which
+/// ones, is found out after sweeps 1, 2, 4, 8, 16, 24 ...: a tile is swept at most twice as often as needed.
 struct Activity {
   Target everything; ///< all tiles awake: for the first sweep
   Target awake;      ///< a texel per tile, 0: nothing can change (wake.frag)
   Target cells;      ///< a texel per cell of a tile (cells.frag)
+  int interval = 1;  ///< sweeps from the last time to the next
+  int swept = 0;     ///< since the last time
+
+  /// Counts a sweep; whether now is the time.
+  [[nodiscard]] bool is_due();
+};
+
+/// What a level's fields are as textures. Texels of one site are the thesis's (Tab. 6.1, 6.2): for rules
+/// other than the candidates', whose programs need more of a site, and on devices like its own.
+struct Texels {
+  int columns = 1; ///< sites side by side in a texel of the image: 1 (sweep.frag) or 2 (sweep_pairs.frag)
+
+  /// Texels of an image of so many sites; the last column's second site may be beyond it.
+  [[nodiscard]] constexpr Extent of(Extent sites) const {
+    return {(sites.width + columns - 1) / columns, sites.height};
+  }
+};
+
+/// The constants of a level's sites, as the samplers of its sweep have them.
+struct Constants {
+  Target observation; ///< a texel per site
+  Target second;      ///< texels: sweep.frag's confidence or sweep_pairs.frag's material
 };
 
 /// What a level has on the device.
 class FragmentLevel {
 public:
-  /// Sites a side of a tile. As large as the bins of Mesa's rasterizer: with 32 a dense sweep of an image all
-  /// of whose sites are observed took a third longer there. Older devices' points end at 64 pixels.
+  /// Texels a side of a tile. As large as the bins of Mesa's rasterizer: with 32 a dense sweep of an image
+  /// all of whose sites are observed took a third longer there. Older devices' points end at 64 pixels.
   static constexpr int tile_side = 64;
   static constexpr int cells_along_a_tile = 4;
+  /// Texels a side of the points along the image's border. Only there the border rule has to be followed: all
+  /// tiles are drawn as if they were inside, and these points over them.
+  static constexpr int border_side = 4;
 
-  /// A draw of the tiles of one class: points first ... first + count - 1 of the buffer.
+  /// Points of one class of tiles: first ... first + count - 1 of the buffer, `side` texels large.
   struct Draw {
     std::size_t tile_class = general_class;
+    int side = tile_side;
     GLint first = 0;
     GLsizei count = 0;
   };
 
-  /// `header` has the level's extent and strengths; `observation` and `confidence` as sweep.frag has them,
-  /// null where they will be drawn. Tiles are those of the level as it samples `full`.
-  FragmentLevel(const Api& api, Level header, const Level& full, Alignment alignment,
-                const GLfloat* observation, const GLfloat* confidence, bool with_activity);
+  /// `header` has the level's extent and strengths; `observation` and `second` as Constants has them, null
+  /// where they will be drawn. Tiles are those of the level as it samples `full`.
+  FragmentLevel(const Api& api, Level header, const Level& full, Alignment alignment, Texels texels,
+                const GLfloat* observation, const GLfloat* second, bool with_activity);
 
   /// Attribute 0 is from now on what draw_quad() and draws() need.
   void bind_vertices() const;
   /// One fragment per pixel of the extent.
   void draw_quad(Extent pixels) const;
-  /// Points of `side` pixels, on a canvas of whole tiles.
+  /// The canvas is now one of whole tiles of `side` pixels.
   void prepare_tiles(int side) const;
-  void draw_tiles(const Draw& draw) const;
-  /// All tiles, whatever their class.
-  void draw_all_tiles() const;
+  /// On a canvas of tiles of tile_side.
+  void draw_points(const Draw& draw) const;
+  /// All tiles, whatever their class, of `side` pixels.
+  void draw_all_tiles(int side) const;
 
   [[nodiscard]] Target& now() { return images_[current_]; }
   [[nodiscard]] Target& other() { return images_[1 - current_]; }
   void swap() { current_ = 1 - current_; }
+  /// Nothing is known any more of what the sweep before changed.
+  void wake_all();
 
   const Level header; ///< without its fields
-  const Extent grid;  ///< tiles
-  Target observation; ///< a: 1 / modulus, for project.frag
-  Target confidence;
-  std::vector<Draw> draws;
+  const Texels texels;
+  const Extent grid; ///< tiles
+  Constants constants;
+  std::vector<Draw> draws; ///< in this order
   std::optional<Activity> activity;
-  bool all_awake = true; ///< nothing is known of what the sweep before changed
+  bool all_awake = true;
 
 private:
   const Api* api_;

@@ -7,6 +7,7 @@
 #include <shaders/quad_vertex.hpp>
 #include <shaders/sample_fragment.hpp>
 #include <shaders/sweep_fragment.hpp>
+#include <shaders/sweep_pairs_fragment.hpp>
 #include <shaders/tiles_vertex.hpp>
 #include <shaders/wake_fragment.hpp>
 
@@ -26,8 +27,23 @@ std::string defining(std::string text, const std::string& lines) {
   return text;
 }
 
-std::string activity(bool active) {
-  return active ? "#define ACTIVE\n" : "";
+/// tiles.vert for points of `side` texels.
+std::string tiles_text(int side, bool active) {
+  return defining(std::string(sources::tiles_vertex),
+                  fmt::format("#define POINTS {}\n{}", FragmentLevel::tile_side / side,
+                              active ? "#define ACTIVE\n" : ""));
+}
+
+/// What programs of tiles of a class may take for granted.
+std::string class_definitions(std::size_t tile_class) {
+  const auto may_be = [&](std::size_t bit) { return (tile_class & bit) != 0; };
+  return fmt::format("{}{}{}", may_be(tile_class::border_bit) ? "" : "#define INTERIOR\n",
+                     may_be(tile_class::elastic_bit) ? "" : "#define HOMOGENEOUS\n",
+                     may_be(tile_class::observed_bit) ? "" : "#define UNOBSERVED\n");
+}
+
+std::string pairs_definition(Texels texels) {
+  return texels.columns == 2 ? "#define PAIRS\n" : "";
 }
 
 /// Compiled now, if it is not yet.
@@ -51,41 +67,47 @@ const Program& made(const Api& gl, std::optional<Program>& program, const std::s
 
 } // namespace
 
-const SweepProgram& FragmentPrograms::sweep(const FragmentLevel& level, std::size_t tile_class) {
+const SweepProgram& FragmentPrograms::sweep(const FragmentLevel& level, const FragmentLevel::Draw& draw) {
   const Level& header = level.header;
-  const Key key{
-      .constants = shader_constants(header), .tile_class = tile_class, .active = level.activity.has_value()};
+  Key key{.constants = shader_constants(header),
+          .tile_class = draw.tile_class,
+          .active = level.activity.has_value()};
+  if (level.texels.columns == 2) {
+    key.steps = header.steps.padded();
+  }
   auto found = sweeps_.find(key);
   if (found == sweeps_.end()) {
-    found =
-        sweeps_
-            .try_emplace(
-                key, gl_,
-                std::initializer_list<Program::Stage>{
-                    {GL_VERTEX_SHADER, defining(std::string(sources::tiles_vertex), activity(key.active))},
-                    {GL_FRAGMENT_SHADER, sweep_fragment_text(key.constants, tile_class, key.active)}})
-            .first;
+    const std::string text = key.steps ? sweep_pairs_text(key.constants, *key.steps, draw.tile_class)
+                                       : sweep_text(key.constants, draw.tile_class);
+    found = sweeps_
+                .try_emplace(
+                    key, gl_,
+                    std::initializer_list<Program::Stage>{
+                        {GL_VERTEX_SHADER, tiles_text(draw.side, key.active)}, {GL_FRAGMENT_SHADER, text}})
+                .first;
   }
   const Program& program = found->second.program;
   program.use();
   gl_.Uniform1i(program.uniform("image"), image_unit);
   gl_.Uniform1i(program.uniform("observation"), observation_unit);
-  gl_.Uniform1i(program.uniform("confidence"), confidence_unit);
+  gl_.Uniform1i(program.uniform(key.steps ? "material" : "confidence"), second_unit);
   gl_.Uniform2f(program.uniform("dimension"), static_cast<GLfloat>(header.extent.width),
                 static_cast<GLfloat>(header.extent.height));
   gl_.Uniform1f(program.uniform("penalty"), header.penalty);
-  gl_.Uniform1fv(program.uniform("steps"), header.steps.count(), header.steps.padded().data());
+  if (!key.steps) {
+    gl_.Uniform1fv(program.uniform("steps"), header.steps.count(), header.steps.padded().data());
+  }
   set_tiles(program, level);
   return found->second;
 }
 
 const Program& FragmentPrograms::cells(const FragmentLevel& level) {
   const Program& program =
-      made(gl_, cells_, defining(std::string(sources::tiles_vertex), activity(true)),
+      made(gl_, cells_, tiles_text(FragmentLevel::tile_side, true),
            defining(std::string(sources::cells_fragment),
                     fmt::format("#define CELL {}\n",
                                 FragmentLevel::tile_side / FragmentLevel::cells_along_a_tile)),
-           {{"image", image_unit}});
+           {{"image", image_unit}, {"previous", previous_unit}});
   program.use();
   set_tiles(program, level);
   return program;
@@ -98,18 +120,22 @@ const Program& FragmentPrograms::wake() {
               {{"cells", image_unit}});
 }
 
-const Program& FragmentPrograms::count() {
-  return made(gl_, count_, std::string(sources::quad_vertex), std::string(sources::count_fragment),
-              {{"image", image_unit}, {"previous", observation_unit}});
+const Program& FragmentPrograms::count(Texels texels) {
+  return made(gl_, count_.at(static_cast<std::size_t>(texels.columns - 1)), std::string(sources::quad_vertex),
+              assemble(sources::count_fragment, pairs_definition(texels)),
+              {{"image", image_unit}, {"previous", previous_unit}});
 }
 
-const Program& FragmentPrograms::sample() {
-  return made(gl_, sample_, std::string(sources::quad_vertex), std::string(sources::sample_fragment),
+const Program& FragmentPrograms::sample(Texels texels) {
+  return made(gl_, sample_.at(static_cast<std::size_t>(texels.columns - 1)),
+              std::string(sources::quad_vertex), assemble(sources::sample_fragment, pairs_definition(texels)),
               {{"full", image_unit}, {"table", table_unit}});
 }
 
-const Program& FragmentPrograms::project() {
-  return made(gl_, project_, std::string(sources::quad_vertex), assemble(sources::project_fragment, ""),
+const Program& FragmentPrograms::project(Texels texels) {
+  return made(gl_, project_.at(static_cast<std::size_t>(texels.columns - 1)),
+              std::string(sources::quad_vertex),
+              assemble(sources::project_fragment, pairs_definition(texels)),
               {{"coarse", image_unit}, {"observation", observation_unit}, {"table", table_unit}});
 }
 
@@ -121,13 +147,14 @@ void FragmentPrograms::set_tiles(const Program& program, const FragmentLevel& le
   }
 }
 
-std::string sweep_fragment_text(const ShaderConstants& constants, std::size_t tile_class, bool active) {
-  const auto may_be = [&](std::size_t bit) { return (tile_class & bit) != 0; };
-  return defining(assemble(sources::sweep_fragment, constants),
-                  fmt::format("{}{}{}{}", may_be(tile_class::border_bit) ? "" : "#define INTERIOR\n",
-                              may_be(tile_class::elastic_bit) ? "" : "#define HOMOGENEOUS\n",
-                              may_be(tile_class::observed_bit) ? "" : "#define UNOBSERVED\n",
-                              activity(active)));
+std::string sweep_text(const ShaderConstants& constants, std::size_t tile_class) {
+  return defining(assemble(sources::sweep_fragment, constants), class_definitions(tile_class));
+}
+
+std::string sweep_pairs_text(const ShaderConstants& constants, const std::array<float, 16>& steps,
+                             std::size_t tile_class) {
+  return assemble(sources::sweep_pairs_fragment, definitions(constants) + steps_definition(steps) +
+                                                     "#define PAIRS\n" + class_definitions(tile_class));
 }
 
 } // namespace hdmbench::gl

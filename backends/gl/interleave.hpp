@@ -1,5 +1,7 @@
 #pragma once
 
+#include "kernels/field.hpp"
+
 #include <array>
 #include <cstddef>
 #include <vector>
@@ -15,6 +17,21 @@ void interleave(const std::array<const float*, components>& planes, std::size_t 
   for (std::size_t i = 0; i < sites; ++i) {
     for (std::size_t k = 0; k < components; ++k) {
       texels[components * i + k] = planes[k] == nullptr ? 0.0F : planes[k][i];
+    }
+  }
+}
+
+/// Two planar fields of `extent` as texels of two sites: first[i], second[i], first[i + 1], second[i + 1]. Of
+/// an odd width a row's last texel has zeros for the site beyond. Resizes `texels`.
+inline void interleave_pairs(const std::vector<float>& first, const std::vector<float>& second, Extent extent,
+                             std::vector<float>& texels) {
+  const std::size_t pitch = 4 * static_cast<std::size_t>((extent.width + 1) / 2);
+  texels.assign(pitch * static_cast<std::size_t>(extent.height), 0.0F);
+  for (int y = 0; y < extent.height; ++y) {
+    std::size_t at = static_cast<std::size_t>(y) * pitch;
+    for (std::size_t i = extent.index(0, y); i < extent.index(0, y + 1); ++i) {
+      texels[at++] = first[i];
+      texels[at++] = second[i];
     }
   }
 }

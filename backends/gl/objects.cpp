@@ -6,6 +6,7 @@
 #include <shaders/projection.hpp>
 #include <shaders/tile.hpp>
 #include <shaders/tile_class.hpp>
+#include <shaders/two_sites.hpp>
 #include <shaders/update.hpp>
 #include <shaders/wake.hpp>
 
@@ -102,6 +103,7 @@ std::string assemble(std::string_view shader, std::string_view definitions) {
   replace(text, "#include \"projection.inc\"", sources::projection);
   replace(text, "#include \"tile.glsl\"", sources::tile);
   replace(text, "#include \"tile_class.inc\"", sources::tile_class);
+  replace(text, "#include \"two_sites.glsl\"", sources::two_sites);
   replace(text, "#include \"wake.glsl\"", sources::wake);
   text.insert(text.find('\n') + 1, definitions);
   return text;
@@ -110,6 +112,14 @@ std::string assemble(std::string_view shader, std::string_view definitions) {
 std::string definitions(const ShaderConstants& constants) {
   return fmt::format("#define RULE {}\n#define COLOURS {}\n#define STEP_COUNT {}\n", constants.rule,
                      constants.colours, constants.step_count);
+}
+
+std::string steps_definition(const std::array<float, 16>& steps) {
+  std::string text;
+  for (const float step : steps) {
+    text += fmt::format("{}{:#.9g}", text.empty() ? "" : ", ", step);
+  }
+  return "#define STEPS " + text + "\n";
 }
 
 std::string assemble(std::string_view shader, const ShaderConstants& constants) {

@@ -3,6 +3,7 @@
 #include "backends/gl/api.hpp"
 #include "backends/shader_constants.hpp"
 
+#include <array>
 #include <map>
 #include <string>
 #include <utility>
@@ -103,6 +104,10 @@ private:
 
 /// RULE, COLOURS and STEP_COUNT.
 [[nodiscard]] std::string definitions(const ShaderConstants& constants);
+
+/// STEPS, the candidates as constants. Nine digits are a float to the bit, whether a driver reads them as
+/// such or as a double.
+[[nodiscard]] std::string steps_definition(const std::array<float, 16>& steps);
 
 /// The sweep of one kind of level, ready to run.
 struct SweepProgram {

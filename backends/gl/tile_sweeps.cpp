@@ -61,15 +61,6 @@ std::vector<GLuint> words(const TileLists& lists) {
   return result;
 }
 
-/// Nine digits are a float to the bit, whether a driver reads them as such or as a double.
-std::string steps_text(const std::array<float, 16>& steps) {
-  std::string text;
-  for (const float step : steps) {
-    text += fmt::format("{}{:#.9g}", text.empty() ? "" : ", ", step);
-  }
-  return text;
-}
-
 template <typename Value>
 void fill(const Api& api, const Buffer& buffer, const std::vector<Value>& values) {
   api.BindBuffer(GL_SHADER_STORAGE_BUFFER, buffer.name());
@@ -95,7 +86,7 @@ std::string assemble(const TileProgramKind& kind) {
                                   "#define LANES {}\n#define CLASS {}\n#define ACTIVE {}\n",
                                   tile_size.width, tile_size.height, wide, tile_size.width / wide,
                                   kind.tile_class, kind.active) +
-                      (kind.steps ? fmt::format("#define STEPS {}\n", steps_text(*kind.steps)) : ""));
+                      (kind.steps ? steps_definition(*kind.steps) : ""));
 }
 
 TileSweeps::TileSweeps(const Api& api, TilePrograms& programs, const Level& level, const TileLists& lists,

@@ -56,6 +56,7 @@ std::vector<DeviceFault> uniform_faults() {
                              })}},
       {.name = "steps-uniform",
        .what = "one candidate fewer in the uniform, the last one 0",
+       .method = "annealing",
        .calls = {replacement("glUniform1fv",
                              [](GLint location, GLsizei count, const GLfloat* values) {
                                record_changed_call();

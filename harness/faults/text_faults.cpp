@@ -182,16 +182,30 @@ std::vector<DeviceFault> rule_faults() {
 std::vector<DeviceFault> fragment_faults() {
   std::vector<DeviceFault> list{
       edit("half-a-pixel", "the image is sampled half a pixel off",
+           "vec4 middle = texture2DRect(image, gl_FragCoord.xy + vec2(0.0, offset));",
+           "vec4 middle = texture2DRect(image, gl_FragCoord.xy + vec2(0.5, offset));"),
+      edit("pair-swapped", "of a texel's two sites the other one", "fract(0.5 * p.x) < 0.5",
+           "fract(0.5 * p.x) > 0.5"),
+      edit("window-east", "the site after the next for the one to the east",
+           "texture2DRect(image, gl_FragCoord.xy + vec2(1.0, offset)).rg",
+           "texture2DRect(image, gl_FragCoord.xy + vec2(1.0, offset)).ba"),
+      edit("second-beyond", "the last texel's second site never moves", "first_site().x + 1.0 > dimension.x",
+           "first_site().x + 2.0 > dimension.x"),
+      edit("observation-left-out", "observations are not fetched",
+           "return texture2DRect(observation, pixel_of(p));", "return vec4(0.0);"),
+      edit("first-twice", "the first site of a texel for both",
+           "ivec2 site(int k) { return ivec2(1 + k, 1); }", "ivec2 site(int k) { return ivec2(1, 1); }"),
+      edit("half-a-pixel-alone", "the image of one site a texel is sampled half a pixel off",
            "vec2 displacement_at(vec2 p) { return texture2DRect(image, p).rg; }",
-           "vec2 displacement_at(vec2 p) { return texture2DRect(image, p + vec2(0.5)).rg; }"),
+           "vec2 displacement_at(vec2 p) { return texture2DRect(image, p + vec2(0.5)).rg; }", "closed-form"),
       edit("inverse-modulus-lost", "1 / m is not handed on from sweep to sweep",
-           "texture2DRect(image, gl_FragCoord.xy).b, 0.0)", "0.0, 0.0)"),
+           "texture2DRect(image, gl_FragCoord.xy).b, 0.0)", "0.0, 0.0)", "closed-form"),
   };
   list.push_back({.name = "count-of-x",
                   .what = "only changes of x are counted",
                   .edits = {{.find = "now == before",
                              .replace = "now.x == before.x",
-                             .shader = "uniform sampler2DRect previous"}}});
+                             .shader = "an occlusion query counts"}}});
   return list;
 }
 
@@ -222,6 +236,15 @@ std::vector<DeviceFault> compute_faults() {
   return list;
 }
 
+/// glGetIntegerv of a device whose vertex shaders cannot fetch.
+void without_vertex_textures(GLenum name, GLint* value) {
+  HDMBENCH_DRIVER(GetIntegerv)(name, value);
+  if (name == GL_MAX_VERTEX_TEXTURE_IMAGE_UNITS) {
+    record_changed_call();
+    *value = 0;
+  }
+}
+
 } // namespace
 
 std::vector<DeviceFault> text_faults(Pipeline pipeline) {
@@ -249,6 +272,12 @@ std::vector<DeviceFault> device_controls(Pipeline pipeline) {
                  {.find = "gradient = gradient + (real(1) + toward_s) * residual(toward_s, du, dt, ds);",
                   .replace = "gradient = sum + (gradient + (real(1) + toward_s) * "
                              "residual(toward_s, du, dt, ds));"}}});
+  if (pipeline == Pipeline::fragment) {
+    list.push_back({.name = "of-the-thesis",
+                    .what = "a device of the thesis's time: texels of one site also for candidates",
+                    .expected = Expected::let_through,
+                    .calls = {{"glGetIntegerv", reinterpret_cast<gl::Address>(&without_vertex_textures)}}});
+  }
   if (pipeline == Pipeline::compute) {
     list.push_back(
         {.name = "fused",

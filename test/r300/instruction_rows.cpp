@@ -72,7 +72,7 @@ std::vector<InstructionRow> measure_methods(ShaderCompiler& compiler) {
     }
   }
   rows.push_back(measure(compiler, {.group = "methods", .shader = "the count of changed sites"},
-                         std::string(sources::count_fragment)));
+                         gl::assemble(sources::count_fragment, "")));
   // The longest shader of all. Of the sets larger than its usual one, the largest that fits and the first
   // that does not. It leaves out the 0.
   const std::string larger = "annealing, more candidates";
