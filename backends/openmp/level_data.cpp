@@ -55,18 +55,25 @@ LevelData::Arrays LevelData::arrays_of(const Level& level) {
 TileKind LevelData::classified(const Arrays& arrays, Rectangle tile, int phase) const {
   const Extent extent = layout().extent;
   const std::size_t origin = layout().start(tile.first_row, phase) + static_cast<std::size_t>(tile.first);
-  TileKind kind{.observed = false, .uniform = short_path_};
+  TileKind kind{.observed = false, .uniform_confidence = true, .uniform = short_path_};
   if (tile.first >= tile.last) {
     return kind; // of the shorter phase
   }
+  kind.confidence_x = arrays[confidence_x][origin];
+  kind.confidence_y = arrays[confidence_y][origin];
   kind.modulus = arrays[modulus][origin];
   kind.inverse_modulus = arrays[inverse_modulus][origin];
-  for (int y = tile.first_row; y < tile.last_row && (!kind.observed || kind.uniform); ++y) {
+  for (int y = tile.first_row; y < tile.last_row && (kind.uniform_confidence || kind.uniform); ++y) {
     const std::size_t row = layout().start(y, phase) + static_cast<std::size_t>(tile.first);
     const int count = tile.last - tile.first;
-    kind.observed = kind.observed || !all_equal(arrays[confidence_x] + row, count, 0.0F) ||
-                    !all_equal(arrays[confidence_y] + row, count, 0.0F);
+    kind.uniform_confidence = kind.uniform_confidence &&
+                              all_equal(arrays[confidence_x] + row, count, kind.confidence_x) &&
+                              all_equal(arrays[confidence_y] + row, count, kind.confidence_y);
     kind.uniform = kind.uniform && all_equal(arrays[modulus] + row, count, kind.modulus);
+  }
+  kind.observed = !kind.uniform_confidence || kind.confidence_x != 0.0F || kind.confidence_y != 0.0F;
+  if (!kind.uniform_confidence) {
+    kind.confidence_x = kind.confidence_y = 0.0F; // so that kinds compare equal
   }
   const int west = std::max(tile.first - 1, 0);
   const int east = std::min(tile.last + 1, extent.width);
@@ -76,7 +83,7 @@ TileKind LevelData::classified(const Arrays& arrays, Rectangle tile, int phase) 
         all_equal(arrays[inverse_modulus] + extent.index(west, y), east - west, kind.inverse_modulus);
   }
   if (!kind.uniform) {
-    kind.modulus = kind.inverse_modulus = 1.0F; // so that kinds compare equal
+    kind.modulus = kind.inverse_modulus = 1.0F; // likewise
   }
   return kind;
 }
@@ -93,9 +100,12 @@ void LevelData::classify(const Arrays& arrays, int threads) {
   }
 }
 
+bool LevelData::at_border(int row, int column) const {
+  return row == 0 || column == 0 || row == tiling_.rows - 1 || column == tiling_.columns - 1;
+}
+
 bool LevelData::reads_modulus(int row, int column) const {
-  const bool border = row == 0 || column == 0 || row == tiling_.rows - 1 || column == tiling_.columns - 1;
-  return border || !kind(tiling_.index(row, 0, column)).uniform;
+  return at_border(row, column) || !kind(tiling_.index(row, 0, column)).uniform;
 }
 
 bool LevelData::rim_reads_modulus(int row, int column) const {
@@ -125,10 +135,14 @@ void LevelData::copy_needed(int threads, const CopyArray& copy_array) {
       if (rim_reads_modulus(row, column)) {
         copy_array(inverse_modulus, tile);
       }
-      if (!short_path_ || kind(tiling_.index(row, 0, column)).observed) {
-        for (const Array array : {target_x, target_y, confidence_x, confidence_y}) {
-          copy_array(array, tile);
-        }
+      const TileKind& known = kind(tiling_.index(row, 0, column));
+      if (known.observed) {
+        copy_array(target_x, tile);
+        copy_array(target_y, tile);
+      }
+      if (known.observed && (at_border(row, column) || !known.uniform_confidence)) {
+        copy_array(confidence_x, tile);
+        copy_array(confidence_y, tile);
       }
     }
   }
@@ -200,7 +214,7 @@ void LevelData::sample(const Level& level, const LevelData& full, Extent extent,
         const TileRange down = sampled_tiles(rows, tile.first_row, tile.last_row, Tiling::height);
         const TileRange across = sampled_tiles(columns, tile.first, tile.last, Tiling::width);
         const TileKind first = full.kind(full.tiling().index(down.first, 0, across.first));
-        bool same = !first.observed && first.uniform;
+        bool same = first.uniform_confidence && first.uniform;
         for (int y = down.first; y < down.last && same; ++y) {
           for (int x = across.first; x < across.last && same; ++x) {
             same = full.kind(full.tiling().index(y, 0, x)) == first;

@@ -39,6 +39,7 @@ struct Kind {
   bool moves_y;
   bool inside = false;
   bool uniform = false;
+  bool uniform_confidence = false;
 };
 
 /// Tests build this with a compiler's freedom to reorder sums; with constants it would multiply steps by
@@ -81,6 +82,11 @@ HDM_FUNCTION Neighbours everywhere(real value) {
   return {value, value, value, value, value, value, value, value, value};
 }
 
+template <Kind kind>
+HDM_FUNCTION real confidence(const real* values, real uniform, std::ptrdiff_t i) {
+  return !kind.observed ? real(0) : kind.uniform_confidence ? uniform : values[i];
+}
+
 /// What the site reads. An observation that is not there leaves no trace: x + 0 * y = x for the finite
 /// numbers that all inputs are, so the compiler (-ffinite-math-only) drops the term, with the same bits. A
 /// correction's target is no observation.
@@ -96,8 +102,8 @@ HDM_FUNCTION Site fetch_site(const RowPart& part, std::ptrdiff_t i) {
           kind.uniform ? part.uniform_modulus : part.modulus[i],
           has_target ? part.target_x[i] : real(0),
           has_target ? part.target_y[i] : real(0),
-          kind.observed ? part.confidence_x[i] : real(0),
-          kind.observed ? part.confidence_y[i] : real(0),
+          confidence<kind>(part.confidence_x, part.uniform_confidence_x, i),
+          confidence<kind>(part.confidence_y, part.uniform_confidence_y, i),
           kind.observed ? part.penalty : real(1),
           has_curvature ? part.inverse_curvature_x[i] : real(0),
           has_curvature ? part.inverse_curvature_y[i] : real(0)};
@@ -203,19 +209,26 @@ std::int64_t sweep_rule(const RowPart& part) {
   }
 }
 
-template <bool observed, bool uniform>
+template <bool observed, bool uniform, bool uniform_confidence>
 std::int64_t sweep_inside(const RowPart& part) {
-  return sweep_sites<Kind{rule_steps, default_step_count, observed, true, true, true, uniform}>(part);
+  return sweep_sites<Kind{rule_steps, default_step_count, observed, true, true, true, uniform,
+                          uniform_confidence}>(part);
+}
+
+template <bool uniform>
+std::int64_t sweep_inside(const RowPart& part) {
+  if (!part.observed) {
+    return sweep_inside<false, uniform, false>(part);
+  }
+  return part.uniform_confidence ? sweep_inside<true, uniform, true>(part)
+                                 : sweep_inside<true, uniform, false>(part);
 }
 
 } // namespace
 
 std::int64_t sweep_row(const RowPart& part) {
   if (part.inside) {
-    if (part.uniform) {
-      return part.observed ? sweep_inside<true, true>(part) : sweep_inside<false, true>(part);
-    }
-    return part.observed ? sweep_inside<true, false>(part) : sweep_inside<false, false>(part);
+    return part.uniform ? sweep_inside<true>(part) : sweep_inside<false>(part);
   }
   return part.observed ? sweep_rule<true>(part) : sweep_rule<false>(part);
 }

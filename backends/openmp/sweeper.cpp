@@ -44,6 +44,9 @@ std::int64_t Sweeper::sweep_run(RowPart& part, int phase, const Run& run) const 
   part.uniform = part.inside && run.kind.uniform;
   part.uniform_modulus = run.kind.modulus;
   part.uniform_inverse_modulus = run.kind.inverse_modulus;
+  part.uniform_confidence = part.inside && run.kind.uniform_confidence;
+  part.uniform_confidence_x = run.kind.confidence_x;
+  part.uniform_confidence_y = run.kind.confidence_y;
   return kernel_(part);
 }
 

@@ -9,7 +9,10 @@ namespace hdmbench::openmp {
 
 /// What is known of all sites of a tile at once.
 struct TileKind {
-  bool observed = true; ///< false: every confidence is 0
+  bool observed = true;            ///< false: every confidence is 0
+  bool uniform_confidence = false; ///< one pair of confidences in the tile
+  float confidence_x = 0.0F;       ///< where uniform_confidence
+  float confidence_y = 0.0F;
   bool uniform = false; ///< one modulus in the tile and in its rim
   float modulus = 1.0F; ///< where uniform
   float inverse_modulus = 1.0F;
