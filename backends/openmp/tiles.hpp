@@ -32,7 +32,7 @@ struct Rectangle {
 /// empty.
 struct Tiling {
   static constexpr int height = 8;
-  static constexpr int width = 32; ///< sites: two vectors of 16; tried: 16 x 64, 16 x 32
+  static constexpr int width = 16; ///< sites: one vector. A moving front touches fewer of them than of wider tiles; tried: 32
 
   Layout layout;
   int rows = 0;
