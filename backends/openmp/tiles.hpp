@@ -32,7 +32,8 @@ struct Rectangle {
 /// empty.
 struct Tiling {
   static constexpr int height = 8;
-  static constexpr int width = 16; ///< sites: one vector. A moving front touches fewer of them than of wider tiles; tried: 32
+  static constexpr int width =
+      16; ///< sites: one vector. A moving front touches fewer of them than of wider tiles; tried: 32
 
   Layout layout;
   int rows = 0;
