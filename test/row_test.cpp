@@ -35,6 +35,8 @@ struct Path {
   bool inside = false;
   bool uniform = false;
   bool observed = true;
+  bool uniform_confidence = false;
+  int longest = 1 << 20; ///< sites of a part
 };
 
 /// One sweep over the interior by a row kernel and by update.inc as the scalar backend calls it: the number
@@ -52,39 +54,47 @@ int sweep_and_compare(openmp::SweepRow kernel, test::Problem& problem, int numbe
   for (int y = 1; y + 1 < extent.height; ++y) {
     int changed = 0;
     const auto row = extent.index(0, y);
-    const std::int64_t counted = kernel({.neighbours = openmp::inside_offsets(extent.width),
-                                         .dx = from.x.data() + row,
-                                         .dy = from.y.data() + row,
-                                         .inverse_modulus = level.inverse_modulus.values.data() + row,
-                                         .modulus = level.modulus.values.data() + row,
-                                         .target_x = level.target.x.data() + row,
-                                         .target_y = level.target.y.data() + row,
-                                         .confidence_x = level.confidence.x.data() + row,
-                                         .confidence_y = level.confidence.y.data() + row,
-                                         .inverse_curvature_x = level.inverse_curvature.x.data() + row,
-                                         .inverse_curvature_y = level.inverse_curvature.y.data() + row,
-                                         .penalty = level.penalty,
-                                         .steps = level.steps.padded().data(),
-                                         .step_count = level.steps.count(),
-                                         .strength = state.strength,
-                                         .number = state.number,
-                                         .seed = state.seed,
-                                         .row = y,
-                                         .column = 0,
-                                         .stride = 1,
-                                         .next_x = next.x.data() + row,
-                                         .next_y = next.y.data() + row,
-                                         .first = 1,
-                                         .last = extent.width - 1,
-                                         .pitch = extent.width,
-                                         .rule = static_cast<int>(level.rule),
-                                         .moves_x = turn.x,
-                                         .moves_y = turn.y,
-                                         .observed = path.observed,
-                                         .inside = path.inside,
-                                         .uniform = path.uniform,
-                                         .uniform_modulus = level.modulus.values.front(),
-                                         .uniform_inverse_modulus = level.inverse_modulus.values.front()});
+    openmp::RowPart part{.neighbours = openmp::inside_offsets(extent.width),
+                         .dx = from.x.data() + row,
+                         .dy = from.y.data() + row,
+                         .inverse_modulus = level.inverse_modulus.values.data() + row,
+                         .modulus = level.modulus.values.data() + row,
+                         .target_x = level.target.x.data() + row,
+                         .target_y = level.target.y.data() + row,
+                         .confidence_x = level.confidence.x.data() + row,
+                         .confidence_y = level.confidence.y.data() + row,
+                         .inverse_curvature_x = level.inverse_curvature.x.data() + row,
+                         .inverse_curvature_y = level.inverse_curvature.y.data() + row,
+                         .penalty = level.penalty,
+                         .steps = level.steps.padded().data(),
+                         .step_count = level.steps.count(),
+                         .strength = state.strength,
+                         .number = state.number,
+                         .seed = state.seed,
+                         .row = y,
+                         .column = 0,
+                         .stride = 1,
+                         .next_x = next.x.data() + row,
+                         .next_y = next.y.data() + row,
+                         .first = 0,
+                         .last = 0,
+                         .pitch = extent.width,
+                         .rule = static_cast<int>(level.rule),
+                         .moves_x = turn.x,
+                         .moves_y = turn.y,
+                         .observed = path.observed,
+                         .inside = path.inside,
+                         .uniform = path.uniform,
+                         .uniform_modulus = level.modulus.values.front(),
+                         .uniform_inverse_modulus = level.inverse_modulus.values.front(),
+                         .uniform_confidence = path.uniform_confidence,
+                         .uniform_confidence_x = level.confidence.x.front(),
+                         .uniform_confidence_y = level.confidence.y.front()};
+    std::int64_t counted = 0;
+    for (part.first = 1; part.first + 1 < extent.width; part.first = part.last) {
+      part.last = std::min(part.first + path.longest, extent.width - 1);
+      counted += kernel(part);
+    }
     for (int x = 1; x + 1 < extent.width; ++x) {
       const auto i = extent.index(x, y);
       const energy::Displacement moved =
@@ -102,7 +112,8 @@ int sweep_and_compare(openmp::SweepRow kernel, test::Problem& problem, int numbe
   return differing;
 }
 
-/// Rows of every length up to some vectors, so that there is every remainder.
+/// Rows of every length up to some vectors, so that there is every remainder, and parts that end inside a
+/// row.
 int differing_on_short_path(openmp::SweepRow kernel, Path path) {
   int differing = 0;
   for (int width = 3; width < 80; ++width) {
@@ -115,6 +126,10 @@ int differing_on_short_path(openmp::SweepRow kernel, Path path) {
     if (!path.observed) {
       std::ranges::fill(problem.level.confidence.x, 0.0F);
       std::ranges::fill(problem.level.confidence.y, 0.0F);
+    }
+    if (path.uniform_confidence) {
+      std::ranges::fill(problem.level.confidence.x, 0.625F);
+      std::ranges::fill(problem.level.confidence.y, 1.0F);
     }
     for (int sweep = 0; sweep < 5; ++sweep) {
       differing += sweep_and_compare(kernel, problem, sweep, {}, path);
@@ -144,9 +159,18 @@ int differing_sites(openmp::SweepRow kernel) {
   }
   for (const bool uniform : {false, true}) {
     for (const bool observed : {false, true}) {
-      differing +=
-          differing_on_short_path(kernel, {.inside = true, .uniform = uniform, .observed = observed});
+      for (const int longest : {1 << 20, 15, 7, 1}) {
+        differing += differing_on_short_path(
+            kernel, {.inside = true, .uniform = uniform, .observed = observed, .longest = longest});
+      }
     }
+  }
+  for (const bool uniform : {false, true}) {
+    differing +=
+        differing_on_short_path(kernel, {.inside = true, .uniform = uniform, .uniform_confidence = true});
+  }
+  for (const int longest : {1 << 20, 15, 7, 1}) {
+    differing += differing_on_short_path(kernel, {.longest = longest});
   }
   return differing;
 }

@@ -2,6 +2,7 @@
 
 #include <omp.h>
 
+#include <algorithm>
 #include <atomic>
 
 namespace hdmbench::openmp {
@@ -11,18 +12,20 @@ namespace {
 /// So few tiles are done by one thread before two have met.
 constexpr std::size_t tiles_worth_threads = 12;
 
-bool differs(const Field& a, const Field& b, std::size_t site) {
-  return a.x.data()[site] != b.x.data()[site] || a.y.data()[site] != b.y.data()[site];
-}
-
-/// Any of `count` sites, each `stride` after the one before.
-bool differs(const Field& a, const Field& b, std::size_t first, int count, std::size_t stride) {
+/// Any of `count` sites, each `stride` after the one before. All are read: a loop that may end early does not
+/// vectorise.
+bool differs(const Field& a, const Field& b, std::size_t first, int count, std::ptrdiff_t stride) {
+  const float* const old_x = a.x.data() + first;
+  const float* const old_y = a.y.data() + first;
+  const float* const new_x = b.x.data() + first;
+  const float* const new_y = b.y.data() + first;
+  int differing = 0;
+#pragma omp simd reduction(| : differing)
   for (int i = 0; i < count; ++i) {
-    if (differs(a, b, first + static_cast<std::size_t>(i) * stride)) {
-      return true;
-    }
+    const std::ptrdiff_t at = i * stride;
+    differing |= static_cast<int>(old_x[at] != new_x[at]) | static_cast<int>(old_y[at] != new_y[at]);
   }
-  return false;
+  return differing != 0;
 }
 
 } // namespace
@@ -90,10 +93,10 @@ void ActiveTiles::wake_around(Call& call, int row, int column, Woken& next) {
   const Extent extent = tiling_.layout.extent;
   const int width = sites.last - sites.first;
   const int height = sites.last_row - sites.first_row;
-  const auto changed = [&](int x, int y, int count, std::size_t stride) {
+  const auto changed = [&](int x, int y, int count, std::ptrdiff_t stride) {
     return differs(call.old_field(), call.new_field(), extent.index(x, y), count, stride);
   };
-  const auto pitch = static_cast<std::size_t>(extent.width);
+  const std::ptrdiff_t pitch = extent.width;
   wake(call, row, column, next);
   for (const int down : {-1, 0, 1}) {
     for (const int across : {-1, 0, 1}) {
@@ -138,6 +141,37 @@ std::int64_t ActiveTiles::visit(Call& call, std::size_t begin, std::size_t end, 
   return changed;
 }
 
+/// All of a row of tiles, in runs of tiles of the same kind, as memory likes it best: no list says which of
+/// them to visit. `suspects` has room for a row.
+std::int64_t ActiveTiles::visit_row(Call& call, int row, std::vector<char>& suspects, Woken& next) {
+  std::ranges::fill(suspects, 0);
+  std::int64_t changed = 0;
+  for (const Run& run : call.sweeper.data().runs(row, 0)) {
+    const std::int64_t in_run =
+        call.sweeper.runs(call.old_field(), call.new_field(), call.turn.number, row, {&run, 1});
+    changed += in_run;
+    for (int site = run.first; site < run.last && in_run > 0; site += Tiling::width - site % Tiling::width) {
+      suspects[static_cast<std::size_t>(site / Tiling::width)] = 1;
+    }
+  }
+  for (int column = 0; column < tiling_.columns; ++column) {
+    if (suspects[static_cast<std::size_t>(column)] != 0 && changed_tile(call, row, column)) {
+      wake_around(call, row, column, next);
+    }
+  }
+  return changed;
+}
+
+bool ActiveTiles::changed_tile(const Call& call, int row, int column) const {
+  const Rectangle sites = tiling_.rectangle(row, 0, column);
+  bool changed = false;
+  for (int y = sites.first_row; y < sites.last_row && !changed; ++y) {
+    changed = differs(call.old_field(), call.new_field(), tiling_.layout.extent.index(sites.first, y),
+                      sites.last - sites.first, 1);
+  }
+  return changed;
+}
+
 /// A thread's rows of tiles, each as soon as the rows of sites around it are projected; those at a seam when
 /// the thread beyond it has projected its rows.
 std::int64_t ActiveTiles::visit_all(Call& call, int thread, const FieldProjection* projection) {
@@ -145,11 +179,7 @@ std::int64_t ActiveTiles::visit_all(Call& call, int thread, const FieldProjectio
   const int height = tiling_.layout.extent.height;
   Woken& next = lists_[static_cast<std::size_t>(1 - call.turn.lists)][static_cast<std::size_t>(thread)];
   std::int64_t changed = 0;
-  const auto visit_row = [&](int row) {
-    for (int column = 0; column < tiling_.columns; ++column) {
-      changed += visit_tile(call, row, column, next);
-    }
-  };
+  std::vector<char> suspects(static_cast<std::size_t>(tiling_.columns));
   const auto at_seam = [&](int row) {
     return (row == band.first && row > 0) || (row == band.last - 1 && row < tiling_.rows - 1);
   };
@@ -161,13 +191,13 @@ std::int64_t ActiveTiles::visit_all(Call& call, int thread, const FieldProjectio
       projection->row(projected, scratch, call.fields.buffers[call.turn.from]);
     }
     if (!at_seam(row)) {
-      visit_row(row);
+      changed += visit_row(call, row, suspects, next);
     }
   }
 #pragma omp barrier
   for (int row = band.first; row < band.last; ++row) {
     if (at_seam(row)) {
-      visit_row(row);
+      changed += visit_row(call, row, suspects, next);
     }
   }
   return changed;

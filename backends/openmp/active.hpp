@@ -30,6 +30,8 @@ private:
   struct Turn;
   struct Call;
   [[nodiscard]] std::int64_t visit_all(Call& call, int thread, const FieldProjection* projection);
+  [[nodiscard]] std::int64_t visit_row(Call& call, int row, std::vector<char>& suspects, Woken& next);
+  [[nodiscard]] bool changed_tile(const Call& call, int row, int column) const;
   [[nodiscard]] std::int64_t visit(Call& call, std::size_t begin, std::size_t end, Woken& next);
   [[nodiscard]] std::int64_t visit_tile(Call& call, int row, int column, Woken& next);
   void wake_around(Call& call, int row, int column, Woken& next);

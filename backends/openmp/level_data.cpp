@@ -83,13 +83,20 @@ LevelData::Arrays LevelData::arrays_of(const Level& level) {
 
 TileKind LevelData::classified(const Arrays& arrays, Rectangle tile, int phase) const {
   if (tile.first >= tile.last) {
-    return {.observed = false, .uniform = short_path_}; // of the shorter phase
+    return {.observed = false, .uniform_confidence = true, .uniform = short_path_}; // of the shorter phase
   }
   tile_class::Classifier<ArrangedRows> sites({arrays[modulus], arrays[inverse_modulus], arrays[confidence_x],
                                               arrays[confidence_y], layout(), phase});
-  TileKind kind{.observed = sites.is_observed(tile.first, tile.first_row, tile.last, tile.last_row)};
   const std::size_t origin = layout().start(tile.first_row, phase) + static_cast<std::size_t>(tile.first);
   const Extent extent = layout().extent;
+  TileKind kind;
+  if (sites.is_of_one_confidence(tile.first, tile.first_row, tile.last, tile.last_row,
+                                 arrays[confidence_x][origin], arrays[confidence_y][origin])) {
+    kind.uniform_confidence = true;
+    kind.confidence_x = arrays[confidence_x][origin];
+    kind.confidence_y = arrays[confidence_y][origin];
+    kind.observed = kind.confidence_x != 0.0F || kind.confidence_y != 0.0F;
+  }
   if (short_path_ &&
       sites.is_of_one_material(tile.first, tile.first_row, tile.last, tile.last_row, extent.width,
                                extent.height, arrays[modulus][origin], arrays[inverse_modulus][origin])) {
@@ -112,9 +119,12 @@ void LevelData::classify(const Arrays& arrays, int threads) {
   }
 }
 
+bool LevelData::at_border(int row, int column) const {
+  return row == 0 || column == 0 || row == tiling_.rows - 1 || column == tiling_.columns - 1;
+}
+
 bool LevelData::reads_modulus(int row, int column) const {
-  const bool border = row == 0 || column == 0 || row == tiling_.rows - 1 || column == tiling_.columns - 1;
-  return border || !kind(tiling_.index(row, 0, column)).uniform;
+  return at_border(row, column) || !kind(tiling_.index(row, 0, column)).uniform;
 }
 
 bool LevelData::rim_reads_modulus(int row, int column) const {
@@ -144,10 +154,14 @@ void LevelData::copy_needed(int threads, const CopyArray& copy_array) {
       if (rim_reads_modulus(row, column)) {
         copy_array(inverse_modulus, tile);
       }
-      if (!short_path_ || kind(tiling_.index(row, 0, column)).observed) {
-        for (const Array array : {target_x, target_y, confidence_x, confidence_y}) {
-          copy_array(array, tile);
-        }
+      const TileKind& known = kind(tiling_.index(row, 0, column));
+      if (known.observed) {
+        copy_array(target_x, tile);
+        copy_array(target_y, tile);
+      }
+      if (known.observed && (at_border(row, column) || !known.uniform_confidence)) {
+        copy_array(confidence_x, tile);
+        copy_array(confidence_y, tile);
       }
     }
   }
@@ -219,7 +233,7 @@ void LevelData::sample(const Level& level, const LevelData& full, Extent extent,
         const TileRange down = sampled_tiles(rows, tile.first_row, tile.last_row, Tiling::height);
         const TileRange across = sampled_tiles(columns, tile.first, tile.last, Tiling::width);
         const TileKind first = full.kind(full.tiling().index(down.first, 0, across.first));
-        bool same = !first.observed && first.uniform;
+        bool same = first.uniform_confidence && first.uniform;
         for (int y = down.first; y < down.last && same; ++y) {
           for (int x = across.first; x < across.last && same; ++x) {
             same = full.kind(full.tiling().index(y, 0, x)) == first;

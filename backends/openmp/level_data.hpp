@@ -52,6 +52,7 @@ private:
   /// Of the tile, from arrays in this layout.
   [[nodiscard]] TileKind classified(const Arrays& arrays, Rectangle tile, int phase) const;
   void classify(const Arrays& arrays, int threads);
+  [[nodiscard]] bool at_border(int row, int column) const;
   /// Whether the tile's sweeps read moduli from the arrays.
   [[nodiscard]] bool reads_modulus(int row, int column) const;
   [[nodiscard]] bool rim_reads_modulus(int row, int column) const;

@@ -39,6 +39,7 @@ struct Kind {
   bool moves_y;
   bool inside = false;
   bool uniform = false;
+  bool uniform_confidence = false;
 };
 
 /// Tests build this with a compiler's freedom to reorder sums; with constants it would multiply steps by
@@ -81,6 +82,11 @@ HDM_FUNCTION Neighbours everywhere(real value) {
   return {value, value, value, value, value, value, value, value, value};
 }
 
+template <Kind kind>
+HDM_FUNCTION real confidence(const real* values, real uniform, std::ptrdiff_t i) {
+  return !kind.observed ? real(0) : kind.uniform_confidence ? uniform : values[i];
+}
+
 /// What the site reads. An observation that is not there leaves no trace: x + 0 * y = x for the finite
 /// numbers that all inputs are, so the compiler (-ffinite-math-only) drops the term, with the same bits. A
 /// correction's target is no observation.
@@ -96,17 +102,24 @@ HDM_FUNCTION Site fetch_site(const RowPart& part, std::ptrdiff_t i) {
           kind.uniform ? part.uniform_modulus : part.modulus[i],
           has_target ? part.target_x[i] : real(0),
           has_target ? part.target_y[i] : real(0),
-          kind.observed ? part.confidence_x[i] : real(0),
-          kind.observed ? part.confidence_y[i] : real(0),
+          confidence<kind>(part.confidence_x, part.uniform_confidence_x, i),
+          confidence<kind>(part.confidence_y, part.uniform_confidence_y, i),
           kind.observed ? part.penalty : real(1),
           has_curvature ? part.inverse_curvature_x[i] : real(0),
           has_curvature ? part.inverse_curvature_y[i] : real(0)};
 }
 
+/// Where sites are written: `next` is for the site at index `begin`.
+struct Output {
+  real* next_x;
+  real* next_y;
+  std::ptrdiff_t begin;
+};
+
 // A function of its own: locals declared inside an `omp simd` loop would become arrays in memory, one element
 // per lane, and the loop would not vectorise.
 template <Kind kind>
-HDM_FUNCTION int sweep_site(const RowPart& part, const real* steps, int row, int in_row) {
+HDM_FUNCTION int sweep_site(const RowPart& part, const real* steps, const Output& to, int row, int in_row) {
   const std::ptrdiff_t i = row * part.pitch + in_row;
   const Site site = fetch_site<kind>(part, i);
   const Position at = {static_cast<real>(part.column + part.stride * in_row),
@@ -115,25 +128,49 @@ HDM_FUNCTION int sweep_site(const RowPart& part, const real* steps, int row, int
   const Displacement next = moved_displacement(kind.rule, site, at, sweep, steps, kind.step_count);
   int changes = 0; // a sum: with | GCC 12 leaves the loop over annealed sites scalar
   if constexpr (kind.moves_x) {
-    part.next_x[i] = next.x;
+    to.next_x[i - to.begin] = next.x;
     changes += static_cast<int>(next.x != site.dx.centre);
   }
   if constexpr (kind.moves_y) {
-    part.next_y[i] = next.y;
+    to.next_y[i - to.begin] = next.y;
     changes += static_cast<int>(next.y != site.dy.centre);
   }
   return static_cast<int>(changes > 0);
 }
 
-/// Sites first ... last - 1 of a row, changes counted from `counted` on.
+/// Sites first ... last - 1 of a row, changes counted from `counted` to `counted_last` - 1.
 template <Kind kind>
-HDM_FUNCTION int sweep_span(const RowPart& part, const real* steps, int row, int first, int last,
-                            int counted) {
+HDM_FUNCTION int sweep_span(const RowPart& part, const real* steps, const Output& to, int row, int first,
+                            int last, int counted, int counted_last) {
   int changed = 0;
 #pragma omp simd reduction(+ : changed)
   for (int i = first; i < last; ++i) {
-    const int change = sweep_site<kind>(part, steps, row, i);
-    changed += i >= counted ? change : 0;
+    const int change = sweep_site<kind>(part, steps, to, row, i);
+    changed += i >= counted && i < counted_last ? change : 0;
+  }
+  return changed;
+}
+
+/// Whether a site may be computed twice. What is left of a row beyond whole vectors is then one more vector,
+/// that computes some sites again: one by one they would cost as much as 10 vectors.
+template <Kind kind>
+HDM_FUNCTION bool repeats_sites(const RowPart& part) {
+  return kind.inside || (kind.rule == rule_steps && kind.moves_x && kind.moves_y && part.next_x != part.dx);
+}
+
+/// Fewer sites than a vector has: computed with their neighbours, of which nothing is kept.
+template <Kind kind>
+HDM_FUNCTION int sweep_short(const RowPart& part, const real* steps, int row) {
+  real next_x[most_lanes];
+  real next_y[most_lanes];
+  const int last_begin = static_cast<int>(part.pitch) - 1 - most_lanes;
+  const int begin = part.first < last_begin ? part.first : last_begin;
+  const std::ptrdiff_t at = row * part.pitch + begin;
+  const int changed = sweep_span<kind>(part, steps, {next_x, next_y, at}, row, begin, begin + most_lanes,
+                                       part.first, part.last);
+  for (int i = part.first; i < part.last; ++i) {
+    part.next_x[at + i - begin] = next_x[i - begin];
+    part.next_y[at + i - begin] = next_y[i - begin];
   }
   return changed;
 }
@@ -151,20 +188,24 @@ std::int64_t sweep_sites(const RowPart& shared) {
       steps[i] = part.steps[i];
     }
   }
+  const Output to{part.next_x, part.next_y, 0};
+  const bool may_repeat = repeats_sites<kind>(part);
+  const int count = part.last - part.first;
   std::int64_t changed = 0;
   for (int row = 0; row < part.rows; ++row) {
     int whole = part.last;
-    if constexpr (kind.inside) {
-      // What is left of a row beyond whole vectors: one more vector, that computes some sites again. One by
-      // one they would cost as much as 10 vectors.
-      if (part.last - part.first >= most_lanes) {
-        whole -= (part.last - part.first) % most_lanes;
-      }
+    if (may_repeat && count >= most_lanes) {
+      whole -= count % most_lanes;
       if (whole < part.last) {
-        changed += sweep_span<kind>(part, steps, row, part.last - most_lanes, part.last, whole);
+        changed +=
+            sweep_span<kind>(part, steps, to, row, part.last - most_lanes, part.last, whole, part.last);
       }
+    } else if (may_repeat && part.stride == 1 && part.first > 0 && part.last < part.pitch &&
+               part.pitch >= most_lanes + 2) {
+      changed += sweep_short<kind>(part, steps, row);
+      continue;
     }
-    changed += sweep_span<kind>(part, steps, row, part.first, whole, part.first);
+    changed += sweep_span<kind>(part, steps, to, row, part.first, whole, part.first, whole);
   }
   return changed;
 }
@@ -203,19 +244,26 @@ std::int64_t sweep_rule(const RowPart& part) {
   }
 }
 
-template <bool observed, bool uniform>
+template <bool observed, bool uniform, bool uniform_confidence>
 std::int64_t sweep_inside(const RowPart& part) {
-  return sweep_sites<Kind{rule_steps, default_step_count, observed, true, true, true, uniform}>(part);
+  return sweep_sites<Kind{rule_steps, default_step_count, observed, true, true, true, uniform,
+                          uniform_confidence}>(part);
+}
+
+template <bool uniform>
+std::int64_t sweep_inside(const RowPart& part) {
+  if (!part.observed) {
+    return sweep_inside<false, uniform, false>(part);
+  }
+  return part.uniform_confidence ? sweep_inside<true, uniform, true>(part)
+                                 : sweep_inside<true, uniform, false>(part);
 }
 
 } // namespace
 
 std::int64_t sweep_row(const RowPart& part) {
   if (part.inside) {
-    if (part.uniform) {
-      return part.observed ? sweep_inside<true, true>(part) : sweep_inside<false, true>(part);
-    }
-    return part.observed ? sweep_inside<true, false>(part) : sweep_inside<false, false>(part);
+    return part.uniform ? sweep_inside<true>(part) : sweep_inside<false>(part);
   }
   return part.observed ? sweep_rule<true>(part) : sweep_rule<false>(part);
 }

@@ -68,6 +68,10 @@ struct RowPart {
   bool uniform = false;
   float uniform_modulus = 1;
   float uniform_inverse_modulus = 1;
+  /// Only with `inside` and `observed`: all confidences are these; the arrays are not read.
+  bool uniform_confidence = false;
+  float uniform_confidence_x = 0;
+  float uniform_confidence_y = 0;
 };
 
 /// Returns the number of sites that changed.

@@ -2,6 +2,9 @@
 
 #include "kernels/energy.hpp"
 
+#include <algorithm>
+#include <array>
+
 namespace hdmbench::openmp {
 
 RowPart Sweeper::rows_part(const Field& from, Field& to, const SweepState& state, int y, int phase) const {
@@ -41,6 +44,9 @@ std::int64_t Sweeper::sweep_run(RowPart& part, int phase, const Run& run) const 
   part.uniform = part.inside && run.kind.uniform;
   part.uniform_modulus = run.kind.modulus;
   part.uniform_inverse_modulus = run.kind.inverse_modulus;
+  part.uniform_confidence = part.inside && run.kind.uniform_confidence;
+  part.uniform_confidence_x = run.kind.confidence_x;
+  part.uniform_confidence_y = run.kind.confidence_y;
   return kernel_(part);
 }
 
@@ -65,29 +71,41 @@ std::int64_t Sweeper::row(const Field& from, Field& to, int number, int y) const
 }
 
 std::int64_t Sweeper::tile(const Field& from, Field& to, int number, int tile_row, int tile_column) const {
-  const SweepState state = sweep_state(settings_, number);
   const Rectangle sites = data_.tiling().rectangle(tile_row, 0, tile_column);
   const TileKind& kind = data_.kind(data_.tiling().index(tile_row, 0, tile_column));
-  const Extent extent = data_.layout().extent;
+  const int width = data_.layout().extent.width;
+  const bool west = sites.first == 0;
+  const bool east = sites.last == width && width > 1;
+  const int begin = sites.first + (west ? 1 : 0);
+  const int end = sites.last - (east ? 1 : 0);
+  std::array<Run, 3> parts;
+  std::size_t count = 0;
+  if (west) {
+    parts[count++] = {0, 1, true, width == 1, kind};
+  }
+  if (end > begin) {
+    parts[count++] = {begin, end, false, false, kind};
+  }
+  if (east) {
+    parts[count++] = {end, sites.last, false, true, kind};
+  }
+  return runs(from, to, number, tile_row, std::span(parts).first(count));
+}
+
+std::int64_t Sweeper::runs(const Field& from, Field& to, int number, int tile_row,
+                           std::span<const Run> runs) const {
+  const SweepState state = sweep_state(settings_, number);
+  const int height = data_.layout().extent.height;
+  const int end = std::min((tile_row + 1) * Tiling::height, height);
   std::int64_t changed = 0;
-  for (int y = sites.first_row; y < sites.last_row;) {
+  for (int y = tile_row * Tiling::height; y < end;) {
     // The first and the last row of the image by themselves, those between together.
-    const bool at_border = y == 0 || y == extent.height - 1;
-    const int last_row = at_border ? y + 1 : std::min(sites.last_row, extent.height - 1);
+    const bool at_border = y == 0 || y == height - 1;
+    const int last_row = at_border ? y + 1 : std::min(end, height - 1);
     RowPart part = rows_part(from, to, state, y, 0);
     part.rows = last_row - y;
-    const bool west = sites.first == 0;
-    const bool east = sites.last == extent.width && extent.width > 1;
-    const int begin = sites.first + (west ? 1 : 0);
-    const int end = sites.last - (east ? 1 : 0);
-    if (west) {
-      changed += sweep_run(part, 0, {0, 1, true, extent.width == 1, kind});
-    }
-    if (end > begin) {
-      changed += sweep_run(part, 0, {begin, end, false, false, kind});
-    }
-    if (east) {
-      changed += sweep_run(part, 0, {end, sites.last, false, true, kind});
+    for (const Run& run : runs) {
+      changed += sweep_run(part, 0, run);
     }
     y = last_row;
   }

@@ -5,6 +5,7 @@
 #include "kernels/pyramid.hpp"
 
 #include <cstdint>
+#include <span>
 
 namespace hdmbench::openmp {
 
@@ -18,9 +19,11 @@ public:
 
   /// Row y in sweep `number` of the level, as far as it is its sites' turn.
   [[nodiscard]] std::int64_t row(const Field& from, Field& to, int number, int y) const;
-  /// With simultaneous updates.
+  /// With simultaneous updates, a tile or `runs` of a row of tiles.
   [[nodiscard]] std::int64_t tile(const Field& from, Field& to, int number, int tile_row,
                                   int tile_column) const;
+  [[nodiscard]] std::int64_t runs(const Field& from, Field& to, int number, int tile_row,
+                                  std::span<const Run> runs) const;
 
   [[nodiscard]] const LevelData& data() const { return data_; }
   [[nodiscard]] int colours() const { return colours_; }

@@ -9,7 +9,10 @@ namespace hdmbench::openmp {
 
 /// What is known of all sites of a tile at once.
 struct TileKind {
-  bool observed = true; ///< false: every confidence is 0
+  bool observed = true;            ///< false: every confidence is 0
+  bool uniform_confidence = false; ///< one pair of confidences in the tile
+  float confidence_x = 0.0F;       ///< where uniform_confidence
+  float confidence_y = 0.0F;
   bool uniform = false; ///< one modulus in the tile and in its rim
   float modulus = 1.0F; ///< where uniform
   float inverse_modulus = 1.0F;
@@ -29,7 +32,8 @@ struct Rectangle {
 /// empty.
 struct Tiling {
   static constexpr int height = 8;
-  static constexpr int width = 32; ///< sites: two vectors of 16; tried: 16 x 64, 16 x 32
+  static constexpr int width =
+      16; ///< sites: one vector. A moving front touches fewer of them than of wider tiles; tried: 32
 
   Layout layout;
   int rows = 0;

@@ -322,7 +322,13 @@ int compare_benches(const CompareArguments& arguments, const CLI::App& bench, co
   print_summary(rows);
   if (!json.empty()) {
     nlohmann::json results = nlohmann::json::array();
-    std::ranges::transform(rows, std::back_inserter(results), comparison::to_json);
+    for (const ComparedRow& row : rows) {
+      results.push_back(comparison::to_json(row));
+      results.back().update({{"old_commit", sides.first_context.commit},
+                             {"new_commit", sides.second_context.commit},
+                             {"tolerance", tolerance},
+                             {"interleaved", !arguments.old_program.empty()}});
+    }
     write_results(json, "compare", run_context(line, false), std::move(results));
   }
   const bool any = std::ranges::any_of(rows, &ComparedRow::compared);

@@ -48,7 +48,7 @@ std::string page_html(const report::Results& results) {
 <a href="#golden">Golden hashes</a>
 <a href="#faults">Planted faults</a>
 <a href="#failing-calls">Failing calls</a>
-<a href="#speed">Speed</a><a href="#accuracy">Accuracy</a>
+<a href="#speed">Speed</a><a href="#before-and-after">Before and after</a><a href="#accuracy">Accuracy</a>
 <a href="#tradeoff">Speed against accuracy</a>
 <a href="#failures">Failures</a>
 <a href="#instructions">512 operations</a>
@@ -63,6 +63,7 @@ std::string page_html(const report::Results& results) {
   html += report::faults_section(results, anchors);
   html += report::failing_calls_section(results, anchors);
   html += report::speed_section(results, anchors);
+  html += report::compare_section(results, anchors);
   html += report::accuracy_section(results, anchors);
   html += report::tradeoff_section(results, anchors);
   html += report::atlas_section(results, anchors);

@@ -1,6 +1,5 @@
 #include "harness/report/results.hpp"
 
-#include "harness/report/joined.hpp"
 #include "harness/report/json_reader.hpp"
 #include "kernels/input_error.hpp"
 
@@ -84,164 +83,6 @@ DeviceRow read_device(const JsonReader& json) {
   return row;
 }
 
-Verdict read_verdict(const JsonReader& json) {
-  const std::vector<std::string> names{"agree", "certified", "disagree", "mistrusted", "skipped"};
-  const std::string name = json.text("verdict", names);
-  return static_cast<Verdict>(std::ranges::find(names, name) - names.begin());
-}
-
-Tier read_tier(const JsonReader& json) {
-  const std::vector<std::string> names(tier_names.begin(), tier_names.end());
-  return static_cast<Tier>(std::ranges::find(names, json.text("tier", names)) - names.begin());
-}
-
-// 9 digits tell any two floats apart.
-std::string plain(const nlohmann::json& value) {
-  if (value.is_string()) {
-    return value.get<std::string>();
-  }
-  if (value.is_null()) {
-    return "not finite";
-  }
-  if (value.is_number_float()) {
-    return fmt::format("{:.9g}", value.get<double>());
-  }
-  if (!value.is_array()) {
-    return value.dump();
-  }
-  std::vector<std::string> parts;
-  std::ranges::transform(value, std::back_inserter(parts), plain);
-  return "(" + joined(parts, ", ") + ")";
-}
-
-FirstDifference read_first_difference(const JsonReader& json) {
-  FirstDifference first;
-  first.level = json.count("level");
-  first.iteration = json.count("iteration");
-  first.x = json.count("x");
-  first.y = json.count("y");
-  for (const auto& [key, value] : json.json().items()) {
-    if (key != "level" && key != "iteration" && key != "x" && key != "y") {
-      std::string name = key;
-      std::ranges::replace(name, '_', ' ');
-      first.more += (first.more.empty() ? "" : ", ") + name + ' ' + plain(value);
-    }
-  }
-  return first;
-}
-
-VerifyRow read_verify(const JsonReader& json) {
-  VerifyRow row;
-  row.scene = json.text("scene");
-  row.width = json.count("width");
-  row.height = json.count("height");
-  row.backend = json.text("backend");
-  row.device = json.text("device");
-  row.method = json.has("method") ? json.text("method") : "";
-  row.mode = json.text("mode", {"resync", "free", "active", "pyramid", "windows"});
-  row.levels = json.count("levels");
-  row.iterations = json.count("iterations");
-  row.sites_compared = json.count("sites_compared");
-  row.sites_differing = json.count("sites_differing");
-  row.certified_ties = json.count("certified_ties");
-  row.uncertified = json.count("uncertified");
-  row.not_finite = json.has("not_finite") ? json.count("not_finite") : 0;
-  row.counts_differing = json.has("counts_differing") ? json.count("counts_differing") : 0;
-  row.max_abs_difference = json.number_or_null("max_abs_difference");
-  if (const auto first = json.object_or_null("first_difference")) {
-    row.first_difference = read_first_difference(*first);
-  }
-  row.tier = read_tier(json);
-  row.verdict = read_verdict(json);
-  row.reason = json.text("reason");
-
-  const bool passes = row.verdict == Verdict::agree || row.verdict == Verdict::certified;
-  if (passes && row.sites_compared == 0) {
-    json.fail("verdict", "is a pass although no site was compared");
-  }
-  if (row.verdict == Verdict::agree && row.sites_differing > 0) {
-    json.fail("verdict", fmt::format("is \"agree\" although {} sites differ", row.sites_differing));
-  }
-  if (passes && row.counts_differing > 0) {
-    json.fail("verdict",
-              fmt::format("is a pass although {} counts of changed sites differ", row.counts_differing));
-  }
-  if (passes && row.uncertified > 0) {
-    json.fail("verdict",
-              fmt::format("is a pass although {} differing sites are uncertified", row.uncertified));
-  }
-  if (passes != (row.tier != Tier::none) ||
-      (row.verdict == Verdict::certified) != (row.tier == Tier::certified)) {
-    json.fail("tier", fmt::format("is \"{}\", which the verdict contradicts",
-                                  tier_names[static_cast<std::size_t>(row.tier)]));
-  }
-  return row;
-}
-
-// Not in files of before it was written.
-std::optional<double> number_if_there(const JsonReader& json, const std::string& key) {
-  return json.has(key) ? json.number_or_null(key) : std::nullopt;
-}
-
-void read_limits(const JsonReader& json, BenchRow& row) {
-  if (json.holds("threads")) {
-    row.threads = json.count("threads");
-  }
-  row.active = json.has("work") && json.text("work", {"dense", "active"}) == "active";
-  row.bytes_per_site_update = number_if_there(json, "bytes_per_site_update");
-  row.operations_per_site_update = number_if_there(json, "operations_per_site_update");
-  row.gigabytes_per_second = number_if_there(json, "gigabytes_per_second");
-  row.gigaoperations_per_second = number_if_there(json, "gigaoperations_per_second");
-  row.percent_of_ceiling = number_if_there(json, "percent_of_ceiling");
-  row.binding = json.holds("binding") ? json.text("binding", {"memory", "arithmetic"}) : "";
-  if (json.holds("ceiling")) {
-    const JsonReader ceiling = json.object("ceiling");
-    row.ceiling_gigabytes_per_second = number_if_there(ceiling, "copy_gigabytes_per_second");
-    row.ceiling_gigaoperations_per_second = number_if_there(ceiling, "gigaoperations_per_second");
-  }
-  row.peak_memory_bytes = number_if_there(json, "peak_memory_bytes");
-  row.bytes_per_site = number_if_there(json, "bytes_per_site");
-  row.speed_up_over_dense = number_if_there(json, "speed_up_over_dense");
-}
-
-BenchRow read_bench(const JsonReader& json) {
-  BenchRow row;
-  row.scene = json.text("scene");
-  row.width = json.count("width");
-  row.height = json.count("height");
-  row.backend = json.text("backend");
-  row.device = json.text("device");
-  row.method = json.text("method");
-  row.iterations = json.count("iterations");
-  row.seconds = json.numbers("seconds");
-  row.seconds_median = json.number_or_null("seconds_median");
-  row.msites_per_second = json.number_or_null("msites_per_second");
-  row.setup_seconds = json.number_or_null("setup_seconds");
-  row.projection_seconds = json.number_or_null("projection_seconds");
-  row.upload_seconds = json.number_or_null("upload_seconds");
-  row.compute_seconds = json.number_or_null("compute_seconds");
-  row.readback_seconds = json.number_or_null("readback_seconds");
-  row.speed_up_over_scalar = json.number_or_null("speed_up_over_scalar");
-  row.checked = !json.has("valid") || json.holds("valid"); // null: nothing was compared
-  row.valid = !row.checked || json.flag("valid");
-  row.reason = json.text("reason");
-  read_limits(json, row);
-
-  if (!row.valid) {
-    row.speed_up_over_scalar.reset();
-    row.speed_up_over_dense.reset();
-    return row;
-  }
-  if (!row.checked) {
-    row.speed_up_over_scalar.reset();
-  }
-  if (row.width == 0 || row.height == 0) {
-    json.fail("width", "and \"height\" of a valid row must be at least 1");
-  }
-  require_samples(json, row.seconds, row.seconds_median);
-  return row;
-}
-
 RunRow read_run(const JsonReader& json) {
   RunRow row;
   row.scene = json.text("scene");
@@ -295,6 +136,9 @@ bool replaces(const VerifyRow& a, const VerifyRow& b) {
 // With other threads it is another timing, unless one of the two does not tell.
 bool replaces(const BenchRow& a, const BenchRow& b) {
   return same_place(a, b) && a.method == b.method && (!a.threads || !b.threads || a.threads == b.threads);
+}
+bool replaces(const CompareRow& a, const CompareRow& b) {
+  return same_place(a, b) && a.method == b.method && a.threads == b.threads;
 }
 bool replaces(const GoldenRow& a, const GoldenRow& b) {
   return same_place(a, b) && a.method == b.method;
@@ -387,6 +231,8 @@ Results load_results(std::span<const Path> paths) {
       merge(results, results.faults, context, reader, read_fault);
     } else if (command == "bench") {
       merge(results, results.bench, context, reader, read_bench);
+    } else if (command == "compare") {
+      merge(results, results.compare, context, reader, read_compare);
     } else if (command == "run") {
       merge(results, results.run, context, reader, read_run);
     } else if (command == "accuracy") {

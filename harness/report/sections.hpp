@@ -17,6 +17,8 @@ namespace hdmbench::report {
 [[nodiscard]] std::string golden_section(const Results& results, Anchors& anchors);
 /// Tables and plots; needs gnuplot where there are valid timings.
 [[nodiscard]] std::string speed_section(const Results& results, Anchors& anchors);
+/// Timings before and after a change; needs gnuplot where there are any.
+[[nodiscard]] std::string compare_section(const Results& results, Anchors& anchors);
 /// Tables and figures against the truths; needs gnuplot where there are profiles or convergence.
 [[nodiscard]] std::string accuracy_section(const Results& results, Anchors& anchors);
 /// Where the methods fail; needs gnuplot where there are results.

@@ -1,0 +1,175 @@
+#include "harness/median.hpp"
+#include "harness/report/gnuplot.hpp"
+#include "harness/report/plot_style.hpp"
+#include "harness/report/sections.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace hdmbench::report {
+
+namespace {
+
+using Rows = std::vector<CompareRow>;
+
+/// A verdict, its colour on the page and that of its mark in the figure.
+struct Look {
+  std::string_view css_class;
+  std::string_view colour;
+};
+
+Look look_of(const CompareRow& row) {
+  if (row.verdict == "faster") {
+    return {"agree", "00795a"};
+  }
+  if (row.verdict == "slower") {
+    return row.slower_than_tolerated ? Look{"disagree", "9f1d2f"} : Look{"mistrusted", "b04a00"};
+  }
+  return row.verdict == "no difference seen" ? Look{"", "1f2328"} : Look{"mistrusted", "8a8f98"};
+}
+
+std::string backend_text(const CompareRow& row) {
+  return row.backend + (row.threads ? ", " + plural(*row.threads, "thread") : "");
+}
+
+std::string verdict_text(const CompareRow& row) {
+  const bool borne = row.verdict == "slower" && !row.slower_than_tolerated;
+  return row.verdict + (borne ? ", within the tolerance" : "");
+}
+
+std::string row_html(const CompareRow& row) {
+  std::string html = fmt::format("<tr><th scope=\"row\">{}<small>{}</small></th><td>{}<small>{}</small></td>",
+                                 escape(row.scene), size_text(row.width, row.height),
+                                 escape(backend_text(row)), escape(row.method));
+  const std::string remark = row.remark.empty() ? "" : fmt::format("<small>{}</small>", escape(row.remark));
+  if (!row.compared) {
+    return html + fmt::format("<td colspan=\"6\" class=\"skipped\">not compared{}</td></tr>\n", remark);
+  }
+  html +=
+      fmt::format("<td class=\"number\">{} + {}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>",
+                  row.old_seconds.size(), row.new_seconds.size(), seconds_text(median(row.old_seconds)),
+                  seconds_text(median(row.new_seconds)));
+  return html + fmt::format("<td class=\"number\">{:.3f}<small>{:.3f} … {:.3f} ({:.0f} %)</small></td>"
+                            "<td class=\"number\">{:.2g}</td><td class=\"{}\"><b>{}</b>{}</td></tr>\n",
+                            row.ratio, row.ratio_low, row.ratio_high, 100.0 * row.coverage, row.p,
+                            look_of(row).css_class, escape(verdict_text(row)), remark);
+}
+
+/// One line per timing, from the top: the interval, its estimate, and 1 to compare with.
+std::string ratio_plot(const Rows& rows, const std::string& prefix, const std::string& label) {
+  constexpr double width = 760.0;
+  constexpr double line_height = 20.0;
+  constexpr Margins margins{330.0, 20.0, 12.0, 48.0};
+  const double height = margins.top + margins.bottom + line_height * static_cast<double>(rows.size() + 1);
+  std::string tics;
+  std::string blocks;
+  std::string command = "plot ";
+  double farthest = 1.05;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const CompareRow& row = rows[i];
+    const std::size_t position = rows.size() - i;
+    const std::string name =
+        fmt::format("{} {}×{}, {}, {}", row.scene, row.width, row.height, backend_text(row), row.method);
+    tics += fmt::format("{}{} {}", i == 0 ? "" : ", ", gnuplot_text(name), position);
+    blocks += fmt::format("$row{} << END\n{:.6g} {} {:.6g} {:.6g}\nEND\n", i, row.ratio, position,
+                          row.ratio_low, row.ratio_high);
+    command += fmt::format("{}$row{} using 1:2:3:4 with xerrorbars pt 7 ps 0.6 lw 1.5 lc rgb \"#{}\" notitle",
+                           i == 0 ? "" : ", ", i, look_of(row).colour);
+    farthest = std::max({farthest, row.ratio_high, 1.0 / row.ratio_low});
+  }
+  const double end = std::pow(farthest, 1.1);
+  return gnuplot_svg(
+      plot_start(width, height) + plot_margins(width, height, margins) +
+          x_title("new / old: left is faster", height) +
+          fmt::format(
+              "set logscale x 2\nset format x \"%.3g\"\nset xrange [{:.6g}:{:.6g}]\nset yrange [0:{}]\n"
+              "set ytics noenhanced ({})\n"
+              "set arrow from 1, graph 0 to 1, graph 1 nohead lw 1.2 lc rgb \"#6e6e6e\"\n",
+              1.0 / end, end, rows.size() + 1, tics) +
+          (end < 2.0 ? fmt::format("set xtics ({:.3g}, 1, {:.3g})\n", 1.0 / farthest, farthest) : "") +
+          blocks + command + '\n',
+      prefix, label);
+}
+
+/// What was compared with what, and what came out.
+std::string summary_html(const Rows& rows, const Rows& compared) {
+  const CompareRow& any = rows.front();
+  std::string html = "<p>";
+  if (!any.old_commit.empty() && !any.new_commit.empty()) {
+    html += fmt::format("Old is commit <code>{}</code>, new is <code>{}</code>. ", escape(any.old_commit),
+                        escape(any.new_commit));
+  }
+  html += std::ranges::all_of(rows, &CompareRow::interleaved)
+              ? "Measured in turn, a process a sample, so that a drift of the machine hits both.</p>\n"
+              : "Measured at different times: a drift of the machine looks like a difference.</p>\n";
+  const auto regressions = std::ranges::count_if(compared, &CompareRow::slower_than_tolerated);
+  const auto noisy = std::ranges::count_if(compared, &CompareRow::noisy);
+  std::vector<std::string> verdicts;
+  for (const CompareRow& row : compared) {
+    if (std::ranges::find(verdicts, row.verdict) == verdicts.end()) {
+      verdicts.push_back(row.verdict);
+    }
+  }
+  std::string totals;
+  for (const std::string& verdict : verdicts) {
+    totals += fmt::format("{}{} {}", totals.empty() ? "" : ", ",
+                          std::ranges::count(compared, verdict, &CompareRow::verdict), escape(verdict));
+  }
+  html += fmt::format("<p class=\"{}\"><b>Of {}: {}.</b>{}</p>\n", regressions > 0 ? "disagree" : "agree",
+                      plural(std::ssize(compared), "timing"), totals.empty() ? "none compared" : totals,
+                      regressions > 0 ? fmt::format(" {} by more than is tolerated.", regressions) : "");
+  if (noisy > 0) {
+    html += fmt::format(
+        "<p class=\"note\">{} of them {} noisier than the tolerance bears: a change of its size is "
+        "easily overlooked there.</p>\n",
+        noisy, noisy == 1 ? "is" : "are");
+  }
+  return html;
+}
+
+std::string machine_html(const Rows& rows, const std::string& machine, Anchors& anchors) {
+  Rows compared;
+  std::ranges::copy_if(rows, std::back_inserter(compared), &CompareRow::compared);
+  std::string html = summary_html(rows, compared);
+  if (!compared.empty()) {
+    const std::string id = anchors.unique("ratios");
+    html += fmt::format(
+        "<figure class=\"plot\" id=\"{}\">{}<figcaption>Ratio of times with its interval. An interval that "
+        "holds 1 is no proof of anything.</figcaption></figure>\n",
+        id, ratio_plot(compared, id + '_', "Ratios of times, new over old, on " + machine));
+  }
+  html += table_start(
+      "compare", {"Scene", "Backend, method", ">Samples", ">Old s", ">New s", ">New / old", ">p", "Verdict"});
+  for (const CompareRow& row : rows) {
+    html += row_html(row);
+  }
+  return html + std::string(table_end);
+}
+
+} // namespace
+
+std::string compare_section(const Results& results, Anchors& anchors) {
+  std::string html = "<section>\n" + heading(2, anchors.unique("before and after"), "Before and after");
+  if (results.compare.empty()) {
+    return html + no_data("timings before and after a change", "bench --compare OLD.json") + "</section>\n";
+  }
+  html +=
+      "<p>The ratio is the median over all pairs of samples (Hodges-Lehmann), with the interval of the rank "
+      "test; p is Mann-Whitney's, two-sided. A difference is called one below 0.01, which chance alone does "
+      "in "
+      "one of a hundred rows.</p>\n";
+  html += quick_note(results, results.compare);
+  for (const std::string& machine : results.machines) {
+    const Rows rows = results.of(results.compare, machine);
+    if (!rows.empty()) {
+      html += machine_heading(results, machine, anchors) + machine_html(rows, machine, anchors);
+    }
+  }
+  return html + "</section>\n";
+}
+
+} // namespace hdmbench::report
