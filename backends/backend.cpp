@@ -221,6 +221,21 @@ std::vector<Choice> Backend::choices(const SessionOptions& options) const {
   }
 }
 
+std::vector<int> Backend::coarse_groups(const SessionOptions& options) const {
+  std::vector<int> groups = useful_coarse_groups(choose(name(), devices(), options.device));
+  groups.insert(groups.begin(), 0);
+  return groups;
+}
+
+/// Without 0.
+std::vector<int> Backend::useful_coarse_groups(std::size_t index) const {
+  std::vector<int> groups = do_coarse_groups(index);
+  if (!groups.empty() && devices().at(index).is_software) {
+    std::erase_if(groups, [](int group) { return group > most_useful_on_cpu; });
+  }
+  return groups;
+}
+
 const std::vector<Choice>& Backend::measured_choices(std::size_t index) const {
   const std::lock_guard guard(measuring_);
   const auto found = choices_.find(index);
@@ -228,10 +243,7 @@ const std::vector<Choice>& Backend::measured_choices(std::size_t index) const {
     return found->second;
   }
   std::vector<Choice> measured;
-  std::vector<int> groups = do_coarse_groups(index);
-  if (devices().at(index).is_software) {
-    std::erase_if(groups, [](int group) { return group > most_useful_on_cpu; });
-  }
+  const std::vector<int> groups = useful_coarse_groups(index);
   if (!groups.empty()) {
     const std::unique_ptr<Session> session = do_open(index, {});
     measured.push_back(measure_coarse_levels(

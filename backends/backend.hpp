@@ -182,6 +182,9 @@ public:
   /// the first call, or when a session first loads a pyramid that wants to know, and kept as long as this
   /// backend lives. Throws DeviceError.
   [[nodiscard]] std::vector<Choice> choices(const SessionOptions& options) const;
+  /// Values of SessionOptions::coarse_group that are worth trying on that device, 0 first; only 0 where there
+  /// is no choice. Throws DeviceError.
+  [[nodiscard]] std::vector<int> coarse_groups(const SessionOptions& options) const;
 
 private:
   /// `index` into devices().
@@ -196,6 +199,7 @@ private:
 
   [[nodiscard]] std::unique_ptr<Session> open_whole(std::size_t index, const SessionOptions& options) const;
   [[nodiscard]] int coarse_group(std::size_t index, const SessionOptions& options) const;
+  [[nodiscard]] std::vector<int> useful_coarse_groups(std::size_t index) const;
   [[nodiscard]] const std::vector<Choice>& measured_choices(std::size_t index) const;
 
   mutable std::mutex measuring_;                               ///< guards choices_

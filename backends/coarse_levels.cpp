@@ -60,6 +60,10 @@ std::size_t coarse_level_count(const Pyramid& pyramid) {
   return count;
 }
 
+std::string coarse_group_name(int group) {
+  return group == 0 ? "a dispatch per sweep" : fmt::format("one dispatch of {} invocations", group);
+}
+
 double coarse_site_updates(const Pyramid& pyramid, std::size_t count) {
   double updates = 0.0;
   for (const PyramidLevel& level : std::span(pyramid.levels).first(count)) {
@@ -77,10 +81,9 @@ Choice measure_coarse_levels(std::span<const int> groups, Session& session,
     pyramid.levels.insert(pyramid.levels.begin(), {.extent = extent, .sweeps = sweeps});
   }
   Choice choice{.what = "coarse levels (to 32 x 32)",
-                .options = {{.name = "a dispatch per sweep", .coarse_group = 0}}};
+                .options = {{.name = coarse_group_name(0), .coarse_group = 0}}};
   for (const int group : groups) {
-    choice.options.push_back(
-        {.name = fmt::format("one dispatch of {} invocations", group), .coarse_group = group});
+    choice.options.push_back({.name = coarse_group_name(group), .coarse_group = group});
   }
   for (int repeat = 0; repeat < repeats; ++repeat) { // in turn, so that a drift of the machine hits all
     for (Choice::Option& option : choice.options) {

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <functional>
 #include <span>
+#include <string>
 
 /// The first levels of a pyramid by one work group (kernels/coarse_levels.glsl): a dispatch takes longer to
 /// start than such a level takes to sweep.
@@ -16,11 +17,14 @@ constexpr std::size_t most_coarse_sites = 32 * 32;
 constexpr std::size_t coarse_shared_bytes = most_coarse_sites * (2 * 8 + 8 + 4) + 3 * 4;
 
 /// Invocations of the work group that are tried: the lanes of a CPU, and up to one for each site.
-constexpr std::array<int, 4> coarse_groups{8, 64, 256, 1024};
+constexpr std::array<int, 4> coarse_group_sizes{8, 64, 256, 1024};
 
 /// How many of the first levels one dispatch may compute: 0 where another rule or order of sites needs to
 /// know which sweep it is. Never the last level, whose last two fields changed() compares.
 [[nodiscard]] std::size_t coarse_level_count(const Pyramid& pyramid);
+
+/// For people: "a dispatch per sweep", "one dispatch of 64 invocations".
+[[nodiscard]] std::string coarse_group_name(int group);
 
 /// Site updates of the first `count` levels.
 [[nodiscard]] double coarse_site_updates(const Pyramid& pyramid, std::size_t count);

@@ -78,7 +78,7 @@ public:
   /// OpenGL 4.3 guarantees 1024 invocations and 32 KiB of shared memory.
   static std::vector<int> coarse_groups() {
     static_assert(coarse_shared_bytes <= 32 * 1024);
-    return {hdmbench::coarse_groups.begin(), hdmbench::coarse_groups.end()};
+    return {coarse_group_sizes.begin(), coarse_group_sizes.end()};
   }
 
   ComputeSweep(const Api& api, Work work)

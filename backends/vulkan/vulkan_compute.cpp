@@ -65,7 +65,7 @@ private:
           std::min({limits.maxComputeWorkGroupInvocations, limits.maxComputeWorkGroupSize[0], 1024U}));
       std::vector<int> groups;
       if (coarse_shared_bytes <= limits.maxComputeSharedMemorySize) {
-        std::ranges::copy_if(coarse_groups, std::back_inserter(groups),
+        std::ranges::copy_if(coarse_group_sizes, std::back_inserter(groups),
                              [&](int group) { return group <= most; });
       }
       return groups;

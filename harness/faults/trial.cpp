@@ -171,7 +171,8 @@ Trial try_out(const Planted& planted, const Backend& reference, std::span<const 
       const std::unique_ptr<Backend> faulty = planted.make(scene.scene);
       const Backend* const backends[] = {faulty.get()};
       const std::vector<Comparison> comparisons = verify(
-          scene.scene, reference, backends, {.session = {}, .iteration_limit = iteration_limit}, silent);
+          scene.scene, reference, backends,
+          {.session = {.coarse_group = planted.coarse_group}, .iteration_limit = iteration_limit}, silent);
       trial.device = comparisons.front().device;
       seen = verdict_of(comparisons);
       if (planted.require_planted && seen->verdict != Verdict::skipped) {
