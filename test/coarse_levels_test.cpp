@@ -26,8 +26,7 @@ Pyramid pyramid_of(const Level& full, Alignment alignment, int sweeps) {
   return pyramid;
 }
 
-/// Smallest first.
-const std::vector<Extent> extents{{1, 1}, {2, 3}, {1, 1025}, {33, 33}, {90, 7}, {129, 70}, {1500, 1}};
+const std::vector<Extent> extents{{1, 1}, {1, 1025}, {33, 33}, {90, 7}, {129, 70}};
 
 TEST(CoarseLevelCount, IsOfSmallLevelsButTheLast) {
   const auto count = [](Extent extent) {
@@ -113,11 +112,10 @@ TEST_P(CoarseLevelsTest, HaveTheSameBitsEveryWay) {
     std::uint64_t seed = 70;
     for (const Extent extent : extents) {
       for (const Alignment alignment : {Alignment::corner, Alignment::center}) {
-        for (const test::Texture texture : {test::Texture::smooth, test::Texture::tie_rich}) {
-          const auto problem = test::random_problem(extent, texture, ++seed);
-          expect_same(pyramid_of(problem.level, alignment, 2), session,
-                      fmt::format("{}: {} x {}, seed {}", way, extent.width, extent.height, seed));
-        }
+        const auto texture = ++seed % 2 == 0 ? test::Texture::smooth : test::Texture::tie_rich;
+        const auto problem = test::random_problem(extent, texture, seed);
+        expect_same(pyramid_of(problem.level, alignment, 2), session,
+                    fmt::format("{}: {} x {}, seed {}", way, extent.width, extent.height, seed));
       }
     }
   });
@@ -125,7 +123,7 @@ TEST_P(CoarseLevelsTest, HaveTheSameBitsEveryWay) {
 
 TEST_P(CoarseLevelsTest, ThatComeToRestAndThatDoNot) {
   Scene scene = load_scene("square", {.size = Extent{70, 70}});
-  scene.schedule.iterations = 60; // from a null field the coarsest levels rest long before
+  scene.schedule.iterations = 40; // from a null field the coarsest levels rest long before
   const LevelSequence levels(scene);
   const auto pyramid = levels.pyramid();
   ASSERT_TRUE(pyramid);
