@@ -1,5 +1,6 @@
 #include "backends/backend.hpp"
 
+#include "backends/coarse_levels.hpp"
 #include "backends/cut_session.hpp"
 
 #include <fmt/format.h>
@@ -11,6 +12,10 @@
 namespace hdmbench {
 
 namespace {
+
+/// Invocations of a group that computes coarse levels on a CPU: one vector. At a barrier each vector is put
+/// aside (lavapipe, 8, 64, 256, 1024 invocations: 1.2, 1.3, 1.7, 3.3 ms), and a shader takes long to compile.
+constexpr int most_useful_on_cpu = 8;
 
 std::string lower_case(std::string text) {
   std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -101,6 +106,10 @@ void Session::solve(const Advance& advance) {
   stepped_ = pyramid_->levels.back().sweeps > 0;
 }
 
+int Session::coarse_group() const {
+  return coarse_group_ && coarse_level_count(*pyramid_) > 0 ? coarse_group_() : 0;
+}
+
 void Session::do_load_pyramid(const Pyramid& /*pyramid*/) {}
 
 void Session::do_solve(const Advance& advance) {
@@ -183,9 +192,7 @@ void Session::require_loaded(const char* call) const {
 
 std::unique_ptr<Session> Backend::open(const SessionOptions& options) const {
   const auto open_one = [this, index = choose(name(), devices(), options.device), options] {
-    std::unique_ptr<Session> session = do_open(index, options);
-    session->sequential_ = supports(Update::sequential);
-    return session;
+    return open_whole(index, options);
   };
   std::unique_ptr<Session> session = std::make_unique<CutSession>(open_one);
   session->backend_ = name();
@@ -193,9 +200,70 @@ std::unique_ptr<Session> Backend::open(const SessionOptions& options) const {
   return session;
 }
 
+/// Of images that need no cutting.
+std::unique_ptr<Session> Backend::open_whole(std::size_t index, const SessionOptions& options) const {
+  std::unique_ptr<Session> session = do_open(index, options);
+  session->sequential_ = supports(Update::sequential);
+  session->coarse_group_ = [this, index, options] { return coarse_group(index, options); };
+  return session;
+}
+
 Device Backend::device(const SessionOptions& options) const {
   const std::vector<Device> all = devices();
   return all[choose(name(), all, options.device)];
+}
+
+std::vector<Choice> Backend::choices(const SessionOptions& options) const {
+  try {
+    return measured_choices(choose(name(), devices(), options.device));
+  } catch (const DeviceError& error) {
+    throw DeviceError(fmt::format("{}: {}", name(), error.what()));
+  }
+}
+
+std::vector<int> Backend::coarse_groups(const SessionOptions& options) const {
+  std::vector<int> groups = useful_coarse_groups(choose(name(), devices(), options.device));
+  groups.insert(groups.begin(), 0);
+  return groups;
+}
+
+/// Without 0.
+std::vector<int> Backend::useful_coarse_groups(std::size_t index) const {
+  std::vector<int> groups = do_coarse_groups(index);
+  if (!groups.empty() && devices().at(index).is_software) {
+    std::erase_if(groups, [](int group) { return group > most_useful_on_cpu; });
+  }
+  return groups;
+}
+
+const std::vector<Choice>& Backend::measured_choices(std::size_t index) const {
+  const std::lock_guard guard(measuring_);
+  const auto found = choices_.find(index);
+  if (found != choices_.end()) {
+    return found->second;
+  }
+  std::vector<Choice> measured;
+  const std::vector<int> groups = useful_coarse_groups(index);
+  if (!groups.empty()) {
+    const std::unique_ptr<Session> session = do_open(index, {});
+    measured.push_back(measure_coarse_levels(
+        groups, *session, [&](int group) { session->coarse_group_ = [group] { return group; }; }));
+  }
+  return choices_.emplace(index, std::move(measured)).first->second;
+}
+
+int Backend::coarse_group(std::size_t index, const SessionOptions& options) const {
+  if (!options.coarse_group) {
+    const std::vector<Choice>& measured = measured_choices(index);
+    return measured.empty() ? 0 : measured.front().options[measured.front().chosen].coarse_group;
+  }
+  const int wanted = *options.coarse_group;
+  const std::vector<int> groups = do_coarse_groups(index);
+  if (wanted != 0 && std::ranges::find(groups, wanted) == groups.end()) {
+    throw DeviceError(fmt::format("coarse levels cannot be computed by {} invocations here, but by {}",
+                                  wanted, fmt::join(groups, ", ")));
+  }
+  return wanted;
 }
 
 std::optional<Ceilings> Backend::ceilings(const SessionOptions& options) const {

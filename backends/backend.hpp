@@ -8,7 +8,9 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -51,6 +53,21 @@ struct SessionOptions {
                       ///< hardware, else first
   int threads = 0;    ///< CPU threads, 0: all; ignored by GPU backends
   Work work = Work::dense;
+  /// Invocations of the one dispatch that computes a pyramid's coarse levels together; 0: a dispatch for each
+  /// of their sweeps; none: as Backend::choices() has measured. Ignored by backends without that choice.
+  std::optional<int> coarse_group{};
+};
+
+/// Ways to compute the same bits, of which the fastest is taken, as measured on a device.
+struct Choice {
+  struct Option {
+    std::string name;              ///< for people
+    int coarse_group;              ///< SessionOptions::coarse_group that asks for it
+    std::vector<double> seconds{}; ///< raw samples of the same work, in the order measured
+  };
+  std::string what; ///< what is computed, for people
+  std::vector<Option> options;
+  std::size_t chosen = 0; ///< index of the option with the smallest sample: what disturbs only adds
 };
 
 /// Computes on one level at a time. All calls block until the device is done, so a caller's clock around them
@@ -99,6 +116,9 @@ protected:
   virtual void do_solve(const Advance& advance);
   /// The one that was loaded; there is one in do_solve().
   [[nodiscard]] const Pyramid& pyramid() const { return *pyramid_; }
+  /// How to compute its coarse levels: SessionOptions::coarse_group, or what was measured, which may happen
+  /// now; 0 where it has none. Throws DeviceError. Must not be called while an OpenGL context is current.
+  [[nodiscard]] int coarse_group() const;
 
 private:
   virtual void do_load(const Level& level) = 0;
@@ -117,6 +137,7 @@ private:
 
   std::string backend_;     ///< name of the backend that opened this session, for errors; empty: no name
   bool sequential_ = false; ///< whether that backend supports sequential updates
+  std::function<int()> coarse_group_; ///< of that backend; none: 0
   std::optional<Extent> extent_;
   std::optional<Pyramid> pyramid_; ///< where load(pyramid) was the last load
   bool written_ = false;
@@ -124,7 +145,8 @@ private:
   int sweeps_ = 0; ///< since load()
 };
 
-/// One way to compute the specification. Stateless; opening a session may take long (shader compilation).
+/// One way to compute the specification. Without state but for what it has measured; opening a session may
+/// take long (shader compilation).
 class Backend {
 public:
   Backend() = default;
@@ -156,6 +178,13 @@ public:
   [[nodiscard]] virtual double bytes_per_update(SiteKind /*kind*/, int /*sweeps*/) const { return 0.0; }
   /// Measured now; takes about a second. None where the backend has no such loops. Throws DeviceError.
   [[nodiscard]] std::optional<Ceilings> ceilings(const SessionOptions& options) const;
+  /// What is chosen by measurement on the device that `open` would take; empty where nothing is. Measured at
+  /// the first call, or when a session first loads a pyramid that wants to know, and kept as long as this
+  /// backend lives. Throws DeviceError.
+  [[nodiscard]] std::vector<Choice> choices(const SessionOptions& options) const;
+  /// Values of SessionOptions::coarse_group that are worth trying on that device, 0 first; only 0 where there
+  /// is no choice. Throws DeviceError.
+  [[nodiscard]] std::vector<int> coarse_groups(const SessionOptions& options) const;
 
 private:
   /// `index` into devices().
@@ -165,6 +194,16 @@ private:
                                                                     const SessionOptions& /*options*/) const {
     return std::nullopt;
   }
+  /// Of backends/coarse_levels.hpp, those that the device can do, besides 0. Empty: there is no choice.
+  [[nodiscard]] virtual std::vector<int> do_coarse_groups(std::size_t /*index*/) const { return {}; }
+
+  [[nodiscard]] std::unique_ptr<Session> open_whole(std::size_t index, const SessionOptions& options) const;
+  [[nodiscard]] int coarse_group(std::size_t index, const SessionOptions& options) const;
+  [[nodiscard]] std::vector<int> useful_coarse_groups(std::size_t index) const;
+  [[nodiscard]] const std::vector<Choice>& measured_choices(std::size_t index) const;
+
+  mutable std::mutex measuring_;                               ///< guards choices_
+  mutable std::map<std::size_t, std::vector<Choice>> choices_; ///< by device
 };
 
 } // namespace hdmbench

@@ -74,6 +74,7 @@ public:
     try {
       result.device = run.backend->device(run.session);
       look_up_ceilings(run, result);
+      look_up_choices(run, result);
       found = measure(run, result);
     } catch (const DeviceError& error) {
       result.samples.clear();
@@ -95,6 +96,14 @@ private:
       const MeasuredCeilings::Entry& entry = options_.ceilings->of(*run.backend, run.session);
       result.ceilings = entry.ceilings;
       result.no_ceilings = entry.reason;
+    }
+  }
+
+  /// Before anything else is measured, which has to do as was chosen.
+  void look_up_choices(const BenchRun& run, BenchResult& result) {
+    if (!run.session.coarse_group) {
+      progress_.describe(fmt::format("which way {} is faster", run_name(run)));
+      result.choices = run.backend->choices(run.session);
     }
   }
 

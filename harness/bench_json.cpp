@@ -1,5 +1,6 @@
 #include "harness/bench_json.hpp"
 
+#include "harness/choices.hpp"
 #include "harness/median.hpp"
 
 #include <algorithm>
@@ -91,6 +92,10 @@ json to_json(const Scene& scene, const BenchResult& result) {
            {"reason", result.reason},
            {"peak_memory_bytes", or_null(result.peak_memory_bytes)},
            {"bytes_per_site", or_null(result.bytes_per_site)}};
+  row["choices"] = nlohmann::json::array();
+  for (const Choice& choice : result.choices) {
+    row["choices"].push_back(to_json(choice));
+  }
   add_cost(result, row);
   return row;
 }

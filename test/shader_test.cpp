@@ -6,6 +6,8 @@
 #include "test/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
+#include <shaders/coarse_levels_compute.hpp>
+#include <shaders/coarse_levels_vulkan.hpp>
 #include <shaders/count_compute.hpp>
 #include <shaders/count_fragment.hpp>
 #include <shaders/project_compute.hpp>
@@ -60,6 +62,10 @@ TEST(Shaders, AreStrictGlsl) {
     EXPECT_EQ(lint(folder, "sample.frag", gl::assemble(sources::sample_fragment, pairs)), 0);
     EXPECT_EQ(lint(folder, "project.frag", gl::assemble(sources::project_fragment, pairs)), 0);
   }
+  EXPECT_EQ(lint(folder, "coarse_levels.comp",
+                 gl::assemble(sources::coarse_levels_compute, "#define INVOCATIONS 64\n#define STEP_COUNT 5\n"
+                                                              "#define STOPS_AT_REST true\n")),
+            0);
   EXPECT_EQ(lint(folder, "quad.vert", sources::quad_vertex), 0);
   EXPECT_EQ(
       lint(folder, "tiles.vert", gl::assemble(sources::tiles_vertex, "#define POINTS 16\n#define ACTIVE\n")),
@@ -95,9 +101,12 @@ Arithmetic count_arithmetic(std::span<const std::uint32_t> words) {
 }
 
 TEST(Shaders, VulkanMayNotContractAnyFloatOperation) {
-  const Arithmetic found = count_arithmetic(sweep_vulkan);
-  EXPECT_GT(found.operations, 30);
-  EXPECT_EQ(found.contractible, 0);
+  for (const std::span<const std::uint32_t> shader :
+       {std::span<const std::uint32_t>(sweep_vulkan), std::span<const std::uint32_t>(coarse_levels_vulkan)}) {
+    const Arithmetic found = count_arithmetic(shader);
+    EXPECT_GT(found.operations, 30);
+    EXPECT_EQ(found.contractible, 0);
+  }
 }
 
 /// With a current OpenGL 2.1 context.

@@ -1,7 +1,9 @@
 #include "backends/gl/compute.hpp"
 
+#include "backends/coarse_levels.hpp"
 #include "backends/gl/buffer_texture.hpp"
 #include "backends/gl/ceilings.hpp"
+#include "backends/gl/coarse_levels.hpp"
 #include "backends/gl/context_session.hpp"
 #include "backends/gl/interleave.hpp"
 #include "backends/gl/tile_sweeps.hpp"
@@ -14,6 +16,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -58,7 +61,7 @@ struct Constants {
   BufferTexture curvature;   ///< rg: 1 / curvature; one texel where the rule needs none
 };
 
-/// A level of a pyramid.
+/// A level of a pyramid that is not one of the coarse ones.
 struct DeviceLevel {
   PyramidLevel plan;
   TileSweeps sweeps;
@@ -72,10 +75,15 @@ public:
   /// Displacement there and back, observation, confidence.
   static constexpr double bytes_per_update = 8 + 8 + 16 + 8;
   static Ceilings ceilings(const Api& api) { return compute_ceilings(api); }
+  /// OpenGL 4.3 guarantees 1024 invocations and 32 KiB of shared memory.
+  static std::vector<int> coarse_groups() {
+    static_assert(coarse_shared_bytes <= 32 * 1024);
+    return {coarse_group_sizes.begin(), coarse_group_sizes.end()};
+  }
 
   ComputeSweep(const Api& api, Work work)
       : gl_(api), work_(work), images_{BufferTexture(api), BufferTexture(api)}, constants_(api),
-        sampled_(api), counter_(api),
+        sampled_(api), counter_(api), coarse_(api),
         count_program_(api, {{GL_COMPUTE_SHADER, std::string(sources::count_compute)}}) {}
 
   void load(const Level& level) {
@@ -99,15 +107,17 @@ public:
     gl_.Finish();
   }
 
-  void load(const Pyramid& pyramid) {
+  /// `coarse_group` as SessionOptions has it.
+  void load(const Pyramid& pyramid, int coarse_group) {
     const Level& full = *pyramid.full;
     upload(full);
     if (pyramid.levels.size() > 1) {
       prepare_sampling(full.extent);
     }
+    coarse_.load(pyramid, coarse_group, work_ == Work::active);
     Level rules = without_fields(full);
-    Extent above{};
-    for (const PyramidLevel& plan : pyramid.levels) {
+    Extent above = coarse_.extent();
+    for (const PyramidLevel& plan : std::span(pyramid.levels).subspan(coarse_.count())) {
       rules.strengths = plan.strengths;
       levels_.push_back({.plan = plan,
                          .sweeps = {gl_, programs_, rules, list_tiles(full, plan.extent, pyramid.alignment),
@@ -128,16 +138,21 @@ public:
   }
 
   void solve(const Session::Advance& advance) {
-    texels_.assign(2 * levels_.front().plan.extent.sites(), 0.0F);
     gl_.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-    images_[current_].write(texels_);
-    const DeviceLevel* above = nullptr;
-    double in_flight = 0.0;
+    if (coarse_.count() > 0) {
+      coarse_.solve(constants_.material, constants_.observation, images_[1 - current_]);
+      current_ = 1 - current_;
+    } else {
+      texels_.assign(2 * levels_.front().plan.extent.sites(), 0.0F);
+      images_[current_].write(texels_);
+    }
+    Extent above = coarse_.extent();
+    double in_flight = coarse_.site_updates();
     for (DeviceLevel& level : levels_) {
-      if (above != nullptr) {
-        project(*above, level);
+      if (above != Extent{}) {
+        project(above, level);
       }
-      above = &level;
+      above = level.plan.extent;
       const bool is_full = level.plan.extent == extent_;
       if (!is_full) {
         sample(level);
@@ -260,10 +275,10 @@ private:
     gl_.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
   }
 
-  void project(const DeviceLevel& above, const DeviceLevel& level) {
+  void project(Extent above, const DeviceLevel& level) {
     project_program_->use();
     gl_.Uniform2i(dimension_location, level.plan.extent.width, level.plan.extent.height);
-    gl_.Uniform1i(source_width_location, above.plan.extent.width);
+    gl_.Uniform1i(source_width_location, above.width);
     images_[current_].bind(image_unit);
     images_[1 - current_].bind_image(next_image_unit, GL_RG32F);
     gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, table_binding, level.axes.name());
@@ -294,12 +309,13 @@ private:
   Constants constants_;
   Constants sampled_; ///< of the coarse level that is swept
   Buffer counter_;
+  CoarseLevels coarse_;
   Program count_program_;
   std::optional<Program> sample_program_;
   std::optional<Program> project_program_;
   TilePrograms programs_;
   std::optional<TileSweeps> sweeps_; ///< where load(level) was the last
-  std::vector<DeviceLevel> levels_;  ///< where load(pyramid) was the last
+  std::vector<DeviceLevel> levels_;  ///< after the coarse ones, where load(pyramid) was the last
   Extent extent_;
   std::size_t current_ = 0;
   std::vector<GLfloat> texels_; ///< interleaved staging, as long as what was uploaded or read last

@@ -10,7 +10,7 @@ namespace hdmbench::gl {
 
 /// A Session over `Sweep`, a class with load, write, step, read and changed that owns OpenGL objects: makes
 /// the context current around every call, and around the Sweep's construction from Api and Work and its
-/// destruction.
+/// destruction. Where load(pyramid) has a second argument it gets Session::coarse_group().
 template <typename Sweep>
 class ContextSession final : public Session {
 public:
@@ -53,8 +53,14 @@ private:
     return sweep_->changed();
   }
   void do_load_pyramid(const Pyramid& pyramid) override {
-    const Context::Current current(*context_);
-    sweep_->load(pyramid);
+    if constexpr (requires { sweep_->load(pyramid, 0); }) {
+      const int group = coarse_group(); // may measure, in another context
+      const Context::Current current(*context_);
+      sweep_->load(pyramid, group);
+    } else {
+      const Context::Current current(*context_);
+      sweep_->load(pyramid);
+    }
   }
   void do_solve(const Advance& advance) override {
     const Context::Current current(*context_);
@@ -66,7 +72,8 @@ private:
 };
 
 /// A Backend whose sessions are ContextSession<Sweep> on the contexts of a platform. Sweep declares
-/// bytes_per_update and ceilings(api) for Backend's functions of these names.
+/// bytes_per_update and ceilings(api) for Backend's functions of these names, and coarse_groups() where it
+/// has a choice.
 template <typename Sweep>
 class ContextBackend final : public Backend {
 public:
@@ -84,6 +91,13 @@ public:
 private:
   std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions& options) const override {
     return std::make_unique<ContextSession<Sweep>>(platform_->open(index, version_), options.work);
+  }
+  std::vector<int> do_coarse_groups(std::size_t /*index*/) const override {
+    if constexpr (requires { Sweep::coarse_groups(); }) {
+      return Sweep::coarse_groups();
+    } else {
+      return {};
+    }
   }
   std::optional<Ceilings> do_measure_ceilings(std::size_t index,
                                               const SessionOptions& /*options*/) const override {

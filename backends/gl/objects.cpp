@@ -1,6 +1,7 @@
 #include "backends/gl/objects.hpp"
 
 #include <fmt/format.h>
+#include <shaders/coarse_levels.hpp>
 #include <shaders/energy.hpp>
 #include <shaders/gather.hpp>
 #include <shaders/projection.hpp>
@@ -97,6 +98,7 @@ void SweepProgram::set_turn(const Api& api, const SweepState& state) const {
 
 std::string assemble(std::string_view shader, std::string_view definitions) {
   std::string text(shader);
+  replace(text, "#include \"coarse_levels.glsl\"", sources::coarse_levels); // first: it includes others
   replace(text, "#include \"energy.inc\"", sources::energy);
   replace(text, "#include \"update.inc\"", sources::update);
   replace(text, "#include \"gather.glsl\"", sources::gather);

@@ -1,5 +1,7 @@
 #include "backends/vulkan/pyramid_commands.hpp"
 
+#include "backends/coarse_levels.hpp"
+
 #include <algorithm>
 
 namespace hdmbench::vulkan {
@@ -14,8 +16,13 @@ public:
       : pyramid_(pyramid), entries_(entries), work_(work), queue_(queue), shaders_(shaders),
         buffers_(buffers) {}
 
-  [[nodiscard]] PyramidCommands record() && {
-    for (std::size_t level = 0; level < pyramid_.levels.size(); ++level) {
+  [[nodiscard]] PyramidCommands record(int coarse_group) && {
+    std::size_t together = 0; // of the levels
+    if (coarse_group > 0) {
+      together = coarse_level_count(pyramid_);
+      solve_together(together, coarse_group);
+    }
+    for (std::size_t level = together; level < pyramid_.levels.size(); ++level) {
       begin_level(level);
       sweep(level);
     }
@@ -48,6 +55,36 @@ private:
     return *buffers_.sets[is_sampled(level) ? 1 : 0][result_.newest];
   }
 
+  /// The first `count` levels.
+  void solve_together(std::size_t count, int group) {
+    if (count == 0) {
+      return;
+    }
+    const CoarseLevels parameters{.steps = pyramid_.full->steps.padded(),
+                                  .penalty = pyramid_.full->penalty,
+                                  .full_width = pyramid_.full->extent.width,
+                                  .first_level = entries_.levels_begin,
+                                  .level_count = static_cast<std::int32_t>(count)};
+    wait_for_all(commands());
+    commands().bindPipeline(vk::PipelineBindPoint::eCompute,
+                            *shaders_.coarse_levels({.invocations = group,
+                                                     .step_count = pyramid_.full->steps.count(),
+                                                     .stops_at_rest = work_ == Work::active}));
+    bind(parameters);
+    commands().dispatch(1, 1, 1);
+    result_.newest = 1 - result_.newest;
+    result_.parts.back().site_updates += coarse_site_updates(pyramid_, count);
+    cost_ += updates_per_submission / 2; // at most about half a second
+  }
+
+  /// The full level's fields, and the push constants.
+  template <typename Values>
+  void bind(const Values& parameters) {
+    commands().bindDescriptorSets(vk::PipelineBindPoint::eCompute, *shaders_.layout(), 0,
+                                  **buffers_.sets[0][result_.newest], {});
+    commands().pushConstants<Values>(*shaders_.layout(), vk::ShaderStageFlagBits::eCompute, 0, parameters);
+  }
+
   void begin_level(std::size_t level) {
     const Extent extent = pyramid_.levels[level].extent;
     wait_for_all(commands());
@@ -70,10 +107,7 @@ private:
                                 .first_column = first,
                                 .first_row = first + extent.width};
     commands().bindPipeline(vk::PipelineBindPoint::eCompute, *pipeline);
-    commands().bindDescriptorSets(vk::PipelineBindPoint::eCompute, *shaders_.layout(), 0,
-                                  **buffers_.sets[0][result_.newest], {});
-    commands().pushConstants<Resampling>(*shaders_.layout(), vk::ShaderStageFlagBits::eCompute, 0,
-                                         parameters);
+    bind(parameters);
     commands().dispatch(groups_across(extent.width), static_cast<std::uint32_t>(extent.height), 1);
   }
 
@@ -118,26 +152,6 @@ private:
 
 } // namespace
 
-ResamplingEntries::ResamplingEntries(const Pyramid& pyramid) {
-  const auto append = [&](int coarse, int fine, int full) {
-    const auto around = interpolations(coarse, fine, pyramid.alignment);
-    const auto sampled = sampled_indices(fine, full, pyramid.alignment);
-    for (std::size_t i = 0; i < around.size(); ++i) {
-      planes[0].push_back(static_cast<float>(around[i].first));
-      planes[1].push_back(static_cast<float>(around[i].second));
-      planes[2].push_back(around[i].weight);
-      planes[3].push_back(static_cast<float>(sampled[i]));
-    }
-  };
-  Extent before = pyramid.levels.front().extent; // the first level is not projected
-  for (const PyramidLevel& level : pyramid.levels) {
-    begins.push_back(static_cast<std::int32_t>(planes[0].size()));
-    append(before.width, level.extent.width, pyramid.full->extent.width);
-    append(before.height, level.extent.height, pyramid.full->extent.height);
-    before = level.extent;
-  }
-}
-
 std::size_t most_sampled_sites(const Pyramid& pyramid) {
   std::size_t most = 0;
   for (const PyramidLevel& level : pyramid.levels) {
@@ -146,9 +160,9 @@ std::size_t most_sampled_sites(const Pyramid& pyramid) {
   return most;
 }
 
-PyramidCommands record(const Pyramid& pyramid, const ResamplingEntries& entries, Work work,
+PyramidCommands record(const Pyramid& pyramid, const ResamplingEntries& entries, Work work, int coarse_group,
                        const Queue& queue, Shaders& shaders, const PyramidBuffers& buffers) {
-  return PyramidRecorder(pyramid, entries, work, queue, shaders, buffers).record();
+  return PyramidRecorder(pyramid, entries, work, queue, shaders, buffers).record(coarse_group);
 }
 
 } // namespace hdmbench::vulkan

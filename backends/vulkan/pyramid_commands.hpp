@@ -1,5 +1,6 @@
 #pragma once
 
+#include "backends/resampling_entries.hpp"
 #include "backends/vulkan/sweeps.hpp"
 
 #include <array>
@@ -14,15 +15,6 @@ namespace hdmbench::vulkan {
 /// sweep counts as this many sites at least.
 constexpr std::size_t updates_per_submission = std::size_t{1} << 27;
 constexpr std::size_t least_updates_of_sweep = std::size_t{1} << 15;
-
-/// The entries of kernels/resampling.vulkan.glsl for all levels of a pyramid.
-struct ResamplingEntries {
-  explicit ResamplingEntries(const Pyramid& pyramid);
-
-  std::array<std::vector<float>, 4> planes; ///< first, second, weight, sampled
-  /// Per level where its columns begin; its rows come after them.
-  std::vector<std::int32_t> begins;
-};
 
 /// The sites of the largest level that is sampled, not the full one; 0 where there is none.
 [[nodiscard]] std::size_t most_sampled_sites(const Pyramid& pyramid);
@@ -45,7 +37,9 @@ struct PyramidCommands {
   std::size_t newest = 0; ///< the displacement that has the solution afterwards
 };
 
+/// `coarse_group` as SessionOptions has it.
 [[nodiscard]] PyramidCommands record(const Pyramid& pyramid, const ResamplingEntries& entries, Work work,
-                                     const Queue& queue, Shaders& shaders, const PyramidBuffers& buffers);
+                                     int coarse_group, const Queue& queue, Shaders& shaders,
+                                     const PyramidBuffers& buffers);
 
 } // namespace hdmbench::vulkan

@@ -77,12 +77,13 @@ private:
   }
 
   void do_load_pyramid(const Pyramid& pyramid) override {
+    const int group = coarse_group();
     translate_errors([&] {
       const ResamplingEntries entries(pyramid);
       make_room(*pyramid.full, most_sampled_sites(pyramid));
       plan_.emplace(*pyramid.full, pyramid.full->extent, pyramid.levels.back().strengths, work_);
       upload(*pyramid.full);
-      const std::size_t count = entries.planes.front().size();
+      const std::size_t count = entries.count();
       entries_ = make_entries(queue_, count);
       for (const vk::raii::DescriptorSet& set : sets_) {
         describe(set, binding::entries, entries_);
@@ -90,7 +91,7 @@ private:
       staging_.upload(std::array<const float*, 4>{entries.planes[0].data(), entries.planes[1].data(),
                                                   entries.planes[2].data(), entries.planes[3].data()},
                       count, entries_);
-      pyramid_ = record(pyramid, entries, work_, queue_, shaders_,
+      pyramid_ = record(pyramid, entries, work_, group, queue_, shaders_,
                         {.sets = {{{&sets_[0], &sets_[1]}, {&sets_[2], &sets_[3]}}},
                          .lists = &*lists_,
                          .displacement = &displacements_->buffers[0].buffer.handle});

@@ -6,6 +6,7 @@ namespace {
 
 // SPIR-V, as arrays classify_vulkan and so on.
 #include <shaders/classify_vulkan.hpp>
+#include <shaders/coarse_levels_vulkan.hpp>
 #include <shaders/count_vulkan.hpp>
 #include <shaders/project_vulkan.hpp>
 #include <shaders/sample_vulkan.hpp>
@@ -63,6 +64,17 @@ const vk::raii::Pipeline& Shaders::classify(std::size_t classes) {
   if (found == classify_.end()) {
     const std::array<std::int32_t, 1> values{static_cast<std::int32_t>(classes)};
     found = classify_.emplace(classes, make_pipeline(*device_, layout_, classify_vulkan, values)).first;
+  }
+  return found->second;
+}
+
+const vk::raii::Pipeline& Shaders::coarse_levels(const CoarseVariant& variant) {
+  auto found = coarse_levels_.find(variant);
+  if (found == coarse_levels_.end()) {
+    const std::array<std::int32_t, 3> values{variant.invocations, variant.step_count,
+                                             variant.stops_at_rest ? 1 : 0};
+    found =
+        coarse_levels_.emplace(variant, make_pipeline(*device_, layout_, coarse_levels_vulkan, values)).first;
   }
   return found->second;
 }

@@ -59,6 +59,25 @@ struct Resampling {
   std::int32_t first_row = 0;
 };
 
+/// The push constants of kernels/coarse_levels.vulkan.comp.
+struct CoarseLevels {
+  std::array<float, StepSet::maximum_count> steps{};
+  float penalty = 0.0F;
+  std::int32_t full_width = 0;
+  std::int32_t first_level = 0;
+  std::int32_t level_count = 0;
+};
+static_assert(sizeof(CoarseLevels) == 80);
+
+/// What its pipeline is made for.
+struct CoarseVariant {
+  int invocations = 1;
+  int step_count = 1;
+  bool stops_at_rest = false;
+
+  auto operator<=>(const CoarseVariant&) const = default;
+};
+
 /// What a sweep's pipeline is made for.
 struct SweepVariant {
   ShaderConstants constants;
@@ -82,6 +101,7 @@ public:
   [[nodiscard]] const vk::raii::Pipeline& classify(std::size_t classes);
   [[nodiscard]] const vk::raii::Pipeline& sample();
   [[nodiscard]] const vk::raii::Pipeline& project();
+  [[nodiscard]] const vk::raii::Pipeline& coarse_levels(const CoarseVariant& variant);
 
 private:
   const vk::raii::Device* device_;
@@ -92,6 +112,7 @@ private:
   vk::raii::Pipeline project_ = nullptr;
   std::map<SweepVariant, vk::raii::Pipeline> sweeps_;
   std::map<std::size_t, vk::raii::Pipeline> classify_;
+  std::map<CoarseVariant, vk::raii::Pipeline> coarse_levels_;
 };
 
 } // namespace hdmbench::vulkan

@@ -1,11 +1,14 @@
 #include "backends/vulkan/vulkan_compute.hpp"
 
+#include "backends/coarse_levels.hpp"
 #include "backends/vulkan/ceilings.hpp"
 #include "backends/vulkan/compute_device.hpp"
 #include "backends/vulkan/session.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -53,6 +56,19 @@ private:
                                                  const SessionOptions& options) const override {
     return on_device(index, [&](vulkan::Installation installation, const auto& device) {
       return vulkan::make_session(std::move(installation), device, options.work);
+    });
+  }
+  [[nodiscard]] std::vector<int> do_coarse_groups(std::size_t index) const override {
+    return on_device(index, [](const vulkan::Installation&, const auto& device) {
+      const vk::PhysicalDeviceLimits limits = device.physical.getProperties().limits;
+      const auto most = static_cast<int>(
+          std::min({limits.maxComputeWorkGroupInvocations, limits.maxComputeWorkGroupSize[0], 1024U}));
+      std::vector<int> groups;
+      if (coarse_shared_bytes <= limits.maxComputeSharedMemorySize) {
+        std::ranges::copy_if(coarse_group_sizes, std::back_inserter(groups),
+                             [&](int group) { return group <= most; });
+      }
+      return groups;
     });
   }
   [[nodiscard]] std::optional<Ceilings> do_measure_ceilings(std::size_t index,

@@ -1,5 +1,6 @@
 #include "harness/agreement/one_piece.hpp"
 
+#include "backends/coarse_levels.hpp"
 #include "harness/agreement/compare.hpp"
 
 #include <algorithm>
@@ -7,6 +8,8 @@
 namespace hdmbench {
 
 namespace {
+
+constexpr int apart = 0; // of SessionOptions::coarse_group
 
 void judge(const ReferenceStep& end, const Follower& follower, const VectorField& found, std::int64_t changed,
            Comparison& comparison) {
@@ -36,10 +39,21 @@ void judge(const ReferenceStep& end, const Follower& follower, const VectorField
   }
 }
 
+/// None where there is one way only.
+std::vector<int> coarse_groups_to_compare(const Pyramid& pyramid, const Backend& backend,
+                                          const SessionOptions& options) {
+  if (options.coarse_group || coarse_level_count(pyramid) == 0) {
+    return {};
+  }
+  std::vector<int> groups = backend.coarse_groups(options);
+  return groups.size() > 1 ? groups : std::vector<int>{};
+}
+
 } // namespace
 
 Comparison compare_in_one_piece(const Pyramid& pyramid, const ReferenceStep& end,
-                                std::span<Follower> followers) {
+                                std::span<Follower> followers, const Backend& backend,
+                                const SessionOptions& options) {
   const Comparison& followed = followers.front().comparison();
   Comparison comparison{.backend = followed.backend,
                         .device = followed.device,
@@ -48,15 +62,29 @@ Comparison compare_in_one_piece(const Pyramid& pyramid, const ReferenceStep& end
                         .iterations = followed.iterations,
                         .sweeps = followed.sweeps,
                         .reason = followed.reason};
-  VectorField found;
+  if (followers.front().session() == nullptr) {
+    return comparison;
+  }
+  const auto solve = [&](Session& session, const Follower& follower, int solutions) {
+    session.load(pyramid);
+    VectorField found;
+    for (int i = 0; i < solutions; ++i) {
+      session.solve();
+      session.read(found);
+      judge(end, follower, found, session.changed(), comparison);
+    }
+  };
   for (Follower& follower : followers) {
-    if (Session* const session = follower.session()) {
-      const int solutions = &follower == &followers.back() ? 2 : 1;
-      session->load(pyramid);
-      for (int i = 0; i < solutions; ++i) {
-        session->solve();
-        session->read(found);
-        judge(end, follower, found, session->changed(), comparison);
+    solve(*follower.session(), follower, &follower == &followers.back() ? 2 : 1);
+  }
+  for (const int group : coarse_groups_to_compare(pyramid, backend, options)) {
+    comparison.coarse_levels.push_back(coarse_group_name(group));
+    for (const Follower& follower : followers) {
+      SessionOptions grouped = options;
+      grouped.coarse_group = group;
+      grouped.work = follower.comparison().mode == Mode::active ? Work::active : Work::dense;
+      if (group != apart) { // which is what the followers' sessions did
+        solve(*backend.open(grouped), follower, 1);
       }
     }
   }

@@ -9,9 +9,11 @@ namespace hdmbench {
 
 /// Mode::pyramid, after all levels have been followed. `end` is the reference's last sweep, its level the
 /// last one; where that has none, `before` is `after` and `changed` 0. The sessions are those of `followers`,
-/// one backend's free one and, where active is not left out, its active one. Without a verdict as yet, or
-/// skipped.
+/// one backend's free one and, where active is not left out, its active one, and further ones for every way
+/// in which the backend may compute the coarse levels (Backend::coarse_groups()) unless options.coarse_group
+/// names one. Without a verdict as yet, or skipped.
 [[nodiscard]] Comparison compare_in_one_piece(const Pyramid& pyramid, const ReferenceStep& end,
-                                              std::span<Follower> followers);
+                                              std::span<Follower> followers, const Backend& backend,
+                                              const SessionOptions& options);
 
 } // namespace hdmbench

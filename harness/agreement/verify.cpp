@@ -42,11 +42,13 @@ class Procession {
 public:
   Procession(const Scene& scene, const Backend& reference, std::span<const Backend* const> backends,
              const VerifyOptions& options, Progress& progress)
-      : scene_(scene), schedule_(scene.schedule), limit_(options.iteration_limit),
-        session_(reference.open(options.session)), progress_(progress) {
+      : scene_(scene), schedule_(scene.schedule), backends_(backends), options_(options.session),
+        limit_(options.iteration_limit), session_(reference.open(options.session)), progress_(progress) {
+    SessionOptions of_followers = options_;
+    of_followers.coarse_group = options_.coarse_group.value_or(0); // nothing is measured
     for (const Backend* backend : backends) {
       for (const Mode mode : followed_modes(scene)) {
-        followers_.emplace_back(*backend, options.session, scene, mode);
+        followers_.emplace_back(*backend, of_followers, scene, mode);
       }
     }
   }
@@ -92,7 +94,7 @@ public:
       if (pyramid) {
         progress_.describe(fmt::format("verify {}, {}: in one piece on {}", scene_.name,
                                        method_name(scene_.schedule), comparisons.back().backend));
-        comparisons.push_back(in_one_piece(levels, *pyramid, of_backend.subspan(1)));
+        comparisons.push_back(in_one_piece(levels, *pyramid, of_backend.subspan(1), *backends_[i / modes]));
         if (of_backend.front().session() != nullptr) {
           conclude(comparisons.back(), conditions);
         }
@@ -127,7 +129,7 @@ private:
   }
 
   [[nodiscard]] Comparison in_one_piece(LevelSequence& levels, const Pyramid& pyramid,
-                                        std::span<Follower> followers) {
+                                        std::span<Follower> followers, const Backend& backend) {
     const int index = levels.order().back();
     const ReferenceStep end{.level = levels.sample(index),
                             .level_index = index,
@@ -136,7 +138,7 @@ private:
                             .before = field_,
                             .after = field_,
                             .changed = last_changed_};
-    return compare_in_one_piece(pyramid, end, followers);
+    return compare_in_one_piece(pyramid, end, followers, backend, options_);
   }
 
   void iterate(const Level& level, int index, const VectorField& begin, int limit) {
@@ -179,6 +181,8 @@ private:
 
   const Scene& scene_;
   const Schedule& schedule_;
+  std::span<const Backend* const> backends_;
+  SessionOptions options_;
   std::optional<int> limit_;
   std::unique_ptr<Session> session_;
   Progress& progress_;

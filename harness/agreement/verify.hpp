@@ -19,8 +19,8 @@ enum class Mode {
   resync, ///< every iteration starts from the reference's field: what one iteration gets wrong
   free,   ///< each runs on its own from the start: what becomes of it
   active, ///< the same with Work::active: nothing that can change is left out
-  /// The whole pyramid by one call of Session::solve(), with Work::dense and with Work::active, twice each:
-  /// the last field and the last count.
+  /// The whole pyramid by one call of Session::solve(), with Work::dense and with Work::active, and in every
+  /// way to compute its coarse levels: the last field and the last count.
   pyramid,
 };
 
@@ -92,6 +92,7 @@ struct Comparison {
   double largest_difference = 0.0;     ///< from the reference's field, pixels
   /// Of active: site updates that could be left out, in whole tiles of 16 x 16 (resting_tiles.hpp).
   std::int64_t sites_at_rest = 0;
+  std::vector<std::string> coarse_levels{}; ///< of pyramid: the ways to compute them, where there are several
   std::optional<FirstDifference> first{};
   Verdict verdict = Verdict::skipped;
   Tier tier = Tier::none;
@@ -99,7 +100,7 @@ struct Comparison {
 };
 
 struct VerifyOptions {
-  SessionOptions session;
+  SessionOptions session; ///< with a coarse_group pyramid has that way alone, else all that the device has
   std::optional<int> iteration_limit; ///< per level, for a shorter run
 };
 

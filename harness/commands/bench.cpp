@@ -1,6 +1,7 @@
 #include "harness/bench.hpp"
 
 #include "harness/bench_json.hpp"
+#include "harness/choices.hpp"
 #include "harness/commands/arguments.hpp"
 #include "harness/commands/bench_compare.hpp"
 #include "harness/commands/commands.hpp"
@@ -13,9 +14,11 @@
 #include "reference/published.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstdio>
+#include <set>
 
 namespace hdmbench::commands {
 
@@ -303,6 +306,7 @@ int run_bench(Arguments& arguments, const std::string& line) {
   bool all_ran = true; // of those whose device is there
   MeasuredCeilings ceilings;
   std::optional<MethodTable> by_method;
+  std::set<std::string> chosen; // lines; each backend measures once
   for (std::size_t i = 0; i < choices.size(); ++i) {
     const std::size_t resident = resident_bytes();
     std::optional<Scene> scene = arguments.load(choices[i]);
@@ -333,10 +337,16 @@ int run_bench(Arguments& arguments, const std::string& line) {
     }
     std::fflush(stdout); // into a pipe too: the next scene may take long
     for (const BenchResult& result : results) {
+      for (const Choice& choice : result.choices) {
+        chosen.insert(fmt::format("  {}, {}: {}\n", result.backend, result.device.name, describe(choice)));
+      }
       rows.push_back(to_json(*scene, result));
       all_agree = all_agree && (result.valid || result.reference.empty());
       all_ran = all_ran && (!result.samples.empty() || result.device.name.empty());
     }
+  }
+  if (!chosen.empty()) {
+    fmt::print("\nChosen by measurement, smallest samples\n{}", fmt::join(chosen, ""));
   }
   if (!arguments.json.empty()) {
     write_results(arguments.json, "bench", run_context(line, arguments.quick), std::move(rows));

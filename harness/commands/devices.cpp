@@ -1,3 +1,4 @@
+#include "harness/choices.hpp"
 #include "harness/commands/arguments.hpp"
 #include "harness/commands/commands.hpp"
 #include "harness/context.hpp"
@@ -34,6 +35,7 @@ void list_devices(const Arguments& arguments, const std::string& line) {
                {"driver", Table::Align::left}});
   nlohmann::json rows = nlohmann::json::array();
   std::string absent;
+  std::string chosen;
   for (const auto& backend : make_backends()) {
     nlohmann::json row{{"backend", backend->name()},
                        {"description", backend->description()},
@@ -51,6 +53,11 @@ void list_devices(const Arguments& arguments, const std::string& line) {
         row["device"] = devices[i].name;
         row["driver"] = devices[i].driver;
         row["software"] = devices[i].is_software;
+        row["choices"] = nlohmann::json::array();
+        for (const Choice& choice : backend->choices({.device = std::to_string(i)})) {
+          row["choices"].push_back(to_json(choice));
+          chosen += fmt::format("  {}, {}: {}\n", backend->name(), devices[i].name, describe(choice));
+        }
         rows.push_back(row);
       }
     } catch (const DeviceError& error) {
@@ -61,6 +68,9 @@ void list_devices(const Arguments& arguments, const std::string& line) {
     }
   }
   fmt::print("{}", table.text());
+  if (!chosen.empty()) {
+    fmt::print("\nChosen by measurement, smallest samples:\n{}", chosen);
+  }
   if (!absent.empty()) {
     fmt::print("\nNot there:\n{}", absent);
   }

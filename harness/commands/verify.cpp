@@ -8,6 +8,7 @@
 #include "harness/file_output.hpp"
 #include "harness/grouped.hpp"
 #include "harness/methods/method.hpp"
+#include "harness/report/joined.hpp"
 #include "harness/solve.hpp"
 #include "harness/table.hpp"
 
@@ -55,6 +56,7 @@ nlohmann::json to_json(const Scene& scene, const Comparison& comparison) {
           {"largest_gap_over_bound", comparison.largest_gap_over_bound},
           {"max_abs_difference", comparison.largest_difference},
           {"sites_at_rest", comparison.sites_at_rest},
+          {"coarse_levels", comparison.coarse_levels},
           {"first_difference", comparison.first ? to_json(*comparison.first) : nlohmann::json()},
           {"tier", name_of(comparison.tier)},
           {"verdict", name_of(comparison.verdict)},
@@ -140,6 +142,12 @@ void print_remarks(const Scene& scene, const std::vector<Comparison>& comparison
   for (const Mode mode : {Mode::active, Mode::pyramid}) {
     if (const std::string reason = why_left_out(mode, scene); !reason.empty()) {
       fmt::print("  {} is not compared: {}\n", name_of(mode), reason);
+    }
+  }
+  for (const Comparison& comparison : comparisons) {
+    if (!comparison.coarse_levels.empty()) {
+      fmt::print("  pyramid on {}: coarse levels by {}\n", comparison.backend,
+                 report::joined(comparison.coarse_levels, ", and by "));
     }
   }
   const auto rested = std::ranges::find_if(

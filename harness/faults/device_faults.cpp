@@ -83,6 +83,7 @@ Planted plant(Pipeline pipeline, const DeviceFault& fault) {
           .layer = fault.edits.empty() ? Layer::driver : Layer::shader,
           .expected = fault.expected,
           .method = fault.method,
+          .coarse_group = fault.coarse_group,
           .make =
               [pipeline, fault, record](const Scene&) {
                 *record = {};

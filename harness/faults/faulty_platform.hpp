@@ -13,8 +13,8 @@ namespace hdmbench::faults {
 struct Edit {
   std::string find{};
   std::string replace{};
-  /// Which shaders are meant: those that contain this. Preset: the sweep's.
-  std::string shader = "swept_displacement";
+  /// Which shaders are meant: those that contain this. Preset: those of one sweep.
+  std::string shader = "const int rule = RULE;";
 };
 
 /// A function that the driver is thought to have in place of its own.
@@ -31,6 +31,7 @@ struct DeviceFault {
   Expected expected = Expected::disagree;
   std::vector<Edit> edits{};
   std::vector<Replacement> calls{};
+  int coarse_group = 0; ///< as in Planted
 };
 
 /// What has become of a DeviceFault: edits made and calls changed, in all contexts of a platform.

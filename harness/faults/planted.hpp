@@ -42,6 +42,7 @@ struct Planted {
       false; ///< computed by the processor's own instructions, denormal numbers as IEEE 754 has them
   Expected expected = Expected::disagree;
   std::string method = "icm"; ///< that it concerns: it is tried on scenes solved that way only; empty: on all
+  int coarse_group = 0;       ///< SessionOptions::coarse_group that it is tried with
   /// The backend for one scene; the scene must outlive it. DeviceError on
   /// devices() or open() where the device is not there.
   std::function<std::unique_ptr<Backend>(const Scene&)> make;

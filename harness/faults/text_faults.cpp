@@ -209,6 +209,32 @@ std::vector<DeviceFault> fragment_faults() {
   return list;
 }
 
+/// Of the shader that computes a pyramid's coarse levels in one dispatch.
+DeviceFault in_coarse_levels(std::string_view name, std::string_view what, std::string_view find,
+                             std::string_view replace) {
+  DeviceFault fault = edit(name, what, find, replace);
+  fault.edits.front().shader = "solve_coarse_levels";
+  fault.coarse_group = 8;
+  return fault;
+}
+
+std::vector<DeviceFault> coarse_level_faults() {
+  return {
+      in_coarse_levels("coarse-sweep-lost", "coarse levels in one dispatch get a sweep too few",
+                       "sweep < sweeps && moves", "sweep < sweeps - 1 && moves"),
+      in_coarse_levels("coarse-weights-swapped", "there the weights of x and y are swapped in a projection",
+                       "south_east.x, column.z, row.z)", "south_east.x, row.z, column.z)"),
+      in_coarse_levels("coarse-sample-shifted", "there a site has the row above's observation and modulus",
+                       "int from = int(row.w) * full_width",
+                       "int from = max(int(row.w) - 1, 0) * full_width"),
+      in_coarse_levels("coarse-level-skipped", "there the table is read from its second level on",
+                       "texelFetch(entries, first_level + index)",
+                       "texelFetch(entries, first_level + min(index + 1, level_count - 1))"),
+      in_coarse_levels("coarse-rest-too-early", "there active work rests after the first sweep",
+                       "!stops_at_rest || moved[done % 3]", "!stops_at_rest"),
+  };
+}
+
 std::vector<DeviceFault> compute_faults() {
   std::vector<DeviceFault> list{
       edit("pitch", "rows one element too long", "start += size.x;", "start += size.x + 1;"),
@@ -233,6 +259,7 @@ std::vector<DeviceFault> compute_faults() {
   overrun.edits.push_back({.find = "rows = border && left >= size.x ? 0 : rows;", .replace = ""});
   overrun.calls = guard_bands();
   list.push_back(std::move(overrun));
+  std::ranges::move(coarse_level_faults(), std::back_inserter(list));
   return list;
 }
 

@@ -1,5 +1,7 @@
 #include "harness/faults/trial.hpp"
 
+#include "backends/coarse_levels.hpp"
+#include "harness/level_sequence.hpp"
 #include "harness/methods/method.hpp"
 #include "kernels/input_error.hpp"
 
@@ -67,6 +69,13 @@ Seen verdict_of(const std::vector<Comparison>& comparisons) {
     seen.counts_differing += comparison.counts_differing;
   }
   return seen;
+}
+
+/// Whether verify solves the scene in one piece, some levels of it by one work group.
+bool has_coarse_levels(const Scene& scene) {
+  const LevelSequence levels(scene);
+  const std::optional<Pyramid> pyramid = levels.pyramid();
+  return pyramid && coarse_level_count(*pyramid) > 0;
 }
 
 std::string_view text(Layer layer) {
@@ -153,7 +162,8 @@ bool Trial::as_expected() const {
 
 bool concerns(const Planted& planted, const TrialScene& scene) {
   return (planted.method.empty() || planted.method == scene.scene.schedule.method) &&
-         (planted.on_cpu || !scene.only_on_cpu);
+         (planted.on_cpu || !scene.only_on_cpu) &&
+         (planted.coarse_group == 0 || has_coarse_levels(scene.scene));
 }
 
 Trial try_out(const Planted& planted, const Backend& reference, std::span<const TrialScene> scenes,
@@ -170,8 +180,11 @@ Trial try_out(const Planted& planted, const Backend& reference, std::span<const 
     try {
       const std::unique_ptr<Backend> faulty = planted.make(scene.scene);
       const Backend* const backends[] = {faulty.get()};
-      const std::vector<Comparison> comparisons = verify(
-          scene.scene, reference, backends, {.session = {}, .iteration_limit = iteration_limit}, silent);
+      const std::vector<Comparison> comparisons =
+          verify(scene.scene, reference, backends,
+                 {.session = {.device = {}, .coarse_group = planted.coarse_group},
+                  .iteration_limit = iteration_limit},
+                 silent);
       trial.device = comparisons.front().device;
       seen = verdict_of(comparisons);
       if (planted.require_planted && seen->verdict != Verdict::skipped) {

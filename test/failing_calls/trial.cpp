@@ -19,6 +19,11 @@ std::string joined(const std::vector<std::string>& all) {
   return fmt::format("{}", fmt::join(all, "; "));
 }
 
+/// So that it measures nothing: each call would be made to fail there, too.
+std::unique_ptr<Session> open(const Backend& backend) {
+  return backend.open({.device = {}, .coarse_group = 0});
+}
+
 /// Whether a message says which call failed, and why. What may go unnoticed is said by a later call, if at
 /// all.
 bool explains(const std::string& message, const Kind& kind, const Call& call) {
@@ -68,7 +73,7 @@ Trial::Result Trial::compute(Session& session) const {
 std::string Trial::wrong_with_next() {
   disarm();
   try {
-    if (compute(*backend_.open({})) != expected_) {
+    if (compute(*open(backend_)) != expected_) {
       return "the next session computes something else";
     }
   } catch (const std::exception& error) {
@@ -79,7 +84,7 @@ std::string Trial::wrong_with_next() {
 
 int Trial::calls(const Kind& kind) {
   arm(kind, 0);
-  if (compute(*backend_.open({})) != expected_) {
+  if (compute(*open(backend_)) != expected_) {
     throw std::runtime_error("wrong bits without any fault");
   }
   counted_ = kind;
@@ -95,7 +100,7 @@ Outcome Trial::run_armed() {
   Outcome outcome;
   std::unique_ptr<Session> session;
   try {
-    session = backend_.open({});
+    session = open(backend_);
     const bool right = compute(*session) == expected_;
     const bool over = !tally().struck; // what is left is to clean up
     session.reset();

@@ -1,0 +1,201 @@
+// Coarse levels in one dispatch and a dispatch per sweep: the same bits, and the faster one is taken.
+
+#include "backends/coarse_levels.hpp"
+#include "backends/registry.hpp"
+#include "harness/agreement/compare.hpp"
+#include "harness/choices.hpp"
+#include "harness/level_sequence.hpp"
+#include "harness/scene.hpp"
+#include "test/random_level.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace hdmbench {
+namespace {
+
+Pyramid pyramid_of(const Level& full, Alignment alignment, int sweeps) {
+  Pyramid pyramid{.full = &full, .alignment = alignment};
+  for (const Extent extent : pyramid_extents(full.extent)) {
+    pyramid.levels.insert(pyramid.levels.begin(),
+                          {.extent = extent, .sweeps = sweeps++, .strengths = full.strengths});
+  }
+  return pyramid;
+}
+
+const std::vector<Extent> extents{{1, 1}, {1, 1025}, {33, 33}, {90, 7}, {129, 70}};
+
+TEST(CoarseLevelCount, IsOfSmallLevelsButTheLast) {
+  const auto count = [](Extent extent) {
+    const auto problem = test::random_problem(extent, test::Texture::smooth, 1);
+    return coarse_level_count(pyramid_of(problem.level, Alignment::corner, 1));
+  };
+  EXPECT_EQ(count({1, 1}), 0U);
+  EXPECT_EQ(count({32, 32}), 5U); // 1, 2, 4, 8, 16
+  EXPECT_EQ(count({33, 33}), 6U);
+  EXPECT_EQ(count({300, 300}), 6U);
+  EXPECT_EQ(count({2000, 1}), 11U); // to 1024 x 1
+}
+
+TEST(CoarseLevelCount, IsNoneWhereASweepMustKnowItsNumber) {
+  const auto count = [](Rule rule, Update update) {
+    const auto problem = test::random_problem({64, 64}, test::Texture::smooth, 1, {}, rule, update);
+    return coarse_level_count(pyramid_of(problem.level, Alignment::corner, 1));
+  };
+  EXPECT_EQ(count(Rule::annealing, Update::simultaneous), 0U);
+  EXPECT_EQ(count(Rule::steps, Update::coloured), 0U);
+}
+
+TEST(CoarseLevelCount, KeepsTheDispatchShort) {
+  const auto problem = test::random_problem({64, 64}, test::Texture::smooth, 1);
+  Pyramid pyramid = pyramid_of(problem.level, Alignment::corner, 1);
+  pyramid.levels[3].sweeps = 1'000'000;
+  EXPECT_EQ(coarse_level_count(pyramid), 3U);
+}
+
+class CoarseLevelsTest : public testing::TestWithParam<std::string> {
+protected:
+  void SetUp() override {
+    try {
+      if (backend().coarse_groups({}).size() < 2) {
+        GTEST_SKIP() << GetParam() << " has one way only";
+      }
+    } catch (const DeviceError& error) {
+      GTEST_SKIP() << GetParam() << " is not there: " << error.what();
+    }
+  }
+
+  [[nodiscard]] const Backend& backend() const { return find_backend(backends_, GetParam()); }
+
+  [[nodiscard]] std::unique_ptr<Session> open(Work work, int group) const {
+    return backend().open({.device = {}, .work = work, .coarse_group = group});
+  }
+
+  void expect_same(const Pyramid& pyramid, Session& session, const std::string& what) {
+    scalar_->load(pyramid);
+    scalar_->solve();
+    scalar_->read(expected_);
+    session.load(pyramid);
+    for (int time = 0; time < 2; ++time) {
+      session.solve();
+      session.read(found_);
+      const FieldDifference difference = compare(expected_, found_);
+      ASSERT_EQ(difference.sites, 0) << what << ", solution " << time << ", first site index "
+                                     << *difference.first;
+      ASSERT_EQ(session.changed(), scalar_->changed()) << what << ", solution " << time;
+    }
+  }
+
+  /// Every way to compute coarse levels that the backend has, worth trying or not.
+  template <typename Check>
+  void for_each_way(Check&& check) {
+    for (const Work work : {Work::dense, Work::active}) {
+      for (const int group : {0, 8, 64, 256, 1024}) {
+        const std::unique_ptr<Session> session = open(work, group);
+        check(*session,
+              fmt::format("{}, {}", work_names[static_cast<std::size_t>(work)], coarse_group_name(group)));
+      }
+    }
+  }
+
+  std::vector<std::unique_ptr<Backend>> backends_ = make_backends();
+  std::unique_ptr<Session> scalar_ = backends_.front()->open({});
+  VectorField expected_;
+  VectorField found_;
+};
+
+TEST_P(CoarseLevelsTest, HaveTheSameBitsEveryWay) {
+  for_each_way([&](Session& session, const std::string& way) {
+    std::uint64_t seed = 70;
+    for (const Extent extent : extents) {
+      for (const Alignment alignment : {Alignment::corner, Alignment::center}) {
+        const auto texture = ++seed % 2 == 0 ? test::Texture::smooth : test::Texture::tie_rich;
+        const auto problem = test::random_problem(extent, texture, seed);
+        expect_same(pyramid_of(problem.level, alignment, 2), session,
+                    fmt::format("{}: {} x {}, seed {}", way, extent.width, extent.height, seed));
+      }
+    }
+  });
+}
+
+TEST_P(CoarseLevelsTest, ThatComeToRestAndThatDoNot) {
+  Scene scene = load_scene("square", {.size = Extent{70, 70}});
+  scene.schedule.iterations = 40; // from a null field the coarsest levels rest long before
+  const LevelSequence levels(scene);
+  const auto pyramid = levels.pyramid();
+  ASSERT_TRUE(pyramid);
+  ASSERT_GT(coarse_level_count(*pyramid), 0U);
+  for_each_way([&](Session& session, const std::string& way) { expect_same(*pyramid, session, way); });
+}
+
+TEST_P(CoarseLevelsTest, WithoutSweepsAndTwiceOfTheSameExtent) {
+  const auto problem = test::random_problem({40, 50}, test::Texture::smooth, 5);
+  const Pyramid pyramid{.full = &problem.level,
+                        .levels = {{.extent = {3, 5}, .sweeps = 0},
+                                   {.extent = {3, 5}, .sweeps = 4},
+                                   {.extent = {20, 20}, .sweeps = 3},
+                                   {.extent = {20, 20}, .sweeps = 2},
+                                   {.extent = {40, 50}, .sweeps = 1}}};
+  for_each_way([&](Session& session, const std::string& way) { expect_same(pyramid, session, way); });
+}
+
+TEST_P(CoarseLevelsTest, OfOtherRulesAreLeftToTheirSweeps) {
+  const auto session = open(Work::dense, 8);
+  for (const Update update : test::simultaneous_and_coloured) {
+    const auto problem =
+        test::random_problem({50, 41}, test::Texture::smooth, 31, {}, Rule::annealing, update);
+    expect_same(pyramid_of(problem.level, Alignment::corner, 2), *session, "annealing");
+  }
+  // And from one kind to the other in one session.
+  const auto problem = test::random_problem({50, 41}, test::Texture::smooth, 32);
+  expect_same(pyramid_of(problem.level, Alignment::corner, 2), *session, "candidates");
+}
+
+TEST_P(CoarseLevelsTest, AreComputedTheFastestWay) {
+  const std::vector<Choice> choices = backend().choices({});
+  ASSERT_EQ(choices.size(), 1U);
+  const Choice& choice = choices.front();
+  std::vector<int> groups;
+  for (const Choice::Option& option : choice.options) {
+    groups.push_back(option.coarse_group);
+    ASSERT_FALSE(option.seconds.empty());
+    EXPECT_GE(std::ranges::min(option.seconds), std::ranges::min(choice.options[choice.chosen].seconds));
+  }
+  EXPECT_EQ(groups, backend().coarse_groups({}));
+  const std::vector<Choice> again = backend().choices({});
+  EXPECT_EQ(again.front().options.front().seconds, choice.options.front().seconds) << "measured again";
+  EXPECT_THAT(describe(choice), testing::HasSubstr(coarse_group_name(0)));
+  EXPECT_EQ(to_json(choice).at("chosen"), choice.options[choice.chosen].name);
+
+  const auto problem = test::random_problem({65, 33}, test::Texture::smooth, 6);
+  const auto session = backend().open({});
+  expect_same(pyramid_of(problem.level, Alignment::corner, 3), *session, "as measured");
+}
+
+TEST_P(CoarseLevelsTest, AGroupThatTheDeviceCannotDoIsRefused) {
+  const auto problem = test::random_problem({65, 33}, test::Texture::smooth, 6);
+  const Pyramid pyramid = pyramid_of(problem.level, Alignment::corner, 3);
+  try {
+    open(Work::dense, 7)->load(pyramid);
+    FAIL() << "no error";
+  } catch (const DeviceError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("7 invocations"));
+  }
+}
+
+TEST(CoarseGroups, ThereIsNoChoiceOnTheCpu) {
+  const auto backends = make_backends();
+  EXPECT_EQ(backends.front()->coarse_groups({}), std::vector<int>{0});
+  EXPECT_TRUE(backends.front()->choices({}).empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(Registry, CoarseLevelsTest, testing::Values("gl-compute", "vulkan-compute"),
+                         [](const auto& information) {
+                           return information.param == "gl-compute" ? "gl" : "vulkan";
+                         });
+
+} // namespace
+} // namespace hdmbench
