@@ -83,6 +83,7 @@ Planted plant(Pipeline pipeline, const DeviceFault& fault) {
           .layer = fault.edits.empty() ? Layer::driver : Layer::shader,
           .expected = fault.expected,
           .method = fault.method,
+          .part = fault.part,
           .make =
               [pipeline, fault, record](const Scene&) {
                 *record = {};
