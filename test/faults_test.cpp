@@ -64,6 +64,7 @@ std::vector<TrialScene> small_scenes() {
     scenes.push_back({.label = scene.name, .scene = scene});
   }
   scenes.push_back({.label = "larger", .scene = small_scene(test::Texture::tie_rich, {131, 98})});
+  scenes.push_back(faults::sleeping_tiles());
   scenes.push_back(denormal_scene());
   for (const auto& [label, share] : {std::pair{"from null", 1.0F}, {"to rest on coarse levels", 0.04F}}) {
     Scene square = load_scene("square", {.size = Extent{32, 20}}); // begins as a pyramid in one piece does

@@ -84,6 +84,7 @@ Planted plant(Pipeline pipeline, const DeviceFault& fault) {
           .expected = fault.expected,
           .method = fault.method,
           .coarse_group = fault.coarse_group,
+          .part = fault.part,
           .make =
               [pipeline, fault, record](const Scene&) {
                 *record = {};

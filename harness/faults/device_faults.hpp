@@ -16,8 +16,12 @@ enum class Pipeline { fragment, compute };
 /// OSMesa where EGL has no device; the compute shader.
 [[nodiscard]] Planted plant(Pipeline pipeline, const DeviceFault& fault);
 
-/// Mistakes in the text of the shaders: kernels/*.inc, gather.glsl, the wrappers.
+/// Mistakes in the text of the sweep's shaders: kernels/*.inc, gather.glsl, the wrappers.
 [[nodiscard]] std::vector<DeviceFault> text_faults(Pipeline pipeline);
+
+/// Mistakes in the text of the shaders between the sweeps: those that sample and project a level, those that
+/// find out which tiles sleep.
+[[nodiscard]] std::vector<DeviceFault> text_faults_between_sweeps(Pipeline pipeline);
 
 /// Mistakes in the calls: sizes, formats, uniforms, bindings.
 [[nodiscard]] std::vector<DeviceFault> call_faults(Pipeline pipeline);

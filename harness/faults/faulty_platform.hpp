@@ -28,6 +28,7 @@ struct DeviceFault {
   std::string name{};
   std::string what{};         ///< one line for people
   std::string method = "icm"; ///< that it concerns
+  Part part = Part::sweep;
   Expected expected = Expected::disagree;
   std::vector<Edit> edits{};
   std::vector<Replacement> calls{};

@@ -26,6 +26,13 @@ enum class Layer {
   driver,  ///< into the calls of a real backend to its driver
 };
 
+/// In which part of the work a mistake is. It is tried only on scenes that have that part.
+enum class Part {
+  sweep,  ///< in every scene
+  levels, ///< from one level to the next of a pyramid in one piece
+  sleep,  ///< which tiles the next sweep has to visit: small levels are visited whole
+};
+
 /// A fault could not be put in: its text is not in the shader, or more than once; its call is never made.
 class NotPlanted : public std::runtime_error {
 public:
@@ -43,6 +50,7 @@ struct Planted {
   Expected expected = Expected::disagree;
   std::string method = "icm"; ///< that it concerns: it is tried on scenes solved that way only; empty: on all
   int coarse_group = 0;       ///< SessionOptions::coarse_group that it is tried with
+  Part part = Part::sweep;
   /// The backend for one scene; the scene must outlive it. DeviceError on
   /// devices() or open() where the device is not there.
   std::function<std::unique_ptr<Backend>(const Scene&)> make;

@@ -88,6 +88,12 @@ std::string_view text(Expected expected) {
   return texts.at(static_cast<std::size_t>(expected));
 }
 
+/// In one piece, and more than one level.
+bool has_levels(const Scene& scene) {
+  const std::optional<Pyramid> pyramid = LevelSequence(scene).pyramid();
+  return pyramid && pyramid->levels.size() > 1;
+}
+
 bool tells(const std::optional<Seen>& seen) {
   return seen && seen->error.empty() && seen->verdict != Verdict::skipped &&
          seen->verdict != Verdict::mistrusted;
@@ -102,6 +108,39 @@ bool disagrees(const std::optional<Seen>& seen) {
 }
 
 } // namespace
+
+TrialScene sleeping_tiles() {
+  struct Pull {
+    int left;
+    int top;
+    int width;
+    int height;
+    float x;
+    float y;
+  };
+  constexpr float pull = 40.0F;                           // pixels: further than a level's few iterations get
+  constexpr Pull pulls[] = {{126, 102, 2, 3, pull, pull}, // sites 64 ... 127 are the tile in the middle
+                            {64, 86, 2, 3, pull, pull},
+                            {80, 126, 3, 2, pull, pull},
+                            {100, 64, 3, 2, pull, pull},
+                            {160, 32, 2, 2, 0.0F, pull}};
+  Scene scene = load_scene("square", {.size = Extent{192, 192}});
+  scene.full.target = VectorField(scene.extent());
+  scene.full.confidence = VectorField(scene.extent());
+  for (const Pull& one : pulls) {
+    for (int y = one.top; y < one.top + one.height; ++y) {
+      for (int x = one.left; x < one.left + one.width; ++x) {
+        const std::size_t site = scene.extent().index(x, y);
+        scene.full.target.x[site] = one.x;
+        scene.full.target.y[site] = one.y;
+        scene.full.confidence.x[site] = 1.0F;
+        scene.full.confidence.y[site] = 1.0F;
+      }
+    }
+  }
+  scene.schedule.start_level = 0;
+  return {.label = "sleeping tiles", .scene = std::move(scene), .tiles_sleep = true};
+}
 
 std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names, std::optional<Extent> size) {
   std::vector<TrialScene> scenes;
@@ -127,6 +166,7 @@ std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names, std:
     scenes.push_back(by_method(random, method));
   }
   scenes.push_back(pulled_by_2_px(square));
+  scenes.push_back(sleeping_tiles());
   scenes.push_back(with_denormals(square));
   return scenes;
 }
@@ -162,7 +202,8 @@ bool Trial::as_expected() const {
 
 bool concerns(const Planted& planted, const TrialScene& scene) {
   return (planted.method.empty() || planted.method == scene.scene.schedule.method) &&
-         (planted.on_cpu || !scene.only_on_cpu) &&
+         (planted.on_cpu || !scene.only_on_cpu) && scene.tiles_sleep == (planted.part == Part::sleep) &&
+         (planted.part != Part::levels || has_levels(scene.scene)) &&
          (planted.coarse_group == 0 || has_coarse_levels(scene.scene));
 }
 

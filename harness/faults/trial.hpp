@@ -19,11 +19,18 @@ struct TrialScene {
   Scene scene;
   /// Its numbers are such that a GPU may compute otherwise without a mistake.
   bool only_on_cpu = false;
+  bool tiles_sleep = false; ///< large enough for every backend to leave tiles out; for Part::sleep only
 };
+
+/// A level of 3 x 3 tiles of the largest size that a backend has, most of them asleep from the second sweep
+/// on. The tile in the middle has something pulled next to each of its sides, away from its corners; the one
+/// at the top right, in its middle and along y alone.
+[[nodiscard]] TrialScene sleeping_tiles();
 
 /// Scenes by name or file at one size; none: small ones. Without names: the thesis's square and circle,
 /// tie-rich, random, the exact ones of the shipped scenes, random again by the rules that some faults
-/// concern, one that comes to rest, and one with denormal displacements. Throws InputError.
+/// concern, one that comes to rest, one of sleeping tiles, and one with denormal displacements. Throws
+/// InputError.
 [[nodiscard]] std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names,
                                                    std::optional<Extent> size);
 
