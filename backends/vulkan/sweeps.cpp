@@ -25,12 +25,12 @@ std::uint32_t divided(std::int32_t number, std::uint32_t by) {
   return (static_cast<std::uint32_t>(number) + by - 1) / by;
 }
 
-/// Where there is an interior, its tiles are told from those at the border; and in dense work, of which they
-/// are the most, what they have, too.
-std::size_t classes_of(const Level& level, bool active) {
+/// Few, as each is a dispatch of its own: where there is an interior, its tiles are told from those at the
+/// border, and in dense work, most of which is theirs, from each other.
+std::size_t classes_of(const Level& whole, Extent extent, bool active) {
   using namespace tile_class;
-  const bool has_interior = level.extent.width > 3 * TILE_WIDTH && level.extent.height > 3 * TILE_HEIGHT;
-  if (!has_interior || !changes_spread_by_contact(level)) {
+  const bool has_interior = extent.width > 3 * TILE_WIDTH && extent.height > 3 * TILE_HEIGHT;
+  if (!has_interior || !changes_spread_by_contact(whole)) {
     return class_set({});
   }
   return active ? class_set({observed_bit | elastic_bit})
@@ -40,8 +40,8 @@ std::size_t classes_of(const Level& level, bool active) {
 } // namespace
 
 TileGrid::TileGrid(Extent extent)
-    : across(static_cast<std::int32_t>(divided(extent.width, TILE_WIDTH))),
-      count(across * static_cast<std::int32_t>(divided(extent.height, TILE_HEIGHT))) {}
+    : across(tiles_of(extent, {TILE_WIDTH, TILE_HEIGHT}).width),
+      count(static_cast<std::int32_t>(tiles_of(extent, {TILE_WIDTH, TILE_HEIGHT}).sites())) {}
 
 ListBuffers::ListBuffers(const Queue& queue, std::int32_t capacity_)
     : capacity(capacity_),
@@ -58,10 +58,10 @@ vk::DeviceSize ListBuffers::most_bytes(std::int32_t capacity) {
 
 SweepPlan::SweepPlan(const Level& whole, Extent extent, std::vector<float> strengths, Work work)
     : level(without_fields(whole)), grid(extent),
-      active(work == Work::active && changes_spread_by_contact(whole)), classes(0) {
+      active(work == Work::active && changes_spread_by_contact(whole)),
+      classes(classes_of(whole, extent, active)) {
   level.extent = extent;
   level.strengths = std::move(strengths);
-  classes = classes_of(level, active);
 }
 
 std::uint32_t groups_across(std::int32_t width) {
@@ -139,15 +139,15 @@ void SweepRecorder::sweep(const vk::raii::DescriptorSet& set, int number, int si
     all.stamp = since_write + 1;
   }
   bind(set, all);
-  for (std::size_t number_of_class = 0; number_of_class < class_count; ++number_of_class) {
-    if ((plan_.classes >> number_of_class & 1) == 0) {
+  for (std::size_t tile_class = 0; tile_class < class_count; ++tile_class) {
+    if ((plan_.classes >> tile_class & 1) == 0) {
       continue;
     }
     // Between classes for the validation layer: it does not see that they touch different elements.
     wait_for_all(commands_);
     bind(shaders_.sweep(
-        {.constants = shader_constants(plan_.level), .tile_class = number_of_class, .wakes = plan_.active}));
-    const auto length = static_cast<vk::DeviceSize>(all.length) + number_of_class;
+        {.constants = shader_constants(plan_.level), .tile_class = tile_class, .wakes = plan_.active}));
+    const auto length = static_cast<vk::DeviceSize>(all.length) + tile_class;
     commands_.dispatchIndirect(*lists_.lengths.handle, length * bytes_of_length);
   }
 }
