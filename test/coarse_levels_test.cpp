@@ -93,7 +93,7 @@ protected:
   template <typename Check>
   void for_each_way(Check&& check) {
     for (const Work work : {Work::dense, Work::active}) {
-      for (const int group : {0, 8, 64, 256, 1024}) {
+      for (const int group : {0, 8, 64, 1024}) {
         const std::unique_ptr<Session> session = open(work, group);
         check(*session,
               fmt::format("{}, {}", work_names[static_cast<std::size_t>(work)], coarse_group_name(group)));

@@ -27,7 +27,8 @@ protected:
   void SetUp() override {
     const auto& [name, work] = GetParam();
     try {
-      session_ = find_backend(backends_, name).open({.device = {}, .threads = 2, .work = work, .coarse_group = 0});
+      session_ =
+          find_backend(backends_, name).open({.device = {}, .threads = 2, .work = work, .coarse_group = 0});
     } catch (const DeviceError& error) {
       GTEST_SKIP() << name << " is not there: " << error.what();
     }
