@@ -305,6 +305,9 @@ int run_bench(Arguments& arguments, const std::string& line) {
   std::optional<MethodTable> by_method;
   for (std::size_t i = 0; i < choices.size(); ++i) {
     const std::size_t resident = resident_bytes();
+    const std::optional<Extent> size = choices[i].options.size;
+    progress.describe(fmt::format("prepare {}{}", choices[i].name,
+                                  size ? fmt::format(", {} x {}", size->width, size->height) : ""));
     std::optional<Scene> scene = arguments.load(choices[i]);
     if (!scene) { // its file has gone since
       continue;
