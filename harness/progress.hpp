@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <condition_variable>
 #include <cstdio>
 #include <functional>
+#include <mutex>
 #include <string>
+#include <thread>
 
 namespace hdmbench {
 
@@ -15,7 +18,8 @@ enum class WorkUnit {
 };
 
 /// One line on standard error that says what is going on, from the second second on. On a terminal it
-/// rewrites itself; elsewhere a line is written every ten seconds. Silent if `enabled` is false.
+/// rewrites itself, also while the work says nothing; elsewhere a line is written at most every ten seconds,
+/// when the work says something. Silent if `enabled` is false.
 class Progress {
 public:
   explicit Progress(bool enabled = true);
@@ -36,11 +40,14 @@ public:
   void clear();
 
 private:
-  void show();
+  using Time = std::chrono::steady_clock::time_point;
 
+  // Under the lock, all of them.
+  void show();
+  void erase();
   [[nodiscard]] double fraction() const { return std::min(done_ / total_, 1.0); }
   /// Bar, percent, time left, rate; empty as long as nothing is known.
-  [[nodiscard]] std::string measure(std::chrono::steady_clock::time_point now);
+  [[nodiscard]] std::string measure(Time now);
 
   std::function<void(double)> listener_;
   bool enabled_;
@@ -52,9 +59,13 @@ private:
   WorkUnit unit_ = WorkUnit::pieces;
   double rate_ = 0.0;      ///< work per second lately, 0: not known
   double rate_done_ = 0.0; ///< done_ when rate_ was taken
-  std::chrono::steady_clock::time_point rate_time_;
-  std::chrono::steady_clock::time_point start_;
-  std::chrono::steady_clock::time_point next_;
+  Time rate_time_;
+  Time described_; ///< when what_ began
+  Time start_;     ///< of the first work that was done: what came before it says nothing about the rest
+  Time next_;      ///< not to be shown before
+  std::mutex lock_;
+  std::condition_variable_any ending_;
+  std::jthread clock_; ///< shows the line again and again; the last member, so that it ends first
 };
 
 } // namespace hdmbench

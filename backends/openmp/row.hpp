@@ -27,7 +27,8 @@ struct NeighbourOffsets {
 
 /// Sites first ... last - 1 of one or more rows, or of their columns of one parity (layout.hpp), all with the
 /// same kind of neighbours, all with an observation or all without. Their turn is the same: that of all x,
-/// all y, or both. Pointers are to site 0 of the first row.
+/// all y, or both. Pointers are to site 0 of the first row. Parts shorter than a vector may read sites of
+/// their rows beyond first and last, whatever stands there; they write none of them.
 struct RowPart {
   NeighbourOffsets neighbours;
   const float* dx;

@@ -309,6 +309,9 @@ int run_bench(Arguments& arguments, const std::string& line) {
   std::set<std::string> chosen; // lines; each backend measures once
   for (std::size_t i = 0; i < choices.size(); ++i) {
     const std::size_t resident = resident_bytes();
+    const std::optional<Extent> size = choices[i].options.size;
+    progress.describe(fmt::format("prepare {}{}", choices[i].name,
+                                  size ? fmt::format(", {} x {}", size->width, size->height) : ""));
     std::optional<Scene> scene = arguments.load(choices[i]);
     if (!scene) { // its file has gone since
       continue;

@@ -111,6 +111,8 @@ void require_meaning(const Arguments& arguments) {
 int run_scene(const Arguments& arguments, const std::string& line) {
   require_meaning(arguments);
   const Request request = arguments.request();
+  Progress progress;
+  progress.describe(fmt::format("prepare {}", arguments.scene.scene));
   Scene scene = arguments.scene.load();
   if (arguments.asks()) {
     use_method(scene, find_method("multigrid"));
@@ -128,7 +130,6 @@ int run_scene(const Arguments& arguments, const std::string& line) {
   }
 
   const bool inspected = is_inspected(scene.extent());
-  Progress progress;
   progress.set_total(site_updates(scene), WorkUnit::site_updates);
   progress.describe(fmt::format("run {} on {}", scene.name, backend.name()));
   std::optional<Plan> plan;

@@ -268,12 +268,13 @@ int run_verify(const CommonArguments& arguments, Tier required, const std::strin
   }
   const auto registry = make_backends();
   const std::vector<const Backend*> backends = arguments.choose(registry);
+  Progress progress;
+  progress.describe("prepare the scenes");
   const std::vector<Scene> scenes = scenes_to_verify(arguments);
   VerifyOptions options{.session = arguments.session, .iteration_limit = std::nullopt};
   if (arguments.quick) {
     options.iteration_limit = quick_iterations;
   }
-  Progress progress;
   double total = 0.0;
   for (const Scene& scene : scenes) {
     total += site_updates(scene, options.iteration_limit);

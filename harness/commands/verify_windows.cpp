@@ -253,6 +253,8 @@ int run_verify_windows(CommonArguments arguments, const WindowArguments& windows
       for (const Backend* const backend : std::span(backends).subspan(1)) {
         one.scene = name;
         one.size = size;
+        Progress progress;
+        progress.describe(fmt::format("prepare {}{}{}", name, size.empty() ? "" : ", ", size));
         Scene scene = one.load();
         const bool room = windows.last_level || has_room_for_a_pyramid(scene.extent());
         options.last_level = windows.last_level.value_or(room ? LastLevel::both : LastLevel::levels_only);
@@ -262,7 +264,6 @@ int run_verify_windows(CommonArguments arguments, const WindowArguments& windows
                               .repeat = fmt::format("{} --windows {} --whole {} --seed {}",
                                                     arguments.repeat("verify", scene, backend->name()),
                                                     windows.windows, windows.whole_side, options.plan.seed)};
-        Progress progress;
         progress.set_total(windowed_site_updates(scene, options));
         const WindowedComparison comparison =
             verify_windows(std::move(scene), *backends.front(), *backend, options, progress);
