@@ -183,7 +183,7 @@ private:
 
   /// Below this many sites, passes over tiles take longer than the sweep.
   [[nodiscard]] bool leaves_out(const Level& level, Extent extent) const {
-    constexpr std::size_t worth_it = 128 * 128;
+    constexpr std::size_t worth_it = std::size_t{128} * 128;
     return leaves_out_ && changes_spread_by_contact(level) && extent.sites() >= worth_it;
   }
 
