@@ -41,7 +41,7 @@ constexpr GLint source_width_location = 1;
 constexpr int group_width = 64;
 
 /// Levels with fewer sites are swept in a time in which no list can be kept.
-constexpr std::size_t fewest_for_lists = 64 * 64;
+constexpr std::size_t fewest_for_lists = std::size_t{64} * 64;
 
 /// Sites that are updated before the host waits, so that no driver takes the work for hung.
 constexpr double most_in_flight = 2e9;

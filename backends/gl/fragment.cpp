@@ -186,7 +186,7 @@ private:
   /// Levels that are worth it. CPU time of a solution on llvmpipe, 50 sweeps a level: with 256 * 256 the
   /// stiff square of 300 x 300 takes 0.17 s and with this 0.09; circular 0.121 and 0.123, dense 0.117.
   [[nodiscard]] bool leaves_out(const Level& level, Extent extent) const {
-    constexpr std::size_t worth_it = 128 * 128;
+    constexpr std::size_t worth_it = std::size_t{128} * 128;
     return leaves_out_ && changes_spread_by_contact(level) && extent.sites() >= worth_it;
   }
 

@@ -23,6 +23,7 @@ public:
     }
     release();
     const std::size_t bytes = (size * sizeof(float) + page - 1) / page * page;
+    // NOLINTNEXTLINE(cppcoreguidelines-owning-memory): into the owner at once
     values_.reset(static_cast<float*>(std::aligned_alloc(bytes < huge ? page : huge, bytes)));
     if (values_ == nullptr) {
       throw std::bad_alloc();
@@ -54,6 +55,7 @@ private:
   static constexpr std::size_t huge = std::size_t{1} << 21;
 
   struct Free {
+    // NOLINTNEXTLINE(cppcoreguidelines-no-malloc,cppcoreguidelines-owning-memory): what aligned_alloc gave
     void operator()(float* values) const { std::free(values); }
   };
   std::unique_ptr<float, Free> values_;

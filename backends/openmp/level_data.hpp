@@ -26,7 +26,8 @@ public:
   [[nodiscard]] const Layout& layout() const { return tiling_.layout; }
   [[nodiscard]] const TileKind& kind(int tile) const { return kinds_[static_cast<std::size_t>(tile)]; }
   [[nodiscard]] const std::vector<Run>& runs(int tile_row, int phase) const {
-    return runs_[static_cast<std::size_t>(tile_row * layout().stride + phase)];
+    const int index = tile_row * layout().stride + phase;
+    return runs_[static_cast<std::size_t>(index)];
   }
   /// Whether sites inside take RowPart::inside.
   [[nodiscard]] bool has_short_path() const { return short_path_; }

@@ -30,38 +30,38 @@ struct NeighbourOffsets {
 /// all y, or both. Pointers are to site 0 of the first row. Parts shorter than a vector may read sites of
 /// their rows beyond first and last, whatever stands there; they write none of them.
 struct RowPart {
-  NeighbourOffsets neighbours;
-  const float* dx;
-  const float* dy;
-  const float* inverse_modulus;
-  const float* modulus;
-  const float* target_x;
-  const float* target_y;
-  const float* confidence_x;
-  const float* confidence_y;
-  const float* inverse_curvature_x; ///< null where the rule does not need it
-  const float* inverse_curvature_y;
-  float penalty;
-  const float* steps; ///< 16 values
-  int step_count;     ///< 1 ... 16
-  float strength = 0; ///< this and the next two: update.inc's Sweep
+  NeighbourOffsets neighbours{};
+  const float* dx = nullptr;
+  const float* dy = nullptr;
+  const float* inverse_modulus = nullptr;
+  const float* modulus = nullptr;
+  const float* target_x = nullptr;
+  const float* target_y = nullptr;
+  const float* confidence_x = nullptr;
+  const float* confidence_y = nullptr;
+  const float* inverse_curvature_x = nullptr; ///< null where the rule does not need it
+  const float* inverse_curvature_y = nullptr;
+  float penalty = 0;
+  const float* steps = nullptr; ///< 16 values
+  int step_count = 0;           ///< 1 ... 16
+  float strength = 0;           ///< this and the next two: update.inc's Sweep
   float number = 0;
   float seed = 0;
-  int row;
-  int column; ///< of site 0
-  int stride; ///< columns from one site to the next
+  int row = 0;
+  int column = 0; ///< of site 0
+  int stride = 0; ///< columns from one site to the next
   /// Written where it is the component's turn. May be dx, dy if what moves does not see what moves and
   /// `inside` is false; must not overlap anything else above.
-  float* next_x;
-  float* next_y;
-  int first;
-  int last;
+  float* next_x = nullptr;
+  float* next_y = nullptr;
+  int first = 0;
+  int last = 0;
   int rows = 1;
   std::ptrdiff_t pitch = 0; ///< floats from a row to the next
-  int rule;                 ///< update.inc's number
+  int rule = 0;             ///< update.inc's number
   bool moves_x = true;
   bool moves_y = true;
-  bool observed; ///< false: both confidences are 0 all along the part; they are not read
+  bool observed = false; ///< false: both confidences are 0 all along the part; they are not read
   /// The short path: Rule::steps with the default candidates, both components move, and the offsets are
   /// inside_offsets(pitch).
   bool inside = false;

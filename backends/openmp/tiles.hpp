@@ -58,11 +58,11 @@ struct Tiling {
 
 /// Sites of a phase that are swept alike, in every row of a row of tiles.
 struct Run {
-  int first;
-  int last;
-  bool west_outside;
-  bool east_outside;
-  TileKind kind;
+  int first = 0;
+  int last = 0;
+  bool west_outside = false;
+  bool east_outside = false;
+  TileKind kind{};
 };
 
 /// The columns at the border by themselves, because they have neighbours outside; between them tiles of the

@@ -22,7 +22,7 @@ constexpr std::size_t least_updates_of_sweep = std::size_t{1} << 15;
 /// What the commands work on. Changes to it end the commands' life.
 struct PyramidBuffers {
   /// By fields (0: the full level's, 1: sampled) and by the displacement that is read.
-  std::array<std::array<const vk::raii::DescriptorSet*, 2>, 2> sets;
+  std::array<std::array<const vk::raii::DescriptorSet*, 2>, 2> sets{};
   const ListBuffers* lists = nullptr;
   const vk::raii::Buffer* displacement = nullptr; ///< that the sets [...][0] read
 };
