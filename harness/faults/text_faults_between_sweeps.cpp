@@ -20,18 +20,20 @@ DeviceFault edit(Part part, std::string_view shader, std::string_view name, std:
 std::vector<DeviceFault> fragment_levels() {
   constexpr std::string_view sample = "uniform sampler2DRect full;";
   constexpr std::string_view project = "uniform sampler2DRect coarse;";
-  return {
+  std::vector<DeviceFault> list{
       edit(Part::levels, sample, "sampled-row-below", "a level samples the row below the one it stands for",
-           "full, vec2(x, y)", "full, vec2(x, y + 1.0)"),
+           "vec2(p.y, 1.5)).a)", "vec2(p.y, 1.5)).a + 1.0)"),
       edit(Part::levels, project, "projected-from-one-row",
            "the second row's western site is the first row's", "vec2(column.r, row.g)",
            "vec2(column.r, row.r)"),
       edit(Part::levels, project, "projection-sign", "a sign in the interpolation", "weight * (b - a)",
            "weight * (a - b)"),
-      edit(Part::levels, project, "projected-modulus-lost",
-           "1 / m is not handed on to the level's first sweep",
-           "texture2DRect(observation, gl_FragCoord.xy).a, 0.0)", "1.0, 0.0)"),
   };
+  list.push_back(edit(Part::levels, project, "projected-modulus-lost",
+                      "1 / m is not handed on to the level's first sweep",
+                      "texture2DRect(observation, gl_FragCoord.xy).a, 0.0)", "1.0, 0.0)"));
+  list.back().method = "closed-form"; // candidates have the modulus elsewhere
+  return list;
 }
 
 /// What tells the tiles that sleep; seen only where work is left out.
@@ -40,17 +42,17 @@ std::vector<DeviceFault> fragment_sleep() {
   constexpr std::string_view cells = "float(CELL)";
   constexpr std::string_view wake = "float(CELLS)";
   return {
-      edit(Part::sleep, "swept_displacement", "changed-by-x-only",
-           "a site that moved along y has not changed", "gl_FragColor.rg == displacement_at(gl_FragCoord.xy)",
-           "gl_FragColor.r == displacement_at(gl_FragCoord.xy).r"),
+      edit(Part::sleep, cells, "changed-by-x-only", "a site that moved along y has not changed",
+           "texture2DRect(image, texel) != texture2DRect(previous, texel)",
+           "texture2DRect(image, texel).rb != texture2DRect(previous, texel).rb"),
       edit(Part::sleep, cells, "cell-of-one-site", "of a cell only the last site is looked at",
-           "changed = max(changed,", "changed = max(0.0,"),
+           "changed = changed ||", "changed ="),
       edit(Part::sleep, wake, "woken-from-one-side", "the cells west and north of a tile are left out",
            "float(CELLS) - vec2(0.5)", "float(CELLS) + vec2(0.5)"),
       edit(Part::sleep, wake, "woken-not-from-the-east", "the cells east of a tile are left out",
            "x < CELLS + 2", "x < CELLS + 1"),
       edit(Part::sleep, tiles, "awake-transposed", "column for row where a tile asks whether it is awake",
-           "corner + vec2(0.5)", "corner.yx + vec2(0.5)"),
+           "corner / points", "corner.yx / points"),
   };
 }
 
