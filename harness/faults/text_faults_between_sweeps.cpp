@@ -20,7 +20,7 @@ DeviceFault edit(Part part, std::string_view shader, std::string_view name, std:
 std::vector<DeviceFault> fragment_levels() {
   constexpr std::string_view sample = "uniform sampler2DRect full;";
   constexpr std::string_view project = "uniform sampler2DRect coarse;";
-  std::vector<DeviceFault> list{
+  return {
       edit(Part::levels, sample, "sampled-row-below", "a level samples the row below the one it stands for",
            "vec2(p.y, 1.5)).a)", "vec2(p.y, 1.5)).a + 1.0)"),
       edit(Part::levels, project, "projected-from-one-row",
@@ -29,11 +29,6 @@ std::vector<DeviceFault> fragment_levels() {
       edit(Part::levels, project, "projection-sign", "a sign in the interpolation", "weight * (b - a)",
            "weight * (a - b)"),
   };
-  list.push_back(edit(Part::levels, project, "projected-modulus-lost",
-                      "1 / m is not handed on to the level's first sweep",
-                      "texture2DRect(observation, gl_FragCoord.xy).a, 0.0)", "1.0, 0.0)"));
-  list.back().method = "closed-form"; // candidates have the modulus elsewhere
-  return list;
 }
 
 /// What tells the tiles that sleep; seen only where work is left out.

@@ -119,12 +119,12 @@ TrialScene sleeping_tiles() {
     float y;
   };
   constexpr float pull = 40.0F;                           // pixels: further than a level's few iterations get
-  constexpr Pull pulls[] = {{126, 102, 2, 3, pull, pull}, // sites 64 ... 127 are the tile in the middle
-                            {64, 86, 2, 3, pull, pull},
-                            {80, 126, 3, 2, pull, pull},
-                            {100, 64, 3, 2, pull, pull},
-                            {160, 32, 2, 2, 0.0F, pull}};
-  Scene scene = load_scene("square", {.size = Extent{192, 192}});
+  constexpr Pull pulls[] = {{254, 102, 2, 3, pull, pull}, // sites 128 ... 255 are the tile in the middle
+                            {128, 86, 2, 3, pull, pull},
+                            {160, 126, 3, 2, pull, pull},
+                            {200, 64, 3, 2, pull, pull},
+                            {320, 32, 2, 2, 0.0F, pull}};
+  Scene scene = load_scene("square", {.size = Extent{384, 192}});
   scene.full.target = VectorField(scene.extent());
   scene.full.confidence = VectorField(scene.extent());
   for (const Pull& one : pulls) {
