@@ -107,7 +107,7 @@ void Session::solve(const Advance& advance) {
 }
 
 int Session::coarse_group() const {
-  return coarse_group_ && coarse_level_count(*pyramid_) > 0 ? coarse_group_() : 0;
+  return coarse_group_ && coarse_level_count(*pyramid_, coarse_group_sizes.back()) > 0 ? coarse_group_() : 0;
 }
 
 void Session::do_load_pyramid(const Pyramid& /*pyramid*/) {}

@@ -10,9 +10,17 @@ namespace hdmbench {
 
 namespace {
 
-/// Keeps the dispatch below the watchdogs of drivers: about a second where a sweep takes 40 microseconds, as
-/// it does on a CPU.
-constexpr std::int64_t most_sweeps = 25'000;
+/// Of all loops of an invocation together. llvmpipe leaves them without a word after 65,535; it also keeps
+/// the dispatch below the watchdogs of drivers.
+constexpr std::int64_t most_turns = 60'000;
+
+/// Of a level by a group, at most: a site takes one of the loop over sites and two of that over a tile's
+/// rows, a sweep three more (counted on llvmpipe: four to be safe). To sample and to store take no more than
+/// two sweeps.
+std::int64_t turns(const PyramidLevel& level, int group) {
+  const auto sites = static_cast<std::int64_t>(level.extent.sites());
+  return (3 * ((sites + group - 1) / group) + 4) * (level.sweeps + 2);
+}
 
 constexpr Extent measured_extent{33, 33}; // its levels are 1 x 1 ... 32 x 32 and itself
 constexpr int measured_sweeps = 16;       // of a level
@@ -44,15 +52,15 @@ double seconds_of_solution(Session& session) {
 
 } // namespace
 
-std::size_t coarse_level_count(const Pyramid& pyramid) {
+std::size_t coarse_level_count(const Pyramid& pyramid, int group) {
   if (!changes_spread_by_contact(*pyramid.full)) {
     return 0;
   }
   std::size_t count = 0;
-  std::int64_t sweeps = 0;
+  std::int64_t turns_so_far = 0;
   while (count + 1 < pyramid.levels.size() && pyramid.levels[count].extent.sites() <= most_coarse_sites) {
-    sweeps += pyramid.levels[count].sweeps;
-    if (sweeps > most_sweeps) {
+    turns_so_far += turns(pyramid.levels[count], group);
+    if (turns_so_far > most_turns) {
       break;
     }
     ++count;

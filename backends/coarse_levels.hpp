@@ -19,9 +19,10 @@ constexpr std::size_t coarse_shared_bytes = most_coarse_sites * (2 * 8 + 8 + 4) 
 /// Invocations of the work group that are tried: the lanes of a CPU, and up to one for each site.
 constexpr std::array<int, 4> coarse_group_sizes{8, 64, 256, 1024};
 
-/// How many of the first levels one dispatch may compute: 0 where another rule or order of sites needs to
-/// know which sweep it is. Never the last level, whose last two fields changed() compares.
-[[nodiscard]] std::size_t coarse_level_count(const Pyramid& pyramid);
+/// How many of the first levels one dispatch of `group` > 0 invocations may compute: 0 where another rule or
+/// order of sites needs to know which sweep it is. Never the last level, whose last two fields changed()
+/// compares, and not so much that a driver would end it early.
+[[nodiscard]] std::size_t coarse_level_count(const Pyramid& pyramid, int group);
 
 /// For people: "a dispatch per sweep", "one dispatch of 64 invocations".
 [[nodiscard]] std::string coarse_group_name(int group);

@@ -31,7 +31,7 @@ const std::vector<Extent> extents{{1, 1}, {1, 1025}, {33, 33}, {90, 7}, {129, 70
 TEST(CoarseLevelCount, IsOfSmallLevelsButTheLast) {
   const auto count = [](Extent extent) {
     const auto problem = test::random_problem(extent, test::Texture::smooth, 1);
-    return coarse_level_count(pyramid_of(problem.level, Alignment::corner, 1));
+    return coarse_level_count(pyramid_of(problem.level, Alignment::corner, 1), 64);
   };
   EXPECT_EQ(count({1, 1}), 0U);
   EXPECT_EQ(count({32, 32}), 5U); // 1, 2, 4, 8, 16
@@ -43,7 +43,7 @@ TEST(CoarseLevelCount, IsOfSmallLevelsButTheLast) {
 TEST(CoarseLevelCount, IsNoneWhereASweepMustKnowItsNumber) {
   const auto count = [](Rule rule, Update update) {
     const auto problem = test::random_problem({64, 64}, test::Texture::smooth, 1, {}, rule, update);
-    return coarse_level_count(pyramid_of(problem.level, Alignment::corner, 1));
+    return coarse_level_count(pyramid_of(problem.level, Alignment::corner, 1), 64);
   };
   EXPECT_EQ(count(Rule::annealing, Update::simultaneous), 0U);
   EXPECT_EQ(count(Rule::steps, Update::coloured), 0U);
@@ -53,7 +53,10 @@ TEST(CoarseLevelCount, KeepsTheDispatchShort) {
   const auto problem = test::random_problem({64, 64}, test::Texture::smooth, 1);
   Pyramid pyramid = pyramid_of(problem.level, Alignment::corner, 1);
   pyramid.levels[3].sweeps = 1'000'000;
-  EXPECT_EQ(coarse_level_count(pyramid), 3U);
+  EXPECT_EQ(coarse_level_count(pyramid, 1024), 3U);
+  pyramid.levels[3].sweeps = 3000; // 8 x 8 sites
+  EXPECT_EQ(coarse_level_count(pyramid, 8), 3U);
+  EXPECT_EQ(coarse_level_count(pyramid, 64), 6U);
 }
 
 class CoarseLevelsTest : public testing::TestWithParam<std::string> {
@@ -127,8 +130,25 @@ TEST_P(CoarseLevelsTest, ThatComeToRestAndThatDoNot) {
   const LevelSequence levels(scene);
   const auto pyramid = levels.pyramid();
   ASSERT_TRUE(pyramid);
-  ASSERT_GT(coarse_level_count(*pyramid), 0U);
+  ASSERT_GT(coarse_level_count(*pyramid, 8), 0U);
   for_each_way([&](Session& session, const std::string& way) { expect_same(*pyramid, session, way); });
+}
+
+/// As much as one dispatch may do, on a scene that takes long to rest: rasterizers end long loops early.
+TEST_P(CoarseLevelsTest, OfManySweepsAreSweptToTheEnd) {
+  for (const int group : coarse_group_sizes) {
+    const auto session = open(Work::dense, group);
+    for (const int sites_across : {1, 2, 32}) {
+      Scene scene = load_scene("square-modified", {.size = Extent{64, 64}});
+      const int sites_each = (sites_across * sites_across + group - 1) / group;
+      const Pyramid pyramid{
+          .full = &scene.full,
+          .levels = {{.extent = {sites_across, sites_across}, .sweeps = 59'900 / (3 * sites_each + 4) - 2},
+                     {.extent = {64, 64}, .sweeps = 1}}};
+      ASSERT_EQ(coarse_level_count(pyramid, group), 1U);
+      expect_same(pyramid, *session, fmt::format("{} across, {}", sites_across, coarse_group_name(group)));
+    }
+  }
 }
 
 TEST_P(CoarseLevelsTest, WithoutSweepsAndTwiceOfTheSameExtent) {

@@ -38,7 +38,7 @@ const Program& CoarseLevels::program(const Variant& variant) {
 }
 
 void CoarseLevels::load(const Pyramid& pyramid, int group, bool stops_at_rest) {
-  count_ = group > 0 ? coarse_level_count(pyramid) : 0;
+  count_ = group > 0 ? coarse_level_count(pyramid, group) : 0;
   extent_ = {};
   site_updates_ = 0.0;
   if (count_ == 0) {

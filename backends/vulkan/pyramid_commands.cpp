@@ -19,7 +19,7 @@ public:
   [[nodiscard]] PyramidCommands record(int coarse_group) && {
     std::size_t together = 0; // of the levels
     if (coarse_group > 0) {
-      together = coarse_level_count(pyramid_);
+      together = coarse_level_count(pyramid_, coarse_group);
       solve_together(together, coarse_group);
     }
     for (std::size_t level = together; level < pyramid_.levels.size(); ++level) {

@@ -42,7 +42,7 @@ void judge(const ReferenceStep& end, const Follower& follower, const VectorField
 /// None where there is one way only.
 std::vector<int> coarse_groups_to_compare(const Pyramid& pyramid, const Backend& backend,
                                           const SessionOptions& options) {
-  if (options.coarse_group || coarse_level_count(pyramid) == 0) {
+  if (options.coarse_group || coarse_level_count(pyramid, coarse_group_sizes.back()) == 0) {
     return {};
   }
   std::vector<int> groups = backend.coarse_groups(options);

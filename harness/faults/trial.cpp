@@ -72,10 +72,10 @@ Seen verdict_of(const std::vector<Comparison>& comparisons) {
 }
 
 /// Whether verify solves the scene in one piece, some levels of it by one work group.
-bool has_coarse_levels(const Scene& scene) {
+bool has_coarse_levels(const Scene& scene, int group) {
   const LevelSequence levels(scene);
   const std::optional<Pyramid> pyramid = levels.pyramid();
-  return pyramid && coarse_level_count(*pyramid) > 0;
+  return pyramid && coarse_level_count(*pyramid, group) > 0;
 }
 
 std::string_view text(Layer layer) {
@@ -204,7 +204,7 @@ bool concerns(const Planted& planted, const TrialScene& scene) {
   return (planted.method.empty() || planted.method == scene.scene.schedule.method) &&
          (planted.on_cpu || !scene.only_on_cpu) && scene.tiles_sleep == (planted.part == Part::sleep) &&
          (planted.part != Part::levels || has_levels(scene.scene)) &&
-         (planted.coarse_group == 0 || has_coarse_levels(scene.scene));
+         (planted.coarse_group == 0 || has_coarse_levels(scene.scene, planted.coarse_group));
 }
 
 Trial try_out(const Planted& planted, const Backend& reference, std::span<const TrialScene> scenes,
