@@ -145,6 +145,18 @@ TEST_F(ReportPage, SupportMatrixHasTheReason) {
   EXPECT_NE(verdict(page).find("Nothing was cross-checked"), std::string::npos);
 }
 
+TEST_F(ReportPage, SaysWhatWasChosenByMeasurement) {
+  json device = device_row("gl-compute", true);
+  device["choices"] = json::parse(R"([{"what": "coarse levels", "chosen": "one dispatch",
+      "options": [{"name": "a dispatch per sweep", "seconds": [0.004, 0.003]},
+                  {"name": "one dispatch", "seconds": [0.002]}]}])");
+  EXPECT_NE(render(document("devices", rows(device)))
+                .find("coarse levels: a dispatch per sweep 3.00 ms, one dispatch 2.00 ms: one dispatch."),
+            std::string::npos);
+  device["choices"][0]["chosen"] = "neither";
+  EXPECT_THROW(render(document("devices", rows(device))), InputError);
+}
+
 TEST_F(ReportPage, PartsWithoutDataNameTheirCommand) {
   const std::string page = render(document("verify", agreeing_rows()));
   EXPECT_NE(page.find("hdmbench devices --json FILE"), std::string::npos);

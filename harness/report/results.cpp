@@ -1,5 +1,6 @@
 #include "harness/report/results.hpp"
 
+#include "harness/choices.hpp"
 #include "harness/report/json_reader.hpp"
 #include "kernels/input_error.hpp"
 
@@ -70,6 +71,27 @@ Context read_context(const JsonReader& document) {
   return result;
 }
 
+std::string read_choice(const JsonReader& json) {
+  Choice choice{.what = json.text("what"), .options = {}};
+  const std::string chosen = json.text("chosen");
+  bool found = false;
+  for (const JsonReader& option : json.objects("options")) {
+    choice.options.push_back(
+        {.name = option.text("name"), .coarse_group = 0, .seconds = option.numbers("seconds")});
+    if (choice.options.back().seconds.empty()) {
+      option.fail("seconds", "is empty");
+    }
+    if (choice.options.back().name == chosen) {
+      choice.chosen = choice.options.size() - 1;
+      found = true;
+    }
+  }
+  if (!found) {
+    json.fail("chosen", "is none of the options");
+  }
+  return describe(choice);
+}
+
 DeviceRow read_device(const JsonReader& json) {
   DeviceRow row;
   row.backend = json.text("backend");
@@ -80,6 +102,11 @@ DeviceRow read_device(const JsonReader& json) {
   row.description = json.text("description");
   row.software = json.flag("software");
   row.updates = json.texts("updates");
+  if (json.has("choices")) { // older files have none
+    for (const JsonReader& choice : json.objects("choices")) {
+      row.choices.push_back(read_choice(choice));
+    }
+  }
   return row;
 }
 

@@ -52,6 +52,7 @@ struct DeviceRow {
   std::string description;
   bool software = false;
   std::vector<std::string> updates;
+  std::vector<std::string> choices; ///< made by measurement, a line each (harness/choices.hpp)
 };
 
 struct RunRow {

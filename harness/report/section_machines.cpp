@@ -183,6 +183,12 @@ std::string support_section(const Results& results, Anchors& anchors) {
       html += support_row(results, machine, row);
     }
     html += table_end;
+    for (const DeviceRow& row : rows) {
+      for (const std::string& choice : row.choices) {
+        html += fmt::format("<p class=\"note\"><b>{}</b> takes what was measured to be faster. {}.</p>\n",
+                            escape(row.backend), escape(choice));
+      }
+    }
   }
   return html + "</section>\n";
 }
