@@ -50,7 +50,7 @@ Trial::Trial(const Backend& backend)
 
 std::unique_ptr<Session> Trial::open() const {
   // With a group named nothing is measured, where each call would be made to fail, too.
-  return backend_.open({.device = {}, .work = Work::active, .coarse_group = 0});
+  return backend_.open({.device = {}, .work = Work::active, .coarse_group = 8});
 }
 
 Trial::Result Trial::compute(Session& session) const {
@@ -64,7 +64,9 @@ Trial::Result Trial::compute(Session& session) const {
   }
   const Level& full = pyramid_.level;
   session.load(Pyramid{.full = &full,
-                       .levels = {{.extent = {4, 4}, .sweeps = 2}, {.extent = full.extent, .sweeps = 2}}});
+                       .levels = {{.extent = {4, 4}, .sweeps = 2},   // by one work group, where that is known
+                                  {.extent = {40, 40}, .sweeps = 2}, // too large for that
+                                  {.extent = full.extent, .sweeps = 2}}});
   session.solve();
   result.counts.push_back(session.changed());
   session.read(result.fields.emplace_back());
