@@ -185,8 +185,8 @@ std::string support_section(const Results& results, Anchors& anchors) {
     html += table_end;
     for (const DeviceRow& row : rows) {
       for (const std::string& choice : row.choices) {
-        html += fmt::format("<p class=\"note\"><b>{}</b> takes what was measured to be faster. {}.</p>\n",
-                            escape(row.backend), escape(choice));
+        html +=
+            fmt::format("<p><b>{}</b> measures and chooses: {}.</p>\n", escape(row.backend), escape(choice));
       }
     }
   }
