@@ -61,7 +61,7 @@ public:
 
   FragmentSweep(const Api& api, Work work)
       : gl_(api), count_framebuffer_(api), count_target_(api), query_(api), programs_(api),
-        modern_(has_vertex_textures(api)), leaves_out_(work == Work::active && modern_) {
+        vertex_textures_(has_vertex_textures(api)), leaves_out_(work == Work::active && vertex_textures_) {
     require_points(api);
   }
 
@@ -191,7 +191,7 @@ private:
   }
 
   [[nodiscard]] Texels texels_of(const Level& level) const {
-    return {.columns = level.rule == Rule::steps && modern_ ? 2 : 1};
+    return {.columns = level.rule == Rule::steps && vertex_textures_ ? 2 : 1};
   }
 
   void add_full_level(const Level& full, Level header) {
@@ -303,8 +303,8 @@ private:
   Renderbuffer count_target_;
   Query query_;
   FragmentPrograms programs_;
-  bool modern_;     ///< its vertex shaders can fetch: not of the thesis's generation
-  bool leaves_out_; ///< what cannot change
+  bool vertex_textures_; ///< vertex shaders can fetch: not a device of the thesis's generation
+  bool leaves_out_;      ///< what cannot change
   std::vector<float> inverse_modulus_;
   std::vector<GLfloat> pixels_; ///< RGBA staging
 };

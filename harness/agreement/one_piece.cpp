@@ -39,13 +39,14 @@ void judge(const ReferenceStep& end, const Follower& follower, const VectorField
   }
 }
 
-/// None where there is one way only.
+/// Those that compute a level of this pyramid together, and 0; none where there is one way only.
 std::vector<int> coarse_groups_to_compare(const Pyramid& pyramid, const Backend& backend,
                                           const SessionOptions& options) {
   if (options.coarse_group || coarse_level_count(pyramid, coarse_group_sizes.back()) == 0) {
     return {};
   }
   std::vector<int> groups = backend.coarse_groups(options);
+  std::erase_if(groups, [&](int group) { return group > 0 && coarse_level_count(pyramid, group) == 0; });
   return groups.size() > 1 ? groups : std::vector<int>{};
 }
 
