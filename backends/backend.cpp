@@ -1,7 +1,6 @@
 #include "backends/backend.hpp"
 
-#include "backends/coarse_levels.hpp"
-#include "backends/cut_session.hpp"
+#include "backends/shared/cut_session.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,10 +11,6 @@
 namespace hdmbench {
 
 namespace {
-
-/// Invocations of a group that computes coarse levels on a CPU: one vector. At a barrier each vector is put
-/// aside (lavapipe, 8, 64, 256, 1024 invocations: 1.2, 1.3, 1.7, 3.3 ms), and a shader takes long to compile.
-constexpr int most_useful_on_cpu = 8;
 
 std::string lower_case(std::string text) {
   std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -106,8 +101,8 @@ void Session::solve(const Advance& advance) {
   stepped_ = pyramid_->levels.back().sweeps > 0;
 }
 
-int Session::coarse_group() const {
-  return coarse_group_ && coarse_level_count(*pyramid_, coarse_group_sizes.back()) > 0 ? coarse_group_() : 0;
+std::size_t Session::variant() const {
+  return variant_ ? variant_() : 0;
 }
 
 void Session::do_load_pyramid(const Pyramid& /*pyramid*/) {}
@@ -204,7 +199,7 @@ std::unique_ptr<Session> Backend::open(const SessionOptions& options) const {
 std::unique_ptr<Session> Backend::open_whole(std::size_t index, const SessionOptions& options) const {
   std::unique_ptr<Session> session = do_open(index, options);
   session->sequential_ = supports(Update::sequential);
-  session->coarse_group_ = [this, index, options] { return coarse_group(index, options); };
+  session->variant_ = [this, index, options] { return variant(index, options); };
   return session;
 }
 
@@ -221,19 +216,8 @@ std::vector<Choice> Backend::choices(const SessionOptions& options) const {
   }
 }
 
-std::vector<int> Backend::coarse_groups(const SessionOptions& options) const {
-  std::vector<int> groups = useful_coarse_groups(choose(name(), devices(), options.device));
-  groups.insert(groups.begin(), 0);
-  return groups;
-}
-
-/// Without 0.
-std::vector<int> Backend::useful_coarse_groups(std::size_t index) const {
-  std::vector<int> groups = do_coarse_groups(index);
-  if (!groups.empty() && devices().at(index).is_software) {
-    std::erase_if(groups, [](int group) { return group > most_useful_on_cpu; });
-  }
-  return groups;
+Variants Backend::variants(const SessionOptions& options) const {
+  return do_variants(choose(name(), devices(), options.device));
 }
 
 const std::vector<Choice>& Backend::measured_choices(std::size_t index) const {
@@ -243,27 +227,26 @@ const std::vector<Choice>& Backend::measured_choices(std::size_t index) const {
     return found->second;
   }
   std::vector<Choice> measured;
-  const std::vector<int> groups = useful_coarse_groups(index);
-  if (!groups.empty()) {
+  const Variants variants = do_variants(index);
+  if (variants.worth_trying > 1) {
     const std::unique_ptr<Session> session = do_open(index, {});
-    measured.push_back(measure_coarse_levels(
-        groups, *session, [&](int group) { session->coarse_group_ = [group] { return group; }; }));
+    measured.push_back(variants.measure(
+        variants, *session, [&](std::size_t variant) { session->variant_ = [variant] { return variant; }; }));
   }
   return choices_.emplace(index, std::move(measured)).first->second;
 }
 
-int Backend::coarse_group(std::size_t index, const SessionOptions& options) const {
-  if (!options.coarse_group) {
+std::size_t Backend::variant(std::size_t index, const SessionOptions& options) const {
+  if (!options.variant) {
     const std::vector<Choice>& measured = measured_choices(index);
-    return measured.empty() ? 0 : measured.front().options[measured.front().chosen].coarse_group;
+    return measured.empty() ? 0 : measured.front().chosen;
   }
-  const int wanted = *options.coarse_group;
-  const std::vector<int> groups = do_coarse_groups(index);
-  if (wanted != 0 && std::ranges::find(groups, wanted) == groups.end()) {
-    throw DeviceError(fmt::format("coarse levels cannot be computed by {} invocations here, but by {}",
-                                  wanted, fmt::join(groups, ", ")));
+  const std::vector<std::string> names = do_variants(index).names;
+  if (*options.variant > 0 && *options.variant >= names.size()) {
+    throw DeviceError(fmt::format("there is no variant {} here; from 0 on there are: {}", *options.variant,
+                                  fmt::join(names, ", ")));
   }
-  return wanted;
+  return *options.variant;
 }
 
 std::optional<Ceilings> Backend::ceilings(const SessionOptions& options) const {

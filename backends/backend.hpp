@@ -1,9 +1,9 @@
 #pragma once
 
-#include "backends/ceilings.hpp"
-#include "kernels/cost.hpp"
-#include "kernels/level.hpp"
-#include "kernels/pyramid.hpp"
+#include "backends/shared/ceilings.hpp"
+#include "kernels/data/cost.hpp"
+#include "kernels/data/level.hpp"
+#include "kernels/data/pyramid.hpp"
 
 #include <array>
 #include <cstdint>
@@ -46,6 +46,9 @@ enum class Work {
 
 /// What the command line and results call them, in the order of the enumerators.
 inline constexpr std::array<std::string_view, 2> work_names{"dense", "active"};
+[[nodiscard]] constexpr const auto& names_of(Work) {
+  return work_names;
+}
 
 /// Which device to open and how.
 struct SessionOptions {
@@ -53,21 +56,20 @@ struct SessionOptions {
                       ///< hardware, else first
   int threads = 0;    ///< CPU threads, 0: all; ignored by GPU backends
   Work work = Work::dense;
-  /// Invocations of the one dispatch that computes a pyramid's coarse levels together; 0: a dispatch for each
-  /// of their sweeps; none: as Backend::choices() has measured. Ignored by backends without that choice.
-  std::optional<int> coarse_group{};
+  /// By which of Backend::variants() a pyramid is computed; none: the fastest, as Backend::choices() has
+  /// measured. Ignored by backends that have one only.
+  std::optional<std::size_t> variant{};
 };
 
 /// Ways to compute the same bits, of which the fastest is taken, as measured on a device.
 struct Choice {
   struct Option {
     std::string name;              ///< for people
-    int coarse_group;              ///< SessionOptions::coarse_group that asks for it
     std::vector<double> seconds{}; ///< raw samples of the same work, in the order measured
   };
-  std::string what; ///< what is computed, for people
-  std::vector<Option> options;
-  std::size_t chosen = 0; ///< index of the option with the smallest sample: what disturbs only adds
+  std::string what;            ///< what is computed, for people
+  std::vector<Option> options; ///< the index of one is its SessionOptions::variant
+  std::size_t chosen = 0;      ///< the one with the smallest median
 };
 
 /// Computes on one level at a time. All calls block until the device is done, so a caller's clock around them
@@ -86,13 +88,14 @@ public:
   virtual ~Session() = default;
 
   /// Uploads what does not change during the sweeps and makes room for the field, whose content is then
-  /// undefined. The level is assumed to be valid (kernels/level.hpp). Throws DeviceError if it exceeds the
-  /// device's limits even in pieces (TooLarge; cut_session.hpp) or the update mode is not this backend's.
+  /// undefined. The level is assumed to be valid (kernels/data/level.hpp). Throws DeviceError if it exceeds
+  /// the device's limits even in pieces (TooLarge; cut_session.hpp) or the update mode is not this backend's.
   void load(const Level& level);
   /// Uploads the displacement (extent of the level). changed() is 0 afterwards.
   void write(const VectorField& displacement);
-  /// `sweeps` >= 0 sweeps over all sites (kernels/update.inc); sweeps_per_iteration(update) of them move
-  /// every component once. They are numbered on from load(), which is what strengths and colours go by.
+  /// `sweeps` >= 0 sweeps over all sites (kernels/specification/update.inc); sweeps_per_iteration(level) of
+  /// them move every component once. They are numbered on from load(), which is what strengths and colours go
+  /// by.
   void step(int sweeps);
   /// Uploads what a whole pyramid needs, for solve(). pyramid.full must stay as it is until the next load();
   /// the backend may read it in place. Throws as above.
@@ -116,9 +119,9 @@ protected:
   virtual void do_solve(const Advance& advance);
   /// The one that was loaded; there is one in do_solve().
   [[nodiscard]] const Pyramid& pyramid() const { return *pyramid_; }
-  /// How to compute its coarse levels: SessionOptions::coarse_group, or what was measured, which may happen
-  /// now; 0 where it has none. Throws DeviceError. Must not be called while an OpenGL context is current.
-  [[nodiscard]] int coarse_group() const;
+  /// By which of the backend's variants to compute it: SessionOptions::variant, or what was measured, which
+  /// may happen now. Throws DeviceError. Must not be called while an OpenGL context is current.
+  [[nodiscard]] std::size_t variant() const;
 
 private:
   virtual void do_load(const Level& level) = 0;
@@ -137,12 +140,23 @@ private:
 
   std::string backend_;     ///< name of the backend that opened this session, for errors; empty: no name
   bool sequential_ = false; ///< whether that backend supports sequential updates
-  std::function<int()> coarse_group_; ///< of that backend; none: 0
+  std::function<std::size_t()> variant_; ///< of that backend; none: 0
   std::optional<Extent> extent_;
   std::optional<Pyramid> pyramid_; ///< where load(pyramid) was the last load
   bool written_ = false;
   bool stepped_ = false;
   int sweeps_ = 0; ///< since load()
+};
+
+/// Ways of a backend to compute the same bits on a device. What they are is its own business.
+struct Variants {
+  std::vector<std::string> names; ///< for people; the first is the plain way
+  std::size_t worth_trying = 0;   ///< the first so many: the others are slow on such a device
+  /// Whether a variant computes the pyramid otherwise than the plain way. With names there are these two.
+  bool (*concerns)(const Pyramid& pyramid, std::size_t variant) = nullptr;
+  /// Times those worth trying on `session`, which after take(variant) computes by it the pyramid loaded next.
+  Choice (*measure)(const Variants& variants, Session& session,
+                    const std::function<void(std::size_t)>& take) = nullptr;
 };
 
 /// One way to compute the specification. Without state but for what it has measured; opening a session may
@@ -182,9 +196,8 @@ public:
   /// the first call, or when a session first loads a pyramid that wants to know, and kept as long as this
   /// backend lives. Throws DeviceError.
   [[nodiscard]] std::vector<Choice> choices(const SessionOptions& options) const;
-  /// Values of SessionOptions::coarse_group that are worth trying on that device, 0 first; only 0 where there
-  /// is no choice. Throws DeviceError.
-  [[nodiscard]] std::vector<int> coarse_groups(const SessionOptions& options) const;
+  /// Of the device that `open` would take; none where there is no choice. Throws DeviceError.
+  [[nodiscard]] Variants variants(const SessionOptions& options) const;
 
 private:
   /// `index` into devices().
@@ -194,12 +207,11 @@ private:
                                                                     const SessionOptions& /*options*/) const {
     return std::nullopt;
   }
-  /// Of backends/coarse_levels.hpp, those that the device can do, besides 0. Empty: there is no choice.
-  [[nodiscard]] virtual std::vector<int> do_coarse_groups(std::size_t /*index*/) const { return {}; }
+  /// All that the device can do. None: there is no choice.
+  [[nodiscard]] virtual Variants do_variants(std::size_t /*index*/) const { return {}; }
 
   [[nodiscard]] std::unique_ptr<Session> open_whole(std::size_t index, const SessionOptions& options) const;
-  [[nodiscard]] int coarse_group(std::size_t index, const SessionOptions& options) const;
-  [[nodiscard]] std::vector<int> useful_coarse_groups(std::size_t index) const;
+  [[nodiscard]] std::size_t variant(std::size_t index, const SessionOptions& options) const;
   [[nodiscard]] const std::vector<Choice>& measured_choices(std::size_t index) const;
 
   mutable std::mutex measuring_;                               ///< guards choices_

@@ -1,8 +1,8 @@
 #include "backends/registry.hpp"
 
-#include "backends/openmp/openmp.hpp"
-#include "backends/scalar.hpp"
-#include "kernels/input_error.hpp"
+#include "backends/cpu/openmp.hpp"
+#include "backends/cpu/scalar.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 

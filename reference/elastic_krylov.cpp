@@ -1,6 +1,6 @@
 #include "reference/elastic_krylov.hpp"
 
-#include "kernels/input_error.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <Eigen/IterativeLinearSolvers>
 #include <fmt/format.h>

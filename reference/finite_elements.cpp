@@ -1,6 +1,6 @@
 #include "reference/finite_elements.hpp"
 
-#include "kernels/input_error.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 #include "reference/fixed_point.hpp"
 
-#include "kernels/input_error.hpp"
-#include "kernels/undetermined.hpp"
+#include "kernels/data/input_error.hpp"
+#include "kernels/data/undetermined.hpp"
 #include "reference/thesis_energy.hpp"
 
 #include <fmt/format.h>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "kernels/level.hpp"
+#include "kernels/data/level.hpp"
 #include "reference/reference_field.hpp"
 
 namespace hdmbench {

@@ -1,6 +1,6 @@
 #include "reference/sparse_solver.hpp"
 
-#include "kernels/input_error.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseLU>

@@ -1,6 +1,6 @@
 #include "reference/thesis_icm.hpp"
 
-#include "kernels/input_error.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 

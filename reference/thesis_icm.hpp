@@ -1,6 +1,6 @@
 #pragma once
 
-#include "kernels/pyramid.hpp"
+#include "kernels/data/pyramid.hpp"
 #include "reference/reference_field.hpp"
 
 namespace hdmbench {

@@ -1,11 +1,12 @@
 // Every figure of `accuracy`: deviations and their split, regions, figures, and the thesis's scenes against
 // the truths.
 
-#include "harness/accuracy/accuracy.hpp"
+#include "harness/judge/accuracy/accuracy.hpp"
 
 #include "backends/registry.hpp"
-#include "harness/faults/faulty_backend.hpp"
-#include "kernels/input_error.hpp"
+#include "harness/check/faults/faulty_backend.hpp"
+#include "harness/scene/images/images.hpp"
+#include "kernels/data/input_error.hpp"
 #include "test/random_level.hpp"
 
 #include <gmock/gmock.h>
@@ -13,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace hdmbench {
 namespace {
@@ -123,8 +125,8 @@ TEST(Accuracy, JudgesEveryMethodAndBackend) {
   const Scene scene = load_scene("circular", {.size = Extent{48, 40}});
   const SceneAccuracy accuracy = measure(scene, false);
   std::vector<std::string> methods;
-  const AccuracyRow* first = nullptr;
-  for (const AccuracyRow& row : accuracy.rows) {
+  const JudgedField* first = nullptr;
+  for (const JudgedField& row : accuracy.rows) {
     methods.push_back(row.method);
     if (row.field.x.empty()) {
       EXPECT_TRUE(row.status.starts_with("skipped")) << row.status;
@@ -153,6 +155,38 @@ TEST(Accuracy, JudgesEveryMethodAndBackend) {
   EXPECT_EQ(first->level_profiles.size(), first->levels.size());
 }
 
+TEST(Registration, ThatIsFartherAwayThanNoDisplacementWentAstray) {
+  const Extent extent{30, 20};
+  const ReferenceField truth(extent, 4.0);
+  EXPECT_EQ(why_astray(truth, truth), "");
+  EXPECT_EQ(why_astray(ReferenceField(extent, 7.9), truth), "");
+  EXPECT_THAT(why_astray(ReferenceField(extent, 8.1), truth), testing::HasSubstr("no displacement at all"));
+  ReferenceField torn = truth;
+  torn.x[17] = 31.0;
+  EXPECT_THAT(why_astray(torn, truth), testing::HasSubstr("by 31 px in an image of 30 px"));
+}
+
+TEST(Registration, OfPicturesThatLeaveTheImageIsMarked) {
+  if (!have_images()) {
+    GTEST_SKIP() << "built without ITK (HDMBENCH_IMAGES=OFF)";
+  }
+  const auto registry = make_backends();
+  const Backend* const backends[] = {registry.front().get()};
+  Progress silent(false);
+  for (const auto& [side, pull, valid] : {std::tuple{64, 1.0F, false}, std::tuple{64, 0.1F, true}}) {
+    Scene scene = load_scene("circular", {.size = Extent{side, side}}); // pulled by 50 px at every side
+    for (auto* const values : {&scene.full.target.x, &scene.full.target.y}) {
+      std::ranges::transform(*values, values->begin(), [pull = pull](float px) { return pull * px; });
+    }
+    const SceneAccuracy accuracy =
+        measure_accuracy(scene, backends, {.repeats = 1, .quick = true, .registration = true}, silent);
+    const JudgedField& row = accuracy.rows.back();
+    ASSERT_EQ(row.method, registration_name);
+    EXPECT_EQ(row.valid, valid) << row.deviations.to_fem;
+    EXPECT_THAT(row.status, testing::StartsWith(valid ? "ok" : "went astray"));
+  }
+}
+
 TEST(Accuracy, OfABackendWithOtherBitsIsNotValid) {
   const auto registry = make_backends();
   const faults::FaultyBackend faulty(*registry.front(),
@@ -163,7 +197,7 @@ TEST(Accuracy, OfABackendWithOtherBitsIsNotValid) {
   Progress silent(false);
   const SceneAccuracy accuracy = measure_accuracy(load_scene("circular", {.size = Extent{20, 20}}), backends,
                                                   {.repeats = 1, .quick = true}, silent);
-  const auto row = std::ranges::find(accuracy.rows, "one_ulp", &AccuracyRow::backend);
+  const auto row = std::ranges::find(accuracy.rows, "one_ulp", &JudgedField::backend);
   ASSERT_NE(row, accuracy.rows.end());
   EXPECT_FALSE(row->valid);
   EXPECT_THAT(row->status, testing::HasSubstr("sites differ from scalar"));
@@ -172,7 +206,7 @@ TEST(Accuracy, OfABackendWithOtherBitsIsNotValid) {
 TEST(Accuracy, OfASceneInWhichEverythingIsPrescribed) {
   const SceneAccuracy accuracy = measure(load_scene("square", {.size = Extent{2, 2}}), true);
   EXPECT_EQ(accuracy.truths.free_sites, 0U);
-  for (const AccuracyRow& row : accuracy.rows) {
+  for (const JudgedField& row : accuracy.rows) {
     if (row.method == "fixed-point" || row.method == "fem") {
       EXPECT_EQ(row.deviations.to_fem, 0.0) << row.method;
     }
@@ -183,7 +217,7 @@ TEST(Accuracy, SaysWhereARunInPlaceDidNotComeToRest) {
   Scene scene = load_scene("square", {.size = Extent{40, 40}});
   scene.full.steps = StepSet::parse("thesis"); // without 0 every site moves for ever
   const SceneAccuracy accuracy = measure(scene, true);
-  const auto row = std::ranges::find(accuracy.rows, "sequential", &AccuracyRow::method);
+  const auto row = std::ranges::find(accuracy.rows, "sequential", &JudgedField::method);
   ASSERT_NE(row, accuracy.rows.end());
   EXPECT_THAT(row->note, testing::HasSubstr("limit of 1000 iterations"));
 }
@@ -200,7 +234,7 @@ class ThesisScene : public testing::TestWithParam<Bar> {};
 
 TEST_P(ThesisScene, IsCloseToTheFiniteElements) {
   const SceneAccuracy accuracy = measure(load_scene(GetParam().scene), true);
-  for (const AccuracyRow& row : accuracy.rows) {
+  for (const JudgedField& row : accuracy.rows) {
     if (row.method == "fixed-point") {
       EXPECT_LE(row.deviations.to_fem_no_poisson, GetParam().fixed_point);
       EXPECT_GT(row.deviations.to_fem_no_poisson, 0.0);

@@ -35,7 +35,7 @@ protected:
 
 TEST_F(AtlasReport, SaysWhereAndWhyAMethodFails) {
   const std::string page = page_of(atlas_row());
-  EXPECT_THAT(page, HasSubstr("Far &lt;from&gt; 0<a"));
+  EXPECT_THAT(page, HasSubstr("Far &lt;from&gt; 0</summary>"));
   EXPECT_THAT(page, HasSubstr("<b>Why.</b> Floats are &amp; coarse."));
   EXPECT_THAT(page, HasSubstr("✗ at 1e+07, ✓ at 1000"));
   EXPECT_THAT(page, HasSubstr("not there: it is not built"));

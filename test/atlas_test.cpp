@@ -1,5 +1,5 @@
 #include "backends/registry.hpp"
-#include "harness/atlas/atlas.hpp"
+#include "harness/judge/atlas/atlas.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

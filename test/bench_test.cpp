@@ -1,7 +1,8 @@
-#include "harness/bench.hpp"
+#include "harness/measure/bench.hpp"
 
 #include "backends/registry.hpp"
-#include "harness/bench_json.hpp"
+#include "harness/measure/bench_row.hpp"
+#include "harness/scene/row_fields.hpp"
 
 #include <gtest/gtest.h>
 
@@ -52,7 +53,6 @@ TEST_F(BenchTest, ActiveRowsAreValidAndComparedWithDense) {
 
 TEST_F(BenchTest, WhatDiffersFromSweepToSweepHasNoActiveRow) {
   Scene scene = small_square();
-  scene.schedule.update = Update::coloured;
   scene.full.update = Update::coloured;
   const std::vector<const Backend*> both{backend("scalar"), backend("openmp")};
   const auto runs = bench_runs(scene, both, {.session = {}, .active = true});
@@ -73,7 +73,7 @@ TEST_F(BenchTest, RowsHaveEveryField) {
   const std::vector<std::string> methods{"icm", "icm", "icm", "icm-active"};
   const std::vector<int> threads{1, 1, 2, 2};
   for (std::size_t i = 0; i < results.size(); ++i) {
-    const nlohmann::json row = to_json(scene, results[i]);
+    const nlohmann::json row = to_json_row(bench_row(scene, results[i]));
     EXPECT_EQ(row["method"], methods[i]);
     EXPECT_EQ(row["work"], i == 3 ? "active" : "dense");
     EXPECT_EQ(row["threads"], threads[i]);
@@ -98,9 +98,11 @@ TEST_F(BenchTest, RowsHaveEveryField) {
                   1e-9 + 1e-6 * row["gigaoperations_per_second"].get<double>());
       // Between all sites like those of the uniform inside and all like those of a textured image.
       EXPECT_GT(row["operations_per_site_update"],
-                site_cost(SiteKind::uniform_unobserved).operations(scene.full.steps.count()));
+                thesis_energy.costs[static_cast<std::size_t>(SiteKind::uniform_unobserved)].operations(
+                    scene.full.steps.count()));
       EXPECT_LT(row["operations_per_site_update"],
-                site_cost(SiteKind::general).operations(scene.full.steps.count()));
+                thesis_energy.costs[static_cast<std::size_t>(SiteKind::general)].operations(
+                    scene.full.steps.count()));
     }
   }
 }
@@ -111,7 +113,7 @@ TEST_F(BenchTest, WithoutAReferenceNothingIsCalledValid) {
   const auto results = run(scene, only, {.session = {}, .repeats = 1, .active = true, .checked = false});
   ASSERT_EQ(results.size(), 2U);
   for (const BenchResult& result : results) {
-    const nlohmann::json row = to_json(scene, result);
+    const nlohmann::json row = to_json_row(bench_row(scene, result));
     EXPECT_TRUE(row["valid"].is_null());
     EXPECT_TRUE(row["reference"].is_null());
     EXPECT_TRUE(row["speed_up_over_scalar"].is_null());
@@ -158,7 +160,7 @@ TEST(Roofline, OnlyLevelsThatNoCacheHoldsCountAsMemory) {
   const auto sites = static_cast<std::int64_t>(last_level_cache_bytes() / 40);
   const std::vector<LevelWork> levels{{.sweeps = 10, .sites = {sites / 2, 0, 0, 0}},
                                       {.sweeps = 10, .sites = {2 * sites + 1000, 0, 0, 0}}};
-  const auto cost = solution_cost(levels, scalar, scalar.device({}), 5);
+  const auto cost = solution_cost(levels, scalar, scalar.device({}), Level{}); // five candidates
   ASSERT_TRUE(cost);
   EXPECT_DOUBLE_EQ(cost->bytes_from_memory, 40.0 * 10 * static_cast<double>(2 * sites + 1000));
   EXPECT_DOUBLE_EQ(cost->bytes, cost->bytes_from_memory + 40.0 * 10 * static_cast<double>(sites / 2));

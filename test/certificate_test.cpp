@@ -1,12 +1,12 @@
 // The third tier: what rounding may do passes, in a backend that really is compiled so, and nothing else
 // does.
 
-#include "harness/agreement/certificate.hpp"
+#include "harness/check/certificate.hpp"
 
 #include "backends/registry.hpp"
-#include "harness/agreement/bounded_energy.hpp"
-#include "harness/agreement/verify.hpp"
-#include "harness/faults/faulty_backend.hpp"
+#include "harness/check/bounded_real.hpp"
+#include "harness/check/faults/faulty_backend.hpp"
+#include "harness/check/verify.hpp"
 #include "test/textured_scene.hpp"
 
 #include <gtest/gtest.h>
@@ -20,15 +20,17 @@
 namespace hdmbench {
 namespace {
 
+using Bounded = Hdm<bounded::real>;
+
 using test::Texture;
 
 /// The x component's energy changes, one per candidate.
 std::vector<bounded::real> changes_at(const Level& level, const VectorField& field, int x, int y) {
-  const bounded::Site site = bounded::gather(level, field, x, y, bounded::InverseModulus::given);
-  const bounded::Parabolas prior = bounded::prior_parabolas(site);
+  const Bounded::Site site = bounded::gather<Bounded>(level, field, x, y, bounded::InverseModulus::given);
+  const Bounded::Prior prior = Bounded::prior_of(site);
   std::vector<bounded::real> changes;
   for (const float step : level.steps.values()) {
-    changes.push_back(bounded::energy_change(step, prior.gradient_x, prior.curvature_x,
+    changes.push_back(Bounded::energy_change(step, prior.gradient_x, prior.curvature_x,
                                              site.target_x - site.dx.centre,
                                              site.penalty * site.confidence_x));
   }
@@ -56,13 +58,13 @@ Shares largest_shares(Texture texture, std::uint64_t seeds) {
     const auto problem = test::random_problem({100, 100}, texture, seed);
     const Level& level = problem.level;
     for_each_site(level.extent, [&](int x, int y) {
-      const energy::Site site = energy::gather(level, problem.start, x, y);
-      const energy::Parabolas prior = energy::prior_parabolas(site);
+      const HdmInFloat::Site site = gather<HdmInFloat>(level, problem.start, x, y);
+      const HdmInFloat::Prior prior = HdmInFloat::prior_of(site);
       const std::vector<bounded::real> changes = changes_at(level, problem.start, x, y);
       for (std::size_t i = 0; i < changes.size(); ++i) {
         const float computed =
-            energy::energy_change(level.steps.values()[i], prior.gradient_x, prior.curvature_x,
-                                  site.target_x - site.dx.centre, site.penalty * site.confidence_x);
+            HdmInFloat::energy_change(level.steps.values()[i], prior.gradient_x, prior.curvature_x,
+                                      site.target_x - site.dx.centre, site.penalty * site.confidence_x);
         const double error = std::abs(static_cast<double>(computed) - changes[i].exact());
         EXPECT_LE(error, changes[i].error()) << "seed " << seed << ", x = " << x << ", y = " << y;
         double& share = site.confidence_x > 0.0F ? shares.observed : shares.unobserved;
@@ -87,11 +89,11 @@ TEST(Bound, HoldsForAnyOrderOfTheSum) {
   std::mt19937 random(7);
   const auto [level, field] = test::random_problem({60, 60}, Texture::smooth, 3);
   for_each_site(level.extent, [&, &level = level, &field = field](int x, int y) {
-    const energy::Site site = energy::gather(level, field, x, y);
-    const energy::Neighbours toward = energy::stiffness_ratios(site);
-    const energy::Neighbours& d = site.dx;
+    const HdmInFloat::Site site = gather<HdmInFloat>(level, field, x, y);
+    const HdmInFloat::Neighbours toward = HdmInFloat::stiffness_ratios(site);
+    const HdmInFloat::Neighbours& d = site.dx;
     const auto term = [](float ratio, float ds, float dt, float du) {
-      return (1.0F + ratio) * energy::residual(ratio, ds, dt, du);
+      return (1.0F + ratio) * HdmInFloat::residual(ratio, ds, dt, du);
     };
     std::array terms{term(toward.south_east, d.north_west, d.centre, d.south_east),
                      term(toward.north_west, d.south_east, d.centre, d.north_west),
@@ -100,7 +102,7 @@ TEST(Bound, HoldsForAnyOrderOfTheSum) {
                      term(toward.east, d.west, d.centre, d.east),
                      term(toward.west, d.east, d.centre, d.west)};
     const bounded::real gradient =
-        bounded::prior_parabolas(bounded::gather(level, field, x, y, bounded::InverseModulus::given))
+        Bounded::prior_of(bounded::gather<Bounded>(level, field, x, y, bounded::InverseModulus::given))
             .gradient_x;
     for (int order = 0; order < 20; ++order) {
       std::ranges::shuffle(terms, random);
@@ -220,8 +222,8 @@ TEST(Certificate, DoesNotHoldForWhatTheRuleCannotGive) {
 
 /// update.inc's closed form in double, rounded once: a device that is better than it need be.
 float closed_form_in_double(const Level& level, const VectorField& start, int x, int y) {
-  const bounded::Site site = bounded::gather(level, start, x, y, bounded::InverseModulus::given);
-  const bounded::Parabolas prior = bounded::prior_parabolas(site);
+  const Bounded::Site site = bounded::gather<Bounded>(level, start, x, y, bounded::InverseModulus::given);
+  const Bounded::Prior prior = Bounded::prior_of(site);
   const double scale = static_cast<double>(level.strengths.front()) * site.inverse_curvature_x.exact();
   const double unobserved = -scale * prior.gradient_x.exact();
   const double reach = scale * site.penalty.exact() * site.confidence_x.exact() / 2.0;

@@ -1,11 +1,13 @@
 // Coarse levels in one dispatch and a dispatch per sweep: the same bits, and the faster one is taken.
 
-#include "backends/coarse_levels.hpp"
 #include "backends/registry.hpp"
-#include "harness/agreement/compare.hpp"
-#include "harness/choices.hpp"
-#include "harness/level_sequence.hpp"
-#include "harness/scene.hpp"
+#include "backends/shared/coarse_levels.hpp"
+#include "harness/check/compare.hpp"
+#include "harness/measure/choices.hpp"
+#include "harness/measure/median.hpp"
+#include "harness/scene/level_sequence.hpp"
+#include "harness/scene/row_fields.hpp"
+#include "harness/scene/scene.hpp"
 #include "test/random_level.hpp"
 
 #include <fmt/format.h>
@@ -63,7 +65,7 @@ class CoarseLevelsTest : public testing::TestWithParam<std::string> {
 protected:
   void SetUp() override {
     try {
-      if (backend().coarse_groups({}).size() < 2) {
+      if (backend().variants({}).names.size() < 2) {
         GTEST_SKIP() << GetParam() << " has one way only";
       }
     } catch (const DeviceError& error) {
@@ -73,8 +75,8 @@ protected:
 
   [[nodiscard]] const Backend& backend() const { return find_backend(backends_, GetParam()); }
 
-  [[nodiscard]] std::unique_ptr<Session> open(Work work, int group) const {
-    return backend().open({.device = {}, .work = work, .coarse_group = group});
+  [[nodiscard]] std::unique_ptr<Session> open(Work work, std::size_t variant) const {
+    return backend().open({.device = {}, .work = work, .variant = variant});
   }
 
   void expect_same(const Pyramid& pyramid, Session& session, const std::string& what) {
@@ -96,10 +98,10 @@ protected:
   template <typename Check>
   void for_each_way(Check&& check) {
     for (const Work work : {Work::dense, Work::active}) {
-      for (const int group : {0, 8, 64, 1024}) {
-        const std::unique_ptr<Session> session = open(work, group);
-        check(*session,
-              fmt::format("{}, {}", work_names[static_cast<std::size_t>(work)], coarse_group_name(group)));
+      const std::vector<std::string> names = backend().variants({}).names;
+      for (std::size_t variant = 0; variant < names.size(); ++variant) {
+        const std::unique_ptr<Session> session = open(work, variant);
+        check(*session, fmt::format("{}, {}", work_names[static_cast<std::size_t>(work)], names[variant]));
       }
     }
   }
@@ -136,8 +138,9 @@ TEST_P(CoarseLevelsTest, ThatComeToRestAndThatDoNot) {
 
 /// As much as one dispatch may do, on a scene that takes long to rest: rasterizers end long loops early.
 TEST_P(CoarseLevelsTest, OfManySweepsAreSweptToTheEnd) {
-  for (const int group : coarse_group_sizes) {
-    const auto session = open(Work::dense, group);
+  for (std::size_t variant = 1; variant < coarse_groups.size(); ++variant) {
+    const int group = coarse_groups.at(variant);
+    const auto session = open(Work::dense, variant);
     for (const int sites_across : {1, 2, 32}) {
       Scene scene = load_scene("square-modified", {.size = Extent{64, 64}});
       const int sites_each = (sites_across * sites_across + group - 1) / group;
@@ -146,7 +149,7 @@ TEST_P(CoarseLevelsTest, OfManySweepsAreSweptToTheEnd) {
           .levels = {{.extent = {sites_across, sites_across}, .sweeps = 59'900 / (3 * sites_each + 4) - 2},
                      {.extent = {64, 64}, .sweeps = 1}}};
       ASSERT_EQ(coarse_level_count(pyramid, group), 1U);
-      expect_same(pyramid, *session, fmt::format("{} across, {}", sites_across, coarse_group_name(group)));
+      expect_same(pyramid, *session, fmt::format("{} across, a group of {}", sites_across, group));
     }
   }
 }
@@ -163,7 +166,7 @@ TEST_P(CoarseLevelsTest, WithoutSweepsAndTwiceOfTheSameExtent) {
 }
 
 TEST_P(CoarseLevelsTest, OfOtherRulesAreLeftToTheirSweeps) {
-  const auto session = open(Work::dense, 8);
+  const auto session = open(Work::dense, 1);
   for (const Update update : test::simultaneous_and_coloured) {
     const auto problem =
         test::random_problem({50, 41}, test::Texture::smooth, 31, {}, Rule::annealing, update);
@@ -178,37 +181,37 @@ TEST_P(CoarseLevelsTest, AreComputedTheFastestWay) {
   const std::vector<Choice> choices = backend().choices({});
   ASSERT_EQ(choices.size(), 1U);
   const Choice& choice = choices.front();
-  std::vector<int> groups;
-  for (const Choice::Option& option : choice.options) {
-    groups.push_back(option.coarse_group);
-    ASSERT_FALSE(option.seconds.empty());
-    EXPECT_GE(std::ranges::min(option.seconds), std::ranges::min(choice.options[choice.chosen].seconds));
+  const Variants variants = backend().variants({});
+  ASSERT_EQ(choice.options.size(), variants.worth_trying);
+  for (std::size_t i = 0; i < choice.options.size(); ++i) {
+    EXPECT_EQ(choice.options[i].name, variants.names[i]);
+    ASSERT_EQ(choice.options[i].seconds.size(), 5U);
+    EXPECT_GE(median(choice.options[i].seconds), median(choice.options[choice.chosen].seconds));
   }
-  EXPECT_EQ(groups, backend().coarse_groups({}));
   const std::vector<Choice> again = backend().choices({});
   EXPECT_EQ(again.front().options.front().seconds, choice.options.front().seconds) << "measured again";
-  EXPECT_THAT(describe(choice), testing::HasSubstr(coarse_group_name(0)));
-  EXPECT_EQ(to_json(choice).at("chosen"), choice.options[choice.chosen].name);
+  EXPECT_THAT(describe(choice), testing::HasSubstr(variants.names.front()));
+  EXPECT_EQ(to_json_row(choice).at("chosen"), choice.options[choice.chosen].name);
 
   const auto problem = test::random_problem({65, 33}, test::Texture::smooth, 6);
   const auto session = backend().open({});
   expect_same(pyramid_of(problem.level, Alignment::corner, 3), *session, "as measured");
 }
 
-TEST_P(CoarseLevelsTest, AGroupThatTheDeviceCannotDoIsRefused) {
+TEST_P(CoarseLevelsTest, AVariantThatTheDeviceCannotDoIsRefused) {
   const auto problem = test::random_problem({65, 33}, test::Texture::smooth, 6);
   const Pyramid pyramid = pyramid_of(problem.level, Alignment::corner, 3);
   try {
     open(Work::dense, 7)->load(pyramid);
     FAIL() << "no error";
   } catch (const DeviceError& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("7 invocations"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("no variant 7"));
   }
 }
 
-TEST(CoarseGroups, ThereIsNoChoiceOnTheCpu) {
+TEST(Variants, ThereAreNoneOnTheCpu) {
   const auto backends = make_backends();
-  EXPECT_EQ(backends.front()->coarse_groups({}), std::vector<int>{0});
+  EXPECT_TRUE(backends.front()->variants({}).names.empty());
   EXPECT_TRUE(backends.front()->choices({}).empty());
 }
 

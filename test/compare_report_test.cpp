@@ -37,7 +37,7 @@ TEST_F(CompareReport, SaysWhatBecameSlower) {
   const std::string page =
       page_of(rows(compare_row("openmp", "slower", 1.2), compare_row("scalar", "slower", 1.03),
                    compare_row("vulkan-compute", "faster", 0.5)));
-  EXPECT_THAT(page, HasSubstr("Of 3 timings: 2 slower, 1 faster.</b> 1 by more than is tolerated"));
+  EXPECT_THAT(page, HasSubstr("Of 3 timings: 1 faster, 2 slower.</b> 1 by more than is tolerated"));
   EXPECT_THAT(page, HasSubstr("<td class=\"disagree\"><b>slower</b>"));
   EXPECT_THAT(page, HasSubstr("slower, within the tolerance"));
   EXPECT_THAT(page, HasSubstr("<td class=\"agree\"><b>faster</b>"));

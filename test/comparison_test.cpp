@@ -1,17 +1,19 @@
 // That differences are seen, that none is seen where there is none, and that noise is named.
 
-#include "harness/comparison/interleave.hpp"
-#include "harness/comparison/rows.hpp"
-#include "kernels/input_error.hpp"
+#include "harness/measure/comparison/interleave.hpp"
+#include "harness/measure/comparison/rows.hpp"
+#include "kernels/data/input_error.hpp"
 #include "test/program.hpp"
 #include "test/temporary_folder.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <numeric>
 #include <random>
 #include <vector>
@@ -231,8 +233,8 @@ TEST(Comparison, AsksForAsManySamplesAsItTakes) {
   EXPECT_NEAR(enough.largest_good_spread, 0.1, 0.001);
 }
 
-report::BenchRow row_of(const std::string& backend, std::vector<double> seconds) {
-  report::BenchRow row;
+BenchRow row_of(const std::string& backend, std::vector<double> seconds) {
+  BenchRow row;
   row.scene = "square";
   row.width = row.height = 300;
   row.backend = backend;
@@ -245,12 +247,12 @@ report::BenchRow row_of(const std::string& backend, std::vector<double> seconds)
 
 TEST(ComparedRows, MatchWhatComputedTheSame) {
   std::mt19937 random(4);
-  std::vector<report::BenchRow> old{
-      row_of("scalar", timings(random, 1.0, 0.01, 10)), row_of("openmp", timings(random, 0.1, 0.01, 10)),
-      row_of("gl-fragment", {}), row_of("gone", timings(random, 1.0, 0.01, 10))};
+  std::vector<BenchRow> old{row_of("scalar", timings(random, 1.0, 0.01, 10)),
+                            row_of("openmp", timings(random, 0.1, 0.01, 10)), row_of("gl-fragment", {}),
+                            row_of("gone", timings(random, 1.0, 0.01, 10))};
   old[2].valid = false;
   old[2].reason = "no driver";
-  std::vector<report::BenchRow> news{
+  std::vector<BenchRow> news{
       row_of("openmp", timings(random, 0.12, 0.01, 10)), row_of("scalar", timings(random, 1.0, 0.01, 10)),
       row_of("openmp", timings(random, 0.3, 0.01, 10)), row_of("fresh", timings(random, 1.0, 0.01, 10)),
       row_of("gl-fragment", timings(random, 1.0, 0.01, 10))};
@@ -273,8 +275,8 @@ TEST(ComparedRows, MatchWhatComputedTheSame) {
 
 TEST(ComparedRows, OneWrongFieldSpoilsTheTimings) {
   std::mt19937 random(6);
-  const std::vector<report::BenchRow> old{row_of("openmp", timings(random, 1.0, 0.01, 10))};
-  std::vector<report::BenchRow> news{old[0], old[0]};
+  const std::vector<BenchRow> old{row_of("openmp", timings(random, 1.0, 0.01, 10))};
+  std::vector<BenchRow> news{old[0], old[0]};
   news[1].valid = false;
   news[1].reason = "7 sites differ";
   const auto rows = compare_rows(old, news, 0.05);
@@ -315,7 +317,7 @@ TEST(Interleave, TakesTurnsAndSeesTheSlowerOne) {
   const auto slow = stand_in(folder, "slow", 1.2);
   Progress silent(false);
   const BothSides sides = interleave(old, slow, {{"square", "--size", "300"}}, 8, silent);
-  const auto rows = compare_rows(sides.first, sides.second, 0.05);
+  const auto rows = compare_rows(sides.first.rows, sides.second.rows, 0.05);
   ASSERT_EQ(rows.size(), 1U);
   EXPECT_EQ(rows[0].first.size(), 8U);
   EXPECT_TRUE(rows[0].comparison.slower_than_tolerated);
@@ -330,7 +332,7 @@ TEST(Interleave, TakesTurnsAndSeesTheSlowerOne) {
 
   const auto same = stand_in(folder, "again", 1.0);
   const BothSides equal = interleave(old, same, {{"square"}}, 8, silent);
-  EXPECT_EQ(compare_rows(equal.first, equal.second, 0.05)[0].comparison.change, Change::none_seen);
+  EXPECT_EQ(compare_rows(equal.first.rows, equal.second.rows, 0.05)[0].comparison.change, Change::none_seen);
 }
 
 TEST(Interleave, TellsWhatAProgramThatFailsSays) {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "kernels/energy_macros.hpp"
+#include "kernels/specification/hdm/energy.hpp"
 
 #include <compare>
 #include <cstddef>
@@ -9,8 +9,8 @@
 #include <set>
 #include <vector>
 
-/// energy.inc compiled with a scalar that writes down what is computed from what. Of that graph, what the
-/// results need is counted.
+/// A scalar to compile an energy and update.inc with that writes down what is computed from what. Of that
+/// graph, what the results need is counted.
 namespace hdmbench::counted {
 
 /// How far a number is known where the loop over the sites is compiled.
@@ -130,8 +130,5 @@ private:
 
   std::size_t node_ = 0;
 };
-
-#include "kernels/energy.inc"
-#include "kernels/update.inc"
 
 } // namespace hdmbench::counted

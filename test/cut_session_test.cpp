@@ -1,8 +1,8 @@
 // Images that are too large for a device are cut into pieces; the bits must not show it.
 
-#include "backends/cut_session.hpp"
 #include "backends/registry.hpp"
-#include "harness/agreement/compare.hpp"
+#include "backends/shared/cut_session.hpp"
+#include "harness/check/compare.hpp"
 #include "test/random_level.hpp"
 
 #include <fmt/format.h>

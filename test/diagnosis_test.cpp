@@ -1,9 +1,9 @@
-#include "harness/diagnosis/diagnosis.hpp"
+#include "harness/judge/diagnosis/diagnosis.hpp"
 
 #include "backends/registry.hpp"
-#include "harness/accuracy/deviation.hpp"
-#include "harness/diagnosis/folding.hpp"
-#include "harness/diagnosis/rest.hpp"
+#include "harness/judge/accuracy/deviation.hpp"
+#include "harness/judge/diagnosis/folding.hpp"
+#include "harness/judge/diagnosis/rest.hpp"
 #include "reference/fixed_point.hpp"
 #include "test/plain_scene.hpp"
 #include "test/program.hpp"
@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <chrono>

@@ -1,7 +1,7 @@
 #include "reference/elastic_krylov.hpp"
 
-#include "harness/accuracy/deviation.hpp"
-#include "kernels/input_error.hpp"
+#include "harness/judge/accuracy/deviation.hpp"
+#include "kernels/data/input_error.hpp"
 #include "test/elastic_checks.hpp"
 
 #include <gmock/gmock.h>

@@ -1,8 +1,8 @@
-// The specification against the thesis: kernels/energy.inc in float and in double beside (4.5)-(4.17) as
-// printed.
+// The specification against the thesis: the texts of kernels/specification in float and in double beside
+// (4.5)-(4.17) as printed.
 
-#include "kernels/gather.hpp"
-#include "kernels/mean_energy.hpp"
+#include "kernels/data/gather.hpp"
+#include "kernels/data/mean_energy.hpp"
 #include "reference/thesis_energy.hpp"
 #include "test/random_level.hpp"
 
@@ -14,28 +14,28 @@
 namespace hdmbench {
 namespace {
 
-/// energy.inc once more with double as its scalar: what remains against the thesis is algebra, not rounding.
-namespace in_double {
-using real = double;
-HDM_FUNCTION real abs(real value) {
-  return __builtin_fabs(value);
-}
-#include "kernels/energy.inc"
-} // namespace in_double
+/// The texts once more with double as their scalar: what remains against the thesis is algebra, not rounding.
+using in_double = Hdm<double>;
 
 double total(ThesisEnergy::Value value) {
   return value.x + value.y;
 }
 
-in_double::Neighbours widen(const energy::Neighbours& n) {
+in_double::Neighbours widen(const HdmInFloat::Neighbours& n) {
   return {n.north_west, n.north, n.north_east, n.west, n.centre, n.east, n.south_west, n.south, n.south_east};
 }
 
 /// The same site in double, with 1 / m exact to double instead of rounded to float.
-in_double::Site widen(const energy::Site& site, const Level& level, int x, int y) {
-  in_double::Site wide{
-      widen(site.dx),    widen(site.dy), {},  site.modulus, site.target_x, site.target_y, site.confidence_x,
-      site.confidence_y, site.penalty,   0.0, 0.0};
+in_double::Site widen(const HdmInFloat::Site& site, const Level& level, int x, int y) {
+  in_double::Site wide{};
+  wide.dx = widen(site.dx);
+  wide.dy = widen(site.dy);
+  wide.modulus = site.modulus;
+  wide.target_x = site.target_x;
+  wide.target_y = site.target_y;
+  wide.confidence_x = site.confidence_x;
+  wide.confidence_y = site.confidence_y;
+  wide.penalty = site.penalty;
   const auto inverse = [&](int dx, int dy) {
     const bool inside =
         x + dx >= 0 && x + dx < level.extent.width && y + dy >= 0 && y + dy < level.extent.height;
@@ -47,12 +47,17 @@ in_double::Site widen(const energy::Site& site, const Level& level, int x, int y
   return wide;
 }
 
+HdmInFloat::Displacement improved(const HdmInFloat::Site& site, const StepSet& steps) {
+  return HdmInFloat::moved_displacement(HdmInFloat::rule_steps, true, site, {}, {}, steps.padded().data(),
+                                        steps.count());
+}
+
 TEST(Energy, DifferenceFormEqualsThesisForEveryCandidate) {
   const auto [level, start] = test::random_problem({23, 17}, test::Texture::smooth, 11);
   const ThesisEnergy thesis(level, start);
   for (int y = 0; y < level.extent.height; ++y) {
     for (int x = 0; x < level.extent.width; ++x) {
-      const in_double::Site site = widen(energy::gather(level, start, x, y), level, x, y);
+      const in_double::Site site = widen(gather<HdmInFloat>(level, start, x, y), level, x, y);
       const double before = total(thesis.at(x, y));
       // Rounding of a few dozen double operations on the site's energy.
       const double tolerance = 1e-12 * (1.0 + std::abs(before));
@@ -84,9 +89,8 @@ TEST(Energy, ChosenStepIsTheBestOfAllPairsInTheThesisEnergy) {
   const ThesisEnergy thesis(level, start);
   for (int y = 0; y < level.extent.height; ++y) {
     for (int x = 0; x < level.extent.width; ++x) {
-      const energy::Site site = energy::gather(level, start, x, y);
-      const energy::Displacement next =
-          energy::improved_displacement(site, level.steps.padded().data(), level.steps.count());
+      const HdmInFloat::Site site = gather<HdmInFloat>(level, start, x, y);
+      const HdmInFloat::Displacement next = improved(site, level.steps);
       const double chosen = total(thesis.at(x, y, {next.x, next.y}));
       for (const float ex : level.steps.values()) {
         for (const float ey : level.steps.values()) {
@@ -111,12 +115,11 @@ TEST(Energy, FirstCandidateWinsATie) {
               .inverse_modulus = {}};
   set_inverse_modulus(level);
   const VectorField rest({3, 3});
-  const energy::Site site = energy::gather(level, rest, 1, 1);
+  const HdmInFloat::Site site = gather<HdmInFloat>(level, rest, 1, 1);
   for (const auto& [text, expected] :
        {std::pair{"1,-1", 1.0F}, std::pair{"-1,1", -1.0F}, std::pair{"2,-1,1", -1.0F}}) {
     const StepSet steps = StepSet::parse(text);
-    const energy::Displacement next =
-        energy::improved_displacement(site, steps.padded().data(), steps.count());
+    const HdmInFloat::Displacement next = improved(site, steps);
     EXPECT_EQ(next.x, expected) << text;
     EXPECT_EQ(next.y, expected) << text;
   }
@@ -126,7 +129,7 @@ TEST(Energy, HomogeneousMinimiserIsTheMeanOfSixNeighbours) {
   const auto problem = test::random_problem({3, 3}, test::Texture::tie_rich, 5);
   Level level = problem.level;
   level.confidence = VectorField(level.extent);
-  const in_double::Site site = widen(energy::gather(level, problem.start, 1, 1), level, 1, 1);
+  const in_double::Site site = widen(gather<HdmInFloat>(level, problem.start, 1, 1), level, 1, 1);
   const in_double::Neighbours& d = site.dx;
   const double mean = (d.west + d.east + d.north_west + d.north_east + d.south_west + d.south_east) / 6.0;
   const ThesisEnergy thesis(level, problem.start);
@@ -147,8 +150,8 @@ TEST(Energy, ExampleOfTheThesisHasZeroEnergy) {
   VectorField displacement({3, 1});
   displacement.x = {1.0F, 2.0F, 4.0F};
   EXPECT_EQ(20.0 / 10.0 * (2.0 - 1.0) - (4.0 - 2.0), 0.0);
-  const energy::Site site = energy::gather(level, displacement, 1, 0);
-  EXPECT_EQ(energy::residual(site.modulus * site.inverse_modulus.east, 1.0F, 2.0F, 4.0F), 0.0F);
+  const HdmInFloat::Site site = gather<HdmInFloat>(level, displacement, 1, 0);
+  EXPECT_EQ(HdmInFloat::residual(site.modulus * site.inverse_modulus.east, 1.0F, 2.0F, 4.0F), 0.0F);
 }
 
 TEST(Energy, MeanEnergyIsTheMeanOfTheThesisEnergy) {

@@ -1,11 +1,11 @@
 // The exact tier: the proof that nothing is rounded and what it refuses, scenes for which it holds, and that
 // no backend differs there. What a compiler's freedom does to these scenes is in row_test.
 
-#include "harness/agreement/exactness.hpp"
+#include "harness/check/exactness.hpp"
 
 #include "backends/registry.hpp"
-#include "harness/agreement/verify.hpp"
-#include "kernels/input_error.hpp"
+#include "harness/check/verify.hpp"
+#include "kernels/data/input_error.hpp"
 #include "test/random_level.hpp"
 #include "test/scene_sweeps.hpp"
 #include "test/temporary_folder.hpp"
@@ -37,13 +37,13 @@ std::string inexact(const Scene& scene) {
 
 /// The energy changes of all candidates in x, whether or not they round.
 std::vector<float> changes_in_x(const Level& level, const VectorField& field, int x, int y) {
-  const energy::Site site = energy::gather(level, field, x, y);
-  const energy::Parabolas prior = energy::prior_parabolas(site);
+  const HdmInFloat::Site site = gather<HdmInFloat>(level, field, x, y);
+  const HdmInFloat::Prior prior = HdmInFloat::prior_of(site);
   std::vector<float> changes;
   for (const float step : level.steps.values()) {
-    changes.push_back(energy::energy_change(step, prior.gradient_x, prior.curvature_x,
-                                            site.target_x - site.dx.centre,
-                                            site.penalty * site.confidence_x));
+    changes.push_back(HdmInFloat::energy_change(step, prior.gradient_x, prior.curvature_x,
+                                                site.target_x - site.dx.centre,
+                                                site.penalty * site.confidence_x));
   }
   return changes;
 }
@@ -62,7 +62,7 @@ TEST_P(ExactScene, IsProvenAtOtherSizesAndForEveryOrderOfSites) {
   for (const Extent extent : {Extent{1, 1}, Extent{2, 8}, Extent{32, 16}, Extent{16, 16}}) {
     for (const Update update : test::simultaneous_and_coloured) {
       Scene scene = load_scene(GetParam(), {.size = extent});
-      scene.schedule.update = scene.full.update = update;
+      scene.full.update = update;
       EXPECT_TRUE(scene.exact);
       EXPECT_EQ(inexact(scene), "") << extent.width << " x " << extent.height;
     }

@@ -1,11 +1,11 @@
 // The checker is checked: every planted fault must turn verify red, and what is no fault must not.
 
-#include "harness/faults/session_faults.hpp"
-#include "harness/faults/trial.hpp"
+#include "harness/check/faults/session_faults.hpp"
+#include "harness/check/faults/trial.hpp"
 
 #include "backends/registry.hpp"
-#include "harness/bench.hpp"
-#include "harness/methods/method.hpp"
+#include "harness/measure/bench.hpp"
+#include "harness/scene/method.hpp"
 #include "test/plain_scene.hpp"
 #include "test/program.hpp"
 #include "test/textured_scene.hpp"
@@ -18,7 +18,7 @@
 #include <functional>
 
 #ifdef HDMBENCH_WITH_GL
-#include "harness/faults/device_faults.hpp"
+#include "harness/check/faults/device_faults.hpp"
 #endif
 
 namespace hdmbench {

@@ -1,4 +1,4 @@
-#include "kernels/input_error.hpp"
+#include "kernels/data/input_error.hpp"
 #include "test/elastic_checks.hpp"
 
 #include <gmock/gmock.h>

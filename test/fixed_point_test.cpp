@@ -1,4 +1,4 @@
-#include "kernels/input_error.hpp"
+#include "kernels/data/input_error.hpp"
 #include "reference/fixed_point.hpp"
 #include "reference/thesis_energy.hpp"
 #include "reference/thesis_icm.hpp"

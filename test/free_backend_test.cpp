@@ -1,24 +1,24 @@
 // Backends that really are compiled with freedoms ours have not, fused multiply-adds and sums in any order,
 // land in the third tier: no more differs than rounding explains, and nothing where all is exact.
 
-#include "backends/openmp/openmp.hpp"
-#include "harness/faults/faulty_backend.hpp"
-#include "harness/methods/method.hpp"
+#include "backends/cpu/openmp.hpp"
+#include "harness/check/faults/faulty_backend.hpp"
+#include "harness/scene/method.hpp"
 #include "test/textured_scene.hpp"
 
 #include <gtest/gtest.h>
 
 #include <ostream>
 
-namespace hdmbench::openmp::contracted {
+namespace hdmbench::energies::Hdm::contracted {
 /// row.cpp built with fused multiply-adds.
-std::int64_t sweep_row(const RowPart& part);
-} // namespace hdmbench::openmp::contracted
+std::int64_t sweep_row(const openmp::RowPart& part);
+} // namespace hdmbench::energies::Hdm::contracted
 
-namespace hdmbench::openmp::reordered {
+namespace hdmbench::energies::Hdm::reordered {
 /// row.cpp built with sums in any order.
-std::int64_t sweep_row(const RowPart& part);
-} // namespace hdmbench::openmp::reordered
+std::int64_t sweep_row(const openmp::RowPart& part);
+} // namespace hdmbench::energies::Hdm::reordered
 
 namespace hdmbench {
 namespace {
@@ -69,8 +69,8 @@ protected:
 };
 
 INSTANTIATE_TEST_SUITE_P(Compiled, FreeBackend,
-                         testing::Values(FreeRow{"contracted", openmp::contracted::sweep_row},
-                                         FreeRow{"reordered", openmp::reordered::sweep_row}),
+                         testing::Values(FreeRow{"contracted", energies::Hdm::contracted::sweep_row},
+                                         FreeRow{"reordered", energies::Hdm::reordered::sweep_row}),
                          [](const auto& information) { return information.param.name; });
 
 TEST_P(FreeBackend, LandsInTheThirdTierWhereCandidatesNearlyTie) {
@@ -97,7 +97,7 @@ TEST_P(FreeBackend, LandsInTheThirdTierWhereCandidatesNearlyTie) {
 TEST_P(FreeBackend, LandsInTheThirdTierWithEveryMethod) {
   for (const Method& method : methods()) {
     Scene scene = make_scene(Texture::smooth, method.name);
-    if (scene.schedule.cycle != Cycle::one_way || scene.schedule.update == Update::sequential ||
+    if (scene.schedule.cycle != Cycle::one_way || scene.full.update == Update::sequential ||
         scene.schedule.rule == Rule::annealing) {
       continue;
     }

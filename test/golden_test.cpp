@@ -1,12 +1,12 @@
 // The hash, the golden file, and that a check against it turns red: per planted fault, per part of the
 // hashes.
 
-#include "harness/agreement/golden_file.hpp"
-#include "harness/agreement/state_hash.hpp"
+#include "harness/check/golden_file.hpp"
+#include "harness/check/state_hash.hpp"
 
 #include "backends/registry.hpp"
-#include "harness/faults/solution_faults.hpp"
-#include "kernels/input_error.hpp"
+#include "harness/check/faults/solution_faults.hpp"
+#include "kernels/data/input_error.hpp"
 #include "test/program.hpp"
 #include "test/temporary_folder.hpp"
 
@@ -127,7 +127,7 @@ TEST(GoldenFile, TheCommittedOneHasEveryCaseAndNoOther) {
     try {
       const GoldenCase named = golden_case(load_golden_scene(problem));
       EXPECT_NE(find_golden(committed_golden(), named), nullptr)
-          << named.scene << ", " << named.method << ": hdmbench golden --write harness/agreement/golden.json";
+          << named.scene << ", " << named.method << ": hdmbench golden --write harness/check/golden.json";
       ++found;
     } catch (const MissingFile&) {
       ++absent;

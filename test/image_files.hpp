@@ -1,7 +1,7 @@
 #pragma once
 
-#include "harness/images.hpp"
-#include "kernels/input_error.hpp"
+#include "harness/scene/images/images.hpp"
+#include "kernels/data/input_error.hpp"
 #include "test/temporary_folder.hpp"
 
 #include <fmt/format.h>

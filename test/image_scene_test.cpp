@@ -1,6 +1,6 @@
 // A user's own scene: pixels, conditions and confidences from image files.
 
-#include "harness/scene.hpp"
+#include "harness/scene/scene.hpp"
 #include "test/image_files.hpp"
 
 namespace hdmbench {

@@ -1,6 +1,6 @@
 // What a level or a step set refuses, and that it says where.
 
-#include "kernels/input_error.hpp"
+#include "kernels/data/input_error.hpp"
 #include "test/random_level.hpp"
 
 #include <gmock/gmock.h>
@@ -46,7 +46,8 @@ TEST(Input, EveryBadValueIsNamedWithItsPlace) {
               AllOf(place, HasSubstr("-1")));
   EXPECT_THAT(refusal_of_level([](Level& level) { level.modulus.values[9] = not_a_number; }), place);
   EXPECT_THAT(refusal_of_level([](Level& level) { level.modulus.values[9] = infinity; }), place);
-  EXPECT_THAT(refusal_of_level([](Level& level) { level.modulus.values[9] = 1e-45F; }), place);
+  EXPECT_THAT(refusal_of_level([](Level& level) { level.modulus.values[9] = 1e-39F; }),
+              AllOf(place, HasSubstr("its inverse")));
   EXPECT_THAT(refusal_of_level([](Level& level) { level.target.x[9] = not_a_number; }),
               AllOf(place, HasSubstr("target")));
   EXPECT_THAT(refusal_of_level([](Level& level) { level.target.y[9] = -infinity; }), place);

@@ -1,7 +1,7 @@
 #include "backends/registry.hpp"
-#include "harness/accuracy/deviation.hpp"
-#include "harness/solve.hpp"
-#include "harness/table.hpp"
+#include "harness/judge/accuracy/deviation.hpp"
+#include "harness/report/table.hpp"
+#include "harness/solve/solve.hpp"
 #include "reference/fixed_point.hpp"
 
 #include <fmt/format.h>

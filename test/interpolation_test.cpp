@@ -1,4 +1,4 @@
-#include "kernels/input_error.hpp"
+#include "kernels/data/input_error.hpp"
 #include "reference/interpolation.hpp"
 #include "test/random_level.hpp"
 

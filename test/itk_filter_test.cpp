@@ -1,7 +1,7 @@
 #include "backends/registry.hpp"
-#include "harness/agreement/compare.hpp"
-#include "harness/solve.hpp"
-#include "kernels/mean_energy.hpp"
+#include "harness/check/compare.hpp"
+#include "harness/solve/solve.hpp"
+#include "kernels/data/mean_energy.hpp"
 #include "test/itk_pipeline.hpp"
 
 #include <fmt/format.h>
@@ -31,7 +31,7 @@ class ItkFilter : public testing::Test, protected Pipeline {};
 
 TEST(TheItkFilter, GivesInTenLinesWhatSolveGives) {
   const auto [geometry, problem, displacement, labels, observation, confidence, unused] = Pipeline();
-  // README.md shows these lines.
+  // harness/itk/README.md shows these lines.
   const auto filter = itk::HDMRegularizationFilter<>::New();
   filter->SetInput(displacement);
   filter->SetLabels(labels);
@@ -60,10 +60,10 @@ TEST(TheItkFilter, IsInTheReadmeAsItIsHere) {
     std::ifstream file(std::string(HDMBENCH_SOURCE) + name);
     return std::string(std::istreambuf_iterator<char>(file), {});
   };
-  const std::string readme = read("/README.md");
+  const std::string readme = read("/harness/itk/README.md");
   std::istringstream source(read("/test/itk_filter_test.cpp"));
   std::string line;
-  while (std::getline(source, line) && line != "  // README.md shows these lines.") {
+  while (std::getline(source, line) && line != "  // harness/itk/README.md shows these lines.") {
   }
   int lines = 0;
   while (std::getline(source, line) && !line.empty()) {
@@ -79,8 +79,7 @@ TEST_F(ItkFilter, EveryParameterReachesTheSolver) {
                     .stop = Stop::energy,
                     .epsilon = 1e-2,
                     .start_level = 2,
-                    .alignment = Alignment::center,
-                    .update = Update::sequential};
+                    .alignment = Alignment::center};
   scene.full.update = Update::sequential;
   scene.full.penalty = 3.0F;
   scene.full.steps = StepSet::parse("fine");

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "backends/registry.hpp"
-#include "harness/solve.hpp"
+#include "harness/solve/solve.hpp"
 
 #include <gtest/gtest.h>
 #include <itkHDMRegularizationFilter.h>

@@ -1,13 +1,13 @@
 // Methods: their names and options, the same bits on every backend, and how near they come.
 
-#include "harness/methods/method.hpp"
+#include "harness/scene/method.hpp"
 
 #include "backends/registry.hpp"
-#include "harness/accuracy/deviation.hpp"
-#include "harness/agreement/compare.hpp"
-#include "harness/level_sequence.hpp"
-#include "harness/methods/solver.hpp"
-#include "kernels/input_error.hpp"
+#include "harness/check/compare.hpp"
+#include "harness/judge/accuracy/deviation.hpp"
+#include "harness/scene/level_sequence.hpp"
+#include "harness/solve/methods/solver.hpp"
+#include "kernels/data/input_error.hpp"
 #include "reference/fixed_point.hpp"
 #include "test/temporary_folder.hpp"
 
@@ -75,7 +75,6 @@ TEST(Methods, KeepWhatTheSceneSays) {
     EXPECT_EQ(changed.schedule.alignment, Alignment::center);
     EXPECT_EQ(changed.schedule.iterations,
               method.usual_effort > 0 ? method.usual_effort : scene.schedule.iterations);
-    EXPECT_EQ(changed.full.update, changed.schedule.update);
     EXPECT_EQ(with(changed, method.name, 7).schedule.iterations, 7);
   }
 }
@@ -84,9 +83,11 @@ TEST(Methods, RefuseOptionsTheyDoNotUse) {
   const Scene scene = load_scene("square", {.size = Extent{9, 9}});
   EXPECT_THAT(refusal(with(scene, "cascade"), {.steps = StepSet()}),
               HasSubstr("cascade does not take steps"));
-  EXPECT_THAT(refusal(with(scene, "icm"), {.relaxation = 0.5}), HasSubstr("closed-form does"));
-  EXPECT_THAT(refusal(with(scene, "cascade"), {.update = Update::coloured}), HasSubstr("only icm"));
-  EXPECT_THAT(refusal(with(scene, "coloured"), {.seed = 3}), HasSubstr("annealing does"));
+  EXPECT_THAT(refusal(with(scene, "icm"), {.relaxation = 0.5}),
+              HasSubstr("relaxation; those that do are closed-form"));
+  EXPECT_THAT(refusal(with(scene, "cascade"), {.update = Update::coloured}),
+              HasSubstr("update; those that do are icm"));
+  EXPECT_THAT(refusal(with(scene, "coloured"), {.seed = 3}), HasSubstr("seed; those that do are annealing"));
   EXPECT_THAT(refusal(with(scene, "closed-form"), {.relaxation = 2.0}), HasSubstr("below 2"));
   EXPECT_THAT(refusal(with(scene, "annealing"), {.cooling = Cooling{.highest = 1.0, .lowest = 2.0}}),
               HasSubstr("higher one"));
@@ -94,6 +95,24 @@ TEST(Methods, RefuseOptionsTheyDoNotUse) {
   EXPECT_THAT(refusal(with(scene, "annealing"), {.steps = StepSet::parse("0")}), HasSubstr("other than 0"));
   EXPECT_THAT(refusal(scene, {.iterations = -1}), HasSubstr("-1"));
   EXPECT_EQ(refusal(scene, {.steps = StepSet(), .update = Update::sequential}), "accepted");
+}
+
+TEST(Methods, TakeWhatTheirOptionsSay) {
+  const Scene scene = load_scene("square", {.size = Extent{9, 9}});
+  const std::pair<unsigned, MethodOptions> each[] = {{takes_steps, {.steps = StepSet()}},
+                                                     {takes_update, {.update = Update::coloured}},
+                                                     {takes_relaxation, {.relaxation = 0.5}},
+                                                     {takes_temperatures, {.cooling = Cooling{}}},
+                                                     {takes_seed, {.seed = 3}}};
+  for (const Method& method : methods()) {
+    for (const auto& [option, options] : each) {
+      const std::string found = refusal(with(scene, method.name), options);
+      EXPECT_EQ(found == "accepted", (method.options & option) != 0)
+          << method.name << ", " << option_names(option) << ": " << found;
+    }
+  }
+  EXPECT_EQ(option_names(takes_seed | takes_steps), "steps, seed");
+  EXPECT_EQ(option_names(no_options), "");
 }
 
 TEST(Methods, AreReadFromSceneFiles) {
@@ -132,7 +151,7 @@ TEST_P(MethodOnEveryBackend, GivesScalarsBits) {
       } catch (const DeviceError&) {
         continue; // backends_test says so visibly
       }
-      if (backend->supports(scene.schedule.update)) {
+      if (backend->supports(scene.full.update)) {
         const Solution found = solve_on(backend->name(), scene);
         EXPECT_EQ(compare(expected.displacement, found.displacement).sites, 0)
             << backend->name() << ", " << name;

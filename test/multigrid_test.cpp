@@ -1,8 +1,8 @@
-#include "harness/methods/multigrid.hpp"
+#include "harness/solve/methods/multigrid.hpp"
 
 #include "backends/registry.hpp"
-#include "harness/accuracy/deviation.hpp"
-#include "kernels/input_error.hpp"
+#include "harness/judge/accuracy/deviation.hpp"
+#include "kernels/data/input_error.hpp"
 #include "reference/fixed_point.hpp"
 #include "test/random_level.hpp"
 

@@ -1,10 +1,10 @@
 // What `run --accuracy` promises: an estimate that is honest and a cost that follows the request.
 
-#include "harness/planner/planner.hpp"
+#include "harness/solve/planner/planner.hpp"
 
 #include "backends/registry.hpp"
-#include "harness/accuracy/deviation.hpp"
-#include "kernels/input_error.hpp"
+#include "harness/judge/accuracy/deviation.hpp"
+#include "kernels/data/input_error.hpp"
 #include "reference/fixed_point.hpp"
 #include "test/random_scene.hpp"
 

@@ -3,7 +3,7 @@
 // affair.
 
 #include "backends/registry.hpp"
-#include "harness/agreement/compare.hpp"
+#include "harness/check/compare.hpp"
 #include "reference/thesis_energy.hpp"
 #include "test/random_level.hpp"
 

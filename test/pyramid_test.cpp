@@ -1,6 +1,6 @@
-#include "kernels/pyramid.hpp"
+#include "kernels/data/pyramid.hpp"
 
-#include "kernels/input_error.hpp"
+#include "kernels/data/input_error.hpp"
 #include "test/random_level.hpp"
 
 #include <gtest/gtest.h>

@@ -3,9 +3,9 @@
 // repeats one.
 
 #include "backends/registry.hpp"
-#include "harness/agreement/compare.hpp"
-#include "harness/methods/method.hpp"
-#include "harness/methods/solver.hpp"
+#include "harness/check/compare.hpp"
+#include "harness/scene/method.hpp"
+#include "harness/solve/methods/solver.hpp"
 #include "test/random_level.hpp"
 #include "test/random_scene.hpp"
 
@@ -131,7 +131,7 @@ protected:
     try {
       const Backend& backend = find_backend(backends_, GetParam());
       sessions_.push_back(backend.open({}));
-      if (GetParam() == "openmp") {
+      if (backend.threads({}) > 0) {
         sessions_.push_back(backend.open({.device = {}, .threads = 1}));
         sessions_.push_back(backend.open({.device = {}, .threads = 5}));
       }
@@ -216,7 +216,7 @@ TEST_P(RandomLevels, MakeScenesOfTheSameFieldByEveryMethod) {
     Scene scene = test::random_scene(static_cast<std::uint64_t>(seed), {.smallest = 1, .largest = 24});
     for (const Method& method : methods()) {
       use_method(scene, method, 3);
-      if (scene.schedule.update == Update::sequential) {
+      if (scene.full.update == Update::sequential) {
         continue;
       }
       const VectorField field = expected.solve(scene, silent).displacement;

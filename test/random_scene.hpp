@@ -1,6 +1,6 @@
 #pragma once
 
-#include "harness/scene.hpp"
+#include "harness/scene/scene.hpp"
 
 #include <fmt/format.h>
 

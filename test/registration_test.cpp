@@ -1,5 +1,5 @@
-#include "harness/agreement/compare.hpp"
-#include "harness/elastic_registration.hpp"
+#include "harness/check/compare.hpp"
+#include "harness/judge/registration/elastic_registration.hpp"
 #include "test/image_files.hpp"
 
 #include <cmath>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "harness/report/report.hpp"
-#include "kernels/input_error.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -151,7 +151,7 @@ TEST_F(ReportPage, SaysWhatWasChosenByMeasurement) {
       "options": [{"name": "a dispatch per sweep", "seconds": [0.004, 0.003]},
                   {"name": "one dispatch", "seconds": [0.002]}]}])");
   EXPECT_NE(render(document("devices", rows(device)))
-                .find("coarse levels: a dispatch per sweep 3.00 ms, one dispatch 2.00 ms: one dispatch."),
+                .find("coarse levels: a dispatch per sweep 3.50 ms, one dispatch 2.00 ms: one dispatch."),
             std::string::npos);
   device["choices"][0]["chosen"] = "neither";
   EXPECT_THROW(render(document("devices", rows(device))), InputError);
@@ -173,7 +173,6 @@ TEST_F(ReportPage, EscapesEveryText) {
   }
   json verify = disagreeing(verify_row(evil, "free", evil));
   verify.update({{"device", evil}, {"reason", evil}});
-  verify["first_difference"]["found"] = evil;
   json bench = bench_row(evil, evil, 300, 1.0, 2.0);
   bench.update({{"device", evil}, {"method", evil}});
   json unverified = bench_row("other", evil, 300, 1.0, 2.0);
@@ -290,6 +289,33 @@ TEST_F(ReportPage, NewerRowsReplaceOlderOnesOfTheSameMachine) {
   EXPECT_NE(verdict(render_files({newer, older})).find("4 of 4 comparisons"), std::string::npos);
   EXPECT_NE(verdict(render_files({older, other})).find("1 of 8 comparisons disagrees"), std::string::npos);
   EXPECT_NE(render_files({newer, older}).find("4 rows, 4 of them replaced by newer ones"), std::string::npos);
+}
+
+TEST_F(ReportPage, TheSummaryFitsOnAScreen) {
+  json checks;
+  for (int i = 0; i < 50; ++i) { // a note each
+    checks.push_back(skipped(verify_row("openmp", "free"), "reason " + std::to_string(i)));
+    checks.back()["scene"] = "scene " + std::to_string(i);
+  }
+  checks.push_back(disagreeing(verify_row("gl-fragment", "free")));
+  json unverified = bench_row("vulkan-compute", "square", 1200, 0.5, 66.6);
+  unverified.update({{"valid", false}, {"reason", "7 uncertified sites"}, {"speed_up_over_scalar", nullptr}});
+  const std::vector<Path> files{
+      write("v.json", document("verify", checks)),
+      write("b.json",
+            document("bench", rows(bench_row("openmp", "square", 300, 0.25, 8.0),
+                                   bench_row("openmp", "square", 1200, 4.75, 9.0),
+                                   bench_row("gl-fragment", "square", 1200, 0.125, 77.7), unverified)))};
+  const std::string text = summary_text(files);
+  EXPECT_LE(occurrences(text, "\n"), 60U) << text;
+  EXPECT_NE(text.find("1 of 1 comparison disagrees with scalar on this machine: gl-fragment on square."),
+            std::string::npos)
+      << text;
+  EXPECT_NE(text.find("45 more notes on the page."), std::string::npos) << text;
+  EXPECT_NE(text.find("4.75"), std::string::npos) << text;
+  EXPECT_EQ(text.find("0.250"), std::string::npos) << "not the largest size\n" << text;
+  EXPECT_EQ(text.find("77.7"), std::string::npos) << "a wrong field has no speed-up\n" << text;
+  EXPECT_EQ(occurrences(text, "not verified"), 2U) << text;
 }
 
 TEST_F(ReportPage, EmbedsPictures) {

@@ -1,12 +1,12 @@
 // The derived bound of float32 rounding: never exceeded, not much larger than what happens, and what it is
 // used for: a choice of a candidate that rounding explains passes, another does not.
 
-#include "harness/agreement/rounding_bound.hpp"
+#include "harness/check/rounding_bound.hpp"
 
 #include "backends/registry.hpp"
-#include "harness/accuracy/arithmetic.hpp"
-#include "harness/faults/faulty_backend.hpp"
-#include "kernels/gather.hpp"
+#include "harness/check/faults/faulty_backend.hpp"
+#include "harness/judge/accuracy/arithmetic.hpp"
+#include "kernels/data/gather.hpp"
 #include "reference/thesis_energy.hpp"
 #include "test/textured_scene.hpp"
 
@@ -21,10 +21,10 @@ namespace {
 using test::Texture;
 
 /// x component of the energy change as the kernels compute it.
-float computed_change(const energy::Site& site, float step) {
-  return energy::energy_change(step, energy::prior_parabolas(site).gradient_x,
-                               energy::prior_parabolas(site).curvature_x, site.target_x - site.dx.centre,
-                               site.penalty * site.confidence_x);
+float computed_change(const HdmInFloat::Site& site, float step) {
+  return HdmInFloat::energy_change(step, HdmInFloat::prior_of(site).gradient_x,
+                                   HdmInFloat::prior_of(site).curvature_x, site.target_x - site.dx.centre,
+                                   site.penalty * site.confidence_x);
 }
 
 double exact_change(const ThesisEnergy& energy, const VectorField& field, int x, int y, float step) {
@@ -42,7 +42,7 @@ TEST(RoundingBound, IsNeverExceededAndIsReached) {
       for (int y = 0; y < level.extent.height; ++y) {
         for (int x = 0; x < level.extent.width; ++x) {
           for (const float step : {-1.0F, 0.1F}) {
-            const float computed = computed_change(energy::gather(level, field, x, y), step);
+            const float computed = computed_change(gather<Hdm<float>>(level, field, x, y), step);
             const double error =
                 std::abs(static_cast<double>(computed) - exact_change(energy, field, x, y, step));
             const double bound = energy_change_bound(level, field, x, y, step, step).x;

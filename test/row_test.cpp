@@ -1,8 +1,9 @@
 // Every instruction set of the openmp backend, not only the one this processor would choose; and that the
 // comparison sees what the compiler must not do, but on scenes that are exact, where it can do no harm.
 
-#include "backends/openmp/row.hpp"
-#include "kernels/gather.hpp"
+#include "backends/cpu/openmp.hpp"
+#include "backends/shared/energy_programs.hpp"
+#include "kernels/data/gather.hpp"
 #include "test/random_level.hpp"
 #include "test/scene_sweeps.hpp"
 
@@ -10,16 +11,16 @@
 
 #include <algorithm>
 
-namespace hdmbench::openmp {
+namespace hdmbench::energies::Hdm {
 /// row.cpp built with fused multiply-adds: a planted fault.
 namespace contracted {
-std::int64_t sweep_row(const RowPart& part);
+std::int64_t sweep_row(const openmp::RowPart& part);
 }
 /// row.cpp built with -ffast-math: sums in any order, another planted fault.
 namespace reordered {
-std::int64_t sweep_row(const RowPart& part);
+std::int64_t sweep_row(const openmp::RowPart& part);
 }
-} // namespace hdmbench::openmp
+} // namespace hdmbench::energies::Hdm
 
 namespace hdmbench {
 namespace {
@@ -47,7 +48,7 @@ int sweep_and_compare(openmp::SweepRow kernel, test::Problem& problem, int numbe
   const VectorField& from = problem.start;
   const Extent extent = level.extent;
   const SweepState state = sweep_state(level, number);
-  const energy::Sweep sweep{state.colour, state.strength, state.number, state.seed};
+  const HdmInFloat::Sweep sweep{state.colour, state.strength, state.number, state.seed};
   VectorField next = from;
   VectorField expected = from;
   int differing = 0;
@@ -97,10 +98,10 @@ int sweep_and_compare(openmp::SweepRow kernel, test::Problem& problem, int numbe
     }
     for (int x = 1; x + 1 < extent.width; ++x) {
       const auto i = extent.index(x, y);
-      const energy::Displacement moved =
-          energy::moved_displacement(static_cast<int>(level.rule), energy::gather(level, from, x, y),
-                                     {static_cast<float>(x), static_cast<float>(y)}, sweep,
-                                     level.steps.padded().data(), level.steps.count());
+      const HdmInFloat::Displacement moved = HdmInFloat::moved_displacement(
+          static_cast<int>(level.rule), true, gather<HdmInFloat>(level, from, x, y),
+          {static_cast<float>(x), static_cast<float>(y)}, sweep, level.steps.padded().data(),
+          level.steps.count());
       expected.x[i] = turn.x ? moved.x : from.x[i];
       expected.y[i] = turn.y ? moved.y : from.y[i];
       differing += (next.x[i] != expected.x[i] || next.y[i] != expected.y[i]) ? 1 : 0;
@@ -175,37 +176,25 @@ int differing_sites(openmp::SweepRow kernel) {
   return differing;
 }
 
-TEST(OpenMpRow, BaselineHasTheBitsOfScalar) {
-  EXPECT_EQ(differing_sites(openmp::baseline::sweep_row), 0);
+TEST(OpenMpRow, EveryInstructionSetHasTheBitsOfScalar) {
+  for (const openmp::InstructionSet& set : openmp::instruction_sets()) {
+    EXPECT_EQ(differing_sites(programs_of(thesis_energy).rows.at(set.row)), 0) << set.name;
+  }
 }
 
 #if defined(__x86_64__)
-TEST(OpenMpRow, Avx2HasTheBitsOfScalar) {
-  if (__builtin_cpu_supports("avx2") == 0) {
-    GTEST_SKIP() << "this processor has no AVX2";
-  }
-  EXPECT_EQ(differing_sites(openmp::avx2::sweep_row), 0);
-}
-
-TEST(OpenMpRow, Avx512HasTheBitsOfScalar) {
-  if (__builtin_cpu_supports("avx512bw") == 0 || __builtin_cpu_supports("avx512vl") == 0) {
-    GTEST_SKIP() << "this processor has no AVX-512";
-  }
-  EXPECT_EQ(differing_sites(openmp::avx512::sweep_row), 0);
-}
-
 TEST(OpenMpRow, ContractionIsSeen) {
   if (__builtin_cpu_supports("fma") == 0 || __builtin_cpu_supports("avx2") == 0) {
     GTEST_SKIP() << "this processor has no fused multiply-add";
   }
-  EXPECT_GT(differing_sites(openmp::contracted::sweep_row), 100);
+  EXPECT_GT(differing_sites(energies::Hdm::contracted::sweep_row), 100);
 }
 
 TEST(OpenMpRow, AnotherOrderIsSeen) {
   if (__builtin_cpu_supports("avx2") == 0) {
     GTEST_SKIP() << "this processor has no AVX2";
   }
-  EXPECT_GT(differing_sites(openmp::reordered::sweep_row), 100);
+  EXPECT_GT(differing_sites(energies::Hdm::reordered::sweep_row), 100);
 }
 
 TEST(OpenMpRow, OnExactScenesNeitherChangesABit) {
@@ -215,7 +204,7 @@ TEST(OpenMpRow, OnExactScenesNeitherChangesABit) {
   for (const Scene& scene : test::exact_scenes()) {
     int differing = 0;
     test::for_each_sweep(scene, [&](const Level& level, const VectorField& before, int number) {
-      for (const auto kernel : {openmp::contracted::sweep_row, openmp::reordered::sweep_row}) {
+      for (const auto kernel : {energies::Hdm::contracted::sweep_row, energies::Hdm::reordered::sweep_row}) {
         test::Problem problem{level, before};
         differing += sweep_and_compare(kernel, problem, number);
       }
@@ -233,7 +222,7 @@ TEST(OpenMpRow, ContractionLeavesTheRandomNumbersAlone) {
       test::random_problem({301, 101}, test::Texture::dyadic, 33,
                            StepSet::parse("0,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15"), Rule::annealing);
   problem.level.strengths = {0.0F};
-  EXPECT_EQ(sweep_and_compare(openmp::contracted::sweep_row, problem, 123456), 0);
+  EXPECT_EQ(sweep_and_compare(energies::Hdm::contracted::sweep_row, problem, 123456), 0);
 }
 #endif
 

@@ -1,22 +1,17 @@
 #pragma once
 
-#include "harness/level_sequence.hpp"
-#include "kernels/gather.hpp"
+#include "harness/scene/level_sequence.hpp"
+#include "kernels/data/gather.hpp"
 
 namespace hdmbench::test {
 
 /// One sweep of a level over `from` by update.inc, as the scalar backend has it for everything but
 /// Update::sequential.
 inline VectorField swept(const Level& level, const VectorField& from, int number) {
-  const SweepState state = sweep_state(level, number);
   VectorField next(level.extent);
   for (int y = 0; y < level.extent.height; ++y) {
     for (int x = 0; x < level.extent.width; ++x) {
-      const energy::Displacement moved = energy::swept_displacement(
-          static_cast<int>(level.rule), sweeps_per_iteration(level.update), energy::gather(level, from, x, y),
-          {static_cast<float>(x), static_cast<float>(y)},
-          {state.colour, state.strength, state.number, state.seed}, level.steps.padded().data(),
-          level.steps.count());
+      const HdmInFloat::Displacement moved = swept_site<HdmInFloat>(level, from, number, x, y);
       next.x[level.extent.index(x, y)] = moved.x;
       next.y[level.extent.index(x, y)] = moved.y;
     }
@@ -44,7 +39,7 @@ VectorField for_each_sweep(const Scene& scene, Visit visit) {
   for (const int index : levels.order()) {
     const Level& level = levels.sample(index);
     field = levels.begin(index, field);
-    const int sweeps = levels.iterations(index) * sweeps_per_iteration(level.update);
+    const int sweeps = levels.iterations(index) * sweeps_per_iteration(level);
     for (int number = 0; number < sweeps; ++number) {
       visit(level, field, number);
       field = swept(level, field, number);

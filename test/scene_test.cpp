@@ -1,8 +1,8 @@
-#include "harness/scene.hpp"
+#include "harness/scene/scene.hpp"
 
-#include "harness/images.hpp"
-#include "harness/outline.hpp"
-#include "kernels/input_error.hpp"
+#include "harness/scene/images/images.hpp"
+#include "harness/scene/outline.hpp"
+#include "kernels/data/input_error.hpp"
 #include "test/temporary_folder.hpp"
 
 #include <fmt/format.h>
@@ -243,6 +243,40 @@ TEST_F(SceneFile, MistakesAreNamedWithTheirLine) {
               HasSubstr("fixed, still, energy"));
   EXPECT_THAT(refusal_with("[[shape]]", "[image]\nlabels = \"a.png\"\n[[shape]]"),
               HasSubstr("exactly one of these"));
+}
+
+TEST_F(SceneFile, AnEmptyFileIsToldWhatItMisses) {
+  EXPECT_THAT(refusal(folder_.write("empty.toml", "").string()),
+              AllOf(HasSubstr("empty.toml:"), HasSubstr("a scene needs exactly one of these")));
+}
+
+TEST_F(SceneFile, AnUnknownKeyIsAnsweredWithAllThatAreUnderstood) {
+  EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8, 6]\npenalti = 1.0"),
+              AllOf(HasSubstr("penalti is not a key"),
+                    HasSubstr("those understood are brain, condition, exact, image, penalty, poisson, "
+                              "prior_weight, random, schedule, shape, size, spacing, steps, tissue, title")));
+  EXPECT_THAT(refusal_with("[[shape]]", "[schedule]\niteration = 1\n[[shape]]"),
+              HasSubstr("those understood are alignment, epsilon, iterations, method, relaxation, seed, "
+                        "start_level, stop, temperatures, update"));
+}
+
+TEST_F(SceneFile, AModulusMustHaveAnInverse) {
+  for (const char* modulus : {"1e-39", "1e-46", "1e39"}) {
+    EXPECT_THAT(refusal_with("20.0", modulus), HasSubstr("a 32-bit float must hold it and its inverse"))
+        << modulus;
+  }
+  EXPECT_EQ(refusal_with("20.0", "3e-39"), "accepted");
+  EXPECT_THAT(refusal_with("20.0", "0.0"), HasSubstr("must be positive"));
+}
+
+TEST_F(SceneFile, AStartLevelIsOneOfThePyramids) {
+  EXPECT_THAT(refusal_with("[[shape]]", "[schedule]\nstart_level = 4\n[[shape]]"),
+              HasSubstr("8 x 6 pixels have the levels 0 (full resolution) ... 3"));
+  EXPECT_THAT(refusal_with("[[shape]]", "[schedule]\nstart_level = -1\n[[shape]]"),
+              HasSubstr("start level -1"));
+  EXPECT_EQ(refusal_with("[[shape]]", "[schedule]\nstart_level = 3\n[[shape]]"), "accepted");
+  // A file that is right at its own size goes on being so at a smaller one.
+  EXPECT_EQ(load_scene("square-modified", {.size = Extent{8, 8}}).schedule.start_level, 3);
 }
 
 TEST_F(SceneFile, MissingFilesAreNamed) {

@@ -1,9 +1,9 @@
-#include "harness/solve.hpp"
+#include "harness/solve/solve.hpp"
 
 #include "backends/registry.hpp"
-#include "harness/agreement/compare.hpp"
-#include "harness/bench.hpp"
-#include "kernels/mean_energy.hpp"
+#include "harness/check/compare.hpp"
+#include "harness/measure/bench.hpp"
+#include "kernels/data/mean_energy.hpp"
 
 #include <gtest/gtest.h>
 
@@ -76,7 +76,6 @@ TEST(Solve, SequentialLowersTheEnergyLikeSimultaneous) {
   Scene scene = load_scene("square", {.size = Extent{48, 48}});
   const double at_rest = mean_energy(scene.full, scene.start_field());
   for (const Update update : {Update::simultaneous, Update::sequential}) {
-    scene.schedule.update = update;
     scene.full.update = update;
     EXPECT_LT(mean_energy(scene.full, solve_on("scalar", scene).displacement), 0.01 * at_rest);
   }

@@ -1,4 +1,4 @@
-#include "kernels/input_error.hpp"
+#include "kernels/data/input_error.hpp"
 #include "reference/sparse_solver.hpp"
 
 #include <gtest/gtest.h>

@@ -3,10 +3,10 @@
 // two of them are what Google Benchmark's tools/compare.py takes.
 
 #include "backends/registry.hpp"
-#include "harness/context.hpp"
-#include "harness/level_sequence.hpp"
-#include "harness/scene.hpp"
-#include "harness/solve.hpp"
+#include "harness/measure/result_file.hpp"
+#include "harness/scene/level_sequence.hpp"
+#include "harness/scene/scene.hpp"
+#include "harness/solve/solve.hpp"
 #include "test/random_level.hpp"
 
 #include <benchmark/benchmark.h>
@@ -70,7 +70,7 @@ void iterate(benchmark::State& state, const Backend& backend, const Kind& kind, 
   level.update = kind.update;
   level.strengths = {1.0F};
   set_inverse_curvature(level);
-  const int sweeps = sweeps_per_iteration(kind.update);
+  const int sweeps = sweeps_per_iteration(level);
   const auto session = backend.open({});
   session->load(level);
   session->write(start_field);
@@ -107,7 +107,7 @@ void solve_square(benchmark::State& state, const Backend& backend, Work work, in
 } // namespace
 
 int main(int argc, char** argv) {
-  const nlohmann::json context = hdmbench::run_context("", false);
+  const nlohmann::json context = hdmbench::to_json_row(hdmbench::run_context("", false));
   for (const char* const key : {"commit", "compiler", "flags", "version", "cpu", "operating_system"}) {
     benchmark::AddCustomContext(key, context[key].get<std::string>());
   }

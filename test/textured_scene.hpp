@@ -1,7 +1,7 @@
 #pragma once
 
 #include "backends/registry.hpp"
-#include "harness/agreement/verify.hpp"
+#include "harness/check/verify.hpp"
 #include "test/random_level.hpp"
 
 #include <string>

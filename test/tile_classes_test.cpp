@@ -1,6 +1,6 @@
 // Which program a tile gets: a class that promises too much is wrong bits.
 
-#include "backends/tiles.hpp"
+#include "backends/shared/tiles.hpp"
 #include "test/random_level.hpp"
 
 #include <gtest/gtest.h>

@@ -1,12 +1,13 @@
 // What the openmp backend makes of tiles: that short paths are taken where they may be and nowhere else, and
 // that what is left out could not have changed.
 
-#include "backends/openmp/openmp.hpp"
-#include "backends/openmp/tiles.hpp"
+#include "backends/cpu/openmp.hpp"
+#include "backends/cpu/openmp_tiles.hpp"
 #include "backends/registry.hpp"
-#include "harness/agreement/compare.hpp"
-#include "harness/level_sequence.hpp"
-#include "harness/solve.hpp"
+#include "backends/shared/energy_programs.hpp"
+#include "harness/check/compare.hpp"
+#include "harness/scene/level_sequence.hpp"
+#include "harness/solve/solve.hpp"
 #include "test/random_level.hpp"
 
 #include <fmt/format.h>
@@ -30,7 +31,7 @@ std::int64_t recording_row(const openmp::RowPart& part) {
   visited_sites += sites;
   uniform_sites += part.uniform ? sites : 0;
   unobserved_sites += part.observed ? 0 : sites;
-  return openmp::baseline::sweep_row(part);
+  return programs_of(thesis_energy).rows.front()(part);
 }
 
 class Tiles : public testing::Test {

@@ -3,7 +3,7 @@
 #include "test/image_files.hpp"
 #include "test/program.hpp"
 
-#include "harness/agreement/compare.hpp"
+#include "harness/check/compare.hpp"
 
 #include <gmock/gmock.h>
 

@@ -1,12 +1,12 @@
 // The tools of the thesis's appendix A, without the command line.
 
 #include "backends/registry.hpp"
-#include "harness/agreement/compare.hpp"
-#include "harness/solve.hpp"
+#include "harness/check/compare.hpp"
+#include "harness/solve/solve.hpp"
 #include "harness/tools/energy_plot.hpp"
 #include "harness/tools/export_scene.hpp"
 #include "harness/tools/positions.hpp"
-#include "kernels/mean_energy.hpp"
+#include "kernels/data/mean_energy.hpp"
 #include "test/image_files.hpp"
 #include "test/random_level.hpp"
 
@@ -176,8 +176,7 @@ TEST_F(Export, TheScheduleComesBack) {
                     .stop = Stop::still,
                     .epsilon = 1e-5,
                     .start_level = 2,
-                    .alignment = Alignment::center,
-                    .update = Update::sequential};
+                    .alignment = Alignment::center};
   scene.full.update = Update::sequential;
   const Scene back = exported(scene);
   EXPECT_EQ(back.schedule.stop, Stop::still);

@@ -1,7 +1,7 @@
 // A.7: the search for alpha.
 
 #include "backends/registry.hpp"
-#include "harness/solve.hpp"
+#include "harness/solve/solve.hpp"
 #include "harness/tools/annealing.hpp"
 #include "harness/tools/truth.hpp"
 #include "harness/tools/tune.hpp"

@@ -2,7 +2,7 @@
 // search, a sweep in place, statistics. That all backends do the same is backends_test's affair.
 
 #include "backends/registry.hpp"
-#include "kernels/gather.hpp"
+#include "kernels/data/gather.hpp"
 #include "test/random_level.hpp"
 
 #include <gtest/gtest.h>
@@ -27,14 +27,14 @@ VectorField swept(const test::Problem& problem, int sweeps) {
 }
 
 /// U_t of one component as (4.7)-(4.17) print it, in double, with the centre displaced to d.
-double energy_of_x(const energy::Site& site, double d) {
+double energy_of_x(const HdmInFloat::Site& site, double d) {
   const auto triple = [&](double ds, double du, double inverse_s, double inverse_u) {
     const double forward = site.modulus * inverse_u * (d - ds) - (du - d);
     const double backward = site.modulus * inverse_s * (d - du) - (ds - d);
     return forward * forward + backward * backward;
   };
-  const energy::Neighbours& n = site.dx;
-  const energy::Neighbours& i = site.inverse_modulus;
+  const HdmInFloat::Neighbours& n = site.dx;
+  const HdmInFloat::Neighbours& i = site.inverse_modulus;
   return triple(n.north_west, n.south_east, i.north_west, i.south_east) +
          triple(n.south_west, n.north_east, i.south_west, i.north_east) +
          triple(n.west, n.east, i.west, i.east) +
@@ -67,7 +67,7 @@ TEST(ClosedForm, LandsOnTheMinimiserOrAsFarFromItAsTheRelaxationSays) {
     int pulled = 0;
     for (int y = 1; y < 23; ++y) {
       for (int x = 1; x < 23; ++x) {
-        const energy::Site site = energy::gather(problem.level, problem.start, x, y);
+        const HdmInFloat::Site site = gather<HdmInFloat>(problem.level, problem.start, x, y);
         const std::size_t at = problem.level.extent.index(x, y);
         // Between the outermost neighbours and the target lies the minimiser.
         const double lowest = golden_section_search([&](double d) { return energy_of_x(site, d); }, -11, 11);
@@ -105,13 +105,13 @@ TEST(Correction, ObservedComponentsAreZeroAndTheOthersApproachWhatIsMissing) {
   for (int y = 0; y < 30; ++y) {
     for (int x = 0; x < 30; ++x) {
       const std::size_t at = problem.level.extent.index(x, y);
-      const energy::Site site = energy::gather(problem.level, once, x, y);
+      const HdmInFloat::Site site = gather<HdmInFloat>(problem.level, once, x, y);
       const bool observed = site.confidence_x > 0.0F;
       ASSERT_EQ(once.x[at], observed ? 0.0F : 0.5F * site.target_x);
       if (observed) {
         ASSERT_EQ(twice.x[at], 0.0F);
       } else if (is_inside(problem.level.extent, x, y)) {
-        energy::Site free = site;
+        HdmInFloat::Site free = site;
         free.confidence_x = 0.0F;
         const double smooth = golden_section_search([&](double d) { return energy_of_x(free, d); }, -11, 11);
         ASSERT_NEAR(twice.x[at], once.x[at] + 1.5 * (site.target_x + smooth - site.dx.centre), 5e-5);
@@ -124,13 +124,14 @@ TEST(Correction, ObservedComponentsAreZeroAndTheOthersApproachWhatIsMissing) {
 /// sees another one who does.
 void sweep_in_place_backwards(const Level& level, int number, VectorField& field) {
   const SweepState state = sweep_state(level, number);
-  const energy::Sweep sweep{state.colour, state.strength, state.number, state.seed};
+  const HdmInFloat::Sweep sweep{state.colour, state.strength, state.number, state.seed};
   for (int y = level.extent.height - 1; y >= 0; --y) {
     for (int x = level.extent.width - 1; x >= 0; --x) {
-      const energy::Position at{static_cast<float>(x), static_cast<float>(y)};
-      const energy::Displacement next = energy::swept_displacement(
-          static_cast<int>(level.rule), sweeps_per_iteration(level.update),
-          energy::gather(level, field, x, y), at, sweep, level.steps.padded().data(), level.steps.count());
+      const HdmInFloat::Position at{static_cast<float>(x), static_cast<float>(y)};
+      const HdmInFloat::Displacement next =
+          HdmInFloat::swept_displacement(static_cast<int>(level.rule), sweeps_per_iteration(level), true,
+                                         gather<HdmInFloat>(level, field, x, y), at, sweep,
+                                         level.steps.padded().data(), level.steps.count());
       field.x[level.extent.index(x, y)] = next.x;
       field.y[level.extent.index(x, y)] = next.y;
     }
@@ -142,10 +143,10 @@ TEST(Colours, WhatMovesDoesNotSeeWhatElseMoves) {
     const auto problem =
         test::random_problem({33, 34}, test::Texture::smooth, 44, {}, Rule::closed_form, update);
     VectorField field = problem.start;
-    for (int number = 0; number < sweeps_per_iteration(update); ++number) {
+    for (int number = 0; number < sweeps_per_iteration(problem.level); ++number) {
       sweep_in_place_backwards(problem.level, number, field);
     }
-    const VectorField expected = swept(problem, sweeps_per_iteration(update));
+    const VectorField expected = swept(problem, sweeps_per_iteration(problem.level));
     EXPECT_EQ(field.x == expected.x && field.y == expected.y, update != Update::simultaneous);
   }
 }
@@ -175,11 +176,11 @@ constexpr int side = 256; ///< of the grid of random numbers
 /// The numbers that a sweep draws, first and second, site by site.
 std::array<std::vector<double>, 2> draws(int number, int component, int seed) {
   std::array<std::vector<double>, 2> all;
-  const energy::Sweep sweep{0.0F, 0.0F, static_cast<float>(number), static_cast<float>(seed)};
+  const HdmInFloat::Sweep sweep{0.0F, 0.0F, static_cast<float>(number), static_cast<float>(seed)};
   for (int y = 0; y < side; ++y) {
     for (int x = 0; x < side; ++x) {
-      const energy::RandomPair pair = energy::random_pair({static_cast<float>(x), static_cast<float>(y)},
-                                                          sweep, static_cast<float>(component));
+      const HdmInFloat::RandomPair pair = HdmInFloat::random_pair(
+          {static_cast<float>(x), static_cast<float>(y)}, sweep, static_cast<float>(component));
       all[0].push_back(pair.first);
       all[1].push_back(pair.second);
     }
@@ -270,7 +271,7 @@ TEST(Annealing, GoesDownOnlyWhereItIsCold) {
     for (int y = 1; y < 39; ++y) {
       for (int x = 1; x < 39; ++x) {
         const std::size_t at = problem.level.extent.index(x, y);
-        const energy::Site site = energy::gather(problem.level, problem.start, x, y);
+        const HdmInFloat::Site site = gather<HdmInFloat>(problem.level, problem.start, x, y);
         const double before = energy_of_x(site, problem.start.x[at]);
         ASSERT_LE(energy_of_x(site, next.x[at]), before * (1.0 + 1e-5) + 1e-5);
         moved += next.x[at] != problem.start.x[at] ? 1 : 0;

@@ -1,11 +1,11 @@
 // What verify reports of sound and of spoilt backends; faults_test has the list of planted faults.
 
-#include "harness/agreement/verify.hpp"
+#include "harness/check/verify.hpp"
 
 #include "backends/registry.hpp"
-#include "harness/faults/fused_backend.hpp"
-#include "harness/faults/solution_faults.hpp"
-#include "harness/methods/method.hpp"
+#include "harness/check/faults/fused_backend.hpp"
+#include "harness/check/faults/solution_faults.hpp"
+#include "harness/scene/method.hpp"
 #include "test/textured_scene.hpp"
 
 #include <gtest/gtest.h>

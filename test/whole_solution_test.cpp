@@ -1,9 +1,9 @@
 // Every backend's whole pyramid in one piece, and its leaving out of what cannot change, against scalar.
 
 #include "backends/registry.hpp"
-#include "harness/agreement/compare.hpp"
-#include "harness/level_sequence.hpp"
-#include "harness/scene.hpp"
+#include "harness/check/compare.hpp"
+#include "harness/scene/level_sequence.hpp"
+#include "harness/scene/scene.hpp"
 #include "test/random_level.hpp"
 
 #include <fmt/format.h>
@@ -27,8 +27,7 @@ protected:
   void SetUp() override {
     const auto& [name, work] = GetParam();
     try {
-      session_ =
-          find_backend(backends_, name).open({.device = {}, .threads = 2, .work = work, .coarse_group = 0});
+      session_ = find_backend(backends_, name).open({.device = {}, .threads = 2, .work = work, .variant = 0});
     } catch (const DeviceError& error) {
       GTEST_SKIP() << name << " is not there: " << error.what();
     }

@@ -1,12 +1,12 @@
 // What verify --windows looks at, that a window shows what the whole image would, and that it turns red.
 
-#include "harness/agreement/verify_windows.hpp"
+#include "harness/check/verify_windows.hpp"
 
 #include "backends/registry.hpp"
-#include "harness/agreement/compare.hpp"
-#include "harness/faults/solution_faults.hpp"
-#include "harness/methods/method.hpp"
-#include "kernels/input_error.hpp"
+#include "harness/check/compare.hpp"
+#include "harness/check/faults/solution_faults.hpp"
+#include "harness/scene/method.hpp"
+#include "kernels/data/input_error.hpp"
 #include "test/program.hpp"
 #include "test/textured_scene.hpp"
 
@@ -124,7 +124,7 @@ TEST(Windows, ASoundBackendAgreesByEveryMethodThatCanBeCut) {
   for (const char* const method : {"icm", "coloured", "four-coloured", "closed-form"}) {
     Scene scene = small_square();
     if (method == std::string("four-coloured")) {
-      scene.schedule.update = scene.full.update = Update::four_coloured;
+      scene.full.update = Update::four_coloured;
     } else {
       use_method(scene, find_method(method), 5);
     }
@@ -253,7 +253,7 @@ TEST(Windows, WhatCannotBeCutIsRefused) {
   scene.schedule.stop = Stop::still;
   EXPECT_THROW((void)examined(scene, scalar(), small_windows()), InputError);
   scene = small_square();
-  scene.schedule.update = scene.full.update = Update::sequential;
+  scene.full.update = Update::sequential;
   EXPECT_THROW((void)examined(scene, scalar(), small_windows()), InputError);
   for (const char* const method : {"annealing", "multigrid"}) {
     scene = small_square();

@@ -32,9 +32,9 @@ public:
     gl_->ActiveTexture(GL_TEXTURE0 + unit);
     gl_->BindTexture(GL_TEXTURE_BUFFER, texture_.name());
   }
-  /// As an image that shaders store to.
-  void bind_image(GLuint unit, GLenum format) const {
-    gl_->BindImageTexture(unit, texture_.name(), 0, GL_FALSE, 0, GL_WRITE_ONLY, format);
+  /// As an image, by default one that shaders store to.
+  void bind_image(GLuint unit, GLenum format, GLenum access = GL_WRITE_ONLY) const {
+    gl_->BindImageTexture(unit, texture_.name(), 0, GL_FALSE, 0, access, format);
   }
 
 private:

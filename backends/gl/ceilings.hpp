@@ -1,7 +1,7 @@
 #pragma once
 
-#include "backends/ceilings.hpp"
 #include "backends/gl/api.hpp"
+#include "backends/shared/ceilings.hpp"
 
 namespace hdmbench::gl {
 

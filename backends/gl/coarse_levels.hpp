@@ -1,24 +1,24 @@
 #pragma once
 
-#include "backends/gl/buffer_texture.hpp"
 #include "backends/gl/objects.hpp"
-#include "kernels/pyramid.hpp"
+#include "backends/shared/resampling_entries.hpp"
+#include "kernels/data/pyramid.hpp"
 
 #include <array>
 #include <cstddef>
 #include <map>
-#include <vector>
 
 namespace hdmbench::gl {
 
-/// The first levels of a pyramid in one dispatch (kernels/coarse_levels.comp). The context must be current in
-/// all calls.
+/// The first levels of a pyramid in one dispatch (kernels/shaders/coarse_levels.comp). The context must be
+/// current in all calls.
 class CoarseLevels {
 public:
-  explicit CoarseLevels(const Api& api) : gl_(api), entries_(api) {}
+  explicit CoarseLevels(const Api& api) : gl_(api) {}
 
-  /// For solve(). `group` as SessionOptions::coarse_group; with 0 there is nothing to solve.
-  void load(const Pyramid& pyramid, int group, bool stops_at_rest);
+  /// For solve(). `group` of coarse_groups (backends/shared/coarse_levels.hpp); with 0 there is nothing to
+  /// solve.
+  void load(const Pyramid& pyramid, const ResamplingEntries& entries, int group, bool stops_at_rest);
 
   /// Number of levels that solve() computes.
   [[nodiscard]] std::size_t count() const { return count_; }
@@ -27,13 +27,14 @@ public:
   /// In all of them.
   [[nodiscard]] double site_updates() const { return site_updates_; }
 
-  /// `material` and `observation` are the full level's; the last coarse level's field goes to `displacement`.
-  void solve(const BufferTexture& material, const BufferTexture& observation,
-             const BufferTexture& displacement) const;
+  /// The full level's constants, the pyramid's entries and what takes the last coarse level's field are
+  /// bound.
+  void solve() const;
 
 private:
   /// What a program is compiled for.
   struct Variant {
+    const Energy* energy = &thesis_energy;
     int invocations = 1;
     int step_count = 1;
     bool stops_at_rest = false;
@@ -44,7 +45,6 @@ private:
   const Program& program(const Variant& variant);
 
   const Api& gl_;
-  BufferTexture entries_; ///< of ResamplingEntries
   std::map<Variant, Program> programs_;
   const Program* program_ = nullptr; ///< of what was loaded
   std::size_t count_ = 0;

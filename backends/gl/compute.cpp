@@ -1,12 +1,15 @@
 #include "backends/gl/compute.hpp"
 
-#include "backends/coarse_levels.hpp"
 #include "backends/gl/buffer_texture.hpp"
 #include "backends/gl/ceilings.hpp"
 #include "backends/gl/coarse_levels.hpp"
 #include "backends/gl/context_session.hpp"
 #include "backends/gl/interleave.hpp"
 #include "backends/gl/tile_sweeps.hpp"
+#include "backends/shared/coarse_levels.hpp"
+#include "backends/shared/input_texels.hpp"
+#include "backends/shared/resampling_entries.hpp"
+#include "backends/shared/shader_bindings.hpp"
 
 #include <fmt/format.h>
 #include <shaders/count_compute.hpp>
@@ -16,7 +19,6 @@
 #include <algorithm>
 #include <array>
 #include <optional>
-#include <span>
 #include <utility>
 #include <vector>
 
@@ -26,16 +28,16 @@ namespace {
 
 constexpr Version required{4, 3};
 
-/// As in the shaders' layout(binding = ..., location = ...).
-constexpr GLenum image_unit = 0;
-constexpr GLenum material_unit = 1;
-constexpr GLenum observation_unit = 2;
-constexpr GLenum curvature_unit = 3;
-constexpr GLenum previous_unit = 1;
-constexpr GLuint next_image_unit = 0;
-constexpr GLuint table_binding = 0;
-constexpr GLint dimension_location = 0;
-constexpr GLint source_width_location = 1;
+/// Image units where shader_bindings.hpp has none for OpenGL.
+constexpr GLuint swept_image_unit = 0; // of sweep.comp
+constexpr GLuint sampled_material_unit = 5;
+constexpr GLuint sampled_observation_unit = 6;
+
+/// Locations of count.comp and resampling.glsl.
+constexpr GLint width_location = 0;
+constexpr GLint from_width_location = 1;
+constexpr GLint first_column_location = 2;
+constexpr GLint first_row_location = 3;
 
 /// Of the shaders that visit each site once: groups of 64 along x.
 constexpr int group_width = 64;
@@ -51,9 +53,9 @@ struct Constants {
   explicit Constants(const Api& api) : material(api), observation(api), curvature(api) {}
 
   void bind() const {
-    material.bind(material_unit);
-    observation.bind(observation_unit);
-    curvature.bind(curvature_unit);
+    material.bind(binding::material);
+    observation.bind(binding::observation);
+    curvature.bind(binding::inverse_curvature);
   }
 
   BufferTexture material;    ///< rg: modulus, 1 / modulus
@@ -65,31 +67,31 @@ struct Constants {
 struct DeviceLevel {
   PyramidLevel plan;
   TileSweeps sweeps;
-  Buffer sampled; ///< of sample.comp
-  Buffer axes;    ///< of project.comp
+  GLint first_column = 0; ///< of its entries
 };
 
 /// Everything that lives in the context, so that it can be destroyed while the context is current.
 class ComputeSweep {
 public:
-  /// Displacement there and back, observation, confidence.
-  static constexpr double bytes_per_update = 8 + 8 + 16 + 8;
+  static double bytes_per_update(SiteKind kind) { return hdmbench::bytes_per_update(kind, classes_inside); }
   static Ceilings ceilings(const Api& api) { return compute_ceilings(api); }
   /// OpenGL 4.3 guarantees 1024 invocations and 32 KiB of shared memory.
-  static std::vector<int> coarse_groups() {
+  static Variants variants(bool is_software) {
     static_assert(coarse_shared_bytes <= 32 * 1024);
-    return {coarse_group_sizes.begin(), coarse_group_sizes.end()};
+    return coarse_variants(1024, is_software);
   }
 
   ComputeSweep(const Api& api, Work work)
-      : gl_(api), work_(work), images_{BufferTexture(api), BufferTexture(api)}, constants_(api),
-        sampled_(api), counter_(api), coarse_(api),
-        count_program_(api, {{GL_COMPUTE_SHADER, std::string(sources::count_compute)}}) {}
+      : gl_(api), work_(work), images_{BufferTexture(api), BufferTexture(api)}, constants_(api), inputs_(api),
+        sampled_(api), entries_(api), counter_(api), coarse_(api),
+        count_program_(api, {{GL_COMPUTE_SHADER, assemble(sources::count_compute, "")}}) {}
 
   void load(const Level& level) {
+    require_room(level.extent, 0);
     upload(level);
+    upload(InputTexels(level));
     sweeps_.emplace(gl_, programs_, level, list_tiles(level, level.extent, Alignment::corner),
-                    keeps_lists(level, level.extent));
+                    keeps_lists(level, level.extent), 0);
     gl_.Finish();
   }
 
@@ -107,32 +109,26 @@ public:
     gl_.Finish();
   }
 
-  /// `coarse_group` as SessionOptions has it.
+  /// `coarse_group` of coarse_groups.
   void load(const Pyramid& pyramid, int coarse_group) {
     const Level& full = *pyramid.full;
+    const ResamplingEntries entries(pyramid);
+    require_room(full.extent, entries.texels.size());
     upload(full);
+    const InputTexels inputs(pyramid);
+    upload(inputs);
     if (pyramid.levels.size() > 1) {
-      prepare_sampling(full.extent);
+      prepare_sampling(full.extent, entries);
     }
-    coarse_.load(pyramid, coarse_group, work_ == Work::active);
+    coarse_.load(pyramid, entries, coarse_group, work_ == Work::active);
     Level rules = without_fields(full);
-    Extent above = coarse_.extent();
-    for (const PyramidLevel& plan : std::span(pyramid.levels).subspan(coarse_.count())) {
+    for (std::size_t i = coarse_.count(); i < pyramid.levels.size(); ++i) {
+      const PyramidLevel& plan = pyramid.levels[i];
       rules.strengths = plan.strengths;
       levels_.push_back({.plan = plan,
                          .sweeps = {gl_, programs_, rules, list_tiles(full, plan.extent, pyramid.alignment),
-                                    keeps_lists(full, plan.extent)},
-                         .sampled = Buffer(gl_),
-                         .axes = Buffer(gl_)});
-      if (plan.extent != full.extent) {
-        fill(levels_.back().sampled, sampled_indices(plan.extent.width, full.extent.width, pyramid.alignment),
-             sampled_indices(plan.extent.height, full.extent.height, pyramid.alignment));
-      }
-      if (above != Extent{}) {
-        fill(levels_.back().axes, interpolations(above.width, plan.extent.width, pyramid.alignment),
-             interpolations(above.height, plan.extent.height, pyramid.alignment));
-      }
-      above = plan.extent;
+                                    keeps_lists(full, plan.extent), inputs.first[i]},
+                         .first_column = entries.begins[i]});
     }
     gl_.Finish();
   }
@@ -140,7 +136,11 @@ public:
   void solve(const Session::Advance& advance) {
     gl_.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     if (coarse_.count() > 0) {
-      coarse_.solve(constants_.material, constants_.observation, images_[1 - current_]);
+      constants_.bind();
+      inputs_.bind(binding::inputs);
+      entries_.bind(binding::entries);
+      images_[1 - current_].bind_image(binding::improved, GL_RG32F);
+      coarse_.solve();
       current_ = 1 - current_;
     } else {
       texels_.assign(2 * levels_.front().plan.extent.sites(), 0.0F);
@@ -187,26 +187,28 @@ public:
 
   std::int64_t changed() {
     GLuint count = 0;
-    gl_.BindBuffer(GL_ATOMIC_COUNTER_BUFFER, counter_.name());
-    gl_.BufferData(GL_ATOMIC_COUNTER_BUFFER, sizeof(count), &count, GL_DYNAMIC_READ);
-    gl_.BindBufferBase(GL_ATOMIC_COUNTER_BUFFER, 0, counter_.name());
+    gl_.BindBuffer(GL_SHADER_STORAGE_BUFFER, counter_.name());
+    gl_.BufferData(GL_SHADER_STORAGE_BUFFER, sizeof(count), &count, GL_DYNAMIC_READ);
+    gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, binding::counter, counter_.name());
     count_program_.use();
-    gl_.Uniform2i(dimension_location, extent_.width, extent_.height);
-    images_[current_].bind(image_unit);
-    images_[1 - current_].bind(previous_unit);
+    gl_.Uniform1i(width_location, extent_.width);
+    images_[current_].bind(binding::displacement);
+    images_[1 - current_].bind_image(binding::improved, GL_RG32F, GL_READ_ONLY);
     dispatch(extent_);
     gl_.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-    gl_.GetBufferSubData(GL_ATOMIC_COUNTER_BUFFER, 0, sizeof(count), &count);
+    gl_.GetBufferSubData(GL_SHADER_STORAGE_BUFFER, 0, sizeof(count), &count);
     return count;
   }
 
 private:
-  void require_room(Extent extent) const {
+  /// For an image and the entries of its pyramid.
+  void require_room(Extent extent, std::size_t entries) const {
     GLint texels = 0;
     gl_.GetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
     // The number of groups along y; core OpenGL guarantees 65535 and has no query without an index.
     constexpr int largest_height = 65535;
-    if (extent.sites() > static_cast<std::size_t>(texels) || extent.height > largest_height) {
+    if (std::max(extent.sites(), entries) > static_cast<std::size_t>(texels) ||
+        extent.height > largest_height) {
       throw TooLarge(
           fmt::format("the image is {} x {}, this device's buffer textures end at {} sites and {} rows",
                       extent.width, extent.height, texels, largest_height));
@@ -217,9 +219,16 @@ private:
     return work_ == Work::active && changes_spread_by_contact(level) && extent.sites() >= fewest_for_lists;
   }
 
+  void upload(const InputTexels& inputs) {
+    interleave<4>(
+        {inputs.planes[0].data(), inputs.planes[1].data(), inputs.planes[2].data(), inputs.planes[3].data()},
+        inputs.count(), texels_);
+    texels_.resize(std::max<std::size_t>(texels_.size(), 4)); // one texel for an energy without any
+    inputs_.allocate(GL_RGBA32F, texels_.size() * sizeof(GLfloat), texels_.data());
+  }
+
   /// The level itself and room for its displacement; forgets all that was loaded before.
   void upload(const Level& level) {
-    require_room(level.extent);
     sweeps_.reset();
     levels_.clear();
     extent_ = level.extent;
@@ -241,58 +250,54 @@ private:
     }
   }
 
-  /// Room for the largest of the coarse levels, and the programs that fill it.
-  void prepare_sampling(Extent full) {
+  /// Room for the largest of the coarse levels, and what fills it.
+  void prepare_sampling(Extent full, const ResamplingEntries& entries) {
+    entries_.allocate(GL_RGBA32F, entries.texels.size() * sizeof(entries.texels.front()),
+                      entries.texels.front().data());
     sampled_.material.allocate(GL_RG32F, 2 * full.sites() * sizeof(GLfloat), nullptr);
     sampled_.observation.allocate(GL_RGBA32F, 4 * full.sites() * sizeof(GLfloat), nullptr);
     sampled_.curvature.allocate(GL_RG32F, 2 * sizeof(GLfloat), nullptr);
     if (!sample_program_) {
       sample_program_.emplace(gl_, std::initializer_list<Program::Stage>{
-                                       {GL_COMPUTE_SHADER, std::string(sources::sample_compute)}});
+                                       {GL_COMPUTE_SHADER, assemble(sources::sample_compute, "")}});
       project_program_.emplace(gl_, std::initializer_list<Program::Stage>{
                                         {GL_COMPUTE_SHADER, assemble(sources::project_compute, "")}});
     }
   }
 
-  template <typename Entry>
-  void fill(const Buffer& buffer, std::vector<Entry> columns, const std::vector<Entry>& rows) const {
-    columns.insert(columns.end(), rows.begin(), rows.end());
-    gl_.BindBuffer(GL_SHADER_STORAGE_BUFFER, buffer.name());
-    gl_.BufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(columns.size() * sizeof(Entry)),
-                   columns.data(), GL_STATIC_DRAW);
-  }
-
   void sample(const DeviceLevel& level) const {
-    sample_program_->use();
-    gl_.Uniform2i(dimension_location, level.plan.extent.width, level.plan.extent.height);
-    gl_.Uniform1i(source_width_location, extent_.width);
-    constants_.material.bind(0);
-    constants_.observation.bind(1);
-    sampled_.material.bind_image(0, GL_RG32F);
-    sampled_.observation.bind_image(1, GL_RGBA32F);
-    gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, table_binding, level.sampled.name());
-    dispatch(level.plan.extent);
-    gl_.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+    constants_.bind();
+    sampled_.material.bind_image(sampled_material_unit, GL_RG32F);
+    sampled_.observation.bind_image(sampled_observation_unit, GL_RGBA32F);
+    resample(*sample_program_, extent_, level);
   }
 
   void project(Extent above, const DeviceLevel& level) {
-    project_program_->use();
-    gl_.Uniform2i(dimension_location, level.plan.extent.width, level.plan.extent.height);
-    gl_.Uniform1i(source_width_location, above.width);
-    images_[current_].bind(image_unit);
-    images_[1 - current_].bind_image(next_image_unit, GL_RG32F);
-    gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, table_binding, level.axes.name());
-    dispatch(level.plan.extent);
-    gl_.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+    images_[current_].bind(binding::displacement);
+    images_[1 - current_].bind_image(binding::improved, GL_RG32F);
+    resample(*project_program_, above, level);
     current_ = 1 - current_;
+  }
+
+  void resample(const Program& program, Extent from, const DeviceLevel& level) const {
+    const Extent extent = level.plan.extent;
+    program.use();
+    gl_.Uniform1i(width_location, extent.width);
+    gl_.Uniform1i(from_width_location, from.width);
+    gl_.Uniform1i(first_column_location, level.first_column);
+    gl_.Uniform1i(first_row_location, level.first_column + extent.width);
+    entries_.bind(binding::entries);
+    dispatch(extent);
+    gl_.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
   }
 
   /// The level's constants are bound.
   void run(TileSweeps& sweeps, Extent extent, int first, int count) {
     sweeps.bind(extent);
+    inputs_.bind(binding::inputs);
     for (int number = first; number < first + count; ++number) {
-      images_[current_].bind(image_unit);
-      images_[1 - current_].bind_image(next_image_unit, GL_RG32F);
+      images_[current_].bind(binding::displacement);
+      images_[1 - current_].bind_image(swept_image_unit, GL_RG32F);
       sweeps.sweep(number);
       current_ = 1 - current_;
     }
@@ -307,7 +312,9 @@ private:
   Work work_;
   std::array<BufferTexture, 2> images_;
   Constants constants_;
-  Constants sampled_; ///< of the coarse level that is swept
+  BufferTexture inputs_;  ///< InputTexels
+  Constants sampled_;     ///< of the coarse level that is swept
+  BufferTexture entries_; ///< of a pyramid's levels
   Buffer counter_;
   CoarseLevels coarse_;
   Program count_program_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backends/gl/context.hpp"
+#include "backends/shared/coarse_levels.hpp"
 
 #include <memory>
 #include <optional>
@@ -10,7 +11,8 @@ namespace hdmbench::gl {
 
 /// A Session over `Sweep`, a class with load, write, step, read and changed that owns OpenGL objects: makes
 /// the context current around every call, and around the Sweep's construction from Api and Work and its
-/// destruction. Where load(pyramid) has a second argument it gets Session::coarse_group().
+/// destruction. Where load(pyramid) has a second argument it gets the one of coarse_groups to
+/// take (backends/shared/coarse_levels.hpp).
 template <typename Sweep>
 class ContextSession final : public Session {
 public:
@@ -54,7 +56,8 @@ private:
   }
   void do_load_pyramid(const Pyramid& pyramid) override {
     if constexpr (requires { sweep_->load(pyramid, 0); }) {
-      const int group = coarse_group(); // may measure, in another context
+      const bool asks = has_coarse_levels(pyramid);
+      const int group = asks ? coarse_groups.at(variant()) : 0; // may measure, in another context
       const Context::Current current(*context_);
       sweep_->load(pyramid, group);
     } else {
@@ -72,8 +75,8 @@ private:
 };
 
 /// A Backend whose sessions are ContextSession<Sweep> on the contexts of a platform. Sweep declares
-/// bytes_per_update and ceilings(api) for Backend's functions of these names, and coarse_groups() where it
-/// has a choice.
+/// bytes_per_update(kind) and ceilings(api) for Backend's functions of these names, and variants(is_software)
+/// where it has some.
 template <typename Sweep>
 class ContextBackend final : public Backend {
 public:
@@ -84,17 +87,17 @@ public:
   std::string_view name() const override { return name_; }
   std::string_view description() const override { return description_; }
   std::vector<Device> devices() const override { return platform_->devices(version_); }
-  double bytes_per_update(SiteKind /*kind*/, int /*sweeps*/) const override {
-    return Sweep::bytes_per_update;
+  double bytes_per_update(SiteKind kind, int /*sweeps*/) const override {
+    return Sweep::bytes_per_update(kind);
   }
 
 private:
   std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions& options) const override {
     return std::make_unique<ContextSession<Sweep>>(platform_->open(index, version_), options.work);
   }
-  std::vector<int> do_coarse_groups(std::size_t /*index*/) const override {
-    if constexpr (requires { Sweep::coarse_groups(); }) {
-      return Sweep::coarse_groups();
+  Variants do_variants(std::size_t index) const override {
+    if constexpr (requires { Sweep::variants(false); }) {
+      return Sweep::variants(devices().at(index).is_software);
     } else {
       return {};
     }

@@ -1,5 +1,5 @@
 #include "backends/gl/context.hpp"
-#include "backends/library.hpp"
+#include "backends/shared/library.hpp"
 
 #include <EGL/egl.h>
 #include <EGL/eglext.h>

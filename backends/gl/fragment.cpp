@@ -5,9 +5,12 @@
 #include "backends/gl/fragment_level.hpp"
 #include "backends/gl/fragment_programs.hpp"
 #include "backends/gl/interleave.hpp"
+#include "backends/shared/resampling_entries.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <optional>
 
 namespace hdmbench::gl {
@@ -33,30 +36,21 @@ bool has_vertex_textures(const Api& gl) {
   return units > 0;
 }
 
-/// sample.frag's and project.frag's table of a level: row 0 its columns, row 1 its rows.
-Target position_table(const Api& gl, Extent extent, Extent before, Extent full, Alignment alignment) {
-  const int length = std::max(extent.width, extent.height);
-  std::vector<GLfloat> texels(static_cast<std::size_t>(length) * 8);
-  const auto fill = [&](std::size_t at, int sites, int coarse, int fine) {
-    const std::vector<int> sampled = sampled_indices(sites, fine, alignment);
-    const std::vector<Interpolation> weights = interpolations(coarse, sites, alignment);
-    for (std::size_t i = 0; i < sampled.size(); ++i) {
-      texels[at++] = static_cast<GLfloat>(weights[i].first) + 0.5F;
-      texels[at++] = static_cast<GLfloat>(weights[i].second) + 0.5F;
-      texels[at++] = weights[i].weight;
-      texels[at++] = static_cast<GLfloat>(sampled[i]) + 0.5F;
-    }
-  };
-  fill(0, extent.width, before.width, full.width);
-  fill(texels.size() / 2, extent.height, before.height, full.height);
-  return {gl, {length, 2}, texels.data()};
+/// sample.frag's and project.frag's table of a level, whose entries begin at `first`: row 0 its columns, row
+/// 1 its rows.
+Target entry_table(const Api& gl, Extent extent, const std::array<float, 4>* first) {
+  const Extent table{std::max(extent.width, extent.height), 2};
+  std::vector<std::array<float, 4>> texels(table.sites());
+  std::copy_n(first, extent.width, texels.begin());
+  std::copy_n(first + extent.width, extent.height, texels.begin() + table.width);
+  return {gl, table, texels.front().data()};
 }
 
 /// Everything that lives in the context, so that it can be destroyed while the context is current.
 class FragmentSweep {
 public:
-  /// Image there and back and material, all of two numbers; observation of four.
-  static constexpr double bytes_per_update = 8 + 8 + 8 + 16;
+  /// With texels of two sites; with texels of one it is more.
+  static double bytes_per_update(SiteKind kind) { return hdmbench::bytes_per_update(kind, classes_inside); }
   static Ceilings ceilings(const Api& api) { return fragment_ceilings(api); }
 
   FragmentSweep(const Api& api, Work work)
@@ -82,13 +76,14 @@ public:
     tables_.clear();
     inverse_modulus_.clear();
     pyramid_sweeps_.clear();
-    Extent before{1, 1}; // the null field
+    const ResamplingEntries entries(pyramid);
     for (const PyramidLevel& part : pyramid.levels) {
       Level header = without_fields(full);
       header.extent = part.extent;
       header.strengths = part.strengths;
       pyramid_sweeps_.push_back(part.sweeps);
-      tables_.push_back(position_table(gl_, part.extent, before, full.extent, pyramid.alignment));
+      const auto first = static_cast<std::size_t>(entries.begins[tables_.size()]);
+      tables_.push_back(entry_table(gl_, part.extent, &entries.texels[first]));
       if (&part == &pyramid.levels.back()) {
         add_full_level(full, std::move(header));
       } else {
@@ -96,7 +91,6 @@ public:
         levels_.emplace_back(gl_, std::move(header), full, pyramid.alignment, texels_of(full), nullptr,
                              nullptr, leaves_out(full, extent));
       }
-      before = part.extent;
     }
     sample_levels();
     make_count_target();
@@ -246,6 +240,9 @@ private:
   void sweep(FragmentLevel& level, int first, int sweeps) {
     level.bind_vertices();
     level.constants.second.bind(second_unit);
+    if (level.constants.inputs) {
+      level.constants.inputs->bind(inputs_unit);
+    }
     std::vector<const SweepProgram*> programs;
     for (const FragmentLevel::Draw& draw : level.draws) {
       programs.push_back(&programs_.sweep(level, draw));

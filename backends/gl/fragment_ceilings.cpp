@@ -1,6 +1,6 @@
-#include "backends/ceiling_shaders.hpp"
 #include "backends/gl/ceilings.hpp"
 #include "backends/gl/objects.hpp"
+#include "backends/shared/ceiling_shaders.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,7 @@
 #include "backends/gl/fragment_level.hpp"
 
+#include "backends/gl/interleave.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,7 +18,7 @@ TileLists list_tiles(const Level& full, Extent extent, Alignment alignment, Texe
   return classify_tiles(
       full, extent, alignment,
       {.tile = {FragmentLevel::tile_side * texels.columns, FragmentLevel::tile_side},
-       .classes = full.rule == Rule::steps ? class_set({0, 1, 2, 3, 4, 5, 6}) : class_set({})});
+       .classes = full.rule == Rule::steps ? classes_inside | class_set({4, 5, 6}) : class_set({})});
 }
 
 /// Vertices of points, and which draws they make.
@@ -78,6 +80,19 @@ void add_border(Points& points, const TileLists& lists, Extent texels) {
     }
     points.add_draw(draw);
   }
+}
+
+std::optional<Target> make_inputs(const Api& api, const Level& full, Extent extent, Alignment alignment) {
+  if (full.inputs.empty()) {
+    return std::nullopt;
+  }
+  const std::vector<ScalarField> inputs = sample_inputs(full, extent, alignment);
+  std::array<const float*, 4> planes{};
+  std::ranges::transform(inputs, planes.begin(),
+                         [](const ScalarField& input) { return input.values.data(); });
+  std::vector<GLfloat> texels;
+  interleave<4>(planes, extent.sites(), texels);
+  return Target(api, extent, texels.data());
 }
 
 Activity make_activity(const Api& api, Extent grid) {
@@ -152,7 +167,8 @@ FragmentLevel::FragmentLevel(const Api& api, Level header_, const Level& full, A
     : header(std::move(header_)), texels(texels_),
       grid(tiles_of(texels.of(header.extent), {tile_side, tile_side})),
       constants{.observation = Target(api, header.extent, observation),
-                .second = Target(api, texels.of(header.extent), second)},
+                .second = Target(api, texels.of(header.extent), second),
+                .inputs = make_inputs(api, full, header.extent, alignment)},
       api_(&api), images_{Target(api, texels.of(header.extent), nullptr),
                           Target(api, texels.of(header.extent), nullptr)},
       vertices_(api) {

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "backends/gl/objects.hpp"
-#include "backends/tiles.hpp"
-#include "kernels/pyramid.hpp"
+#include "backends/shared/tiles.hpp"
+#include "kernels/data/pyramid.hpp"
 
 #include <array>
 #include <optional>
@@ -60,8 +60,9 @@ struct Texels {
 
 /// The constants of a level's sites, as the samplers of its sweep have them.
 struct Constants {
-  Target observation; ///< a texel per site
-  Target second;      ///< texels: sweep.frag's confidence or sweep_pairs.frag's material
+  Target observation;           ///< a texel per site
+  Target second;                ///< texels: sweep.frag's confidence or sweep_pairs.frag's material
+  std::optional<Target> inputs; ///< a texel per site; none where the energy has none
 };
 
 /// What a level has on the device.

@@ -91,6 +91,7 @@ const SweepProgram& FragmentPrograms::sweep(const FragmentLevel& level, const Fr
   gl_.Uniform1i(program.uniform("image"), image_unit);
   gl_.Uniform1i(program.uniform("observation"), observation_unit);
   gl_.Uniform1i(program.uniform(key.steps ? "material" : "confidence"), second_unit);
+  gl_.Uniform1i(program.uniform("inputs"), inputs_unit); // -1, ignored, where the energy has none
   gl_.Uniform2f(program.uniform("dimension"), static_cast<GLfloat>(header.extent.width),
                 static_cast<GLfloat>(header.extent.height));
   gl_.Uniform1f(program.uniform("penalty"), header.penalty);
@@ -153,8 +154,10 @@ std::string sweep_text(const ShaderConstants& constants, std::size_t tile_class)
 
 std::string sweep_pairs_text(const ShaderConstants& constants, const std::array<float, 16>& steps,
                              std::size_t tile_class) {
-  return assemble(sources::sweep_pairs_fragment, definitions(constants) + steps_definition(steps) +
-                                                     "#define PAIRS\n" + class_definitions(tile_class));
+  return assemble(sources::sweep_pairs_fragment,
+                  definitions(constants) + steps_definition(steps) + "#define PAIRS\n" +
+                      class_definitions(tile_class),
+                  *constants.energy);
 }
 
 } // namespace hdmbench::gl

@@ -1,10 +1,14 @@
 #include "backends/gl/objects.hpp"
 
+#include "backends/shared/energy_programs.hpp"
+
 #include <fmt/format.h>
-#include <shaders/coarse_levels.hpp>
-#include <shaders/energy.hpp>
+#include <shaders/fields.hpp>
 #include <shaders/gather.hpp>
 #include <shaders/projection.hpp>
+#include <shaders/projection_of_site.hpp>
+#include <shaders/resampling.hpp>
+#include <shaders/site.hpp>
 #include <shaders/tile.hpp>
 #include <shaders/tile_class.hpp>
 #include <shaders/two_sites.hpp>
@@ -96,10 +100,14 @@ void SweepProgram::set_turn(const Api& api, const SweepState& state) const {
   }
 }
 
-std::string assemble(std::string_view shader, std::string_view definitions) {
+std::string assemble(std::string_view shader, std::string_view definitions, const Energy& energy) {
   std::string text(shader);
-  replace(text, "#include \"coarse_levels.glsl\"", sources::coarse_levels); // first: it includes others
-  replace(text, "#include \"energy.inc\"", sources::energy);
+  replace(text, "#extension GL_GOOGLE_include_directive : require\n", "");    // this does what it stands for
+  replace(text, "#include \"projection.glsl\"", sources::projection_of_site); // these two first: they
+  replace(text, "#include \"resampling.glsl\"", sources::resampling);         // include others
+  replace(text, "#include \"fields.glsl\"", sources::fields);
+  replace(text, "#include \"site.inc\"", sources::site);
+  replace(text, "#include \"energy.inc\"", programs_of(energy).text);
   replace(text, "#include \"update.inc\"", sources::update);
   replace(text, "#include \"gather.glsl\"", sources::gather);
   replace(text, "#include \"projection.inc\"", sources::projection);
@@ -107,7 +115,7 @@ std::string assemble(std::string_view shader, std::string_view definitions) {
   replace(text, "#include \"tile_class.inc\"", sources::tile_class);
   replace(text, "#include \"two_sites.glsl\"", sources::two_sites);
   replace(text, "#include \"wake.glsl\"", sources::wake);
-  text.insert(text.find('\n') + 1, definitions);
+  text.insert(text.find('\n') + 1, fmt::format("#define HDM_INPUTS {}\n{}", energy.inputs, definitions));
   return text;
 }
 
@@ -125,7 +133,7 @@ std::string steps_definition(const std::array<float, 16>& steps) {
 }
 
 std::string assemble(std::string_view shader, const ShaderConstants& constants) {
-  return assemble(shader, definitions(constants));
+  return assemble(shader, definitions(constants), *constants.energy);
 }
 
 } // namespace hdmbench::gl

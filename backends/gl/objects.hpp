@@ -1,7 +1,7 @@
 #pragma once
 
 #include "backends/gl/api.hpp"
-#include "backends/shader_constants.hpp"
+#include "backends/shared/shader_constants.hpp"
 
 #include <array>
 #include <map>
@@ -98,7 +98,8 @@ private:
 
 /// A shader of kernels/ as the driver wants it: `#include "..."` replaced by the texts, `definitions` after
 /// the #version line.
-[[nodiscard]] std::string assemble(std::string_view shader, std::string_view definitions);
+[[nodiscard]] std::string assemble(std::string_view shader, std::string_view definitions,
+                                   const Energy& energy = thesis_energy);
 /// With definitions(constants).
 [[nodiscard]] std::string assemble(std::string_view shader, const ShaderConstants& constants);
 

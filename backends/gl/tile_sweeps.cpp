@@ -9,7 +9,7 @@ namespace hdmbench::gl {
 
 namespace {
 
-/// As in kernels/sweep.comp's layout(binding = ..., location = ...).
+/// As in kernels/shaders/sweep.comp's layout(binding = ..., location = ...).
 constexpr GLuint tiles_binding = 0;
 constexpr GLuint lengths_binding = 1;
 constexpr GLint dimension_location = 0;
@@ -22,6 +22,7 @@ constexpr GLint length_location = 22;
 constexpr GLint next_list_location = 23;
 constexpr GLint next_length_location = 24;
 constexpr GLint stamp_location = 25;
+constexpr GLint first_input_location = 26;
 
 /// Sites side by side that an invocation computes. Measured on llvmpipe with 8 lanes, 600 x 600, CPU time: 1,
 /// 2, 4 sites are 103, 130, 142 Msites/s where most tiles are plain, and 4 not slower than 2 in any class.
@@ -74,7 +75,7 @@ TileLists list_tiles(const Level& full, Extent extent, Alignment alignment) {
   return classify_tiles(
       full, extent, alignment,
       {.tile = tile_size,
-       .classes = changes_spread_by_contact(full) ? class_set({0, 1, 2, 3, 4, 5, 6}) : class_set({}),
+       .classes = changes_spread_by_contact(full) ? classes_inside | class_set({4, 5, 6}) : class_set({}),
        .fewest = fewest_of_a_class});
 }
 
@@ -86,13 +87,14 @@ std::string assemble(const TileProgramKind& kind) {
                                   "#define LANES {}\n#define CLASS {}\n#define ACTIVE {}\n",
                                   tile_size.width, tile_size.height, wide, tile_size.width / wide,
                                   kind.tile_class, kind.active) +
-                      (kind.steps ? steps_definition(*kind.steps) : ""));
+                      (kind.steps ? steps_definition(*kind.steps) : ""),
+                  *kind.constants.energy);
 }
 
 TileSweeps::TileSweeps(const Api& api, TilePrograms& programs, const Level& level, const TileLists& lists,
-                       bool active)
-    : gl_(&api), level_(without_fields(level)), tiles_along_(lists.tiles), active_(active), tiles_(api),
-      lengths_(api) {
+                       bool active, GLint first_input)
+    : gl_(&api), first_input_(first_input), level_(without_fields(level)), tiles_along_(lists.tiles),
+      active_(active), tiles_(api), lengths_(api) {
   std::vector<Length> lengths(3 * class_count);
   for (std::size_t number = 0; number < class_count; ++number) {
     lengths[tile_class::full_set * class_count + number] = length_of(lists.count[number]);
@@ -127,6 +129,9 @@ void TileSweeps::bind(Extent extent) const {
     gl_->Uniform1f(penalty_location, level_.penalty);
     if (tiles.number == general_class) {
       gl_->Uniform1fv(steps_location, level_.steps.count(), level_.steps.padded().data());
+    }
+    if (level_.energy->inputs > 0) {
+      gl_->Uniform1i(first_input_location, first_input_);
     }
     gl_->Uniform1i(tiles_across_location, tiles_along_.width);
     gl_->Uniform1i(tile_count_location, static_cast<GLint>(tiles_along_.sites()));

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "backends/gl/objects.hpp"
-#include "backends/tiles.hpp"
+#include "backends/shared/tiles.hpp"
 
 #include <array>
 #include <compare>
@@ -21,19 +21,19 @@ inline constexpr Extent tile_size{32, 16};
 /// take general ones: their programs gain less and compile longer.
 [[nodiscard]] TileLists list_tiles(const Level& full, Extent extent, Alignment alignment);
 
-/// What a program of kernels/sweep.comp is compiled for.
+/// What a program of kernels/shaders/sweep.comp is compiled for.
 struct TileProgramKind {
   ShaderConstants constants{};
   /// The level's, padded, as constants. Empty for the general class, which is all that small levels have: a
   /// new set of candidates compiles nothing there.
   std::optional<std::array<float, 16>> steps{};
-  std::size_t tile_class = general_class; ///< of kernels/tile_class.inc
+  std::size_t tile_class = general_class; ///< of kernels/specification/tile_class.inc
   bool active = false;                    ///< whether it lists the tiles for the next sweep
 
   auto operator<=>(const TileProgramKind&) const = default;
 };
 
-/// kernels/sweep.comp as the driver wants it.
+/// kernels/shaders/sweep.comp as the driver wants it.
 [[nodiscard]] std::string assemble(const TileProgramKind& kind);
 
 /// Programs by what they were compiled for: going back to a rule or a level compiles nothing.
@@ -45,7 +45,8 @@ class TileSweeps {
 public:
   /// `level` gives the rules; fields are not read. Compiles into `programs`, which must outlive this, as
   /// `api`.
-  TileSweeps(const Api& api, TilePrograms& programs, const Level& level, const TileLists& lists, bool active);
+  TileSweeps(const Api& api, TilePrograms& programs, const Level& level, const TileLists& lists, bool active,
+             GLint first_input);
 
   /// Binds the lists and sets what is the same in all sweeps of the level. Before sweep(), whenever another
   /// level was swept in between.
@@ -63,13 +64,14 @@ private:
   };
 
   const Api* gl_;
-  Level level_; ///< without its fields
+  GLint first_input_; ///< where the level's inputs begin (InputTexels)
+  Level level_;       ///< without its fields
   Extent tiles_along_;
   std::vector<ClassOfTiles> classes_; ///< those that the level has
   bool active_ = false;
   GLint set_ = tile_class::full_set; ///< of lists that the next sweep visits
   GLint stamp_ = 0;                  ///< of the sweep before, since construction
-  Buffer tiles_;                     ///< these two are kernels/wake.glsl's
+  Buffer tiles_;                     ///< these two are kernels/shaders/wake.glsl's
   Buffer lengths_;
 };
 

@@ -1,6 +1,6 @@
 #include "backends/vulkan/ceilings.hpp"
 
-#include "backends/ceiling_shaders.hpp"
+#include "backends/shared/ceiling_shaders.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "backends/ceilings.hpp"
+#include "backends/shared/ceilings.hpp"
 #include "backends/vulkan/compute_device.hpp"
 
 namespace hdmbench::vulkan {

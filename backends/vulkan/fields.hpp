@@ -1,7 +1,7 @@
 #pragma once
 
 #include "backends/vulkan/compute_device.hpp"
-#include "kernels/field.hpp"
+#include "kernels/data/field.hpp"
 
 #include <array>
 #include <cstddef>

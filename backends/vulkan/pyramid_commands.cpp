@@ -1,6 +1,6 @@
 #include "backends/vulkan/pyramid_commands.hpp"
 
-#include "backends/coarse_levels.hpp"
+#include "backends/shared/coarse_levels.hpp"
 
 #include <algorithm>
 
@@ -67,7 +67,8 @@ private:
                                   .level_count = static_cast<std::int32_t>(count)};
     wait_for_all(commands());
     commands().bindPipeline(vk::PipelineBindPoint::eCompute,
-                            *shaders_.coarse_levels({.invocations = group,
+                            *shaders_.coarse_levels({.energy = pyramid_.full->energy,
+                                                     .invocations = group,
                                                      .step_count = pyramid_.full->steps.count(),
                                                      .stops_at_rest = work_ == Work::active}));
     bind(parameters);
@@ -113,7 +114,8 @@ private:
 
   void sweep(std::size_t index) {
     const PyramidLevel& level = pyramid_.levels[index];
-    const SweepPlan plan(*pyramid_.full, level.extent, level.strengths, work_);
+    SweepPlan plan(*pyramid_.full, level.extent, level.strengths, work_);
+    plan.first_input = buffers_.first_inputs[index];
     const std::size_t cost = std::max(level.extent.sites(), least_updates_of_sweep);
     {
       const SweepRecorder recorder(commands(), shaders_, *buffers_.lists, plan);

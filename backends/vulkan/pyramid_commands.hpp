@@ -1,6 +1,6 @@
 #pragma once
 
-#include "backends/resampling_entries.hpp"
+#include "backends/shared/resampling_entries.hpp"
 #include "backends/vulkan/sweeps.hpp"
 
 #include <array>
@@ -24,6 +24,7 @@ struct PyramidBuffers {
   /// By fields (0: the full level's, 1: sampled) and by the displacement that is read.
   std::array<std::array<const vk::raii::DescriptorSet*, 2>, 2> sets{};
   const ListBuffers* lists = nullptr;
+  std::vector<std::int32_t> first_inputs{};       ///< InputTexels::first
   const vk::raii::Buffer* displacement = nullptr; ///< that the sets [...][0] read
 };
 
@@ -37,7 +38,7 @@ struct PyramidCommands {
   std::size_t newest = 0; ///< the displacement that has the solution afterwards
 };
 
-/// `coarse_group` as SessionOptions has it.
+/// `coarse_group` of coarse_groups (backends/shared/coarse_levels.hpp).
 [[nodiscard]] PyramidCommands record(const Pyramid& pyramid, const ResamplingEntries& entries, Work work,
                                      int coarse_group, const Queue& queue, Shaders& shaders,
                                      const PyramidBuffers& buffers);

@@ -1,5 +1,7 @@
 #include "backends/vulkan/session.hpp"
 
+#include "backends/shared/coarse_levels.hpp"
+#include "backends/shared/input_texels.hpp"
 #include "backends/vulkan/pyramid_commands.hpp"
 
 #include <fmt/format.h>
@@ -19,7 +21,7 @@ namespace {
 using Usage = vk::BufferUsageFlagBits;
 
 vk::raii::DescriptorPool make_descriptor_pool(const vk::raii::Device& device, std::uint32_t sets) {
-  const std::array sizes{vk::DescriptorPoolSize(vk::DescriptorType::eUniformTexelBuffer, 5 * sets),
+  const std::array sizes{vk::DescriptorPoolSize(vk::DescriptorType::eUniformTexelBuffer, 6 * sets),
                          vk::DescriptorPoolSize(vk::DescriptorType::eStorageTexelBuffer, 3 * sets),
                          vk::DescriptorPoolSize(vk::DescriptorType::eStorageBuffer, 3 * sets)};
   return {device,
@@ -50,6 +52,7 @@ private:
       make_room(level, 0);
       plan_.emplace(level, level.extent, level.strengths, work_);
       upload(level);
+      upload(InputTexels(level));
       queue_.submit([&](const vk::raii::CommandBuffer& commands) { recorder(commands).classify(sets_[0]); });
     });
   }
@@ -77,23 +80,24 @@ private:
   }
 
   void do_load_pyramid(const Pyramid& pyramid) override {
-    const int group = coarse_group();
+    const int group = has_coarse_levels(pyramid) ? coarse_groups.at(variant()) : 0;
     translate_errors([&] {
       const ResamplingEntries entries(pyramid);
       make_room(*pyramid.full, most_sampled_sites(pyramid));
       plan_.emplace(*pyramid.full, pyramid.full->extent, pyramid.levels.back().strengths, work_);
       upload(*pyramid.full);
-      const std::size_t count = entries.count();
-      entries_ = make_entries(queue_, count);
+      const InputTexels inputs(pyramid);
+      upload(inputs);
+      entries_ = make_entries(queue_, entries.texels.size());
       for (const vk::raii::DescriptorSet& set : sets_) {
         describe(set, binding::entries, entries_);
       }
-      staging_.upload(std::array<const float*, 4>{entries.planes[0].data(), entries.planes[1].data(),
-                                                  entries.planes[2].data(), entries.planes[3].data()},
-                      count, entries_);
+      staging_.upload(std::array<const float*, 1>{entries.texels.front().data()}, 4 * entries.texels.size(),
+                      entries_);
       pyramid_ = record(pyramid, entries, work_, group, queue_, shaders_,
                         {.sets = {{{&sets_[0], &sets_[1]}, {&sets_[2], &sets_[3]}}},
                          .lists = &*lists_,
+                         .first_inputs = inputs.first,
                          .displacement = &displacements_->buffers[0].buffer.handle});
     });
   }
@@ -156,6 +160,18 @@ private:
       staging_.upload(
           std::array<const float*, 2>{level.inverse_curvature.x.data(), level.inverse_curvature.y.data()},
           sites, fields_->inverse_curvature);
+    }
+  }
+
+  void upload(const InputTexels& inputs) {
+    if (inputs.count() > 0) {
+      inputs_ = make_entries(queue_, inputs.count());
+      staging_.upload(std::array<const float*, 4>{inputs.planes[0].data(), inputs.planes[1].data(),
+                                                  inputs.planes[2].data(), inputs.planes[3].data()},
+                      inputs.count(), inputs_);
+    }
+    for (const vk::raii::DescriptorSet& set : sets_) {
+      describe(set, binding::inputs, inputs_);
     }
   }
 
@@ -249,7 +265,8 @@ private:
   std::optional<Displacements> displacements_;
   std::optional<ListBuffers> lists_;
   TexelBuffer entries_;
-  std::optional<SweepPlan> plan_; // of the level, or of the pyramid's last one
+  TexelBuffer inputs_ = make_entries(queue_, 1); // one texel for an energy without any
+  std::optional<SweepPlan> plan_;                // of the level, or of the pyramid's last one
   std::optional<PyramidCommands> pyramid_;
   int since_write_ = 0;    // sweeps
   std::size_t newest_ = 0; // which displacement is the field; the other one is the field one sweep before

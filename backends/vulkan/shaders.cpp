@@ -1,16 +1,16 @@
 #include "backends/vulkan/shaders.hpp"
 
+#include "backends/shared/energy_programs.hpp"
+
 namespace hdmbench::vulkan {
 
 namespace {
 
 // SPIR-V, as arrays classify_vulkan and so on.
 #include <shaders/classify_vulkan.hpp>
-#include <shaders/coarse_levels_vulkan.hpp>
 #include <shaders/count_vulkan.hpp>
 #include <shaders/project_vulkan.hpp>
 #include <shaders/sample_vulkan.hpp>
-#include <shaders/sweep_vulkan.hpp>
 
 vk::raii::DescriptorSetLayout make_set_layout(const vk::raii::Device& device) {
   std::array<vk::DescriptorSetLayoutBinding, binding::count> bindings;
@@ -54,7 +54,8 @@ const vk::raii::Pipeline& Shaders::sweep(const SweepVariant& variant) {
     const std::array<std::int32_t, 5> values{
         variant.constants.rule, variant.constants.colours, variant.constants.step_count,
         static_cast<std::int32_t>(variant.tile_class), variant.wakes ? 1 : 0};
-    found = sweeps_.emplace(variant, make_pipeline(*device_, layout_, sweep_vulkan, values)).first;
+    const auto text = programs_of(*variant.constants.energy).vulkan_sweep;
+    found = sweeps_.emplace(variant, make_pipeline(*device_, layout_, text, values)).first;
   }
   return found->second;
 }
@@ -73,8 +74,8 @@ const vk::raii::Pipeline& Shaders::coarse_levels(const CoarseVariant& variant) {
   if (found == coarse_levels_.end()) {
     const std::array<std::int32_t, 3> values{variant.invocations, variant.step_count,
                                              variant.stops_at_rest ? 1 : 0};
-    found =
-        coarse_levels_.emplace(variant, make_pipeline(*device_, layout_, coarse_levels_vulkan, values)).first;
+    const auto text = programs_of(*variant.energy).vulkan_coarse_levels;
+    found = coarse_levels_.emplace(variant, make_pipeline(*device_, layout_, text, values)).first;
   }
   return found->second;
 }

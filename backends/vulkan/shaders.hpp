@@ -1,33 +1,17 @@
 #pragma once
 
-#include "backends/shader_constants.hpp"
-#include "backends/tiles.hpp"
+#include "backends/shared/shader_bindings.hpp"
+#include "backends/shared/shader_constants.hpp"
+#include "backends/shared/tiles.hpp"
 #include "backends/vulkan/compute_device.hpp"
-#include "kernels/level.hpp"
+#include "kernels/data/level.hpp"
 
 #include <compare>
 #include <cstddef>
 #include <map>
 
-/// The shaders kernels/*.vulkan.comp as pipelines, and what they share with this side:
-/// kernels/level.vulkan.glsl and kernels/resampling.vulkan.glsl.
+/// The compute shaders of kernels/shaders as pipelines, and what they share with this side: push constants.
 namespace hdmbench::vulkan {
-
-/// The bindings of all shaders, in one set.
-namespace binding {
-constexpr std::uint32_t displacement = 0;
-constexpr std::uint32_t material = 1;
-constexpr std::uint32_t observation = 2;
-constexpr std::uint32_t inverse_curvature = 3;
-constexpr std::uint32_t improved = 4;
-constexpr std::uint32_t counter = 5;
-constexpr std::uint32_t tiles = 6;
-constexpr std::uint32_t lengths = 7;
-constexpr std::uint32_t entries = 8;
-constexpr std::uint32_t sampled_material = 9;
-constexpr std::uint32_t sampled_observation = 10;
-constexpr std::uint32_t count = 11;
-} // namespace binding
 
 [[nodiscard]] vk::DescriptorType descriptor_type(std::uint32_t binding_number);
 
@@ -47,11 +31,17 @@ struct Parameters {
   std::int32_t next_list = 0;
   std::int32_t next_length = 0;
   std::int32_t stamp = 0;
+  std::int32_t first_input = 0;
 };
-static_assert(sizeof(Parameters) == 120); // 128 are what every device has
+static_assert(sizeof(Parameters) == 124); // 128 are what every device has
 static_assert(offsetof(Parameters, turn) == 76);
 
-/// The push constants of the shaders with resampling.vulkan.glsl.
+/// The push constants of count.comp.
+struct Count {
+  std::int32_t width = 0;
+};
+
+/// The push constants of the shaders with resampling.glsl.
 struct Resampling {
   std::int32_t width = 0;
   std::int32_t from_width = 0;
@@ -59,7 +49,7 @@ struct Resampling {
   std::int32_t first_row = 0;
 };
 
-/// The push constants of kernels/coarse_levels.vulkan.comp.
+/// The push constants of kernels/shaders/coarse_levels.comp.
 struct CoarseLevels {
   std::array<float, StepSet::maximum_count> steps{};
   float penalty = 0.0F;
@@ -71,6 +61,7 @@ static_assert(sizeof(CoarseLevels) == 80);
 
 /// What its pipeline is made for.
 struct CoarseVariant {
+  const Energy* energy = &thesis_energy;
   int invocations = 1;
   int step_count = 1;
   bool stops_at_rest = false;

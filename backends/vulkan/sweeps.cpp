@@ -1,6 +1,7 @@
 #include "backends/vulkan/sweeps.hpp"
 
-#include "kernels/tile_size.vulkan.h"
+#include "backends/vulkan/vulkan_compute.hpp"
+#include "kernels/shaders/tile_size.vulkan.h"
 
 #include <algorithm>
 #include <utility>
@@ -33,8 +34,7 @@ std::size_t classes_of(const Level& whole, Extent extent, bool active) {
   if (!has_interior || !changes_spread_by_contact(whole)) {
     return class_set({});
   }
-  return active ? class_set({observed_bit | elastic_bit})
-                : class_set({0, elastic_bit, observed_bit | elastic_bit});
+  return active ? class_set({observed_bit | elastic_bit}) : dense_classes;
 }
 
 } // namespace
@@ -85,16 +85,18 @@ Parameters SweepRecorder::parameters() const {
           .tiles_across = plan_.grid.across,
           .tile_count = plan_.grid.count,
           .list = tile_class::full_set,
-          .length = length_of_full};
+          .length = length_of_full,
+          .first_input = plan_.first_input};
 }
 
 void SweepRecorder::bind(const vk::raii::Pipeline& pipeline) const {
   commands_.bindPipeline(vk::PipelineBindPoint::eCompute, *pipeline);
 }
 
-void SweepRecorder::bind(const vk::raii::DescriptorSet& set, const Parameters& parameters) const {
+template <typename Values>
+void SweepRecorder::bind(const vk::raii::DescriptorSet& set, const Values& parameters) const {
   commands_.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *shaders_.layout(), 0, *set, {});
-  commands_.pushConstants<Parameters>(*shaders_.layout(), vk::ShaderStageFlagBits::eCompute, 0, parameters);
+  commands_.pushConstants<Values>(*shaders_.layout(), vk::ShaderStageFlagBits::eCompute, 0, parameters);
 }
 
 void SweepRecorder::classify(const vk::raii::DescriptorSet& set) const {
@@ -155,7 +157,7 @@ void SweepRecorder::sweep(const vk::raii::DescriptorSet& set, int number, int si
 void SweepRecorder::count(const vk::raii::DescriptorSet& set) const {
   wait_for_all(commands_);
   bind(shaders_.count());
-  bind(set, parameters());
+  bind(set, Count{plan_.level.extent.width});
   commands_.dispatch(groups_across(plan_.level.extent.width),
                      static_cast<std::uint32_t>(plan_.level.extent.height), 1);
 }

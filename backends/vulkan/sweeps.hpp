@@ -14,7 +14,7 @@ namespace hdmbench::vulkan {
 /// Most sweeps that are recorded between two clear_lengths().
 constexpr int most_recorded_sweeps = 1024;
 
-/// Tiles of kernels/sweep.vulkan.comp that cover a level.
+/// Tiles of kernels/shaders/sweep.vulkan.comp that cover a level.
 struct TileGrid {
   explicit TileGrid(Extent extent);
 
@@ -44,7 +44,8 @@ struct SweepPlan {
   Level level; ///< without its fields
   TileGrid grid;
   bool active;
-  std::size_t classes; ///< of tiles, a class_set()
+  std::size_t classes;          ///< of tiles, a class_set()
+  std::int32_t first_input = 0; ///< where the level's inputs begin (InputTexels)
 };
 
 /// Work groups of invocations_per_group for a row.
@@ -76,7 +77,8 @@ public:
 private:
   [[nodiscard]] Parameters parameters() const;
   void bind(const vk::raii::Pipeline& pipeline) const;
-  void bind(const vk::raii::DescriptorSet& set, const Parameters& parameters) const;
+  template <typename Values>
+  void bind(const vk::raii::DescriptorSet& set, const Values& parameters) const;
 
   const vk::raii::CommandBuffer& commands_;
   Shaders& shaders_;

@@ -1,6 +1,6 @@
 #include "backends/vulkan/vulkan_compute.hpp"
 
-#include "backends/coarse_levels.hpp"
+#include "backends/shared/coarse_levels.hpp"
 #include "backends/vulkan/ceilings.hpp"
 #include "backends/vulkan/compute_device.hpp"
 #include "backends/vulkan/session.hpp"
@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -34,9 +33,8 @@ public:
     });
   }
 
-  /// Displacement there and back, observation, confidence (Fields of session.cpp).
-  [[nodiscard]] double bytes_per_update(SiteKind /*kind*/, int /*sweeps*/) const override {
-    return 8 + 8 + 16 + 8;
+  [[nodiscard]] double bytes_per_update(SiteKind kind, int /*sweeps*/) const override {
+    return hdmbench::bytes_per_update(kind, vulkan::dense_classes);
   }
 
 private:
@@ -58,17 +56,14 @@ private:
       return vulkan::make_session(std::move(installation), device, options.work);
     });
   }
-  [[nodiscard]] std::vector<int> do_coarse_groups(std::size_t index) const override {
+  [[nodiscard]] Variants do_variants(std::size_t index) const override {
     return on_device(index, [](const vulkan::Installation&, const auto& device) {
       const vk::PhysicalDeviceLimits limits = device.physical.getProperties().limits;
       const auto most = static_cast<int>(
           std::min({limits.maxComputeWorkGroupInvocations, limits.maxComputeWorkGroupSize[0], 1024U}));
-      std::vector<int> groups;
-      if (coarse_shared_bytes <= limits.maxComputeSharedMemorySize) {
-        std::ranges::copy_if(coarse_group_sizes, std::back_inserter(groups),
-                             [&](int group) { return group <= most; });
-      }
-      return groups;
+      return coarse_shared_bytes <= limits.maxComputeSharedMemorySize
+                 ? coarse_variants(most, vulkan::describe(device.physical).is_software)
+                 : Variants{};
     });
   }
   [[nodiscard]] std::optional<Ceilings> do_measure_ceilings(std::size_t index,

@@ -1,7 +1,7 @@
 #ifndef itkHDMRegularizationFilter_h
 #define itkHDMRegularizationFilter_h
 
-#include <harness/solve.hpp>
+#include <harness/solve/solve.hpp>
 
 #include <itkImage.h>
 #include <itkImageToImageFilter.h>
@@ -143,7 +143,7 @@ protected:
   void PrintSelf(std::ostream& os, Indent indent) const override;
 
 private:
-  hdmbench::Schedule MakeSchedule() const;
+  hdmbench::Update UpdateOfSites() const;
   hdmbench::Scene MakeScene() const;
   hdmbench::ScalarField ModuliOfLabels() const;
   hdmbench::VectorField ToPixels(const DisplacementFieldType& field) const;

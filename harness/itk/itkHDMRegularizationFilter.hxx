@@ -4,8 +4,8 @@
 #include "itkHDMRegularizationFilter.h"
 
 #include <backends/registry.hpp>
-#include <kernels/input_error.hpp>
-#include <kernels/mean_energy.hpp>
+#include <kernels/data/input_error.hpp>
+#include <kernels/data/mean_energy.hpp>
 
 #include <itkImageRegionConstIteratorWithIndex.h>
 #include <itkImageRegionIterator.h>
@@ -92,7 +92,7 @@ void HDMRegularizationFilter<TDisplacementField, TLabelImage>::VerifyPreconditio
     (void)hdmbench::StepSet::parse(m_StepSet);
     const auto backends = hdmbench::make_backends();
     const auto& backend = hdmbench::find_backend(backends, m_Backend);
-    if (!backend.supports(this->MakeSchedule().update)) {
+    if (!backend.supports(this->UpdateOfSites())) {
       itkExceptionMacro(<< m_Backend
                         << " cannot update during an iteration, only scalar can: call SetBackend(\"scalar\") "
                            "or DuringIterationUpdateOff()");
@@ -152,13 +152,8 @@ void HDMRegularizationFilter<TDisplacementField, TLabelImage>::EnlargeOutputRequ
 }
 
 template <typename TDisplacementField, typename TLabelImage>
-hdmbench::Schedule HDMRegularizationFilter<TDisplacementField, TLabelImage>::MakeSchedule() const {
-  return {.iterations = m_NumberOfIterations,
-          .stop = m_StopCriterion,
-          .epsilon = m_Epsilon,
-          .start_level = m_StartLevel,
-          .alignment = m_Alignment,
-          .update = m_DuringIterationUpdate ? hdmbench::Update::sequential : hdmbench::Update::simultaneous};
+hdmbench::Update HDMRegularizationFilter<TDisplacementField, TLabelImage>::UpdateOfSites() const {
+  return m_DuringIterationUpdate ? hdmbench::Update::sequential : hdmbench::Update::simultaneous;
 }
 
 template <typename TDisplacementField, typename TLabelImage>
@@ -215,13 +210,17 @@ template <typename TDisplacementField, typename TLabelImage>
 hdmbench::Scene HDMRegularizationFilter<TDisplacementField, TLabelImage>::MakeScene() const {
   hdmbench::Scene scene;
   const hdmbench::VectorField& start = scene.start.emplace(this->ToPixels(*this->GetInput()));
-  scene.schedule = this->MakeSchedule();
+  scene.schedule = {.iterations = m_NumberOfIterations,
+                    .stop = m_StopCriterion,
+                    .epsilon = m_Epsilon,
+                    .start_level = m_StartLevel,
+                    .alignment = m_Alignment};
   const hdmbench::Extent extent = start.extent;
   hdmbench::Level& full = scene.full;
   full.extent = extent;
   full.penalty = static_cast<float>(m_Penalty);
   full.steps = hdmbench::StepSet::parse(m_StepSet);
-  full.update = scene.schedule.update;
+  full.update = this->UpdateOfSites();
   full.target = hdmbench::VectorField(extent);
   full.confidence = hdmbench::VectorField(extent);
   if (const auto* const confidence = this->GetConfidenceImage()) {

@@ -83,7 +83,7 @@ std::vector<AccuracyLine> AccuracyScene::lines(const std::string& method, bool v
 std::vector<AccuracyScene> accuracy_scenes(const Results& results, const std::string& machine) {
   std::vector<AccuracyScene> scenes;
   for (const AccuracyRow& row : results.accuracy) {
-    if (results.machine_of(row.context) != machine) {
+    if (results.machine_of(row) != machine) {
       continue;
     }
     const auto known = std::ranges::find_if(scenes, [&](const AccuracyScene& scene) {
@@ -93,7 +93,7 @@ std::vector<AccuracyScene> accuracy_scenes(const Results& results, const std::st
     AccuracyScene& scene = known != scenes.end()
                                ? *known
                                : scenes.emplace_back(AccuracyScene{
-                                     row.scene, row.title, row.width, row.height, row.poisson, {}});
+                                     row.scene, row.title, row.width, row.height, row.poisson, {}, &results});
     scene.rows.push_back(&row);
   }
   return scenes;

@@ -24,7 +24,12 @@ struct AccuracyScene {
   std::int64_t height = 0;
   double poisson = 0.0;
   std::vector<const AccuracyRow*> rows;
+  const Results* results = nullptr;
 
+  /// A file that a row names.
+  [[nodiscard]] std::filesystem::path path_of(const AccuracyRow& row, const std::string& name) const {
+    return results->path_of(row, name);
+  }
   /// The first row that did not fail for which `condition(row)` holds; nullptr where there is none.
   template <typename Condition>
   [[nodiscard]] const AccuracyRow* first(Condition condition) const {

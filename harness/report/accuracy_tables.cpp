@@ -1,7 +1,7 @@
 #include "harness/report/accuracy_tables.hpp"
 
 #include "harness/report/html.hpp"
-#include "harness/report/joined.hpp"
+#include "harness/scene/joined.hpp"
 
 #include <fmt/format.h>
 
@@ -199,20 +199,20 @@ std::string decomposition_table(const AccuracyScene& scene) {
   const std::vector<AccuracyLine> lines = iterated_lines(scene);
   double scale = 0.0;
   for (const AccuracyLine& line : lines) {
-    for (const Decomposition& parts : line.row().decompositions) {
+    for (const auto& [poisson, parts] : line.row().decompositions) {
       scale = std::max(scale, parts.model * parts.model + parts.optimisation * parts.optimisation +
                                   2.0 * std::max(parts.covariance, 0.0));
     }
   }
   std::string rows;
   for (const AccuracyLine& line : lines) {
-    for (const Decomposition& parts : line.row().decompositions) {
+    for (const auto& [poisson, parts] : line.row().decompositions) {
       rows += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td>", escape(method_name(line.row())),
-                          poisson_text(parts.poisson));
+                          poisson_text(poisson));
       rows += distance_cell(parts.total) + distance_cell(parts.model) + distance_cell(parts.optimisation) +
               number_cell(fmt::format("{}{}", parts.covariance < 0.0 ? "−" : "",
                                       distance_text(2.0 * std::abs(parts.covariance)))) +
-              number_cell(fmt::format("{:.0e}", std::abs(parts.remainder))) + bar_html(parts, scale) +
+              number_cell(fmt::format("{:.0e}", std::abs(parts.remainder()))) + bar_html(parts, scale) +
               "</tr>\n";
     }
   }
@@ -234,7 +234,7 @@ std::string arithmetic_table(const AccuracyScene& scene) {
     if (!row->arithmetic) {
       continue;
     }
-    const Arithmetic& data = *row->arithmetic;
+    const Arithmetic::Iterations& data = row->arithmetic->resynchronised;
     rows += fmt::format("<tr><th scope=\"row\">{}<small>{}</small></th>", escape(row->backend),
                         escape(row->device));
     rows += number_cell(count_text(data.steps_compared), plural(data.iterations, "iteration"));
@@ -245,7 +245,7 @@ std::string arithmetic_table(const AccuracyScene& scene) {
                 ? fmt::format("<td class=\"number disagree\"><b>✗ {}</b></td>", count_text(data.beyond_bound))
             : data.steps_compared == 0 ? "<td class=\"number mistrusted\"><b>? nothing compared</b></td>"
                                        : "<td class=\"number agree\"><b>✓ 0</b></td>";
-    rows += distance_cell(data.iteration_rmsd) + distance_cell(data.run_rmsd) + "</tr>\n";
+    rows += distance_cell(data.rmsd) + distance_cell(row->arithmetic->run_rmsd) + "</tr>\n";
   }
   if (rows.empty()) {
     return {};

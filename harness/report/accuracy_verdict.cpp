@@ -1,7 +1,8 @@
+#include "harness/judge/accuracy/accuracy.hpp"
 #include "harness/report/accuracy_tables.hpp"
 #include "harness/report/html.hpp"
-#include "harness/report/joined.hpp"
 #include "harness/report/verdict.hpp"
+#include "harness/scene/joined.hpp"
 
 #include <fmt/format.h>
 
@@ -43,16 +44,18 @@ void add_failure(Tally& tally, const AccuracyRow& row) {
   const std::string variant = row.variant.empty() ? "" : " (" + row.variant + ")";
   (row.skipped() ? tally.skipped : tally.failures)
       .push_back(fmt::format("{}{} on {}: {}", name, variant, row.scene, row.failure()));
-  tally.wrong += row.status == "ok" || row.mean_energy || row.to_fem.all ? 1 : 0;
+  const bool rival = row.method == registration_name; // its mistakes are its own
+  tally.wrong += !rival && (row.status == "ok" || row.mean_energy || row.to_fem.all) ? 1 : 0;
 }
 
 void add_arithmetic(Tally& tally, const AccuracyRow& row) {
   ++tally.arithmetic_runs;
-  tally.steps_compared += row.arithmetic->steps_compared;
-  tally.steps_differing += row.arithmetic->steps_differing;
-  tally.compared_nothing += row.arithmetic->steps_compared == 0 ? 1 : 0;
-  tally.beyond_bound += row.arithmetic->beyond_bound;
-  if (row.arithmetic->beyond_bound > 0) {
+  const Arithmetic::Iterations& found = row.arithmetic->resynchronised;
+  tally.steps_compared += found.steps_compared;
+  tally.steps_differing += found.steps_differing;
+  tally.compared_nothing += found.steps_compared == 0 ? 1 : 0;
+  tally.beyond_bound += found.beyond_bound;
+  if (found.beyond_bound > 0) {
     tally.out_of_bound.insert(fmt::format("{} on {}", row.backend, row.scene));
   }
 }
@@ -86,9 +89,9 @@ Tally tally_of(const std::vector<AccuracyScene>& scenes) {
       if (row->arithmetic) {
         add_arithmetic(tally, *row);
       }
-      for (const Decomposition& parts : row->decompositions) {
+      for (const JudgedField::Split& split : row->decompositions) {
         ++tally.decompositions;
-        tally.worst_remainder = std::max(tally.worst_remainder, std::abs(parts.remainder));
+        tally.worst_remainder = std::max(tally.worst_remainder, std::abs(split.parts.remainder()));
       }
     }
   }
@@ -181,7 +184,7 @@ std::optional<Summary> summarise_accuracy(const Results& results, const std::str
   for (const AccuracyScene& scene : scenes) {
     rows += std::ssize(scene.rows);
     quick = quick || std::ranges::any_of(scene.rows, [&](const AccuracyRow* row) {
-              return results.contexts[row->context].quick;
+              return results.sources[row->source].quick;
             });
   }
   if (rows == 0) {

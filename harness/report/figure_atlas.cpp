@@ -16,17 +16,17 @@ constexpr double plot_width = 520.0;
 constexpr double plot_height = 330.0;
 constexpr Margins margins{66.0, 150.0, 12.0, 46.0}; // the names stand on the right
 
-std::vector<double> knobs_of(const AtlasSeries& series) {
+std::vector<double> knobs_of(const atlas::SeriesResult& series) {
   std::vector<double> values;
-  for (const AtlasPoint& point : series.points) {
+  for (const atlas::Point& point : series.points) {
     values.push_back(point.knob);
   }
   return values;
 }
 
-std::vector<double> errors_of(const AtlasSeries& series) {
+std::vector<double> errors_of(const atlas::SeriesResult& series) {
   std::vector<double> values;
-  for (const AtlasPoint& point : series.points) {
+  for (const atlas::Point& point : series.points) {
     values.push_back(point.error.value_or(NAN));
   }
   return values;
@@ -73,7 +73,7 @@ std::vector<double> placed(std::vector<double> values, const Axis& axis) {
 std::string atlas_figure(const AtlasRow& row, const std::string& prefix) {
   std::vector<double> all_knobs;
   std::vector<double> all_errors{row.limit};
-  for (const AtlasSeries& series : row.series) {
+  for (const atlas::SeriesResult& series : row.series) {
     std::ranges::copy(knobs_of(series), std::back_inserter(all_knobs));
     std::ranges::copy_if(errors_of(series), std::back_inserter(all_errors),
                          [](double value) { return std::isfinite(value); });
@@ -103,7 +103,7 @@ std::string atlas_figure(const AtlasRow& row, const std::string& prefix) {
   }
   std::string command;
   for (std::size_t i = 0; i < row.series.size(); ++i) {
-    const AtlasSeries& series = row.series[i];
+    const atlas::SeriesResult& series = row.series[i];
     if (series.points.empty()) {
       continue;
     }

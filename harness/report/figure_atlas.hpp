@@ -1,6 +1,6 @@
 #pragma once
 
-#include "harness/report/atlas_results.hpp"
+#include "harness/report/results.hpp"
 
 #include <string>
 

@@ -26,7 +26,7 @@ std::string own_iterations_mark(const AccuracyRow& row) {
 
 std::string convergence_plot(const AccuracyScene& scene, const AccuracyRow& row, const std::string& prefix) {
   const Convergence& data = *row.convergence;
-  const std::vector<double>& x = data.iterations_per_level;
+  const std::vector<double> x(data.iterations_per_level.begin(), data.iterations_per_level.end());
   Interval distances;
   distances.include(0.0);
   distances.include(data.rmsd_to_fem);
@@ -72,11 +72,11 @@ std::string convergence_plot(const AccuracyScene& scene, const AccuracyRow& row,
 std::string iterations_plot(const AccuracyScene& scene, const AccuracyRow& row, const std::string& prefix) {
   std::string tics;
   std::string blocks = "$levels << END\n";
-  std::int64_t largest = 1;
+  int largest = 1;
   for (std::size_t i = 0; i < row.levels.size(); ++i) {
-    const LevelIterations& level = row.levels[i];
+    const LevelResult& level = row.levels[i];
     blocks += fmt::format("{} {}\n", i, level.iterations);
-    tics += fmt::format("{}\"{}\\n{}\" {}", i == 0 ? "" : ", ", level.level, level.width, i);
+    tics += fmt::format("{}\"{}\\n{}\" {}", i == 0 ? "" : ", ", level.level, level.extent.width, i);
     largest = std::max(largest, level.iterations);
   }
   const double width = static_cast<double>(row.levels.size());

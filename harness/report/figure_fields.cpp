@@ -1,7 +1,7 @@
 // Whole fields: differences as pictures, deformed grids as lines.
 
 #include "harness/report/accuracy_figures.hpp"
-#include "kernels/input_error.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
@@ -47,8 +47,8 @@ struct Box {
   double right = -HUGE_VAL;
   double bottom = -HUGE_VAL;
 
-  void include(const std::vector<Polyline>& lines) {
-    for (const Polyline& line : lines) {
+  void include(const std::vector<figures::Polyline>& lines) {
+    for (const figures::Polyline& line : lines) {
       for (std::size_t i = 0; i < line.size(); i += 2) {
         left = std::min(left, line[i]);
         right = std::max(right, line[i]);
@@ -64,9 +64,9 @@ long tenths(double pixels) {
 }
 
 // Tenths of a pixel as integers; steps between rounded points, so that no error adds up.
-std::string path_html(const char* css_class, const std::vector<Polyline>& lines) {
+std::string path_html(const char* css_class, const std::vector<figures::Polyline>& lines) {
   std::string path;
-  for (const Polyline& line : lines) {
+  for (const figures::Polyline& line : lines) {
     long x = tenths(line[0]);
     long y = tenths(line[1]);
     path += fmt::format("M{} {}l", x, y);
@@ -88,7 +88,7 @@ std::string grid_html(const AccuracyScene& scene, const AccuracyRow& row, const 
       "<div><svg viewBox=\"{} {} {} {}\" role=\"img\" aria-label=\"{}: deformed grid by {}\">{}{}</svg>"
       "<small>{}</small></div>\n",
       tenths(box.left) - 20, tenths(box.top) - 20, tenths(box.right - box.left) + 40,
-      tenths(box.bottom - box.top) + 40, escape(scene.scene), name, path_html("lines", row.grid),
+      tenths(box.bottom - box.top) + 40, escape(scene.scene), name, path_html("lines", row.grid->lines),
       path_html("interfaces", row.interfaces), name);
 }
 
@@ -106,9 +106,9 @@ std::string difference_figure(const AccuracyScene& scene) {
   const std::string positive = colour_bar("magnitude", {"0", half, limit + " px"});
   const std::string both = colour_bar("signed", {"−" + limit, "0", "+" + limit + " px"});
   return "<figure class=\"wide\">\n<div class=\"fields\">\n" +
-         picture_html(scene, differences.magnitude, "magnitude", positive) +
-         picture_html(scene, differences.x, "x component", both) +
-         picture_html(scene, differences.y, "y component", both) +
+         picture_html(scene, scene.path_of(*row, differences.pictures.magnitude), "magnitude", positive) +
+         picture_html(scene, scene.path_of(*row, differences.pictures.x), "x component", both) +
+         picture_html(scene, scene.path_of(*row, differences.pictures.y), "y component", both) +
          fmt::format("</div>\n<figcaption>{} minus {}, a pixel per site: bright or coloured is where the two "
                      "differ, and "
                      "the colour ends at {} px.{}</figcaption></figure>\n",
@@ -121,10 +121,10 @@ std::string grid_figure(const AccuracyScene& scene) {
   Box box;
   for (const char* const method : {"icm", "fem", "b-spline"}) {
     if (const AccuracyRow* const row = scene.first([&](const AccuracyRow& other) {
-          return other.method == method && other.variant.empty() && !other.grid.empty();
+          return other.method == method && other.variant.empty() && other.grid.has_value();
         })) {
       rows.push_back(row);
-      box.include(row->grid);
+      box.include(row->grid->lines);
       box.include(row->interfaces);
     }
   }
@@ -139,7 +139,7 @@ std::string grid_figure(const AccuracyScene& scene) {
          fmt::format(
              "</div>\n<figcaption>A grid of {:.4g} px, deformed; coloured are the deformed interfaces of the "
              "materials. A method that knows the materials bends the lines there.{}</figcaption></figure>\n",
-             rows.front()->grid_spacing, thesis_reference(thesis_figures(scene.scene).grids));
+             rows.front()->grid->spacing, thesis_reference(thesis_figures(scene.scene).grids));
 }
 
 } // namespace hdmbench::report

@@ -21,14 +21,14 @@ constexpr const char* colour_fem = "b9c0c9";
 struct Direction {
   LevelProfiles::Components LevelProfiles::*values;
   std::int64_t AccuracyScene::*length; ///< of the line in the full image
-  std::vector<double> Profiles::*fem;
+  std::vector<double> figures::Profiles::*fem;
   const char* fem_component;
   const char* name;
 };
-constexpr Direction along_row{&LevelProfiles::horizontal, &AccuracyScene::width, &Profiles::horizontal, "x",
-                              "middle row"};
-constexpr Direction along_column{&LevelProfiles::vertical, &AccuracyScene::height, &Profiles::vertical, "y",
-                                 "middle column"};
+constexpr Direction along_row{&LevelProfiles::horizontal, &AccuracyScene::width,
+                              &figures::Profiles::horizontal, "x", "middle row"};
+constexpr Direction along_column{&LevelProfiles::vertical, &AccuracyScene::height,
+                                 &figures::Profiles::vertical, "y", "middle column"};
 
 // Where the sites of a level stand in the full image, corner on corner.
 std::vector<double> positions(std::size_t count, double length) {

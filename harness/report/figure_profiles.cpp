@@ -1,7 +1,7 @@
 #include "harness/report/accuracy_figures.hpp"
 #include "harness/report/gnuplot.hpp"
 #include "harness/report/plot_style.hpp"
-#include "kernels/input_error.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
@@ -21,7 +21,7 @@ constexpr double middle = 158.0; // between values and differences, from the bot
 
 struct Line {
   std::string name;
-  const Profiles* profiles = nullptr;
+  const figures::Profiles* profiles = nullptr;
   std::string colour;
   double width = 1.0;
   int dash = 1; ///< gnuplot's dash type; 1 is solid
@@ -54,15 +54,15 @@ std::vector<Line> lines_of(const AccuracyScene& scene) {
 }
 
 struct Path {
-  std::vector<double> Profiles::*values;
+  std::vector<double> figures::Profiles::*values;
   const char* name;
   const char* what;
 };
 constexpr std::array<Path, 4> paths{{
-    {&Profiles::horizontal, "horizontal", "dx along the middle row, left to right"},
-    {&Profiles::vertical, "vertical", "dy along the middle column, top to bottom"},
-    {&Profiles::falling, "falling", "|d| from the top left to the bottom right corner"},
-    {&Profiles::rising, "rising", "|d| from the bottom left to the top right corner"},
+    {&figures::Profiles::horizontal, "horizontal", "dx along the middle row, left to right"},
+    {&figures::Profiles::vertical, "vertical", "dy along the middle column, top to bottom"},
+    {&figures::Profiles::falling, "falling", "|d| from the top left to the bottom right corner"},
+    {&figures::Profiles::rising, "rising", "|d| from the bottom left to the top right corner"},
 }};
 
 std::vector<double> differences(const std::vector<double>& values, const std::vector<double>& truth) {

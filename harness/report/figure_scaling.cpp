@@ -30,7 +30,7 @@ struct Scaling {
 Scaling largest_scaling(const std::vector<BenchRow>& rows, const std::string& scene) {
   std::map<std::pair<std::int64_t, std::int64_t>, Scaling, std::greater<>> sizes; // the largest first
   for (const BenchRow& row : rows) {
-    if (row.scene == scene && row.valid && row.threads && *row.threads > 0) {
+    if (row.scene == scene && row.counts() && row.threads && *row.threads > 0) {
       Scaling& scaling = sizes[{row.width * row.height, row.width}];
       scaling.width = row.width;
       scaling.height = row.height;

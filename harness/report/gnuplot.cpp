@@ -1,8 +1,9 @@
 #include "harness/report/gnuplot.hpp"
 
+#include "harness/measure/subprocess.hpp"
 #include "harness/report/html.hpp"
-#include "harness/subprocess.hpp"
-#include "kernels/input_error.hpp"
+#include "harness/scene/temporary_directory.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 

@@ -1,16 +1,13 @@
 #include "harness/report/html.hpp"
 
-#include "kernels/input_error.hpp"
+#include "harness/scene/file_input.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cctype>
-#include <cerrno>
 #include <cmath>
-#include <fstream>
-#include <iterator>
-#include <system_error>
 
 namespace hdmbench::report {
 
@@ -98,6 +95,12 @@ std::string heading(int level, std::string_view id, std::string_view title) {
                      level, escape(id), escape(title));
 }
 
+std::string folded(std::string_view summary, std::string_view content, bool open) {
+  return content.empty() ? ""
+                         : fmt::format("<details{}><summary>{}</summary>\n{}</details>\n",
+                                       open ? " open" : "", summary, content);
+}
+
 std::string table_start(std::string_view css_class, const std::vector<std::string_view>& headings) {
   std::string html = fmt::format("<div class=\"scroll\"><table class=\"{}\">\n<thead><tr>", css_class);
   for (const std::string_view text : headings) {
@@ -109,12 +112,7 @@ std::string table_start(std::string_view css_class, const std::vector<std::strin
 }
 
 EmbeddedPng embed_png(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) {
-    const std::error_code error(errno, std::generic_category());
-    throw InputError(fmt::format("{}: the picture cannot be read: {}", file.string(), error.message()));
-  }
-  const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  const std::string bytes = read_file(file);
   // 8 bytes signature, 8 bytes chunk head ending in "IHDR", then width and height, big endian.
   if (bytes.size() < 24 || bytes.compare(0, 8, "\x89PNG\r\n\x1A\n") != 0 ||
       bytes.compare(12, 4, "IHDR") != 0) {

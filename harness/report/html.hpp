@@ -42,6 +42,9 @@ private:
 /// <h2> or <h3> with an anchor that links to itself. `title` is plain text.
 [[nodiscard]] std::string heading(int level, std::string_view id, std::string_view title);
 
+/// <details>: `content` folded under `summary`, both HTML; nothing where there is no content.
+[[nodiscard]] std::string folded(std::string_view summary, std::string_view content, bool open = false);
+
 /// Opens a table in a box of its own that scrolls, with one row of headings: to be closed by table_end. A
 /// heading that begins with '>' stands over numbers, to the right. `headings` are HTML.
 [[nodiscard]] std::string table_start(std::string_view css_class,

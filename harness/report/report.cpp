@@ -1,9 +1,9 @@
 #include "harness/report/report.hpp"
 
-#include "harness/file_output.hpp"
-#include "harness/report/joined.hpp"
 #include "harness/report/results.hpp"
 #include "harness/report/sections.hpp"
+#include "harness/scene/file_output.hpp"
+#include "harness/scene/joined.hpp"
 #include "report_assets/page_style.hpp"
 #include "report_assets/tradeoff_script.hpp"
 
@@ -26,8 +26,7 @@ std::string script_digest() {
 }
 
 std::string page_html(const report::Results& results) {
-  const std::string title =
-      report::escape(fmt::format("hdmbench on {}", report::joined(results.machines, " and ")));
+  const std::string title = report::escape(fmt::format("hdmbench on {}", joined(results.machines, " and ")));
   // The policy forbids the page to load anything, and to run anything but our script: no text that a result
   // file smuggles in can.
   const std::string script_policy =
@@ -39,36 +38,40 @@ std::string page_html(const report::Results& results) {
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; "
       "img-src data:{2}\">\n"
       "<title>{0}</title>\n<style>\n{1}</style>\n</head>\n<body>\n<main>\n<header>\n"
-      "<p class=\"overline\">One energy, one sweep, every device</p>\n<h1>{0}</h1>\n",
+      "<p class=\"overline\">Image deformation by energy minimisation on CPUs and GPUs: same bits, speed, "
+      "accuracy</p>\n<h1>{0}</h1>\n",
       title, sources::page_style, script_policy);
   report::Anchors anchors;
   html += report::summary_section(results);
   html +=
-      R"(<nav aria-label="Sections"><a href="#support">What runs where</a><a href="#agreement">Agreement</a>
+      R"(<nav aria-label="Sections"><a href="#tradeoff">Speed and accuracy</a>
+<a href="#pictures">Displacement fields</a>
+<a href="#speed">Speed</a>
+<a href="#agreement">Agreement</a>
+<a href="#accuracy">Accuracy</a>
+<a href="#failures">Failure atlas</a>
 <a href="#golden">Golden hashes</a>
 <a href="#faults">Planted faults</a>
-<a href="#failing-calls">Failing calls</a>
-<a href="#speed">Speed</a><a href="#before-and-after">Before and after</a><a href="#accuracy">Accuracy</a>
-<a href="#tradeoff">Speed against accuracy</a>
-<a href="#failures">Failures</a>
-<a href="#instructions">512 operations</a>
-<a href="#pictures">Pictures</a>
+<a href="#failing-calls">Failing driver calls</a>
+<a href="#before-and-after">Before and after</a>
+<a href="#instructions">Instruction counts</a>
+<a href="#support">Backends and devices</a>
 <a href="#reading">How to read</a>
 <a href="#reproduce">Reproduce</a></nav>
 </header>
 )";
-  html += report::support_section(results, anchors);
+  html += report::tradeoff_section(results, anchors);
+  html += report::pictures_section(results, anchors);
+  html += report::speed_section(results, anchors);
   html += report::agreement_section(results, anchors);
+  html += report::accuracy_section(results, anchors);
+  html += report::atlas_section(results, anchors);
   html += report::golden_section(results, anchors);
   html += report::faults_section(results, anchors);
   html += report::failing_calls_section(results, anchors);
-  html += report::speed_section(results, anchors);
   html += report::compare_section(results, anchors);
-  html += report::accuracy_section(results, anchors);
-  html += report::tradeoff_section(results, anchors);
-  html += report::atlas_section(results, anchors);
   html += report::instructions_section(results, anchors);
-  html += report::pictures_section(results, anchors);
+  html += report::support_section(results, anchors);
   html += report::reading_section(results, anchors);
   const std::string script =
       results.tradeoff.empty() ? "" : fmt::format("<script>{}</script>\n", sources::tradeoff_script);

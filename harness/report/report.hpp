@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <span>
+#include <string>
 
 namespace hdmbench {
 
@@ -12,5 +13,9 @@ namespace hdmbench {
 /// Written beside the target and renamed. Throws InputError naming a file that is missing, not JSON, or of
 /// another schema, and where gnuplot is missing.
 void write_report(std::span<const std::filesystem::path> results, const std::filesystem::path& page);
+
+/// The same results on a screen of a terminal: agreement, the speed of the first scene at its largest size,
+/// accuracy. Throws as write_report does of the files.
+[[nodiscard]] std::string summary_text(std::span<const std::filesystem::path> results);
 
 } // namespace hdmbench

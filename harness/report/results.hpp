@@ -1,87 +1,64 @@
 #pragma once
 
-#include "harness/report/accuracy_results.hpp"
-#include "harness/report/atlas_results.hpp"
-#include "harness/report/bench_results.hpp"
-#include "harness/report/compare_results.hpp"
-#include "harness/report/failing_calls_results.hpp"
-#include "harness/report/faults_results.hpp"
-#include "harness/report/golden_results.hpp"
-#include "harness/report/instructions_results.hpp"
-#include "harness/report/tradeoff_results.hpp"
-#include "harness/report/verify_results.hpp"
+#include "harness/check/failing_calls_row.hpp"
+#include "harness/check/faults/fault_row.hpp"
+#include "harness/check/golden_row.hpp"
+#include "harness/check/verify_row.hpp"
+#include "harness/judge/accuracy/accuracy_row.hpp"
+#include "harness/judge/atlas/atlas_row.hpp"
+#include "harness/judge/run_row.hpp"
+#include "harness/judge/tradeoff/tradeoff_row.hpp"
+#include "harness/measure/bench_row.hpp"
+#include "harness/measure/comparison/rows.hpp"
+#include "harness/measure/context.hpp"
+#include "harness/measure/device_row.hpp"
+#include "harness/measure/instructions_row.hpp"
 
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
-#include <map>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-/// What the result files say, typed and checked; nothing here knows HTML.
+/// What the result files say; nothing here knows HTML.
 namespace hdmbench::report {
 
-/// Where, when and from what a result file was made.
-struct Context {
+/// A result file whose rows were read.
+struct Source : Context {
   std::filesystem::path file;
-  std::string command; ///< "verify"
-  std::string machine;
-  std::string cpu;
-  std::int64_t cores = 0;
-  std::string operating_system;
-  std::string compiler;
-  std::string flags;
-  std::string commit;
-  std::string date; ///< UTC, ISO 8601, so that texts sort as times
-  std::string version;
-  std::string arguments; ///< "verify square --size 300"
-  bool quick = false;
+  std::string command;      ///< "verify"
   std::size_t rows = 0;     ///< read from the file
   std::size_t replaced = 0; ///< of them, by newer ones; not in Results
 };
 
-struct DeviceRow {
-  std::size_t context = 0; ///< index into Results::contexts, in every row
-  std::string backend;
-  bool available = false;
-  std::string device;
-  std::string driver;
-  std::string reason; ///< why it is not available
-  std::string description;
-  bool software = false;
-  std::vector<std::string> updates;
-  std::vector<std::string> choices; ///< made by measurement, a line each (harness/choices.hpp)
+/// A row and where it was read.
+template <typename Row>
+struct From : Row {
+  std::size_t source = 0; ///< index into Results::sources
 };
 
-struct RunRow {
-  std::size_t context = 0;
-  std::string scene;
-  std::string title;
-  std::int64_t width = 0;
-  std::int64_t height = 0;
-  std::string backend;
-  std::string device;
-  std::string method;
-  double seconds = 0.0;
-  std::int64_t levels = 0;
-  std::int64_t iterations = 0;
-  std::optional<double> mean_energy;
-  std::optional<double> largest_displacement; ///< pixels
-  double spacing = 1.0;                       ///< millimetres per pixel
-  std::string field;                          ///< file of the displacement; empty: none was written
-  std::map<std::string, std::filesystem::path> pictures; ///< before, after, grid, magnitude
-};
+using AccuracyRow = From<hdmbench::AccuracyRow>;
+using AtlasRow = From<atlas::AtlasRow>;
+using BenchRow = From<hdmbench::BenchRow>;
+using ComparedRow = From<comparison::ComparedRow>;
+using DeviceRow = From<hdmbench::DeviceRow>;
+using EqualAccuracyRow = From<hdmbench::EqualAccuracyRow>;
+using FailingCallsRow = From<hdmbench::FailingCallsRow>;
+using FaultRow = From<hdmbench::FaultRow>;
+using GoldenRow = From<hdmbench::GoldenRow>;
+using InstructionsRow = From<hdmbench::InstructionsRow>;
+using RunRow = From<hdmbench::RunRow>;
+using TradeoffRow = From<hdmbench::TradeoffRow>;
+using VerifyRow = From<hdmbench::VerifyRow>;
 
 struct Results {
-  std::vector<Context> contexts; ///< oldest first
+  std::vector<Source> sources; ///< oldest first
   std::vector<std::string> machines;
   std::vector<DeviceRow> devices;
   std::vector<VerifyRow> verify;
   std::vector<FaultRow> faults;
   std::vector<BenchRow> bench;
-  std::vector<CompareRow> compare;
+  std::vector<ComparedRow> compare;
   std::vector<RunRow> run;
   std::vector<AccuracyRow> accuracy;
   std::vector<AtlasRow> atlas;
@@ -91,14 +68,23 @@ struct Results {
   std::vector<TradeoffRow> tradeoff;
   std::vector<EqualAccuracyRow> equal_accuracy;
 
-  [[nodiscard]] const std::string& machine_of(std::size_t context) const { return contexts[context].machine; }
+  template <typename Row>
+  [[nodiscard]] const std::string& machine_of(const From<Row>& row) const {
+    return sources[row.source].machine;
+  }
+
+  /// A file that a row names.
+  template <typename Row>
+  [[nodiscard]] std::filesystem::path path_of(const From<Row>& row, const std::string& name) const {
+    return sources[row.source].file.parent_path() / name;
+  }
 
   /// The rows of one machine.
   template <typename Row>
   [[nodiscard]] std::vector<Row> of(const std::vector<Row>& rows, const std::string& machine) const {
     std::vector<Row> result;
     for (const Row& row : rows) {
-      if (machine_of(row.context) == machine) {
+      if (machine_of(row) == machine) {
         result.push_back(row);
       }
     }

@@ -11,13 +11,10 @@ namespace hdmbench::report {
 
 namespace {
 
-std::string details(bool open, const std::string& summary, const std::string& text,
-                    const std::string& content) {
-  if (content.empty()) {
-    return {};
-  }
-  return fmt::format("<details{}><summary>{}</summary>\n{}{}</details>\n", open ? " open" : "", summary,
-                     text.empty() ? "" : "<p>" + text + "</p>\n", content);
+/// A sentence above, where there is content.
+std::string folded_with(std::string_view summary, std::string_view text, const std::string& content,
+                        bool open = false) {
+  return folded(summary, content.empty() ? "" : fmt::format("<p>{}</p>\n{}", text, content), open);
 }
 
 /// Beside which of our distances from FEM, Poisson ratio of the scene, the thesis's own lies. Empty where it
@@ -44,53 +41,58 @@ std::string what_the_thesis_is_near(const AccuracyScene& scene) {
   return sentences;
 }
 
-std::string scene_html(const Results& results, const AccuracyScene& scene, Anchors& anchors) {
-  const std::string title =
-      scene.title.empty() ? scene.scene : fmt::format("{}: {}", scene.scene, scene.title);
-  std::string html = heading(
-      results.machines.size() > 1 ? 4 : 3, anchors.unique(fmt::format("accuracy {}", scene.scene)),
-      fmt::format("{}, {}, {}", title, size_text(scene.width, scene.height), poisson_text(scene.poisson)));
-  html += "<div class=\"pair\">\n" + methods_table(scene) + tradeoff_figure(scene, anchors) + "</div>\n";
-  html += details(
-      true, "Where the error comes from",
-      "total² = model² + optimisation² + 2 covariance. Model: what the energy itself misses, its fixed point "
-      "against FEM; iterations do not change it. Optimisation: what ICM leaves to the fixed point. A "
+std::string scene_html(const AccuracyScene& scene, Anchors& anchors) {
+  std::string html =
+      "<div class=\"pair\">\n" + methods_table(scene) + tradeoff_figure(scene, anchors) + "</div>\n";
+  html += folded_with(
+      "Error by source: model and optimisation",
+      "total² = model² + optimisation² + 2 covariance. Model: the distance of the energy's fixed point from "
+      "FEM, which iterations do not change. Optimisation: the distance of ICM from the fixed point. A "
       "negative covariance (hatched) means that the two errors partly cancel.",
-      decomposition_table(scene));
-  html += details(true, "Profiles against FEM", "", profile_figure(scene, anchors));
-  html += details(false, "Differences to FEM as pictures", "", difference_figure(scene));
-  html += details(false, "How many iterations it takes", "", convergence_figure(scene, anchors));
-  html += details(false, "Through the levels", "", level_figure(scene, anchors));
-  html += details(false, "Deformed grids", "", grid_figure(scene));
-  html += details(false, "Why ours differs from the thesis",
+      decomposition_table(scene), true);
+  html += folded("Profiles against FEM", profile_figure(scene, anchors), true);
+  html += folded("Difference to FEM", difference_figure(scene));
+  html += folded("Convergence", convergence_figure(scene, anchors));
+  html += folded("Displacement on each level", level_figure(scene, anchors));
+  html += folded("Deformed grids", grid_figure(scene));
+  html +=
+      folded_with("Variants: what differs from the thesis",
                   "Each variant changes one thing against the run above it." + what_the_thesis_is_near(scene),
                   variants_table(scene));
-  html += details(
-      false, "At the interfaces of the materials",
+  html += folded_with(
+      "Error at material interfaces",
       fmt::format(
-          "RMSD to FEM with {} over the free sites; a ratio above 1 says that the error gathers where "
-          "the material changes (thesis 5.11).{}",
+          "RMSD to FEM with {} over the free sites. A ratio above 1 says that the error is larger where the "
+          "material changes (thesis 5.11).{}",
           poisson_text(scene.poisson),
-          scene.find("b-spline") == nullptr ? ""
-                                            : " B-spline registration is shown the deformed picture itself, "
-                                              "all others only the conditions; "
-                                              "where the picture has no edges it has nothing to go by."),
+          scene.find("b-spline") == nullptr
+              ? ""
+              : " B-spline registration sees the deformed picture itself, all others only the conditions; "
+                "where the picture has no edges, registration has no information."),
       interfaces_table(scene));
   const bool beyond_bound = std::ranges::any_of(scene.rows, [](const AccuracyRow* row) {
-    return row->arithmetic && row->arithmetic->beyond_bound > 0;
+    return row->arithmetic && row->arithmetic->resynchronised.beyond_bound > 0;
   });
-  html += details(
-      beyond_bound, "What float32 costs",
-      "Iterations are repeated in double from the same field. A step that comes out otherwise must be a "
-      "near-tie: its gap in energy within the rounding error bound derived for that site.",
-      arithmetic_table(scene));
+  html += folded_with(
+      "Single against double precision",
+      "Iterations are repeated in double precision from the same field. A step that differs must be a "
+      "near-tie: its gap in energy is within the rounding error bound derived for that site.",
+      arithmetic_table(scene), beyond_bound);
   return html;
+}
+
+/// "square: a square, 300 x 300, nu = 0.3".
+std::string title_of(const AccuracyScene& scene) {
+  const std::string title =
+      scene.title.empty() ? scene.scene : fmt::format("{}: {}", scene.scene, scene.title);
+  return escape(
+      fmt::format("{}, {}, {}", title, size_text(scene.width, scene.height), poisson_text(scene.poisson)));
 }
 
 } // namespace
 
 std::string accuracy_section(const Results& results, Anchors& anchors) {
-  std::string html = "<section>\n" + heading(2, anchors.unique("accuracy"), "How accurate are they?");
+  std::string html = "<section>\n" + heading(2, anchors.unique("accuracy"), "Accuracy");
   if (results.accuracy.empty()) {
     return html + no_data("fields to judge", "accuracy") + "</section>\n";
   }
@@ -109,7 +111,8 @@ energy does not couple x and y, and with the ratio of the scene; the thesis does
     html += overview_table(scenes) +
             "<p class=\"empty\">Against FEM with ν = 0; with the ratio of the scene beneath.</p>\n";
     for (const AccuracyScene& scene : scenes) {
-      html += scene_html(results, scene, anchors);
+      const bool has_failure = !std::ranges::all_of(scene.rows, &AccuracyRow::valid);
+      html += folded(title_of(scene), scene_html(scene, anchors), has_failure);
     }
   }
   return html + "</section>\n";

@@ -1,9 +1,11 @@
-#include "harness/report/joined.hpp"
 #include "harness/report/sections.hpp"
+#include "harness/scene/joined.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <iterator>
 
 namespace hdmbench::report {
@@ -35,7 +37,7 @@ struct Problem {
 
 // A row that was skipped may have no device; it belongs to its backend's first column.
 bool belongs(const VerifyRow& row, const Column& column) {
-  return row.backend == column.backend && (row.device == column.device || row.device.empty());
+  return row.backend == column.backend && (row.device.name == column.device || row.device.name.empty());
 }
 
 std::vector<Column> columns_of(const std::vector<VerifyRow>& rows) {
@@ -43,12 +45,12 @@ std::vector<Column> columns_of(const std::vector<VerifyRow>& rows) {
   for (const VerifyRow& row : rows) {
     const auto same = std::ranges::find_if(columns, [&](const Column& column) {
       return row.backend == column.backend &&
-             (row.device == column.device || row.device.empty() || column.device.empty());
+             (row.device.name == column.device || row.device.name.empty() || column.device.empty());
     });
     if (same == columns.end()) {
-      columns.push_back({row.backend, row.device});
+      columns.push_back({row.backend, row.device.name});
     } else if (same->device.empty()) {
-      same->device = row.device;
+      same->device = row.device.name;
     }
   }
   return columns;
@@ -84,7 +86,7 @@ std::string css_class(Verdict verdict) {
 std::string verdict_html(const VerifyRow& row) {
   switch (row.verdict) {
   case Verdict::agree:
-    return fmt::format("✓ {}", tier_names[static_cast<std::size_t>(row.tier)]);
+    return fmt::format("✓ {}", name_of(row.tier));
   case Verdict::certified:
     return "≈ certified";
   case Verdict::disagree:
@@ -132,13 +134,14 @@ std::string cell_html(const std::vector<const VerifyRow*>& rows) {
   std::vector<Line> lines;
   for (const VerifyRow* const row : rows) {
     const auto same = std::ranges::find_if(lines, [&](const Line& line) {
-      const bool same_mode = std::ranges::find(line.modes, escape(row->mode)) != line.modes.end();
+      const bool same_mode =
+          std::ranges::find(line.modes, std::string(name_of(row->mode))) != line.modes.end();
       return say_the_same(*row, *line.row) && !same_mode;
     });
     if (same == lines.end()) {
-      lines.push_back({row, {escape(row->mode)}});
+      lines.push_back({row, {std::string(name_of(row->mode))}});
     } else {
-      same->modes.push_back(escape(row->mode));
+      same->modes.push_back(std::string(name_of(row->mode)));
     }
   }
   std::string html = "<td>";
@@ -213,7 +216,7 @@ std::string tier_html(Tier tier) {
   case Tier::certified:
     return R"(<td class="certified"><b>≈ certified</b></td>)";
   default:
-    return fmt::format("<td class=\"agree\"><b>✓ {}</b></td>", tier_names[static_cast<std::size_t>(tier)]);
+    return fmt::format("<td class=\"agree\"><b>✓ {}</b></td>", name_of(tier));
   }
 }
 
@@ -241,34 +244,52 @@ std::string tiers_html(const Results& results, const std::string& machine,
   return html + std::string(table_end);
 }
 
+std::string vector_text(const std::array<float, 2>& pixels) {
+  const auto text = [](float value) {
+    return std::isfinite(value) ? fmt::format("{}", value) : "not finite";
+  };
+  return fmt::format("({}, {})", text(pixels[0]), text(pixels[1]));
+}
+
 std::string first_difference_html(const VerifyRow& row) {
-  if (!row.first_difference) {
+  if (!row.first) {
     return "<td class=\"faint\">none</td>";
   }
-  const FirstDifference& first = *row.first_difference;
+  const FirstDifference& first = *row.first;
+  std::string more;
+  if (std::isfinite(first.expected[0])) {
+    more = "expected " + vector_text(first.expected) + ", ";
+  }
+  if (!more.empty() || std::isfinite(first.found[0])) {
+    more += "found " + vector_text(first.found);
+  }
+  if (std::isfinite(first.energy_before)) {
+    more += fmt::format("; energy {:.9g} before, {:.9g} expected, {:.9g} found", first.energy_before,
+                        first.energy_expected, first.energy_found);
+  }
   return fmt::format("<td class=\"place\">level {}, iteration {}, site ({}, {}){}</td>", first.level,
-                     first.iteration, first.x, first.y,
-                     first.more.empty() ? "" : "<small>" + escape(first.more) + "</small>");
+                     first.iteration, first.x, first.y, more.empty() ? "" : "<small>" + more + "</small>");
 }
 
 std::string largest_difference_html(const VerifyRow& row) {
-  return row.max_abs_difference ? fmt::format("<td class=\"number\">{:.3g}</td>", *row.max_abs_difference)
-                                : "<td class=\"disagree\">not finite</td>";
+  return std::isfinite(row.largest_difference)
+             ? fmt::format("<td class=\"number\">{:.3g}</td>", row.largest_difference)
+             : "<td class=\"disagree\">not finite</td>";
 }
 
 std::string detail_row_html(const VerifyRow& row, bool with_device) {
   std::string html =
       fmt::format("<tr><th scope=\"row\">{}<small>{}</small></th><td class=\"name\">{}{}</td><td>{}</td>",
                   escape(row.scene), Problem(row).text(), escape(row.backend),
-                  with_device ? "<small>" + escape(row.device) + "</small>" : "", escape(row.mode));
+                  with_device ? "<small>" + escape(row.device.name) + "</small>" : "", name_of(row.mode));
   html += fmt::format("<td class=\"{}\">{}{}</td>", css_class(row.verdict), verdict_html(row),
                       row.reason.empty() ? "" : "<small class=\"reason\">" + escape(row.reason) + "</small>");
   if (row.verdict == Verdict::skipped) {
     return html + "<td class=\"faint\" colspan=\"8\">not run</td></tr>\n";
   }
   html += first_difference_html(row);
-  for (const std::int64_t number : {row.levels, row.iterations, row.sites_compared, row.sites_differing,
-                                    row.certified_ties, row.uncertified}) {
+  for (const std::int64_t number : {std::int64_t{row.levels}, row.iterations, row.sites_compared,
+                                    row.sites_differing, row.certified_ties, row.uncertified}) {
     html += fmt::format("<td class=\"number\">{}</td>", count_text(number));
   }
   return html + largest_difference_html(row) + "</tr>\n";
@@ -276,14 +297,13 @@ std::string detail_row_html(const VerifyRow& row, bool with_device) {
 
 std::string details_html(const std::string& title, bool open, const std::vector<VerifyRow>& rows) {
   const std::vector<Column> columns = columns_of(rows);
-  std::string html = fmt::format("<details{}><summary>{}</summary>\n", open ? " open" : "", title);
-  html += table_start("details", {"Scene", "Backend", "Mode", "Verdict", "First difference", ">Levels",
-                                  ">Iterations", ">Sites compared", ">Differing", ">Certified",
-                                  ">Uncertified", ">Largest difference<br>[px]"});
+  std::string html = table_start("details", {"Scene", "Backend", "Mode", "Verdict", "First difference",
+                                             ">Levels", ">Iterations", ">Sites compared", ">Differing",
+                                             ">Certified", ">Uncertified", ">Largest difference<br>[px]"});
   for (const VerifyRow& row : rows) {
     html += detail_row_html(row, std::ranges::count(columns, row.backend, &Column::backend) > 1);
   }
-  return html + std::string(table_end) + "</details>\n";
+  return folded(title, html + std::string(table_end), open);
 }
 
 std::string all_details_html(const std::vector<VerifyRow>& rows) {
@@ -291,7 +311,7 @@ std::string all_details_html(const std::vector<VerifyRow>& rows) {
   std::ranges::copy_if(rows, std::back_inserter(trouble), [](const VerifyRow& row) {
     return row.verdict == Verdict::disagree || row.verdict == Verdict::mistrusted;
   });
-  std::ranges::stable_sort(trouble, {}, &VerifyRow::verdict); // disagreements first
+  std::ranges::stable_sort(trouble, std::greater(), &VerifyRow::verdict); // disagreements first
   std::string html;
   if (!trouble.empty()) {
     html += details_html(plural(std::ssize(trouble), "comparison") + " without agreement", true, trouble);
@@ -302,7 +322,8 @@ std::string all_details_html(const std::vector<VerifyRow>& rows) {
 } // namespace
 
 std::string agreement_section(const Results& results, Anchors& anchors) {
-  std::string html = "<section>\n" + heading(2, anchors.unique("agreement"), "Do they agree?");
+  std::string html =
+      "<section>\n" + heading(2, anchors.unique("agreement"), "Agreement with the reference backend");
   if (results.verify.empty()) {
     html += no_data("comparisons", "verify");
   }
@@ -311,7 +332,7 @@ std::string agreement_section(const Results& results, Anchors& anchors) {
     const std::vector<VerifyRow> rows = results.of(results.verify, machine);
     if (!rows.empty()) {
       html += machine_heading(results, machine, anchors) + tiers_html(results, machine, rows) +
-              "<p>Scene by scene:</p>\n" + matrix_html(results, machine, rows) + all_details_html(rows);
+              folded("Scene by scene", matrix_html(results, machine, rows)) + all_details_html(rows);
     }
   }
   return html + "</section>\n";

@@ -9,25 +9,26 @@ namespace hdmbench::report {
 
 namespace {
 
-std::string threshold_html(const AtlasSeries& series) {
+std::string threshold_html(const atlas::SeriesResult& series) {
   if (!series.absence.empty()) {
     return fmt::format("<span class=\"empty\">{}: {}</span>", series.points.empty() ? "not there" : "refuses",
                        escape(series.absence));
   }
-  if (!series.first_failed) {
+  const atlas::Threshold threshold = series.threshold();
+  if (!threshold.failed) {
     return "no failure";
   }
-  return series.last_good ? fmt::format("✗ at {:.6g}, ✓ at {:.6g}", *series.first_failed, *series.last_good)
-                          : fmt::format("✗ from {:.6g} on", *series.first_failed);
+  return threshold.good ? fmt::format("✗ at {:.6g}, ✓ at {:.6g}", *threshold.failed, *threshold.good)
+                        : fmt::format("✗ from {:.6g} on", *threshold.failed);
 }
 
-std::string error_html(const AtlasPoint& point) {
+std::string error_html(const atlas::Point& point) {
   return fmt::format("{}{}", point.failed ? "✗ " : "",
                      point.error ? fmt::format("{:.3g}", *point.error) : "not finite");
 }
 
 /// The entry's kinds that the point brought.
-std::string told(const AtlasRow& row, const AtlasPoint& point) {
+std::string told(const AtlasRow& row, const atlas::Point& point) {
   std::string text;
   for (const std::string& kind : row.warnings) {
     if (std::ranges::find(point.warnings, kind) != point.warnings.end()) {
@@ -41,8 +42,8 @@ std::string points_table(const AtlasRow& row) {
   const std::string knob = fmt::format(">{}", escape(row.knob));
   const std::string measure = fmt::format(">{}", escape(row.measure));
   std::string html = table_start("atlas", {"method", knob, measure, "warned of"});
-  for (const AtlasSeries& series : row.series) {
-    for (const AtlasPoint& point : series.points) {
+  for (const atlas::SeriesResult& series : row.series) {
+    for (const atlas::Point& point : series.points) {
       html += fmt::format("<tr><th scope=\"row\">{}</th><td class=\"number\">{:.6g}</td><td "
                           "class=\"number\">{}</td><td>{}</td></tr>\n",
                           escape(series.name), point.knob, error_html(point), escape(told(row, point)));
@@ -54,33 +55,32 @@ std::string points_table(const AtlasRow& row) {
 std::string thresholds_table(const AtlasRow& row) {
   const std::string title = fmt::format("fails where {} is", escape(row.knob));
   std::string html = table_start("atlas", {"method", title});
-  for (const AtlasSeries& series : row.series) {
+  for (const atlas::SeriesResult& series : row.series) {
     html += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", escape(series.name),
                         threshold_html(series));
   }
   return html + std::string(table_end);
 }
 
-std::string picture_html(const AtlasRow& row) {
-  if (row.picture.empty()) {
+std::string picture_html(const Results& results, const AtlasRow& row) {
+  if (!row.picture) {
     return {};
   }
-  const EmbeddedPng png = embed_png(row.picture);
+  const EmbeddedPng png = embed_png(results.path_of(row, row.picture->file));
   return fmt::format("<figure><img src=\"{}\" width=\"{}\" height=\"{}\" style=\"width:min(100%,{}px);"
                      "height:auto;image-rendering:pixelated\" alt=\"{}\"><figcaption>{} (full colours: "
                      "±{:.3g})</figcaption></figure>\n",
-                     png.uri, png.width, png.height, 2 * png.width, escape(row.picture_caption),
-                     escape(row.picture_caption), row.picture_largest);
+                     png.uri, png.width, png.height, 2 * png.width, escape(row.picture->caption),
+                     escape(row.picture->caption), row.picture->largest);
 }
 
 std::string sentence(std::string_view label, const std::string& text) {
   return text.empty() ? "" : fmt::format("<p><b>{}</b> {}</p>\n", label, escape(text));
 }
 
-std::string entry_html(const AtlasRow& row, Anchors& anchors) {
+std::string entry_html(const Results& results, const AtlasRow& row, Anchors& anchors) {
   const std::string id = anchors.unique("atlas " + row.entry);
-  std::string html = heading(3, id, row.title);
-  html += sentence("Why.", row.mechanism);
+  std::string html = sentence("Why.", row.mechanism);
   const std::string plot = atlas_figure(row, id + '_');
   html += "<div class=\"pair\">\n";
   if (!plot.empty()) {
@@ -89,11 +89,10 @@ std::string entry_html(const AtlasRow& row, Anchors& anchors) {
         "counts as failed.</figcaption></figure>\n",
         plot, size_text(row.width, row.height), row.limit);
   }
-  html += thresholds_table(row) + picture_html(row) + "</div>\n";
+  html += thresholds_table(row) + picture_html(results, row) + "</div>\n";
   html += sentence("How it shows.", row.seen_by);
   html += sentence("What survives.", row.survivor);
-  return html + "<details><summary>All figures, and what was warned of</summary>\n" + points_table(row) +
-         "</details>\n";
+  return html + folded("All values and warnings", points_table(row));
 }
 
 } // namespace
@@ -103,8 +102,8 @@ std::string atlas_section(const Results& results, Anchors& anchors) {
   if (results.atlas.empty()) {
     return html + no_data("failures", "atlas") + "</section>\n";
   }
-  html += "<p>Each family of scenes leads along one knob from where all is well to where it is not. What is "
-          "warned of is what <code>run</code> would say of the same scene and field.</p>\n";
+  html += "<p>Each family of scenes varies one parameter from harmless to harmful. The warnings are those "
+          "that <code>run</code> prints for the same scene and field.</p>\n";
   html += quick_note(results, results.atlas);
   for (const std::string& machine : results.machines) {
     const std::vector<AtlasRow> rows = results.of(results.atlas, machine);
@@ -112,7 +111,7 @@ std::string atlas_section(const Results& results, Anchors& anchors) {
       html += machine_heading(results, machine, anchors);
     }
     for (const AtlasRow& row : rows) {
-      html += entry_html(row, anchors);
+      html += folded(escape(row.title), entry_html(results, row, anchors));
     }
   }
   return html + "</section>\n";

@@ -1,4 +1,4 @@
-#include "harness/median.hpp"
+#include "harness/measure/median.hpp"
 #include "harness/report/gnuplot.hpp"
 #include "harness/report/plot_style.hpp"
 #include "harness/report/sections.hpp"
@@ -14,7 +14,8 @@ namespace hdmbench::report {
 
 namespace {
 
-using Rows = std::vector<CompareRow>;
+using comparison::Change;
+using Rows = std::vector<ComparedRow>;
 
 /// A verdict, its colour on the page and that of its mark in the figure.
 struct Look {
@@ -22,40 +23,45 @@ struct Look {
   std::string_view colour;
 };
 
-Look look_of(const CompareRow& row) {
-  if (row.verdict == "faster") {
+Look look_of(const ComparedRow& row) {
+  switch (row.comparison.change) {
+  case Change::faster:
     return {"agree", "00795a"};
+  case Change::slower:
+    return row.comparison.slower_than_tolerated ? Look{"disagree", "9f1d2f"} : Look{"mistrusted", "b04a00"};
+  case Change::none_seen:
+    return {"", "1f2328"};
+  default:
+    return {"mistrusted", "8a8f98"};
   }
-  if (row.verdict == "slower") {
-    return row.slower_than_tolerated ? Look{"disagree", "9f1d2f"} : Look{"mistrusted", "b04a00"};
-  }
-  return row.verdict == "no difference seen" ? Look{"", "1f2328"} : Look{"mistrusted", "8a8f98"};
 }
 
-std::string backend_text(const CompareRow& row) {
-  return row.backend + (row.threads ? ", " + plural(*row.threads, "thread") : "");
+std::string backend_text(const ComparedRow& row) {
+  return row.row.backend + (row.row.threads ? ", " + plural(*row.row.threads, "thread") : "");
 }
 
-std::string verdict_text(const CompareRow& row) {
-  const bool borne = row.verdict == "slower" && !row.slower_than_tolerated;
-  return row.verdict + (borne ? ", within the tolerance" : "");
+std::string verdict_text(const ComparedRow& row) {
+  const Change change = row.comparison.change;
+  const bool borne = change == Change::slower && !row.comparison.slower_than_tolerated;
+  return fmt::format("{}{}", names_of(change).at(static_cast<std::size_t>(change)),
+                     borne ? ", within the tolerance" : "");
 }
 
-std::string row_html(const CompareRow& row) {
+std::string row_html(const ComparedRow& row) {
   std::string html = fmt::format("<tr><th scope=\"row\">{}<small>{}</small></th><td>{}<small>{}</small></td>",
-                                 escape(row.scene), size_text(row.width, row.height),
-                                 escape(backend_text(row)), escape(row.method));
+                                 escape(row.row.scene), size_text(row.row.width, row.row.height),
+                                 escape(backend_text(row)), escape(row.row.method));
   const std::string remark = row.remark.empty() ? "" : fmt::format("<small>{}</small>", escape(row.remark));
   if (!row.compared) {
     return html + fmt::format("<td colspan=\"6\" class=\"skipped\">not compared{}</td></tr>\n", remark);
   }
-  html +=
-      fmt::format("<td class=\"number\">{} + {}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>",
-                  row.old_seconds.size(), row.new_seconds.size(), seconds_text(median(row.old_seconds)),
-                  seconds_text(median(row.new_seconds)));
+  html += fmt::format(
+      "<td class=\"number\">{} + {}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>",
+      row.first.size(), row.second.size(), seconds_text(median(row.first)), seconds_text(median(row.second)));
+  const comparison::Ratio& ratio = row.comparison.ratio;
   return html + fmt::format("<td class=\"number\">{:.3f}<small>{:.3f} … {:.3f} ({:.0f} %)</small></td>"
                             "<td class=\"number\">{:.2g}</td><td class=\"{}\"><b>{}</b>{}</td></tr>\n",
-                            row.ratio, row.ratio_low, row.ratio_high, 100.0 * row.coverage, row.p,
+                            ratio.estimate, ratio.low, ratio.high, 100.0 * ratio.coverage, row.comparison.p,
                             look_of(row).css_class, escape(verdict_text(row)), remark);
 }
 
@@ -70,16 +76,17 @@ std::string ratio_plot(const Rows& rows, const std::string& prefix, const std::s
   std::string command = "plot ";
   double farthest = 1.05;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const CompareRow& row = rows[i];
+    const ComparedRow& row = rows[i];
+    const comparison::Ratio& ratio = row.comparison.ratio;
     const std::size_t position = rows.size() - i;
-    const std::string name =
-        fmt::format("{} {}×{}, {}, {}", row.scene, row.width, row.height, backend_text(row), row.method);
+    const std::string name = fmt::format("{} {}×{}, {}, {}", row.row.scene, row.row.width, row.row.height,
+                                         backend_text(row), row.row.method);
     tics += fmt::format("{}{} {}", i == 0 ? "" : ", ", gnuplot_text(name), position);
-    blocks += fmt::format("$row{} << END\n{:.6g} {} {:.6g} {:.6g}\nEND\n", i, row.ratio, position,
-                          row.ratio_low, row.ratio_high);
+    blocks += fmt::format("$row{} << END\n{:.6g} {} {:.6g} {:.6g}\nEND\n", i, ratio.estimate, position,
+                          ratio.low, ratio.high);
     command += fmt::format("{}$row{} using 1:2:3:4 with xerrorbars pt 7 ps 0.6 lw 1.5 lc rgb \"#{}\" notitle",
                            i == 0 ? "" : ", ", i, look_of(row).colour);
-    farthest = std::max({farthest, row.ratio_high, 1.0 / row.ratio_low});
+    farthest = std::max({farthest, ratio.high, 1.0 / ratio.low});
   }
   const double end = std::pow(farthest, 1.1);
   return gnuplot_svg(
@@ -97,27 +104,26 @@ std::string ratio_plot(const Rows& rows, const std::string& prefix, const std::s
 
 /// What was compared with what, and what came out.
 std::string summary_html(const Rows& rows, const Rows& compared) {
-  const CompareRow& any = rows.front();
+  const ComparedRow& any = rows.front();
   std::string html = "<p>";
   if (!any.old_commit.empty() && !any.new_commit.empty()) {
     html += fmt::format("Old is commit <code>{}</code>, new is <code>{}</code>. ", escape(any.old_commit),
                         escape(any.new_commit));
   }
-  html += std::ranges::all_of(rows, &CompareRow::interleaved)
+  html += std::ranges::all_of(rows, &ComparedRow::interleaved)
               ? "Measured in turn, a process a sample, so that a drift of the machine hits both.</p>\n"
               : "Measured at different times: a drift of the machine looks like a difference.</p>\n";
-  const auto regressions = std::ranges::count_if(compared, &CompareRow::slower_than_tolerated);
-  const auto noisy = std::ranges::count_if(compared, &CompareRow::noisy);
-  std::vector<std::string> verdicts;
-  for (const CompareRow& row : compared) {
-    if (std::ranges::find(verdicts, row.verdict) == verdicts.end()) {
-      verdicts.push_back(row.verdict);
-    }
-  }
+  const auto regressions = std::ranges::count_if(
+      compared, [](const ComparedRow& row) { return row.comparison.slower_than_tolerated; });
+  const auto noisy =
+      std::ranges::count_if(compared, [](const ComparedRow& row) { return row.comparison.noisy(); });
   std::string totals;
-  for (const std::string& verdict : verdicts) {
-    totals += fmt::format("{}{} {}", totals.empty() ? "" : ", ",
-                          std::ranges::count(compared, verdict, &CompareRow::verdict), escape(verdict));
+  for (std::size_t i = 0; i < comparison::change_names.size(); ++i) {
+    const auto count = std::ranges::count_if(
+        compared, [&](const ComparedRow& row) { return row.comparison.change == static_cast<Change>(i); });
+    if (count > 0) {
+      totals += fmt::format("{}{} {}", totals.empty() ? "" : ", ", count, comparison::change_names.at(i));
+    }
   }
   html += fmt::format("<p class=\"{}\"><b>Of {}: {}.</b>{}</p>\n", regressions > 0 ? "disagree" : "agree",
                       plural(std::ssize(compared), "timing"), totals.empty() ? "none compared" : totals,
@@ -133,7 +139,7 @@ std::string summary_html(const Rows& rows, const Rows& compared) {
 
 std::string machine_html(const Rows& rows, const std::string& machine, Anchors& anchors) {
   Rows compared;
-  std::ranges::copy_if(rows, std::back_inserter(compared), &CompareRow::compared);
+  std::ranges::copy_if(rows, std::back_inserter(compared), &ComparedRow::compared);
   std::string html = summary_html(rows, compared);
   if (!compared.empty()) {
     const std::string id = anchors.unique("ratios");
@@ -144,7 +150,7 @@ std::string machine_html(const Rows& rows, const std::string& machine, Anchors& 
   }
   html += table_start(
       "compare", {"Scene", "Backend, method", ">Samples", ">Old s", ">New s", ">New / old", ">p", "Verdict"});
-  for (const CompareRow& row : rows) {
+  for (const ComparedRow& row : rows) {
     html += row_html(row);
   }
   return html + std::string(table_end);
@@ -153,7 +159,8 @@ std::string machine_html(const Rows& rows, const std::string& machine, Anchors& 
 } // namespace
 
 std::string compare_section(const Results& results, Anchors& anchors) {
-  std::string html = "<section>\n" + heading(2, anchors.unique("before and after"), "Before and after");
+  std::string html =
+      "<section>\n" + heading(2, anchors.unique("before and after"), "Speed before and after a change");
   if (results.compare.empty()) {
     return html + no_data("timings before and after a change", "bench --compare OLD.json") + "</section>\n";
   }

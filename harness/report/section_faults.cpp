@@ -10,6 +10,8 @@ namespace hdmbench::report {
 
 namespace {
 
+using faults::Expected;
+using faults::Layer;
 using Rows = std::vector<FaultRow>;
 
 Rows rows_where(const Rows& rows, const std::function<bool(const FaultRow&)>& belongs) {
@@ -33,7 +35,7 @@ std::vector<FaultOnScene> scenes_of(const Rows& rows) {
 
 /// The colour of good is for a mistake that is seen, and for what is no mistake and let through.
 std::string css_class(const FaultRow& row, const std::string& verdict) {
-  const bool is_mistake = row.expected != "let through";
+  const bool is_mistake = row.expected != Expected::let_through;
   return is_mistake && verdict == "disagree" ? "agree" : is_mistake && verdict == "agree" ? "faint" : verdict;
 }
 
@@ -57,12 +59,12 @@ std::string outcome_html(const FaultRow& row) {
   }
   if (!row.as_expected) {
     return fmt::format("<td class=\"disagree\">✗ {}</td>",
-                       row.expected == "let through" ? "not let through" : "not caught");
+                       row.expected == Expected::let_through ? "not let through" : "not caught");
   }
   if (!row.ran()) {
     return "<td class=\"skipped\">not run</td>";
   }
-  if (row.expected == "let through") {
+  if (row.expected == Expected::let_through) {
     return "<td class=\"agree\">✓ let through</td>";
   }
   return row.caught ? "<td class=\"agree\">✓ caught</td>" : "<td class=\"faint\">not shown here</td>";
@@ -75,7 +77,7 @@ std::string table_html(const Rows& rows) {
     titles.push_back(fmt::format("{}<small>{}{}</small>", escape(scene.scene),
                                  size_text(scene.width, scene.height), scene.exact ? ", exact" : ""));
   }
-  std::vector<std::string_view> headings{"Mistake", "Planted on"};
+  std::vector<std::string_view> headings{"Fault", "Planted on"};
   headings.insert(headings.end(), titles.begin(), titles.end());
   headings.emplace_back("");
   std::string html = table_start("faults", headings);
@@ -91,9 +93,7 @@ std::string table_html(const Rows& rows) {
 }
 
 std::string details_html(std::string_view title, const Rows& rows) {
-  return rows.empty() ? ""
-                      : fmt::format("<details><summary>{} ({})</summary>\n{}</details>\n", title, rows.size(),
-                                    table_html(rows));
+  return rows.empty() ? "" : folded(fmt::format("{} ({})", title, rows.size()), table_html(rows));
 }
 
 /// No scene that rounds would have caught it.
@@ -106,8 +106,8 @@ bool only_where_exact(const FaultRow& row) {
 /// "12 of 12 planted faults caught", and the controls.
 std::string summary_html(const Rows& mistakes, const Rows& controls) {
   const auto run = [](const FaultRow& row) { return row.ran() || !row.as_expected; };
-  const Rows planted =
-      rows_where(mistakes, [&](const FaultRow& row) { return row.expected == "disagree" && run(row); });
+  const Rows planted = rows_where(
+      mistakes, [&](const FaultRow& row) { return row.expected == Expected::disagree && run(row); });
   const Rows judged = rows_where(controls, run);
   const auto good = [](const Rows& rows) { return std::ranges::count(rows, true, &FaultRow::as_expected); };
   const bool all = good(planted) == std::ssize(planted) && good(judged) == std::ssize(judged);
@@ -131,30 +131,32 @@ std::string summary_html(const Rows& mistakes, const Rows& controls) {
 }
 
 std::string machine_html(const Rows& rows) {
-  const Rows controls = rows_where(rows, [](const FaultRow& row) { return row.expected == "let through"; });
-  const Rows mistakes = rows_where(rows, [](const FaultRow& row) { return row.expected != "let through"; });
-  const auto in_layer = [&](const std::string& layer) {
+  const Rows controls =
+      rows_where(rows, [](const FaultRow& row) { return row.expected == Expected::let_through; });
+  const Rows mistakes =
+      rows_where(rows, [](const FaultRow& row) { return row.expected != Expected::let_through; });
+  const auto in_layer = [&](Layer layer) {
     return rows_where(mistakes, [&](const FaultRow& row) { return row.layer == layer; });
   };
   const Rows trouble = rows_where(rows, [](const FaultRow& row) { return !row.as_expected; });
   return summary_html(mistakes, controls) + (trouble.empty() ? "" : table_html(trouble)) +
-         details_html("Controls: no mistakes", controls) +
-         details_html("Mistakes of a session", in_layer("session")) +
-         details_html("Mistakes in the shaders", in_layer("shader")) +
-         details_html("Mistakes in the calls to the driver", in_layer("driver"));
+         details_html("Controls without a fault", controls) +
+         details_html("Faults in a session", in_layer(Layer::session)) +
+         details_html("Faults in the shaders", in_layer(Layer::shader)) +
+         details_html("Faults in the calls to the driver", in_layer(Layer::driver));
 }
 
 } // namespace
 
 std::string faults_section(const Results& results, Anchors& anchors) {
-  std::string html = "<section>\n" + heading(2, anchors.unique("faults"), "Would a mistake have been seen?");
+  std::string html = "<section>\n" + heading(2, anchors.unique("faults"), "Planted faults");
   if (results.faults.empty()) {
     return html + no_data("planted faults", "faults") + "</section>\n";
   }
-  html += "<p>Mistakes planted one at a time between the cross-check and a sound backend, in the text of the "
-          "shaders and in the calls to the driver. Each has to make the cross-check disagree on one scene at "
-          "least; what rounding may do, and -0, it has to let through: a near-tie is certified where numbers "
-          "round, and where every number is exact nothing is.</p>\n";
+  html += "<p>Faults are planted one at a time: between the cross-check and a backend, in the text of the "
+          "shaders, and in the calls to the driver. For each of them the cross-check has to disagree on at "
+          "least one scene. Controls, such as rounding and -0, have to pass. A near-tie is certified only "
+          "where numbers round; on an exact scene none is.</p>\n";
   for (const std::string& machine : results.machines) {
     const Rows rows = results.of(results.faults, machine);
     if (!rows.empty()) {

@@ -1,6 +1,6 @@
-#include "harness/report/joined.hpp"
 #include "harness/report/sections.hpp"
 #include "harness/report/verdict.hpp"
+#include "harness/scene/joined.hpp"
 
 #include <fmt/format.h>
 
@@ -34,13 +34,13 @@ std::vector<Case> cases_of(const std::vector<GoldenRow>& rows) {
 }
 
 /// Backends with a verdict, the reason below each that is not golden.
-std::string backends_html(const Case& rows, std::string_view verdict, std::string_view sign) {
+std::string backends_html(const Case& rows, Verdict verdict, std::string_view sign) {
   std::vector<std::string> names;
   std::string reasons;
   for (const GoldenRow* const row : rows) {
     if (row->verdict == verdict) {
       names.push_back(escape(row->backend));
-      if (verdict == "disagree") {
+      if (verdict == Verdict::disagree) {
         reasons += fmt::format("<small>{}: {}</small>", escape(row->backend), escape(row->reason));
       }
     }
@@ -48,7 +48,8 @@ std::string backends_html(const Case& rows, std::string_view verdict, std::strin
   if (names.empty()) {
     return {};
   }
-  return fmt::format("<div class=\"{}\"><b>{}</b> {}{}</div>", verdict, sign, joined(names, ", "), reasons);
+  return fmt::format("<div class=\"{}\"><b>{}</b> {}{}</div>", name_of(verdict), sign, joined(names, ", "),
+                     reasons);
 }
 
 std::string case_html(const Case& rows) {
@@ -56,16 +57,17 @@ std::string case_html(const Case& rows) {
   std::string html = fmt::format(
       "<tr><th scope=\"row\">{}<small>{}</small></th><td>{}</td><td><code>{}</code>"
       "{}</td><td>",
-      escape(first.scene), size_text(first.width, first.height), escape(first.method), escape(first.hash),
+      escape(first.scene), size_text(first.width, first.height), escape(first.method), escape(first.hash()),
       first.inputs_reason.empty() ? ""
                                   : fmt::format("<small class=\"disagree\"><b>✗ inputs:</b> {}</small>",
                                                 escape(first.inputs_reason)));
-  html += backends_html(rows, "agree", "✓") + backends_html(rows, "disagree", "✗") +
-          backends_html(rows, "mistrusted", "? as scalar:") + backends_html(rows, "skipped", "– skipped:");
+  html += backends_html(rows, Verdict::agree, "✓") + backends_html(rows, Verdict::disagree, "✗") +
+          backends_html(rows, Verdict::mistrusted, "? as scalar:") +
+          backends_html(rows, Verdict::skipped, "– skipped:");
   return html + "</td></tr>\n";
 }
 
-std::int64_t count(const std::vector<GoldenRow>& rows, std::string_view verdict) {
+std::int64_t count(const std::vector<GoldenRow>& rows, Verdict verdict) {
   return std::ranges::count(rows, verdict, &GoldenRow::verdict);
 }
 
@@ -76,13 +78,13 @@ std::optional<Summary> summarise_golden(const Results& results, const std::strin
   if (rows.empty()) {
     return std::nullopt;
   }
-  const std::int64_t solved = std::ssize(rows) - count(rows, "skipped");
+  const std::int64_t solved = std::ssize(rows) - count(rows, Verdict::skipped);
   Summary summary;
-  if (const std::int64_t wrong = count(rows, "disagree"); wrong > 0) {
+  if (const std::int64_t wrong = count(rows, Verdict::disagree); wrong > 0) {
     summary.state = Summary::State::bad;
     summary.sentence = fmt::format("{} of {} {} not the golden hashes.", count_text(wrong),
                                    plural(solved, "solution"), wrong == 1 ? "has" : "have");
-  } else if (const std::int64_t unsure = count(rows, "mistrusted"); unsure > 0) {
+  } else if (const std::int64_t unsure = count(rows, Verdict::mistrusted); unsure > 0) {
     summary.sentence =
         fmt::format("{} of {} {} scalar's bits, but no golden hashes to compare with.", count_text(unsure),
                     plural(solved, "solution"), unsure == 1 ? "has" : "have");
@@ -97,25 +99,24 @@ std::optional<Summary> summarise_golden(const Results& results, const std::strin
 }
 
 std::string golden_section(const Results& results, Anchors& anchors) {
-  std::string html = "<section>\n" + heading(2, anchors.unique("golden"), "Are they what they always were?");
+  std::string html = "<section>\n" + heading(2, anchors.unique("golden"), "Golden hashes");
   if (results.golden.empty()) {
     return html + no_data("golden hashes", "golden") + "</section>\n";
   }
-  html +=
-      "<p>The field after every level of the pyramid, hashed, against the hashes that are committed with the "
-      "program, so that machines, compilers and versions are compared as well. Shown is the hash of the full "
-      "resolution.</p>\n";
+  html += "<p>The field after every level is hashed and compared with the hashes that are committed with the "
+          "program. So machines, compilers and versions are compared as well. The table shows the hash of "
+          "the full resolution.</p>\n";
   for (const std::string& machine : results.machines) {
     const std::vector<GoldenRow> rows = results.of(results.golden, machine);
     if (rows.empty()) {
       continue;
     }
-    html += machine_heading(results, machine, anchors) +
-            table_start("golden", {"Scene", "Method", "Hash", "Backends"});
+    std::string table = table_start("golden", {"Scene", "Method", "Hash", "Backends"});
     for (const Case& one : cases_of(rows)) {
-      html += case_html(one);
+      table += case_html(one);
     }
-    html += table_end;
+    html += machine_heading(results, machine, anchors) +
+            folded("All " + plural(std::ssize(rows), "solution"), table + std::string(table_end));
   }
   return html + "</section>\n";
 }

@@ -165,9 +165,10 @@ FILE</code> in the build folder's test/ produces them.</p>
 } // namespace
 
 std::string instructions_section(const Results& results, Anchors& anchors) {
-  std::string html = "<section>\n" +
-                     heading(2, anchors.unique("instructions"), "The thesis's 512 operations") +
-                     std::string(introduction);
+  std::string html =
+      "<section>\n" +
+      heading(2, anchors.unique("instructions"), "Instruction counts on the thesis's graphics card") +
+      std::string(introduction);
   if (results.instructions.empty()) {
     return html + std::string(no_counts) + "</section>\n";
   }

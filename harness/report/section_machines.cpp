@@ -1,8 +1,9 @@
 // What was measured where: verdict, machines, support matrix, how to read the page.
 
-#include "harness/report/joined.hpp"
+#include "harness/measure/choices.hpp"
 #include "harness/report/sections.hpp"
 #include "harness/report/verdict.hpp"
+#include "harness/scene/joined.hpp"
 
 #include <fmt/format.h>
 
@@ -42,12 +43,12 @@ std::string definition(std::string_view term, const std::string& value) {
 }
 
 // The distinct values that one machine's files give, newest last.
-std::string distinct(const std::vector<Context>& contexts, const std::string& machine,
-                     std::string Context::*member) {
+std::string distinct(const std::vector<Source>& sources, const std::string& machine,
+                     std::string Source::*member) {
   std::vector<std::string> values;
-  for (const Context& context : contexts) {
-    const std::string& value = context.*member;
-    if (context.machine == machine && !value.empty() && std::ranges::find(values, value) == values.end()) {
+  for (const Source& source : sources) {
+    const std::string& value = source.*member;
+    if (source.machine == machine && !value.empty() && std::ranges::find(values, value) == values.end()) {
       values.push_back(value);
     }
   }
@@ -55,14 +56,14 @@ std::string distinct(const std::vector<Context>& contexts, const std::string& ma
 }
 
 std::string machine_html(const Results& results, const std::string& machine) {
-  const auto& contexts = results.contexts;
-  const auto newest = std::find_if(contexts.rbegin(), contexts.rend(),
-                                   [&](const Context& context) { return context.machine == machine; });
-  const auto oldest = std::ranges::find(contexts, machine, &Context::machine);
+  const auto& sources = results.sources;
+  const auto newest = std::find_if(sources.rbegin(), sources.rend(),
+                                   [&](const Source& source) { return source.machine == machine; });
+  const auto oldest = std::ranges::find(sources, machine, &Source::machine);
   std::set<std::string> commits;
-  for (const Context& context : contexts) {
-    if (context.machine == machine) {
-      commits.insert(context.commit);
+  for (const Source& source : sources) {
+    if (source.machine == machine) {
+      commits.insert(source.commit);
     }
   }
 
@@ -71,11 +72,11 @@ std::string machine_html(const Results& results, const std::string& machine) {
   if (machine.find(newest->cpu) == std::string::npos) {
     html += definition("Processor", fmt::format("{}, {}", newest->cpu, plural(newest->cores, "core")));
   }
-  html += definition("Operating system", distinct(contexts, machine, &Context::operating_system));
-  html += definition("Compiler", distinct(contexts, machine, &Context::compiler));
-  html += definition("Compiler flags", distinct(contexts, machine, &Context::flags));
-  html += definition("Version", distinct(contexts, machine, &Context::version));
-  html += definition("Commit", distinct(contexts, machine, &Context::commit));
+  html += definition("Operating system", distinct(sources, machine, &Source::operating_system));
+  html += definition("Compiler", distinct(sources, machine, &Source::compiler));
+  html += definition("Compiler flags", distinct(sources, machine, &Source::flags));
+  html += definition("Version", distinct(sources, machine, &Source::version));
+  html += definition("Commit", distinct(sources, machine, &Source::commit));
   html +=
       definition("Date", oldest->date == newest->date ? newest->date : oldest->date + " to " + newest->date);
   html += "</dl>\n";
@@ -86,16 +87,16 @@ std::string machine_html(const Results& results, const std::string& machine) {
   return html;
 }
 
-std::string file_row(const Context& context) {
-  std::string fate = fmt::format("{}", plural(static_cast<std::int64_t>(context.rows), "row"));
-  if (context.rows == 0) {
+std::string file_row(const Source& source) {
+  std::string fate = fmt::format("{}", plural(static_cast<std::int64_t>(source.rows), "row"));
+  if (source.rows == 0) {
     fate = "not shown on this page";
-  } else if (context.replaced > 0) {
-    fate += fmt::format(", {} of them replaced by newer ones", context.replaced);
+  } else if (source.replaced > 0) {
+    fate += fmt::format(", {} of them replaced by newer ones", source.replaced);
   }
   return fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
-                     escape(context.file.filename().string()), escape(context.machine),
-                     escape(context.command), escape(context.date), escape(context.commit), escape(fate));
+                     escape(source.file.filename().string()), escape(source.machine), escape(source.command),
+                     escape(source.date), escape(source.commit), escape(fate));
 }
 
 std::string update_mark(const DeviceRow& row, const std::string& update) {
@@ -160,23 +161,20 @@ std::string summary_section(const Results& results) {
       }
     }
   }
-  for (const std::string& machine : results.machines) {
-    html += machine_html(results, machine);
-  }
   return html;
 }
 
 std::string support_section(const Results& results, Anchors& anchors) {
-  std::string html = "<section>\n" + heading(2, anchors.unique("support"), "What runs where");
+  std::string html = "<section>\n" + heading(2, anchors.unique("support"), "Backends and devices");
   if (results.devices.empty()) {
     html += no_data("devices", "devices");
   }
   for (const std::string& machine : results.machines) {
+    html += machine_heading(results, machine, anchors) + machine_html(results, machine);
     const std::vector<DeviceRow> rows = results.of(results.devices, machine);
     if (rows.empty()) {
       continue;
     }
-    html += machine_heading(results, machine, anchors);
     html += table_start("support", {"Backend", "Available", "Device", "Driver", "Simultaneous updates",
                                     "Sequential updates"});
     for (const DeviceRow& row : rows) {
@@ -184,9 +182,9 @@ std::string support_section(const Results& results, Anchors& anchors) {
     }
     html += table_end;
     for (const DeviceRow& row : rows) {
-      for (const std::string& choice : row.choices) {
-        html +=
-            fmt::format("<p><b>{}</b> measures and chooses: {}.</p>\n", escape(row.backend), escape(choice));
+      for (const Choice& choice : row.choices) {
+        html += fmt::format("<p><b>{}</b> measures and chooses: {}.</p>\n", escape(row.backend),
+                            escape(describe(choice)));
       }
     }
   }
@@ -221,21 +219,21 @@ are over its own CPU program.</li>
 )";
   html += heading(3, anchors.unique("reproduce"), "Reproduce") + "<pre>";
   std::set<std::string> seen;
-  for (const Context& context : results.contexts) {
-    if (seen.insert(context.arguments).second) {
+  for (const Source& source : results.sources) {
+    if (seen.insert(source.arguments).second) {
       // The other programs name themselves.
-      const std::string_view program = context.command == "instructions"    ? "instruction_count "
-                                       : context.command == "failing-calls" ? ""
-                                                                            : "hdmbench ";
-      html += fmt::format("{}{}\n", program, escape(context.arguments));
+      const std::string_view program = source.command == "instructions"    ? "instruction_count "
+                                       : source.command == "failing-calls" ? ""
+                                                                           : "hdmbench ";
+      html += fmt::format("{}{}\n", program, escape(source.arguments));
     }
   }
-  html += "</pre>\n<details><summary>The result files behind this page</summary>\n";
-  html += table_start("files", {"File", "Machine", "Command", "Date", "Commit", "Rows"});
-  for (const Context& context : results.contexts) {
-    html += file_row(context);
+  std::string files = table_start("files", {"File", "Machine", "Command", "Date", "Commit", "Rows"});
+  for (const Source& source : results.sources) {
+    files += file_row(source);
   }
-  return html + std::string(table_end) + "</details>\n</section>\n";
+  return html + "</pre>\n" + folded("Result files of this page", files + std::string(table_end)) +
+         "</section>\n";
 }
 
 } // namespace hdmbench::report

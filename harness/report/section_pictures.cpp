@@ -9,19 +9,19 @@ namespace hdmbench::report {
 
 namespace {
 
-constexpr std::array<std::pair<const char*, const char*>, 4> picture_kinds{{
-    {"before", "before"},
-    {"after", "after"},
-    {"grid", "grid, deformed"},
-    {"magnitude", "magnitude of the displacement, black is 0"},
+constexpr std::array<std::pair<std::string RunRow::Pictures::*, const char*>, 4> picture_kinds{{
+    {&RunRow::Pictures::before, "before"},
+    {&RunRow::Pictures::after, "after"},
+    {&RunRow::Pictures::grid, "grid, deformed"},
+    {&RunRow::Pictures::magnitude, "magnitude of the displacement, black is 0"},
 }};
 
-std::string picture_html(const RunRow& row, const char* key, const char* caption) {
-  const auto found = row.pictures.find(key);
-  if (found == row.pictures.end()) {
+std::string picture_html(const Results& results, const RunRow& row, const std::string& file,
+                         const char* caption) {
+  if (file.empty()) {
     return {};
   }
-  const EmbeddedPng png = embed_png(found->second);
+  const EmbeddedPng png = embed_png(results.path_of(row, file));
   // Enlarged to twice its pixels at most.
   return fmt::format("<figure><img src=\"{}\" width=\"{}\" height=\"{}\" style=\"max-width:min(100%,{}px)\" "
                      "alt=\"{}: {}\"><figcaption>{}</figcaption></figure>\n",
@@ -39,9 +39,9 @@ std::string caption_html(const Results& results, const RunRow& row) {
   if (row.mean_energy) {
     text += fmt::format("; mean energy {:.4g}", *row.mean_energy);
   }
-  const std::string device = device_html(results, results.machine_of(row.context), row.backend, row.device);
+  const std::string device = device_html(results, results.machine_of(row), row.backend, row.device);
   return fmt::format("<p>{} by {} on {}{}.{}</p>\n", escape(row.method), escape(row.backend), device,
-                     results.machines.size() > 1 ? ", " + escape(results.machine_of(row.context)) : "",
+                     results.machines.size() > 1 ? ", " + escape(results.machine_of(row)) : "",
                      " " + text +
                          (row.field.empty() ? "." : ". Field: <code>" + escape(row.field) + "</code>"));
 }
@@ -49,7 +49,7 @@ std::string caption_html(const Results& results, const RunRow& row) {
 } // namespace
 
 std::string pictures_section(const Results& results, Anchors& anchors) {
-  std::string html = "<section>\n" + heading(2, anchors.unique("pictures"), "What comes out");
+  std::string html = "<section>\n" + heading(2, anchors.unique("pictures"), "Displacement fields");
   if (results.run.empty()) {
     html += no_data("pictures", "run SCENE");
   }
@@ -58,8 +58,8 @@ std::string pictures_section(const Results& results, Anchors& anchors) {
     html += heading(3, anchors.unique("run " + row.scene), row.title.empty() ? row.scene : row.title);
     html += caption_html(results, row);
     std::string pictures;
-    for (const auto& [key, caption] : picture_kinds) {
-      pictures += picture_html(row, key, caption);
+    for (const auto& [kind, caption] : picture_kinds) {
+      pictures += row.pictures ? picture_html(results, row, (*row.pictures).*kind, caption) : "";
     }
     html += pictures.empty() ? "<p class=\"empty\">This run wrote no pictures.</p>\n"
                              : "<div class=\"pictures\">\n" + pictures + "</div>\n";

@@ -42,13 +42,13 @@ std::string cells_html(const BenchRow* row, double best) {
   if (row == nullptr) {
     return "<td class=\"faint\" colspan=\"2\">not measured</td>";
   }
-  if (!row->valid) {
+  if (!row->counts()) {
     return fmt::format("<td class=\"{}\" colspan=\"2\">{}</td>",
                        row->seconds.empty() ? "skipped" : "disagree", reason_html(*row));
   }
   if (!row->speed_up_over_scalar) {
     return time_html(*row) +
-           fmt::format("<td class=\"faint\">{}</td>", row->checked ? "no scalar time" : "field not compared");
+           fmt::format("<td class=\"faint\">{}</td>", row->valid ? "no scalar time" : "field not compared");
   }
   const bool is_best = *row->speed_up_over_scalar >= best;
   return time_html(*row) +
@@ -59,7 +59,7 @@ std::string cells_html(const BenchRow* row, double best) {
 // The reason that holds for every size of a line that never ran.
 std::optional<std::string> skipped_everywhere(const SceneTimings::Line& line) {
   const auto skipped = [&](const BenchRow& row) {
-    return !row.valid && row.seconds.empty() && row.reason == line.rows.front().reason;
+    return !row.counts() && row.seconds.empty() && row.reason == line.rows.front().reason;
   };
   return std::ranges::all_of(line.rows, skipped) ? std::optional(reason_html(line.rows.front()))
                                                  : std::nullopt;
@@ -156,7 +156,7 @@ std::string breakdown_html(const SceneTimings& timings) {
   for (const SceneTimings::Size& size : timings.sizes) {
     for (const SceneTimings::Line& line : timings.lines) {
       const BenchRow* const row = SceneTimings::find(line, size);
-      if (row == nullptr || !row->valid) {
+      if (row == nullptr || !row->counts()) {
         continue;
       }
       rows += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td><td class=\"number\">{}</td>",
@@ -177,11 +177,11 @@ std::string breakdown_html(const SceneTimings& timings) {
   for (const char* const phase : phases) {
     legend += fmt::format("<span class=\"key\"><i class=\"{0}\"></i>{0}</span>", phase);
   }
-  return "<details><summary>Where the time goes</summary>\n" +
-         table_start("breakdown",
-                     {"Backend", "Size", ">Iterations", ">Msites/s", ">Set-up, once [s]", ">Projection [s]",
-                      ">Upload [s]", ">Compute [s]", ">Readback [s]", "Share without set-up " + legend}) +
-         rows + std::string(table_end) + "</details>\n";
+  return folded("Time by phase",
+                table_start("breakdown", {"Backend", "Size", ">Iterations", ">Msites/s", ">Set-up, once [s]",
+                                          ">Projection [s]", ">Upload [s]", ">Compute [s]", ">Readback [s]",
+                                          "Share without set-up " + legend}) +
+                    rows + std::string(table_end));
 }
 
 std::string plot_html(const std::string& machine, const SceneTimings& timings, Anchors& anchors) {
@@ -222,35 +222,33 @@ std::string more_figures_html(const Results& results, const std::string& machine
       quantity_html(machine, timings, Quantity::msites_per_second, "million site updates a second", anchors) +
       quantity_html(machine, timings, Quantity::bytes_per_site, "bytes of memory a site", anchors) +
       scaling_figure(results, machine, timings.scene, anchors);
-  if (figures.empty()) {
-    return {};
-  }
-  return "<details><summary>Throughput, memory and threads</summary>\n<div class=\"figures\">\n" + figures +
-         "</div>\n</details>\n";
+  return figures.empty()
+             ? ""
+             : folded("Throughput, memory and threads", "<div class=\"figures\">\n" + figures + "</div>\n");
 }
 
 std::string scene_html(const Results& results, const std::string& machine, const SceneTimings& timings,
-                       Anchors& anchors) {
+                       Anchors& anchors, bool open) {
   const std::string table = thesis_table(timings.scene);
   const std::string title =
       table.empty() ? timings.scene : fmt::format("{}, thesis {}", timings.scene, table);
-  return heading(results.machines.size() > 1 ? 4 : 3, anchors.unique("speed " + timings.scene), title) +
-         "<div class=\"pair\">\n" + table_html(results, machine, timings) +
-         plot_html(machine, timings, anchors) + "</div>\n" + breakdown_html(timings) +
-         more_figures_html(results, machine, timings, anchors);
+  return folded(escape(title),
+                "<div class=\"pair\">\n" + table_html(results, machine, timings) +
+                    plot_html(machine, timings, anchors) + "</div>\n" + breakdown_html(timings) +
+                    more_figures_html(results, machine, timings, anchors),
+                open);
 }
 
 } // namespace
 
 std::string speed_section(const Results& results, Anchors& anchors) {
-  std::string html = "<section>\n" + heading(2, anchors.unique("speed"), "How fast are they?");
+  std::string html = "<section>\n" + heading(2, anchors.unique("speed"), "Speed");
   if (results.bench.empty()) {
     return html + no_data("timings", "bench") + "</section>\n";
   }
   html +=
       R"(<p>Median seconds for the whole pyramid, smallest and largest sample beneath, and the speed-up over scalar on
-the same machine. In the plots each sample is a faint point, the median a line; dashed is the thesis, dotted with sites
-left out that cannot change.</p>
+the same machine. In the plots each sample is a faint point, the median a line; dashed is the thesis, dotted is with tiles at rest left out.</p>
 )";
   html += quick_note(results, results.bench);
   for (const std::string& machine : results.machines) {
@@ -259,7 +257,7 @@ left out that cannot change.</p>
       html += machine_heading(results, machine, anchors) + legacy_sentence(scenes);
     }
     for (const SceneTimings& timings : scenes) {
-      html += scene_html(results, machine, timings, anchors);
+      html += scene_html(results, machine, timings, anchors, &timings == &scenes.front());
     }
     const int level = results.machines.size() > 1 ? 4 : 3;
     html += active_table(scenes, level, anchors) + ceilings_table(scenes, level, anchors);

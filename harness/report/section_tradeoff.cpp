@@ -59,7 +59,7 @@ void add_scene(TradeoffRow& sum, const TradeoffRow& row) {
   const auto worst = [](std::optional<double>& largest, const std::optional<double>& other) {
     largest = largest && other ? std::optional(std::max(*largest, *other)) : std::nullopt;
   };
-  if (sum.status == "ok" && row.status != "ok") {
+  if (sum.status == PointStatus::ok && row.status != PointStatus::ok) {
     sum.status = row.status;
     sum.reason = fmt::format("{}: {}", row.scene, row.reason);
   }
@@ -80,7 +80,7 @@ std::vector<TradeoffRow> over_all(const std::vector<TradeoffScene>& scenes) {
       const auto found =
           std::ranges::find_if(scene->rows, [&](const TradeoffRow& row) { return same_setting(row, first); });
       if (found == scene->rows.end()) {
-        sum.status = "skipped";
+        sum.status = PointStatus::skipped;
         sum.reason = fmt::format("not measured on {}", scene->name);
       } else {
         add_scene(sum, *found);
@@ -108,17 +108,19 @@ std::string switches(Anchors& anchors) {
   return html + "</form>\n";
 }
 
-std::string legend(const std::vector<TradeoffRow>& rows) {
-  std::vector<std::string> methods;
-  std::vector<std::string> backends;
+/// In the order in which they come up first.
+std::vector<std::string> distinct(const std::vector<TradeoffRow>& rows,
+                                  std::string hdmbench::TradeoffRow::*member) {
+  std::vector<std::string> values;
   for (const TradeoffRow& row : rows) {
-    if (std::ranges::find(methods, row.method) == methods.end()) {
-      methods.push_back(row.method);
-    }
-    if (std::ranges::find(backends, row.backend) == backends.end()) {
-      backends.push_back(row.backend);
+    if (std::ranges::find(values, row.*member) == values.end()) {
+      values.push_back(row.*member);
     }
   }
+  return values;
+}
+
+std::string legend(const std::vector<std::string>& methods, const std::vector<std::string>& backends) {
   std::string html = "<p class=\"legend chooser\">Methods ";
   for (const std::string& method : methods) {
     html += fmt::format("<button type=\"button\" data-kind=\"method\" value=\"{0}\" aria-pressed=\"false\" "
@@ -130,16 +132,17 @@ std::string legend(const std::vector<TradeoffRow>& rows) {
     html += fmt::format(
         "<button type=\"button\" data-kind=\"backend\" value=\"{}\" aria-pressed=\"false\" disabled>"
         "<svg viewBox=\"-6 -6 12 12\" aria-hidden=\"true\"><path d=\"{}\"/></svg>{}</button>",
-        escape(backend), backend_shape(backend), backend.empty() ? "rivals, on the CPU" : escape(backend));
+        escape(backend), backend_shape(backend, backends),
+        backend.empty() ? "rivals, on the CPU" : escape(backend));
   }
   return html + "</p>\n";
 }
 
-std::string figure(const std::vector<TradeoffRow>& rows, const std::string& title,
-                   const std::string& caption) {
+std::string figure(const std::vector<TradeoffRow>& rows, const std::vector<std::string>& backends,
+                   const std::string& title, const std::string& caption) {
   return fmt::format("<figure><h4>{}</h4><div class=\"plot\">{}</div><p class=\"picked-text\" "
                      "aria-live=\"polite\"></p><figcaption>{}</figcaption></figure>\n",
-                     escape(title), tradeoff_chart(rows, title), caption);
+                     escape(title), tradeoff_chart(rows, backends, title), caption);
 }
 
 std::string number_cell(const std::optional<double>& value) {
@@ -147,16 +150,15 @@ std::string number_cell(const std::optional<double>& value) {
 }
 
 std::string points_table(const TradeoffScene& scene) {
-  std::string html = fmt::format("<details><summary>All {} of {}</summary>\n",
-                                 plural(std::ssize(scene.rows), "point"), escape(scene.name));
-  html += table_start("accuracy", {"Method", "Effort", "Backend", ">Seconds", ">Samples", ">Fine sweeps",
-                                   ">FEM, ν = 0", ">FEM, ν of the scene", ">Fixed point", "Command"});
+  std::string html =
+      table_start("accuracy", {"Method", "Effort", "Backend", ">Seconds", ">Samples", ">Fine sweeps",
+                               ">FEM, ν = 0", ">FEM, ν of the scene", ">Fixed point", "Command"});
   for (const TradeoffRow& row : scene.rows) {
-    const std::string status =
-        row.status == "ok"
-            ? ""
-            : fmt::format("<small class=\"{}\"><b>{}</b>: {}</small>",
-                          row.status == "skipped" ? "skipped" : "disagree", row.status, escape(row.reason));
+    const std::string status = row.status == PointStatus::ok
+                                   ? ""
+                                   : fmt::format("<small class=\"{}\"><b>{}</b>: {}</small>",
+                                                 row.status == PointStatus::skipped ? "skipped" : "disagree",
+                                                 name_of(row.status), escape(row.reason));
     html += fmt::format("<tr><th scope=\"row\">{}{}</th><td>{}</td><td>{}</td>", escape(tradeoff_name(row)),
                         status, escape(row.effort), escape(row.backend));
     html += fmt::format("<td class=\"number\">{}</td><td class=\"number\">{}</td>",
@@ -165,10 +167,11 @@ std::string points_table(const TradeoffScene& scene) {
             number_cell(row.to_fixed_point);
     html += fmt::format("<td><code>{}</code></td></tr>\n", escape(row.command));
   }
-  return html + std::string(table_end) + "</details>\n";
+  return folded(fmt::format("All {} of {}", plural(std::ssize(scene.rows), "point"), escape(scene.name)),
+                html + std::string(table_end));
 }
 
-std::string ratio_cell(const std::optional<EqualAccuracyRow::Entry>& rival) {
+std::string ratio_cell(const std::optional<EqualAccuracyRow::Rival>& rival) {
   if (!rival) {
     return "<td class=\"number faint\">not measured, or nowhere that near</td>";
   }
@@ -236,8 +239,8 @@ std::string requests_table(const std::vector<TradeoffScene>& scenes) {
       const TradeoffRow& row = *found->second;
       html += fmt::format(
           "<td class=\"number\"><b{}>{:.2g}</b><small>estimated {:.2g}; {:.3g} sweeps, {} s</small></td>",
-          row.status == "ok" ? "" : " class=\"disagree\"", *row.to_fixed_point, row.estimated.value_or(0.0),
-          row.fine_sweep_equivalents.value_or(0.0),
+          row.status == PointStatus::ok ? "" : " class=\"disagree\"", *row.to_fixed_point,
+          row.estimated.value_or(0.0), row.fine_sweep_equivalents.value_or(0.0),
           row.seconds_median ? seconds_text(*row.seconds_median) : "");
     }
     html += "</tr>\n";
@@ -252,8 +255,10 @@ std::string requests_table(const std::vector<TradeoffScene>& scenes) {
 std::string machine_html(const Results& results, const std::string& machine, Anchors& anchors) {
   const std::vector<TradeoffRow> rows = results.of(results.tradeoff, machine);
   const std::vector<TradeoffScene> scenes = scenes_of(rows);
-  std::string html = equal_accuracy_table(results.of(results.equal_accuracy, machine));
-  html += "<div class=\"tradeoff\">\n" + switches(anchors) + legend(rows) + "<div class=\"charts\">\n";
+  const std::vector<std::string> backends = distinct(rows, &hdmbench::TradeoffRow::backend);
+  std::string html = "<div class=\"tradeoff\">\n" + switches(anchors) +
+                     legend(distinct(rows, &hdmbench::TradeoffRow::method), backends) +
+                     "<div class=\"charts\">\n";
   // Other sizes are measured with few methods, and their seconds would drown all others.
   std::vector<TradeoffScene> alike;
   std::ranges::copy_if(scenes, std::back_inserter(alike), [&](const TradeoffScene& scene) {
@@ -261,16 +266,16 @@ std::string machine_html(const Results& results, const std::string& machine, Anc
            scene.rows.front().height == scenes.front().rows.front().height;
   });
   if (alike.size() > 1) {
-    html += figure(over_all(alike),
+    html += figure(over_all(alike), backends,
                    fmt::format("All scenes of {}", size_text(alike.front().rows.front().width,
                                                              alike.front().rows.front().height)),
                    "Seconds added up over the scenes, the worst RMSD of them.");
   }
   for (const TradeoffScene& scene : scenes) {
-    html += figure(scene.rows, scene.name, "");
+    html += figure(scene.rows, backends, scene.name, "");
   }
   html += "</div>\n</div>\n";
-  html += requests_table(scenes);
+  html += equal_accuracy_table(results.of(results.equal_accuracy, machine)) + requests_table(scenes);
   for (const TradeoffScene& scene : scenes) {
     html += points_table(scene);
   }
@@ -280,7 +285,7 @@ std::string machine_html(const Results& results, const std::string& machine, Anc
 } // namespace
 
 std::string tradeoff_section(const Results& results, Anchors& anchors) {
-  std::string html = "<section>\n" + heading(2, anchors.unique("tradeoff"), "Speed against accuracy");
+  std::string html = "<section>\n" + heading(2, anchors.unique("tradeoff"), "Speed and accuracy");
   if (results.tradeoff.empty()) {
     return html + no_data("points of speed and accuracy", "tradeoff") + "</section>\n";
   }

@@ -47,7 +47,7 @@ namespace hdmbench::report {
 template <typename Row>
 [[nodiscard]] std::string quick_note(const Results& results, const std::vector<Row>& rows) {
   for (const Row& row : rows) {
-    if (results.contexts[row.context].quick) {
+    if (results.sources[row.source].quick) {
       return R"(<p class="note">Includes results of <code>--quick</code>, good enough to see that everything works, not to
 quote: fewer iterations compared, fewer sizes timed than in a full run.</p>
 )";

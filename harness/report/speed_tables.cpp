@@ -1,6 +1,6 @@
 #include "harness/report/speed_tables.hpp"
 
-#include "harness/median.hpp"
+#include "harness/measure/median.hpp"
 
 #include <fmt/format.h>
 
@@ -16,7 +16,7 @@ using Size = SceneTimings::Size;
 
 const BenchRow* valid_row(const Line& line, const Size& size) {
   const BenchRow* const row = SceneTimings::find(line, size);
-  return row != nullptr && row->valid ? row : nullptr;
+  return row != nullptr && row->counts() ? row : nullptr;
 }
 
 // The same backend and device, all sites visited.
@@ -93,14 +93,15 @@ std::string rate_html(const std::optional<double>& value, int decimals) {
 }
 
 std::string binding_text(const BenchRow& row) {
-  const bool memory = row.binding == "memory";
-  const auto& most = memory ? row.ceiling_gigabytes_per_second : row.ceiling_gigaoperations_per_second;
+  const bool memory = row.binding == Binding::memory;
+  const BenchRow::Ceiling ceiling = row.ceiling.value_or(BenchRow::Ceiling{});
+  const auto& most = memory ? ceiling.copy_gigabytes_per_second : ceiling.gigaoperations_per_second;
   return (memory ? "memory" : "arithmetic") +
          (most ? fmt::format(", {:.4g} {}/s", *most, memory ? "GB" : "Gop") : "");
 }
 
 std::string share_html(const BenchRow& row) {
-  if (!row.percent_of_ceiling || row.binding.empty()) {
+  if (!row.percent_of_ceiling || !row.binding) {
     return "<td class=\"faint\" colspan=\"2\">no ceiling measured</td>";
   }
   return fmt::format(
@@ -204,12 +205,10 @@ std::string active_table(const std::vector<SceneTimings>& scenes, int level, Anc
   std::ranges::transform(backends, std::back_inserter(escaped),
                          [](const std::string& backend) { return fmt::format(">{}", escape(backend)); });
   std::string html =
-      heading(level, anchors.unique("active"), "Only where something changes, against everywhere") +
-      "<p>A site can only change where its neighbourhood changed in the iteration before: tiles that came to "
-      "rest are "
-      "left out, with the same field and the same counts of changes, to the bit. How many times as fast that "
-      "is; "
-      "beneath, seconds of the whole solution, active for dense.</p>\n" +
+      heading(level, anchors.unique("active"), "Active tiles against all sites") +
+      "<p>A site can change only where its neighbourhood changed in the iteration before. Tiles at rest are "
+      "left out; the field and the counts of changes stay the same to the bit. The table gives the speed-up "
+      "over visiting all sites, and beneath it the seconds of a whole solution, active for dense.</p>\n" +
       table_start("active", {escaped.begin(), escaped.end()});
   for (const SceneTimings& timings : scenes) {
     for (const Size& size : timings.sizes) {
@@ -239,21 +238,17 @@ std::string ceilings_table(const std::vector<SceneTimings>& scenes, int level, A
   if (rows.empty()) {
     return {};
   }
-  std::string html = heading(level, anchors.unique("ceilings"), "How near to what the machine can do") +
-                     "<p>Bytes and operations of an update of a site are those that the kernel declares; "
-                     "times the updates a second "
-                     "they are rates. The ceilings, copying memory and arithmetic, were measured in the same "
-                     "run; the one that would "
-                     "take longer binds. On a CPU a level that a cache holds costs no memory.</p>\n" +
+  std::string html = heading(level, anchors.unique("ceilings"), "Share of the measured ceilings") +
+                     "<p>Bytes and operations of a site update are those that the kernel declares; "
+                     "multiplied by the updates per second they are rates. The ceilings (copying memory, "
+                     "arithmetic) were measured in the same run. The ceiling that would take longer binds. "
+                     "On a CPU, a level that fits into a cache moves no memory.</p>\n" +
                      ceilings_html(rows.front());
-  if (rows.size() > 1) {
-    std::string others;
-    for (std::size_t i = 1; i < rows.size(); ++i) {
-      others += rows[i];
-    }
-    html += "<details><summary>The other scenes</summary>\n" + ceilings_html(others) + "</details>\n";
+  std::string others;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    others += rows[i];
   }
-  return html;
+  return html + (others.empty() ? "" : folded("The other scenes", ceilings_html(others)));
 }
 
 } // namespace hdmbench::report

@@ -52,9 +52,9 @@ std::vector<SceneTimings::Size> sizes_of(const std::string& scene, const std::ve
 void withhold_where_verify_disagrees(BenchRow& row, const std::vector<VerifyRow>& verify) {
   const bool disagrees = std::ranges::any_of(verify, [&](const VerifyRow& check) {
     return check.verdict == Verdict::disagree && check.scene == row.scene && check.backend == row.backend &&
-           check.device == row.device;
+           check.device.name == row.device;
   });
-  if (row.valid && disagrees) {
+  if (row.counts() && disagrees) {
     row.valid = false;
     row.speed_up_over_scalar.reset();
     row.reason = "disagrees with scalar on this scene, see above";
@@ -66,7 +66,7 @@ void withhold_where_verify_disagrees(BenchRow& row, const std::vector<VerifyRow>
 std::size_t colour_of(const std::vector<BenchRow>& rows, const BenchRow& row) {
   using Key = std::tuple<std::string, std::string, std::string>;
   const auto key_of = [](const BenchRow& any) {
-    return Key{any.backend, any.device, dense_method(any.method, any.active)};
+    return Key{any.backend, any.device, dense_method(any.method, any.work == Work::active)};
   };
   std::vector<Key> keys;
   const Key wanted = key_of(row);
@@ -98,7 +98,7 @@ void add_row(SceneTimings& timings, const BenchRow& row, std::size_t colour) {
              SceneTimings::find(candidate, {row.width, row.height}) == nullptr));
   });
   if (line == timings.lines.end()) {
-    timings.lines.push_back({row.backend, row.device, row.method, colour, row.active, {row}});
+    timings.lines.push_back({row.backend, row.device, row.method, colour, row.work == Work::active, {row}});
     return;
   }
   if (line->device.empty()) {
@@ -170,7 +170,7 @@ std::vector<SizeSeries> size_series(const SceneTimings& timings, Quantity quanti
     SizeSeries series{timings.name_of(line), false, line.active, line.colour, {}};
     for (const SceneTimings::Size& size : timings.sizes) {
       const BenchRow* const row = SceneTimings::find(line, size);
-      const auto value = row != nullptr && row->valid ? value_of(*row) : std::nullopt;
+      const auto value = row != nullptr && row->counts() ? value_of(*row) : std::nullopt;
       if (value.value_or(0.0) > 0.0) {
         const bool sampled = quantity == Quantity::seconds;
         series.sizes.push_back(

@@ -1,8 +1,8 @@
 #include "harness/report/tradeoff_chart.hpp"
 
+#include "harness/judge/tradeoff/front.hpp"
 #include "harness/report/html.hpp"
 #include "harness/report/plot_style.hpp"
-#include "harness/tradeoff/front.hpp"
 
 #include <fmt/format.h>
 
@@ -36,20 +36,16 @@ constexpr std::array method_colours{
     Colour{"interpolation", "94876f"},
 };
 
-struct Shape {
-  std::string_view backend;
-  std::string_view path;
+constexpr std::array<std::string_view, 7> shapes{
+    "M4.5 0A4.5 4.5 0 1 1-4.5 0A4.5 4.5 0 1 1 4.5 0Z", // circle, square, triangles, diamond, pentagon, bar
+    "M-4-4H4V4H-4Z",
+    "M0-5.4L5 3.6H-5Z",
+    "M0 5.4L5-3.6H-5Z",
+    "M0-5.6L5.6 0L0 5.6L-5.6 0Z",
+    "M0-5.4L5.1-1.7L3.2 4.4H-3.2L-5.1-1.7Z",
+    "M-5.4-2.6H5.4V2.6H-5.4Z",
 };
-constexpr std::array shapes{
-    Shape{"openmp", "M4.5 0A4.5 4.5 0 1 1-4.5 0A4.5 4.5 0 1 1 4.5 0Z"},
-    Shape{"scalar", "M-4-4H4V4H-4Z"},
-    Shape{"gl-fragment", "M0-5.4L5 3.6H-5Z"},
-    Shape{"gl-fragment-osmesa", "M0 5.4L5-3.6H-5Z"},
-    Shape{"gl-compute", "M0-5.6L5.6 0L0 5.6L-5.6 0Z"},
-    Shape{"vulkan-compute", "M0-5.4L5.1-1.7L3.2 4.4H-3.2L-5.1-1.7Z"},
-    Shape{"", "M-1.8-5.2H1.8V-1.8H5.2V1.8H1.8V5.2H-1.8V1.8H-5.2V-1.8H-1.8Z"},
-};
-constexpr std::string_view other_shape = "M-5.4-2.6H5.4V2.6H-5.4Z";
+constexpr std::string_view rival_shape = "M-1.8-5.2H1.8V-1.8H5.2V1.8H1.8V5.2H-1.8V1.8H-5.2V-1.8H-1.8Z";
 
 std::optional<double> cost(const TradeoffRow& row, std::size_t which) {
   return which == 0 ? row.seconds_median : row.fine_sweep_equivalents;
@@ -60,8 +56,8 @@ std::optional<double> error(const TradeoffRow& row, std::size_t which) {
 }
 
 bool is_placed(const TradeoffRow& row) {
-  return (row.status == "ok" || row.status == "unverified") && row.seconds_median.value_or(0.0) > 0.0 &&
-         row.to_fem_nu0 && row.to_fem && row.to_fixed_point;
+  return (row.status == PointStatus::ok || row.status == PointStatus::unverified) &&
+         row.seconds_median.value_or(0.0) > 0.0 && row.to_fem_nu0 && row.to_fem && row.to_fixed_point;
 }
 
 /// A logarithmic axis from `low` at `begin` to `high` at `end`.
@@ -106,7 +102,8 @@ std::string hidden_unless(bool shown) {
 
 class Chart {
 public:
-  Chart(std::span<const TradeoffRow> rows, std::string_view title) : rows_(rows), title_(title) {
+  Chart(std::span<const TradeoffRow> rows, std::span<const std::string> backends, std::string_view title)
+      : rows_(rows), backends_(backends), title_(title) {
     std::array<Interval, costs> across;
     std::array<Interval, errors> up;
     for (const TradeoffRow& row : rows) {
@@ -201,7 +198,7 @@ private:
     std::vector<const TradeoffRow*> counted;
     std::vector<CostAndError> points;
     for (const TradeoffRow& row : rows_) {
-      if (row.status == "ok" && x_of(row, x)) {
+      if (row.status == PointStatus::ok && x_of(row, x)) {
         counted.push_back(&row);
         points.push_back({*cost(row, x), *error(row, y)});
       }
@@ -238,7 +235,7 @@ private:
   [[nodiscard]] std::string series() {
     std::map<std::string, std::vector<const TradeoffRow*>> members;
     for (const TradeoffRow& row : rows_) {
-      if (row.status == "ok" && is_placed(row)) {
+      if (row.status == PointStatus::ok && is_placed(row)) {
         members[key_of(row)].push_back(&row);
       }
     }
@@ -293,32 +290,33 @@ private:
     return html;
   }
 
-  static std::string mark(const TradeoffRow& row, double x, double y, const std::string& all_x,
-                          const std::string& all_y) {
-    const bool is_cross = row.status == "failed" || row.status == "skipped" || !is_placed(row);
+  [[nodiscard]] std::string mark(const TradeoffRow& row, double x, double y, const std::string& all_x,
+                                 const std::string& all_y) const {
+    const bool is_cross =
+        row.status == PointStatus::failed || row.status == PointStatus::skipped || !is_placed(row);
     std::string drawn;
     if (!is_cross) {
-      drawn = fmt::format("<path d=\"{}\"/>", backend_shape(row.backend));
+      drawn = fmt::format("<path d=\"{}\"/>", backend_shape(row.backend, backends_));
     }
-    if (row.status != "ok") {
+    if (row.status != PointStatus::ok) {
       drawn += "<path class=\"cross\" d=\"M-4-4L4 4M4-4L-4 4\"/>";
     }
     return fmt::format(
         "<g class=\"mark {}\" transform=\"translate({:.1f} {:.1f})\" data-x=\"{}\" data-y=\"{}\" "
         "data-method=\"{}\" data-backend=\"{}\" data-series=\"{}\" color=\"#{}\"><title>{}</title>"
         "{}</g>\n",
-        row.status, x, y, all_x, all_y, escape(row.method), escape(row.backend),
-        row.status == "ok" ? escape(key_of(row)) : "", tradeoff_colour(row.method), escape(description(row)),
-        drawn);
+        name_of(row.status), x, y, all_x, all_y, escape(row.method), escape(row.backend),
+        row.status == PointStatus::ok ? escape(key_of(row)) : "", tradeoff_colour(row.method),
+        escape(description(row)), drawn);
   }
 
   /// Three lines: what, its figures or why it has none, and the command.
   static std::string description(const TradeoffRow& row) {
-    std::string text = fmt::format("{}, {}{}{}", tradeoff_name(row), row.effort,
-                                   row.backend.empty() ? "" : " on " + row.backend,
-                                   row.status == "ok" ? "" : ": " + row.status);
+    std::string text = fmt::format(
+        "{}, {}{}{}", tradeoff_name(row), row.effort, row.backend.empty() ? "" : " on " + row.backend,
+        row.status == PointStatus::ok ? "" : fmt::format(": {}", name_of(row.status)));
     text += '\n';
-    if (row.status != "ok") {
+    if (row.status != PointStatus::ok) {
       text += row.reason + (is_placed(row) ? "; " : "");
     }
     if (is_placed(row)) {
@@ -334,6 +332,7 @@ private:
   }
 
   std::span<const TradeoffRow> rows_;
+  std::span<const std::string> backends_;
   std::string title_;
   std::vector<Axis> across_;
   std::vector<Axis> up_;
@@ -350,13 +349,19 @@ std::string tradeoff_colour(std::string_view method) {
   return found == method_colours.end() ? "6e6e6e" : std::string(found->digits);
 }
 
-std::string_view backend_shape(std::string_view backend) {
-  const auto* const found = std::ranges::find(shapes, backend, &Shape::backend);
-  return found == shapes.end() ? other_shape : found->path;
+std::string_view backend_shape(std::string_view backend, std::span<const std::string> backends) {
+  if (backend.empty()) {
+    return rival_shape;
+  }
+  std::vector<std::string_view> ours(backends.begin(), backends.end());
+  std::erase(ours, "");
+  const auto place = static_cast<std::size_t>(std::ranges::find(ours, backend) - ours.begin());
+  return shapes.at(place % shapes.size());
 }
 
-std::string tradeoff_chart(std::span<const TradeoffRow> rows, std::string_view title) {
-  return Chart(rows, title).svg();
+std::string tradeoff_chart(std::span<const TradeoffRow> rows, std::span<const std::string> backends,
+                           std::string_view title) {
+  return Chart(rows, backends, title).svg();
 }
 
 } // namespace hdmbench::report

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "harness/report/tradeoff_results.hpp"
+#include "harness/report/results.hpp"
 
 #include <array>
 #include <cstddef>
@@ -27,12 +27,15 @@ inline constexpr double least_error = 1e-4;
 /// Six hexadecimal digits, chosen for a white ground.
 [[nodiscard]] std::string tradeoff_colour(std::string_view method);
 
-/// An SVG path around 0, 0 with a radius of about 5, the same wherever `backend` is the same; empty: a rival.
-[[nodiscard]] std::string_view backend_shape(std::string_view backend);
+/// An SVG path around 0, 0 with a radius of about 5, by the place of `backend` among `backends`; empty: a
+/// rival.
+[[nodiscard]] std::string_view backend_shape(std::string_view backend, std::span<const std::string> backends);
 
 /// Every row is a mark: ok where it belongs, unverified there with a cross, failed and skipped as crosses in
 /// a strip at the right edge. Curves join the efforts of a method on one backend, a staircase is the Pareto
 /// front over the rows that are ok. Shows seconds against FEM nu 0; the other views wait for tradeoff.js.
-[[nodiscard]] std::string tradeoff_chart(std::span<const TradeoffRow> rows, std::string_view title);
+/// `backends`: all that the page shows, so that each has its shape everywhere.
+[[nodiscard]] std::string tradeoff_chart(std::span<const TradeoffRow> rows,
+                                         std::span<const std::string> backends, std::string_view title);
 
 } // namespace hdmbench::report

@@ -1,7 +1,7 @@
 #include "harness/report/verdict.hpp"
 
 #include "harness/report/html.hpp"
-#include "harness/report/joined.hpp"
+#include "harness/scene/joined.hpp"
 
 #include <fmt/format.h>
 
@@ -52,7 +52,7 @@ void note_skipped(const Results& results, const std::vector<VerifyRow>& rows, st
   std::map<std::string, Skipped> by_reason;
   for (const VerifyRow& row : rows) {
     if (row.verdict == Verdict::skipped) {
-      const std::string place = machines > 1 ? " on " + results.machine_of(row.context) : "";
+      const std::string place = machines > 1 ? " on " + results.machine_of(row) : "";
       Skipped& skipped = by_reason[row.reason];
       skipped.backends.insert(row.backend + place);
       ++skipped.count;
@@ -84,10 +84,10 @@ void note_never_compared(const Results& results, const std::vector<VerifyRow>& r
                          const std::string& machine, std::vector<std::string>& notes) {
   Names missing;
   for (const DeviceRow& device : results.devices) {
-    const std::string& place = results.machine_of(device.context);
+    const std::string& place = results.machine_of(device);
     const bool listed = machine.empty() || place == machine;
     const bool compared = std::ranges::any_of(rows, [&](const VerifyRow& row) {
-      return row.backend == device.backend && results.machine_of(row.context) == place;
+      return row.backend == device.backend && results.machine_of(row) == place;
     });
     if (listed && !compared && device.backend != "scalar") {
       missing.insert(machine.empty() && results.machines.size() > 1 ? device.backend + " on " + place
@@ -116,7 +116,7 @@ Summary summarise(const Results& results, const std::string& machine) {
   Names backends;
   Names machines;
   for (const VerifyRow& row : rows) {
-    machines.insert(results.machine_of(row.context));
+    machines.insert(results.machine_of(row));
     if (row.verdict != Verdict::skipped) {
       backends.insert(row.backend);
     }
@@ -164,7 +164,7 @@ Summary summarise(const Results& results, const std::string& machine) {
                                                             plural(compared, "comparison"),
                                                             agree + certified == 1 ? "agrees" : "agree"));
   }
-  if (std::ranges::any_of(rows, [&](const VerifyRow& row) { return results.contexts[row.context].quick; })) {
+  if (std::ranges::any_of(rows, [&](const VerifyRow& row) { return results.sources[row.source].quick; })) {
     summary.notes.emplace_back("Includes --quick runs, which do less than a full one.");
   }
   return summary;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "harness/simplex.hpp"
+#include "harness/tools/simplex.hpp"
 
 #include <cstdint>
 #include <functional>

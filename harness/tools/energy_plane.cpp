@@ -1,6 +1,6 @@
 #include "harness/tools/energy_plane.hpp"
 
-#include "kernels/input_error.hpp"
+#include "kernels/data/input_error.hpp"
 #include "reference/thesis_energy.hpp"
 
 #include <fmt/format.h>

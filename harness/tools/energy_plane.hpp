@@ -1,6 +1,6 @@
 #pragma once
 
-#include "kernels/level.hpp"
+#include "kernels/data/level.hpp"
 
 #include <array>
 #include <cstddef>

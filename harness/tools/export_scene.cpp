@@ -1,8 +1,8 @@
 #include "harness/tools/export_scene.hpp"
 
-#include "harness/agreement/compare.hpp"
-#include "harness/file_output.hpp"
-#include "harness/images.hpp"
+#include "harness/check/compare.hpp"
+#include "harness/scene/file_output.hpp"
+#include "harness/scene/images/images.hpp"
 
 #include <fmt/format.h>
 #include <toml++/toml.h>
@@ -32,17 +32,18 @@ bool is_zero(const VectorField& field) {
 }
 
 /// The method with the options that it takes.
-std::string method_text(const Schedule& schedule) {
+std::string method_text(const Scene& scene) {
+  const Schedule& schedule = scene.schedule;
   std::string text = fmt::format("method = \"{}\"\niterations = {}\n", schedule.method, schedule.iterations);
   if (schedule.method == "icm") {
-    text += fmt::format("update = {}\n", name_of(update_names, schedule.update));
+    text += fmt::format("update = {}\n", name_of(update_names, scene.full.update));
   }
   if (schedule.rule == Rule::closed_form && schedule.relaxation.reach == 0.0) {
     text += fmt::format("relaxation = {}\n", schedule.relaxation.factor);
   }
   if (schedule.rule == Rule::annealing) {
     text += fmt::format("temperatures = [{}, {}]\nseed = {}\n", schedule.cooling.highest,
-                        schedule.cooling.lowest, schedule.seed);
+                        schedule.cooling.lowest, scene.full.seed);
   }
   return text;
 }
@@ -55,7 +56,7 @@ std::string scene_text(const Scene& scene, bool with_start) {
                   "poisson = {8}\n\n[schedule]\n{9}stop = {10}\nepsilon = {11}\n",
                   scene.name, scene.extent().width, scene.extent().height, quoted(scene.title),
                   scene.weight.penalty, scene.weight.prior_weight, scene.full.steps.text(), scene.spacing,
-                  scene.poisson, method_text(schedule), name_of(stop_names, schedule.stop), schedule.epsilon);
+                  scene.poisson, method_text(scene), name_of(stop_names, schedule.stop), schedule.epsilon);
   if (schedule.start_level) {
     text += fmt::format("start_level = {}\n", *schedule.start_level);
   }

@@ -1,15 +1,14 @@
 #include "harness/tools/field_lines.hpp"
 
-#include "kernels/input_error.hpp"
+#include "harness/scene/file_input.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <optional>
-#include <sstream>
 
 namespace hdmbench {
 
@@ -37,18 +36,7 @@ std::optional<Number> parse(std::string_view text) {
 
 } // namespace
 
-FieldLines::FieldLines(const std::filesystem::path& file) : file_(file.string()) {
-  std::error_code ignored;
-  if (!std::filesystem::exists(file, ignored)) {
-    throw MissingFile(fmt::format("{}: there is no such file", file_));
-  }
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream content;
-  content << stream.rdbuf();
-  if (!stream || std::filesystem::is_directory(file, ignored)) {
-    throw InputError(fmt::format("{}: cannot be read", file_));
-  }
-  text_ = std::move(content).str();
+FieldLines::FieldLines(const std::filesystem::path& file) : file_(file.string()), text_(read_file(file)) {
   constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
   if (text_.starts_with(byte_order_mark)) {
     next_ = byte_order_mark.size();

@@ -1,7 +1,7 @@
 #include "harness/tools/mesh_image.hpp"
 
 #include "harness/tools/node_buckets.hpp"
-#include "kernels/input_error.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "harness/tools/mesh.hpp"
-#include "kernels/field.hpp"
+#include "kernels/data/field.hpp"
 
 #include <cstddef>
 

@@ -1,8 +1,9 @@
 #include "harness/tools/positions.hpp"
 
+#include "harness/scene/file_input.hpp"
 #include "harness/tools/field_lines.hpp"
-#include "kernels/input_error.hpp"
-#include "kernels/level.hpp"
+#include "kernels/data/input_error.hpp"
+#include "kernels/data/level.hpp"
 
 #include <fmt/format.h>
 
@@ -19,6 +20,7 @@ bool is_text(const std::filesystem::path& file) {
   if (file.extension() == ".txt") {
     return true;
   }
+  require_regular_file(file);
   std::array<char, 6> start{};
   std::ifstream(file, std::ios::binary).read(start.data(), start.size());
   return std::string_view(start.data(), start.size()) == "Width=";

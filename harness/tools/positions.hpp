@@ -1,6 +1,6 @@
 #pragma once
 
-#include "harness/images.hpp"
+#include "harness/scene/images/images.hpp"
 
 #include <filesystem>
 

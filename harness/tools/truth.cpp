@@ -1,7 +1,7 @@
 #include "harness/tools/truth.hpp"
 
-#include "harness/accuracy/deviation.hpp"
-#include "kernels/input_error.hpp"
+#include "harness/judge/accuracy/deviation.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "kernels/field.hpp"
+#include "kernels/data/field.hpp"
 
 namespace hdmbench {
 

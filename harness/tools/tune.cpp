@@ -1,8 +1,8 @@
 #include "harness/tools/tune.hpp"
 
-#include "harness/simplex.hpp"
 #include "harness/tools/annealing.hpp"
-#include "kernels/input_error.hpp"
+#include "harness/tools/simplex.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 

@@ -2,13 +2,15 @@
 // one compiler are the same on every run, so that 2 % more of them is a change of the code.
 //   sweep_instructions --check FILE   compares with the committed counts   (--write FILE makes new ones)
 
-#include "backends/openmp/openmp.hpp"
-#include "backends/scalar.hpp"
-#include "harness/context.hpp"
-#include "harness/scene.hpp"
-#include "harness/subprocess.hpp"
-#include "harness/table.hpp"
-#include "kernels/input_error.hpp"
+#include "backends/cpu/openmp.hpp"
+#include "backends/cpu/scalar.hpp"
+#include "backends/shared/energy_programs.hpp"
+#include "harness/measure/result_file.hpp"
+#include "harness/measure/subprocess.hpp"
+#include "harness/report/table.hpp"
+#include "harness/scene/scene.hpp"
+#include "harness/scene/temporary_directory.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -34,9 +36,9 @@ constexpr int skipped = 77; ///< what ctest takes as skipped
 /// The planted fault: the same field, but every 20th row is computed twice.
 std::int64_t one_in_twenty_twice(const openmp::RowPart& part) {
   if (part.row % 20 == 0) {
-    (void)openmp::avx2::sweep_row(part);
+    (void)programs_of(thesis_energy).rows[1](part);
   }
-  return openmp::avx2::sweep_row(part);
+  return programs_of(thesis_energy).rows[1](part);
 }
 
 std::unique_ptr<Backend> make_backend(const std::string& kernel) {
@@ -44,10 +46,10 @@ std::unique_ptr<Backend> make_backend(const std::string& kernel) {
     return make_scalar();
   }
   if (kernel == "openmp-baseline") {
-    return make_openmp_with("openmp", openmp::baseline::sweep_row, "baseline");
+    return make_openmp_with("openmp", programs_of(thesis_energy).rows[0], "baseline");
   }
   if (kernel == "openmp-avx2") {
-    return make_openmp_with("openmp", openmp::avx2::sweep_row, "AVX2");
+    return make_openmp_with("openmp", programs_of(thesis_energy).rows[1], "AVX2");
   }
   if (kernel == "planted") {
     return make_openmp_with("openmp", one_in_twenty_twice, "AVX2, slower");
@@ -136,7 +138,7 @@ std::optional<std::string> reason_to_skip(const nlohmann::json& committed) {
   } catch (const InputError& error) {
     return error.what();
   }
-  const nlohmann::json here = run_context("", false);
+  const nlohmann::json here = to_json_row(run_context("", false));
   for (const char* const key : {"compiler", "flags", "architecture"}) {
     if (committed[key] != here[key]) {
       return fmt::format("the committed counts are of {} {}, this build is of {}", key,

@@ -2,11 +2,12 @@
 // by the program's run path.
 
 #include "backends/registry.hpp"
-#include "harness/context.hpp"
-#include "harness/file_output.hpp"
-#include "harness/progress.hpp"
-#include "harness/table.hpp"
-#include "kernels/input_error.hpp"
+#include "harness/check/failing_calls_row.hpp"
+#include "harness/measure/result_file.hpp"
+#include "harness/report/table.hpp"
+#include "harness/scene/file_output.hpp"
+#include "harness/solve/progress.hpp"
+#include "kernels/data/input_error.hpp"
 #include "test/failing_calls/trial.hpp"
 
 #include <CLI/CLI.hpp>
@@ -265,15 +266,15 @@ json to_json(const std::vector<Row>& rows) {
   json all = json::array();
   for (const Row& row : rows) {
     if (!row.absent) {
-      all.push_back({{"backend", row.backend},
-                     {"api", row.kind->api},
-                     {"kind", row.kind->name},
-                     {"calls", row.calls},
-                     {"failed", row.failed()},
-                     {"clean", row.clean},
-                     {"succeeded", row.succeeded},
-                     {"went_on", row.went_on},
-                     {"unclean", row.unclean}});
+      all.push_back(to_json_row(FailingCallsRow{.backend = row.backend,
+                                                .api = std::string(row.kind->api),
+                                                .kind = std::string(row.kind->name),
+                                                .calls = row.calls,
+                                                .failed = row.failed(),
+                                                .clean = row.clean,
+                                                .succeeded = row.succeeded,
+                                                .went_on = row.went_on,
+                                                .unclean = row.unclean}));
     }
   }
   return all;

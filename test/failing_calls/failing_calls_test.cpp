@@ -1,7 +1,7 @@
 // What a user sees where a driver fails, and what a caller of a session may do then.
 
-#include "backends/scalar.hpp"
-#include "harness/faults/faulty_backend.hpp"
+#include "backends/cpu/scalar.hpp"
+#include "harness/check/faults/faulty_backend.hpp"
 #include "test/program.hpp"
 #include "test/random_level.hpp"
 #include "test/temporary_folder.hpp"

@@ -1,7 +1,7 @@
 #include "test/failing_calls/trial.hpp"
 
-#include "backends/scalar.hpp"
-#include "harness/agreement/compare.hpp"
+#include "backends/cpu/scalar.hpp"
+#include "harness/check/compare.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -49,8 +49,8 @@ Trial::Trial(const Backend& backend)
       expected_(compute(*make_scalar()->open({}))) {}
 
 std::unique_ptr<Session> Trial::open() const {
-  // With a group named nothing is measured, where each call would be made to fail, too.
-  return backend_.open({.device = {}, .work = Work::active, .coarse_group = 8});
+  // With a variant named nothing is measured, where each call would be made to fail, too.
+  return backend_.open({.device = {}, .work = Work::active, .variant = 1});
 }
 
 Trial::Result Trial::compute(Session& session) const {

@@ -1,6 +1,6 @@
-// Image files: ITK's readers behind harness/images.
+// Image files: ITK's readers behind harness/scene/images.
 
-#include "harness/images.hpp"
+#include "harness/scene/images/images.hpp"
 #include "test/fuzz/input.hpp"
 
 namespace {

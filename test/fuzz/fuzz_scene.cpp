@@ -1,6 +1,6 @@
 // Scene files: load_scene, with images beside them.
 
-#include "harness/scene.hpp"
+#include "harness/scene/scene.hpp"
 #include "test/fuzz/input.hpp"
 
 namespace {

@@ -1,7 +1,7 @@
 #include "test/fuzz/input.hpp"
 
 #include "backends/backend.hpp"
-#include "kernels/input_error.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>

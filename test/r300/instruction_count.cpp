@@ -1,11 +1,11 @@
 // How many of its 512 instructions the thesis's card needs for our fragment shader, and for the thesis's own
 // evaluation.
 
-#include "harness/commands/arguments.hpp"
-#include "harness/context.hpp"
-#include "harness/file_output.hpp"
-#include "harness/table.hpp"
-#include "kernels/input_error.hpp"
+#include "harness/cli/arguments.hpp"
+#include "harness/measure/result_file.hpp"
+#include "harness/report/table.hpp"
+#include "harness/scene/file_output.hpp"
+#include "kernels/data/input_error.hpp"
 #include "test/r300/instruction_rows.hpp"
 
 #include <CLI/CLI.hpp>
@@ -95,7 +95,7 @@ int count(const std::filesystem::path& json) {
     nlohmann::json results = nlohmann::json::array();
     for (const auto* const rows : {&candidates, &methods, &vectors}) {
       for (const InstructionRow& row : *rows) {
-        results.push_back(to_json(row, compiler));
+        results.push_back(to_json_row(to_row(row, compiler)));
       }
     }
     write_results(json, "instructions", run_context("--json " + json.string(), false), std::move(results));

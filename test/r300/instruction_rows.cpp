@@ -1,7 +1,7 @@
 #include "test/r300/instruction_rows.hpp"
 
 #include "backends/gl/objects.hpp"
-#include "harness/methods/method.hpp"
+#include "harness/scene/method.hpp"
 #include "test/r300/scalar_operations.hpp"
 #include "test/r300/vector_candidates.hpp"
 
@@ -30,12 +30,13 @@ InstructionRow measure_sweep(ShaderCompiler& compiler, InstructionRow row, const
 std::optional<InstructionRow> measure_method(ShaderCompiler& compiler, const Method& method, StepSet steps,
                                              std::string shader) {
   Schedule schedule;
-  method.configure(schedule, steps);
-  if (schedule.update == Update::sequential) {
+  Level level{.extent = {}, .steps = steps};
+  method.configure(schedule, level);
+  if (level.update == Update::sequential) {
     return std::nullopt;
   }
   return measure_sweep(compiler, {.group = "methods", .shader = std::move(shader)},
-                       {.extent = {}, .steps = steps, .update = schedule.update, .rule = schedule.rule});
+                       {.extent = {}, .steps = level.steps, .update = level.update, .rule = schedule.rule});
 }
 
 /// `count` different candidates, 0 first.
@@ -136,28 +137,25 @@ void add_second_opinions(std::vector<InstructionRow>& rows, Progress& progress) 
   }
 }
 
-nlohmann::json to_json(const InstructionRow& row, const ShaderCompiler& compiler) {
+InstructionsRow to_row(const InstructionRow& row, const ShaderCompiler& compiler) {
   const auto& [resources, refusal] = row.compilation;
-  const auto number_or_null = [](std::optional<int> number) {
-    return number ? nlohmann::json(*number) : nlohmann::json(nullptr);
-  };
-  const auto used = [&, &used_resources = resources](int Resources::*which) {
-    return number_or_null(used_resources ? std::optional((*used_resources).*which) : std::nullopt);
-  };
-  return {{"group", row.group},
-          {"shader", row.shader},
-          {"candidates", row.candidates},
-          {"energies", row.energies},
-          {"instructions", used(&Resources::instructions)},
-          {"texture_instructions", used(&Resources::texture_instructions)},
-          {"temporaries", used(&Resources::temporaries)},
-          {"flow_control", used(&Resources::flow_control)},
-          {"refusal", refusal},
-          {"scalar_operations", number_or_null(row.scalar_operations)},
-          {"device", compiler.device().name},
-          {"driver", compiler.device().driver},
-          {"instructions_limit", compiler.limits().instructions},
-          {"temporaries_limit", compiler.limits().temporaries}};
+  InstructionsRow result{.group = row.group,
+                         .shader = row.shader,
+                         .candidates = row.candidates,
+                         .energies = row.energies,
+                         .refusal = refusal,
+                         .scalar_operations = row.scalar_operations,
+                         .device = compiler.device().name,
+                         .driver = compiler.device().driver,
+                         .instructions_limit = compiler.limits().instructions,
+                         .temporaries_limit = compiler.limits().temporaries};
+  if (resources) {
+    result.instructions = resources->instructions;
+    result.texture_instructions = resources->texture_instructions;
+    result.temporaries = resources->temporaries;
+    result.flow_control = resources->flow_control;
+  }
+  return result;
 }
 
 } // namespace hdmbench::test

@@ -2,7 +2,7 @@
 
 #include "backends/gl/fragment.hpp"
 #include "backends/gl/objects.hpp"
-#include "harness/methods/method.hpp"
+#include "harness/scene/method.hpp"
 #include "test/r300/instruction_rows.hpp"
 #include "test/r300/scalar_operations.hpp"
 #include "test/r300/vector_candidates.hpp"

@@ -8,7 +8,7 @@
 /// The thesis's shader as it may have been: a site's whole energy for every candidate VECTOR (its Algorithms
 /// 1 to 4 have Gamma as a set of vectors), in the direct form, unrolled because fragment programs of its time
 /// had no loops. Its source is not printed; these are ours, in GLSL 1.20, with the textures and the border of
-/// kernels/sweep.frag.
+/// kernels/shaders/sweep.frag.
 namespace hdmbench::test {
 
 enum class Energy {

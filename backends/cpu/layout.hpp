@@ -1,0 +1,54 @@
+#pragma once
+
+#include "backends/cpu/row.hpp"
+#include "kernels/data/field.hpp"
+
+namespace hdmbench::openmp {
+
+/// Where the values of an image lie in memory. With stride 1 as everywhere. With stride 2 a row's even
+/// columns come before its odd ones: the sites of one colour are neighbours in memory, their neighbours too,
+/// and a coloured sweep reads and computes nothing for those whose turn it is not. The columns of one parity
+/// are a phase.
+struct Layout {
+  Extent extent;
+  int stride = 1; ///< 1 or 2, the number of phases
+
+  /// Index of the first value of a phase of row y.
+  [[nodiscard]] std::size_t start(int y, int phase) const {
+    return extent.index(phase == 0 ? 0 : (extent.width + 1) / 2, y);
+  }
+  /// How many sites of a row are of the phase.
+  [[nodiscard]] int count(int phase) const { return (extent.width - phase + stride - 1) / stride; }
+  /// The column of site i of a phase.
+  [[nodiscard]] int column(int i, int phase) const { return i * stride + phase; }
+
+  /// `values`, one per site in reading order, into this layout.
+  void arrange(const float* values, float* to, int threads) const;
+  /// Back again.
+  void restore(const float* values, float* to, int threads) const;
+
+  /// For sites of a phase of row y, in the first or last column of the image or in neither.
+  [[nodiscard]] NeighbourOffsets neighbours(int y, int phase, bool west_outside, bool east_outside) const {
+    const auto offset = [&](int dx, int dy) -> std::ptrdiff_t {
+      if ((dx < 0 && west_outside) || (dx > 0 && east_outside) || y + dy < 0 || y + dy >= extent.height) {
+        return 0;
+      }
+      // The column beside site 0, in whole strides (rounded down) and the phase that is left: shifts, because
+      // a division here would cost as much as the sites of a short row.
+      const int beside = phase + dx;
+      const int strides = beside >> (stride - 1);
+      return static_cast<std::ptrdiff_t>(start(y + dy, beside & (stride - 1))) + strides -
+             static_cast<std::ptrdiff_t>(start(y, phase));
+    };
+    return {.north_west = offset(-1, -1),
+            .north = offset(0, -1),
+            .north_east = offset(1, -1),
+            .west = offset(-1, 0),
+            .east = offset(1, 0),
+            .south_west = offset(-1, 1),
+            .south = offset(0, 1),
+            .south_east = offset(1, 1)};
+  }
+};
+
+} // namespace hdmbench::openmp

@@ -1,0 +1,35 @@
+#pragma once
+
+#include "backends/backend.hpp"
+#include "backends/cpu/ceiling_loops.hpp"
+#include "backends/cpu/row.hpp"
+
+#include <memory>
+#include <string_view>
+#include <vector>
+
+namespace hdmbench {
+
+namespace openmp {
+
+/// What is compiled once per instruction set.
+struct InstructionSet {
+  std::string_view name; ///< for people
+  std::size_t row;       ///< index in EnergyPrograms::rows
+  MultiplyAdd multiply_add;
+};
+
+/// Those that this processor has, the best one last.
+[[nodiscard]] std::vector<InstructionSet> instruction_sets();
+
+} // namespace openmp
+
+/// With the row kernel of the best instruction set that this processor has.
+[[nodiscard]] std::unique_ptr<Backend> make_openmp();
+
+/// With a given row kernel for the thesis's energy and under another name: how tests plant one that computes
+/// otherwise. `name` and `instruction_set` (for people) must outlive it.
+[[nodiscard]] std::unique_ptr<Backend> make_openmp_with(std::string_view name, openmp::SweepRow sweep_row,
+                                                        std::string_view instruction_set);
+
+} // namespace hdmbench

@@ -1,0 +1,285 @@
+// Built once per energy (built_energy.hpp) and instruction set: HDMBENCH_INSTRUCTION_SET is baseline, avx2 or
+// avx512. A test that builds it many times makes do with fewer candidates (HDMBENCH_MOST_CANDIDATES) than the
+// 16 of StepSet.
+
+#include "backends/cpu/row.hpp"
+
+#include "kernels/data/default_steps.hpp"
+#include "kernels/specification/built_energy.hpp"
+
+#ifndef HDMBENCH_MOST_CANDIDATES
+#define HDMBENCH_MOST_CANDIDATES 16
+#endif
+
+namespace hdmbench::energies::HDMBENCH_ENERGY::HDMBENCH_INSTRUCTION_SET {
+
+std::int64_t sweep_row(const openmp::RowPart& part);
+
+namespace {
+
+using openmp::inside_offsets;
+using openmp::NeighbourOffsets;
+using openmp::RowPart;
+
+/// All of it is inlined: nothing that the linker could take for another instruction set's.
+using InFloat = ::hdmbench::HDMBENCH_ENERGY<float>;
+using real = float;
+using Neighbours = InFloat::Neighbours;
+using Site = InFloat::Site;
+
+/// What a row is compiled for: constants, so that their branches are gone and the loop over sites is the
+/// innermost one.
+struct Kind {
+  int rule;
+  int step_count;
+  bool observed;
+  bool moves_x;
+  bool moves_y;
+  bool inside = false;
+  bool uniform = false;
+  bool uniform_confidence = false;
+};
+
+/// Tests build this with a compiler's freedom to reorder sums; with constants it would multiply steps by
+/// each other beforehand as well.
+#ifdef HDMBENCH_STEPS_AT_RUN_TIME
+constexpr bool constant_steps = false;
+#else
+constexpr bool constant_steps = true;
+#endif
+
+/// No instruction set has vectors of more sites.
+constexpr int most_lanes = 16;
+
+HDM_FUNCTION Neighbours fetch(const real* from, const NeighbourOffsets& at, std::ptrdiff_t i) {
+  return {from[i + at.north_west],
+          from[i + at.north],
+          from[i + at.north_east],
+          from[i + at.west],
+          from[i],
+          from[i + at.east],
+          from[i + at.south_west],
+          from[i + at.south],
+          from[i + at.south_east]};
+}
+
+/// With two sets x does not see its own column nor y its own row: those may move in the same sweep.
+constexpr bool sees_all = InFloat::coloured_sets != 2;
+
+HDM_FUNCTION Neighbours fetch_seen_by_x(const real* from, const NeighbourOffsets& at, std::ptrdiff_t i) {
+  return {from[i + at.north_west], real(0), from[i + at.north_east],
+          from[i + at.west],       from[i], from[i + at.east],
+          from[i + at.south_west], real(0), from[i + at.south_east]};
+}
+HDM_FUNCTION Neighbours fetch_seen_by_y(const real* from, const NeighbourOffsets& at, std::ptrdiff_t i) {
+  return {from[i + at.north_west], from[i + at.north], from[i + at.north_east], real(0), from[i], real(0),
+          from[i + at.south_west], from[i + at.south], from[i + at.south_east]};
+}
+
+/// One modulus all around: what depends on moduli alone is then the same for all sites, and the compiler
+/// takes it out of the loop.
+HDM_FUNCTION Neighbours everywhere(real value) {
+  return {value, value, value, value, value, value, value, value, value};
+}
+
+template <Kind kind>
+HDM_FUNCTION real confidence(const real* values, real uniform, std::ptrdiff_t i) {
+  return !kind.observed ? real(0) : kind.uniform_confidence ? uniform : values[i];
+}
+
+/// What the site reads. An observation that is not there leaves no trace: x + 0 * y = x for the finite
+/// numbers that all inputs are, so the compiler (-ffinite-math-only) drops the term, with the same bits. A
+/// correction's target is no observation.
+template <Kind kind>
+HDM_FUNCTION Site fetch_site(const RowPart& part, std::ptrdiff_t i) {
+  constexpr bool has_target = kind.observed || kind.rule == InFloat::rule_correction;
+  constexpr bool has_curvature =
+      kind.rule == InFloat::rule_closed_form || kind.rule == InFloat::rule_correction;
+  // Offsets of -1 and 1 that the compiler knows: one pointer per row of neighbours, not one per neighbour.
+  const NeighbourOffsets at = kind.inside ? inside_offsets(part.pitch) : part.neighbours;
+  Site site{};
+  if constexpr (kind.moves_x) {
+    site.dx = sees_all ? fetch(part.dx, at, i) : fetch_seen_by_x(part.dx, at, i);
+  }
+  if constexpr (kind.moves_y) {
+    site.dy = sees_all ? fetch(part.dy, at, i) : fetch_seen_by_y(part.dy, at, i);
+  }
+  site.inverse_modulus =
+      kind.uniform ? everywhere(part.uniform_inverse_modulus) : fetch(part.inverse_modulus, at, i);
+  site.modulus = kind.uniform ? part.uniform_modulus : part.modulus[i];
+  site.target_x = has_target ? part.target_x[i] : real(0);
+  site.target_y = has_target ? part.target_y[i] : real(0);
+  site.confidence_x = confidence<kind>(part.confidence_x, part.uniform_confidence_x, i);
+  site.confidence_y = confidence<kind>(part.confidence_y, part.uniform_confidence_y, i);
+  site.penalty = kind.observed ? part.penalty : real(1);
+  site.inverse_curvature_x = has_curvature ? part.inverse_curvature_x[i] : real(0);
+  site.inverse_curvature_y = has_curvature ? part.inverse_curvature_y[i] : real(0);
+  InFloat::set_inputs(site, [&](int number) { return fetch(part.inputs[number], at, i); });
+  return site;
+}
+
+/// Where sites are written: `next` is for the site at index `begin`.
+struct Output {
+  real* next_x;
+  real* next_y;
+  std::ptrdiff_t begin;
+};
+
+// A function of its own: locals declared inside an `omp simd` loop would become arrays in memory, one element
+// per lane, and the loop would not vectorise.
+template <Kind kind>
+HDM_FUNCTION int sweep_site(const RowPart& part, const real* steps, const Output& to, int row, int in_row) {
+  const std::ptrdiff_t i = row * part.pitch + in_row;
+  const Site site = fetch_site<kind>(part, i);
+  const InFloat::Position at = {static_cast<real>(part.column + part.stride * in_row),
+                                static_cast<real>(part.row + row)};
+  const InFloat::Sweep sweep = {real(0), part.strength, part.number,
+                                part.seed}; // the colour has chosen the part
+  const InFloat::Displacement next =
+      InFloat::moved_displacement(kind.rule, true, site, at, sweep, steps, kind.step_count);
+  int changes = 0; // a sum: with | GCC 12 leaves the loop over annealed sites scalar
+  if constexpr (kind.moves_x) {
+    to.next_x[i - to.begin] = next.x;
+    changes += static_cast<int>(next.x != site.dx.centre);
+  }
+  if constexpr (kind.moves_y) {
+    to.next_y[i - to.begin] = next.y;
+    changes += static_cast<int>(next.y != site.dy.centre);
+  }
+  return static_cast<int>(changes > 0);
+}
+
+/// Sites first ... last - 1 of a row, changes counted from `counted` to `counted_last` - 1.
+template <Kind kind>
+HDM_FUNCTION int sweep_span(const RowPart& part, const real* steps, const Output& to, int row, int first,
+                            int last, int counted, int counted_last) {
+  int changed = 0;
+#pragma omp simd reduction(+ : changed)
+  for (int i = first; i < last; ++i) {
+    const int change = sweep_site<kind>(part, steps, to, row, i);
+    changed += i >= counted && i < counted_last ? change : 0;
+  }
+  return changed;
+}
+
+/// Whether a site may be computed twice. What is left of a row beyond whole vectors is then one more vector,
+/// that computes some sites again: one by one they would cost as much as 10 vectors.
+template <Kind kind>
+HDM_FUNCTION bool repeats_sites(const RowPart& part) {
+  return kind.inside ||
+         (kind.rule == InFloat::rule_steps && kind.moves_x && kind.moves_y && part.next_x != part.dx);
+}
+
+/// Fewer sites than a vector has: computed with their neighbours, of which nothing is kept.
+template <Kind kind>
+HDM_FUNCTION int sweep_short(const RowPart& part, const real* steps, int row) {
+  real next_x[most_lanes];
+  real next_y[most_lanes];
+  const int last_begin = static_cast<int>(part.pitch) - 1 - most_lanes;
+  const int begin = part.first < last_begin ? part.first : last_begin;
+  const std::ptrdiff_t at = row * part.pitch + begin;
+  const int changed = sweep_span<kind>(part, steps, {next_x, next_y, at}, row, begin, begin + most_lanes,
+                                       part.first, part.last);
+  for (int i = part.first; i < part.last; ++i) {
+    part.next_x[at + i - begin] = next_x[i - begin];
+    part.next_y[at + i - begin] = next_y[i - begin];
+  }
+  return changed;
+}
+
+template <Kind kind>
+std::int64_t sweep_sites(const RowPart& shared) {
+  const RowPart part = shared;
+  real steps[16] = {};
+  if constexpr (kind.inside && constant_steps) {
+    for (int i = 0; i < default_step_count; ++i) {
+      steps[i] = default_steps[i]; // constants: the terms of steps 0, 1 and -1 fold
+    }
+  } else {
+    for (int i = 0; i < 16; ++i) {
+      steps[i] = part.steps[i < part.step_count ? i : 0];
+    }
+  }
+  const Output to{part.next_x, part.next_y, 0};
+  const bool may_repeat = repeats_sites<kind>(part);
+  const int count = part.last - part.first;
+  std::int64_t changed = 0;
+  for (int row = 0; row < part.rows; ++row) {
+    int whole = part.last;
+    if (may_repeat && count >= most_lanes) {
+      whole -= count % most_lanes;
+      if (whole < part.last) {
+        changed +=
+            sweep_span<kind>(part, steps, to, row, part.last - most_lanes, part.last, whole, part.last);
+      }
+    } else if (may_repeat && part.stride == 1 && part.first > 0 && part.last < part.pitch &&
+               part.pitch >= most_lanes + 2) {
+      changed += sweep_short<kind>(part, steps, row);
+      continue;
+    }
+    changed += sweep_span<kind>(part, steps, to, row, part.first, whole, part.first, whole);
+  }
+  return changed;
+}
+
+template <int rule, int step_count, bool observed>
+std::int64_t sweep_turn(const RowPart& part) {
+  if (part.moves_x && part.moves_y) {
+    return sweep_sites<Kind{rule, step_count, observed, true, true}>(part);
+  }
+  return part.moves_x ? sweep_sites<Kind{rule, step_count, observed, true, false}>(part)
+                      : sweep_sites<Kind{rule, step_count, observed, false, true}>(part);
+}
+
+/// The number of candidates as a constant: their loop unrolls. Nine to fifteen of the best candidate's are
+/// compiled as 16, the rest being the first one again: it never beats itself.
+template <int rule, bool observed, int step_count = HDMBENCH_MOST_CANDIDATES>
+std::int64_t sweep_candidates(const RowPart& part) {
+  constexpr int fewer = rule == InFloat::rule_steps && step_count > 8 ? 8 : step_count - 1;
+  if constexpr (fewer > 0) {
+    if (part.step_count <= fewer) {
+      return sweep_candidates<rule, observed, fewer>(part);
+    }
+  }
+  return sweep_turn<rule, step_count, observed>(part);
+}
+
+template <bool observed>
+std::int64_t sweep_rule(const RowPart& part) {
+  switch (part.rule) {
+  case InFloat::rule_closed_form:
+    return sweep_turn<InFloat::rule_closed_form, 1, observed>(part);
+  case InFloat::rule_correction:
+    return sweep_turn<InFloat::rule_correction, 1, observed>(part);
+  case InFloat::rule_annealing: // bound by its random numbers: an observation more or less does not show
+    return sweep_candidates<InFloat::rule_annealing, true>(part);
+  default:
+    return sweep_candidates<InFloat::rule_steps, observed>(part);
+  }
+}
+
+template <bool observed, bool uniform, bool uniform_confidence>
+std::int64_t sweep_inside(const RowPart& part) {
+  return sweep_sites<Kind{InFloat::rule_steps, default_step_count, observed, true, true, true, uniform,
+                          uniform_confidence}>(part);
+}
+
+template <bool uniform>
+std::int64_t sweep_inside(const RowPart& part) {
+  if (!part.observed) {
+    return sweep_inside<false, uniform, false>(part);
+  }
+  return part.uniform_confidence ? sweep_inside<true, uniform, true>(part)
+                                 : sweep_inside<true, uniform, false>(part);
+}
+
+} // namespace
+
+std::int64_t sweep_row(const RowPart& part) {
+  if (part.inside) {
+    return part.uniform ? sweep_inside<true>(part) : sweep_inside<false>(part);
+  }
+  return part.observed ? sweep_rule<true>(part) : sweep_rule<false>(part);
+}
+
+} // namespace hdmbench::energies::HDMBENCH_ENERGY::HDMBENCH_INSTRUCTION_SET

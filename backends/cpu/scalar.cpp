@@ -1,0 +1,67 @@
+#include "backends/cpu/scalar.hpp"
+#include "backends/cpu/cpu_ceilings.hpp"
+#include "backends/cpu/cpu_device.hpp"
+
+#include "backends/shared/energy_programs.hpp"
+
+namespace hdmbench {
+
+namespace {
+
+class ScalarSession final : public Session {
+  void do_load(const Level& level) override {
+    level_ = level;
+    current_ = VectorField(level.extent);
+    next_ = VectorField(level.extent);
+  }
+
+  void do_write(const VectorField& displacement) override { current_ = displacement; }
+  void do_read(VectorField& displacement) override { displacement = current_; }
+  std::int64_t do_changed() override { return changed_; }
+
+  void do_step(int first, int sweeps) override {
+    const auto sweep = programs_of(*level_.energy).scalar_sweep;
+    for (int number = first; number < first + sweeps; ++number) {
+      if (level_.update == Update::sequential) {
+        changed_ = sweep(level_, number, current_, current_);
+      } else {
+        changed_ = sweep(level_, number, current_, next_);
+        std::swap(current_, next_);
+      }
+    }
+  }
+
+  Level level_;
+  VectorField current_;
+  VectorField next_;
+  std::int64_t changed_ = 0;
+};
+
+class Scalar final : public Backend {
+public:
+  std::string_view name() const override { return "scalar"; }
+  std::string_view description() const override { return "plain C++, one thread: the reference for bits"; }
+  bool supports(Update /*update*/) const override { return true; }
+  std::vector<Device> devices() const override { return {cpu_device("1 thread")}; }
+  int threads(const SessionOptions& /*options*/) const override { return 1; }
+  bool skips() const override { return false; }
+  /// Displacement there and back, target, confidence, modulus and its inverse.
+  double bytes_per_update(SiteKind /*kind*/, int /*sweeps*/) const override { return 8 + 8 + 8 + 8 + 4 + 4; }
+
+private:
+  std::optional<Ceilings> do_measure_ceilings(std::size_t /*index*/,
+                                              const SessionOptions& /*options*/) const override {
+    return cpu_ceilings(1, openmp::baseline::multiply_add);
+  }
+  std::unique_ptr<Session> do_open(std::size_t /*index*/, const SessionOptions& /*options*/) const override {
+    return std::make_unique<ScalarSession>();
+  }
+};
+
+} // namespace
+
+std::unique_ptr<Backend> make_scalar() {
+  return std::make_unique<Scalar>();
+}
+
+} // namespace hdmbench

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "kernels/data/energy.hpp"
+#include "kernels/data/level.hpp"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace hdmbench {
+
+namespace openmp {
+struct RowPart;
+}
+
+/// What the backends run of an energy: built by energy_programs.cpp, scalar_sweep.cpp, row.cpp and the
+/// shaders with the energy's text in them.
+struct EnergyPrograms {
+  /// Of energy.inc, for compilers at run time.
+  std::string_view text;
+  /// SPIR-V of kernels/shaders; empty without Vulkan.
+  std::span<const std::uint32_t> vulkan_sweep;
+  std::span<const std::uint32_t> vulkan_coarse_levels;
+  /// Sweep `number` of the level on one thread; `from` and `to` may be the same field: then a site sees its
+  /// predecessors' new values. Returns how many sites changed.
+  std::int64_t (*scalar_sweep)(const Level& level, int number, const VectorField& from, VectorField& to);
+  /// A row of a sweep (backends/cpu/row.hpp): baseline, AVX2, AVX-512; null where not built.
+  std::array<std::int64_t (*)(const openmp::RowPart& part), 3> rows;
+};
+
+[[nodiscard]] const EnergyPrograms& programs_of(const Energy& energy);
+
+} // namespace hdmbench

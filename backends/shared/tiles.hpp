@@ -1,0 +1,77 @@
+#pragma once
+
+#include "kernels/data/cost.hpp"
+#include "kernels/data/level.hpp"
+#include "kernels/data/pyramid.hpp"
+#include "kernels/specification/tile_class.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <vector>
+
+/// Tiles by what is known of all their sites, where the host finds it out: for gl-compute and the fragment
+/// path. What the classes are is said once, in kernels/specification/tile_class.inc and classify.inc, for
+/// openmp too (openmp/level_data.hpp), which wants to know the modulus, and for Vulkan
+/// (kernels/shaders/classify.vulkan.comp).
+namespace hdmbench {
+
+using tile_class::class_count;
+using tile_class::general_class;
+
+/// Classes that programs are made for, with the general one, as class_in_use() of tile_class.inc has them.
+[[nodiscard]] constexpr std::size_t class_set(std::initializer_list<std::size_t> classes) {
+  std::size_t set = std::size_t{1} << general_class;
+  for (const std::size_t tile_class : classes) {
+    set |= std::size_t{1} << tile_class;
+  }
+  return set;
+}
+
+/// All that tell anything apart inside the image.
+inline constexpr std::size_t classes_inside = class_set({0, 1, 2, 3});
+
+/// Of a tile inside the image, all sites of which are of a kind.
+[[nodiscard]] constexpr std::size_t class_of(SiteKind kind) {
+  const bool observed = kind == SiteKind::general || kind == SiteKind::uniform;
+  const bool elastic = kind == SiteKind::general || kind == SiteKind::unobserved;
+  return (observed ? tile_class::observed_bit : 0) | (elastic ? tile_class::elastic_bit : 0);
+}
+
+/// Backend::bytes_per_update() of shaders for `classes`: displacement there and back, modulus and its inverse
+/// where elastic, target and confidence where observed.
+[[nodiscard]] inline double bytes_per_update(SiteKind kind, std::size_t classes) {
+  const std::size_t found = tile_class::class_in_use(classes, class_of(kind));
+  return 8 + 8 + ((found & tile_class::elastic_bit) != 0 ? 8 : 0) +
+         ((found & tile_class::observed_bit) != 0 ? 16 : 0);
+}
+
+/// How many tiles cover an image of `sites`, the last ones maybe reaching beyond it.
+[[nodiscard]] constexpr Extent tiles_of(Extent sites, Extent tile) {
+  return {.width = (sites.width + tile.width - 1) / tile.width,
+          .height = (sites.height + tile.height - 1) / tile.height};
+}
+
+/// How an image is cut into tiles and for which classes there are programs.
+struct TilesWanted {
+  Extent tile{}; ///< sites along x and y
+  std::size_t classes = class_set({});
+  std::uint32_t fewest = 1; ///< of a class; if there are fewer they count as general: a draw has its cost
+};
+
+/// The tiles of a level by class. A tile is y * tiles.width + x, counted from the top left.
+struct TileLists {
+  Extent tiles{};
+  std::vector<std::uint32_t> list{};              ///< class after class
+  std::vector<std::uint8_t> classes{};            ///< per tile
+  std::array<std::uint32_t, class_count> first{}; ///< where a class begins in list
+  std::array<std::uint32_t, class_count> count{};
+};
+
+/// Of a level that samples `full` (pyramid.hpp), which may be the level itself. In parallel where the level
+/// is large.
+[[nodiscard]] TileLists classify_tiles(const Level& full, Extent extent, Alignment alignment,
+                                       const TilesWanted& wanted);
+
+} // namespace hdmbench

@@ -1,0 +1,262 @@
+#include "harness/check/faults/trial.hpp"
+
+#include "backends/shared/coarse_levels.hpp"
+#include "harness/scene/level_sequence.hpp"
+#include "harness/scene/method.hpp"
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace hdmbench::faults {
+
+namespace {
+
+/// Iterations per level: mistakes show at once or never.
+constexpr int iteration_limit = 8;
+
+/// Of scenes where nobody asks for a size: unequal sides, several levels, no multiple of a work group. Those
+/// that are exact may be so only where the levels are powers of two.
+constexpr Extent usual{48, 40};
+constexpr Extent usual_if_exact{32, 32};
+
+Scene load_small(const std::string& name, const std::optional<Extent>& size) {
+  Scene scene = load_scene(name, {.size = size.value_or(usual_if_exact)});
+  return scene.exact || size ? scene : load_scene(name, {.size = usual});
+}
+
+TrialScene by_method(const Scene& scene, std::string_view method) {
+  TrialScene trial{.label = fmt::format("{}, {}", scene.name, method), .scene = scene};
+  use_method(trial.scene, find_method(method));
+  return trial;
+}
+
+/// One level, on which what is free begins so small that only denormal numbers hold it, and mostly stays
+/// there. What a device makes of these is its own affair (llvmpipe's fragment shaders take them for 0).
+TrialScene with_denormals(Scene scene) {
+  VectorField start = scene.start_field();
+  for (std::size_t i = 0; i < scene.extent().sites(); ++i) {
+    start.x[i] = scene.full.confidence.x[i] > 0.0F ? start.x[i] : 1e-40F;
+  }
+  scene.start = std::move(start);
+  scene.schedule.start_level = 0;
+  return {.label = "denormal", .scene = std::move(scene), .only_on_cpu = true};
+}
+
+/// Pulled so little that coarse levels come to rest within a few iterations.
+TrialScene pulled_by_2_px(Scene scene) {
+  for (auto* const values : {&scene.full.target.x, &scene.full.target.y}) {
+    std::ranges::transform(*values, values->begin(), [](float pull) { return 0.04F * pull; });
+  }
+  return {.label = fmt::format("{}, 2 px", scene.name), .scene = std::move(scene)};
+}
+
+Seen verdict_of(const std::vector<Comparison>& comparisons) {
+  const auto is_skipped = [](const Comparison& comparison) { return comparison.verdict == Verdict::skipped; };
+  if (std::ranges::all_of(comparisons, is_skipped)) {
+    return {.verdict = Verdict::skipped, .reason = comparisons.front().reason, .error = {}};
+  }
+  Seen seen{.verdict = Verdict::agree, .reason = {}, .error = {}};
+  for (const Comparison& comparison : comparisons) {
+    if (!is_skipped(comparison) && comparison.verdict > seen.verdict) {
+      seen.verdict = comparison.verdict;
+      seen.reason = comparison.reason;
+    }
+    seen.sites_differing += comparison.sites_differing;
+    seen.uncertified += comparison.uncertified;
+    seen.counts_differing += comparison.counts_differing;
+  }
+  return seen;
+}
+
+/// Whether verify solves the scene in one piece, some levels of it by one work group.
+bool has_coarse_levels(const Scene& scene) {
+  const LevelSequence levels(scene);
+  const std::optional<Pyramid> pyramid = levels.pyramid();
+  return pyramid && has_coarse_levels(*pyramid);
+}
+
+/// In one piece, and more than one level.
+bool has_levels(const Scene& scene) {
+  const std::optional<Pyramid> pyramid = LevelSequence(scene).pyramid();
+  return pyramid && pyramid->levels.size() > 1;
+}
+
+bool tells(const std::optional<Seen>& seen) {
+  return seen && seen->error.empty() && seen->verdict != Verdict::skipped &&
+         seen->verdict != Verdict::mistrusted;
+}
+
+bool is_mistrusted(const std::optional<Seen>& seen) {
+  return seen && seen->error.empty() && seen->verdict == Verdict::mistrusted;
+}
+
+bool disagrees(const std::optional<Seen>& seen) {
+  return tells(seen) && seen->verdict == Verdict::disagree;
+}
+
+} // namespace
+
+TrialScene sleeping_tiles() {
+  struct Pull {
+    int left;
+    int top;
+    int width;
+    int height;
+    float x;
+    float y;
+  };
+  constexpr float pull = 40.0F;                           // pixels: further than a level's few iterations get
+  constexpr Pull pulls[] = {{254, 102, 2, 3, pull, pull}, // sites 128 ... 255 are the tile in the middle
+                            {128, 86, 2, 3, pull, pull},
+                            {160, 126, 3, 2, pull, pull},
+                            {200, 64, 3, 2, pull, pull},
+                            {320, 32, 2, 2, 0.0F, pull}};
+  Scene scene = load_scene("square", {.size = Extent{384, 192}});
+  scene.full.target = VectorField(scene.extent());
+  scene.full.confidence = VectorField(scene.extent());
+  for (const Pull& one : pulls) {
+    for (int y = one.top; y < one.top + one.height; ++y) {
+      for (int x = one.left; x < one.left + one.width; ++x) {
+        const std::size_t site = scene.extent().index(x, y);
+        scene.full.target.x[site] = one.x;
+        scene.full.target.y[site] = one.y;
+        scene.full.confidence.x[site] = 1.0F;
+        scene.full.confidence.y[site] = 1.0F;
+      }
+    }
+  }
+  scene.schedule.start_level = 0;
+  return {.label = "sleeping tiles", .scene = std::move(scene), .tiles_sleep = true};
+}
+
+std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names, std::optional<Extent> size) {
+  std::vector<TrialScene> scenes;
+  const auto add = [&](const std::string& name) {
+    scenes.push_back({.label = name, .scene = load_small(name, size)});
+    scenes.back().label = scenes.back().scene.name; // of a file
+  };
+  if (!names.empty()) {
+    std::ranges::for_each(names, add);
+    return scenes;
+  }
+  for (const char* const name : {"square", "circular", "tie-rich", "random"}) {
+    add(name);
+  }
+  const Scene square = scenes.front().scene;
+  const Scene random = scenes.back().scene;
+  for (const std::string& name : shipped_scenes()) {
+    if (name != "brain" && load_small(name, size).exact) { // the brain's files need not be on this machine
+      add(name);
+    }
+  }
+  for (const std::string_view method : {"coloured", "closed-form", "annealing"}) {
+    scenes.push_back(by_method(random, method));
+  }
+  scenes.push_back(pulled_by_2_px(square));
+  scenes.push_back(sleeping_tiles());
+  scenes.push_back(with_denormals(square));
+  return scenes;
+}
+
+std::string_view text(const Seen& seen) {
+  return seen.error.empty() ? name_of(seen.verdict) : "error";
+}
+
+bool Trial::ran() const {
+  return std::ranges::any_of(seen, tells);
+}
+
+bool Trial::caught() const {
+  return std::ranges::any_of(seen, disagrees);
+}
+
+bool Trial::as_expected() const {
+  const bool broke_off =
+      std::ranges::any_of(seen, [](const auto& one) { return one && !one->error.empty(); });
+  if (!not_planted.empty()) {
+    return false;
+  }
+  switch (planted.expected) {
+  case Expected::disagree:
+    return caught() || (!ran() && !broke_off);
+  case Expected::let_through:
+    return !caught() && !broke_off && std::ranges::none_of(seen, is_mistrusted);
+  case Expected::either:
+    return true;
+  }
+  return false;
+}
+
+bool concerns(const Planted& planted, const TrialScene& scene) {
+  return (planted.method.empty() || planted.method == scene.scene.schedule.method) &&
+         (planted.on_cpu || !scene.only_on_cpu) && scene.tiles_sleep == (planted.part == Part::sleep) &&
+         (planted.part != Part::levels || has_levels(scene.scene)) &&
+         (planted.variant == 0 || has_coarse_levels(scene.scene));
+}
+
+Trial try_out(const Planted& planted, const Backend& reference, std::span<const TrialScene> scenes,
+              Progress& progress) {
+  Trial trial{.planted = planted, .device = {}, .seen = {}, .not_planted = {}};
+  Progress silent(false);
+  for (const TrialScene& scene : scenes) {
+    std::optional<Seen>& seen = trial.seen.emplace_back();
+    if (!concerns(planted, scene)) {
+      continue;
+    }
+    progress.describe(fmt::format("{} on {}: {}", planted.name, planted.backend, scene.label));
+    seen.emplace();
+    try {
+      const std::unique_ptr<Backend> faulty = planted.make(scene.scene);
+      const Backend* const backends[] = {faulty.get()};
+      const std::vector<Comparison> comparisons =
+          verify(scene.scene, reference, backends,
+                 {.session = {.device = {}, .variant = planted.variant}, .iteration_limit = iteration_limit},
+                 silent);
+      trial.device = comparisons.front().device;
+      seen = verdict_of(comparisons);
+      if (planted.require_planted && seen->verdict != Verdict::skipped) {
+        planted.require_planted();
+      }
+    } catch (const NotPlanted& error) {
+      trial.not_planted = error.what();
+    } catch (const DeviceError& error) {
+      seen->error = error.what();
+    }
+    progress.advance(1.0);
+  }
+  return trial;
+}
+
+FaultRow fault_row(const Trial& trial, std::span<const TrialScene> scenes) {
+  const Planted& planted = trial.planted;
+  FaultRow row{.fault = planted.name,
+               .what = planted.what,
+               .backend = planted.backend,
+               .device = trial.device.name,
+               .layer = planted.layer,
+               .expected = planted.expected,
+               .caught = trial.caught(),
+               .as_expected = trial.as_expected(),
+               .not_planted = trial.not_planted};
+  for (std::size_t i = 0; i < trial.seen.size(); ++i) {
+    if (trial.seen[i]) {
+      const Seen& seen = *trial.seen[i];
+      const Scene& scene = scenes[i].scene;
+      row.scenes.push_back({.scene = scenes[i].label,
+                            .width = scene.extent().width,
+                            .height = scene.extent().height,
+                            .method = scene.schedule.method,
+                            .exact = scene.exact,
+                            .verdict = std::string(text(seen)),
+                            .sites_differing = seen.sites_differing,
+                            .uncertified = seen.uncertified,
+                            .counts_differing = seen.counts_differing,
+                            .reason = seen.error.empty() ? seen.reason : seen.error});
+    }
+  }
+  return row;
+}
+
+} // namespace hdmbench::faults

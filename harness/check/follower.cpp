@@ -1,0 +1,176 @@
+#include "harness/check/follower.hpp"
+
+#include "harness/check/compare.hpp"
+#include "harness/solve/solve.hpp"
+#include "reference/thesis_energy.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace hdmbench {
+
+namespace {
+
+bool differs(const VectorField& expected, const VectorField& found, std::size_t site) {
+  return !(expected.x[site] == found.x[site] && expected.y[site] == found.y[site]); // true for NaN
+}
+
+} // namespace
+
+FirstDifference describe_difference(const ReferenceStep& step, const VectorField& before,
+                                    const VectorField& expected, const VectorField& found, std::size_t site) {
+  const auto width = static_cast<std::size_t>(step.level.extent.width);
+  FirstDifference first{.level = step.level_index,
+                        .iteration = step.iteration,
+                        .x = static_cast<int>(site % width),
+                        .y = static_cast<int>(site / width),
+                        .expected = {expected.x[site], expected.y[site]},
+                        .found = {found.x[site], found.y[site]}};
+  const ThesisEnergy energy(step.level, before);
+  const auto total = [](ThesisEnergy::Value value) { return value.x + value.y; };
+  first.energy_before = total(energy.at(first.x, first.y));
+  first.energy_expected = total(energy.at(first.x, first.y, {first.expected[0], first.expected[1]}));
+  first.energy_found = total(energy.at(first.x, first.y, {first.found[0], first.found[1]}));
+  return first;
+}
+
+void conclude(Comparison& comparison, const Conditions& conditions) {
+  const bool active = comparison.mode == Mode::active;
+  comparison.sites_at_rest = active ? conditions.sites_at_rest : 0;
+  if (comparison.uncertified > 0 || comparison.counts_differing > 0) {
+    comparison.verdict = Verdict::disagree;
+  } else if (!conditions.why_mistrusted.empty()) {
+    comparison.verdict = Verdict::mistrusted;
+    comparison.reason = conditions.why_mistrusted;
+  } else if (active && comparison.sites_at_rest == 0) {
+    comparison.verdict = Verdict::skipped;
+    comparison.reason = "there was nothing to leave out: something could change in every tile in every sweep";
+  } else if (comparison.certified_ties > 0) {
+    comparison.verdict = Verdict::certified;
+    comparison.tier = Tier::certified;
+  } else {
+    comparison.verdict = Verdict::agree;
+    comparison.tier = conditions.exact ? Tier::exact : Tier::bitwise;
+  }
+}
+
+Follower::Follower(const Backend& backend, SessionOptions options, const Scene& scene, Mode mode)
+    : exact_(scene.exact) {
+  options.work = mode == Mode::active ? Work::active : Work::dense;
+  comparison_.backend = backend.name();
+  comparison_.mode = mode;
+  if (!backend.supports(scene.full.update)) {
+    comparison_.reason = fmt::format("cannot update as {} wants", method_name(scene));
+    return;
+  }
+  try {
+    comparison_.device = backend.device(options);
+    session_ = backend.open(options);
+  } catch (const DeviceError& error) {
+    comparison_.reason = error.what();
+  }
+}
+
+void Follower::begin_level(const LevelSequence& levels, const Level& level, int index) {
+  if (session_ != nullptr) {
+    begin_ = levels.begin(index, displacement_);
+    ++comparison_.levels;
+    begin_again(level);
+  }
+}
+
+void Follower::begin_again(const Level& level) {
+  if (session_ != nullptr) {
+    session_->load(level);
+    session_->write(begin_);
+    displacement_ = begin_;
+    last_changed_ = 0;
+    drifted_ = is_on_its_own() && comparison_.sites_drifted > 0;
+  }
+}
+
+void Follower::follow(const ReferenceStep& step) {
+  if (session_ == nullptr) {
+    return;
+  }
+  if (is_on_its_own()) {
+    before_ = displacement_;
+  } else {
+    session_->write(step.before);
+  }
+  const VectorField& before = is_on_its_own() ? before_ : step.before;
+  session_->step(1);
+  session_->read(displacement_);
+
+  const FieldDifference drift = compare(step.after, displacement_);
+  const bool same_before = !drifted_;
+  drifted_ = is_on_its_own() && drift.sites > 0;
+  if (!same_before || drift.sites > 0) {
+    const VectorField& expected = same_before ? step.after : specified(step, before);
+    for (std::size_t site = 0; site < expected.x.size(); ++site) {
+      if (differs(expected, displacement_, site)) {
+        judge_site(step, before, expected, site);
+      }
+    }
+  }
+  const bool as_reference = same_before && drift.sites == 0;
+  last_changed_ = as_reference ? step.changed : compare(before, displacement_).sites;
+  ++comparison_.sweeps;
+  comparison_.iterations = comparison_.sweeps / sweeps_per_iteration(step.level);
+  comparison_.sites_compared += static_cast<std::int64_t>(step.level.extent.sites());
+  comparison_.sites_drifted += drift.sites;
+  comparison_.not_finite += drift.not_finite;
+  comparison_.counts_differing += session_->changed() == last_changed_ ? 0 : 1;
+  comparison_.largest_difference = std::max(comparison_.largest_difference, drift.largest);
+}
+
+void Follower::end_level() {
+  if (session_ != nullptr) {
+    session_->read(displacement_);
+  }
+}
+
+Comparison Follower::finish(const Conditions& conditions) {
+  if (session_ != nullptr) {
+    conclude(comparison_, conditions);
+  }
+  return comparison_;
+}
+
+const VectorField& Follower::specified(const ReferenceStep& step, const VectorField& before) {
+  const Extent extent = step.level.extent;
+  answer_ = VectorField(extent);
+  for (int y = 0; y < extent.height; ++y) {
+    for (int x = 0; x < extent.width; ++x) {
+      const SiteAnswer answer = specified_answer(step.level, before, step.number, x, y);
+      answer_.x[extent.index(x, y)] = answer.x;
+      answer_.y[extent.index(x, y)] = answer.y;
+    }
+  }
+  return answer_;
+}
+
+void Follower::judge_site(const ReferenceStep& step, const VectorField& before, const VectorField& expected,
+                          std::size_t site) {
+  const auto width = static_cast<std::size_t>(step.level.extent.width);
+  Certificate certificate =
+      certify(step.level, before, step.number, static_cast<int>(site % width), static_cast<int>(site / width),
+              {displacement_.x[site], displacement_.y[site]});
+  certificate.holds = certificate.holds && !exact_; // there is no rounding to explain it
+  const bool first_failure = !certificate.holds && comparison_.uncertified == 0;
+  ++comparison_.sites_differing;
+  if (certificate.holds) {
+    ++comparison_.certified_ties;
+    comparison_.largest_gap_over_bound =
+        std::max(comparison_.largest_gap_over_bound, certificate.gap_over_bound);
+  } else {
+    ++comparison_.uncertified;
+  }
+  if (first_failure || !comparison_.first) {
+    comparison_.first = describe_difference(step, before, expected, displacement_, site);
+    comparison_.first->certificate = certificate;
+  }
+}
+
+} // namespace hdmbench

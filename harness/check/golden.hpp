@@ -1,0 +1,122 @@
+#pragma once
+
+#include "harness/check/verify.hpp"
+#include "harness/solve/methods/solver.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace hdmbench {
+
+/// A problem whose solution has golden hashes.
+struct GoldenCase {
+  std::string scene; ///< a shipped one
+  Extent extent;
+  std::string method; ///< method_name(); in golden_cases() empty where it is the scene's own
+
+  bool operator==(const GoldenCase&) const = default;
+};
+
+/// Hashes of what the host makes for all backends, so that a difference in libm or ITK (scene), in sampling,
+/// 1/A or strengths (levels) and in the sweep are told apart.
+struct GoldenInputs {
+  std::uint64_t scene = 0; ///< target, confidence, modulus, K, candidates and start at full resolution
+  /// level_hash() of each level, coarsest first; empty where the method visits levels more than once.
+  std::vector<std::uint64_t> levels;
+};
+
+/// What came out of a level.
+struct GoldenLevel {
+  int level = 0; ///< 0: full resolution
+  int iterations = 0;
+  std::uint64_t hash = 0; ///< state_hash() of the displacement
+
+  bool operator==(const GoldenLevel&) const = default;
+};
+
+/// What is golden of a case.
+struct GoldenEntry {
+  GoldenCase problem;
+  GoldenInputs inputs;
+  std::vector<GoldenLevel> levels; ///< coarsest first
+};
+
+/// Every shipped scene by its own method, `square` at a second size, and every other method on `random`.
+/// Without krylov: its sums are Eigen's, which fuses multiply-adds wherever the processor can (measured:
+/// other bits with -march=x86-64-v3). Of multigrid only the coarsest level is Eigen's, and rounded to float:
+/// it kept its bits in all builds that were tried.
+[[nodiscard]] std::vector<GoldenCase> golden_cases();
+
+/// The scene at the case's size, with its method and few iterations. Throws what load_scene throws.
+[[nodiscard]] Scene load_golden_scene(const GoldenCase& problem);
+
+/// The case that load_golden_scene made the scene of, its method named.
+[[nodiscard]] GoldenCase golden_case(const Scene& scene);
+
+/// Throws NotFinite.
+[[nodiscard]] GoldenInputs hash_inputs(const Scene& scene);
+
+/// One sentence about the first hash that differs; empty: none.
+[[nodiscard]] std::string inputs_difference(const GoldenInputs& golden, const GoldenInputs& found);
+
+/// One backend, kept open from case to case.
+class GoldenSolver {
+public:
+  /// `backend` must outlive this object. One that is not there, or cannot be opened, says so in absence().
+  GoldenSolver(const Backend& backend, const SessionOptions& options);
+
+  [[nodiscard]] const Backend& backend() const { return *backend_; }
+  [[nodiscard]] const Device& device() const { return device_; }
+  /// Why the backend is not there; empty: it is.
+  [[nodiscard]] const std::string& absence() const { return absence_; }
+  /// Why it cannot solve the scene; empty: it can.
+  [[nodiscard]] std::string absence(const Scene& scene) const;
+  /// Level by level. Throws NotFinite naming level and site, and what Session throws.
+  [[nodiscard]] std::vector<GoldenLevel> solve(const Scene& scene, Progress& progress);
+  /// state_hash() of the last field, made in one piece; none where the schedule wants the host on the way
+  /// (LevelSequence::pyramid()). Throws the same.
+  [[nodiscard]] std::optional<std::uint64_t> solve_in_one_piece(const Scene& scene);
+
+private:
+  const Backend* backend_;
+  Device device_;
+  std::string absence_;
+  std::unique_ptr<Solver> solver_; ///< null: absent
+};
+
+/// How one backend did on one case.
+struct GoldenOutcome {
+  std::string backend;
+  Device device{};
+  /// agree: golden. mistrusted: as scalar, but there is nothing golden to compare with. disagree, skipped.
+  Verdict verdict = Verdict::skipped;
+  std::vector<GoldenLevel> levels{};           ///< as far as they are finite numbers
+  std::optional<std::uint64_t> in_one_piece{}; ///< hash of the last level, all levels made by one call
+  std::optional<int> first_difference{};       ///< level
+  std::string reason{};                        ///< where it is not `agree`
+};
+
+struct GoldenResult {
+  GoldenCase problem;
+  std::string absence{}; ///< why the scene is not there; empty: it is
+  GoldenInputs inputs{};
+  bool known = false;                    ///< whether there is anything golden of this case
+  std::string inputs_reason{};           ///< why they are not golden; empty: they are
+  std::vector<GoldenOutcome> outcomes{}; ///< as the solvers, scalar first
+};
+
+/// Solves the scene on all `solvers`, scalar first, and compares with `golden`; null: there is none, so that
+/// scalar's hashes are what is compared with. So it is too where the inputs are not golden.
+[[nodiscard]] GoldenResult check_golden(const Scene& scene, std::span<GoldenSolver> solvers,
+                                        const GoldenEntry* golden, Progress& progress);
+
+/// Why the hashes of a case cannot become golden: scalar has none, or another backend has others. Empty: they
+/// can.
+[[nodiscard]] std::string doubt_about(const GoldenResult& result);
+
+} // namespace hdmbench

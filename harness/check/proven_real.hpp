@@ -1,0 +1,112 @@
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+/// A scalar to compile an energy and update.inc with that proves every operation exact (exactness.hpp).
+namespace hdmbench::proven {
+
+/// Thrown by the first operation that is not exact: no cost where all are.
+struct Inexact {
+  char operation;
+  float left;
+  float right;
+  double magnitude;
+  double quantum;
+};
+
+/// The lowest set bit of a finite float; infinite for 0, which is a multiple of everything.
+inline double lowest_bit(float value) {
+  const auto bits = std::bit_cast<std::uint32_t>(value);
+  const std::uint32_t exponent = bits >> 23 & 0xFFU;
+  const std::uint32_t fraction = bits & 0x7FFFFFU;
+  const std::uint32_t significand = exponent > 0 ? fraction | 0x800000U : fraction;
+  if (significand == 0) {
+    return std::numeric_limits<double>::infinity();
+  }
+  const auto power = static_cast<std::uint64_t>(1023 - 150 + static_cast<int>(std::max(exponent, 1U)) +
+                                                std::countr_zero(significand));
+  return std::bit_cast<double>(power << 52);
+}
+
+/// False for NaN.
+inline bool is_in_range(double magnitude, double quantum) {
+  return magnitude <= 0x1p30 && quantum >= 0x1p-30;
+}
+
+/// Whether every multiple of quantum up to magnitude is a float. False for NaN.
+inline bool fits(double magnitude, double quantum) {
+  return magnitude <= 0x1p24 * quantum && is_in_range(magnitude, quantum);
+}
+
+/// A float, and what bounds everything it can be put together from (exactness.hpp).
+struct real {
+  float value = 0.0F;
+  double magnitude = 0.0;
+  double quantum = 0.0;
+
+  real() = default;
+  // Implicit, as energy.inc and update.inc write constants.
+  real(float value_)
+      : value(value_), magnitude(std::abs(static_cast<double>(value_))), quantum(lowest_bit(value_)) {
+    if (!is_in_range(magnitude, quantum)) {
+      throw Inexact{'=', value, value, magnitude, quantum};
+    }
+  }
+  real(int constant) : real(static_cast<float>(constant)) {}
+  real(double constant) : real(static_cast<float>(constant)) {}
+
+  [[nodiscard]] double wide() const { return static_cast<double>(value); }
+
+  friend real operator+(real a, real b) { return sum('+', a, b, a.value + b.value, a.wide() + b.wide()); }
+  friend real operator-(real a, real b) { return sum('-', a, b, a.value - b.value, a.wide() - b.wide()); }
+  friend real operator*(real a, real b) {
+    real result;
+    result.value = a.value * b.value;
+    result.magnitude = a.magnitude * b.magnitude;
+    result.quantum = a.quantum * b.quantum;
+    return checked('*', a, b, result, a.wide() * b.wide());
+  }
+  friend bool operator<(real a, real b) { return compared(a, b).value < 0.0F; }
+  friend bool operator>(real a, real b) { return compared(a, b).value > 0.0F; }
+  friend bool operator<=(real a, real b) { return compared(a, b).value <= 0.0F; }
+  friend bool operator>=(real a, real b) { return compared(a, b).value >= 0.0F; }
+  friend bool operator==(real a, real b) { return compared(a, b).value == 0.0F; }
+
+private:
+  static real compared(real a, real b) { return sum('<', a, b, a.value - b.value, a.wide() - b.wide()); }
+  static real sum(char operation, real a, real b, float value, double exact) {
+    real result;
+    result.value = value;
+    result.magnitude = a.magnitude + b.magnitude;
+    result.quantum = std::min(a.quantum, b.quantum);
+    return checked(operation, a, b, result, exact);
+  }
+  static real checked(char operation, real a, real b, real result, double exact) {
+    if (!fits(result.magnitude, result.quantum) || result.wide() != exact) {
+      throw Inexact{operation, a.value, b.value, result.magnitude, result.quantum};
+    }
+    return result;
+  }
+};
+
+inline real abs(real a) {
+  a.value = std::abs(a.value);
+  return a;
+}
+
+inline real floor(real a) {
+  return std::floor(a.value);
+}
+
+/// That the host's inverse is the quotient itself.
+inline void require_exact_inverse(float modulus, float inverse) {
+  if (static_cast<double>(modulus) * static_cast<double>(inverse) != 1.0) {
+    throw Inexact{'/', 1.0F, modulus, std::abs(static_cast<double>(inverse)), lowest_bit(inverse)};
+  }
+}
+
+} // namespace hdmbench::proven

@@ -1,0 +1,138 @@
+#pragma once
+
+#include "backends/backend.hpp"
+#include "harness/check/certificate.hpp"
+#include "harness/scene/scene.hpp"
+#include "harness/solve/progress.hpp"
+
+#include <array>
+#include <cmath>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace hdmbench {
+
+/// How a backend is compared with the reference.
+enum class Mode {
+  resync, ///< every iteration starts from the reference's field: errors of one iteration
+  free,   ///< each runs on its own from the start: errors that accumulate
+  active, ///< the same with Work::active: nothing that can change is left out
+  /// The whole pyramid by one call of Session::solve(), with Work::dense and with Work::active, and in every
+  /// way to compute its coarse levels: the last field and the last count.
+  pyramid,
+  /// Levels too large for scalar, in windows of each, after all its sweeps (verify_windows.hpp).
+  windows,
+};
+
+enum class Verdict { // the worst last
+  agree,             ///< all bits equal, at every iteration
+  certified,         ///< bits differ, and rounding alone explains every differing site (certificate.hpp)
+  skipped,           ///< the backend is not there
+  mistrusted,        ///< nothing differed, but the scene could not have shown a difference
+  disagree,          ///< a site differs without an explanation, or a count of changes is wrong
+};
+
+/// How strongly a backend was seen to agree on a scene.
+enum class Tier {
+  none,      ///< skipped, mistrusted or disagreeing
+  certified, ///< every differing site is a near-tie within the derived bound of rounding
+  bitwise,   ///< no bit differs
+  exact,     ///< no bit differs, and none may on any device: every operation on this scene is exact in float
+};
+
+/// What results call them, in the order of the enumerators.
+inline constexpr std::array<std::string_view, 5> mode_names{"resync", "free", "active", "pyramid", "windows"};
+inline constexpr std::array<std::string_view, 5> verdict_names{"agree", "certified", "skipped", "mistrusted",
+                                                               "disagree"};
+inline constexpr std::array<std::string_view, 4> tier_names{"none", "certified", "bitwise", "exact"};
+
+[[nodiscard]] constexpr const auto& names_of(Mode) {
+  return mode_names;
+}
+[[nodiscard]] constexpr const auto& names_of(Verdict) {
+  return verdict_names;
+}
+[[nodiscard]] constexpr const auto& names_of(Tier) {
+  return tier_names;
+}
+[[nodiscard]] constexpr std::string_view name_of(Mode mode) {
+  return mode_names[static_cast<std::size_t>(mode)];
+}
+[[nodiscard]] constexpr std::string_view name_of(Verdict verdict) {
+  return verdict_names[static_cast<std::size_t>(verdict)];
+}
+[[nodiscard]] constexpr std::string_view name_of(Tier tier) {
+  return tier_names[static_cast<std::size_t>(tier)];
+}
+
+/// The first site that differs without an explanation; where all have one, the first that differs.
+struct FirstDifference {
+  int level = 0;
+  int iteration = 0; ///< 1 is the first; in pyramid the last, after which alone there is a field
+  int x = 0;
+  int y = 0;
+  std::array<float, 2> expected{NAN, NAN}; ///< displacement (x, y), pixels; NaN: not recorded
+  std::array<float, 2> found{NAN, NAN};
+  // U_t of that site in double: before the iteration, and with either answer as the centre's displacement;
+  // NaN: not recorded. In pyramid all else is as the reference ended.
+  double energy_before = NAN;
+  double energy_expected = NAN;
+  double energy_found = NAN;
+  Certificate certificate{};
+};
+
+/// One backend against the reference on one scene in one mode.
+struct Comparison {
+  std::string backend;
+  Device device;
+  Mode mode = Mode::resync;
+  int levels = 0;
+  std::int64_t iterations = 0;
+  std::int64_t sweeps = 0;         ///< compared; one, two or four an iteration (level.hpp); in pyramid done
+  std::int64_t sites_compared = 0; ///< over all sweeps
+  /// Over all sweeps, from the specification's answer to what the site saw before the sweep.
+  std::int64_t sites_differing = 0;
+  std::int64_t sites_drifted = 0;      ///< over all sweeps, from the reference's field; in resync the same
+  std::int64_t not_finite = 0;         ///< of these, NaN or infinite
+  std::int64_t certified_ties = 0;     ///< of the differing ones, explained by rounding
+  std::int64_t uncertified = 0;        ///< of the differing ones, not explained
+  double largest_gap_over_bound = 0.0; ///< over the certified sites, at most 1
+  std::int64_t counts_differing = 0;   ///< sweeps after which changed() was wrong
+  double largest_difference = 0.0;     ///< from the reference's field, pixels
+  /// Of active: site updates that could be left out, in whole tiles of 16 x 16 (resting_tiles.hpp).
+  std::int64_t sites_at_rest = 0;
+  std::vector<std::string> coarse_levels{}; ///< of pyramid: the variants compared, where there are several
+  std::optional<FirstDifference> first{};
+  Verdict verdict = Verdict::skipped;
+  Tier tier = Tier::none;
+  std::string reason{}; ///< for mistrusted and skipped
+};
+
+struct VerifyOptions {
+  SessionOptions session;             ///< with a variant pyramid has that way alone, else all worth trying
+  std::optional<int> iteration_limit; ///< per level, for a shorter run
+};
+
+/// Why a mode does not apply to the scene on any backend, as a part of a sentence; empty: it is compared.
+/// active where another rule or order of sites lets every site change in every sweep; pyramid where something
+/// wants the host between the levels (LevelSequence::pyramid()).
+[[nodiscard]] std::string why_left_out(Mode mode, const Scene& scene);
+
+/// Runs the scene's schedule on `reference` and on all `backends` side by side and compares the whole field
+/// and the count of changed sites after every sweep of every level. A site that differs is judged by
+/// certificate.hpp: in resync against the reference's answer, in free against the specification's answer to
+/// what the backend itself had before the sweep. In pyramid
+/// only the end is known: a field that is not the reference's is certified if it is, to the bit, what the
+/// same backend made level by level and every difference of that is certified. On a scene that is declared
+/// exact (Scene::exact) no difference is explained, and a step that is not exact makes the comparison
+/// mistrusted. A backend whose devices() or open() throws DeviceError is skipped with that reason; an error
+/// later is not caught. Active is skipped where it agrees and no tile was ever at rest. Returns a comparison
+/// per backend and mode that is not left out, in their orders.
+[[nodiscard]] std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
+                                             std::span<const Backend* const> backends,
+                                             const VerifyOptions& options, Progress& progress);
+
+} // namespace hdmbench

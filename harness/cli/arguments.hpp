@@ -1,0 +1,127 @@
+#pragma once
+
+#include "backends/registry.hpp"
+#include "harness/scene/scene.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace hdmbench::commands {
+
+/// The program ends with one of these.
+enum ExitStatus : int { success = 0, disagreement = 1, bad_input = 2 };
+
+/// What the user may change about every scene's schedule.
+struct ScheduleOverrides {
+  std::optional<std::string> method; ///< harness/scene/method.hpp
+  std::optional<int> iterations;
+  std::optional<double> relaxation;
+  std::vector<double> temperatures; ///< highest, lowest; empty: the method's own
+  std::optional<int> seed;
+  std::optional<int> start_level;
+  std::optional<Stop> stop;
+  std::optional<double> epsilon;
+  std::optional<Alignment> alignment;
+  std::optional<Update> update;
+  std::optional<std::string> steps;
+  std::optional<double> penalty;
+  std::optional<double> prior_weight;
+
+  void add_to(CLI::App& command);
+  /// With `other_method` in place of `method`, where there is one. Throws InputError.
+  void apply(Scene& scene, const std::optional<std::string>& other_method = std::nullopt) const;
+  /// The arguments that were given, each with a space before it: " --iterations 5". The method is that of
+  /// the scene where it is not what the scene's file says.
+  [[nodiscard]] std::string text(const std::optional<std::string>& other_method = std::nullopt) const;
+};
+
+/// Arguments of the commands that solve one scene.
+struct SceneArguments {
+  std::string scene; ///< name or file
+  std::string size;  ///< "300" or "257x130"; empty: the scene's own
+  std::string backend = "openmp";
+  SessionOptions session;
+  ScheduleOverrides schedule;
+
+  /// Only the scene, its size and its schedule.
+  void add_scene_to(CLI::App& command);
+  /// Where it is computed.
+  void add_backend_to(CLI::App& command);
+
+  /// The scene at its size with its schedule. Throws InputError.
+  [[nodiscard]] Scene load() const;
+  /// The backend, which lives as long as the registry. Throws InputError where it is unknown or cannot update
+  /// as the scene wants.
+  [[nodiscard]] const Backend& choose(const std::vector<std::unique_ptr<Backend>>& registry,
+                                      const Scene& scene_to_solve) const;
+};
+
+/// One scene to load.
+struct SceneChoice {
+  std::string name;                  ///< or file
+  SceneOptions options;              ///< its size
+  std::optional<std::string> method; ///< none: what --method or the scene says
+  bool by_default = false;           ///< nobody named it: it may be left out
+};
+
+/// Arguments that verify and bench share.
+struct CommonArguments {
+  std::vector<std::string> scenes; ///< names or files; empty: the command's own choice
+  std::vector<std::string> sizes;  ///< "300" or "257x130"; empty: each scene's own
+  std::vector<std::string> backends;
+  std::vector<std::string> required;
+  SessionOptions session;
+  ScheduleOverrides schedule;
+  std::vector<std::string> methods; ///< names, or "all"; empty: one, see ScheduleOverrides
+  bool quick = false;
+  std::filesystem::path json;
+
+  void add_to(CLI::App& command);
+  /// Only which backends, on which device, with how many threads.
+  void add_backends_to(CLI::App& command);
+
+  /// The command line that repeats one comparison; where the scene has no source, with all others.
+  [[nodiscard]] std::string repeat(std::string_view command, const Scene& scene,
+                                   std::string_view backend) const;
+
+  /// Scenes at sizes in the order they are asked for, each with every method asked for. Without scenes on the
+  /// command line: `by_default`, of which one whose files are not on this machine is left out with a line on
+  /// standard output. Throws InputError.
+  [[nodiscard]] std::vector<Scene> load_scenes(const std::vector<std::string>& by_default) const;
+  /// The same without loading them: large ones need not be in memory together.
+  [[nodiscard]] std::vector<SceneChoice> scene_choices(const std::vector<std::string>& by_default) const;
+  /// None, with a line on standard output, where one that nobody named is not on this machine.
+  [[nodiscard]] std::optional<Scene> load(const SceneChoice& choice) const;
+  /// The reference first, then the chosen backends (all if none was named) without it. Throws InputError for
+  /// an unknown name and DeviceError for one that was named here or with --require and is not there.
+  [[nodiscard]] std::vector<const Backend*>
+  choose(const std::vector<std::unique_ptr<Backend>>& registry) const;
+
+private:
+  /// One entry per method of --methods; none: what --method or the scene says.
+  [[nodiscard]] std::vector<std::optional<std::string>> chosen_methods() const;
+};
+
+/// "300" is 300 x 300, "257x130" is that. Throws InputError.
+[[nodiscard]] Extent parse_size(const std::string& text);
+
+/// A word as a shell takes it: in quotes where it has to be.
+[[nodiscard]] std::string shell_word(std::string_view word);
+
+/// For those that the command refuses, and says why.
+void leave_out_of_help(CLI::App& command, std::initializer_list<const char*> options);
+
+/// CLI11 drops empty words of a list: it takes "16,,32" for 16 and 32. Throws InputError for such a list
+/// among `words`, the arguments of `command`.
+void require_whole_lists(const CLI::App& command, const std::vector<std::string>& words);
+
+/// The words after the program's name, as a shell would take them again.
+[[nodiscard]] std::string command_line(int argc, const char* const* argv);
+
+} // namespace hdmbench::commands

@@ -1,0 +1,86 @@
+#include "harness/cli/arguments.hpp"
+#include "harness/cli/commands.hpp"
+#include "harness/measure/choices.hpp"
+#include "harness/measure/device_row.hpp"
+#include "harness/measure/result_file.hpp"
+#include "harness/report/table.hpp"
+#include "harness/scene/file_output.hpp"
+
+#include <fmt/format.h>
+
+namespace hdmbench::commands {
+
+namespace {
+
+struct Arguments {
+  std::filesystem::path json;
+};
+
+std::vector<std::string> updates(const Backend& backend) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < update_names.size(); ++i) {
+    if (backend.supports(static_cast<Update>(i))) {
+      names.emplace_back(update_names[i]);
+    }
+  }
+  return names;
+}
+
+void list_devices(const Arguments& arguments, const std::string& line) {
+  if (!arguments.json.empty()) {
+    require_writable(arguments.json);
+  }
+  Table table({{"backend", Table::Align::left},
+               {"no.", Table::Align::right},
+               {"device", Table::Align::left},
+               {"driver", Table::Align::left}});
+  nlohmann::json rows = nlohmann::json::array();
+  std::string absent;
+  std::string chosen;
+  for (const auto& backend : make_backends()) {
+    DeviceRow row{.backend = std::string(backend->name()),
+                  .description = std::string(backend->description()),
+                  .updates = updates(*backend)};
+    try {
+      const std::vector<Device> devices = backend->devices();
+      for (std::size_t i = 0; i < devices.size(); ++i) {
+        table.add({i == 0 ? row.backend : "", std::to_string(i), devices[i].name, devices[i].driver});
+        row.device = devices[i].name;
+        row.driver = devices[i].driver;
+        row.software = devices[i].is_software;
+        row.choices = backend->choices({.device = std::to_string(i)});
+        for (const Choice& choice : row.choices) {
+          chosen += fmt::format("  {}, {}: {}\n", row.backend, row.device, describe(choice));
+        }
+        rows.push_back(to_json_row(row));
+      }
+    } catch (const DeviceError& error) {
+      row.available = false;
+      row.reason = error.what();
+      rows.push_back(to_json_row(row));
+      absent += fmt::format("  {}: {}\n", row.backend, row.reason);
+    }
+  }
+  fmt::print("{}", table.text());
+  if (!chosen.empty()) {
+    fmt::print("\nChosen by measurement, smallest samples:\n{}", chosen);
+  }
+  if (!absent.empty()) {
+    fmt::print("\nNot there:\n{}", absent);
+  }
+  if (!arguments.json.empty()) {
+    write_results(arguments.json, "devices", run_context(line, false), std::move(rows));
+  }
+}
+
+} // namespace
+
+void add_devices(CLI::App& program, const std::string& arguments, int& /*status*/) {
+  auto* command =
+      program.add_subcommand("devices", "List every backend with its devices, or why it is not there");
+  const auto own = std::make_shared<Arguments>();
+  command->add_option("--json", own->json, "Write the list to this file");
+  command->callback([own, arguments] { list_devices(*own, arguments); });
+}
+
+} // namespace hdmbench::commands

@@ -1,0 +1,245 @@
+#include "harness/check/faults/trial.hpp"
+#include "harness/cli/arguments.hpp"
+#include "harness/cli/commands.hpp"
+#include "harness/measure/result_file.hpp"
+#include "harness/report/table.hpp"
+#include "harness/scene/file_output.hpp"
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <optional>
+
+namespace hdmbench::commands {
+
+namespace {
+
+using faults::Expected;
+using faults::Planted;
+using faults::Trial;
+using faults::TrialScene;
+
+struct Arguments {
+  std::vector<std::string> scenes;
+  std::vector<std::string> faults;
+  std::string size; ///< "300" or "257x130"; empty: small
+  std::string backend = "scalar";
+  std::filesystem::path json;
+  bool list = false;
+  bool brief = false;
+};
+
+/// Those that were named, or all. Throws InputError for a name that none has.
+std::vector<Planted> chosen(const std::vector<std::string>& names, const Backend& carrier) {
+  std::vector<Planted> all = faults::all_planted(carrier);
+  for (const std::string& name : names) {
+    if (std::ranges::find(all, name, &Planted::name) == all.end()) {
+      throw InputError(fmt::format("there is no fault \"{}\"; hdmbench faults --list names them", name));
+    }
+  }
+  std::erase_if(all, [&](const Planted& planted) {
+    return !names.empty() && std::ranges::find(names, planted.name) == names.end();
+  });
+  return all;
+}
+
+void print_list(const std::vector<Planted>& list) {
+  Table table(
+      {{"fault", Table::Align::left}, {"planted on", Table::Align::left}, {"what", Table::Align::left}});
+  for (const Planted& planted : list) {
+    table.add({planted.name, planted.backend, planted.what});
+  }
+  fmt::print("{}", table.text());
+}
+
+std::string outcome(const Trial& trial) {
+  if (!trial.not_planted.empty()) {
+    return "NOT PLANTED";
+  }
+  if (!trial.ran() && trial.as_expected()) {
+    return "not run";
+  }
+  switch (trial.planted.expected) {
+  case Expected::disagree:
+    return trial.caught() ? "yes" : "NO";
+  case Expected::let_through:
+    return trial.as_expected() ? "let through" : "NOT LET THROUGH";
+  case Expected::either:
+    return trial.caught() ? "yes" : "not shown";
+  }
+  return "";
+}
+
+/// A row per fault, a column per scene that any of them was tried on.
+void print(const char* title, const std::vector<const Trial*>& trials, const std::vector<TrialScene>& scenes,
+           const char* last_column) {
+  if (trials.empty()) {
+    return;
+  }
+  fmt::print("\n{}\n", title);
+  std::vector<Table::Column> columns{{"fault", Table::Align::left}, {"planted on", Table::Align::left}};
+  std::vector<std::size_t> shown;
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    if (std::ranges::any_of(trials, [&](const Trial* trial) { return trial->seen[i].has_value(); })) {
+      shown.push_back(i);
+      columns.push_back({scenes[i].label, Table::Align::left});
+    }
+  }
+  columns.push_back({last_column, Table::Align::left});
+  Table table(columns);
+  for (const Trial* const trial : trials) {
+    std::vector<std::string> cells{trial->planted.name, trial->planted.backend};
+    for (const std::size_t i : shown) {
+      cells.push_back(trial->seen[i] ? std::string(text(*trial->seen[i])) : "");
+    }
+    cells.push_back(outcome(*trial));
+    table.add(std::move(cells));
+  }
+  fmt::print("{}", table.text());
+}
+
+/// Why something was not run, not planted or broke off, each reason once.
+void explain(const std::vector<Trial>& trials) {
+  std::vector<std::string> lines;
+  const auto add = [&](std::string line) {
+    if (!line.empty() && std::ranges::find(lines, line) == lines.end()) {
+      lines.push_back(std::move(line));
+    }
+  };
+  for (const Trial& trial : trials) {
+    const Planted& planted = trial.planted;
+    if (!trial.not_planted.empty()) {
+      add(fmt::format("{} on {} is not planted: {}", planted.name, planted.backend, trial.not_planted));
+    }
+    for (const auto& seen : trial.seen) {
+      if (seen && !seen->error.empty()) {
+        add(fmt::format("{} on {}: {}", planted.name, planted.backend, seen->error));
+      } else if (seen && seen->verdict == Verdict::skipped) {
+        add(fmt::format("{} is skipped: {}", planted.backend, seen->reason));
+      } else if (seen && seen->verdict == Verdict::mistrusted && planted.expected == Expected::let_through) {
+        add(fmt::format("{} on {}: mistrusted: {}", planted.name, planted.backend, seen->reason));
+      }
+    }
+  }
+  for (const std::string& line : lines) {
+    fmt::print("  {}\n", line);
+  }
+}
+
+/// All that was tried, or only `in_brief` what did not go as expected.
+void print_tables(const std::vector<Trial>& trials, const std::vector<TrialScene>& scenes, bool in_brief) {
+  const auto print_some = [&](const char* title, const char* last_column, auto belongs) {
+    std::vector<const Trial*> some;
+    for (const Trial& trial : trials) {
+      if (belongs(trial.planted) && !(in_brief && trial.as_expected())) {
+        some.push_back(&trial);
+      }
+    }
+    print(title, some, scenes, last_column);
+  };
+  const auto is_control = [](const Planted& planted) { return planted.expected == Expected::let_through; };
+  const auto print_layer = [&](const char* title, faults::Layer layer) {
+    print_some(title, "caught", [&](const Planted& planted) {
+      return !is_control(planted) && planted.layer == layer && planted.method == "icm";
+    });
+  };
+  print_some("controls: no mistakes, to be let through (agree or certified)", "", is_control);
+  print_layer("mistakes of a session", faults::Layer::session);
+  print_layer("mistakes in the shaders", faults::Layer::shader);
+  print_layer("mistakes in the calls to the driver", faults::Layer::driver);
+  print_some("mistakes that concern other methods than icm", "caught",
+             [&](const Planted& planted) { return !is_control(planted) && planted.method != "icm"; });
+}
+
+/// No scene that rounds would have caught it.
+bool only_where_exact(const Trial& trial, const std::vector<TrialScene>& scenes) {
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    if (trial.seen[i] && trial.seen[i]->verdict == Verdict::disagree && !scenes[i].scene.exact) {
+      return false;
+    }
+  }
+  return trial.planted.expected == Expected::disagree && trial.caught();
+}
+
+/// Prints how many were caught. Whether all went as expected.
+bool print_sum(const std::vector<Trial>& trials, const std::vector<TrialScene>& scenes) {
+  const auto count = [&](Expected expected, bool only_good) {
+    return std::ranges::count_if(trials, [&](const Trial& trial) {
+      const bool judged = trial.ran() || !trial.as_expected();
+      return trial.planted.expected == expected && judged && (trial.as_expected() || !only_good);
+    });
+  };
+  fmt::print("\n{} of {} planted faults caught, {} of {} controls let through\n",
+             count(Expected::disagree, true), count(Expected::disagree, false),
+             count(Expected::let_through, true), count(Expected::let_through, false));
+  const auto exact =
+      std::ranges::count_if(trials, [&](const Trial& trial) { return only_where_exact(trial, scenes); });
+  if (exact > 0) {
+    fmt::print("{} of the faults only where every number is exact: elsewhere a near-tie would excuse them\n",
+               exact);
+  }
+  return std::ranges::all_of(trials, &Trial::as_expected);
+}
+
+int run_faults(const Arguments& arguments, const std::string& line) {
+  const auto registry = make_backends();
+  const Backend& carrier = find_backend(registry, arguments.backend);
+  const std::vector<Planted> list = chosen(arguments.faults, carrier);
+  if (arguments.list) {
+    print_list(list);
+    return success;
+  }
+  if (!arguments.json.empty()) {
+    require_writable(arguments.json);
+  }
+  const std::vector<TrialScene> scenes = faults::trial_scenes(
+      arguments.scenes, arguments.size.empty() ? std::nullopt : std::optional(parse_size(arguments.size)));
+  Progress progress;
+  std::ptrdiff_t total = 0;
+  for (const Planted& planted : list) {
+    total += std::ranges::count_if(scenes, [&](const TrialScene& scene) { return concerns(planted, scene); });
+  }
+  progress.set_total(static_cast<double>(total));
+
+  std::vector<Trial> trials;
+  nlohmann::json rows = nlohmann::json::array();
+  for (const Planted& planted : list) {
+    trials.push_back(faults::try_out(planted, *registry.front(), scenes, progress));
+    rows.push_back(to_json_row(fault_row(trials.back(), scenes)));
+  }
+  progress.clear();
+
+  print_tables(trials, scenes, arguments.brief);
+  const bool good = print_sum(trials, scenes);
+  explain(trials);
+  if (!arguments.json.empty()) {
+    write_results(arguments.json, "faults", run_context(line, false), std::move(rows));
+  }
+  return good ? success : disagreement;
+}
+
+} // namespace
+
+void add_faults(CLI::App& program, const std::string& arguments, int& status) {
+  auto* command = program.add_subcommand(
+      "faults",
+      "Check the checker: plant mistakes into sessions, shaders and driver calls, one at a time, and "
+      "see that verify\ndisagrees on one scene at least; and that it lets through what is no mistake.\n"
+      "Exit status 1 if a fault is caught nowhere, or a control is not let through.");
+  const auto own = std::make_shared<Arguments>();
+  command->add_option("scenes", own->scenes, "Scenes by name or TOML file (none: small ones made for this)");
+  command->add_option("--faults", own->faults, "Faults and controls by name, with commas (none: all)")
+      ->delimiter(',');
+  command->add_flag("--list", own->list, "Name the faults and stop");
+  command->add_option("--size", own->size,
+                      "Image size: 300 (square) or 257x130 (none: 48x40, 32 where exact)");
+  command->add_option("--backend", own->backend, "Whose sessions make the sessions' mistakes")
+      ->capture_default_str();
+  command->add_flag("--brief", own->brief, "Only what did not go as expected, and the sum");
+  command->add_option("--json", own->json, "Write the results to this file");
+  command->callback([own, arguments, &status] { status = run_faults(*own, arguments); });
+}
+
+} // namespace hdmbench::commands

@@ -1,0 +1,264 @@
+#include "harness/check/golden_row.hpp"
+
+#include "harness/check/golden_file.hpp"
+#include "harness/cli/arguments.hpp"
+#include "harness/cli/commands.hpp"
+#include "harness/measure/result_file.hpp"
+#include "harness/report/table.hpp"
+#include "harness/scene/file_output.hpp"
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <variant>
+
+namespace hdmbench::commands {
+
+namespace {
+
+struct Arguments : CommonArguments {
+  std::filesystem::path write; ///< empty: only compare
+};
+
+/// A case with its scene, or why that is not there.
+struct Problem {
+  GoldenCase problem;
+  std::variant<Scene, std::string> scene;
+};
+
+std::string name_of(const GoldenCase& problem) {
+  return fmt::format("{}, {} x {}{}{}", problem.scene, problem.extent.width, problem.extent.height,
+                     problem.method.empty() ? "" : ", ", problem.method);
+}
+
+std::string cell(const GoldenOutcome& outcome) {
+  switch (outcome.verdict) {
+  case Verdict::agree:
+    return "✓";
+  case Verdict::mistrusted:
+    return "as scalar";
+  case Verdict::skipped:
+    return "-";
+  default:
+    return outcome.first_difference ? fmt::format("✗ level {}", *outcome.first_difference) : "✗";
+  }
+}
+
+/// The finest level's, of scalar.
+std::string hash_text(const GoldenResult& result) {
+  const std::vector<GoldenLevel>& levels = result.outcomes.front().levels;
+  return levels.empty() ? "-" : fmt::format("{:016x}", levels.back().hash);
+}
+
+void print_table(const std::vector<GoldenResult>& results, std::span<const GoldenSolver> solvers) {
+  std::vector<Table::Column> columns{{"scene", Table::Align::left},
+                                     {"size"},
+                                     {"method", Table::Align::left},
+                                     {"hash", Table::Align::left},
+                                     {"inputs", Table::Align::left}};
+  for (const GoldenSolver& solver : solvers) {
+    columns.push_back({std::string(solver.backend().name()), Table::Align::left});
+  }
+  Table table(columns);
+  for (const GoldenResult& result : results) {
+    const GoldenCase& problem = result.problem;
+    std::vector<std::string> cells{
+        problem.scene, fmt::format("{} x {}", problem.extent.width, problem.extent.height), problem.method};
+    if (result.absence.empty()) {
+      cells.push_back(hash_text(result));
+      cells.emplace_back(result.inputs_reason.empty() ? "✓" : "✗");
+      std::ranges::transform(result.outcomes, std::back_inserter(cells), cell);
+    }
+    cells.resize(columns.size(), "-");
+    table.add(std::move(cells));
+  }
+  fmt::print("{}", table.text());
+}
+
+/// What the table leaves open, each once.
+void print_remarks(const std::vector<GoldenResult>& results, std::span<const GoldenSolver> solvers,
+                   const Arguments& arguments) {
+  for (const GoldenSolver& solver : solvers) {
+    if (!solver.absence().empty()) {
+      fmt::print("  {}: skipped: {}\n", solver.backend().name(), solver.absence());
+    }
+  }
+  for (const GoldenResult& result : results) {
+    if (!result.absence.empty()) {
+      fmt::print("  {}: skipped: {}\n", name_of(result.problem), result.absence);
+    }
+    if (result.known && !result.inputs_reason.empty()) {
+      fmt::print("  {}: the inputs are not golden: {}\n", name_of(result.problem), result.inputs_reason);
+    }
+    for (const GoldenOutcome& outcome : result.outcomes) {
+      if (outcome.verdict == Verdict::disagree) {
+        fmt::print(
+            "  {}, {}: {}\n    repeat: hdmbench golden {} --backends {}{}{}\n", name_of(result.problem),
+            outcome.backend, outcome.reason, result.problem.scene, outcome.backend,
+            arguments.session.device.empty() ? "" : " --device " + shell_word(arguments.session.device),
+            arguments.session.threads == 0 ? "" : fmt::format(" --threads {}", arguments.session.threads));
+      }
+    }
+  }
+  const auto unknown = std::ranges::count_if(
+      results, [](const GoldenResult& result) { return !result.known && result.absence.empty(); });
+  if (unknown > 0) {
+    fmt::print("  {} cases are new, and compared with scalar only: hdmbench golden --write "
+               "harness/check/golden.json, then build\n",
+               unknown);
+  }
+}
+
+/// The cases of the scenes that were asked for, with their scenes. Throws InputError for a name that is no
+/// shipped scene, and MissingFile where the files of one that was named are not on this machine.
+std::vector<Problem> load_problems(const std::vector<std::string>& scenes) {
+  const std::vector<GoldenCase> cases = golden_cases();
+  for (const std::string& name : scenes) {
+    if (std::ranges::find(cases, name, &GoldenCase::scene) == cases.end()) {
+      throw InputError(
+          fmt::format("there are golden hashes of the shipped scenes only, which are {}; not of \"{}\"",
+                      fmt::join(shipped_scenes(), ", "), name));
+    }
+  }
+  std::vector<Problem> problems;
+  for (const GoldenCase& problem : cases) {
+    if (!scenes.empty() && std::ranges::find(scenes, problem.scene) == scenes.end()) {
+      continue;
+    }
+    try {
+      Scene scene = load_golden_scene(problem);
+      problems.push_back({golden_case(scene), std::move(scene)});
+    } catch (const MissingFile& error) {
+      if (!scenes.empty()) {
+        throw;
+      }
+      problems.push_back({problem, error.what()});
+    }
+  }
+  return problems;
+}
+
+/// Throws InputError where a scene is not there, because the file would lose it.
+void require_all(const std::vector<Problem>& problems, const std::filesystem::path& file) {
+  for (const Problem& one : problems) {
+    if (const auto* const absence = std::get_if<std::string>(&one.scene)) {
+      throw InputError(fmt::format("{} would lose {}: {}", file.string(), name_of(one.problem), *absence));
+    }
+  }
+}
+
+std::vector<GoldenResult> check(const std::vector<Problem>& problems, std::span<GoldenSolver> solvers,
+                                const std::vector<GoldenEntry>& golden) {
+  Progress progress;
+  double total = 0.0;
+  for (const Problem& one : problems) {
+    if (const auto* const scene = std::get_if<Scene>(&one.scene)) {
+      total +=
+          site_updates(*scene) * static_cast<double>(std::ranges::count_if(solvers, [&](const auto& solver) {
+            return solver.absence(*scene).empty();
+          }));
+    }
+  }
+  progress.set_total(total, WorkUnit::site_updates);
+  std::vector<GoldenResult> results;
+  for (const Problem& one : problems) {
+    const auto* const scene = std::get_if<Scene>(&one.scene);
+    results.push_back(
+        scene != nullptr ? check_golden(*scene, solvers, find_golden(golden, one.problem), progress)
+                         : GoldenResult{.problem = one.problem, .absence = std::get<std::string>(one.scene)});
+  }
+  return results;
+}
+
+/// A new file, of what all backends agree on; no scene is absent.
+ExitStatus write_golden(const std::vector<GoldenResult>& results, const std::vector<GoldenEntry>& before,
+                        const std::filesystem::path& file) {
+  std::vector<GoldenEntry> entries;
+  int changed = 0;
+  for (const GoldenResult& result : results) {
+    if (const std::string doubt = doubt_about(result); !doubt.empty()) {
+      fmt::print("{} is not written: {}: {}\n", file.string(), name_of(result.problem), doubt);
+      return disagreement;
+    }
+    entries.push_back({result.problem, result.inputs, result.outcomes.front().levels});
+    const bool same = result.inputs_reason.empty() && result.outcomes.front().verdict == Verdict::agree;
+    changed += same ? 0 : 1;
+  }
+  write_text(file, golden_text(entries));
+  fmt::print(
+      "{}: {} cases, of which {} changed or are new; this program compares with the {} it was built with\n",
+      file.string(), entries.size(), changed, before.size());
+  return success;
+}
+
+ExitStatus run_golden(const Arguments& arguments, const std::string& line) {
+  for (const std::filesystem::path& file : {arguments.json, arguments.write}) {
+    if (!file.empty()) {
+      require_writable(file);
+    }
+  }
+  const auto registry = make_backends();
+  std::vector<GoldenSolver> solvers;
+  for (const Backend* backend : arguments.choose(registry)) {
+    solvers.emplace_back(*backend, arguments.session);
+  }
+  const std::vector<Problem> problems = load_problems(arguments.scenes);
+  if (!arguments.write.empty()) {
+    require_all(problems, arguments.write);
+  }
+  const std::vector<GoldenEntry>& golden = committed_golden();
+  const std::vector<GoldenResult> results = check(problems, solvers, golden);
+  fmt::print(
+      "Displacements of all levels, hashed, against those committed; the last one also made in one piece:\n");
+  print_table(results, solvers);
+  print_remarks(results, solvers, arguments);
+
+  nlohmann::json rows = nlohmann::json::array();
+  std::array<int, 5> counts{}; // by verdict
+  for (const GoldenResult& result : results) {
+    for (const GoldenOutcome& outcome : result.outcomes) {
+      rows.push_back(to_json_row(golden_row(result, outcome)));
+      ++counts.at(static_cast<std::size_t>(outcome.verdict));
+    }
+  }
+  const auto count = [&](Verdict verdict) { return counts.at(static_cast<std::size_t>(verdict)); };
+  const auto absent =
+      std::ranges::count_if(results, [](const GoldenResult& result) { return !result.absence.empty(); });
+  fmt::print("\n{} solutions are golden, {} are not, {} have nothing to be compared with, {} skipped{}\n",
+             count(Verdict::agree), count(Verdict::disagree), count(Verdict::mistrusted),
+             count(Verdict::skipped), absent > 0 ? fmt::format("; {} scenes are not there", absent) : "");
+  if (!arguments.json.empty()) {
+    write_results(arguments.json, "golden", run_context(line, false), std::move(rows));
+  }
+  if (!arguments.write.empty()) {
+    return write_golden(results, golden, arguments.write);
+  }
+  return count(Verdict::disagree) + count(Verdict::mistrusted) > 0 ? disagreement : success;
+}
+
+} // namespace
+
+void add_golden(CLI::App& program, const std::string& arguments, int& status) {
+  auto* command = program.add_subcommand(
+      "golden",
+      "Solve the shipped scenes at fixed sizes on every backend and compare a hash of the field of every "
+      "level\n"
+      "with those committed: machines, compilers and versions are to give the same bits, not only backends.\n"
+      "Exit status 1 if a hash differs, or there is none to compare with.");
+  const auto own = std::make_shared<Arguments>();
+  auto* const scenes = command->add_option("scenes", own->scenes, "Shipped scenes by name (none: all)");
+  own->add_backends_to(*command);
+  command
+      ->add_option("--write", own->write,
+                   "Write the hashes to this file, if all backends agree; harness/check/golden.json is "
+                   "what the next build compares with")
+      ->excludes(scenes)
+      ->excludes("--backends");
+  command->add_option("--json", own->json, "Write the results to this file");
+  command->callback([own, arguments, &status] { status = run_golden(*own, arguments); });
+}
+
+} // namespace hdmbench::commands

@@ -1,0 +1,19 @@
+#pragma once
+
+#include "harness/solve/planner/planner.hpp"
+
+#include <string>
+
+namespace hdmbench {
+
+/// What `run --explain` prints: what the scene asks for, which levels show it, each step with its reason, and
+/// which terms of the energy cost nothing. Lines of at most 120 columns, the last one ended.
+[[nodiscard]] std::string plan_text(const Scene& scene, const Request& request, const Plan& plan);
+
+/// "0.2px" or "0.2": pixels, > 0. Throws InputError.
+[[nodiscard]] double parse_pixels(const std::string& text);
+
+/// "10ms", "2s" or "2": seconds, > 0. Throws InputError.
+[[nodiscard]] double parse_seconds(const std::string& text);
+
+} // namespace hdmbench

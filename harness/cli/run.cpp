@@ -1,0 +1,256 @@
+#include "harness/check/compare.hpp"
+#include "harness/cli/arguments.hpp"
+#include "harness/cli/commands.hpp"
+#include "harness/cli/plan_text.hpp"
+#include "harness/judge/diagnosis/diagnosis.hpp"
+#include "harness/judge/diagnosis/folding.hpp"
+#include "harness/judge/run_row.hpp"
+#include "harness/measure/result_file.hpp"
+#include "harness/report/table.hpp"
+#include "harness/scene/file_output.hpp"
+#include "harness/scene/images/images.hpp"
+#include "harness/scene/method.hpp"
+#include "harness/solve/methods/solver.hpp"
+#include "harness/solve/solve.hpp"
+#include "kernels/data/input_error.hpp"
+#include "kernels/data/mean_energy.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+namespace hdmbench::commands {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  SceneArguments scene;
+  fs::path output = "hdmbench-output";
+  fs::path json;
+  std::string accuracy; ///< "0.2px"; empty: not asked for
+  std::string within;   ///< "10ms"; empty: not asked for
+  bool explain = false;
+
+  [[nodiscard]] bool asks() const { return !accuracy.empty() || !within.empty(); }
+  /// Throws InputError.
+  [[nodiscard]] Request request() const {
+    Request wanted;
+    if (!accuracy.empty()) {
+      wanted.accuracy = parse_pixels(accuracy);
+    }
+    if (!within.empty()) {
+      wanted.seconds = parse_seconds(within);
+    }
+    return wanted;
+  }
+};
+
+/// File names, relative to `folder`.
+RunRow::Pictures write_pictures(const Scene& scene, const VectorField& displacement, const fs::path& folder) {
+  RunRow::Pictures names;
+  const auto file = [&](const char* what, std::string& name) {
+    name = fmt::format("{}-{}.png", scene.name, what);
+    return folder / name;
+  };
+  write_png(file("before", names.before), scene.picture);
+  write_png(file("after", names.after), warp(scene.picture, displacement));
+  write_png(file("grid", names.grid),
+            warp(grid_picture(scene.extent(), grid_spacing(scene.extent())), displacement));
+  write_magnitude_png(file("magnitude", names.magnitude), displacement,
+                      std::max(largest_magnitude(displacement), 1e-6));
+  // Full blue is a fold, full red a doubled area.
+  write_signed_png(file("jacobian", names.jacobian), scene.extent(), area_change_map(displacement).values,
+                   1.0);
+  return names;
+}
+
+/// `counted`: whether solution.levels have counts of changes.
+void print_levels(const Solution& solution, bool counted) {
+  std::vector<Table::Column> columns{
+      {"level", Table::Align::right}, {"size", Table::Align::right}, {"iterations", Table::Align::right}};
+  if (counted) {
+    columns.push_back({"still moving", Table::Align::right});
+  }
+  Table table(std::move(columns));
+  bool repeated = false;
+  for (const LevelResult& level : solution.levels) {
+    repeated = repeated || level.repeated;
+    std::vector<std::string> row{std::to_string(level.level),
+                                 fmt::format("{} x {}", level.extent.width, level.extent.height),
+                                 fmt::format("{}{}", level.iterations, level.repeated ? " *" : "")};
+    if (counted) {
+      row.push_back(fmt::format("{} sites", level.changed));
+    }
+    table.add(std::move(row));
+  }
+  fmt::print("{}{}", table.text(), repeated ? "  * acceleration diverged, computed again without\n" : "");
+}
+
+/// Of the scene and of its field.
+Warnings find_warnings(const Scene& scene, const Solution& solution) {
+  Warnings warnings = diagnose(scene);
+  std::ranges::move(diagnose(scene, solution), std::back_inserter(warnings));
+  return warnings;
+}
+
+/// A request is a method of its own, so what belongs to another one has no meaning beside it. Throws
+/// InputError.
+void require_meaning(const Arguments& arguments) {
+  const ScheduleOverrides& schedule = arguments.scene.schedule;
+  if (!arguments.asks() && arguments.explain) {
+    throw InputError("--explain explains a plan; ask for one with --accuracy or --within");
+  }
+  if (arguments.asks() &&
+      (schedule.iterations || schedule.start_level || schedule.stop || schedule.epsilon || schedule.update ||
+       schedule.steps || schedule.relaxation || !schedule.temperatures.empty() || schedule.method)) {
+    throw InputError(
+        "--accuracy and --within choose method, levels and iterations themselves; leave out --method, "
+        "--iterations, --start-level, --stop, --epsilon, --update and --steps");
+  }
+}
+
+int run_scene(const Arguments& arguments, const std::string& line) {
+  require_meaning(arguments);
+  const Request request = arguments.request();
+  Progress progress;
+  progress.describe(fmt::format("prepare {}", arguments.scene.scene));
+  Scene scene = arguments.scene.load();
+  if (arguments.asks()) {
+    use_method(scene, find_method("multigrid"));
+  }
+  const auto registry = make_backends();
+  const Backend& backend = arguments.scene.choose(registry, scene);
+  const Device device = backend.device(arguments.scene.session);
+  if (!arguments.json.empty()) {
+    require_writable(arguments.json);
+  }
+  if (have_images()) {
+    std::error_code error;
+    fs::create_directories(arguments.output, error);
+    require_writable(arguments.output / (scene.name + ".nrrd"));
+  }
+
+  const bool inspected = is_inspected(scene.extent());
+  progress.set_total(site_updates(scene), WorkUnit::site_updates);
+  progress.describe(fmt::format("run {} on {}", scene.name, backend.name()));
+  std::optional<Plan> plan;
+  Solution solution;
+  if (arguments.asks()) {
+    std::vector<std::unique_ptr<Session>> sessions;
+    plan = solve_as_needed(scene, request, backend, arguments.scene.session, sessions, progress);
+    solution = plan->solution;
+  } else {
+    solution = Solver(backend, arguments.scene.session).solve(scene, progress, {.last_changed = inspected});
+  }
+  progress.clear();
+  Warnings warnings = inspected ? find_warnings(scene, solution) : Warnings{};
+  if (plan && plan->met) { // the error is what was asked for
+    std::erase_if(warnings, [](const Warning& warning) { return warning.kind == "not-converged"; });
+  }
+
+  const std::int64_t iterations = total_iterations(solution.levels);
+  const double energy = mean_energy(scene.full, solution.displacement);
+  const double largest = largest_magnitude(solution.displacement);
+  fmt::print("{}\n{} x {} pixels of {:.4g} mm, {} on {} ({})\n\n", scene.title, scene.extent().width,
+             scene.extent().height, scene.spacing, plan ? "as needed" : method_name(scene), backend.name(),
+             device.name);
+  if (plan && arguments.explain) {
+    fmt::print("{}", plan_text(scene, request, *plan));
+  } else if (!plan) {
+    print_levels(solution, inspected);
+  }
+  if (plan) {
+    fmt::print("\n  {}; {:.3g} sweeps over the full resolution in all\n", plan->outcome,
+               fine_sweep_equivalents(*plan));
+  }
+  fmt::print("\n  mean energy {:.6g}, largest displacement {:.4g} px, {} iterations in {:.3g} s\n", energy,
+             largest, iterations, solution.timings.total());
+  if (solution.estimated_error && !plan) {
+    fmt::print("  estimated distance from the fixed point {:.2g} px\n", *solution.estimated_error);
+  }
+  fmt::print("\n{}\n", inspected
+                           ? warnings_text(warnings)
+                           : "  Not diagnosed, and no pictures: beyond 4096 x 4096 sites that takes more "
+                             "time and memory than the solution.\n");
+
+  RunRow row{.scene = scene.name,
+             .title = scene.title,
+             .width = scene.extent().width,
+             .height = scene.extent().height,
+             .backend = std::string(backend.name()),
+             .device = device.name,
+             .method = plan ? "as needed" : method_name(scene),
+             .seconds = solution.timings.total(),
+             .levels = std::ssize(solution.levels),
+             .iterations = iterations,
+             .mean_energy = energy,
+             .largest_displacement = largest,
+             .spacing = scene.spacing,
+             .warnings = warnings};
+  if (plan) {
+    row.plan = plan_row(scene, request, *plan);
+  }
+  if (have_images()) {
+    const std::string field = scene.name + ".nrrd";
+    write_displacement(arguments.output / field, solution.displacement, scene.spacing);
+    fmt::print("  {}: the displacement in millimetres", (arguments.output / field).string());
+    if (inspected) {
+      row.pictures = write_pictures(scene, solution.displacement, arguments.output);
+      fmt::print("; beside it {}, {}, {}, {} and {}", row.pictures->before, row.pictures->after,
+                 row.pictures->grid, row.pictures->magnitude, row.pictures->jacobian);
+    }
+    fmt::print("\n");
+    if (!arguments.json.empty()) {
+      const fs::path folder = fs::proximate(arguments.output, fs::absolute(arguments.json).parent_path());
+      const auto beside_json = [&](const std::string& name) {
+        return (folder / name).lexically_normal().string();
+      };
+      row.field = beside_json(field);
+      if (row.pictures) {
+        RunRow::Pictures& names = *row.pictures;
+        for (std::string* const name :
+             {&names.before, &names.after, &names.grid, &names.magnitude, &names.jacobian}) {
+          *name = beside_json(*name);
+        }
+      }
+    }
+  } else {
+    fmt::print("  No files are written: this build has no image support (-DHDMBENCH_IMAGES=ON).\n");
+  }
+  if (!arguments.json.empty()) {
+    write_results(arguments.json, "run", run_context(line, false), nlohmann::json::array({to_json_row(row)}));
+  }
+  return !plan || plan->met ? success : disagreement;
+}
+
+} // namespace
+
+void add_run(CLI::App& program, const std::string& arguments, int& status) {
+  auto* command = program.add_subcommand(
+      "run", "Solve one scene; write the displacement as NRRD, and the "
+             "picture before and after, the deformed grid and\n"
+             "the displacement's magnitude and change of area as PNG; say what speaks against the result.");
+  const auto own = std::make_shared<Arguments>();
+  own->scene.add_scene_to(*command);
+  own->scene.add_backend_to(*command);
+  command->add_option("--output", own->output, "Folder for the files, made if missing")
+      ->capture_default_str();
+  command->add_option("--json", own->json, "Write the result to this file");
+  const auto* const group = "No more than the scene needs";
+  command
+      ->add_option("--accuracy", own->accuracy,
+                   "Distance from the fixed point that is good enough, RMS, as 0.2px: levels and cycles "
+                   "follow from the "
+                   "scene; exit status 1 where the estimate is above it")
+      ->group(group);
+  command
+      ->add_option("--within", own->within, "The time there is, as 10ms or 2s: the best field and its error")
+      ->group(group);
+  command->add_flag("--explain", own->explain, "Print the plan, step by step, and why")->group(group);
+  command->callback([own, arguments, &status] { status = run_scene(*own, arguments); });
+}
+
+} // namespace hdmbench::commands

@@ -1,0 +1,272 @@
+#include "harness/cli/arguments.hpp"
+#include "harness/cli/commands.hpp"
+#include "harness/cli/plan_text.hpp"
+#include "harness/judge/tradeoff/equal_accuracy.hpp"
+#include "harness/judge/tradeoff/rivals.hpp"
+#include "harness/judge/tradeoff/tradeoff_row.hpp"
+#include "harness/measure/median.hpp"
+#include "harness/measure/result_file.hpp"
+#include "harness/report/table.hpp"
+#include "harness/scene/file_output.hpp"
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <utility>
+
+namespace hdmbench::commands {
+
+namespace {
+
+struct Arguments : CommonArguments {
+  int repeats = 3;
+  std::string at = "0.35px";
+  bool all = false;
+};
+
+std::vector<std::string> scenes_by_default(bool quick) {
+  return quick ? std::vector<std::string>{"square"}
+               : std::vector<std::string>{"square", "circular", "circular-radial", "brain"};
+}
+
+std::string seconds_text(double seconds) {
+  return fmt::format("{:.3g}", seconds);
+}
+
+std::string pixels_text(double pixels) {
+  return fmt::format("{:.{}f}", pixels, pixels < 0.1 ? 4 : 3);
+}
+
+std::string point_name(const TradeoffPoint& point) {
+  std::string name = point.method;
+  if (point.poisson_used) {
+    name += fmt::format(", nu {:.2g}", *point.poisson_used);
+  }
+  return name;
+}
+
+void print_points(const SceneTradeoff& tradeoff, bool all) {
+  Table table({{all ? "method" : "on the front", Table::Align::left},
+               {"effort", Table::Align::left},
+               {"backend", Table::Align::left},
+               {"seconds"},
+               {"fine sweeps"},
+               {"FEM nu 0"},
+               {"FEM"},
+               {"fixed point"},
+               {"", Table::Align::left}});
+  std::vector<const TradeoffPoint*> shown;
+  for (const TradeoffPoint& point : tradeoff.points) {
+    if (!point.seconds.empty() && (all || point.is_on_front)) {
+      shown.push_back(&point);
+    }
+  }
+  if (!all) {
+    std::ranges::sort(shown, {}, [](const TradeoffPoint* point) { return median(point->seconds); });
+  }
+  for (const TradeoffPoint* point : shown) {
+    const std::string mark = point->is_on_front ? "front" : "";
+    table.add({point_name(*point), point->effort, point->backend, seconds_text(median(point->seconds)),
+               point->fine_sweep_equivalents ? fmt::format("{:.3g}", *point->fine_sweep_equivalents) : "",
+               pixels_text(point->deviations.to_fem_no_poisson), pixels_text(point->deviations.to_fem),
+               pixels_text(point->deviations.to_fixed_point),
+               point->status != PointStatus::ok ? std::string(name_of(point->status))
+               : all                            ? mark
+                                                : ""});
+  }
+  fmt::print("{}", table.text());
+}
+
+/// Numbers apart, the same reason.
+std::string without_numbers(std::string reason) {
+  std::erase_if(
+      reason, [](char letter) { return letter == '.' || letter == '-' || (letter >= '0' && letter <= '9'); });
+  return reason;
+}
+
+/// One line per status and kind of reason, with the first reason of that kind.
+void print_requests(const SceneTradeoff& tradeoff) {
+  Table table({{"asked px"}, {"estimated"}, {"reached"}, {"fine sweeps"}, {"seconds"}});
+  bool any = false;
+  for (const TradeoffPoint& point : tradeoff.points) {
+    if (point.asked && !point.seconds.empty()) {
+      any = true;
+      table.add({fmt::format("{:.3g}", *point.asked), point.estimated ? pixels_text(*point.estimated) : "",
+                 pixels_text(point.deviations.to_fixed_point),
+                 fmt::format("{:.3g}", *point.fine_sweep_equivalents), seconds_text(median(point.seconds))});
+    }
+  }
+  if (any) {
+    fmt::print("\n  run --accuracy: RMSD to the fixed point as asked for, as estimated and as it is\n\n{}",
+               table.text());
+  }
+}
+
+void print_failures(const SceneTradeoff& tradeoff) {
+  struct Kind {
+    std::string reason{};
+    std::vector<std::string> names{};
+  };
+  std::map<std::pair<std::string, std::string>, Kind> kinds;
+  for (const TradeoffPoint& point : tradeoff.points) {
+    if (point.status != PointStatus::ok) {
+      std::string name =
+          point.backend.empty() ? point_name(point) : fmt::format("{} on {}", point.method, point.backend);
+      Kind& kind = kinds[{std::string(name_of(point.status)), without_numbers(point.reason)}];
+      kind.reason = kind.reason.empty() ? point.reason : kind.reason;
+      if (std::ranges::find(kind.names, name) == kind.names.end()) {
+        kind.names.push_back(std::move(name));
+      }
+    }
+  }
+  for (const auto& [key, kind] : kinds) {
+    constexpr std::size_t most = 6;
+    std::string list;
+    for (std::size_t i = 0; i < std::min(most, kind.names.size()); ++i) {
+      list += (i > 0 ? ", " : "") + kind.names[i];
+    }
+    if (kind.names.size() > most) {
+      list += fmt::format(" and {} more", kind.names.size() - most);
+    }
+    fmt::print("  {}: {}: {}\n", key.first, list, kind.reason);
+  }
+}
+
+std::string ratio_text(const char* rival, const std::optional<SpeedRatio>& ratio) {
+  if (!ratio) {
+    return fmt::format("{} was not measured, or is nowhere that near", rival);
+  }
+  return fmt::format("{} ({}, {} s) takes {:.3g} times as long ({:.3g} to {:.3g})", rival,
+                     ratio->rival->effort, seconds_text(median(ratio->rival->seconds)), ratio->ratio,
+                     ratio->low, ratio->high);
+}
+
+void print_equal_accuracy(const EqualAccuracy& equal) {
+  if (equal.ours == nullptr) {
+    if (std::isfinite(equal.nearest)) {
+      fmt::print("  At {:.3g} px to FEM nu 0: no method is that near; the nearest is {} px away.\n",
+                 equal.target, pixels_text(equal.nearest));
+    }
+    return;
+  }
+  fmt::print("  At {:.3g} px to FEM nu 0: {}, {} on {} is the fastest, {} s;\n    {};\n    {};\n    {}.\n",
+             equal.target, equal.ours->method, equal.ours->effort, equal.ours->backend,
+             seconds_text(median(equal.ours->seconds)), ratio_text("direct FEM", equal.direct),
+             ratio_text("FEM by conjugate gradients", equal.iterative),
+             ratio_text("FEM on a coarse mesh", equal.coarse));
+}
+
+/// The line that repeats a point: `run` solves by methods, this command by rivals.
+std::string repeat(const Arguments& arguments, const Scene& scene, std::string_view method,
+                   std::optional<int> effort, std::string_view backend) {
+  const std::string where =
+      fmt::format("{} --size {}x{}", shell_word(scene.source), scene.extent().width, scene.extent().height);
+  if (!effort) {
+    return fmt::format("hdmbench tradeoff {} --methods {} --all{}", where, method, arguments.schedule.text());
+  }
+  std::string line = fmt::format("hdmbench run {} --method {} --iterations {} --backend {}", where, method,
+                                 *effort, backend);
+  if (!arguments.session.device.empty() && backend != "scalar") {
+    line += " --device " + shell_word(arguments.session.device);
+  }
+  if (arguments.session.threads != 0) {
+    line += fmt::format(" --threads {}", arguments.session.threads);
+  }
+  return line + arguments.schedule.text();
+}
+
+int run_tradeoff(Arguments& arguments, const std::string& line) {
+  const double target = parse_pixels(arguments.at);
+  if (!arguments.json.empty()) {
+    require_writable(arguments.json);
+  }
+  const ScheduleOverrides& given = arguments.schedule;
+  if (given.method || given.iterations || given.update || given.steps) {
+    throw InputError(
+        "tradeoff runs the methods at efforts of its own; leave out --method, --iterations, --update "
+        "and --steps, and choose with --methods");
+  }
+  // Among them rivals and requests, which load_scenes does not know.
+  std::vector<std::string> methods = std::exchange(arguments.methods, {});
+  if (methods == std::vector<std::string>{"all"}) {
+    methods.clear();
+  }
+  const auto registry = make_backends();
+  const std::vector<const Backend*> backends = arguments.choose(registry);
+  Progress progress;
+  nlohmann::json rows = nlohmann::json::array();
+  bool verified = true;
+  fmt::print(
+      "Seconds are medians of up to {} samples of a whole solution without set-up. RMSD to finite elements "
+      "and to the\nfixed point over all sites, in pixels.\n",
+      arguments.quick ? 1 : arguments.repeats);
+  for (const Scene& scene : arguments.load_scenes(scenes_by_default(arguments.quick))) {
+    const TradeoffOptions options{
+        .session = arguments.session,
+        .repeats = arguments.repeats,
+        .methods = methods,
+        .quick = arguments.quick,
+        .command =
+            [&](std::string_view method, std::optional<int> effort, std::string_view backend) {
+              return repeat(arguments, scene, method, effort, backend);
+            },
+        .request_command =
+            [&](double asked, std::string_view backend) {
+              return fmt::format("hdmbench run {} --size {}x{} --accuracy {}px --explain --backend {}{}",
+                                 shell_word(scene.source), scene.extent().width, scene.extent().height, asked,
+                                 backend, arguments.schedule.text());
+            }};
+    const SceneTradeoff tradeoff = measure_tradeoff(scene, backends, options, progress);
+    progress.clear();
+    const auto failures = std::ranges::count_if(
+        tradeoff.points, [](const TradeoffPoint& point) { return point.status != PointStatus::ok; });
+    fmt::print("\n{}, {} x {}: {} points, {} of them without a result{}\n", scene.name, scene.extent().width,
+               scene.extent().height, tradeoff.points.size(), failures,
+               arguments.all ? "" : " (--all lists them)");
+    const EqualAccuracy equal = compare_at(tradeoff.points, target);
+    print_points(tradeoff, arguments.all);
+    print_equal_accuracy(equal);
+    print_requests(tradeoff);
+    print_failures(tradeoff);
+    std::fflush(stdout); // into a pipe too: the next scene may take long
+    for (const TradeoffPoint& point : tradeoff.points) {
+      rows.push_back(to_json_row(tradeoff_row(scene, point)));
+    }
+    rows.push_back(to_json_row(equal_accuracy_row(scene, equal)));
+    verified = verified && std::ranges::none_of(tradeoff.points, [](const TradeoffPoint& point) {
+                 return point.status == PointStatus::unverified;
+               });
+  }
+  if (!arguments.json.empty()) {
+    write_results(arguments.json, "tradeoff", run_context(line, arguments.quick), std::move(rows));
+  }
+  return verified ? success : disagreement;
+}
+
+} // namespace
+
+void add_tradeoff(CLI::App& program, const std::string& arguments, int& status) {
+  auto* command = program.add_subcommand(
+      "tradeoff",
+      "Speed against accuracy: every method at several efforts, and its rivals (finite elements direct, by\n"
+      "conjugate gradients and on a coarse mesh, interpolation), timed and measured against the truths.\n"
+      "Prints the Pareto front per scene; the report draws the chart. Exit status 1 where a field is not\n"
+      "scalar's to the bit.");
+  const auto own = std::make_shared<Arguments>();
+  own->add_to(*command);
+  leave_out_of_help(*command, {"--method", "--iterations", "--update", "--steps"});
+  command->add_option("--at", own->at, "Accuracy at which the fastest are compared: RMSD to FEM with nu 0")
+      ->capture_default_str();
+  command->add_option("--repeat", own->repeats, "Samples per point, fewer where they take long")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  command->add_flag("--all", own->all, "Print all points, not the front only");
+  command->callback([own, arguments, &status] { status = run_tradeoff(*own, arguments); });
+}
+
+} // namespace hdmbench::commands

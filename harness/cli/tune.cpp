@@ -1,0 +1,148 @@
+#include "harness/tools/tune.hpp"
+#include "harness/cli/arguments.hpp"
+#include "harness/cli/commands.hpp"
+#include "harness/judge/accuracy/truths.hpp"
+#include "harness/report/table.hpp"
+#include "harness/scene/images/images.hpp"
+#include "harness/solve/solve.hpp"
+#include "harness/tools/truth.hpp"
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace hdmbench::commands {
+
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  TuneOptions search;
+  std::string method = "simplex";
+  std::vector<double> range;
+  std::string truth = "fem";
+  std::filesystem::path mask;
+};
+
+Truth read_truth(const Arguments& arguments, Extent extent) {
+  Image<VectorField> read = read_vector(arguments.truth);
+  if (read.pixels.extent != extent) {
+    throw InputError(fmt::format("{}: is {} x {} pixels, the scene is {} x {}", arguments.truth,
+                                 read.pixels.extent.width, read.pixels.extent.height, extent.width,
+                                 extent.height));
+  }
+  const auto to_pixels = [&](float millimetres) { return static_cast<float>(millimetres / read.spacing); };
+  std::ranges::transform(read.pixels.x, read.pixels.x.begin(), to_pixels);
+  std::ranges::transform(read.pixels.y, read.pixels.y.begin(), to_pixels);
+  validate(read.pixels, extent, "the truth");
+  Truth truth{.displacement = std::move(read.pixels), .defined = {}};
+  if (!arguments.mask.empty()) {
+    truth.defined = read_scalar(arguments.mask).pixels;
+  }
+  return truth;
+}
+
+void print(const Tuning& tuning, double penalty) {
+  Table table({{"", Table::Align::right},
+               {"alpha", Table::Align::right},
+               {"K (1 - alpha) / alpha", Table::Align::right},
+               {"RMSD [px]", Table::Align::right},
+               {"", Table::Align::left}});
+  for (std::size_t i = 0; i < tuning.evaluations.size(); ++i) {
+    const Evaluation& evaluation = tuning.evaluations[i];
+    const ObservationWeight weight{.penalty = penalty, .prior_weight = evaluation.prior_weight};
+    table.add({std::to_string(i + 1), fmt::format("{:.5f}", evaluation.prior_weight),
+               fmt::format("{:.5g}", weight.product()), fmt::format("{:.5f}", evaluation.rmsd),
+               i == tuning.best ? "best" : (i < tuning.scanned ? "scan" : "")});
+  }
+  fmt::print("{}", table.text());
+}
+
+void tune(const Arguments& arguments) {
+  Scene scene = arguments.scene.load();
+  if (arguments.scene.schedule.prior_weight) {
+    throw InputError("--prior-weight is what tune looks for; --range says where");
+  }
+  TuneOptions search = arguments.search;
+  search.method = arguments.method == "simplex" ? SearchMethod::simplex : SearchMethod::annealing;
+  if (!arguments.range.empty()) {
+    search.low = arguments.range[0];
+    search.high = arguments.range[1];
+  }
+  const bool against_elements = arguments.truth == "fem";
+  if (against_elements && !arguments.mask.empty()) {
+    throw InputError("--mask belongs to a truth from a file: --truth FILE.nrrd");
+  }
+  const auto registry = make_backends();
+  const Backend& backend = arguments.scene.choose(registry, scene);
+  Progress progress;
+  progress.describe(fmt::format("tune {}: the truth", scene.name));
+  const Truth truth = against_elements
+                          ? Truth{find_finite_elements(scene, scene.poisson).displacement.to_float(), {}}
+                          : read_truth(arguments, scene.extent());
+  const auto session = backend.open(arguments.scene.session);
+  int evaluations = 0;
+  const double penalty = scene.weight.penalty;
+  const Tuning tuning = tune_prior_weight(
+      [&](double alpha) {
+        progress.describe(
+            fmt::format("tune {}: evaluation {}, alpha = {:.4g}", scene.name, ++evaluations, alpha));
+        set_weight(scene, {.penalty = penalty, .prior_weight = alpha});
+        Progress silent(false);
+        return rmsd(solve(scene, *session, silent).displacement, truth);
+      },
+      search);
+  progress.clear();
+
+  const Evaluation& best = tuning.evaluations[tuning.best];
+  fmt::print("{}\n{} x {} pixels, K = {:.6g}, {} on {}, against {}\n\n", scene.title, scene.extent().width,
+             scene.extent().height, penalty, tuning.matters() ? arguments.method : "scan", backend.name(),
+             against_elements ? fmt::format("finite elements (nu = {})", scene.poisson) : arguments.truth);
+  print(tuning, penalty);
+  if (tuning.matters()) {
+    fmt::print("\n  alpha = {:.5f}: RMSD {:.5f} px (the largest seen is {:.3g} px above)\n",
+               best.prior_weight, best.rmsd, tuning.spread());
+    const Tuning::Range plateau = tuning.plateau();
+    if (plateau.scanned > 1) {
+      fmt::print("  From {:.5f} to {:.5f} alpha does not matter: the RMSD is within {:.0e} px of the best\n",
+                 plateau.low, plateau.high, Tuning::flat);
+    }
+  } else {
+    fmt::print(
+        "\n  alpha does not matter here: from {} to {} the RMSD changes by {:.2g} px, less than {:.0e}\n",
+        search.low, search.high, tuning.spread(), Tuning::flat);
+  }
+}
+
+} // namespace
+
+void add_tune(CLI::App& program) {
+  auto* command = program.add_subcommand(
+      "tune", "Find the prior weight alpha of (3.17) that brings the solution nearest to a truth (thesis "
+              "A.7, (A.8)): a scan of\nfive alphas, then the downhill simplex or simulated annealing over "
+              "log(alpha / (1 - alpha)).");
+  const auto own = std::make_shared<Arguments>();
+  own->scene.add_scene_to(*command);
+  own->scene.add_backend_to(*command);
+  command
+      ->add_option("--search", own->method, "simplex (Nelder and Mead, ITK's) or annealing (thesis Alg. 1)")
+      ->check(CLI::IsMember({"simplex", "annealing"}))
+      ->capture_default_str();
+  command->add_option("--evaluations", own->search.evaluations, "Solutions after the scan, about, at most")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  command->add_option("--range", own->range, "alpha is sought in low,high (default: 0.01,0.99)")
+      ->delimiter(',')
+      ->expected(2);
+  command->add_option("--search-seed", own->search.seed, "Of --search annealing")->capture_default_str();
+  command
+      ->add_option("--truth", own->truth,
+                   "fem (finite elements, plane stress, the scene's Poisson ratio), or a displacement image "
+                   "in millimetres")
+      ->capture_default_str();
+  command->add_option("--mask", own->mask, "Image that is 0 where the truth from a file is not defined");
+  command->callback([own] { tune(*own); });
+}
+
+} // namespace hdmbench::commands

@@ -1,0 +1,136 @@
+#include "harness/judge/atlas/atlas.hpp"
+
+#include "harness/judge/diagnosis/diagnosis.hpp"
+#include "harness/judge/diagnosis/folding.hpp"
+#include "harness/scene/method.hpp"
+#include "harness/solve/methods/solver.hpp"
+#include "kernels/data/input_error.hpp"
+#include "reference/finite_elements.hpp"
+#include "reference/fixed_point.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace hdmbench::atlas {
+
+namespace {
+
+void add_kinds(const Warnings& warnings, std::vector<std::string>& kinds) {
+  for (const Warning& warning : warnings) {
+    if (std::ranges::find(kinds, warning.kind) == kinds.end()) {
+      kinds.push_back(warning.kind);
+    }
+  }
+}
+
+Outcome solve(const Problem& problem, const Series& series, double knob, Solver& solver) {
+  if (series.method == fixed_point_method) {
+    return {.displacement = solve_fixed_point(problem.scene.full).displacement.to_float()};
+  }
+  if (series.method == finite_elements_method) {
+    return {.displacement = solve_finite_elements(elastic_problem(problem.scene.full),
+                                                  ElementRule::plane_stress(problem.scene.poisson))
+                                .to_float()};
+  }
+  Scene scene = problem.scene;
+  use_method(scene, find_method(series.method), series.iterations);
+  if (series.adjust != nullptr) {
+    series.adjust(scene, knob);
+  }
+  Progress silent(false);
+  const Solution solution = solver.solve(scene, silent, {.last_changed = true});
+  Outcome outcome{.displacement = solution.displacement,
+                  .share_moving = static_cast<double>(solution.levels.back().changed) /
+                                  static_cast<double>(scene.extent().sites())};
+  add_kinds(diagnose(scene), outcome.warnings);
+  add_kinds(diagnose(scene, solution), outcome.warnings);
+  return outcome;
+}
+
+bool is_finite(const VectorField& field) {
+  const auto finite = [](float value) { return std::isfinite(value); };
+  return std::ranges::all_of(field.x, finite) && std::ranges::all_of(field.y, finite);
+}
+
+Point judge(const Entry& entry, const Problem& problem, const Outcome& outcome, double knob) {
+  Point point{.knob = knob, .warnings = outcome.warnings};
+  const double error = is_finite(outcome.displacement) ? entry.error(problem, outcome) : NAN;
+  if (std::isfinite(error)) {
+    point.error = error;
+  }
+  point.failed = !(error <= entry.limit);
+  return point;
+}
+
+Picture draw(const PictureWanted& wanted, const Problem& problem, const VectorField& field) {
+  Picture picture{.extent = field.extent, .values = {}, .caption = std::string(wanted.shows)};
+  if (wanted.kind == PictureKind::area_change) {
+    picture.values = area_change_map(field).values;
+    picture.largest = 1.0;
+    return picture;
+  }
+  const bool is_x = wanted.kind == PictureKind::error_x;
+  const std::vector<double>& truth = is_x ? problem.truth.x : problem.truth.y;
+  const std::vector<float>& values = is_x ? field.x : field.y;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    picture.values.push_back(static_cast<float>(static_cast<double>(values[i]) - truth[i]));
+    picture.largest = std::max(picture.largest, std::abs(static_cast<double>(picture.values.back())));
+  }
+  picture.largest = std::max(picture.largest, 1e-6);
+  return picture;
+}
+
+} // namespace
+
+Threshold SeriesResult::threshold() const {
+  const auto first = std::ranges::find(points, true, &Point::failed);
+  Threshold result;
+  if (first != points.begin()) {
+    result.good = std::prev(first)->knob;
+  }
+  if (first != points.end()) {
+    result.failed = first->knob;
+  }
+  return result;
+}
+
+EntryResult run_entry(const Entry& entry, const Backend& backend, bool quick, Progress& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  EntryResult result{.entry = &entry, .extent = {}, .series = {}, .picture = std::nullopt};
+  for (const Series& series : entry.series) {
+    result.series.push_back({.name = std::string(series.name), .absence = {}, .points = {}});
+  }
+  Solver solver(backend, {});
+  for (const double knob : quick ? entry.quick_knobs : entry.knobs) {
+    progress.describe(fmt::format("atlas {}: {} {:.6g}", entry.name, entry.knob, knob));
+    const Problem problem = entry.problem(knob);
+    if (result.extent == Extent{}) {
+      result.extent = problem.scene.extent();
+    }
+    for (std::size_t i = 0; i < entry.series.size(); ++i) {
+      const Series& series = entry.series[i];
+      SeriesResult& into = result.series[i];
+      if (!into.absence.empty()) {
+        continue;
+      }
+      try {
+        const Outcome outcome = solve(problem, series, knob, solver);
+        into.points.push_back(judge(entry, problem, outcome, knob));
+        const auto& wanted = entry.picture;
+        if (wanted && wanted->series == series.name && wanted->knob == knob) {
+          result.picture = draw(*wanted, problem, outcome.displacement);
+        }
+      } catch (const InputError& error) {
+        into.absence = error.what();
+      }
+    }
+    progress.advance(1.0);
+  }
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+} // namespace hdmbench::atlas

@@ -1,0 +1,82 @@
+#pragma once
+
+#include "harness/scene/scene.hpp"
+#include "reference/reference_field.hpp"
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// The failure atlas: every entry is one way in which methods fail, a family of scenes along one knob that
+/// leads from where all is well to where it is not.
+namespace hdmbench::atlas {
+
+/// A scene at one value of the knob, and what its field is compared with.
+struct Problem {
+  Scene scene;
+  ReferenceField truth{}; ///< pixels; empty where the measure needs none
+};
+
+/// What a method makes of a problem.
+struct Outcome {
+  VectorField displacement;            ///< full resolution, pixels
+  double share_moving = 0.0;           ///< of the sites, changed by the last sweep; 0 ... 1
+  std::vector<std::string> warnings{}; ///< kinds, before and after the run, each once
+};
+
+/// One way to solve the problem: a line of the chart.
+struct Series {
+  std::string_view name;   ///< as shown: "icm, center"
+  std::string_view method; ///< of harness/scene/method.hpp, or truth_methods
+  std::optional<int> iterations{};
+  /// Changes the scene after the method was chosen; may be null.
+  void (*adjust)(Scene& scene, double knob) = nullptr;
+};
+
+/// Series that are no method of solution: the exact fixed point and plane-stress finite elements.
+inline constexpr std::string_view fixed_point_method = "fixed point";
+inline constexpr std::string_view finite_elements_method = "finite elements";
+
+enum class PictureKind {
+  error_x,    ///< x component of field - truth, blue negative, red positive
+  error_y,    ///< the same of y
+  area_change ///< det(I + grad d) - 1: -1 and below, blue, is folded over, red is stretched
+};
+
+/// Which field of an entry is shown as a picture.
+struct PictureWanted {
+  std::string_view series;
+  double knob = 0.0;      ///< one of Entry::knobs and quick_knobs
+  std::string_view shows; ///< one sentence
+  PictureKind kind = PictureKind::error_x;
+};
+
+struct Entry {
+  std::string_view name;      ///< as on the command line: "start-level"
+  std::string_view title;     ///< one line
+  std::string_view mechanism; ///< one sentence: why
+  std::string_view knob;      ///< its name and unit
+  std::string_view measure;   ///< what is measured, and its unit
+  double limit = 0.0;         ///< a value above it is a failure
+  std::string_view seen_by;   ///< how the user or the program notices
+  std::string_view survivor;  ///< the setting that does not fail
+  /// Kinds of warnings (harness/judge/diagnosis) of which every failure brings one at least, and the healthy
+  /// end none; empty where nothing that a run knows tells a failure from a success.
+  std::vector<std::string_view> warnings{};
+  std::vector<double> knobs; ///< from healthy to harmful, rising or falling
+  std::vector<double> quick_knobs;
+  std::vector<Series> series;
+  Problem (*problem)(double knob) = nullptr;
+  double (*error)(const Problem& problem, const Outcome& outcome) = nullptr;
+  std::optional<PictureWanted> picture{};
+};
+
+/// All entries, in the order of the page.
+[[nodiscard]] const std::vector<Entry>& entries();
+
+/// Throws InputError that lists the names.
+[[nodiscard]] const Entry& find_entry(std::string_view name);
+
+} // namespace hdmbench::atlas

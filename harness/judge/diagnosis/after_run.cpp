@@ -1,0 +1,220 @@
+#include "harness/judge/diagnosis/checks.hpp"
+#include "harness/judge/diagnosis/diagnosis.hpp"
+#include "harness/judge/diagnosis/rest.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace hdmbench {
+
+namespace diagnosis {
+
+namespace {
+
+/// Distances to the fixed point from here on are worth a warning: a tenth of a pixel, the thesis's candidate.
+constexpr double visible = 0.1;
+
+const std::vector<float>& part(const VectorField& field, char name) {
+  return name == 'x' ? field.x : field.y;
+}
+
+/// The fixed point lies between the smallest and the largest target (every equation makes a component a mean
+/// of its neighbours), so whatever is beyond, and was not so at the start, is at least that far from it. A
+/// candidate may overshoot by half the largest one, a neighbour of that by another half.
+void check_range(const Scene& scene, const VectorField& displacement, Warnings& warnings) {
+  const double allowed = scene.schedule.rule == Rule::steps || scene.schedule.rule == Rule::annealing
+                             ? std::max(visible, step_sizes(scene.full.steps).largest)
+                             : visible;
+  for (const Component& component : components(scene)) {
+    Range range = target_range(component);
+    for (std::size_t i = 0; i < component.target.size(); ++i) {
+      range.include(component.start_of(i));
+    }
+    std::size_t beyond = 0;
+    double farthest = 0.0;
+    std::size_t worst = 0;
+    const auto& values = part(displacement, component.name);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const double value = static_cast<double>(values[i]);
+      const double way = std::max(range.least - value, value - range.most);
+      beyond += way > allowed ? 1 : 0;
+      if (way > farthest) {
+        farthest = way;
+        worst = i;
+      }
+    }
+    if (beyond > 0) {
+      warnings.push_back(
+          {"divergence",
+           fmt::format("{} sites lie outside {:.4g} ... {:.4g} px, which conditions and start allow "
+                       "in {}; the worst by {:.3g} px, at {}",
+                       beyond, range.least, range.most, component.name, farthest,
+                       place(scene.extent(), worst)),
+           "--method multigrid or --method icm; accelerated sweeps can grow where moduli differ much",
+           beyond});
+    }
+  }
+}
+
+/// Components of confidence 1 that are off their targets by more than the rule can help. A candidate e is
+/// taken towards a target that is w > e / 2 away where K (2 w - e) exceeds the prior's A e^2 + 2 |g| e. Where
+/// the prior pulls as hard as the observation, |g| = K / 2 to what a candidate changes it by, A e, no further
+/// sweep brings the component nearer.
+void check_met(const Scene& scene, const VectorField& displacement, Warnings& warnings) {
+  const Extent extent = scene.extent();
+  const double step = quantum(scene);
+  const double chance = scene.schedule.rule == Rule::annealing ? 0.5 * step : 0.0;
+  const double penalty = static_cast<double>(scene.full.penalty);
+  struct Missed {
+    std::size_t count = 0;
+    double farthest = 0.0;
+    std::size_t worst = 0;
+    void add(double way, std::size_t site) {
+      ++count;
+      worst = way > farthest ? site : worst;
+      farthest = std::max(farthest, way);
+    }
+  };
+  Missed overruled;
+  Missed not_arrived;
+  for (int y = 0; y < extent.height; ++y) {
+    for (int x = 0; x < extent.width; ++x) {
+      const std::size_t at = extent.index(x, y);
+      const auto check = [&](float confidence, float target, float centre, float gradient, float curvature) {
+        const double way = std::abs(static_cast<double>(target) - static_cast<double>(centre));
+        const double change = static_cast<double>(curvature) * step;
+        const double pull = std::abs(static_cast<double>(gradient));
+        const double allowed = 0.5 * step + chance + (change + 2.0 * pull) * step / (2.0 * penalty) + 1e-3;
+        if (confidence == 1.0F && way > allowed) {
+          (pull + change >= 0.499 * penalty ? overruled : not_arrived).add(way, at);
+        }
+      };
+      const Level& level = scene.full;
+      const PriorAtSite prior = level.energy->host->prior(level, displacement, x, y);
+      check(level.confidence.x[at], level.target.x[at], displacement.x[at], prior.gradient_x,
+            prior.curvature_x);
+      check(level.confidence.y[at], level.target.y[at], displacement.y[at], prior.gradient_y,
+            prior.curvature_y);
+    }
+  }
+  if (overruled.count > 0) {
+    warnings.push_back(
+        {"gives-way",
+         fmt::format(
+             "{} certain conditions are overruled by the tissue around them, which pulls harder than K = "
+             "{:.4g}; the farthest is {:.3g} px off, at {}",
+             overruled.count, static_cast<double>(scene.full.penalty), overruled.farthest,
+             place(extent, overruled.worst)),
+         "a larger --penalty; look for conditions that contradict each other", overruled.count});
+  }
+  if (not_arrived.count > 0) {
+    warnings.push_back(
+        {"not-met",
+         fmt::format("{} certain conditions have not been arrived at; the farthest is {:.3g} px off, "
+                     "at {}",
+                     not_arrived.count, not_arrived.farthest, place(extent, not_arrived.worst)),
+         "more --iterations, or --method multigrid, which starts from met conditions", not_arrived.count});
+  }
+}
+
+/// accumulated_distance, but no more than conditions are apart: no two fields between them are farther.
+double estimated_distance(const Scene& scene, const VectorField& missing) {
+  double square = 0.0;
+  for (const Component& component : components(scene)) {
+    square += std::pow(target_range(component).width(), 2.0);
+  }
+  const double estimate = accumulated_distance(scene, missing);
+  return square > 0.0 ? std::min(estimate, std::sqrt(square)) : estimate;
+}
+
+} // namespace
+
+void check_rest(const Scene& scene, const Solution& solution, Warnings& warnings) {
+  const RestState rest = measure_rest(scene, solution.displacement);
+  const std::size_t sites = scene.extent().sites();
+  // Moving by e at a share p of the sites is an RMSD of e sqrt(p): up to a hundredth of the sites that is
+  // less than a tenth of a candidate.
+  const auto many = [&](std::size_t count) { return count * 100 > sites; };
+  const double smallest = quantum(scene);
+  const bool never_still =
+      scene.schedule.stop == Stop::still && rest.moving > 0 && rest.swapping == rest.moving;
+  const bool swaps = scene.full.update == Update::simultaneous && (many(rest.swapping) || never_still);
+  // Between noise, 3/8, and stripes, 1.
+  const bool stripes = rest.stripes_share > 11.0 / 16.0 && rest.stripes > std::max(0.5 * smallest, 0.01);
+  if (swaps) {
+    warnings.push_back(
+        {"oscillation",
+         fmt::format("{} of the {} sites that still move swap between two values for ever: neighbours "
+                     "move at the same time, past each other",
+                     rest.swapping, rest.moving),
+         "--method coloured (neighbours in turn) or --method cascade", rest.swapping});
+  } else if (stripes) {
+    warnings.push_back(
+        {"oscillation",
+         fmt::format("{:.0f} % of what is missing alternates from column to column (y: row to row), "
+                     "{:.2g} px RMS: simultaneous sweeps hardly damp such stripes",
+                     100.0 * std::min(1.0, rest.stripes_share), rest.stripes),
+         "--method cascade, which moves neighbours in turn"});
+  }
+  if (solution.estimated_error) { // the method knows better than what follows
+    if (*solution.estimated_error > visible) {
+      warnings.push_back({"not-converged",
+                          fmt::format("the method {} estimates {:.2g} px to the fixed point",
+                                      scene.schedule.method, *solution.estimated_error),
+                          "more --iterations, or --method closed-form with many; look for checkerboards and "
+                          "thin layers of very "
+                          "different moduli"});
+    }
+    return;
+  }
+  const double distance = estimated_distance(scene, rest.missing);
+  const std::string adds_up = fmt::format(
+      "sites are {:.2g} px (RMS) from their own minimum, which adds up to about {} px from the "
+      "fixed point",
+      rest.rms, distance < 10.0 ? fmt::format("{:.2g}", distance) : fmt::format("{:.0f}", distance));
+  if (many(rest.moving - rest.swapping) || (smallest == 0.0 && distance > visible)) {
+    warnings.push_back({"still-moving",
+                        smallest > 0.0
+                            ? fmt::format("{} of {} sites would move in the next sweep: the run ended "
+                                          "before the field came to rest; {}",
+                                          rest.moving - rest.swapping, sites, adds_up)
+                            : fmt::format("the sweeps ended early: {}", adds_up),
+                        "more --iterations, --stop still with a high --iterations, or --method multigrid",
+                        smallest > 0.0 ? std::optional(rest.moving - rest.swapping) : std::nullopt});
+  } else if (distance > visible) {
+    warnings.push_back({"stalled",
+                        fmt::format("at rest, but only to candidates of {:.3g} px: {}", smallest, adds_up),
+                        "--steps fine (candidates down to 0.01 px), --method cascade, or --accuracy 0.1px"});
+  }
+}
+
+} // namespace diagnosis
+
+Warnings diagnose(const Scene& scene, const Solution& solution) {
+  Warnings warnings;
+  const VectorField& field = solution.displacement;
+  const auto is_wild = [](float value) { return !std::isfinite(value); };
+  const auto wild = static_cast<std::size_t>(std::ranges::count_if(field.x, is_wild) +
+                                             std::ranges::count_if(field.y, is_wild));
+  if (wild > 0) {
+    return {{"not-finite",
+             fmt::format("{} components are infinite or not a number: the sweeps blew up", wild),
+             "--method icm or multigrid; look for extreme moduli, targets or a huge --penalty", wild}};
+  }
+  diagnosis::check_range(scene, field, warnings);
+  diagnosis::check_folding(field, warnings);
+  diagnosis::check_met(scene, field, warnings);
+  diagnosis::check_rest(scene, solution, warnings);
+  if (scene.schedule.cycle != Cycle::one_way && !solution.estimated_error) {
+    warnings.push_back(
+        {"no-estimate",
+         fmt::format("the method {} did not estimate how far its field is from the fixed point",
+                     scene.schedule.method),
+         "more --iterations; hdmbench accuracy measures the distance itself"});
+  }
+  return warnings;
+}
+
+} // namespace hdmbench

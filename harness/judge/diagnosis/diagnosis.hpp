@@ -1,0 +1,38 @@
+#pragma once
+
+#include "harness/judge/diagnosis/warning.hpp"
+#include "harness/scene/scene.hpp"
+#include "harness/solve/solve.hpp"
+
+namespace hdmbench {
+
+/// What can be said before the run, from the scene and its schedule alone: the work of a few sweeps.
+///
+///   undetermined     no condition fixes a component, so no field is the only fixed point
+///   out-of-reach     conditions cannot reach some sites in the iterations given
+///   too-few-steps    the iterations times the largest candidate are less than conditions ask for
+///   lost-condition   conditions that the coarse levels do not have
+///   lost-tissue      regions of one modulus that coarse levels step over
+///   conflict         neighbouring conditions between which the image must fold or tear
+///   weak-penalty     K so small that conditions will give way
+///   swamping-penalty K so large that its rounding outweighs the prior
+///   offset           displacements so large that float32 cannot resolve the steps
+///   stiff-boundary   moduli so different that a boundary moves by no candidate
+///   contrast         moduli so different that float32 loses or overflows
+///   never-rests      0 is no candidate
+[[nodiscard]] Warnings diagnose(const Scene& scene);
+
+/// What the field itself says, `solution` being the scene's: again the work of a few sweeps.
+///
+///   not-finite         values that are infinite or not a number
+///   divergence         values beyond what conditions and start allow
+///   fold-over, near-fold   places where the image turns over, or nearly
+///   gives-way          conditions that the prior overrules
+///   not-met            conditions that have not been arrived at
+///   oscillation        sites that swap between two values, or a pattern of stripes that sweeps do not damp
+///   still-moving       the sweeps ended before the field came to rest
+///   stalled            at rest on the smallest candidate, with what that may cost
+///   no-estimate        a method that should estimate its own error did not
+[[nodiscard]] Warnings diagnose(const Scene& scene, const Solution& solution);
+
+} // namespace hdmbench

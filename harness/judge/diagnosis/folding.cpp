@@ -1,0 +1,101 @@
+#include "harness/judge/diagnosis/folding.hpp"
+
+#include "harness/judge/diagnosis/checks.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace hdmbench {
+
+ScalarField least_area_ratios(const VectorField& displacement) {
+  const Extent extent = displacement.extent;
+  if (extent.width < 2 || extent.height < 2) {
+    return {};
+  }
+  ScalarField ratios({extent.width - 1, extent.height - 1});
+  const auto difference = [](const std::vector<float>& of, std::size_t from, std::size_t to) {
+    return static_cast<double>(of[to]) - static_cast<double>(of[from]);
+  };
+  for (int y = 0; y + 1 < extent.height; ++y) {
+    for (int x = 0; x + 1 < extent.width; ++x) {
+      double least = 0.0;
+      for (const int corner : {0, 1, 2, 3}) {
+        const int row = y + corner / 2;
+        const int column = x + corner % 2;
+        const std::size_t left = extent.index(x, row);
+        const std::size_t right = extent.index(x + 1, row);
+        const std::size_t above = extent.index(column, y);
+        const std::size_t below = extent.index(column, y + 1);
+        const double determinant =
+            (1.0 + difference(displacement.x, left, right)) *
+                (1.0 + difference(displacement.y, above, below)) -
+            difference(displacement.x, above, below) * difference(displacement.y, left, right);
+        least = corner == 0 ? determinant : std::min(least, determinant);
+      }
+      ratios.values[ratios.extent.index(x, y)] = static_cast<float>(least);
+    }
+  }
+  return ratios;
+}
+
+ScalarField area_change_map(const VectorField& displacement) {
+  const ScalarField ratios = least_area_ratios(displacement);
+  ScalarField map(displacement.extent);
+  if (ratios.values.empty()) {
+    return map;
+  }
+  for (int y = 0; y < map.extent.height; ++y) {
+    for (int x = 0; x < map.extent.width; ++x) {
+      float least = std::numeric_limits<float>::infinity();
+      for (int cell_y = std::max(0, y - 1); cell_y <= std::min(y, ratios.extent.height - 1); ++cell_y) {
+        for (int cell_x = std::max(0, x - 1); cell_x <= std::min(x, ratios.extent.width - 1); ++cell_x) {
+          least = std::min(least, ratios.values[ratios.extent.index(cell_x, cell_y)]);
+        }
+      }
+      map.values[map.extent.index(x, y)] = least - 1.0F;
+    }
+  }
+  return map;
+}
+
+namespace diagnosis {
+
+void check_folding(const VectorField& displacement, Warnings& warnings) {
+  // A tenth of the area left: from here on linear interpolation of what moved there is unreliable.
+  constexpr float nearly_folded = 0.1F;
+  const ScalarField ratios = least_area_ratios(displacement);
+  if (ratios.values.empty()) {
+    return;
+  }
+  const auto worst = std::ranges::min_element(ratios.values);
+  const std::string where = place(ratios.extent, static_cast<std::size_t>(worst - ratios.values.begin()));
+  const auto folded = static_cast<std::size_t>(
+      std::ranges::count_if(ratios.values, [](float ratio) { return ratio <= 0.0F; }));
+  const auto near = static_cast<std::size_t>(std::ranges::count_if(
+                        ratios.values, [](float ratio) { return ratio < nearly_folded; })) -
+                    folded;
+  if (folded > 0) {
+    warnings.push_back(
+        {"fold-over",
+         fmt::format(
+             "the image is turned over in {} of {} cells between sites (det(I + grad d) <= 0), and {} more "
+             "keep less than a tenth of their area; worst {:.3g} at {}",
+             folded, ratios.values.size(), near, *worst, where),
+         "smaller displacements, or a wider way for them to fade out; the picture \"jacobian\" shows where",
+         folded});
+  } else if (near > 0) {
+    warnings.push_back(
+        {"near-fold",
+         fmt::format("{} of {} cells between sites keep less than a tenth of their area; least "
+                     "{:.3g} at {}",
+                     near, ratios.values.size(), *worst, where),
+         "look at the picture \"jacobian\" before you trust what moved there", near});
+  }
+}
+
+} // namespace diagnosis
+
+} // namespace hdmbench

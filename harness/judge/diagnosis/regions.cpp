@@ -1,0 +1,81 @@
+#include "harness/judge/diagnosis/regions.hpp"
+
+namespace hdmbench {
+
+Regions find_regions(Extent extent, Touching touching, const std::function<bool(std::size_t)>& counted,
+                     const std::function<bool(std::size_t, std::size_t)>& together) {
+  Regions regions{.all = {}, .of_site = std::vector<int>(extent.sites(), -1)};
+  struct Position {
+    int x, y;
+  };
+  std::vector<Position> waiting;
+  for (int y0 = 0; y0 < extent.height; ++y0) {
+    for (int x0 = 0; x0 < extent.width; ++x0) {
+      const std::size_t first = extent.index(x0, y0);
+      if (regions.of_site[first] >= 0 || !counted(first)) {
+        continue;
+      }
+      const int number = static_cast<int>(regions.all.size());
+      Region region{.left = x0, .right = x0, .top = y0, .bottom = y0};
+      regions.of_site[first] = number;
+      waiting.push_back({x0, y0});
+      while (!waiting.empty()) {
+        const Position at = waiting.back();
+        waiting.pop_back();
+        ++region.sites;
+        region = {.left = std::min(region.left, at.x),
+                  .right = std::max(region.right, at.x),
+                  .top = std::min(region.top, at.y),
+                  .bottom = std::max(region.bottom, at.y),
+                  .sites = region.sites};
+        for (int y = std::max(0, at.y - 1); y <= std::min(extent.height - 1, at.y + 1); ++y) {
+          for (int x = std::max(0, at.x - 1); x <= std::min(extent.width - 1, at.x + 1); ++x) {
+            const std::size_t next = extent.index(x, y);
+            const bool touches = touching == Touching::corner || x == at.x || y == at.y;
+            if (touches && regions.of_site[next] < 0 && counted(next) &&
+                together(extent.index(at.x, at.y), next)) {
+              regions.of_site[next] = number;
+              waiting.push_back({x, y});
+            }
+          }
+        }
+      }
+      regions.all.push_back(region);
+    }
+  }
+  return regions;
+}
+
+std::vector<int> distance_to_nearest(Extent extent, std::span<const float> counted) {
+  const int beyond = extent.width + extent.height;
+  std::vector<int> distance(extent.sites());
+  for (std::size_t i = 0; i < distance.size(); ++i) {
+    distance[i] = counted[i] > 0.0F ? 0 : beyond;
+  }
+  // Two raster scans are exact for this metric (Rosenfeld and Pfaltz 1966).
+  const auto shorten = [&](int x, int y, int nx, int ny) {
+    if (nx >= 0 && ny >= 0 && nx < extent.width && ny < extent.height) {
+      int& own = distance[extent.index(x, y)];
+      own = std::min(own, distance[extent.index(nx, ny)] + 1);
+    }
+  };
+  for (int y = 0; y < extent.height; ++y) {
+    for (int x = 0; x < extent.width; ++x) {
+      shorten(x, y, x - 1, y);
+      shorten(x, y, x - 1, y - 1);
+      shorten(x, y, x, y - 1);
+      shorten(x, y, x + 1, y - 1);
+    }
+  }
+  for (int y = extent.height - 1; y >= 0; --y) {
+    for (int x = extent.width - 1; x >= 0; --x) {
+      shorten(x, y, x + 1, y);
+      shorten(x, y, x + 1, y + 1);
+      shorten(x, y, x, y + 1);
+      shorten(x, y, x - 1, y + 1);
+    }
+  }
+  return distance;
+}
+
+} // namespace hdmbench

@@ -1,0 +1,142 @@
+#include "harness/judge/diagnosis/rest.hpp"
+
+#include "harness/judge/diagnosis/regions.hpp"
+#include "harness/solve/methods/residual.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <span>
+
+namespace hdmbench {
+
+namespace {
+
+double squared_sum(const std::vector<float>& values) {
+  double sum = 0.0;
+  for (const float value : values) {
+    sum += static_cast<double>(value) * static_cast<double>(value);
+  }
+  return sum;
+}
+
+/// The field after one simultaneous sweep over the candidates.
+VectorField swept(const Level& level, const VectorField& displacement) {
+  VectorField next(level.extent);
+  for (int y = 0; y < level.extent.height; ++y) {
+    for (int x = 0; x < level.extent.width; ++x) {
+      const auto [moved_x, moved_y] = level.energy->host->improved(level, displacement, x, y);
+      next.x[level.extent.index(x, y)] = moved_x;
+      next.y[level.extent.index(x, y)] = moved_y;
+    }
+  }
+  return next;
+}
+
+VectorField missing_ways(const Level& level, const VectorField& displacement) {
+  ResidualField residual;
+  Residual(level).evaluate(displacement, residual);
+  return residual.missing.to_float();
+}
+
+/// Squared sum of (2 a_t - a_before - a_after) / 4 along a component's direction, where both exist: all of a
+/// stripe pattern, none of a slope.
+double stripes_squared(const VectorField& missing) {
+  double sum = 0.0;
+  const Extent extent = missing.extent;
+  const auto add = [&](const std::vector<float>& of, std::size_t before, std::size_t at, std::size_t after) {
+    const double part = 0.25 * (2.0 * static_cast<double>(of[at]) - static_cast<double>(of[before]) -
+                                static_cast<double>(of[after]));
+    sum += part * part;
+  };
+  for (int y = 0; y < extent.height; ++y) {
+    for (int x = 0; x < extent.width; ++x) {
+      if (x > 0 && x + 1 < extent.width) {
+        add(missing.x, extent.index(x - 1, y), extent.index(x, y), extent.index(x + 1, y));
+      }
+      if (y > 0 && y + 1 < extent.height) {
+        add(missing.y, extent.index(x, y - 1), extent.index(x, y), extent.index(x, y + 1));
+      }
+    }
+  }
+  return sum;
+}
+
+/// Means of 2 x 2 sites; what is left over at the far sides belongs to the last block.
+ScalarField halved(const ScalarField& fine) {
+  const Extent extent{std::max(1, fine.extent.width / 2), std::max(1, fine.extent.height / 2)};
+  ScalarField sums(extent);
+  ScalarField counts(extent);
+  for (int y = 0; y < fine.extent.height; ++y) {
+    for (int x = 0; x < fine.extent.width; ++x) {
+      const std::size_t to =
+          extent.index(std::min(x / 2, extent.width - 1), std::min(y / 2, extent.height - 1));
+      sums.values[to] += fine.values[fine.extent.index(x, y)];
+      counts.values[to] += 1.0F;
+    }
+  }
+  std::ranges::transform(sums.values, counts.values, sums.values.begin(), std::divides());
+  return sums;
+}
+
+/// Mean square of one component of accumulated_distance.
+double accumulated_square(std::span<const float> missing, std::span<const float> confidence, Extent extent) {
+  ScalarField blocks(extent);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < missing.size(); ++i) {
+    if (confidence[i] > 0.0F) {
+      sum += std::pow(static_cast<double>(missing[i]), 2.0) / static_cast<double>(extent.sites());
+    } else {
+      blocks.values[i] = missing[i];
+    }
+  }
+  const double farthest = std::ranges::max(distance_to_nearest(extent, confidence));
+  const double smallest_number = std::numbers::pi / (2.0 * std::max(farthest, 1.0)); // along each axis
+  const double longest_gain = 2.4 / (2.0 * smallest_number * smallest_number);
+  const auto mean_square = [](const ScalarField& field) {
+    return squared_sum(field.values) / static_cast<double>(field.extent.sites());
+  };
+  for (double size = 1.0;; size *= 2.0) {
+    const double wave_number = 2.0 * std::numbers::pi / (std::sqrt(8.0) * size);
+    const double gain = std::min(2.4 / (wave_number * wave_number), longest_gain);
+    const double present = mean_square(blocks);
+    if (blocks.extent == Extent{1, 1}) {
+      return sum + present * longest_gain * longest_gain;
+    }
+    blocks = halved(blocks);
+    sum += std::max(0.0, present - mean_square(blocks)) * gain * gain;
+  }
+}
+
+} // namespace
+
+RestState measure_rest(const Scene& scene, const VectorField& displacement) {
+  const Level& level = scene.full;
+  RestState state{.missing = missing_ways(level, displacement)};
+  const double square = squared_sum(state.missing.x) + squared_sum(state.missing.y);
+  const auto sites = static_cast<double>(level.extent.sites());
+  state.rms = std::sqrt(square / sites);
+  const double stripes = stripes_squared(state.missing);
+  state.stripes = std::sqrt(stripes / sites);
+  state.stripes_share = square > 0.0 ? stripes / square : 0.0;
+  if (level.rule == Rule::steps) {
+    const VectorField next = swept(level, displacement);
+    const VectorField second = swept(level, next);
+    for (std::size_t i = 0; i < next.x.size(); ++i) {
+      const bool moves = next.x[i] != displacement.x[i] || next.y[i] != displacement.y[i];
+      const bool returns = second.x[i] == displacement.x[i] && second.y[i] == displacement.y[i];
+      state.moving += moves ? 1 : 0;
+      state.swapping += moves && returns ? 1 : 0;
+    }
+  }
+  return state;
+}
+
+double accumulated_distance(const Scene& scene, const VectorField& missing) {
+  const Level& level = scene.full;
+  return std::sqrt(accumulated_square(missing.x, level.confidence.x, level.extent) +
+                   accumulated_square(missing.y, level.confidence.y, level.extent));
+}
+
+} // namespace hdmbench

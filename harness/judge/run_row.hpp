@@ -1,0 +1,57 @@
+#pragma once
+
+#include "harness/judge/diagnosis/warning.hpp"
+#include "harness/solve/planner/planner.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace hdmbench {
+
+class Fields;
+
+/// The row of `run`: what came out of one solution. Paths are relative to the result file.
+struct RunRow {
+  struct Pictures { ///< empty: not written
+    std::string before{};
+    std::string after{};
+    std::string grid{};
+    std::string magnitude{};
+    std::string jacobian{};
+  };
+  /// Of a run that was asked for an accuracy or a time.
+  struct PlanRow {
+    std::string scene;
+    bool met = false;
+    double fine_sweep_equivalents = 0.0;
+    std::vector<PlanStep> steps{};
+    std::optional<double> asked_px{};
+    std::optional<double> asked_seconds{};
+    std::optional<double> estimated_px{};
+  };
+  std::string scene;
+  std::string title;
+  std::int64_t width = 0;
+  std::int64_t height = 0;
+  std::string backend;
+  std::string device;
+  std::string method; ///< method_name(), or "as needed"
+  double seconds = 0.0;
+  std::int64_t levels = 0;
+  std::int64_t iterations = 0;
+  std::optional<double> mean_energy{};
+  std::optional<double> largest_displacement{}; ///< pixels
+  double spacing = 1.0;                         ///< millimetres per pixel
+  std::vector<Warning> warnings{};
+  std::optional<PlanRow> plan{};
+  std::string field{}; ///< file of the displacement; empty: none was written
+  std::optional<Pictures> pictures{};
+};
+
+void list_fields(Fields& fields, RunRow& row);
+
+[[nodiscard]] RunRow::PlanRow plan_row(const Scene& scene, const Request& request, const Plan& plan);
+
+} // namespace hdmbench

@@ -1,0 +1,74 @@
+#pragma once
+
+#include "backends/backend.hpp"
+#include "harness/measure/roofline.hpp"
+#include "harness/solve/solve.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace hdmbench {
+
+/// One backend's time for a whole solution.
+struct BenchResult {
+  std::string backend;
+  Device device;
+  Work work = Work::dense;
+  int threads = 0;                ///< of the CPU, 0 where a driver decides about them
+  std::int64_t iterations = 0;    ///< that a solution took, over all levels
+  double site_updates = 0.0;      ///< iterations times sites, over all levels, left out or not
+  double setup_seconds = 0.0;     ///< opening, compiling, and a first pass of one iteration per level
+  std::vector<Timings> samples;   ///< raw, in the order measured
+  std::optional<double> speed_up; ///< over the reference's median; only if valid
+  /// Over the dense median of the same backend and threads; only where both are valid or neither is checked.
+  std::optional<double> speed_up_over_dense;
+  std::string reference{};             ///< the backend whose field was compared; empty: none
+  bool valid = false;                  ///< the field is the reference's, to the bit
+  std::string reason;                  ///< why not valid
+  std::optional<SolutionCost> cost{};  ///< of dense work, where it is declared
+  std::optional<Ceilings> ceilings{};  ///< of the device, where they were measured
+  std::string no_ceilings;             ///< why they were not
+  std::optional<CeilingShare> share{}; ///< of cost in the compute seconds
+  std::vector<Choice> choices{};       ///< what the backend chose by measurement
+  /// What this process occupied at most while this backend was opened and solved once, the scene and the
+  /// driver included.
+  std::optional<std::size_t> peak_memory_bytes{};
+  /// The same without what the program had before the scene was loaded and without the reference's field.
+  std::optional<double> bytes_per_site{};
+};
+
+/// median() of the totals, or of one part, over the samples.
+[[nodiscard]] double median_seconds(std::span<const Timings> samples, double (*part)(const Timings&));
+
+struct BenchOptions {
+  SessionOptions session; ///< but for its work
+  int repeats = 3;        ///< samples per backend, >= 1
+  /// Backends that leave out what rests run a second time so, where the scene's schedule lets them.
+  bool dense = true;
+  bool active = false;
+  bool scaling = false; ///< backends with threads of their own run with 1, 2, 4 ... of them, too
+  bool checked = true;  ///< the first backend is the reference; else nothing is checked
+  MeasuredCeilings* ceilings = nullptr;  ///< null: not measured
+  std::size_t resident_before_scene = 0; ///< resident_bytes() before the scene was loaded
+};
+
+/// One way to run a backend.
+struct BenchRun {
+  const Backend* backend;
+  SessionOptions session; ///< work and threads as they are meant
+};
+
+/// All that `options` ask for on this scene, the reference's dense run first.
+[[nodiscard]] std::vector<BenchRun> bench_runs(const Scene& scene, std::span<const Backend* const> backends,
+                                               const BenchOptions& options);
+
+/// Times the scene's schedule on every backend; the first one is the reference for speed and bits. A backend
+/// that is not there is returned without samples and with the reason. The scene is as before afterwards; only
+/// its schedule is another one while everything is compiled and run for the first time.
+[[nodiscard]] std::vector<BenchResult> bench(Scene& scene, std::span<const Backend* const> backends,
+                                             const BenchOptions& options, Progress& progress);
+
+} // namespace hdmbench

@@ -1,0 +1,44 @@
+#pragma once
+
+#include "harness/measure/context.hpp"
+#include "harness/scene/row_fields.hpp"
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace hdmbench {
+
+/// What `--json` writes: {"schema": 1, "command", "context", "results": [rows]}.
+struct ResultFile {
+  std::filesystem::path file;
+  std::string command; ///< "verify"
+  Context context;
+  nlohmann::json results; ///< an array
+
+  /// Throws InputError naming file and key for what is missing, mistyped or contradicts itself.
+  template <typename Row>
+  [[nodiscard]] Row row(std::size_t index) const {
+    Row row;
+    read_json_row(results[index], JsonPlace{file, "results"}.element(index), row);
+    return row;
+  }
+  template <typename Row>
+  [[nodiscard]] std::vector<Row> rows() const {
+    std::vector<Row> all;
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      all.push_back(row<Row>(i));
+    }
+    return all;
+  }
+};
+
+/// Throws InputError where the file cannot be read, is not JSON or not a result file.
+[[nodiscard]] ResultFile read_results(const std::filesystem::path& file);
+
+/// Throws InputError.
+void write_results(const std::filesystem::path& file, std::string_view command, Context context,
+                   nlohmann::json results);
+
+} // namespace hdmbench

@@ -1,0 +1,227 @@
+#include "harness/scene/images/images.hpp"
+#include "harness/scene/images/pixels.hpp"
+#include "harness/scene/images/sample.hpp"
+
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+#include <itkBinaryFillholeImageFilter.h>
+#include <itkConnectedComponentImageFilter.h>
+#include <itkHistogram.h>
+#include <itkOrientImageFilter.h>
+#include <itkOtsuMultipleThresholdsCalculator.h>
+#include <itkRelabelComponentImageFilter.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace hdmbench {
+
+namespace {
+
+constexpr int most_classes = 4; // multi-Otsu tries every combination of thresholds
+
+InputError unusable(const std::filesystem::path& file, std::string_view why) {
+  return InputError(fmt::format("cannot take a brain from the image {}: {}", file.string(), why));
+}
+
+/// An axial slice as the file samples it.
+struct Native {
+  ScalarField intensity;
+  double spacing_x = 1.0; ///< millimetres
+  double spacing_y = 1.0;
+};
+
+Native read_axial(const std::filesystem::path& file, int slice) {
+  using Volume = itk::Image<float, 3>;
+  const auto pixels = images::read_pixels(file);
+  if (pixels->GetNumberOfComponentsPerPixel() != 1) {
+    throw unusable(file, fmt::format("it has {} components per pixel, 1 is expected",
+                                     pixels->GetNumberOfComponentsPerPixel()));
+  }
+  const auto volume = Volume::New();
+  volume->CopyInformation(pixels);
+  volume->SetRegions(pixels->GetLargestPossibleRegion());
+  volume->SetPixelContainer(pixels->GetPixelContainer());
+
+  // Right to left, anterior to posterior, inferior to superior: rows of an axial slice begin in front.
+  const auto orient = itk::OrientImageFilter<Volume, Volume>::New();
+  orient->SetInput(volume);
+  orient->UseImageDirectionOn();
+  orient->SetDesiredCoordinateOrientationToAxial();
+  orient->Update();
+  const auto* const axial = orient->GetOutput();
+
+  const auto size = axial->GetLargestPossibleRegion().GetSize();
+  if (slice < 0 || slice >= static_cast<long>(size[2])) {
+    throw unusable(file, fmt::format("there is no axial slice {}, it has the slices 0 ... {} from below",
+                                     slice, size[2] - 1));
+  }
+  Native native;
+  native.intensity = ScalarField({static_cast<int>(size[0]), static_cast<int>(size[1])});
+  native.spacing_x = axial->GetSpacing()[0];
+  native.spacing_y = axial->GetSpacing()[1];
+  const std::size_t sites = native.intensity.extent.sites();
+  std::copy_n(axial->GetBufferPointer() + static_cast<std::size_t>(slice) * sites, sites,
+              native.intensity.values.begin());
+  if (!std::ranges::all_of(native.intensity.values, [](float value) { return std::isfinite(value); })) {
+    throw unusable(file, fmt::format("axial slice {} has values that are not finite", slice));
+  }
+  return native;
+}
+
+/// The largest connected part of what is > `threshold`, its holes filled: 1 inside, 0 outside. All 0 if there
+/// is none.
+ScalarField largest_part(const ScalarField& field, float threshold) {
+  using Mask = itk::Image<unsigned char, 2>;
+  using Parts = itk::Image<unsigned, 2>;
+  const Mask::SizeType size{static_cast<itk::SizeValueType>(field.extent.width),
+                            static_cast<itk::SizeValueType>(field.extent.height)};
+  const auto mask = Mask::New();
+  mask->SetRegions(size);
+  mask->Allocate();
+  std::ranges::transform(field.values, mask->GetBufferPointer(),
+                         [threshold](float value) { return static_cast<unsigned char>(value > threshold); });
+
+  const auto parts = itk::ConnectedComponentImageFilter<Mask, Parts>::New();
+  parts->SetInput(mask);
+  const auto by_size = itk::RelabelComponentImageFilter<Parts, Parts>::New();
+  by_size->SetInput(parts->GetOutput());
+  by_size->Update();
+  std::transform(by_size->GetOutput()->GetBufferPointer(),
+                 by_size->GetOutput()->GetBufferPointer() + field.extent.sites(), mask->GetBufferPointer(),
+                 [](unsigned part) { return static_cast<unsigned char>(part == 1); });
+
+  const auto filled = itk::BinaryFillholeImageFilter<Mask>::New();
+  filled->SetInput(mask);
+  filled->SetForegroundValue(1);
+  filled->Update();
+  ScalarField result(field.extent);
+  std::copy_n(filled->GetOutput()->GetBufferPointer(), field.extent.sites(), result.values.begin());
+  return result;
+}
+
+/// Edges of the pixels that are 1, in pixels: left and top at -0.5 for the first.
+struct Box {
+  double left = std::numeric_limits<double>::max();
+  double top = std::numeric_limits<double>::max();
+  double right = std::numeric_limits<double>::lowest();
+  double bottom = std::numeric_limits<double>::lowest();
+};
+
+Box bounding_box(const ScalarField& mask) {
+  Box box;
+  for (int row = 0; row < mask.extent.height; ++row) {
+    for (int column = 0; column < mask.extent.width; ++column) {
+      if (mask.values[mask.extent.index(column, row)] > 0.0F) {
+        box.left = std::min(box.left, column - 0.5);
+        box.right = std::max(box.right, column + 0.5);
+        box.top = std::min(box.top, row - 0.5);
+        box.bottom = std::max(box.bottom, row + 0.5);
+      }
+    }
+  }
+  return box;
+}
+
+/// Thresholds between tissue classes, rising, from the pixels inside the mask.
+std::vector<double> otsu_thresholds(const ScalarField& intensity, const ScalarField& mask, int classes) {
+  std::vector<float> inside;
+  for (std::size_t site = 0; site < mask.values.size(); ++site) {
+    if (mask.values[site] > 0.0F) {
+      inside.push_back(intensity.values[site]);
+    }
+  }
+  const auto [lowest, highest] = std::ranges::minmax(inside);
+  if (classes == 1 || lowest == highest) {
+    return {};
+  }
+  using Histogram = itk::Statistics::Histogram<double>;
+  constexpr int bins = 256;
+  const auto histogram = Histogram::New();
+  histogram->SetMeasurementVectorSize(1);
+  Histogram::SizeType size(1);
+  size.Fill(bins);
+  Histogram::MeasurementVectorType lower(1), upper(1);
+  lower.Fill(lowest);
+  upper.Fill(highest);
+  histogram->Initialize(size, lower, upper);
+  histogram->SetClipBinsAtEnds(false);
+  for (const float value : inside) {
+    Histogram::MeasurementVectorType measurement(1);
+    measurement.Fill(value);
+    histogram->IncreaseFrequencyOfMeasurement(measurement, 1);
+  }
+  const auto calculator = itk::OtsuMultipleThresholdsCalculator<Histogram>::New();
+  calculator->SetInputHistogram(histogram);
+  calculator->SetNumberOfThresholds(static_cast<itk::SizeValueType>(classes - 1));
+  calculator->Compute();
+  return calculator->GetOutput();
+}
+
+} // namespace
+
+BrainSlice read_brain(const std::filesystem::path& file, int slice, int classes, double margin, Extent size) {
+  if (classes < 1 || classes > most_classes) {
+    throw unusable(file, fmt::format("{} tissue classes, there may be 1 to {}", classes, most_classes));
+  }
+  if (!(margin >= 0.0 && margin < 0.5)) {
+    throw unusable(file,
+                   fmt::format("a margin of {} of the shorter side, it must be >= 0 and < 0.5", margin));
+  }
+  if (size.width < 1 || size.height < 1) {
+    throw unusable(file, fmt::format("a grid of {} x {} pixels", size.width, size.height));
+  }
+  try {
+    const Native native = read_axial(file, slice);
+    const ScalarField native_mask = largest_part(native.intensity, 0.0F);
+    const Box box = bounding_box(native_mask);
+    if (box.right < box.left) {
+      throw unusable(file, fmt::format("axial slice {} has no pixel > 0", slice));
+    }
+    const std::vector<double> thresholds = otsu_thresholds(native.intensity, native_mask, classes);
+    const float brightest = std::ranges::max(native.intensity.values);
+
+    const double free = 2.0 * margin * std::min(size.width, size.height);
+    BrainSlice brain;
+    brain.spacing = std::max((box.right - box.left) * native.spacing_x / (size.width - free),
+                             (box.bottom - box.top) * native.spacing_y / (size.height - free));
+    const auto sample = [&](const ScalarField& field) {
+      ScalarField result(size);
+      for (int row = 0; row < size.height; ++row) {
+        const double y =
+            0.5 * (box.top + box.bottom) + (row + 0.5 - 0.5 * size.height) * brain.spacing / native.spacing_y;
+        for (int column = 0; column < size.width; ++column) {
+          const double x = 0.5 * (box.left + box.right) +
+                           (column + 0.5 - 0.5 * size.width) * brain.spacing / native.spacing_x;
+          result.values[size.index(column, row)] = images::linear_at(field, x, y);
+        }
+      }
+      return result;
+    };
+    const ScalarField mask = largest_part(sample(native_mask), 0.5F);
+    brain.picture = sample(native.intensity);
+    brain.tissue = {size, std::vector<int>(size.sites())};
+    for (std::size_t site = 0; site < size.sites(); ++site) {
+      float& gray = brain.picture.values[site];
+      if (mask.values[site] > 0.0F) {
+        const auto above =
+            std::ranges::count_if(thresholds, [gray](double threshold) { return gray > threshold; });
+        brain.tissue.values[site] = 1 + static_cast<int>(above);
+        gray = std::clamp(gray / brightest, 0.0F, 1.0F) * 255.0F;
+      } else {
+        gray = 0.0F;
+      }
+    }
+    if (std::ranges::count(brain.tissue.values, 0) == static_cast<std::ptrdiff_t>(size.sites())) {
+      throw unusable(file,
+                     fmt::format("nothing of the brain is left on {} x {} pixels", size.width, size.height));
+    }
+    return brain;
+  } catch (const itk::ExceptionObject& error) {
+    throw unusable(file, images::own_words(error));
+  }
+}
+
+} // namespace hdmbench

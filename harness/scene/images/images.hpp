@@ -1,0 +1,100 @@
+#pragma once
+
+#include "harness/scene/label_field.hpp"
+#include "kernels/data/field.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <vector>
+
+/// Image files through ITK: NRRD, MetaImage, NIfTI, PNG, JPEG and TIFF. Where the project is built without it
+/// (-DHDMBENCH_IMAGES=OFF) every function that takes a file throws InputError that says so; have_images()
+/// tells beforehand. All throw InputError with the file's path and the cause, in ITK's words where it has
+/// any: a file that is missing, cut short, damaged or of an unknown format, more than three axes, the wrong
+/// number of components.
+namespace hdmbench {
+
+[[nodiscard]] bool have_images();
+
+/// An image and the size of its pixels in millimetres (1 where the file says nothing). A file whose pixels
+/// are not square is an InputError.
+template <typename Pixels>
+struct Image {
+  Pixels pixels;
+  double spacing = 1.0;
+};
+
+/// `slice` picks the slice of a 3-D image along its third axis and is required there unless it has one slice.
+/// `size` resamples about the image centre to this extent, keeping the aspect ratio, so that the whole image
+/// fits: linear for scalars and vectors, nearest neighbour for labels, 0 beside the image. Rows and columns
+/// are those of the file: no orientation is applied.
+struct ReadOptions {
+  std::optional<int> slice;
+  std::optional<Extent> size;
+};
+/// InputError where a pixel is not an integer.
+[[nodiscard]] Image<LabelField> read_labels(const std::filesystem::path& file,
+                                            const ReadOptions& options = {});
+/// Not a number and infinity pass.
+[[nodiscard]] Image<ScalarField> read_scalar(const std::filesystem::path& file,
+                                             const ReadOptions& options = {});
+/// Two components, or three of which the third is ignored; the values as they are, nothing is rescaled.
+[[nodiscard]] Image<VectorField> read_vector(const std::filesystem::path& file,
+                                             const ReadOptions& options = {});
+
+/// A slice of a brain without skull. picture is 0 exactly where tissue is 0, but for dark spots inside.
+struct BrainSlice {
+  ScalarField picture; ///< gray values 0 ... 255
+  LabelField tissue; ///< 0 outside the brain, then 1 ... classes by rising brightness; one part without holes
+  double spacing = 1.0;
+};
+/// A 3-D image whose background is 0, turned as its header says: anterior up, the patient's right on the
+/// left. `slice` counts axial slices from below. The grid has `size` pixels with the brain centred and at
+/// least `margin` (a fraction of the shorter side, 0 <= margin < 0.5) free around it. `classes`, 1 ... 4,
+/// tissue classes by ITK's multi-Otsu thresholds of the brain's pixels as the file has them, so that they do
+/// not depend on `size`.
+[[nodiscard]] BrainSlice read_brain(const std::filesystem::path& file, int slice, int classes, double margin,
+                                    Extent size);
+
+/// Writes displacement * spacing in millimetres as a W x H x 1 image of 3-vectors (z = 0) that ITK, 3D Slicer
+/// and ParaView open; .nrrd or .mha by the extension. The header carries the direction of the mapping and the
+/// unit as key/values. Written beside the target and renamed, so that no half-written file is left.
+void write_displacement(const std::filesystem::path& file, const VectorField& displacement, double spacing);
+
+/// The values as they are, float or 16-bit integer, as a W x H x 1 image of pixels with sides of `spacing`
+/// millimetres; .nrrd or .mha by the extension. read_scalar, read_vector and read_labels give them back to
+/// the bit. Written beside the target and renamed.
+void write_scalar(const std::filesystem::path& file, const ScalarField& field, double spacing);
+/// Two components per pixel.
+void write_vector(const std::filesystem::path& file, const VectorField& field, double spacing);
+/// InputError where a label is beyond 16 bits.
+void write_labels(const std::filesystem::path& file, const LabelField& labels, double spacing);
+
+/// 8-bit grey PNG; gray values are rounded and clamped to 0 ... 255, not a number is 0. Written beside the
+/// target and renamed.
+void write_png(const std::filesystem::path& file, const ScalarField& picture);
+
+/// 8-bit colour PNG of |displacement|, black = 0 ... light yellow = `largest` pixels and beyond, brighter all
+/// the way. Written beside the target and renamed.
+void write_magnitude_png(const std::filesystem::path& file, const VectorField& displacement, double largest);
+
+/// 8-bit colour PNG of one signed value per site in raster order: blue = -`largest` and beyond, white = 0,
+/// red = `largest`. Written beside the target and renamed.
+void write_signed_png(const std::filesystem::path& file, Extent extent, std::span<const float> values,
+                      double largest);
+
+/// The picture after the deformation: the gray value at site s moves to s + d_s, linear between sites; the
+/// mean where the field folds over itself, 0 where nothing arrives. The time grows with the area that pixels
+/// are stretched to. Throws InputError where the displacement is not finite or of another extent. Needs no
+/// ITK.
+[[nodiscard]] ScalarField warp(const ScalarField& picture, const VectorField& displacement);
+
+/// Pixels between the lines of a grid, so that about thirty of them go across; at least 2.
+[[nodiscard]] int grid_spacing(Extent extent);
+
+/// A picture of dark grid lines on white, one every `every` >= 2 pixels, to be warped. Needs no ITK.
+[[nodiscard]] ScalarField grid_picture(Extent extent, int every);
+
+} // namespace hdmbench

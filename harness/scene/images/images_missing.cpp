@@ -1,0 +1,70 @@
+#include "harness/scene/images/images.hpp"
+
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+
+// The image files of a build without ITK (-DHDMBENCH_IMAGES=OFF).
+
+namespace hdmbench {
+
+namespace {
+
+[[noreturn]] void refuse(const std::filesystem::path& file) {
+  throw MissingFile(
+      fmt::format("{}: this hdmbench was built without image support; install libinsighttoolkit5-dev "
+                  "and configure with -DHDMBENCH_IMAGES=ON",
+                  file.string()));
+}
+
+} // namespace
+
+bool have_images() {
+  return false;
+}
+
+Image<LabelField> read_labels(const std::filesystem::path& file, const ReadOptions&) {
+  refuse(file);
+}
+
+Image<ScalarField> read_scalar(const std::filesystem::path& file, const ReadOptions&) {
+  refuse(file);
+}
+
+Image<VectorField> read_vector(const std::filesystem::path& file, const ReadOptions&) {
+  refuse(file);
+}
+
+BrainSlice read_brain(const std::filesystem::path& file, int, int, double, Extent) {
+  refuse(file);
+}
+
+void write_displacement(const std::filesystem::path& file, const VectorField&, double) {
+  refuse(file);
+}
+
+void write_scalar(const std::filesystem::path& file, const ScalarField&, double) {
+  refuse(file);
+}
+
+void write_vector(const std::filesystem::path& file, const VectorField&, double) {
+  refuse(file);
+}
+
+void write_labels(const std::filesystem::path& file, const LabelField&, double) {
+  refuse(file);
+}
+
+void write_png(const std::filesystem::path& file, const ScalarField&) {
+  refuse(file);
+}
+
+void write_magnitude_png(const std::filesystem::path& file, const VectorField&, double) {
+  refuse(file);
+}
+
+void write_signed_png(const std::filesystem::path& file, Extent, std::span<const float>, double) {
+  refuse(file);
+}
+
+} // namespace hdmbench

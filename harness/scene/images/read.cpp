@@ -1,0 +1,140 @@
+#include "harness/scene/images/images.hpp"
+#include "harness/scene/images/pixels.hpp"
+#include "harness/scene/images/sample.hpp"
+
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+namespace hdmbench {
+
+namespace {
+
+constexpr double square_tolerance = 0.01; // of a pixel's side: rounding in headers, not another shape
+
+/// Integers up to here survive the reading as float.
+constexpr float largest_label = 16777215.0F;
+
+InputError unreadable(const std::filesystem::path& file, std::string_view why) {
+  return InputError(fmt::format("cannot read the image {}: {}", file.string(), why));
+}
+
+/// One slice of a file, one field per component.
+Image<std::vector<ScalarField>> read_slice(const std::filesystem::path& file, std::optional<int> slice) {
+  const auto pixels = images::read_pixels(file);
+  const auto size = pixels->GetLargestPossibleRegion().GetSize();
+  const auto slices = static_cast<int>(size[2]);
+  if (!slice && slices > 1) {
+    throw unreadable(file, fmt::format("it is 3-D, choose one of its slices 0 ... {}", slices - 1));
+  }
+  if (slice && (*slice < 0 || *slice >= slices)) {
+    throw unreadable(file,
+                     fmt::format("there is no slice {}, it has the slices 0 ... {}", *slice, slices - 1));
+  }
+  const auto spacing = pixels->GetSpacing();
+  if (!(std::abs(spacing[0] - spacing[1]) <= square_tolerance * spacing[0])) {
+    throw unreadable(file, fmt::format("its pixels are {} mm x {} mm, they must be square; resample it",
+                                       spacing[0], spacing[1]));
+  }
+  const Extent extent{static_cast<int>(size[0]), static_cast<int>(size[1])};
+  const std::size_t components = pixels->GetNumberOfComponentsPerPixel();
+  const float* const first =
+      pixels->GetBufferPointer() + static_cast<std::size_t>(slice.value_or(0)) * extent.sites() * components;
+  Image<std::vector<ScalarField>> result{std::vector(components, ScalarField(extent)), spacing[0]};
+  for (std::size_t component = 0; component < components; ++component) {
+    for (std::size_t site = 0; site < extent.sites(); ++site) {
+      result.pixels[component].values[site] = first[site * components + component];
+    }
+  }
+  return result;
+}
+
+using Sampler = float (*)(const ScalarField&, double, double);
+
+/// Resamples every component to `size`, if it is given.
+void fit(Image<std::vector<ScalarField>>& image, std::optional<Extent> size, Sampler sample_at) {
+  const Extent from = image.pixels.front().extent;
+  if (!size || *size == from) {
+    return;
+  }
+  if (size->width < 1 || size->height < 1) {
+    throw InputError(fmt::format("cannot resample an image to {} x {} pixels", size->width, size->height));
+  }
+  const double step = std::max(double(from.width) / size->width, double(from.height) / size->height);
+  for (ScalarField& component : image.pixels) {
+    ScalarField resampled(*size);
+    for (int row = 0; row < size->height; ++row) {
+      const double y = (row + 0.5 - 0.5 * size->height) * step + 0.5 * from.height - 0.5;
+      for (int column = 0; column < size->width; ++column) {
+        const double x = (column + 0.5 - 0.5 * size->width) * step + 0.5 * from.width - 0.5;
+        if (x >= -0.5 && x <= from.width - 0.5 && y >= -0.5 && y <= from.height - 0.5) {
+          resampled.values[size->index(column, row)] = sample_at(component, x, y);
+        }
+      }
+    }
+    component = std::move(resampled);
+  }
+  image.spacing *= step;
+}
+
+void require_one_component(const std::filesystem::path& file, std::size_t components) {
+  if (components != 1) {
+    throw unreadable(file,
+                     fmt::format("it has {} components per pixel (colour?), 1 is expected", components));
+  }
+}
+
+} // namespace
+
+bool have_images() {
+  return true;
+}
+
+Image<LabelField> read_labels(const std::filesystem::path& file, const ReadOptions& options) {
+  auto image = read_slice(file, options.slice);
+  require_one_component(file, image.pixels.size());
+  const ScalarField& stored = image.pixels.front();
+  const auto wrong = std::ranges::find_if_not(stored.values, [](float value) {
+    return std::abs(value) <= largest_label && value == std::floor(value);
+  });
+  if (wrong != stored.values.end()) {
+    const auto site = wrong - stored.values.begin();
+    throw unreadable(
+        file, fmt::format("the pixel at x = {}, y = {} is {}, labels are integers of magnitude up to {}",
+                          site % stored.extent.width, site / stored.extent.width, *wrong, largest_label));
+  }
+  fit(image, options.size, images::nearest_at);
+  const ScalarField& fitted = image.pixels.front();
+  LabelField labels{fitted.extent, std::vector<int>(fitted.values.size())};
+  std::ranges::transform(fitted.values, labels.values.begin(),
+                         [](float value) { return static_cast<int>(value); });
+  return {std::move(labels), image.spacing};
+}
+
+Image<ScalarField> read_scalar(const std::filesystem::path& file, const ReadOptions& options) {
+  auto image = read_slice(file, options.slice);
+  require_one_component(file, image.pixels.size());
+  fit(image, options.size, images::linear_at);
+  return {std::move(image.pixels.front()), image.spacing};
+}
+
+Image<VectorField> read_vector(const std::filesystem::path& file, const ReadOptions& options) {
+  auto image = read_slice(file, options.slice);
+  if (image.pixels.size() != 2 && image.pixels.size() != 3) {
+    throw unreadable(
+        file, fmt::format("it has {} component(s) per pixel, a vector has 2 or 3", image.pixels.size()));
+  }
+  fit(image, options.size, images::linear_at);
+  VectorField field;
+  field.extent = image.pixels[0].extent;
+  field.x = std::move(image.pixels[0].values);
+  field.y = std::move(image.pixels[1].values);
+  return {std::move(field), image.spacing};
+}
+
+} // namespace hdmbench

@@ -1,0 +1,94 @@
+#include "harness/scene/row_fields.hpp"
+
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace hdmbench {
+
+JsonPlace JsonPlace::key(std::string_view name) const {
+  return {file, fmt::format("{}{}{}", path, path.empty() ? "" : ".", name)};
+}
+
+JsonPlace JsonPlace::element(std::size_t index) const {
+  return {file, fmt::format("{}[{}]", path, index)};
+}
+
+void JsonPlace::fail(std::string_view what) const {
+  throw InputError(fmt::format("{}: {} {}", file.string(),
+                               path.empty() ? "the document" : fmt::format("\"{}\"", path), what));
+}
+
+Fields::Fields(const nlohmann::json& object, JsonPlace place) : read_(&object), place_(std::move(place)) {
+  if (!object.is_object()) {
+    place_.fail(fmt::format("must be an object, but is {}", object.type_name()));
+  }
+}
+
+const nlohmann::json& Fields::required(std::string_view key) const {
+  const auto found = read_->find(key);
+  if (found == read_->end()) {
+    place_.key(key).fail("is missing");
+  }
+  return *found;
+}
+
+bool Fields::has(std::string_view key) const {
+  const auto found = read_->find(key);
+  return found != read_->end() && !found->is_null();
+}
+
+void require_samples(const std::vector<double>& seconds, const std::optional<double>& median) {
+  if (seconds.empty() || !median) {
+    throw Contradiction{"valid", "is true although there are no seconds"};
+  }
+  const auto [low, high] = std::ranges::minmax(seconds);
+  if (low <= 0.0) {
+    throw Contradiction{"seconds", "must be greater than 0"};
+  }
+  if (*median < low || *median > high) {
+    throw Contradiction{"seconds_median", "is not between the smallest and the largest of \"seconds\""};
+  }
+}
+
+namespace json_value {
+
+void fail_type(const nlohmann::json& found, const JsonPlace& place, const std::string& wanted) {
+  place.fail(fmt::format("must be {}, but is {}", wanted, found.type_name()));
+}
+
+void require_count(const nlohmann::json& found, const JsonPlace& place, std::uint64_t most) {
+  if (!found.is_number_unsigned() && found.get<std::int64_t>() < 0) {
+    place.fail(fmt::format("is {}, but must not be negative", found.dump()));
+  }
+  if (found.get<std::uint64_t>() > most) {
+    place.fail(fmt::format("is {}, but must be at most {}", found.dump(), most));
+  }
+}
+
+void require_not_negative(const std::optional<double>& number, const JsonPlace& place) {
+  if (number && !(*number >= 0.0)) {
+    place.fail(fmt::format("is {}, but must not be negative", *number));
+  }
+}
+
+std::size_t require_name(const nlohmann::json& found, const JsonPlace& place,
+                         std::span<const std::string_view> names) {
+  const auto text = found.get<std::string_view>();
+  const auto name = std::ranges::find(names, text);
+  if (name == names.end()) {
+    place.fail(fmt::format("is \"{}\", but must be one of: {}", text, fmt::join(names, ", ")));
+  }
+  return static_cast<std::size_t>(name - names.begin());
+}
+
+void require_size(const nlohmann::json& found, const JsonPlace& place, std::size_t size) {
+  if (found.size() != size) {
+    place.fail(fmt::format("must have {} values, but has {}", size, found.size()));
+  }
+}
+
+} // namespace json_value
+
+} // namespace hdmbench

@@ -1,0 +1,138 @@
+#pragma once
+
+#include "harness/scene/label_field.hpp"
+#include "kernels/data/level.hpp"
+#include "kernels/data/pyramid.hpp"
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace hdmbench {
+
+/// When the iterations of a level end.
+enum class Stop {
+  fixed,  ///< after exactly `iterations`
+  still,  ///< when no site changed, at the latest after `iterations`
+  energy, ///< when the mean energy moved by less than `epsilon` (thesis 5.3), at the latest after
+          ///< `iterations`
+};
+
+/// What scene files call them, in the order of the enumerators.
+inline constexpr std::array<std::string_view, 3> stop_names{"fixed", "still", "energy"};
+inline constexpr std::array<std::string_view, 2> alignment_names{"corner", "center"};
+inline constexpr std::array<std::string_view, 4> update_names{"simultaneous", "sequential", "coloured",
+                                                              "four-coloured"};
+
+/// What happens between the levels of the pyramid.
+enum class Cycle {
+  one_way, ///< coarsest to finest, each level once: the thesis (Alg. 3) and all that only changes the sweeps
+  multigrid, ///< every level corrects the finer ones again and again, until the fixed point is met
+  krylov,    ///< the same correction as the preconditioner of a Krylov method
+};
+
+/// Relaxation of the closed form.
+struct Relaxation {
+  double factor = 1.0; ///< of every sweep where reach is 0: 1 is the minimiser itself, 0 < factor < 2
+  /// > 0: Chebyshev acceleration of two colours (as SOR with a factor per sweep) that damps waves up to
+  /// `reach` times as long as the level's iterations carry information.
+  double reach = 0.0;
+  double largest = 2.0; ///< no factor above this
+  int settling = 0;     ///< the last iterations of a level that has more than these go with factor 1
+};
+
+/// Cooling of the annealing: temperature(i) = highest * (lowest / highest)^(i / (iterations - 1)) on every
+/// level.
+struct Cooling {
+  double highest = 1.0; ///< energy units, > 0
+  double lowest = 1e-3; ///< > 0
+};
+
+/// How the pyramid is run: thesis Alg. 3. The order of sites, the candidates and the seed are the level's.
+struct Schedule {
+  std::string method = "icm"; ///< a name of harness/scene/method.hpp
+  int iterations = 50;        ///< per level, exact or at most, see stop, growth and cycle; >= 0
+  Stop stop = Stop::fixed;
+  double epsilon = 1e-6;          ///< for Stop::energy
+  std::optional<int> start_level; ///< first level computed, 0 = full resolution; none: the coarsest
+  Alignment alignment = Alignment::corner;
+  Rule rule = Rule::steps;      ///< of the levels, which get it with what it needs (LevelSequence)
+  Cycle cycle = Cycle::one_way; ///< else `iterations` counts cycles or Krylov steps on the full resolution
+  double growth = 0.0; ///< a level of n sites a side gets iterations * (full side / n)^growth of them ...
+  double most_per_side = 0.0; ///< ... but at most this times n, 0: no limit
+  double skip_nearer =
+      1.0; ///< a level is left out where the finer one has less than this times its sites a side
+  bool mean_modulus =
+      false; ///< coarse levels take the mean of the moduli they stand for, not the nearest one
+  Relaxation relaxation{};
+  Cooling cooling{};
+};
+
+/// How much the observation counts beside the prior. Only the ratio matters: U = alpha prior +
+/// (1 - alpha) observation (3.17) has the minima of prior + (1 - alpha) / alpha observation.
+struct ObservationWeight {
+  double penalty = 1000.0;   ///< K of (4.17), > 0
+  double prior_weight = 0.5; ///< alpha of (3.17), 0 < alpha < 1
+
+  /// K (1 - alpha) / alpha as Level::penalty has it; exactly K where alpha = 0.5. Throws InputError where K
+  /// or alpha is out of range or float cannot hold the product.
+  [[nodiscard]] float product() const;
+};
+
+/// A problem at full resolution together with the way the thesis solves it.
+struct Scene {
+  std::string name;                 ///< "square"
+  std::string source;               ///< the name or path it was loaded by; empty: no command line loads it
+  std::string title;                ///< one line for people
+  Level full;                       ///< the finest level: everything but the displacement
+  std::optional<VectorField> start; ///< displacement to begin with, pixels; none: the null field
+  ScalarField picture;  ///< gray values 0 ... 255, only to look at; empty where !is_inspected(extent())
+  LabelField labels;    ///< the segmentation the moduli come from; empty where there was none, likewise
+  double spacing = 1.0; ///< millimetres per pixel
+  double poisson = 0.3; ///< Poisson's ratio of all tissues, for the finite elements; HDM has none
+  /// Declared, and checked by verify: every intermediate of every sweep is exact in float32, so that no
+  /// compiler's choice of operations can change a bit.
+  bool exact = false;
+  Schedule schedule;
+  ObservationWeight weight; ///< changed by set_weight, whose product is full.penalty
+
+  [[nodiscard]] Extent extent() const { return full.extent; }
+  /// The start, null or not, with a value for every site.
+  [[nodiscard]] VectorField start_field() const;
+  /// The same at the sites of a level.
+  [[nodiscard]] VectorField start_at(Extent level) const;
+};
+
+/// Sets scene.weight and, to its product, scene.full.penalty. Throws InputError and changes nothing.
+void set_weight(Scene& scene, const ObservationWeight& weight);
+
+/// Sets scene.schedule.start_level. Throws InputError for one that the pyramid does not have.
+void set_start_level(Scene& scene, int level);
+
+/// What the command line may change about a scene file.
+struct SceneOptions {
+  std::optional<Extent> size; ///< pixels; none: the file's own
+};
+
+/// Whether an image, of at most 4096 x 4096 sites, is looked at closely: its scene has a picture and labels,
+/// `run` draws and diagnoses it. Beyond, that would take more time and memory than the solution itself.
+[[nodiscard]] bool is_inspected(Extent extent);
+
+/// Bytes of memory per site, in all, that icm takes on `openmp` in an image that is not inspected: at most.
+inline constexpr int largest_bytes_per_site = 60;
+
+/// Throws InputError for an image that this machine's memory cannot hold at largest_bytes_per_site, before
+/// the kernel kills the program for it.
+void require_memory(Extent extent);
+
+/// The shipped scenes in the order of the thesis, the brain last.
+[[nodiscard]] std::vector<std::string> shipped_scenes();
+
+/// `scene` is the name of a shipped scene or the path of a TOML file (harness/scene/scenes/README.md). Throws
+/// InputError with file, line where there is one, and what to do; MissingFile where a file that the scene
+/// refers to, or what is needed to read it, is not on this machine.
+[[nodiscard]] Scene load_scene(const std::string& scene, const SceneOptions& options = {});
+
+} // namespace hdmbench

@@ -1,0 +1,173 @@
+#include "harness/scene/scene_content.hpp"
+
+#include "harness/scene/geometry.hpp"
+#include "harness/scene/images/images.hpp"
+#include "harness/scene/scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+#include <vector>
+
+namespace hdmbench {
+
+namespace {
+
+struct Tissue {
+  float modulus = 0.0F;
+  float gray = 0.0F;
+};
+
+std::map<int, Tissue> read_tissues(TomlReader& scene) {
+  std::map<int, Tissue> tissues;
+  for (TomlReader& table : scene.tables("tissue")) {
+    const int label = table.integer("label");
+    const double modulus = table.number("modulus");
+    if (!(modulus > 0.0)) {
+      table.fail("modulus", fmt::format("is {}, it must be positive (MPa)", modulus));
+    }
+    const auto stored = static_cast<float>(modulus);
+    if (!std::isfinite(stored) || !std::isfinite(1.0F / stored)) {
+      table.fail("modulus", fmt::format("is {}, too {} (MPa): a 32-bit float must hold it and its inverse",
+                                        modulus, modulus > 1.0 ? "large" : "small"));
+    }
+    (void)table.text("name", "");
+    const Tissue tissue{stored, static_cast<float>(table.number("gray", 0.0))};
+    table.finish();
+    if (!tissues.emplace(label, tissue).second) {
+      table.fail("label", fmt::format("{} has a tissue already", label));
+    }
+  }
+  return tissues;
+}
+
+void assign_tissues(TomlReader& scene, const std::map<int, Tissue>& tissues, Content& content,
+                    bool needs_picture) {
+  content.modulus = ScalarField(content.labels.extent);
+  needs_picture = needs_picture && is_inspected(content.labels.extent);
+  if (needs_picture) {
+    content.picture = ScalarField(content.labels.extent);
+  }
+  auto tissue = tissues.end();
+  for (std::size_t i = 0; i < content.labels.values.size(); ++i) {
+    if (tissue == tissues.end() || tissue->first != content.labels.values[i]) {
+      tissue = tissues.find(content.labels.values[i]);
+    }
+    if (tissue == tissues.end()) {
+      const auto width = static_cast<std::size_t>(content.labels.extent.width);
+      scene.fail("tissue", fmt::format("none has the label {} of the pixel x = {}, y = {}",
+                                       content.labels.values[i], i % width, i / width));
+    }
+    content.modulus.values[i] = tissue->second.modulus;
+    if (needs_picture) {
+      content.picture.values[i] = tissue->second.gray;
+    }
+  }
+}
+
+/// Gray values low ... high stretched to 0 ... 255.
+void stretch(ScalarField& picture, float offset, float high) {
+  const float scale = high > offset ? 255.0F / (high - offset) : 0.0F;
+  for (float& value : picture.values) {
+    value = (value - offset) * scale;
+  }
+}
+
+ScalarField read_picture(TomlReader& image, const Files& file, const ReadOptions& options) {
+  ScalarField picture = read_scalar(file(image.text("picture")), options).pixels;
+  if (!image.has("picture_range")) {
+    stretch(picture);
+    return picture;
+  }
+  const auto range = image.pair("picture_range");
+  if (!(range[0] < range[1])) {
+    image.fail("picture_range", "must be [black, white] with black < white");
+  }
+  stretch(picture, static_cast<float>(range[0]), static_cast<float>(range[1]));
+  return picture;
+}
+
+} // namespace
+
+void require_extent(TomlReader& table, std::string_view key, Extent found, Extent wanted) {
+  if (found != wanted) {
+    table.fail(key, fmt::format("is {} x {}, the scene is {} x {}", found.width, found.height, wanted.width,
+                                wanted.height));
+  }
+}
+
+void stretch(ScalarField& picture) {
+  const auto [low, high] = std::ranges::minmax_element(picture.values);
+  stretch(picture, *low, *high);
+}
+
+Content read_image_content(TomlReader& image, TomlReader& scene, const Files& file,
+                           std::optional<Extent> size) {
+  Content content;
+  ReadOptions options{.slice = std::nullopt, .size = size};
+  if (image.has("slice")) {
+    options.slice = image.integer("slice");
+  }
+  const auto tissues = read_tissues(scene);
+  if (image.has("labels") == image.has("modulus")) {
+    image.fail("labels", "or modulus: give exactly one of the two images");
+  }
+  if (image.has("labels")) {
+    auto labels = read_labels(file(image.text("labels")), options);
+    content.labels = std::move(labels.pixels);
+    content.spacing = labels.spacing;
+    content.segmented = true;
+    assign_tissues(scene, tissues, content, !image.has("picture"));
+  } else {
+    auto modulus = read_scalar(file(image.text("modulus")), options);
+    content.modulus = std::move(modulus.pixels);
+    content.spacing = modulus.spacing;
+    content.labels = {content.modulus.extent, std::vector<int>(content.modulus.extent.sites(), 1)};
+    if (is_inspected(content.modulus.extent)) {
+      content.picture = content.modulus;
+      stretch(content.picture);
+    }
+  }
+  if (image.has("picture")) {
+    content.picture = read_picture(image, file, options);
+    require_extent(image, "picture", content.picture.extent, content.modulus.extent);
+    if (!is_inspected(content.picture.extent)) {
+      content.picture = {};
+    }
+  }
+  return content;
+}
+
+Content read_brain_content(TomlReader& brain, TomlReader& scene, const Files& file, Extent size) {
+  const auto tissues = read_tissues(scene);
+  const std::string name = brain.text("file");
+  const int slice = brain.integer("slice");
+  const int classes = brain.integer("classes");
+  const double margin = brain.number("margin");
+  if (classes < 1 || classes > 8) {
+    brain.fail("classes", "must be 1 ... 8");
+  }
+  if (!(margin >= 0.0 && margin < 0.5)) {
+    brain.fail("margin", "must be at least 0 and below 0.5");
+  }
+  brain.finish();
+  BrainSlice found = read_brain(file(name), slice, classes, margin, size);
+  Content content{.labels = std::move(found.tissue),
+                  .modulus = {},
+                  .picture = std::move(found.picture),
+                  .spacing = found.spacing,
+                  .segmented = true};
+  assign_tissues(scene, tissues, content, false);
+  return content;
+}
+
+Content read_shapes_content(TomlReader& scene, Extent size) {
+  Content content{.labels = paint_shapes(scene, size), .modulus = {}, .picture = {}, .segmented = true};
+  assign_tissues(scene, read_tissues(scene), content, true);
+  return content;
+}
+
+} // namespace hdmbench

@@ -1,0 +1,53 @@
+#pragma once
+
+#include "harness/scene/label_field.hpp"
+#include "harness/scene/toml_reader.hpp"
+#include "kernels/data/field.hpp"
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+/// What the pixels of a scene file are made of (harness/scene/scenes/README.md). Everything here throws
+/// InputError with file, line and what to do.
+namespace hdmbench {
+
+/// What the pixels are made of, before conditions.
+struct Content {
+  LabelField labels;
+  ScalarField modulus;
+  ScalarField picture;
+  double spacing = 1.0;
+  bool segmented = false; ///< labels says which tissue, not the same everywhere for want of one
+};
+
+/// Image files are found relative to the scene file.
+class Files {
+public:
+  explicit Files(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  [[nodiscard]] std::filesystem::path operator()(const std::string& name) const { return folder_ / name; }
+
+private:
+  std::filesystem::path folder_;
+};
+
+/// Fails where an image that `key` names has another extent than the scene.
+void require_extent(TomlReader& table, std::string_view key, Extent found, Extent wanted);
+
+/// Gray values stretched to 0 ... 255 from the darkest to the brightest one, so that any modality can be
+/// looked at.
+void stretch(ScalarField& picture);
+
+/// [image]: labels or moduli, and a picture. `size` as in ReadOptions.
+[[nodiscard]] Content read_image_content(TomlReader& image, TomlReader& scene, const Files& file,
+                                         std::optional<Extent> size);
+
+/// [brain]: a slice of a 3-D brain, classified.
+[[nodiscard]] Content read_brain_content(TomlReader& brain, TomlReader& scene, const Files& file,
+                                         Extent size);
+
+/// [[shape]]: painted in order.
+[[nodiscard]] Content read_shapes_content(TomlReader& scene, Extent size);
+
+} // namespace hdmbench

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <toml++/toml.h>
+
+#include <array>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace hdmbench {
+
+/// Typed access to one table of a scene file. Every error is an InputError with file and line; finish()
+/// refuses the keys that nobody asked for, so that a misspelt key is never silently ignored.
+class TomlReader {
+public:
+  /// `where` names the table in errors: "[schedule]". The table must outlive the reader.
+  TomlReader(const toml::table& table, std::string file, std::string where)
+      : table_(table), file_(std::move(file)), where_(std::move(where)) {}
+
+  /// These ask for a key, too.
+  [[nodiscard]] bool has(std::string_view key) { return find(key) != nullptr; }
+  [[nodiscard]] bool is_text(std::string_view key) { return has(key) && find(key)->is_string(); }
+
+  [[nodiscard]] std::string text(std::string_view key);
+  [[nodiscard]] std::string text(std::string_view key, std::string_view fallback);
+  [[nodiscard]] double number(std::string_view key);
+  [[nodiscard]] double number(std::string_view key, double fallback);
+  [[nodiscard]] std::optional<double> optional_number(std::string_view key);
+  [[nodiscard]] bool boolean(std::string_view key, bool fallback);
+  [[nodiscard]] int integer(std::string_view key);
+  [[nodiscard]] int integer(std::string_view key, int fallback);
+  [[nodiscard]] std::array<double, 2> pair(std::string_view key);
+  [[nodiscard]] std::vector<float> numbers(std::string_view key);
+  /// One of `choices`; returns its index.
+  [[nodiscard]] std::size_t choice(std::string_view key, std::span<const std::string_view> choices,
+                                   std::size_t fallback);
+
+  /// A table inside this one; an empty one if it is absent.
+  [[nodiscard]] TomlReader table(std::string_view key);
+  /// The tables of [[key]], none if absent.
+  [[nodiscard]] std::vector<TomlReader> tables(std::string_view key);
+
+  /// Throws InputError that lists the keys that were asked for, if the file has others.
+  void finish() const;
+
+  /// Throws InputError("FILE:LINE: WHERE key: message").
+  [[noreturn]] void fail(std::string_view key, std::string_view message) const;
+
+private:
+  [[nodiscard]] const toml::node* find(std::string_view key);
+  [[nodiscard]] const toml::node& require(std::string_view key);
+  [[nodiscard]] double as_number(std::string_view key, const toml::node& node) const;
+
+  const toml::table& table_;
+  std::string file_;
+  std::string where_;
+  std::set<std::string, std::less<>> asked_for_;
+};
+
+} // namespace hdmbench

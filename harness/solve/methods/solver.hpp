@@ -1,0 +1,29 @@
+#pragma once
+
+#include "backends/backend.hpp"
+#include "harness/scene/scene.hpp"
+#include "harness/solve/progress.hpp"
+#include "harness/solve/solve.hpp"
+
+#include <memory>
+#include <vector>
+
+namespace hdmbench {
+
+/// Solves scenes by whatever method their schedule names, on one backend. Keeps its sessions open between
+/// solutions, so that shaders are compiled once.
+class Solver {
+public:
+  /// `backend` must outlive this object.
+  Solver(const Backend& backend, const SessionOptions& options);
+
+  /// Throws what Session throws; InputError where the backend cannot update as the method wants.
+  [[nodiscard]] Solution solve(const Scene& scene, Progress& progress, const SolveOptions& options = {});
+
+private:
+  const Backend& backend_;
+  SessionOptions options_;
+  std::vector<std::unique_ptr<Session>> sessions_; ///< by level; one-way methods use the first only
+};
+
+} // namespace hdmbench

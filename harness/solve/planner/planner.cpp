@@ -1,0 +1,304 @@
+#include "harness/solve/planner/planner.hpp"
+
+#include "harness/scene/method.hpp"
+#include "harness/solve/methods/multigrid.hpp"
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+namespace hdmbench {
+
+namespace {
+
+/// What a cycle leaves of an error at best: the first corrections, fast to fall, promise more than the last
+/// ones keep.
+constexpr double best_contraction = 0.4;
+constexpr double worst_contraction = 0.9;
+/// From here on a Krylov method takes the cycle for its preconditioner.
+constexpr double slow_contraction = 0.55;
+
+/// The estimates below are means of what was measured; the request is met when this many times the estimate
+/// is within it.
+constexpr double caution = 2.0;
+
+/// Float cannot say more in the end.
+constexpr int most_cycles = 25;
+
+void require_positive(const std::optional<double>& value, const char* what) {
+  if (value && !(*value > 0.0 && std::isfinite(*value))) {
+    throw InputError(fmt::format("{} is {}, it must be above 0", what, *value));
+  }
+}
+
+Scene with_multigrid(Scene scene) {
+  use_method(scene, find_method("multigrid"));
+  return scene;
+}
+
+class Planner {
+public:
+  Planner(const Scene& scene, const Request& request, const Backend& backend, const SessionOptions& options,
+          std::vector<std::unique_ptr<Session>>& sessions, Progress& progress)
+      : scene_(with_multigrid(scene)), request_(request), progress_(progress),
+        multigrid_(scene_, backend, options, sessions) {
+    std::vector<Extent> extents;
+    for (int position = 0; position <= multigrid_.coarsest(); ++position) {
+      extents.push_back(multigrid_.extent(position));
+    }
+    plan_.survey = survey(scene_, extents);
+  }
+
+  Plan run() {
+    begin();
+    while (multigrid_.position() > 0 && !finished_) {
+      if (!has_time_for(multigrid_.position() - 1)) {
+        finish_by_interpolation("the time is up");
+      } else if (is_accurate(grid_error_) && !loses_conditions()) {
+        finish_by_interpolation("the next level is expected to move the field by less than is asked for");
+      } else {
+        refine();
+      }
+    }
+    for (int i = 0; i < most_cycles && !finished_ && !is_accurate(error_) && has_time_for(0); ++i) {
+      cycle();
+    }
+    if (!finished_) {
+      plan_.solution.displacement = multigrid_.field().to_float();
+    }
+    finish();
+    return std::move(plan_);
+  }
+
+private:
+  [[nodiscard]] double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  }
+
+  void note(Extent extent, std::string action, std::string reason, double moved, double expected_error) {
+    plan_.steps.push_back({.extent = extent,
+                           .action = std::move(action),
+                           .reason = std::move(reason),
+                           .moved = moved,
+                           .expected_error = expected_error,
+                           .seconds = seconds()});
+    progress_.describe(
+        fmt::format("{} {} x {}: {}", scene_.name, extent.width, extent.height, plan_.steps.back().action));
+  }
+
+  [[nodiscard]] bool is_accurate(double error) const {
+    return request_.accuracy && caution * error <= *request_.accuracy;
+  }
+
+  /// Cost grows with the sites: those of `position` next, and for a coarse one the interpolation after it.
+  [[nodiscard]] bool has_time_for(int position) const {
+    if (!request_.seconds) {
+      return true;
+    }
+    const auto sites = [&](int p) { return static_cast<double>(multigrid_.extent(p).sites()); };
+    const double after = position > 0 ? interpolation_share * seconds_per_site_ * sites(0) : 0.0;
+    return seconds() + seconds_per_site_ * sites(position) + after < *request_.seconds;
+  }
+
+  /// The coarsest level that shows what the scene is made of is solved with the help of all below it.
+  void begin() {
+    const auto start = static_cast<int>(plan_.survey.fair_start());
+    const Resolution& level = plan_.survey.levels[static_cast<std::size_t>(start)];
+    multigrid_.start(start, scene_.start_at(multigrid_.extent(start)));
+    const double moved = solve_level();
+    grid_error_ = moved; // the field itself: no other level says better yet
+    if (start == 0) {
+      error_ = error_after_cycle(moved);
+    }
+    note(level.extent, "start",
+         fmt::format("the coarsest to show {:.0f} % of the materials and {:.0f} % of the conditions",
+                     100.0 * level.materials, 100.0 * level.conditions),
+         moved, start == 0 ? error_ : grid_error_);
+  }
+
+  /// Cycles on the current level: one where that is dear, on coarse levels until the corrections are small,
+  /// which tells what a cycle leaves of an error. Returns how far the first one moved the field.
+  double solve_level() {
+    const double sites = static_cast<double>(multigrid_.extent(multigrid_.position()).sites());
+    const bool is_cheap = 16.0 * sites <= static_cast<double>(multigrid_.extent(0).sites());
+    double first = 0.0;
+    double before = 0.0;
+    constexpr int most = 4;
+    for (int i = 0; i < (is_cheap ? most : 1); ++i) {
+      double moved = 0.0;
+      timed_step([&] {
+        const CycleResult result = multigrid_.cycle();
+        moved = result.correction;
+        // Where conditions let go or catch on, the residual tells it before the way does.
+        if (multigrid_.position() == 0) {
+          contraction_ = std::clamp(result.contraction, contraction_, worst_contraction);
+        }
+      });
+      first = i == 0 ? moved : first;
+      if (i > 0) {
+        contraction_ = std::clamp(moved / before, contraction_, worst_contraction);
+      }
+      if (moved <= smallest_move || moved < 0.05 * first) {
+        break;
+      }
+      before = moved;
+    }
+    return first;
+  }
+
+  void refine() {
+    timed_step([&] { multigrid_.refine(); });
+    const double moved = solve_level();
+    const Extent extent = multigrid_.extent(multigrid_.position());
+    if (multigrid_.position() == 0) {
+      error_ = error_after_cycle(moved);
+      note(extent, "cycle", "no coarser level is expected to be good enough", moved, error_);
+      return;
+    }
+    // The differences between levels fall like a geometric series; what is left of it is what the grid costs.
+    const double ratio = grid_move_ > 0.0 ? std::clamp(moved / grid_move_, 0.5, 0.8) : 0.5;
+    grid_error_ = moved * ratio / (1.0 - ratio);
+    grid_move_ = moved;
+    note(extent, "cycle", "coarser levels are not expected to be good enough", moved, grid_error_);
+  }
+
+  /// What the interpolation puts on the full resolution, with how far it is from the targets there.
+  struct Interpolation {
+    VectorField field;
+    double largest_gap = 0.0; ///< pixels
+  };
+
+  [[nodiscard]] Interpolation interpolate() const {
+    Interpolation result{
+        .field = prolongate(multigrid_.field().to_float(), multigrid_.extent(0), scene_.schedule.alignment)};
+    const Level& full = scene_.full;
+    const auto impose = [&](std::vector<float>& values, const std::vector<float>& target,
+                            const std::vector<float>& confidence) {
+      for (std::size_t i = 0; i < values.size(); ++i) {
+        if (confidence[i] > 0.0F) {
+          result.largest_gap =
+              std::max(result.largest_gap, static_cast<double>(std::abs(target[i] - values[i])));
+          values[i] = target[i];
+        }
+      }
+    };
+    impose(result.field.x, full.target.x, full.confidence.x);
+    impose(result.field.y, full.target.y, full.confidence.y);
+    return result;
+  }
+
+  /// A condition that the coarse level does not know would be met by nobody.
+  [[nodiscard]] bool loses_conditions() const { return interpolate().largest_gap > *request_.accuracy; }
+
+  void finish_by_interpolation(const char* reason) {
+    Interpolation interpolation = interpolate();
+    error_ = std::hypot(grid_error_, interpolation.largest_gap * gap_share);
+    plan_.solution.displacement = std::move(interpolation.field);
+    finished_ = true;
+    note(multigrid_.extent(0), "interpolation", reason, 0.0, error_);
+  }
+
+  /// What a correction of `moved` leaves, if the next ones shrink as the last ones did.
+  [[nodiscard]] double error_after_cycle(double moved) const {
+    return moved * contraction_ / (1.0 - contraction_);
+  }
+
+  void cycle() {
+    double moved = 0.0;
+    const bool slow = contraction_ > slow_contraction;
+    constexpr int krylov_steps = 3;
+    constexpr double krylov_tolerance = 0.01;
+    CycleResult result;
+    timed_step([&] {
+      result = slow ? multigrid_.krylov_round(krylov_steps, krylov_tolerance).result : multigrid_.cycle();
+    });
+    moved = result.correction;
+    const double ratio = last_moved_ > 0.0 ? moved / last_moved_ : 0.0;
+    contraction_ = std::clamp(std::max({ratio, result.contraction, 0.7 * contraction_}), best_contraction,
+                              worst_contraction);
+    // A slow part of the error may hide from one correction.
+    error_ = std::max(error_after_cycle(moved), (slow ? slow_progress : smallest_progress) * error_);
+    last_moved_ = moved;
+    note(multigrid_.extent(0), slow ? "Krylov steps" : "cycle",
+         request_.accuracy ? fmt::format("{:.3g} px are asked for", *request_.accuracy)
+                           : std::string("there is time left"),
+         moved, error_);
+  }
+
+  /// Of the field to float: the mean of a quantum's square is a twelfth.
+  [[nodiscard]] double rounding() const {
+    const double largest =
+        std::max(std::abs(plan_.survey.smallest_target), std::abs(plan_.survey.largest_target));
+    return largest * std::numeric_limits<float>::epsilon() / std::sqrt(12.0);
+  }
+
+  template <typename Call>
+  void timed_step(Call&& call) {
+    const double before = seconds();
+    call();
+    seconds_per_site_ =
+        (seconds() - before) / static_cast<double>(multigrid_.extent(multigrid_.position()).sites());
+  }
+
+  void finish() {
+    Solution& solution = plan_.solution;
+    solution.levels = multigrid_.work();
+    solution.timings = multigrid_.timings();
+    error_ = std::hypot(error_, rounding());
+    solution.estimated_error = error_;
+    const double total = seconds();
+    const bool accurate = !request_.accuracy || error_ <= *request_.accuracy;
+    const bool in_time = !request_.seconds || total <= *request_.seconds;
+    plan_.met = accurate && in_time;
+    plan_.outcome =
+        fmt::format("{}{}estimated {:.2g} px in {:.3g} ms: {}",
+                    request_.accuracy ? fmt::format("asked {:.3g} px, ", *request_.accuracy) : "",
+                    request_.seconds ? fmt::format("asked {:.3g} ms, ", 1e3 * *request_.seconds) : "", error_,
+                    1e3 * total, plan_.met ? "met" : "NOT met");
+  }
+
+  /// Of a cycle's time a site.
+  static constexpr double interpolation_share = 0.1;
+  /// The largest gap between a level and the targets of the full image, once they are imposed, as an error.
+  static constexpr double gap_share = 0.25;
+  /// No correction is believed to leave less than this share of the error estimated before it.
+  static constexpr double smallest_progress = 0.03;
+  static constexpr double slow_progress = 0.3; ///< where cycles alone are slow
+  /// Pixels: corrections below it say nothing of the contraction.
+  static constexpr double smallest_move = 1e-5;
+
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  Scene scene_;
+  Request request_;
+  Progress& progress_;
+  Multigrid multigrid_;
+  Plan plan_;
+  bool finished_ = false;
+  double error_ = std::numeric_limits<double>::infinity();      ///< of the field to the fixed point, pixels
+  double grid_error_ = std::numeric_limits<double>::infinity(); ///< of the current level's fixed point
+  double grid_move_ = 0.0;                                      ///< the last level moved the field by, pixels
+  double contraction_ = best_contraction;                       ///< of an error by a cycle
+  double last_moved_ = 0.0;
+  double seconds_per_site_ = 0.0; ///< of the last step
+};
+
+} // namespace
+
+double fine_sweep_equivalents(const Plan& plan) {
+  return total_site_updates(plan.solution.levels) /
+         static_cast<double>(plan.solution.displacement.extent.sites());
+}
+
+Plan solve_as_needed(const Scene& scene, const Request& request, const Backend& backend,
+                     const SessionOptions& options, std::vector<std::unique_ptr<Session>>& sessions,
+                     Progress& progress) {
+  require_positive(request.accuracy, "the accuracy asked for (px)");
+  require_positive(request.seconds, "the time asked for (s)");
+  return Planner(scene, request, backend, options, sessions, progress).run();
+}
+
+} // namespace hdmbench

@@ -1,0 +1,54 @@
+#pragma once
+
+#include "backends/backend.hpp"
+#include "harness/scene/scene.hpp"
+#include "harness/solve/planner/survey.hpp"
+#include "harness/solve/progress.hpp"
+#include "harness/solve/solve.hpp"
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace hdmbench {
+
+/// What the user wants; one of the two is set, or both.
+struct Request {
+  std::optional<double> accuracy{}; ///< RMSD to the fixed point, pixels, > 0
+  std::optional<double> seconds{};  ///< wall clock of the whole solution, > 0
+};
+
+/// One thing that was done on the way.
+struct PlanStep {
+  Extent extent;               ///< of the level it was done on
+  std::string action;          ///< "start", "cycle", "interpolation", "check"
+  std::string reason;          ///< why, in words, with the figures that decided
+  double moved = 0.0;          ///< RMS of the way the field moved, pixels
+  double expected_error = 0.0; ///< RMSD to the fixed point after it, pixels, as far as is known there
+  double seconds = 0.0;        ///< since the beginning
+};
+
+/// A field as accurate as requested, at no more cost than that takes, and how it was found.
+struct Plan {
+  Solution solution; ///< with estimated_error
+  Survey survey;
+  std::vector<PlanStep> steps;
+  bool met = false;    ///< the estimate is within the accuracy, the clock within the seconds
+  std::string outcome; ///< one sentence for people
+};
+
+/// Work of the plan in sweeps over the full resolution.
+[[nodiscard]] double fine_sweep_equivalents(const Plan& plan);
+
+/// Computes the fixed point of the scene on ever finer levels, each interpolated from the one before and
+/// corrected by multigrid, and stops at the coarsest one whose interpolation is expected to be good enough
+/// and to lose no condition; else the full resolution gets as many cycles as the request needs. The estimate
+/// is of the last correction and of what cycles were seen to leave of one, or of the differences between the
+/// levels. `sessions` are kept for the next plan. Throws InputError where a figure of the request is not
+/// positive or no field is the only fixed point; what Session throws.
+[[nodiscard]] Plan solve_as_needed(const Scene& scene, const Request& request, const Backend& backend,
+                                   const SessionOptions& options,
+                                   std::vector<std::unique_ptr<Session>>& sessions, Progress& progress);
+
+} // namespace hdmbench

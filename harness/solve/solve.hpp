@@ -1,0 +1,73 @@
+#pragma once
+
+#include "backends/backend.hpp"
+#include "harness/scene/scene.hpp"
+#include "harness/solve/progress.hpp"
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace hdmbench {
+
+/// Seconds of wall clock spent in the parts of a solution.
+struct Timings {
+  /// On the host: sampling the levels, interpolating the displacement between them. 0 where the session does
+  /// that itself, as part of compute or, for what does not change, of upload.
+  double projection = 0.0;
+  double upload = 0.0;   ///< load and write
+  double compute = 0.0;  ///< step and changed, or solve
+  double readback = 0.0; ///< read
+
+  [[nodiscard]] double total() const { return projection + upload + compute + readback; }
+};
+
+struct LevelResult {
+  int level = 0;
+  Extent extent;
+  int iterations = 0;
+  int residuals = 0; ///< evaluations of the residual of all sites on the host, each the work of an iteration
+  std::int64_t changed = 0; ///< sites that the last sweep changed
+  /// Acceleration diverged (level_sequence.hpp), so the level was computed again without; its iterations
+  /// count both.
+  bool repeated = false;
+};
+
+struct Solution {
+  VectorField displacement; ///< full resolution, pixels
+  std::vector<LevelResult> levels;
+  Timings timings;
+  /// Of the RMSD of `displacement` and the fixed point, pixels; none where the method has no estimate.
+  std::optional<double> estimated_error{};
+};
+
+/// The method's name in results; that of the update where it alone differs from icm: "sequential".
+[[nodiscard]] std::string method_name(const Scene& scene);
+
+struct SolveOptions {
+  bool last_changed = false; ///< LevelResult::changed also where the stop rule does not need it
+  /// Called after each level with its field; not part of the timings.
+  std::function<void(const LevelResult&, const VectorField&)> level_done{};
+};
+
+/// The scene's schedule on an open session: in one piece where LevelSequence::pyramid() has one and `options`
+/// want nothing on the way, else level by level. With Stop::fixed each level is one call of step, so that a
+/// device is never interrupted. Throws what Session throws.
+[[nodiscard]] Solution solve(const Scene& scene, Session& session, Progress& progress,
+                             const SolveOptions& options = {});
+
+/// Iterations over all levels.
+[[nodiscard]] std::int64_t total_iterations(std::span<const LevelResult> levels);
+
+/// Iterations times sites over all levels, residuals among them, as they were done.
+[[nodiscard]] double total_site_updates(std::span<const LevelResult> levels);
+
+/// Iterations times sites over all levels, the unit of work of a solution; `iteration_limit` caps the
+/// schedule's iterations per level. With Stop::fixed this is what
+/// progress goes by, exact but for levels that are repeated, else the most that can be needed. Of cycles and
+/// Krylov steps, those on the full resolution count, once.
+[[nodiscard]] double site_updates(const Scene& scene, std::optional<int> iteration_limit = std::nullopt);
+
+} // namespace hdmbench

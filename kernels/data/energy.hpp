@@ -1,0 +1,107 @@
+#pragma once
+
+#include "kernels/data/field.hpp"
+
+#include <array>
+#include <cstddef>
+#include <string_view>
+
+/// What everyone outside kernels/ sees of an energy. kernels/README.md has what one must provide.
+namespace hdmbench {
+
+struct Level;
+
+/// Which numbers of a site are the same as its neighbours', or not there.
+enum class SiteKind {
+  general,           ///< observed in a component, the moduli around it differ
+  unobserved,        ///< both confidences are 0: no term of the observation is left
+  uniform,           ///< all nine moduli are equal: the stiffness ratios and curvatures are constants
+  uniform_unobserved ///< both
+};
+inline constexpr std::size_t site_kinds = 4;
+
+/// Arithmetic of one update by candidates: float additions, subtractions, multiplications, absolute values
+/// and comparisons, each one operation, as the texts write them: what occurs twice counts once, what is the
+/// same at all sites (candidates, K; with uniform moduli ratios and curvatures) is done once for all and
+/// counts nothing, nor does what is multiplied by a confidence of 0. The first candidate is compared with
+/// nothing, which `fixed` makes up for.
+struct SiteCost {
+  int fixed;
+  int per_candidate;
+
+  [[nodiscard]] constexpr int operations(int candidates) const { return fixed + per_candidate * candidates; }
+};
+
+/// Half the gradient of the prior energy by a site's own displacement and half its second derivatives
+/// (kernels/specification/site.inc).
+struct PriorAtSite {
+  float gradient_x = 0.0F;
+  float gradient_y = 0.0F;
+  float curvature_x = 0.0F;
+  float curvature_xy = 0.0F;
+  float curvature_y = 0.0F;
+};
+
+/// The gradient of a site is linear in the nine displacements it sees: coefficients of its eight neighbours,
+/// in reading order, and its own.
+struct Stencil {
+  /// [to][from] x and y: what `from` of a neighbour adds to the gradient of `to`.
+  using Block = std::array<std::array<float, 2>, 2>;
+  std::array<Block, 8> neighbours{};
+  PriorAtSite own; ///< curvatures only
+};
+
+/// One row of the residual in double, site x at index x of every array (harness/solve/methods/residual.hpp).
+/// The nine pointers of a field are to what the sites of the row see in each direction, in reading order.
+template <typename Value>
+struct ResidualRow {
+  std::array<const Value*, 9> dx;
+  std::array<const Value*, 9> dy;
+  std::array<const double*, 9> inverse_modulus; ///< 1 / MPa
+  std::array<std::array<const float*, 9>, 4> inputs;
+  const float* modulus;
+  const float* target_x;
+  const float* target_y;
+  const float* confidence_x;
+  const float* confidence_y;
+  double penalty;
+  double* missing_x; ///< way to the minimiser of the component's own energy, pixels
+  double* missing_y;
+  float* held_x; ///< 1 where the minimiser is the target
+  float* held_y;
+};
+
+/// What the host asks of an energy at one site, compiled by energy_on_host.cpp from the texts that devices
+/// run.
+struct EnergyOnHost {
+  PriorAtSite (*prior)(const Level& level, const VectorField& displacement, int x, int y);
+  /// U_t(d_t) with the observation.
+  float (*site_energy)(const Level& level, const VectorField& displacement, int x, int y);
+  /// Where one simultaneous sweep over the candidates moves the site to.
+  std::array<float, 2> (*improved)(const Level& level, const VectorField& displacement, int x, int y);
+  Stencil (*stencil)(const Level& level, int x, int y);
+  /// Columns first ... last - 1 of row y of Level::inverse_curvature, which has its size.
+  void (*set_inverse_curvature)(Level& level, int y);
+  void (*residual_of_double)(const ResidualRow<double>& row, int first, int last);
+  void (*residual_of_float)(const ResidualRow<float>& row, int first, int last);
+};
+
+struct EnergyPrograms; // backends/shared/energy_programs.hpp
+struct EnergyProofs;   // harness/check/energy_proofs.hpp
+
+/// One energy. Lives as long as the program.
+struct Energy {
+  std::string_view name;                  ///< as on the command line: "hdm"
+  int inputs;                             ///< Level::inputs that it reads, 0 ... 4
+  bool couples;                           ///< whether x and y see each other
+  int coloured_sets;                      ///< sets of sites that move in turn with Update::coloured: 2 or 4
+  std::array<SiteCost, site_kinds> costs; ///< by SiteKind
+  const EnergyOnHost* host;               ///< never null
+  const EnergyPrograms* programs;         ///< null: those of the thesis's energy
+  const EnergyProofs* proofs;             ///< likewise
+};
+
+/// The thesis's energy.
+extern const Energy thesis_energy;
+
+} // namespace hdmbench

@@ -1,0 +1,154 @@
+#include "kernels/data/level.hpp"
+
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace hdmbench {
+
+namespace {
+
+void require_size(std::size_t values, Extent found, Extent extent, const char* what) {
+  if (found != extent || values != extent.sites()) {
+    throw InputError(fmt::format("{} is {} x {} with {} values, the scene is {} x {}", what, found.width,
+                                 found.height, values, extent.width, extent.height));
+  }
+}
+
+/// The first site that breaks `holds` is named in the error.
+template <typename Predicate>
+void require(const std::vector<float>& values, Extent extent, const char* what, const char* rule,
+             Predicate holds) {
+  const auto found = std::ranges::find_if_not(values, holds);
+  if (found != values.end()) {
+    const auto index = found - values.begin();
+    throw InputError(fmt::format("{} at x = {}, y = {} is {}, it must be {}", what, index % extent.width,
+                                 index / extent.width, *found, rule));
+  }
+}
+
+void require_strengths(const Level& level) {
+  const bool anneals = level.rule == Rule::annealing;
+  if (level.strengths.empty()) {
+    throw InputError("this rule needs a strength per sweep, none is given");
+  }
+  for (const float strength : level.strengths) {
+    if (!(anneals ? strength >= 0.0F : strength > 0.0F && strength < 2.0F) || !std::isfinite(strength)) {
+      throw InputError(anneals
+                           ? fmt::format("an inverse temperature is {}, it must be finite and >= 0", strength)
+                           : fmt::format("a relaxation is {}, it must be above 0 and below 2", strength));
+    }
+  }
+}
+
+/// Below this many sites threads cost more than they bring.
+constexpr std::size_t sites_worth_threads = 1 << 17;
+
+bool is_finite(float value) {
+  return std::isfinite(value);
+}
+
+} // namespace
+
+int sweeps_per_iteration(const Level& level) {
+  switch (level.update) {
+  case Update::coloured:
+    return level.energy->coloured_sets;
+  case Update::four_coloured:
+    return 4;
+  default:
+    return 1;
+  }
+}
+
+Level without_fields(const Level& level) {
+  return {.extent = level.extent,
+          .energy = level.energy,
+          .penalty = level.penalty,
+          .steps = level.steps,
+          .update = level.update,
+          .rule = level.rule,
+          .strengths = level.strengths,
+          .seed = level.seed};
+}
+
+SweepState sweep_state(const Level& level, int number) {
+  SweepState state{.colour = static_cast<float>(number % sweeps_per_iteration(level)),
+                   .number = static_cast<float>(number),
+                   .seed = static_cast<float>(level.seed)};
+  if (!level.strengths.empty()) {
+    state.strength = level.strengths[std::min(static_cast<std::size_t>(number), level.strengths.size() - 1)];
+  }
+  return state;
+}
+
+bool changes_spread_by_contact(const Level& level) {
+  return level.rule == Rule::steps && level.update == Update::simultaneous;
+}
+
+void set_inverse_modulus(Level& level) {
+  level.inverse_modulus = ScalarField(level.modulus.extent);
+  std::ranges::transform(level.modulus.values, level.inverse_modulus.values.begin(),
+                         [](float modulus) { return 1.0F / modulus; });
+}
+
+void set_inverse_curvature(Level& level) {
+  const Extent extent = level.extent;
+  level.inverse_curvature.extent = extent;
+  level.inverse_curvature.x.resize(extent.sites());
+  level.inverse_curvature.y.resize(extent.sites());
+#pragma omp parallel for if (extent.sites() > sites_worth_threads)
+  for (int y = 0; y < extent.height; ++y) {
+    level.energy->host->set_inverse_curvature(level, y);
+  }
+}
+
+void validate(const VectorField& field, Extent extent, const char* what) {
+  require_size(field.x.size(), field.extent, extent, what);
+  require_size(field.y.size(), field.extent, extent, what);
+  require(field.x, extent, what, "finite", is_finite);
+  require(field.y, extent, what, "finite", is_finite);
+}
+
+void validate(const Level& level) {
+  if (level.extent.width < 1 || level.extent.height < 1) {
+    throw InputError(fmt::format("the image is {} x {} pixels, each must be at least 1", level.extent.width,
+                                 level.extent.height));
+  }
+  if (!(level.penalty > 0.0F) || !std::isfinite(level.penalty)) {
+    throw InputError(fmt::format("the penalty K is {}, it must be positive and finite", level.penalty));
+  }
+  validate(level.target, level.extent, "the target displacement");
+  validate(level.confidence, level.extent, "the confidence");
+  const auto in_unit_interval = [](float value) { return value >= 0.0F && value <= 1.0F; };
+  require(level.confidence.x, level.extent, "the confidence in x", "within 0 ... 1", in_unit_interval);
+  require(level.confidence.y, level.extent, "the confidence in y", "within 0 ... 1", in_unit_interval);
+  require_size(level.modulus.values.size(), level.modulus.extent, level.extent, "the modulus");
+  require(level.modulus.values, level.extent, "the modulus (MPa)",
+          "positive and finite, and so must its inverse as a 32-bit float",
+          [](float value) { return value > 0.0F && std::isfinite(value) && std::isfinite(1.0F / value); });
+  require_size(level.inverse_modulus.values.size(), level.inverse_modulus.extent, level.extent,
+               "the inverse modulus");
+  if (level.inputs.size() != static_cast<std::size_t>(level.energy->inputs)) {
+    throw InputError(fmt::format("the energy {} reads {} numbers of its own per site, {} are given",
+                                 level.energy->name, level.energy->inputs, level.inputs.size()));
+  }
+  for (const ScalarField& input : level.inputs) {
+    require_size(input.values.size(), input.extent, level.extent, "an input of the energy");
+    require(input.values, level.extent, "an input of the energy", "finite", is_finite);
+  }
+  if (needs_inverse_curvature(level.rule)) {
+    validate(level.inverse_curvature, level.extent, "the inverse curvature");
+  }
+  if (level.rule != Rule::steps) {
+    require_strengths(level);
+  }
+  if (level.seed < 0 || level.seed > 4092) {
+    throw InputError(fmt::format("the seed is {}, it must be 0 ... 4092", level.seed));
+  }
+}
+
+} // namespace hdmbench

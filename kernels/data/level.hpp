@@ -1,0 +1,90 @@
+#pragma once
+
+#include "kernels/data/energy.hpp"
+#include "kernels/data/field.hpp"
+#include "kernels/data/step_set.hpp"
+
+#include <vector>
+
+namespace hdmbench {
+
+/// In which order the sites move.
+enum class Update {
+  simultaneous, ///< all sites read the old field and write the new one: the design for GPUs
+  sequential,   ///< raster order, in place: the thesis's CPU design
+  coloured,     ///< as many sets in turn as the energy needs, so that within a set no site sees another:
+                ///< Energy::coloured_sets, two for the thesis's (update.inc)
+  four_coloured ///< four sets in turn, the sites by the parity of column and row (thesis 9.6.2)
+};
+
+/// Where a site moves to: the rules of update.inc, in their order.
+enum class Rule {
+  steps,       ///< the best of the candidates: ICM
+  closed_form, ///< the exact minimiser of the site's energy, relaxed
+  correction,  ///< the same for a correction e of a displacement: target is what is missing at a free
+               ///< component (pixels), observed components stay at 0
+  annealing    ///< a candidate at random, taken by its energy and the temperature (thesis Alg. 1)
+};
+
+/// One level of the pyramid: all that a sweep reads and does not write.
+struct Level {
+  Extent extent;
+  const Energy* energy = &thesis_energy; ///< never null
+  VectorField target{};                  ///< y, pixels of the full resolution image
+  VectorField confidence{};              ///< c in [0, 1] per component, 0 = unknown
+  ScalarField modulus{};                 ///< m > 0, MPa
+  ScalarField inverse_modulus{};         ///< 1 / m rounded to float
+  std::vector<ScalarField> inputs{};     ///< Energy::inputs of them, the energy's own numbers of a site
+  float penalty = 1.0F;                  ///< K > 0
+  StepSet steps{};                       ///< of Rule::steps and annealing
+  Update update = Update::simultaneous;
+  Rule rule = Rule::steps;
+  VectorField inverse_curvature{}; ///< 1 / A per component; needed by closed_form and correction, else empty
+  /// Per sweep since load(), the last one for all that follow: relaxation (0 < w < 2) of closed_form and
+  /// correction, 1 / temperature (>= 0) of annealing. Empty for Rule::steps.
+  std::vector<float> strengths{};
+  int seed = 0; ///< of annealing, 0 ... 4092
+};
+
+/// What update.inc's Sweep holds, for sweep `number` (from 0) since the level was loaded.
+struct SweepState {
+  float colour = 0.0F;
+  float strength = 0.0F;
+  float number = 0.0F;
+  float seed = 0.0F;
+};
+
+/// How many sweeps make one iteration, every component once: as many as there are sets of sites that move in
+/// turn.
+[[nodiscard]] int sweeps_per_iteration(const Level& level);
+
+/// The level without its arrays: all that sweep_state() reads, cheap to keep.
+[[nodiscard]] Level without_fields(const Level& level);
+
+[[nodiscard]] SweepState sweep_state(const Level& level, int number);
+
+/// Whether the rule reads inverse_curvature.
+[[nodiscard]] constexpr bool needs_inverse_curvature(Rule rule) {
+  return rule == Rule::closed_form || rule == Rule::correction;
+}
+
+/// Whether a site can only change in a sweep if it or one of its eight neighbours changed in the sweep
+/// before: what lets Work::active (backends/backend.hpp) leave out the rest. True for candidates with
+/// simultaneous updates; other rules differ from sweep to sweep.
+[[nodiscard]] bool changes_spread_by_contact(const Level& level);
+
+/// Fills inverse_modulus from modulus.
+void set_inverse_modulus(Level& level);
+
+/// Fills inverse_curvature from the moduli: 1 / A of every site and component, rounded to float.
+void set_inverse_curvature(Level& level);
+
+/// Throws InputError naming the field and the first offending site: a size that does not match the extent, a
+/// value that is not finite, modulus <= 0 or without a finite inverse, confidence outside [0, 1], K <= 0,
+/// strengths or inverse_curvature that the rule needs and that are missing or out of range.
+void validate(const Level& level);
+
+/// Throws InputError where a component is not finite or the size is not `extent`; `what` names the field.
+void validate(const VectorField& field, Extent extent, const char* what);
+
+} // namespace hdmbench

@@ -1,0 +1,261 @@
+#include "kernels/data/pyramid.hpp"
+
+#include "kernels/data/input_error.hpp"
+#include "kernels/specification/projection.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+namespace hdmbench {
+
+namespace {
+
+/// n, then the powers of two below n in falling order.
+std::vector<int> axis_sizes(int n) {
+  std::vector<int> sizes{n};
+  while (sizes.back() > 1) {
+    const auto below = static_cast<unsigned>(sizes.back() - 1);
+    sizes.push_back(static_cast<int>(std::bit_floor(below)));
+  }
+  return sizes;
+}
+
+/// Below this many sites threads cost more than they bring.
+constexpr std::size_t sites_worth_sharing = 1 << 17;
+
+/// Copies the sites that `extent` samples from a planar array of `full`.
+class Sampler {
+public:
+  Sampler(Extent full, Extent extent, Alignment alignment)
+      : full_(full), columns_(sampled_indices(extent.width, full.width, alignment)),
+        rows_(sampled_indices(extent.height, full.height, alignment)) {}
+
+  void operator()(const std::vector<float>& from, std::vector<float>& to) const {
+    const std::size_t width = columns_.size();
+#pragma omp parallel for if (to.size() > sites_worth_sharing)
+    for (std::size_t y = 0; y < rows_.size(); ++y) {
+      const float* row = from.data() + full_.index(0, rows_[y]);
+      float* next = to.data() + y * width;
+      for (std::size_t x = 0; x < width; ++x) {
+        next[x] = row[columns_[x]];
+      }
+    }
+  }
+
+private:
+  Extent full_;
+  std::vector<int> columns_;
+  std::vector<int> rows_;
+};
+
+/// Fine indices first ... last of an axis, both included.
+struct Footprint {
+  int first = 0;
+  int last = 0;
+};
+
+/// The fine sites of an axis that each coarse one stands for: those it is the nearest to with corner
+/// alignment, a site in the middle counting for both, and those with their centre in its area with center
+/// alignment.
+std::vector<Footprint> footprints(int coarse, int fine, Alignment alignment) {
+  std::vector<Footprint> result(static_cast<std::size_t>(coarse), {0, fine - 1});
+  for (int index = 0; coarse > 1 && index < coarse; ++index) {
+    const long long i = index;
+    const long long k = coarse;
+    const long long n = fine;
+    Footprint& sites = result[static_cast<std::size_t>(index)];
+    if (alignment == Alignment::corner) { // |j (k - 1) - i (n - 1)| <= (n - 1) / 2
+      const long long before = std::max((2 * i - 1) * (n - 1), 0LL);
+      sites.first = static_cast<int>((before + 2 * (k - 1) - 1) / (2 * (k - 1)));
+      sites.last = static_cast<int>(std::min((2 * i + 1) * (n - 1) / (2 * (k - 1)), n - 1));
+    } else { // 2 i n <= (2 j + 1) k < 2 (i + 1) n
+      const auto first_of = [&](long long j) { return (std::max(2 * j * n - k, 0LL) + 2 * k - 1) / (2 * k); };
+      sites.first = static_cast<int>(first_of(i));
+      sites.last = static_cast<int>(std::min(first_of(i + 1), n) - 1);
+    }
+  }
+  return result;
+}
+
+void set_mean_modulus(const Level& full, Alignment alignment, Level& level) {
+  const auto columns = footprints(level.extent.width, full.extent.width, alignment);
+  const auto rows = footprints(level.extent.height, full.extent.height, alignment);
+  auto next = level.modulus.values.begin();
+  for (const Footprint row : rows) {
+    for (const Footprint column : columns) {
+      double sum = 0.0;
+      for (int y = row.first; y <= row.last; ++y) {
+        for (int x = column.first; x <= column.last; ++x) {
+          sum += static_cast<double>(full.modulus.values[full.extent.index(x, y)]);
+        }
+      }
+      const int sites = (row.last - row.first + 1) * (column.last - column.first + 1);
+      *next++ = static_cast<float>(sum / sites);
+    }
+  }
+  set_inverse_modulus(level);
+}
+
+} // namespace
+
+std::vector<Extent> pyramid_extents(Extent full) {
+  if (full.width < 1 || full.height < 1) {
+    throw InputError(
+        fmt::format("the image is {} x {} pixels, each must be at least 1", full.width, full.height));
+  }
+  const std::vector<int> widths = axis_sizes(full.width);
+  const std::vector<int> heights = axis_sizes(full.height);
+  std::vector<Extent> extents;
+  for (std::size_t level = 0; level < std::max(widths.size(), heights.size()); ++level) {
+    extents.push_back(
+        {level < widths.size() ? widths[level] : 1, level < heights.size() ? heights[level] : 1});
+  }
+  return extents;
+}
+
+int sampled_index(int coarse_index, int coarse, int fine, Alignment alignment) {
+  const long long i = coarse_index;
+  if (alignment == Alignment::center || coarse == 1) {
+    return static_cast<int>((2 * i + 1) * fine / (2LL * coarse));
+  }
+  return static_cast<int>((2 * i * (fine - 1) + (coarse - 1)) / (2LL * (coarse - 1)));
+}
+
+std::vector<int> sampled_indices(int coarse, int fine, Alignment alignment) {
+  std::vector<int> indices(static_cast<std::size_t>(coarse));
+  for (int i = 0; i < coarse; ++i) {
+    indices[static_cast<std::size_t>(i)] = sampled_index(i, coarse, fine, alignment);
+  }
+  return indices;
+}
+
+std::vector<Interpolation> interpolations(int coarse, int fine, Alignment alignment) {
+  std::vector<Interpolation> result(static_cast<std::size_t>(fine));
+  for (int i = 0; i < fine; ++i) {
+    double position = 0.0;
+    if (alignment == Alignment::center) {
+      position = (i + 0.5) * coarse / fine - 0.5;
+    } else if (fine > 1) {
+      position = static_cast<double>(i) * (coarse - 1) / (fine - 1);
+    }
+    position = std::clamp(position, 0.0, static_cast<double>(coarse - 1));
+    const int first = static_cast<int>(position);
+    result[static_cast<std::size_t>(i)] = {.first = first,
+                                           .second = std::min(first + 1, coarse - 1),
+                                           .weight = static_cast<float>(position - first)};
+  }
+  return result;
+}
+
+std::vector<ScalarField> sample_inputs(const Level& full, Extent extent, Alignment alignment) {
+  std::vector<ScalarField> inputs(full.inputs.size(), ScalarField(extent));
+  if (!inputs.empty()) {
+    const Sampler sample(full.extent, extent, alignment);
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+      sample(full.inputs[i].values, inputs[i].values);
+    }
+  }
+  return inputs;
+}
+
+Level sample_level(const Level& full, Extent extent, Alignment alignment, Material material) {
+  Level level{.extent = extent,
+              .energy = full.energy,
+              .target = VectorField(extent),
+              .confidence = VectorField(extent),
+              .modulus = ScalarField(extent),
+              .inverse_modulus = ScalarField(extent),
+              .inputs = sample_inputs(full, extent, alignment),
+              .penalty = full.penalty,
+              .steps = full.steps,
+              .update = full.update,
+              .rule = full.rule,
+              .strengths = full.strengths,
+              .seed = full.seed};
+  const Sampler sample(full.extent, extent, alignment);
+  sample(full.target.x, level.target.x);
+  sample(full.target.y, level.target.y);
+  sample(full.confidence.x, level.confidence.x);
+  sample(full.confidence.y, level.confidence.y);
+  if (material == Material::mean) {
+    set_mean_modulus(full, alignment, level);
+  } else {
+    sample(full.modulus.values, level.modulus.values);
+    sample(full.inverse_modulus.values, level.inverse_modulus.values);
+  }
+  return level;
+}
+
+Projection::Projection(Extent coarse, Extent fine, Alignment alignment)
+    : coarse_(coarse), rows_(interpolations(coarse.height, fine.height, alignment)) {
+  for (const Interpolation& column : interpolations(coarse.width, fine.width, alignment)) {
+    west_.push_back(column.first);
+    east_.push_back(column.second);
+    weight_.push_back(column.weight);
+  }
+}
+
+void Projection::widen(const float* coarse_row, std::vector<float>& to) const {
+  to.resize(weight_.size());
+  const int* west = west_.data();
+  const int* east = east_.data();
+  const float* weight = weight_.data();
+  float* wide = to.data();
+#pragma omp simd
+  for (std::size_t x = 0; x < weight_.size(); ++x) {
+    wide[x] = projection::interpolated(coarse_row[west[x]], coarse_row[east[x]], weight[x]);
+  }
+}
+
+void Projection::row(const float* coarse, int y, CoarseRows& rows, float* to) const {
+  const Interpolation between = rows_[static_cast<std::size_t>(y)];
+  if (rows.first != between.first && rows.second == between.first) {
+    std::swap(rows.upper, rows.lower);
+    std::swap(rows.first, rows.second);
+  }
+  if (rows.first != between.first) {
+    widen(coarse + coarse_.index(0, between.first), rows.upper);
+    rows.first = between.first;
+  }
+  if (rows.second != between.second) {
+    widen(coarse + coarse_.index(0, between.second), rows.lower);
+    rows.second = between.second;
+  }
+  const float* upper = rows.upper.data();
+  const float* lower = rows.lower.data();
+#pragma omp simd
+  for (std::size_t x = 0; x < weight_.size(); ++x) {
+    to[x] = projection::interpolated(upper[x], lower[x], between.weight);
+  }
+}
+
+VectorField prolongate(const VectorField& coarse, Extent fine, Alignment alignment) {
+  const Projection projection(coarse.extent, fine, alignment);
+  VectorField result(fine);
+#pragma omp parallel if (fine.sites() > sites_worth_sharing)
+  {
+    Projection::CoarseRows x;
+    Projection::CoarseRows y;
+#pragma omp for schedule(static)
+    for (int row = 0; row < fine.height; ++row) {
+      const std::size_t first = fine.index(0, row);
+      projection.row(coarse.x.data(), row, x, result.x.data() + first);
+      projection.row(coarse.y.data(), row, y, result.y.data() + first);
+    }
+  }
+  return result;
+}
+
+VectorField sample_field(const VectorField& full, Extent extent, Alignment alignment) {
+  VectorField result(extent);
+  const Sampler sample(full.extent, extent, alignment);
+  sample(full.x, result.x);
+  sample(full.y, result.y);
+  return result;
+}
+
+} // namespace hdmbench

@@ -1,0 +1,103 @@
+#pragma once
+
+#include "kernels/data/level.hpp"
+
+#include <vector>
+
+namespace hdmbench {
+
+/// Which fine site a coarse one stands for.
+enum class Alignment {
+  corner, ///< first and last sites coincide on all levels, so that conditions on the border exist on every
+          ///< level
+  center, ///< pixel areas coincide: a border one pixel wide is lost on coarse levels
+};
+
+/// Which modulus a coarse site has.
+enum class Material {
+  nearest, ///< that of the site it samples: the thesis
+  mean,    ///< the arithmetic mean over the sites it stands for: thin layers keep their share on every level
+};
+
+/// Extents of all levels, index 0 the full image, the last one 1 x 1. Per axis: n, then the powers of two
+/// below n in falling order, then 1 until the longer axis has arrived: 300 gives 300 256 128 ... 2 1
+/// (thesis 4.11). Throws InputError where a side is < 1.
+[[nodiscard]] std::vector<Extent> pyramid_extents(Extent full);
+
+/// The index on an axis of `fine` sites that site `coarse_index` of an axis of `coarse` sites samples. Exact
+/// integer arithmetic, halves round up; an axis of one site samples the middle.
+[[nodiscard]] int sampled_index(int coarse_index, int coarse, int fine, Alignment alignment);
+
+/// sampled_index() of every site of an axis.
+[[nodiscard]] std::vector<int> sampled_indices(int coarse, int fine, Alignment alignment);
+
+/// Target, confidence, inputs and moduli of `full` at the sampled sites, the moduli as `material` says;
+/// penalty, steps, update, rule, strengths and seed as they are. The inverse curvature is left empty: it
+/// belongs to the level's own neighbours.
+[[nodiscard]] Level sample_level(const Level& full, Extent extent, Alignment alignment,
+                                 Material material = Material::nearest);
+
+/// Level::inputs at the sampled sites.
+[[nodiscard]] std::vector<ScalarField> sample_inputs(const Level& full, Extent extent, Alignment alignment);
+
+/// The two coarse sites around a fine one on an axis and the weight of the second, the first having the rest.
+struct Interpolation {
+  int first = 0;
+  int second = 0;
+  float weight = 0.0F;
+};
+
+/// How each of `fine` sites on an axis is interpolated from `coarse` ones.
+[[nodiscard]] std::vector<Interpolation> interpolations(int coarse, int fine, Alignment alignment);
+
+/// One component's way to a finer level, row by row, as projection.inc has it.
+class Projection {
+public:
+  Projection(Extent coarse, Extent fine, Alignment alignment);
+
+  /// The two coarse rows that the last fine row lay between, at all fine columns. Fine rows in rising order
+  /// share them; one for each component and thread.
+  struct CoarseRows {
+    std::vector<float> upper;
+    std::vector<float> lower;
+    int first = -1; ///< coarse row of `upper`
+    int second = -1;
+  };
+
+  /// Row y of the fine level. `coarse` has all rows of the coarse one, `to` room for one.
+  void row(const float* coarse, int y, CoarseRows& rows, float* to) const;
+
+private:
+  void widen(const float* coarse_row, std::vector<float>& to) const;
+
+  Extent coarse_;
+  std::vector<int> west_; ///< per fine column
+  std::vector<int> east_;
+  std::vector<float> weight_; ///< of east
+  std::vector<Interpolation> rows_;
+};
+
+/// A displacement from the level above.
+[[nodiscard]] VectorField prolongate(const VectorField& coarse, Extent fine, Alignment alignment);
+
+/// A displacement of the full image at the sites of `extent`, nearest neighbour: where a pyramid starts from.
+[[nodiscard]] VectorField sample_field(const VectorField& full, Extent extent, Alignment alignment);
+
+/// One level of a Pyramid.
+struct PyramidLevel {
+  Extent extent;
+  int sweeps = 0;                    ///< >= 0
+  std::vector<float> strengths = {}; ///< Level::strengths of these sweeps
+};
+
+/// A whole solution in one piece (thesis Alg. 3): what a device can compute without the host in between. Each
+/// level samples `full` (nearest modulus) and begins with the field of the one before, projected; the first
+/// one begins with the null field.
+struct Pyramid {
+  const Level* full = nullptr; ///< not owned; rule, update, steps, penalty and seed are those of all levels
+  Alignment alignment = Alignment::corner;
+  std::vector<PyramidLevel> levels =
+      {}; ///< in the order they are computed; the last has the extent of `full`
+};
+
+} // namespace hdmbench

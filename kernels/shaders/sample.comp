@@ -1,0 +1,28 @@
+#version 430
+#extension GL_GOOGLE_include_directive : require
+
+// A level's moduli, targets and confidences at the sites of the full image that it samples, an invocation per site.
+
+layout(local_size_x = 64) in;
+
+#include "resampling.glsl"
+
+#ifdef VULKAN
+#define SAMPLED_MATERIAL 9
+#define SAMPLED_OBSERVATION 10
+#else // image units, of which there may be eight
+#define SAMPLED_MATERIAL 5
+#define SAMPLED_OBSERVATION 6
+#endif
+layout(binding = SAMPLED_MATERIAL, rg32f) uniform restrict writeonly imageBuffer sampled_material;
+layout(binding = SAMPLED_OBSERVATION, rgba32f) uniform restrict writeonly imageBuffer sampled_observation;
+
+void main() {
+  ivec2 site = ivec2(gl_GlobalInvocationID.xy);
+  if (site.x < width) {
+    int from = int(row_entry(site.y).w) * from_width + int(column_entry(site.x).w);
+    int to = site.y * width + site.x;
+    imageStore(sampled_material, to, texelFetch(material, from));
+    imageStore(sampled_observation, to, texelFetch(observation, from));
+  }
+}

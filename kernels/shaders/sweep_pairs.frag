@@ -1,0 +1,107 @@
+#version 120
+#extension GL_ARB_texture_rectangle : require
+// sweep.frag for texels of two sites, columns 2i and 2i + 1: two displacements fill a texel, and a fetch costs a
+// rasterizer that runs on the CPU as much as thirty operations. By candidates, which are constants here.
+
+#define real float
+#define HDM_FUNCTION
+#define HDM_CONSTANT const
+#define HDM_PRECISE
+
+uniform sampler2DRect image;       // rg, ba: displacement of the first and the second site
+uniform sampler2DRect observation; // a texel per site. rg: target, ba: confidence
+uniform sampler2DRect material;    // rg, ba: 1 / modulus and modulus of the first and the second site
+uniform vec2 dimension;            // in sites
+uniform float penalty;
+uniform vec4 turn; // colour, strength, number, seed of update.inc's Sweep
+const int rule = RULE;
+const int colours = COLOURS;
+const int step_count = STEP_COUNT;
+const float steps[16] = float[16](STEPS);
+
+#include "two_sites.glsl"
+
+vec2 first_site() { return vec2(2.0 * floor(gl_FragCoord.x) + 0.5, gl_FragCoord.y); }
+
+// What is defined for a tile is as in sweep.frag.
+#ifdef INTERIOR
+#define POSITION ivec2 // in a window of 4 x 3 sites, the two in the middle
+vec2 displacements[12];
+vec2 materials[12];
+vec2 displacement_at(ivec2 p) { return displacements[4 * p.y + p.x]; }
+vec2 material_at(ivec2 p) { return materials[4 * p.y + p.x]; }
+vec2 pixel_of(ivec2 p) { return first_site() + vec2(p - ivec2(1)); }
+ivec2 site(int k) { return ivec2(1 + k, 1); }
+#else
+#define POSITION vec2 // as in sweep.frag: its neighbour may be itself
+vec2 displacement_at(vec2 p) { return site_in(image, p); }
+vec2 material_at(vec2 p) { return site_in(material, p); }
+vec2 pixel_of(vec2 p) { return p; }
+vec2 site(int k) { return first_site() + vec2(float(k), 0.0); }
+#endif
+#ifdef HOMOGENEOUS
+float inverse_modulus_at(POSITION p) { return 1.0; }
+float modulus_at(POSITION p) { return 1.0; }
+#else
+float inverse_modulus_at(POSITION p) { return material_at(p).x; }
+float modulus_at(POSITION p) { return material_at(p).y; }
+#endif
+#ifdef UNOBSERVED
+const bool observed = false;
+vec4 observed_at(POSITION p) { return vec4(0.0); }
+#else
+const bool observed = true;
+vec4 observed_at(POSITION p) { return texture2DRect(observation, pixel_of(p)); }
+#endif
+#if HDM_INPUTS > 0
+uniform sampler2DRect inputs; // the energy's own, a texel per site
+vec4 inputs_at(POSITION p) { return texture2DRect(inputs, pixel_of(p)); }
+#endif
+vec3 observation_at(POSITION p) { return vec3(observed_at(p).rg, modulus_at(p)); }
+vec4 confidence_at(POSITION p) { return vec4(observed_at(p).ba, 0.0, 0.0); }
+
+#include "site.inc"
+#include "energy.inc"
+#include "update.inc"
+#include "gather.glsl"
+
+#ifdef INTERIOR
+// Fetches a row of the window: 4 sites, of three texels.
+void fetch_row(int row, float offset) {
+  vec4 middle = texture2DRect(image, gl_FragCoord.xy + vec2(0.0, offset));
+  displacements[4 * row] = texture2DRect(image, gl_FragCoord.xy + vec2(-1.0, offset)).ba;
+  displacements[4 * row + 1] = middle.rg;
+  displacements[4 * row + 2] = middle.ba;
+  displacements[4 * row + 3] = texture2DRect(image, gl_FragCoord.xy + vec2(1.0, offset)).rg;
+#ifndef HOMOGENEOUS
+  middle = texture2DRect(material, gl_FragCoord.xy + vec2(0.0, offset));
+  materials[4 * row] = texture2DRect(material, gl_FragCoord.xy + vec2(-1.0, offset)).ba;
+  materials[4 * row + 1] = middle.rg;
+  materials[4 * row + 2] = middle.ba;
+  materials[4 * row + 3] = texture2DRect(material, gl_FragCoord.xy + vec2(1.0, offset)).rg;
+#endif
+}
+#endif
+
+Displacement swept(int k) {
+  vec2 pixel = pixel_of(site(k));
+  return swept_displacement(rule, colours, observed, gather(site(k), POSITION(dimension), penalty),
+                            Position(floor(pixel.x), floor(pixel.y)), Sweep(turn.x, turn.y, turn.z, turn.w), steps,
+                            step_count);
+}
+
+void main() {
+#ifdef INTERIOR
+  fetch_row(0, -1.0);
+  fetch_row(1, 0.0);
+  fetch_row(2, 1.0);
+#endif
+  Displacement next = swept(0);
+  Displacement second = swept(1);
+  gl_FragColor = vec4(next.x, next.y, second.x, second.y);
+#ifndef INTERIOR // of an odd width the last texel's second site is beyond the image: it is handed on and never changes
+  if (first_site().x + 1.0 > dimension.x) {
+    gl_FragColor.ba = texture2DRect(image, gl_FragCoord.xy).ba;
+  }
+#endif
+}

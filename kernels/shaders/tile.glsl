@@ -1,0 +1,171 @@
+// One sweep of one tile, TILE_WIDTH x TILE_HEIGHT sites: every invocation computes COLUMNS sites side by side from the
+// first row of the tile to the last, and fetches each row once. The includer supplies, after the energy and update.inc,
+//
+//   TILE_WIDTH, TILE_HEIGHT, COLUMNS  constants, COLUMNS 1, 2 or 4; a tile takes TILE_WIDTH / COLUMNS invocations
+//   border, observed, elastic         constant bools, the class of the tile (tile_class.inc): whether it reaches
+//                                     the border of the image, whether a site in it has confidence, whether a ratio of
+//                                     moduli in it is not 1
+//   rule, colours, step_count, steps  constants, as update.inc has them
+//   displacement_at(i)                vec2: dx, dy of site i = y * width + x
+//   material_at(i)                    vec2: modulus, 1 / modulus; only where elastic
+//   observation_at(i)                 vec4: target x, y, confidence x, y; only where observed
+//   inverse_curvature_at(i)           vec2; only where the rule is not rule_steps
+//   inputs_at(i)                      vec4: the energy's own; only where HDM_INPUTS is above 0
+//   store(i, displacement)
+//
+// The classes are the same arithmetic with constants in it: same bits. They have to be programs of their own, because a
+// rasterizer that runs on the CPU executes both sides of a branch.
+
+// Which tiles see a change of a tile in the next sweep, the result of sweep_tile(): bit (x + 1) + 3 (y + 1) stands for
+// the neighbour at x, y in tiles. This one is the tile itself.
+const int seen_here = 16;
+
+// What the window keeps of a site.
+struct Seen {
+  vec2 displacement;
+  vec2 material;
+#if HDM_INPUTS > 0
+  vec4 inputs;
+#endif
+};
+
+Seen seen_at(int index) {
+  Seen seen;
+  seen.displacement = displacement_at(index);
+  seen.material = elastic ? material_at(index) : vec2(1.0);
+#if HDM_INPUTS > 0
+  seen.inputs = inputs_at(index);
+#endif
+  return seen;
+}
+
+// The neighbour, or the centre where the neighbour is outside (thesis 6.2.6).
+Seen neighbour_or(Seen centre, bool outside, Seen neighbour) {
+  Seen seen;
+  seen.displacement = border && outside ? centre.displacement : neighbour.displacement;
+  seen.material = border && outside ? centre.material : neighbour.material;
+#if HDM_INPUTS > 0
+  seen.inputs = border && outside ? centre.inputs : neighbour.inputs;
+#endif
+  return seen;
+}
+
+// Sweeps site (left + k, y); true where its displacement changed. The three rows are those of the window, sites left - 1
+// ... left + COLUMNS; start is the index of the row's first site.
+bool sweep_site(int k, int left, int y, int start, ivec2 size, Seen north[COLUMNS + 2], Seen middle[COLUMNS + 2],
+                Seen south[COLUMNS + 2], real penalty, Sweep sweep) {
+  int x = left + k;
+  bool inside = !border || x < size.x;
+  bool no_west = x == 0;
+  bool no_east = x == size.x - 1;
+  bool no_north = y == 0;
+  bool no_south = y == size.y - 1;
+  Seen c = middle[k + 1];
+  Seen nw = neighbour_or(c, no_north || no_west, north[k]);
+  Seen n = neighbour_or(c, no_north, north[k + 1]);
+  Seen ne = neighbour_or(c, no_north || no_east, north[k + 2]);
+  Seen w = neighbour_or(c, no_west, middle[k]);
+  Seen e = neighbour_or(c, no_east, middle[k + 2]);
+  Seen sw = neighbour_or(c, no_south || no_west, south[k]);
+  Seen s = neighbour_or(c, no_south, south[k + 1]);
+  Seen se = neighbour_or(c, no_south || no_east, south[k + 2]);
+
+  Site site;
+  site.dx = Neighbours(nw.displacement.x, n.displacement.x, ne.displacement.x, w.displacement.x, c.displacement.x,
+                       e.displacement.x, sw.displacement.x, s.displacement.x, se.displacement.x);
+  site.dy = Neighbours(nw.displacement.y, n.displacement.y, ne.displacement.y, w.displacement.y, c.displacement.y,
+                       e.displacement.y, sw.displacement.y, s.displacement.y, se.displacement.y);
+  site.inverse_modulus = Neighbours(nw.material.y, n.material.y, ne.material.y, w.material.y, c.material.y,
+                                    e.material.y, sw.material.y, s.material.y, se.material.y);
+  site.modulus = c.material.x;
+#if HDM_INPUTS > 0
+  site.first_input = Neighbours(nw.inputs.x, n.inputs.x, ne.inputs.x, w.inputs.x, c.inputs.x,
+                                e.inputs.x, sw.inputs.x, s.inputs.x, se.inputs.x);
+#endif
+#if HDM_INPUTS > 1
+  site.second_input = Neighbours(nw.inputs.y, n.inputs.y, ne.inputs.y, w.inputs.y, c.inputs.y,
+                                 e.inputs.y, sw.inputs.y, s.inputs.y, se.inputs.y);
+#endif
+#if HDM_INPUTS > 2
+  site.third_input = Neighbours(nw.inputs.z, n.inputs.z, ne.inputs.z, w.inputs.z, c.inputs.z,
+                                e.inputs.z, sw.inputs.z, s.inputs.z, se.inputs.z);
+#endif
+#if HDM_INPUTS > 3
+  site.fourth_input = Neighbours(nw.inputs.w, n.inputs.w, ne.inputs.w, w.inputs.w, c.inputs.w,
+                                 e.inputs.w, sw.inputs.w, s.inputs.w, se.inputs.w);
+#endif
+  site.penalty = penalty;
+
+  int index = start + (inside ? x : 0);
+  vec4 observation = observed ? observation_at(index) : vec4(0.0);
+  vec2 confidence = observation.zw;
+  vec2 inverse_curvature = rule == rule_steps ? vec2(0.0) : inverse_curvature_at(index);
+  site.target_x = observation.x;
+  site.target_y = observation.y;
+  site.confidence_x = confidence.x;
+  site.confidence_y = confidence.y;
+  site.inverse_curvature_x = inverse_curvature.x;
+  site.inverse_curvature_y = inverse_curvature.y;
+  Displacement next = swept_displacement(rule, colours, observed, site, Position(float(x), float(y)), sweep, steps,
+                                         step_count);
+  if (inside) {
+    store(start + x, next);
+  }
+  return inside && (next.x != c.displacement.x || next.y != c.displacement.y);
+}
+
+// `tile` counts tiles from the top left, `lane` is 0 ... TILE_WIDTH / COLUMNS - 1. Returns which tiles see a change.
+int sweep_tile(ivec2 tile, int lane, ivec2 size, real penalty, Sweep sweep) {
+  int left = tile.x * TILE_WIDTH + lane * COLUMNS;
+  int top = tile.y * TILE_HEIGHT;
+  int rows = border ? min(TILE_HEIGHT, size.y - top) : TILE_HEIGHT;
+  rows = border && left >= size.x ? 0 : rows;
+
+  int column[COLUMNS + 2];
+  for (int k = 0; k < COLUMNS + 2; ++k) {
+    column[k] = border ? min(max(left + k - 1, 0), size.x - 1) : left + k - 1;
+  }
+  Seen north[COLUMNS + 2];
+  Seen middle[COLUMNS + 2];
+  Seen south[COLUMNS + 2];
+  int above = (border ? max(top - 1, 0) : top - 1) * size.x;
+  int start = top * size.x; // index of the row's first site
+  for (int k = 0; k < COLUMNS + 2; ++k) {
+    north[k] = seen_at(above + column[k]);
+    middle[k] = seen_at(start + column[k]);
+  }
+
+  int seen_from = 0;
+  for (int i = 0; i < rows; ++i) {
+    int y = top + i;
+    int below = start + (border && y == size.y - 1 ? 0 : size.x);
+    for (int k = 0; k < COLUMNS + 2; ++k) {
+      south[k] = seen_at(below + column[k]);
+    }
+    // Not a loop: compilers leave one of this length as it is, with the window in memory.
+    bool first_changed = sweep_site(0, left, y, start, size, north, middle, south, penalty, sweep);
+    bool last_changed = first_changed;
+    bool row_changed = first_changed;
+    if (COLUMNS > 1) {
+      last_changed = sweep_site(1, left, y, start, size, north, middle, south, penalty, sweep);
+      row_changed = row_changed || last_changed;
+    }
+    if (COLUMNS > 2) {
+      last_changed = sweep_site(2, left, y, start, size, north, middle, south, penalty, sweep);
+      row_changed = row_changed || last_changed;
+      last_changed = sweep_site(3, left, y, start, size, north, middle, south, penalty, sweep);
+      row_changed = row_changed || last_changed;
+    }
+    // The row's bits of the tiles above, here and below; one to the left and one to the right for those beside.
+    int bits = seen_here | (i == 0 ? seen_here >> 3 : 0) | (i == TILE_HEIGHT - 1 ? seen_here << 3 : 0);
+    seen_from = seen_from | (row_changed ? bits : 0);
+    seen_from = seen_from | (first_changed && lane == 0 ? bits >> 1 : 0);
+    seen_from = seen_from | (last_changed && lane == TILE_WIDTH / COLUMNS - 1 ? bits << 1 : 0);
+    for (int k = 0; k < COLUMNS + 2; ++k) {
+      north[k] = middle[k];
+      middle[k] = south[k];
+    }
+    start += size.x;
+  }
+  return seen_from;
+}

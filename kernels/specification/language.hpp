@@ -1,0 +1,37 @@
+#pragma once
+
+/// What the texts *.inc need in C++. `precise` is -ffp-contract=off there; that the functions are inlined is
+/// what lets the loop over sites become SIMD.
+#define HDM_FUNCTION [[maybe_unused, gnu::always_inline]] static inline
+#define HDM_PRECISE
+#define HDM_CONSTANT [[maybe_unused]] static constexpr
+
+/// abs and floor of the texts, for any scalar. Internal linkage, so that translation units built for
+/// different instruction sets cannot be mixed up by the linker.
+namespace hdmbench::language {
+
+HDM_FUNCTION float absolute(float value) {
+  return __builtin_fabsf(value);
+}
+HDM_FUNCTION double absolute(double value) {
+  return __builtin_fabs(value);
+}
+template <typename Scalar>
+HDM_FUNCTION Scalar absolute(Scalar value) {
+  return abs(value);
+}
+
+/// update.inc asks for numbers 0 <= value < 2^24 only: truncation, for which every processor has an
+/// instruction.
+HDM_FUNCTION float whole(float value) {
+  return static_cast<float>(static_cast<int>(value));
+}
+HDM_FUNCTION double whole(double value) {
+  return __builtin_floor(value);
+}
+template <typename Scalar>
+HDM_FUNCTION Scalar whole(Scalar value) {
+  return floor(value);
+}
+
+} // namespace hdmbench::language

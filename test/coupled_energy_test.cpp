@@ -1,0 +1,345 @@
+// A second energy, test/coupled/, through everything that an energy goes through: backends, cross-check,
+// proofs, certificates, planted faults, multigrid. Nothing outside test/ knows of it.
+
+#include "test/coupled/coupled.hpp"
+
+#include "backends/registry.hpp"
+#include "harness/check/energy_proofs.hpp"
+#include "harness/check/faults/fused_backend.hpp"
+#include "harness/check/faults/session_faults.hpp"
+#include "harness/check/faults/trial.hpp"
+#include "harness/scene/method.hpp"
+#include "harness/solve/methods/residual.hpp"
+#include "harness/solve/methods/solver.hpp"
+#include "kernels/data/gather.hpp"
+#include "kernels/data/input_error.hpp"
+#include "kernels/data/mean_energy.hpp"
+#include "kernels/data/pyramid.hpp"
+#include "test/coupled/energy.hpp"
+#include "test/plain_scene.hpp"
+#include "test/textured_scene.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#ifdef HDMBENCH_WITH_GL
+#include "harness/check/faults/device_faults.hpp"
+#endif
+
+namespace hdmbench {
+namespace {
+
+const std::vector<std::unique_ptr<Backend>>& registry() {
+  static const auto backends = make_backends();
+  return backends;
+}
+const Backend& scalar() {
+  return *registry().front();
+}
+
+/// Levels that the steps of a tile fit into several times, and odd ones.
+constexpr std::array extents{Extent{67, 41}, Extent{131, 19}, Extent{16, 16}, Extent{1, 9}, Extent{7, 1}};
+
+test::Problem coupled_problem(Extent extent, test::Texture texture, Rule rule, Update update) {
+  test::Problem problem = test::random_problem(extent, texture, 77, {}, rule, update);
+  test::couple(problem.level);
+  return problem;
+}
+
+struct Result {
+  VectorField field;
+  std::int64_t changed = 0;
+};
+
+Result swept(const Backend& backend, const test::Problem& problem, int sweeps, Work work = Work::dense) {
+  const auto session = backend.open({.device = {}, .work = work});
+  session->load(problem.level);
+  session->write(problem.start);
+  session->step(sweeps);
+  Result result;
+  session->read(result.field);
+  result.changed = session->changed();
+  return result;
+}
+
+class CoupledOn : public testing::TestWithParam<std::string> {
+protected:
+  void SetUp() override {
+    try {
+      (void)backend().devices();
+    } catch (const DeviceError& error) {
+      GTEST_SKIP() << error.what();
+    }
+  }
+  static const Backend& backend() { return find_backend(registry(), GetParam()); }
+};
+
+TEST_P(CoupledOn, EveryRuleHasScalarsBits) {
+  for (const Extent extent : extents) {
+    for (const test::Texture texture :
+         {test::Texture::smooth, test::Texture::tie_rich, test::Texture::dyadic}) {
+      for (const Rule rule : test::all_rules) {
+        for (const Update update : test::simultaneous_and_coloured) {
+          const test::Problem problem = coupled_problem(extent, texture, rule, update);
+          const Result expected = swept(scalar(), problem, 9);
+          const Result found = swept(backend(), problem, 9);
+          EXPECT_TRUE(found.field.x == expected.field.x && found.field.y == expected.field.y &&
+                      found.changed == expected.changed)
+              << extent.width << " x " << extent.height << ", texture " << static_cast<int>(texture)
+              << ", rule " << static_cast<int>(rule) << ", update " << static_cast<int>(update);
+        }
+      }
+    }
+  }
+}
+
+/// From the null field, with a rim that pulls and an inside in which nothing happens at first.
+Scene pulled_scene(Extent extent) {
+  Scene scene = test::pulled_scene(extent, 3.0F);
+  scene.name = "coupled";
+  for (int y = extent.height / 3; y < extent.height / 2; ++y) {
+    for (int x = extent.width / 3; x < extent.width / 2; ++x) {
+      scene.full.modulus.values[extent.index(x, y)] = 8.0F;
+    }
+  }
+  set_inverse_modulus(scene.full);
+  test::couple(scene.full);
+  scene.schedule.iterations = 12;
+  scene.schedule.start_level = {};
+  return scene;
+}
+
+TEST_P(CoupledOn, ActiveWorkLeavesNothingOut) {
+  const Scene scene = pulled_scene({201, 140});
+  const test::Problem problem{.level = scene.full, .start = VectorField(scene.extent())};
+  const Result expected = swept(scalar(), problem, 25);
+  const Result found = swept(backend(), problem, 25, Work::active);
+  EXPECT_TRUE(found.field.x == expected.field.x && found.field.y == expected.field.y);
+  EXPECT_EQ(found.changed, expected.changed);
+}
+
+TEST_P(CoupledOn, VerifyAgreesInEveryMode) {
+  for (const Extent extent : {Extent{90, 61}, Extent{33, 64}}) {
+    const Scene scene = pulled_scene(extent);
+    const std::vector<Comparison> comparisons = test::verified(scene, backend());
+    EXPECT_EQ(comparisons.size(), 4U); // the pyramid in one piece among them
+    for (const Comparison& comparison : comparisons) {
+      EXPECT_TRUE(comparison.verdict == Verdict::agree || test::is_idle(comparison))
+          << name_of(comparison.mode) << ": " << name_of(comparison.verdict) << " " << comparison.reason;
+    }
+  }
+}
+
+std::string backend_name(const testing::TestParamInfo<std::string>& information) {
+  std::string name = information.param;
+  std::ranges::replace(name, '-', '_');
+  return name;
+}
+
+std::vector<std::string> backend_names() {
+  std::vector<std::string> names;
+  for (const auto& backend : registry()) {
+    names.emplace_back(backend->name());
+  }
+  return names;
+}
+
+INSTANTIATE_TEST_SUITE_P(Energy, CoupledOn, testing::ValuesIn(backend_names()), backend_name);
+
+TEST(CoupledEnergy, GradientAndCurvatureAreThoseOfTheEnergy) {
+  using InDouble = Coupled<double>;
+  const test::Problem problem =
+      coupled_problem({9, 8}, test::Texture::smooth, Rule::steps, Update::simultaneous);
+  const auto energy_at = [&](InDouble::Site site, double step_x, double step_y) {
+    site.dx.centre += step_x;
+    site.dy.centre += step_y;
+    return InDouble::prior_energy(site);
+  };
+  for (int y = 1; y < 7; ++y) {
+    for (int x = 1; x < 8; ++x) {
+      const auto site = gather<InDouble>(problem.level, problem.start, x, y);
+      const InDouble::Prior prior = InDouble::prior_of(site);
+      for (const auto& [a, b] : {std::pair{1.0, 0.0}, std::pair{0.0, -1.0}, std::pair{0.5, 2.0}}) {
+        const double change = prior.curvature_x * a * a + 2.0 * prior.curvature_xy * a * b +
+                              prior.curvature_y * b * b + 2.0 * prior.gradient_x * a +
+                              2.0 * prior.gradient_y * b;
+        const double before = energy_at(site, 0.0, 0.0);
+        EXPECT_NEAR(energy_at(site, a, b) - before, change, 1e-11 * (1.0 + std::abs(before)));
+      }
+    }
+  }
+}
+
+TEST(CoupledEnergy, YSeesWhereXWentAndEnergyFalls) {
+  Scene scene = test::plain_scene({2, 2});
+  test::couple(scene.full);
+  scene.full.inputs.front().values.assign(4, 0.5F);
+  test::know_column(scene, 0, 2.0F);
+  scene.full.rule = Rule::closed_form;
+  scene.full.strengths = {1.0F};
+  set_inverse_curvature(scene.full);
+  const VectorField null(scene.extent());
+  const auto moved = swept_site<Coupled<float>>(scene.full, null, 0, 0, 1);
+  EXPECT_EQ(moved.x, 2.0F);
+  EXPECT_NE(moved.y, 0.0F); // only x's step can have moved it: everything else is at rest
+  scene.full.update = Update::coloured;
+  VectorField field = null;
+  double before = mean_energy(scene.full, field);
+  for (int i = 0; i < 6; ++i) {
+    const test::Problem problem{.level = scene.full, .start = field};
+    field = swept(scalar(), problem, sweeps_per_iteration(scene.full)).field;
+    EXPECT_LE(mean_energy(scene.full, field), before + 1e-5);
+    before = mean_energy(scene.full, field);
+  }
+}
+
+TEST(CoupledEnergy, ColouredUpdatesTakeFourSets) {
+  const test::Problem problem =
+      coupled_problem({21, 22}, test::Texture::smooth, Rule::closed_form, Update::coloured);
+  ASSERT_EQ(sweeps_per_iteration(problem.level), 4);
+  VectorField field = problem.start;
+  for (int number = 0; number < 4; ++number) { // in place, from last to first
+    for (int y = 21; y >= 0; --y) {
+      for (int x = 20; x >= 0; --x) {
+        const auto moved = swept_site<Coupled<float>>(problem.level, field, number, x, y);
+        field.x[field.extent.index(x, y)] = moved.x;
+        field.y[field.extent.index(x, y)] = moved.y;
+      }
+    }
+  }
+  const Result expected = swept(scalar(), problem, 4);
+  EXPECT_TRUE(field.x == expected.field.x && field.y == expected.field.y);
+}
+
+TEST(CoupledEnergy, ALevelWithoutItsInputIsRefused) {
+  test::Problem problem = coupled_problem({5, 5}, test::Texture::smooth, Rule::steps, Update::simultaneous);
+  problem.level.inputs.clear();
+  EXPECT_THROW(validate(problem.level), InputError);
+  test::couple(problem.level);
+  problem.level.inputs.front().values[3] = std::nanf("");
+  EXPECT_THROW(validate(problem.level), InputError);
+}
+
+TEST(CoupledEnergy, ExactScenesAreProvenAndInexactOnesAreNot) {
+  test::Problem problem = coupled_problem({20, 17}, test::Texture::dyadic, Rule::steps, Update::simultaneous);
+  EXPECT_FALSE(first_inexact(problem.level, problem.start, 0));
+  problem.level.inputs.front().values[137] = 0.1F;
+  const auto found = first_inexact(problem.level, problem.start, 0);
+  ASSERT_TRUE(found);
+  EXPECT_TRUE(found->x == 137 % 20 || found->x == 137 % 20 + 1);
+  EXPECT_EQ(found->y, 137 / 20);
+}
+
+TEST(CoupledEnergy, FusedOperationsAreCertifiedAndWrongAnswersAreNot) {
+  const auto fused = faults::make_fused();
+  bool certified = false;
+  for (const char* const method : {"icm", "closed-form", "coloured"}) {
+    Scene scene = test::textured_scene("coupled", {80, 61}, test::Texture::smooth, 5, 20);
+    test::couple(scene.full);
+    use_method(scene, find_method(method));
+    for (const Comparison& comparison : test::verified(scene, *fused)) {
+      EXPECT_TRUE(comparison.verdict == Verdict::agree || comparison.verdict == Verdict::certified ||
+                  test::is_idle(comparison))
+          << method << ", " << name_of(comparison.mode) << ": " << name_of(comparison.verdict);
+      certified = certified || comparison.verdict == Verdict::certified;
+    }
+  }
+  EXPECT_TRUE(certified) << "nothing was fused";
+  const test::Problem problem =
+      coupled_problem({9, 9}, test::Texture::smooth, Rule::closed_form, Update::simultaneous);
+  for (int x = 1; x < 8; ++x) {
+    const SiteAnswer right = specified_answer(problem.level, problem.start, 0, x, 4);
+    if (problem.level.confidence.y[problem.level.extent.index(x, 4)] > 0.0F) {
+      continue;
+    }
+    EXPECT_FALSE(certify(problem.level, problem.start, 0, x, 4, {right.x, right.y + 0.01F}).holds);
+    // An x that is off by more than rounding is no excuse for y either.
+    EXPECT_FALSE(certify(problem.level, problem.start, 0, x, 4, {right.x + 0.01F, right.y}).holds);
+  }
+}
+
+TEST(CoupledEnergy, FaultsOfSessionsAreCaught) {
+  std::vector<Scene> scenes{pulled_scene({48, 37})};
+  for (const test::Texture texture :
+       {test::Texture::dyadic, test::Texture::smooth, test::Texture::tie_rich}) {
+    scenes.push_back(test::textured_scene("coupled", {24, 19}, texture, 21, 6));
+    test::couple(scenes.back().full);
+  }
+  for (const faults::Fault& fault : faults::session_faults()) {
+    if (fault.method != "icm" || fault.name == "denormals-flushed") { // nothing here is denormal
+      continue;
+    }
+    const bool caught = std::ranges::any_of(scenes, [&](const Scene& scene) {
+      const faults::FaultyBackend faulty(scalar(), fault, &scene);
+      return std::ranges::any_of(test::verified(scene, faulty), [](const Comparison& comparison) {
+        return comparison.verdict == Verdict::disagree;
+      });
+    });
+    EXPECT_TRUE(caught) << fault.name;
+  }
+}
+
+#ifdef HDMBENCH_WITH_GL
+
+faults::DeviceFault in_text(std::string name, std::string find, std::string replace) {
+  return {.name = std::move(name),
+          .what = "in the text of the coupled energy",
+          .edits = {{.find = std::move(find), .replace = std::move(replace)}}};
+}
+
+TEST(CoupledEnergy, FaultsInItsTextAreCaught) {
+  const std::vector<faults::DeviceFault> list{
+      in_text("input-of-the-wrong-site", "real(0.5) * (site.first_input.centre + site.first_input.west)",
+              "real(0.5) * (site.first_input.centre + site.first_input.east)"),
+      in_text("coupling-lost", "gradient_y = gradient_y + coupling * (site.dx.centre - site.dx.west);", ""),
+      in_text("coupling-sign", "site.dy.centre - site.dy.north);\n\n",
+              "site.dy.north - site.dy.centre);\n\n"),
+      in_text("y-does-not-see-x", "prior.curvature_xy * step_x", "prior.curvature_xy * real(0)"),
+      in_text("own-column-lost", "north * (site.dx.centre - site.dx.north)", "north * real(0)"),
+  };
+  Progress silent(false);
+  for (const faults::Pipeline pipeline : faults::pipelines()) {
+    for (const faults::DeviceFault& fault : list) {
+      const faults::Planted planted = faults::plant(pipeline, fault);
+      faults::TrialScene scene{.label = "coupled", .scene = pulled_scene({48, 37})};
+      for (std::size_t i = 0; i < scene.scene.extent().sites(); i += 7) { // y moves, too
+        scene.scene.full.target.y[i] = 0.1F * static_cast<float>(i % 50);
+        scene.scene.full.confidence.y[i] = 0.5F;
+      }
+      const faults::Trial trial = faults::try_out(planted, scalar(), std::span(&scene, 1), silent);
+      if (!trial.ran() && !trial.seen.front()->reason.empty()) {
+        GTEST_SKIP() << trial.seen.front()->reason;
+      }
+      EXPECT_EQ(trial.not_planted, "") << fault.name;
+      EXPECT_TRUE(trial.caught()) << fault.name << " on " << planted.backend;
+    }
+  }
+}
+
+#endif
+
+class CoupledMethod : public testing::TestWithParam<const char*> {};
+
+TEST_P(CoupledMethod, ReachesTheFixedPoint) {
+  Scene scene = pulled_scene({65, 52});
+  use_method(scene, find_method(GetParam()), 12);
+  Progress silent(false);
+  const Solution solution = Solver(scalar(), {}).solve(scene, silent);
+  ResidualField residual;
+  Residual(scene.full).evaluate(solution.displacement, residual);
+  EXPECT_LT(residual.rms, 1e-4) << GetParam();
+  // The coupling matters: without it the field is another one.
+  Scene free = scene;
+  free.full.inputs.front().values.assign(scene.extent().sites(), 0.0F);
+  ResidualField other;
+  Residual(free.full).evaluate(solution.displacement, other);
+  EXPECT_GT(other.rms, 1e-3);
+}
+
+INSTANTIATE_TEST_SUITE_P(Energy, CoupledMethod, testing::Values("multigrid", "krylov"),
+                         [](const auto& information) { return std::string(information.param); });
+
+} // namespace
+} // namespace hdmbench

@@ -1,0 +1,190 @@
+// Rows of result files: what is committed reads and writes again without losing a key, and what is wrong is
+// refused by file, row and key.
+
+#include "harness/check/failing_calls_row.hpp"
+#include "harness/check/faults/fault_row.hpp"
+#include "harness/check/golden_row.hpp"
+#include "harness/check/verify_row.hpp"
+#include "harness/judge/accuracy/accuracy_row.hpp"
+#include "harness/judge/atlas/atlas_row.hpp"
+#include "harness/judge/run_row.hpp"
+#include "harness/judge/tradeoff/tradeoff_row.hpp"
+#include "harness/measure/bench_row.hpp"
+#include "harness/measure/device_row.hpp"
+#include "harness/measure/instructions_row.hpp"
+#include "harness/measure/result_file.hpp"
+#include "kernels/data/input_error.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+namespace hdmbench {
+
+struct SampleRow {
+  bool flag = false;
+  int count = 0;
+  float number = 0.0F;
+  std::string text{};
+  Tier tier = Tier::none;
+  std::optional<double> maybe{};
+  std::vector<double> gaps{};
+  std::array<int, 2> pair{};
+  std::vector<SampleRow> nested{};
+  int newer = 7;
+  std::string any{};
+};
+
+static void list_fields(Fields& fields, SampleRow& row) {
+  fields("flag", row.flag);
+  fields("count", row.count);
+  fields("number", row.number);
+  fields("text", row.text);
+  fields("tier", row.tier);
+  fields("maybe", NotNegative{row.maybe});
+  fields("gaps", NullIsNan{row.gaps});
+  fields("pair", row.pair);
+  fields("nested", row.nested);
+  fields.newer("newer", row.newer);
+  fields.if_any("any", row.any);
+}
+
+static void require_consistent(const SampleRow& row) {
+  if (row.text == "wrong") {
+    throw Contradiction{"text", "is wrong"};
+  }
+}
+
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+/// The first key of `before` that `after` has not, or has otherwise; empty: there is none.
+std::string lost_key(const json& before, const json& after, const std::string& path) {
+  if (before.is_object() && after.is_object()) {
+    for (const auto& [key, value] : before.items()) {
+      const std::string lost =
+          after.contains(key) ? lost_key(value, after[key], path + "." + key) : path + "." + key;
+      if (!lost.empty()) {
+        return lost;
+      }
+    }
+    return {};
+  }
+  if (before.is_array() && after.is_array() && before.size() == after.size()) {
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      const std::string lost = lost_key(before[i], after[i], path + "[" + std::to_string(i) + "]");
+      if (!lost.empty()) {
+        return lost;
+      }
+    }
+    return {};
+  }
+  return before == after ? "" : path;
+}
+
+template <typename Row>
+void expect_nothing_lost(const ResultFile& file) {
+  for (std::size_t i = 0; i < file.results.size(); ++i) {
+    if (file.command == "tradeoff" && file.results[i].value("kind", "") == tradeoff_kinds[1]) {
+      EXPECT_EQ(lost_key(file.results[i], to_json_row(file.row<EqualAccuracyRow>(i)), ""), "") << i;
+    } else {
+      EXPECT_EQ(lost_key(file.results[i], to_json_row(file.row<Row>(i)), ""), "") << i;
+    }
+  }
+}
+
+TEST(ResultRows, WhatIsCommittedIsWrittenAgainWithoutALoss) {
+  const std::map<std::string, void (*)(const ResultFile&)> commands{
+      {"accuracy", expect_nothing_lost<AccuracyRow>},
+      {"atlas", expect_nothing_lost<atlas::AtlasRow>},
+      {"bench", expect_nothing_lost<BenchRow>},
+      {"devices", expect_nothing_lost<DeviceRow>},
+      {"failing-calls", expect_nothing_lost<FailingCallsRow>},
+      {"faults", expect_nothing_lost<FaultRow>},
+      {"golden", expect_nothing_lost<GoldenRow>},
+      {"instructions", expect_nothing_lost<InstructionsRow>},
+      {"run", expect_nothing_lost<RunRow>},
+      {"tradeoff", expect_nothing_lost<TradeoffRow>},
+      {"verify", expect_nothing_lost<VerifyRow>}};
+  std::set<std::string> seen;
+  const auto reports = std::filesystem::path(HDMBENCH_SOURCE) / "reports";
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(reports)) {
+    if (entry.path().extension() == ".json") {
+      SCOPED_TRACE(entry.path().string());
+      const ResultFile file = read_results(entry.path());
+      ASSERT_TRUE(commands.contains(file.command)) << file.command;
+      commands.at(file.command)(file);
+      seen.insert(file.command);
+    }
+  }
+  EXPECT_EQ(seen.size(), commands.size());
+}
+
+TEST(ResultRows, ALostKeyIsSeen) {
+  EXPECT_EQ(lost_key({{"a", {1, {{"b", 2}}}}}, {{"a", {1, {{"c", 2}}}}}, ""), ".a[1].b");
+  EXPECT_EQ(lost_key({{"a", 1.5}}, {{"a", 1.25}, {"b", 2}}, ""), ".a");
+}
+
+json sample() {
+  return json::parse(R"({"flag": true, "count": 3, "number": 0.5, "text": "t", "tier": "exact", "maybe": null,
+    "gaps": [1.0, null], "pair": [1, 2], "nested": []})");
+}
+
+std::string error_of(const json& row) {
+  SampleRow read;
+  try {
+    read_json_row(row, {"a.json", "results[4]"}, read);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+std::string error_with(const char* key, json value) {
+  json row = sample();
+  row[key] = std::move(value);
+  return error_of(row);
+}
+
+TEST(ResultRows, AreReadAsTheyAreWritten) {
+  SampleRow read;
+  read_json_row(sample(), {"a.json", ""}, read);
+  EXPECT_EQ(read.tier, Tier::exact);
+  EXPECT_TRUE(std::isnan(read.gaps.at(1)));
+  EXPECT_EQ(read.newer, 7) << "a file of before keeps what it was";
+  json again = to_json_row(read);
+  EXPECT_FALSE(again.contains("any"));
+  EXPECT_EQ(again["newer"], 7);
+  EXPECT_EQ(lost_key(sample(), json::parse(again.dump()), ""), "");
+}
+
+TEST(ResultRows, WhatIsWrongIsRefusedByFileAndKey) {
+  EXPECT_EQ(error_of(sample()), "no error");
+  const json complete = sample();
+  for (const auto& [key, value] : complete.items()) {
+    json missing = sample();
+    missing.erase(key);
+    EXPECT_EQ(error_of(missing), "a.json: \"results[4]." + key + "\" is missing");
+    EXPECT_THAT(error_with(key.c_str(), json::object()),
+                HasSubstr("a.json: \"results[4]." + key + "\" must be"));
+  }
+  EXPECT_THAT(error_of(json::array()), HasSubstr("\"results[4]\" must be an object, but is array"));
+  EXPECT_THAT(error_with("count", -1), HasSubstr("is -1, but must not be negative"));
+  EXPECT_THAT(error_with("count", 1e3), HasSubstr("must be an integer, but is number"));
+  EXPECT_THAT(error_with("count", 3000000000), HasSubstr("is 3000000000, but must be at most 2147483647"));
+  EXPECT_THAT(error_with("tier", "strong"), HasSubstr("is \"strong\", but must be one of: none, certified"));
+  EXPECT_THAT(error_with("maybe", -0.5), HasSubstr("is -0.5, but must not be negative"));
+  EXPECT_THAT(error_with("pair", {1, 2, 3}), HasSubstr("must have 2 values, but has 3"));
+  EXPECT_THAT(error_with("newer", "soon"), HasSubstr("results[4].newer\" must be an integer"));
+  EXPECT_THAT(error_with("text", "wrong"), HasSubstr("results[4].text\" is wrong"));
+  json nested = sample();
+  nested["text"] = "wrong";
+  EXPECT_THAT(error_with("nested", {sample(), nested}), HasSubstr("results[4].nested[1].text\" is wrong"));
+}
+
+} // namespace
+} // namespace hdmbench

@@ -1,0 +1,121 @@
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+// Includes go one way through the rooms: a file includes its own room and rooms that stand before it in
+// `rooms`.
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Room {
+  std::string_view path; ///< what the paths of its files begin with; of several, the longest counts
+  int height;            ///< rooms of one height are one
+};
+
+constexpr std::array rooms{
+    Room{"kernels/specification/", 0}, Room{"kernels/shaders/", 0},
+    Room{"kernels/data/", 1},          Room{"backends/backend.", 2},
+    Room{"backends/shared/", 2},       Room{"backends/cpu/", 3},
+    Room{"backends/gl/", 4},           Room{"backends/vulkan/", 5},
+    Room{"backends/registry.", 6},     Room{"reference/", 7},
+    Room{"harness/scene/", 8},         Room{"harness/solve/", 9},
+    Room{"harness/check/", 10},        Room{"harness/check/faults/", 11},
+    Room{"harness/measure/", 12},      Room{"harness/judge/", 13},
+    Room{"harness/report/", 14},       Room{"harness/tools/", 15},
+    Room{"harness/cli/", 16},          Room{"harness/itk/", 17},
+};
+
+/// Arrows that the heights would allow and that are wrong all the same: what is built without the other.
+bool is_forbidden(const Room& from, const Room& to) {
+  const bool is_family = from.height > 2 && from.height < 6;
+  const bool to_family = to.height > 2 && to.height < 6;
+  return (is_family && to_family && from.height != to.height) ||
+         (from.path == "reference/" && to.path.starts_with("backends/")) ||
+         (from.path == "harness/itk/" && to.height > 9 && to.height != from.height);
+}
+
+const Room* room_of(std::string_view path) {
+  const Room* found = nullptr;
+  for (const Room& room : rooms) {
+    if (path.starts_with(room.path) && (found == nullptr || room.path.size() > found->path.size())) {
+      found = &room;
+    }
+  }
+  return found;
+}
+
+/// "FROM includes TO" for every include that goes the wrong way, and "FROM has no room". `sources`: text by
+/// path.
+std::vector<std::string> wrong_arrows(const std::map<std::string, std::string>& sources) {
+  static const std::regex include("#include \"([^\"]+)\"");
+  std::vector<std::string> wrong;
+  for (const auto& [path, text] : sources) {
+    const Room* const from = room_of(path);
+    if (from == nullptr) {
+      wrong.push_back(fmt::format("{} has no room", path));
+      continue;
+    }
+    for (std::sregex_iterator match(text.begin(), text.end(), include), end; match != end; ++match) {
+      const std::string target = (*match)[1];
+      const Room* const to = room_of(target);
+      if (to != nullptr && (to->height > from->height || is_forbidden(*from, *to))) {
+        wrong.push_back(fmt::format("{} includes {}", path, target));
+      }
+    }
+  }
+  return wrong;
+}
+
+std::map<std::string, std::string> project_sources() {
+  std::map<std::string, std::string> sources;
+  const fs::path project = HDMBENCH_SOURCE;
+  for (const std::string_view room : {"kernels", "backends", "reference", "harness"}) {
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(project / room)) {
+      const std::string extension = entry.path().extension();
+      if (extension == ".cpp" || extension == ".hpp" || extension == ".h" || extension == ".hxx") {
+        std::ostringstream text;
+        text << std::ifstream(entry.path()).rdbuf();
+        sources.emplace(fs::relative(entry.path(), project), text.str());
+      }
+    }
+  }
+  return sources;
+}
+
+TEST(Rooms, IncludeOnlyWhatStandsBeforeThem) {
+  const std::map<std::string, std::string> sources = project_sources();
+  ASSERT_GT(sources.size(), 100U);
+  EXPECT_THAT(wrong_arrows(sources), testing::IsEmpty());
+}
+
+TEST(Rooms, AWrongArrowIsSeen) {
+  using testing::ElementsAre;
+  EXPECT_THAT(wrong_arrows({{"kernels/data/a.cpp", "#include \"backends/backend.hpp\"\n"}}),
+              ElementsAre("kernels/data/a.cpp includes backends/backend.hpp"));
+  EXPECT_THAT(wrong_arrows({{"harness/scene/a.cpp", "#include \"harness/solve/solve.hpp\"\n"}}),
+              ElementsAre("harness/scene/a.cpp includes harness/solve/solve.hpp"));
+  EXPECT_THAT(wrong_arrows({{"harness/measure/a.cpp", "#include \"harness/report/results.hpp\"\n"}}),
+              ElementsAre("harness/measure/a.cpp includes harness/report/results.hpp"));
+  EXPECT_THAT(wrong_arrows({{"reference/a.cpp", "#include \"backends/backend.hpp\"\n"}}),
+              ElementsAre("reference/a.cpp includes backends/backend.hpp"));
+  EXPECT_THAT(wrong_arrows({{"backends/vulkan/a.cpp", "#include \"backends/gl/objects.hpp\"\n"}}),
+              ElementsAre("backends/vulkan/a.cpp includes backends/gl/objects.hpp"));
+  EXPECT_THAT(wrong_arrows({{"harness/itk/a.h", "#include \"harness/report/table.hpp\"\n"}}),
+              ElementsAre("harness/itk/a.h includes harness/report/table.hpp"));
+  EXPECT_THAT(wrong_arrows({{"harness/attic/a.cpp", ""}}), ElementsAre("harness/attic/a.cpp has no room"));
+  EXPECT_THAT(wrong_arrows({{"harness/cli/a.cpp", "#include \"harness/report/report.hpp\"\n"}}),
+              testing::IsEmpty());
+}
+
+} // namespace
