@@ -11,6 +11,7 @@
 #include "harness/judge/tradeoff/tradeoff_row.hpp"
 #include "harness/measure/bench_row.hpp"
 #include "harness/measure/device_row.hpp"
+#include "harness/measure/implementations.hpp"
 #include "harness/measure/instructions_row.hpp"
 #include "harness/measure/result_file.hpp"
 #include "kernels/data/input_error.hpp"
@@ -106,6 +107,7 @@ TEST(ResultRows, WhatIsCommittedIsWrittenAgainWithoutALoss) {
       {"failing-calls", expect_nothing_lost<FailingCallsRow>},
       {"faults", expect_nothing_lost<FaultRow>},
       {"golden", expect_nothing_lost<GoldenRow>},
+      {"implementations", expect_nothing_lost<ImplementationRow>},
       {"instructions", expect_nothing_lost<InstructionsRow>},
       {"run", expect_nothing_lost<RunRow>},
       {"tradeoff", expect_nothing_lost<TradeoffRow>},

@@ -1,5 +1,7 @@
 #include "backends/vulkan/compute_device.hpp"
 
+#include "backends/vulkan/specialised.hpp"
+
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -234,15 +236,9 @@ void barrier(const vk::raii::CommandBuffer& commands, vk::PipelineStageFlags bef
 vk::raii::Pipeline make_pipeline(const vk::raii::Device& device, const vk::raii::PipelineLayout& layout,
                                  std::span<const std::uint32_t> spirv,
                                  std::span<const std::int32_t> constants) {
-  const vk::raii::ShaderModule module(device, {{}, spirv.size_bytes(), spirv.data()});
-  std::vector<vk::SpecializationMapEntry> entries;
-  for (std::uint32_t id = 0; id < constants.size(); ++id) {
-    entries.emplace_back(id, static_cast<std::uint32_t>(id * sizeof(std::int32_t)), sizeof(std::int32_t));
-  }
-  const vk::SpecializationInfo specialization(static_cast<std::uint32_t>(entries.size()), entries.data(),
-                                              constants.size_bytes(), constants.data());
-  const vk::PipelineShaderStageCreateInfo stage({}, vk::ShaderStageFlagBits::eCompute, *module, "main",
-                                                &specialization);
+  const std::vector<std::uint32_t> text = specialised(spirv, constants);
+  const vk::raii::ShaderModule module(device, {{}, text.size() * sizeof(std::uint32_t), text.data()});
+  const vk::PipelineShaderStageCreateInfo stage({}, vk::ShaderStageFlagBits::eCompute, *module, "main");
   return {device, nullptr, vk::ComputePipelineCreateInfo({}, stage, *layout)};
 }
 

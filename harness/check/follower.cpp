@@ -81,13 +81,23 @@ void Follower::begin_level(const LevelSequence& levels, const Level& level, int 
 }
 
 void Follower::begin_again(const Level& level) {
-  if (session_ != nullptr) {
-    session_->load(level);
-    session_->write(begin_);
-    displacement_ = begin_;
-    last_changed_ = 0;
-    drifted_ = is_on_its_own() && comparison_.sites_drifted > 0;
+  if (session_ == nullptr) {
+    return;
   }
+  try {
+    session_->load(level);
+  } catch (const TooLarge& error) { // what was compared on smaller levels is no verdict on the scene
+    session_.reset();
+    comparison_ = {.backend = comparison_.backend,
+                   .device = comparison_.device,
+                   .mode = comparison_.mode,
+                   .reason = error.what()};
+    return;
+  }
+  session_->write(begin_);
+  displacement_ = begin_;
+  last_changed_ = 0;
+  drifted_ = is_on_its_own() && comparison_.sites_drifted > 0;
 }
 
 void Follower::follow(const ReferenceStep& step) {

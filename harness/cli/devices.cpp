@@ -14,6 +14,7 @@ namespace {
 
 struct Arguments {
   std::filesystem::path json;
+  bool measures = false;
 };
 
 std::vector<std::string> updates(const Backend& backend) {
@@ -48,7 +49,9 @@ void list_devices(const Arguments& arguments, const std::string& line) {
         row.device = devices[i].name;
         row.driver = devices[i].driver;
         row.software = devices[i].is_software;
-        row.choices = backend->choices({.device = std::to_string(i)});
+        if (arguments.measures) {
+          row.choices = backend->choices({.device = std::to_string(i)});
+        }
         for (const Choice& choice : row.choices) {
           chosen += fmt::format("  {}, {}: {}\n", row.backend, row.device, describe(choice));
         }
@@ -63,7 +66,7 @@ void list_devices(const Arguments& arguments, const std::string& line) {
   }
   fmt::print("{}", table.text());
   if (!chosen.empty()) {
-    fmt::print("\nChosen by measurement, smallest samples:\n{}", chosen);
+    fmt::print("\nChosen by measurement, medians:\n{}", chosen);
   }
   if (!absent.empty()) {
     fmt::print("\nNot there:\n{}", absent);
@@ -80,6 +83,9 @@ void add_devices(CLI::App& program, const std::string& arguments, int& /*status*
       program.add_subcommand("devices", "List every backend with its devices, or why it is not there");
   const auto own = std::make_shared<Arguments>();
   command->add_option("--json", own->json, "Write the list to this file");
+  command->add_flag(
+      "--measure", own->measures,
+      "Measure, too, which way each device computes fastest: compiles shaders for it, takes seconds");
   command->callback([own, arguments] { list_devices(*own, arguments); });
 }
 

@@ -58,7 +58,7 @@ std::string gnuplot_svg_file(const std::string& script) {
   // Default settings: not the user's own start-up file.
   const ProcessEnd end =
       run_process({"gnuplot", "--default-settings", script_file.string()}, output, errors,
-                  "It draws the plots: install it (Debian: gnuplot-nox) or put it on PATH.");
+                  {.advice = "It draws the plots: install it (Debian: gnuplot-nox) or put it on PATH."});
   std::string svg = file_text(output);
   if (!end.good() || svg.find("<svg") == std::string::npos || svg.find("</svg>") == std::string::npos) {
     throw InputError(fmt::format("gnuplot failed ({}): {}", end.text(), file_text(errors)));

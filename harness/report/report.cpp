@@ -48,6 +48,7 @@ std::string page_html(const report::Results& results) {
 <a href="#pictures">Displacement fields</a>
 <a href="#speed">Speed</a>
 <a href="#agreement">Agreement</a>
+<a href="#implementations">What runs where</a>
 <a href="#accuracy">Accuracy</a>
 <a href="#failures">Failure atlas</a>
 <a href="#golden">Golden hashes</a>
@@ -64,6 +65,7 @@ std::string page_html(const report::Results& results) {
   html += report::pictures_section(results, anchors);
   html += report::speed_section(results, anchors);
   html += report::agreement_section(results, anchors);
+  html += report::implementations_section(results, anchors);
   html += report::accuracy_section(results, anchors);
   html += report::atlas_section(results, anchors);
   html += report::golden_section(results, anchors);

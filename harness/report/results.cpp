@@ -69,6 +69,9 @@ bool replaces(const DeviceRow& /*a*/, const DeviceRow& /*b*/) {
 bool replaces(const InstructionsRow& /*a*/, const InstructionsRow& /*b*/) {
   return true;
 }
+bool replaces(const ImplementationRow& /*a*/, const ImplementationRow& /*b*/) {
+  return true;
+}
 bool replaces(const VerifyRow& a, const VerifyRow& b) {
   return same_scene(a, b) && a.backend == b.backend && same_device(a.device.name, b.device.name) &&
          a.mode == b.mode && a.method == b.method;
@@ -145,6 +148,8 @@ void add_file(Results& results, const ResultFile& file) {
     add_rows(results, results.devices, file);
   } else if (command == "verify") {
     add_rows(results, results.verify, file);
+  } else if (command == "implementations") {
+    add_rows(results, results.implementations, file);
   } else if (command == "faults") {
     add_rows(results, results.faults, file);
   } else if (command == "bench") {

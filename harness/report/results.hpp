@@ -12,6 +12,7 @@
 #include "harness/measure/comparison/rows.hpp"
 #include "harness/measure/context.hpp"
 #include "harness/measure/device_row.hpp"
+#include "harness/measure/implementations.hpp"
 #include "harness/measure/instructions_row.hpp"
 
 #include <cstddef>
@@ -46,6 +47,7 @@ using EqualAccuracyRow = From<hdmbench::EqualAccuracyRow>;
 using FailingCallsRow = From<hdmbench::FailingCallsRow>;
 using FaultRow = From<hdmbench::FaultRow>;
 using GoldenRow = From<hdmbench::GoldenRow>;
+using ImplementationRow = From<hdmbench::ImplementationRow>;
 using InstructionsRow = From<hdmbench::InstructionsRow>;
 using RunRow = From<hdmbench::RunRow>;
 using TradeoffRow = From<hdmbench::TradeoffRow>;
@@ -56,6 +58,7 @@ struct Results {
   std::vector<std::string> machines;
   std::vector<DeviceRow> devices;
   std::vector<VerifyRow> verify;
+  std::vector<ImplementationRow> implementations;
   std::vector<FaultRow> faults;
   std::vector<BenchRow> bench;
   std::vector<ComparedRow> compare;
@@ -98,9 +101,9 @@ struct Results {
 
 /// Reads files, or the *.json files of folders. Of the same command, machine, scene, size, backend, device
 /// and mode or method (for accuracy also variant and Poisson ratios, for tradeoff effort) only the
-/// newest row stays; a machine's newest `devices` or `instructions` file replaces the older ones.
-/// Throws InputError naming file and key for whatever is missing, mistyped or contradicts itself (a row that
-/// "agrees" with differing sites).
+/// newest row stays; a machine's newest `devices`, `implementations` or `instructions` file replaces the
+/// older ones. Throws InputError naming file and key for whatever is missing, mistyped or contradicts itself
+/// (a row that "agrees" with differing sites).
 [[nodiscard]] Results load_results(std::span<const std::filesystem::path> paths);
 
 } // namespace hdmbench::report

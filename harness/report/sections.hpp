@@ -12,6 +12,8 @@ namespace hdmbench::report {
 [[nodiscard]] std::string summary_section(const Results& results); ///< verdict and machines
 [[nodiscard]] std::string support_section(const Results& results, Anchors& anchors);
 [[nodiscard]] std::string agreement_section(const Results& results, Anchors& anchors);
+/// Agreement on other drivers than the installed ones.
+[[nodiscard]] std::string implementations_section(const Results& results, Anchors& anchors);
 /// What mistakes the cross-check has been seen to find.
 [[nodiscard]] std::string faults_section(const Results& results, Anchors& anchors);
 [[nodiscard]] std::string golden_section(const Results& results, Anchors& anchors);

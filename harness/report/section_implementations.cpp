@@ -1,0 +1,59 @@
+#include "harness/report/sections.hpp"
+
+#include <fmt/format.h>
+
+namespace hdmbench::report {
+
+namespace {
+
+std::string css_class(Outcome outcome) {
+  return outcome == Outcome::passed ? "agree" : outcome == Outcome::absent ? "skipped" : "disagree";
+}
+
+std::string row_html(const ImplementationRow& row) {
+  const bool ran = row.outcome != Outcome::absent;
+  const std::string_view verdict = row.outcome == Outcome::passed ? name_of(row.tier) : name_of(row.outcome);
+  std::string html = fmt::format(
+      "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}<small>{}</small></td><td class=\"{}\">{}</td>",
+      escape(row.backend), escape(row.implementation), escape(row.device), escape(row.driver),
+      css_class(row.outcome), verdict);
+  if (ran && row.reason.empty()) {
+    for (const std::int64_t count : {row.scenes, row.comparisons, row.sites_compared}) {
+      html += fmt::format("<td class=\"number\">{}</td>", count_text(count));
+    }
+    html += fmt::format("<td class=\"number\">{} s</td><td class=\"number\">{:.0f} MB</td>",
+                        seconds_text(row.seconds), static_cast<double>(row.peak_bytes) / 1e6);
+  } else {
+    html += fmt::format("<td colspan=\"5\">{}</td>", escape(row.reason));
+  }
+  return html + "</tr>\n";
+}
+
+} // namespace
+
+std::string implementations_section(const Results& results, Anchors& anchors) {
+  std::string html = "<section>\n" + heading(2, anchors.unique("implementations"), "What runs where");
+  if (results.implementations.empty()) {
+    return html + no_data("comparisons on other implementations", "implementations") + "</section>\n";
+  }
+  html += "<p>The same comparison with scalar on every implementation of OpenGL and Vulkan that the machine "
+          "has, each "
+          "in a process of its own: one that hangs or crashes is a line here.</p>\n";
+  html += quick_note(results, results.implementations);
+  for (const std::string& machine : results.machines) {
+    const std::vector<ImplementationRow> rows = results.of(results.implementations, machine);
+    if (rows.empty()) {
+      continue;
+    }
+    html += machine_heading(results, machine, anchors) +
+            table_start("implementations", {"Backend", "Implementation", "Device", "Verdict", ">Scenes",
+                                            ">Comparisons", ">Sites compared", ">Time", ">Memory"});
+    for (const ImplementationRow& row : rows) {
+      html += row_html(row);
+    }
+    html += table_end;
+  }
+  return html + "</section>\n";
+}
+
+} // namespace hdmbench::report
