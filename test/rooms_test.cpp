@@ -33,7 +33,8 @@ constexpr std::array rooms{
     Room{"harness/check/", 10},        Room{"harness/check/faults/", 11},
     Room{"harness/measure/", 12},      Room{"harness/judge/", 13},
     Room{"harness/report/", 14},       Room{"harness/tools/", 15},
-    Room{"harness/cli/", 16},          Room{"harness/itk/", 17},
+    Room{"harness/web/", 16},          Room{"harness/cli/", 17},
+    Room{"harness/itk/", 18},
 };
 
 /// Arrows that the heights would allow and that are wrong all the same: what is built without the other.

@@ -203,18 +203,22 @@ void CommonArguments::add_backends_to(CLI::App& command) {
   add_session_to(command, session);
 }
 
-void CommonArguments::add_to(CLI::App& command) {
+void CommonArguments::add_scenes_to(CLI::App& command) {
   command.add_option("scenes", scenes,
                      "Scenes by name or TOML file (none: all that the command is made for)");
   command.add_option("--sizes,--size", sizes, "Image sizes: 300 (square) or 257x130, several with commas")
       ->delimiter(',');
-  add_backends_to(command);
   schedule.add_to(command);
   command
       .add_option("--methods", methods,
                   "Several methods with commas, or all of them, instead of --method (tradeoff: rivals too)")
       ->delimiter(',')
       ->excludes("--method");
+}
+
+void CommonArguments::add_to(CLI::App& command) {
+  add_scenes_to(command);
+  add_backends_to(command);
   command.add_flag("--quick", quick, "A shorter run; the results say so");
   command.add_option("--json", json, "Write the results to this file");
 }

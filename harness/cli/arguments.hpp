@@ -83,6 +83,8 @@ struct CommonArguments {
   std::filesystem::path json;
 
   void add_to(CLI::App& command);
+  /// Only which scenes, at which sizes, solved how.
+  void add_scenes_to(CLI::App& command);
   /// Only which backends, on which device, with how many threads.
   void add_backends_to(CLI::App& command);
 

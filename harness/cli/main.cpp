@@ -54,6 +54,7 @@ int run_program(int argc, char** argv) {
   commands::add_accuracy(program, arguments, status);
   commands::add_atlas(program, arguments);
   commands::add_tradeoff(program, arguments, status);
+  commands::add_browser(program, arguments);
   commands::add_report(program, status);
   commands::add_export(program);
   commands::add_fem_to_image(program);

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <filesystem>
+
 namespace hdmbench::report {
 
 namespace {
@@ -29,10 +32,21 @@ std::string row_html(const ImplementationRow& row) {
   return html + "</tr>\n";
 }
 
+/// The page of `hdmbench browser`, where it stands beside the results.
+std::string browser_link(const Results& results) {
+  const bool there = std::ranges::any_of(results.sources, [](const Source& source) {
+    return std::filesystem::exists(source.file.parent_path() / "browser.html");
+  });
+  return there ? "<p><a href=\"browser.html\">The same comparison on the GPU of your browser</a>, without a "
+                 "network.</p>\n"
+               : "";
+}
+
 } // namespace
 
 std::string implementations_section(const Results& results, Anchors& anchors) {
-  std::string html = "<section>\n" + heading(2, anchors.unique("implementations"), "What runs where");
+  std::string html = "<section>\n" + heading(2, anchors.unique("implementations"), "What runs where") +
+                     browser_link(results);
   if (results.implementations.empty()) {
     return html + no_data("comparisons on other implementations", "implementations") + "</section>\n";
   }
