@@ -2,7 +2,7 @@
 
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/outline.hpp"
-#include "kernels/data/input_error.hpp"
+#include "test/refusal.hpp"
 #include "test/temporary_folder.hpp"
 
 #include <fmt/format.h>
@@ -21,12 +21,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 
 std::string refusal(const std::string& scene, const SceneOptions& options = {}) {
-  try {
-    (void)load_scene(scene, options);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::refusal([&] { (void)load_scene(scene, options); });
 }
 
 constexpr std::string_view good = R"(size = [8, 6]

@@ -6,8 +6,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 namespace hdmbench::commands {
 
 namespace {
@@ -29,12 +27,7 @@ std::string who_can(const Method& method, const std::vector<std::unique_ptr<Back
 }
 
 void list_methods() {
-  Table table({{"method", Table::Align::left},
-               {"--iterations counts", Table::Align::left},
-               {"usual", Table::Align::right},
-               {"takes", Table::Align::left},
-               {"backends", Table::Align::left},
-               {"what it does", Table::Align::left}});
+  Table table({"<method", "<--iterations counts", "usual", "<takes", "<backends", "<what it does"});
   const auto registry = make_backends();
   for (const Method& method : methods()) {
     table.add({std::string(method.name), std::string(method.effort),

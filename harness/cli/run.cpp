@@ -69,10 +69,9 @@ RunRow::Pictures write_pictures(const Scene& scene, const VectorField& displacem
 
 /// `counted`: whether solution.levels have counts of changes.
 void print_levels(const Solution& solution, bool counted) {
-  std::vector<Table::Column> columns{
-      {"level", Table::Align::right}, {"size", Table::Align::right}, {"iterations", Table::Align::right}};
+  std::vector<Table::Column> columns{"level", "size", "iterations"};
   if (counted) {
-    columns.push_back({"still moving", Table::Align::right});
+    columns.push_back("still moving");
   }
   Table table(std::move(columns));
   bool repeated = false;
@@ -124,9 +123,7 @@ int run_scene(const Arguments& arguments, const std::string& line) {
   const auto registry = make_backends();
   const Backend& backend = arguments.scene.choose(registry, scene);
   const Device device = backend.device(arguments.scene.session);
-  if (!arguments.json.empty()) {
-    require_writable(arguments.json);
-  }
+  require_results_writable(arguments.json);
   if (have_images()) {
     std::error_code error;
     fs::create_directories(arguments.output, error);
@@ -220,9 +217,7 @@ int run_scene(const Arguments& arguments, const std::string& line) {
   } else {
     fmt::print("  No files are written: this build has no image support (-DHDMBENCH_IMAGES=ON).\n");
   }
-  if (!arguments.json.empty()) {
-    write_results(arguments.json, "run", run_context(line, false), nlohmann::json::array({to_json_row(row)}));
-  }
+  write_results(arguments.json, "run", run_context(line, false), nlohmann::json::array({to_json_row(row)}));
   return !plan || plan->met ? success : disagreement;
 }
 

@@ -1,11 +1,9 @@
 #include "harness/scene/scene.hpp"
 
-#include "harness/scene/conditions.hpp"
 #include "harness/scene/file_input.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
-#include "harness/scene/random_content.hpp"
 #include "harness/scene/scene_content.hpp"
 #include "harness/scene/toml_reader.hpp"
 #include "kernels/data/input_error.hpp"
@@ -16,7 +14,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
 
