@@ -128,6 +128,22 @@ TEST_F(ReportPage, SupportMatrixHasTheReason) {
   EXPECT_THAT(verdict(page), HasSubstr("Nothing was cross-checked"));
 }
 
+TEST_F(ReportPage, HasALineForADriverThatHangs) {
+  json passed = json::parse(R"({"backend": "gl-fragment", "implementation": "softpipe", "device": "softpipe",
+    "driver": "OpenGL 3.3", "outcome": "passed", "tier": "bitwise", "scenes": 14, "comparisons": 56,
+    "sites_compared": 1234567, "sites_differing": 0, "seconds": 12.5, "peak_bytes": 870000000, "reason": "",
+    "repeat": "hdmbench verify"})");
+  json hangs = passed;
+  hangs.update(json::parse(R"({"implementation": "other", "outcome": "out of time", "tier": "none",
+    "comparisons": 0, "reason": "ended after 180 s"})"));
+  const std::string page = render(document("implementations", rows(passed, hangs)));
+  EXPECT_THAT(page, HasSubstr("<td class=\"agree\">bitwise</td>"));
+  EXPECT_THAT(page, HasSubstr("870 MB"));
+  EXPECT_THAT(page, HasSubstr("<td class=\"disagree\">out of time</td><td colspan=\"5\">ended after 180 s"));
+  passed["comparisons"] = 0;
+  EXPECT_THROW(render(document("implementations", rows(passed))), InputError);
+}
+
 TEST_F(ReportPage, SaysWhatWasChosenByMeasurement) {
   json device = device_row("gl-compute", true);
   device["choices"] = json::parse(R"([{"what": "coarse levels", "chosen": "one dispatch",
@@ -143,9 +159,10 @@ TEST_F(ReportPage, PartsWithoutDataNameTheirCommand) {
   const std::string page = render(document("verify", agreeing_rows()));
   for (const char* const command :
        {"hdmbench devices --json FILE", "hdmbench bench --json FILE", "hdmbench run SCENE --json FILE",
-        "hdmbench atlas --json FILE", "hdmbench accuracy --json FILE", "hdmbench faults --json FILE",
-        "hdmbench golden --json FILE", "hdmbench bench --compare OLD.json --json",
-        "test/failing_calls --json FILE", "instruction_count --json"}) {
+        "hdmbench implementations --json FILE", "hdmbench atlas --json FILE", "hdmbench accuracy --json FILE",
+        "hdmbench faults --json FILE", "hdmbench golden --json FILE",
+        "hdmbench bench --compare OLD.json --json", "test/failing_calls --json FILE",
+        "instruction_count --json"}) {
     EXPECT_THAT(page, HasSubstr(command));
   }
 }

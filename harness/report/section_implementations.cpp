@@ -45,29 +45,27 @@ std::string browser_link(const Results& results) {
 } // namespace
 
 std::string implementations_section(const Results& results, Anchors& anchors) {
-  std::string html = "<section>\n" + heading(2, anchors.unique("implementations"), "What runs where") +
-                     browser_link(results);
-  if (results.implementations.empty()) {
-    return html + no_data("comparisons on other implementations", "implementations") + "</section>\n";
-  }
-  html += "<p>The same comparison with scalar on every implementation of OpenGL and Vulkan that the machine "
-          "has, each "
-          "in a process of its own: one that hangs or crashes is a line here.</p>\n";
-  html += quick_note(results, results.implementations);
-  for (const std::string& machine : results.machines) {
-    const std::vector<ImplementationRow> rows = results.of(results.implementations, machine);
-    if (rows.empty()) {
-      continue;
-    }
-    html += machine_heading(results, machine, anchors) +
-            table_start("implementations", {"Backend", "Implementation", "Device", "Verdict", ">Scenes",
-                                            ">Comparisons", ">Sites compared", ">Time", ">Memory"});
-    for (const ImplementationRow& row : rows) {
-      html += row_html(row);
-    }
-    html += table_end;
-  }
-  return html + "</section>\n";
+  const std::string introduction = browser_link(results) +
+                                   "<p>The same comparison with scalar on every implementation of OpenGL and "
+                                   "Vulkan that the machine has, each in "
+                                   "a process of its own: one that hangs or crashes is a line here.</p>\n";
+  const std::string without_rows =
+      browser_link(results) + no_data("comparisons on other implementations", "implementations");
+  return section(results, results.implementations, anchors,
+                 {.anchor = "implementations",
+                  .title = "What runs where",
+
+                  .without_rows = without_rows,
+                  .introduction = introduction},
+                 [](const std::string&, const std::vector<ImplementationRow>& rows) {
+                   std::string table = table_start(
+                       "implementations", {"Backend", "Implementation", "Device", "Verdict", ">Scenes",
+                                           ">Comparisons", ">Sites compared", ">Time", ">Memory"});
+                   for (const ImplementationRow& row : rows) {
+                     table += row_html(row);
+                   }
+                   return table + std::string(table_end);
+                 });
 }
 
 } // namespace hdmbench::report

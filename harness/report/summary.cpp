@@ -37,6 +37,13 @@ std::string agreement(const Results& results) {
   if (const auto golden = summarise_golden(results)) {
     text += lines_of(*golden);
   }
+  const auto ran = std::ranges::count_if(
+      results.implementations, [](const ImplementationRow& row) { return row.outcome != Outcome::absent; });
+  if (ran > 0) {
+    const auto passed =
+        std::ranges::count(results.implementations, Outcome::passed, &ImplementationRow::outcome);
+    text += fmt::format("  {} of {} backends on other drivers agree with scalar, too.\n", passed, ran);
+  }
   const auto tried = std::ranges::count_if(results.faults,
                                            [](const FaultRow& row) { return row.ran() || !row.as_expected; });
   if (tried > 0) {
