@@ -47,6 +47,7 @@ int run_program(int argc, char** argv) {
   commands::add_methods(program);
   commands::add_run(program, arguments, status);
   commands::add_verify(program, arguments, status);
+  commands::add_probe(program, arguments);
   commands::add_implementations(program, arguments, status);
   commands::add_faults(program, arguments, status);
   commands::add_golden(program, arguments, status);
