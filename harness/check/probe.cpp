@@ -53,7 +53,7 @@ Question question_of(const StepSet& steps, Rule rule, Value value) {
 }
 
 /// Moduli of every size around 1, a tenth of the components observed.
-Question fusing(std::string text, Rule rule) {
+Question fusing(std::string_view text, Rule rule) {
   Question question = question_of(StepSet(), rule, [](double draw) { return 20.0 * draw - 10.0; });
   std::mt19937_64 engine(2);
   Level& level = question.level;
@@ -62,7 +62,7 @@ Question fusing(std::string text, Rule rule) {
     level.target.x[i] = static_cast<float>(engine() % 1000) / 300.0F;
     level.confidence.x[i] = engine() % 10 == 0 ? 0.7F : 0.0F;
   }
-  question.text = "a * b + c, " + std::move(text);
+  question.text = fmt::format("a * b + c, {}", text);
   question.as_specified = "rounded twice";
   question.otherwise = "fused";
   question.other = [](const Question& asked, SiteAnswer, int x, int y) {
@@ -80,49 +80,45 @@ const StepSet& stay() {
   return steps;
 }
 
-Question passing(std::string text, float value, float other) {
+/// A sweep whose only candidate is 0 hands every component on.
+Question passing(std::string text, float value, std::string as_specified, float other,
+                 std::string otherwise) {
   Question question = question_of(stay(), Rule::steps, [=](double) { return value; });
   question.text = std::move(text);
+  question.as_specified = std::move(as_specified);
+  question.otherwise = std::move(otherwise);
   question.other = [=](const Question&, SiteAnswer, int, int) { return SiteAnswer{other, other}; };
   question.agreement_needs_it = false;
   return question;
 }
 
-std::vector<Question> questions() {
-  std::vector<Question> all;
-  all.push_back(fusing("candidates", Rule::steps));
-  all.push_back(fusing("closed form", Rule::closed_form));
-  all.push_back(fusing("annealing", Rule::annealing));
-
-  const float subnormal = 3e-40F;
-  all.push_back(passing("subnormal + 0", subnormal, 0.0F));
-  Question results =
+/// The minimiser between neighbours of opposite signs, all near the smallest normal number.
+Question small_results(std::string as_specified, std::string otherwise) {
+  Question question =
       question_of(stay(), Rule::closed_form, [](double draw) { return (1.5 + draw) * 0x1p-126; });
-  results.text = "subnormal result";
-  results.other = [](const Question&, SiteAnswer specified, int, int) {
+  question.text = "subnormal result";
+  question.as_specified = std::move(as_specified);
+  question.otherwise = std::move(otherwise);
+  question.other = [](const Question&, SiteAnswer specified, int, int) {
     return SiteAnswer{without_subnormal(specified.x), without_subnormal(specified.y)};
   };
-  // Neighbours of opposite signs: their mean is small beside them.
   for_each_site(extent, [&](int x, int y) {
     const float sign = (x + y) % 2 == 0 ? 1.0F : -1.0F;
-    results.before.x[extent.index(x, y)] *= sign;
-    results.before.y[extent.index(x, y)] *= sign;
+    question.before.x[extent.index(x, y)] *= sign;
+    question.before.y[extent.index(x, y)] *= sign;
   });
-  results.agreement_needs_it = false;
-  all.push_back(std::move(results));
-  for (Question& question : std::span(all).last(2)) {
-    question.as_specified = "kept";
-    question.otherwise = "flushed to 0";
-  }
+  question.agreement_needs_it = false;
+  return question;
+}
 
-  all.push_back(passing("-0 + 0", -0.0F, -0.0F));
-  all.back().as_specified = "+0";
-  all.back().otherwise = "-0";
-  const float infinity = std::numeric_limits<float>::infinity();
-  all.push_back(passing("infinity + 0", infinity, 0.0F));
-  all.back().as_specified = "infinity";
-  all.back().otherwise = "0";
-  return all;
+std::vector<Question> questions() {
+  return {fusing("candidates", Rule::steps),
+          fusing("closed form", Rule::closed_form),
+          fusing("annealing", Rule::annealing),
+          passing("subnormal + 0", 3e-40F, "kept", 0.0F, "flushed to 0"),
+          small_results("kept", "flushed to 0"),
+          passing("-0 + 0", -0.0F, "+0", -0.0F, "-0"),
+          passing("infinity + 0", std::numeric_limits<float>::infinity(), "infinity", 0.0F, "0")};
 }
 
 bool same(float a, float b) {
