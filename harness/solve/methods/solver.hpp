@@ -17,13 +17,15 @@ public:
   /// `backend` must outlive this object.
   Solver(const Backend& backend, const SessionOptions& options);
 
-  /// Throws what Session throws; InputError where the backend cannot update as the method wants.
+  /// Throws what Session throws; InputError where the backend cannot update as the method wants, has no
+  /// elastic energy, or no condition holds an elastic scene.
   [[nodiscard]] Solution solve(const Scene& scene, Progress& progress, const SolveOptions& options = {});
 
 private:
   const Backend& backend_;
   SessionOptions options_;
   std::vector<std::unique_ptr<Session>> sessions_; ///< by level; one-way methods use the first only
+  std::unique_ptr<ElasticSession> elastic_;        ///< null until a scene wants it
 };
 
 } // namespace hdmbench
