@@ -1,7 +1,6 @@
 #pragma once
 
 #include "backends/shared/ceilings.hpp"
-#include "backends/shared/elastic_session.hpp"
 #include "kernels/data/cost.hpp"
 #include "kernels/data/level.hpp"
 #include "kernels/data/pyramid.hpp"
@@ -19,6 +18,8 @@
 #include <vector>
 
 namespace hdmbench {
+
+class ElasticSession;
 
 /// A device or its driver cannot do what was asked; what() has the driver's own words. Exit status 2.
 class DeviceError : public std::runtime_error {
@@ -191,11 +192,9 @@ public:
   /// out, over the sweeps of a level that pass through the caches together (at most `sweeps`). 0: not
   /// declared.
   [[nodiscard]] virtual double bytes_per_update(SiteKind /*kind*/, int /*sweeps*/) const { return 0.0; }
-  /// A session for the elastic energy; null where this backend has none.
-  [[nodiscard]] virtual std::unique_ptr<ElasticSession>
-  open_elastic(const SessionOptions& /*options*/) const {
-    return nullptr;
-  }
+  /// A session for the elastic energy (backends/shared/elastic_session.hpp); null where this backend has
+  /// none.
+  [[nodiscard]] virtual std::unique_ptr<ElasticSession> open_elastic(const SessionOptions& options) const;
   /// Measured now; takes about a second. None where the backend has no such loops. Throws DeviceError.
   [[nodiscard]] std::optional<Ceilings> ceilings(const SessionOptions& options) const;
   /// What is chosen by measurement on the device that `open` would take; empty where nothing is. Measured at

@@ -1,6 +1,7 @@
 #include "harness/scene/method.hpp"
 
 #include "backends/registry.hpp"
+#include "backends/shared/elastic_session.hpp"
 #include "harness/cli/commands.hpp"
 #include "harness/report/table.hpp"
 

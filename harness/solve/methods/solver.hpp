@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backends/backend.hpp"
+#include "backends/shared/elastic_session.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/solve/progress.hpp"
 #include "harness/solve/solve.hpp"
