@@ -248,8 +248,9 @@ TEST_F(SceneFile, AnEmptyFileIsToldWhatItMisses) {
 TEST_F(SceneFile, AnUnknownKeyIsAnsweredWithAllThatAreUnderstood) {
   EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8, 6]\npenalti = 1.0"),
               AllOf(HasSubstr("penalti is not a key"),
-                    HasSubstr("those understood are brain, condition, exact, image, penalty, poisson, "
-                              "prior_weight, random, schedule, shape, size, spacing, steps, tissue, title")));
+                    HasSubstr("those understood are brain, condition, energy, exact, image, penalty, "
+                              "poisson, prior_weight, random, schedule, shape, size, spacing, steps, tissue, "
+                              "title")));
   EXPECT_THAT(refusal_with("[[shape]]", "[schedule]\niteration = 1\n[[shape]]"),
               HasSubstr("those understood are alignment, epsilon, iterations, method, relaxation, seed, "
                         "start_level, stop, temperatures, update"));

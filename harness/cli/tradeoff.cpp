@@ -7,6 +7,7 @@
 #include "harness/measure/median.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
+#include "harness/scene/method.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -168,7 +169,8 @@ std::string repeat(const Arguments& arguments, const Scene& scene, std::string_v
   if (arguments.session.threads != 0) {
     line += fmt::format(" --threads {}", arguments.session.threads);
   }
-  return line + arguments.schedule.text();
+  const bool elastic = std::ranges::find(elastic_methods(), method, &Method::name) != elastic_methods().end();
+  return line + (elastic ? " --energy elastic" : "") + arguments.schedule.text();
 }
 
 int run_tradeoff(Arguments& arguments, const std::string& line) {

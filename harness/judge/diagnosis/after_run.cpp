@@ -189,6 +189,21 @@ void check_rest(const Scene& scene, const Solution& solution, Warnings& warnings
   }
 }
 
+void check_elastic_rest(const Scene& scene, const Solution& solution, Warnings& warnings) {
+  if (!solution.estimated_error) {
+    warnings.push_back(
+        {"no-estimate",
+         fmt::format("the method {} did not estimate how far its field is from finite elements",
+                     scene.schedule.method),
+         "--method conjugate-gradients with --iterations 2 or more"});
+  } else if (!(*solution.estimated_error <= visible)) {
+    warnings.push_back({"not-converged",
+                        fmt::format("the method {} estimates {:.2g} px to finite elements",
+                                    scene.schedule.method, *solution.estimated_error),
+                        "--method conjugate-gradients with more --iterations"});
+  }
+}
+
 } // namespace diagnosis
 
 Warnings diagnose(const Scene& scene, const Solution& solution) {
@@ -201,6 +216,11 @@ Warnings diagnose(const Scene& scene, const Solution& solution) {
     return {{"not-finite",
              fmt::format("{} components are infinite or not a number: the sweeps blew up", wild),
              "--method icm or multigrid; look for extreme moduli, targets or a huge --penalty", wild}};
+  }
+  if (scene.energy == EnergyModel::elastic) {
+    diagnosis::check_folding(field, warnings);
+    diagnosis::check_elastic_rest(scene, solution, warnings);
+    return warnings;
   }
   diagnosis::check_range(scene, field, warnings);
   diagnosis::check_folding(field, warnings);
