@@ -1,0 +1,76 @@
+#pragma once
+
+#include "backends/opencl/device.hpp"
+#include "backends/shared/shader_constants.hpp"
+#include "backends/shared/tiles.hpp"
+
+#include <array>
+#include <compare>
+#include <map>
+#include <string>
+
+namespace hdmbench::opencl {
+
+/// How a group sweeps a tile (kernels/shaders/sweep.cl).
+struct Shape {
+  Extent tile; ///< sites
+  int lanes;   ///< work items
+};
+
+/// A CPU has one item a group, whose loop along a row is made SIMD: measured on PoCL with 8 lanes, dense, CPU
+/// time, rows of 64 sites take up to twice as long as those of 128, which 256 hardly improve.
+[[nodiscard]] Shape shape_for(const FoundDevice& device);
+
+/// What sweep.cl is compiled for.
+struct SweepKind {
+  ShaderConstants constants{};
+  bool active = false;  ///< visits only tiles that can see a change
+  bool general = false; ///< all tiles are of the general class
+
+  auto operator<=>(const SweepKind&) const = default;
+};
+
+/// Classes beside the general one that sweep.cl has in a kernel that is not general.
+inline constexpr std::size_t classes_with_code = class_set({0, 1, 2, 3});
+
+/// Parameters of sweep.cl.
+struct SweepParameters {
+  std::array<cl_float, 16> steps{};
+  cl_float penalty = 0;
+  cl_float colour = 0;
+  cl_float strength = 0;
+  cl_float number = 0;
+  cl_float seed = 0;
+  cl_int width = 0;
+  cl_int height = 0;
+  cl_uint origin = 0;
+  cl_uint plane = 0;
+  cl_int tiles_across = 0;
+  cl_int tile_count = 0;
+  cl_int sweeps = 1;
+  cl_int every = 1;
+  cl_uint stamp = 0;
+};
+
+/// sweep.cl as the device's compiler wants it.
+[[nodiscard]] std::string assemble(const SweepKind& kind, const Shape& shape);
+
+/// The kernels of a session, compiled when they are first asked for.
+class Kernels {
+public:
+  /// `queue` must outlive this.
+  explicit Kernels(const Queue& queue);
+
+  [[nodiscard]] const Shape& shape() const { return shape_; }
+  [[nodiscard]] const Kernel& sweep(const SweepKind& kind);
+  /// kernels/shaders/count.cl
+  [[nodiscard]] const Kernel& count() const { return count_; }
+
+private:
+  const Queue* queue_;
+  Shape shape_;
+  Kernel count_;
+  std::map<SweepKind, Kernel> sweeps_;
+};
+
+} // namespace hdmbench::opencl
