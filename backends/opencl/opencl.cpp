@@ -44,7 +44,9 @@ private:
 
   [[nodiscard]] std::unique_ptr<Session> do_open(std::size_t index,
                                                  const SessionOptions& options) const override {
-    return opencl::make_session(open_queue(index), options.work);
+    opencl::Queue queue = open_queue(index);
+    const opencl::Shape shape = opencl::shape_for(queue.device());
+    return opencl::make_session(std::move(queue), shape, options.work);
   }
 };
 

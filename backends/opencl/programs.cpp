@@ -5,12 +5,16 @@
 #include <fmt/format.h>
 #include <shaders/count_opencl.hpp>
 #include <shaders/language_opencl.hpp>
+#include <shaders/projection.hpp>
+#include <shaders/resample_opencl.hpp>
 #include <shaders/site.hpp>
 #include <shaders/sweep_opencl.hpp>
 #include <shaders/update.hpp>
 
 #include <algorithm>
+#include <initializer_list>
 #include <string_view>
+#include <utility>
 
 namespace hdmbench::opencl {
 
@@ -18,6 +22,17 @@ namespace {
 
 /// Numbers without a suffix are floats; -w because some drivers print warnings whether asked or not.
 constexpr const char* options = "-cl-std=CL1.2 -cl-single-precision-constant -w";
+
+std::string joined(std::string text, std::initializer_list<std::string_view> parts) {
+  for (const std::string_view part : parts) {
+    text += part;
+  }
+  return text;
+}
+
+std::string resampling_text() {
+  return joined("", {sources::language_opencl, sources::projection, sources::resample_opencl});
+}
 
 } // namespace
 
@@ -36,17 +51,12 @@ std::string assemble(const SweepKind& kind, const Shape& shape) {
                   "#define GENERAL {}\n",
                   constants.energy->inputs, constants.rule, constants.colours, constants.step_count,
                   shape.tile.width, shape.tile.height, shape.lanes, kind.active, kind.general ? 1 : 0);
-  for (const std::string_view part :
-       {sources::language_opencl, sources::site, programs_of(*constants.energy).text, sources::update,
-        sources::sweep_opencl}) {
-    text += part;
-  }
-  return text;
+  return joined(std::move(text),
+                {sources::language_opencl, sources::site, programs_of(*constants.energy).text,
+                 sources::update, sources::sweep_opencl});
 }
 
-Kernels::Kernels(const Queue& queue)
-    : queue_(&queue), shape_(shape_for(queue.device())),
-      count_(queue.make_kernel(std::string(sources::count_opencl), options, "count_changes")) {}
+Kernels::Kernels(const Queue& queue, Shape shape) : queue_(&queue), shape_(shape) {}
 
 const Kernel& Kernels::sweep(const SweepKind& kind) {
   auto found = sweeps_.find(kind);
@@ -54,6 +64,25 @@ const Kernel& Kernels::sweep(const SweepKind& kind) {
     found = sweeps_.emplace(kind, queue_->make_kernel(assemble(kind, shape_), options, "sweep")).first;
   }
   return found->second;
+}
+
+const Kernel& Kernels::count() {
+  return made(count_, std::string(sources::count_opencl), "count_changes");
+}
+
+const Kernel& Kernels::sample() {
+  return made(sample_, resampling_text(), "sample_level");
+}
+
+const Kernel& Kernels::project() {
+  return made(project_, resampling_text(), "project");
+}
+
+const Kernel& Kernels::made(std::optional<Kernel>& kernel, const std::string& text, const char* name) const {
+  if (!kernel) {
+    kernel = queue_->make_kernel(text, options, name);
+  }
+  return *kernel;
 }
 
 } // namespace hdmbench::opencl

@@ -7,6 +7,7 @@
 #include <array>
 #include <compare>
 #include <map>
+#include <optional>
 #include <string>
 
 namespace hdmbench::opencl {
@@ -52,6 +53,18 @@ struct SweepParameters {
   cl_uint stamp = 0;
 };
 
+/// Of resample.cl.
+struct ResamplingParameters {
+  cl_int width = 0;
+  cl_uint origin = 0;
+  cl_uint plane = 0;
+  cl_int from_width = 0;
+  cl_uint from_origin = 0;
+  cl_uint from_plane = 0;
+  cl_int first_column = 0;
+  cl_int first_row = 0;
+};
+
 /// sweep.cl as the device's compiler wants it.
 [[nodiscard]] std::string assemble(const SweepKind& kind, const Shape& shape);
 
@@ -59,17 +72,22 @@ struct SweepParameters {
 class Kernels {
 public:
   /// `queue` must outlive this.
-  explicit Kernels(const Queue& queue);
+  Kernels(const Queue& queue, Shape shape);
 
   [[nodiscard]] const Shape& shape() const { return shape_; }
   [[nodiscard]] const Kernel& sweep(const SweepKind& kind);
-  /// kernels/shaders/count.cl
-  [[nodiscard]] const Kernel& count() const { return count_; }
+  [[nodiscard]] const Kernel& count();  ///< of kernels/shaders/count.cl
+  [[nodiscard]] const Kernel& sample(); ///< of kernels/shaders/resample.cl, as the next
+  [[nodiscard]] const Kernel& project();
 
 private:
+  const Kernel& made(std::optional<Kernel>& kernel, const std::string& text, const char* name) const;
+
   const Queue* queue_;
   Shape shape_;
-  Kernel count_;
+  std::optional<Kernel> count_;
+  std::optional<Kernel> sample_;
+  std::optional<Kernel> project_;
   std::map<SweepKind, Kernel> sweeps_;
 };
 

@@ -1,14 +1,11 @@
 #include "backends/opencl/session.hpp"
 
-#include "backends/opencl/programs.hpp"
-#include "backends/shared/tiles.hpp"
-
-#include <fmt/format.h>
+#include "backends/opencl/sweeps.hpp"
+#include "backends/shared/resampling_entries.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
-#include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -17,221 +14,175 @@ namespace hdmbench::opencl {
 
 namespace {
 
-/// Levels of up to so many sites are swept by one group in one dispatch: starting another one takes longer.
-/// No flags are kept for them either.
-constexpr std::size_t most_for_one_group = std::size_t{64} * 64;
-
-/// Sites that are updated before the host waits, by all groups and by one: no driver takes that for hung, and
-/// none gathers too many commands.
-constexpr double most_in_flight = 2e9;
-constexpr double most_by_one_group = 2e7;
-
-/// An array over the sites on the device: planes of one float a site, with room around for what a row reads
-/// beyond the border.
-struct Layout {
-  Layout() = default;
-  explicit Layout(Extent extent)
-      : origin((static_cast<std::size_t>(extent.width) + 16) / 16 * 16),
-        plane((extent.sites() + 2 * origin + 15) / 16 * 16) {}
-
-  [[nodiscard]] std::size_t bytes(std::size_t planes) const { return planes * plane * sizeof(float); }
-  /// Where a plane's first site is.
-  [[nodiscard]] std::size_t offset(std::size_t number) const {
-    return (number * plane + origin) * sizeof(float);
-  }
-
-  std::size_t origin = 0; ///< floats
-  std::size_t plane = 0;  ///< floats
+/// A level of a pyramid.
+struct DeviceLevel {
+  int count = 0; ///< of its sweeps
+  Sweeps sweeps;
+  cl_int first_column = 0; ///< of its entries
 };
 
 class SweepSession final : public Session {
 public:
-  SweepSession(Queue queue, Work work)
-      : queue_(std::move(queue)), work_(work), kernels_(queue_),
+  SweepSession(Queue queue, Shape shape, Work work)
+      : queue_(std::move(queue)), work_(work), kernels_(queue_, shape),
         counter_(queue_.make_buffer(sizeof(cl_uint))) {}
 
 private:
   void do_load(const Level& level) override {
-    const Layout layout(level.extent);
-    require_fits(level, layout);
-    level_ = without_fields(level);
-    layout_ = layout;
-    const bool curvature = needs_inverse_curvature(level.rule);
-    for (Buffer& displacement : displacements_) {
-      queue_.make_room(displacement, layout_.bytes(2));
-    }
-    upload(material_, {&level.modulus.values, &level.inverse_modulus.values});
-    upload(observation_, {&level.target.x, &level.target.y, &level.confidence.x, &level.confidence.y});
-    if (curvature) {
-      upload(inverse_curvature_, {&level.inverse_curvature.x, &level.inverse_curvature.y});
-    } else {
-      queue_.make_room(inverse_curvature_, sizeof(float));
-    }
-    std::vector<const std::vector<float>*> inputs;
-    for (const ScalarField& input : level.inputs) {
-      inputs.push_back(&input.values);
-    }
-    upload(inputs_, inputs);
-    prepare_tiles(level);
+    upload_full(level, 0);
+    sweeps_.emplace(queue_, kernels_, level, level.extent, Alignment::corner, level.strengths, work_,
+                    InputTexels(level), 0);
     queue_.finish();
   }
 
   void do_write(const VectorField& displacement) override {
-    newest_ = 0;
-    every_ = true;
-    write_planes(displacements_[newest_], {&displacement.x, &displacement.y});
+    write_planes(queue_, displacements_.field(), layout_, {displacement.x, displacement.y});
+    sweeps_->wake_all();
   }
 
   void do_step(int first, int sweeps) override {
-    const Kernel& kernel = kernels_.sweep(kind_);
-    kernel.set(2, material_);
-    kernel.set(3, observation_);
-    kernel.set(4, inverse_curvature_);
-    kernel.set(5, inputs_);
-    kernel.set(6, classes_);
-    kernel.set(7, flags_);
-    const auto sites = static_cast<double>(level_.extent.sites());
-    const int at_once = one_group() ? static_cast<int>(std::clamp(most_by_one_group / sites, 1.0, 1e6)) : 1;
-    double in_flight = 0;
-    for (int number = first; number < first + sweeps; number += at_once) {
-      const int together = std::min(at_once, first + sweeps - number);
-      sweep(kernel, number, together);
-      in_flight += sites * together;
-      if (in_flight > most_in_flight) {
-        queue_.finish();
-        in_flight = 0;
-      }
+    for (int done = 0; done < sweeps;) {
+      done += sweeps_->run(first + done, sweeps - done, full_, displacements_);
+      queue_.finish();
     }
-    queue_.finish();
   }
 
   void do_read(VectorField& displacement) override {
-    queue_.read(displacements_[newest_], layout_.offset(0), displacement.x);
-    queue_.read(displacements_[newest_], layout_.offset(1), displacement.y);
+    queue_.read(displacements_.field(), layout_.offset(0), displacement.x);
+    queue_.read(displacements_.field(), layout_.offset(1), displacement.y);
   }
 
   std::int64_t do_changed() override {
     queue_.clear(counter_, sizeof(cl_uint));
     const Kernel& count = kernels_.count();
-    count.set(0, displacements_[newest_]);
-    count.set(1, displacements_[1 - newest_]);
+    count.set(0, displacements_.field());
+    count.set(1, displacements_.other());
     count.set(2, counter_);
-    count.set(3, cl_int{level_.extent.width});
+    count.set(3, cl_int{extent_.width});
     count.set(4, static_cast<cl_uint>(layout_.origin));
     count.set(5, static_cast<cl_uint>(layout_.plane));
-    queue_.run(count, static_cast<std::size_t>(level_.extent.height), lanes());
+    run_rows(count, extent_);
     cl_uint changed = 0;
     queue_.read_bytes(counter_, sizeof(changed), &changed);
     return changed;
   }
 
-  /// Whether one group may do several sweeps: what it is told must be the same in all of them.
-  [[nodiscard]] bool one_group() const {
-    return level_.extent.sites() <= most_for_one_group && changes_spread_by_contact(level_);
-  }
-  [[nodiscard]] std::size_t lanes() const { return static_cast<std::size_t>(kernels_.shape().lanes); }
-
-  /// Sweeps first ... first + count - 1 in one dispatch.
-  void sweep(const Kernel& kernel, int first, int count) {
-    const SweepState state = sweep_state(level_, first);
-    const std::size_t tile_count = tiles_.sites();
-    if (kind_.active) {
-      ++stamp_;
+  void do_load_pyramid(const Pyramid& pyramid) override {
+    const Level& full = *pyramid.full;
+    Extent sampled{};
+    for (const PyramidLevel& level : pyramid.levels) {
+      if (level.extent != full.extent && level.extent.sites() > sampled.sites()) {
+        sampled = level.extent;
+      }
     }
-    kernel.set(0, displacements_[newest_]);
-    kernel.set(1, displacements_[1 - newest_]);
-    kernel.set(8, SweepParameters{.steps = level_.steps.padded(),
-                                  .penalty = level_.penalty,
-                                  .colour = state.colour,
-                                  .strength = state.strength,
-                                  .number = state.number,
-                                  .seed = state.seed,
-                                  .width = level_.extent.width,
-                                  .height = level_.extent.height,
-                                  .origin = static_cast<cl_uint>(layout_.origin),
-                                  .plane = static_cast<cl_uint>(layout_.plane),
-                                  .tiles_across = tiles_.width,
-                                  .tile_count = static_cast<cl_int>(tile_count),
-                                  .sweeps = count,
-                                  .every = every_ ? 1 : 0,
-                                  .stamp = stamp_});
-    queue_.run(kernel, one_group() ? 1 : tile_count, lanes());
-    every_ = false;
-    newest_ = (newest_ + static_cast<std::size_t>(count)) % 2;
-  }
-
-  /// Which kernel sweeps the level, and what it has to know of the tiles.
-  void prepare_tiles(const Level& level) {
-    const bool fast = changes_spread_by_contact(level);
-    tiles_ = tiles_of(level.extent, kernels_.shape().tile);
-    kind_ = {.constants = shader_constants(level),
-             .active = work_ == Work::active && fast && level.extent.sites() > most_for_one_group,
-             .general = !fast};
-    std::vector<std::uint8_t> classes{0};
-    if (fast) {
-      classes = classify_tiles(level, level.extent, Alignment::corner,
-                               {.tile = kernels_.shape().tile, .classes = classes_with_code})
-                    .classes;
+    upload_full(full, sampled.sites());
+    if (sampled.sites() > 0) {
+      make_room(queue_, sampled_, Layout(sampled), false);
     }
-    queue_.make_room(classes_, classes.size());
-    queue_.write_bytes(classes_, classes.size(), classes.data());
-    const std::size_t flag_bytes = kind_.active ? 2 * tiles_.sites() * sizeof(cl_uint) : sizeof(cl_uint);
-    queue_.make_room(flags_, flag_bytes);
-    queue_.clear(flags_, flag_bytes);
-    stamp_ = 0;
-    (void)kernels_.sweep(kind_); // compiled now, not while somebody times sweeps
-  }
-
-  void upload(Buffer& buffer, const std::vector<const std::vector<float>*>& planes) const {
-    queue_.make_room(buffer, std::max(layout_.bytes(planes.size()), sizeof(float)));
-    write_planes(buffer, planes);
-  }
-
-  void write_planes(const Buffer& buffer, const std::vector<const std::vector<float>*>& planes) const {
-    for (std::size_t number = 0; number < planes.size(); ++number) {
-      queue_.write(buffer, layout_.offset(number), *planes[number]);
+    const ResamplingEntries entries(pyramid);
+    const std::size_t bytes = entries.texels.size() * sizeof(entries.texels.front());
+    queue_.make_room(entries_, bytes);
+    queue_.write_bytes(entries_, bytes, entries.texels.data());
+    const InputTexels inputs(pyramid);
+    for (std::size_t i = 0; i < pyramid.levels.size(); ++i) {
+      const PyramidLevel& plan = pyramid.levels[i];
+      const auto first_input = static_cast<std::size_t>(inputs.first[i]);
+      levels_.push_back({.count = plan.sweeps,
+                         .sweeps = {queue_, kernels_, full, plan.extent, pyramid.alignment, plan.strengths,
+                                    work_, inputs, first_input},
+                         .first_column = entries.begins[i]});
     }
+    queue_.finish();
   }
 
-  /// Throws TooLarge.
-  void require_fits(const Level& level, const Layout& layout) const {
-    const std::size_t largest = layout.bytes(4);
-    const std::size_t planes =
-        2 * 2 + 2 + 4 + (needs_inverse_curvature(level.rule) ? 2 : 0) + level.inputs.size();
-    const FoundDevice& device = queue_.device();
-    if (largest > device.largest_buffer || layout.bytes(planes) > device.memory ||
-        layout.plane > std::numeric_limits<std::int32_t>::max()) {
-      throw TooLarge(
-          fmt::format("{}: {} x {} sites need {} bytes, {} in one buffer; the device has {} and {}",
-                      device.description.name, level.extent.width, level.extent.height, layout.bytes(planes),
-                      largest, device.memory, device.largest_buffer));
+  void do_solve(const Advance& advance) override {
+    queue_.clear(displacements_.field(), levels_.front().sweeps.layout().bytes(2));
+    const DeviceLevel* above = nullptr;
+    for (DeviceLevel& level : levels_) {
+      if (above != nullptr) {
+        resample(kernels_.project(), {&displacements_.field(), &displacements_.other()}, above->sweeps,
+                 level);
+        displacements_.swap();
+      }
+      above = &level;
+      const bool is_full = level.sweeps.extent() == extent_;
+      if (!is_full) {
+        resample(kernels_.sample(),
+                 {&full_.material, &full_.observation, &sampled_.material, &sampled_.observation},
+                 levels_.back().sweeps, level);
+      }
+      level.sweeps.wake_all();
+      for (int first = 0; first < level.count;) {
+        const int done =
+            level.sweeps.run(first, level.count - first, is_full ? full_ : sampled_, displacements_);
+        first += done;
+        if (first < level.count || is_full) {
+          queue_.finish();
+        }
+        advance(static_cast<double>(level.sweeps.extent().sites()) * done);
+      }
     }
+    queue_.finish();
+  }
+
+  /// The level itself and room for its displacement; forgets all that was loaded before.
+  void upload_full(const Level& level, std::size_t sampled) {
+    require_fits(queue_.device(), level, sampled);
+    sweeps_.reset();
+    levels_.clear();
+    extent_ = level.extent;
+    layout_ = Layout(extent_);
+    for (Buffer& displacement : displacements_.buffers) {
+      queue_.make_room(displacement, layout_.bytes(2));
+    }
+    make_room(queue_, full_, layout_, needs_inverse_curvature(level.rule));
+    upload(queue_, full_, layout_, level);
+  }
+
+  /// `kernel` of resample.cl for `level` from what has the layout of `from`.
+  void resample(const Kernel& kernel, std::initializer_list<const Buffer*> buffers, const Sweeps& from,
+                const DeviceLevel& level) const {
+    const Extent extent = level.sweeps.extent();
+    cl_uint index = 0;
+    for (const Buffer* const buffer : buffers) {
+      kernel.set(index++, *buffer);
+    }
+    kernel.set(index++, entries_);
+    kernel.set(index, ResamplingParameters{.width = extent.width,
+                                           .origin = static_cast<cl_uint>(level.sweeps.layout().origin),
+                                           .plane = static_cast<cl_uint>(level.sweeps.layout().plane),
+                                           .from_width = from.extent().width,
+                                           .from_origin = static_cast<cl_uint>(from.layout().origin),
+                                           .from_plane = static_cast<cl_uint>(from.layout().plane),
+                                           .first_column = level.first_column,
+                                           .first_row = level.first_column + extent.width});
+    run_rows(kernel, extent);
+  }
+
+  /// A group for each row.
+  void run_rows(const Kernel& kernel, Extent extent) const {
+    queue_.run(kernel, static_cast<std::size_t>(extent.height),
+               static_cast<std::size_t>(kernels_.shape().lanes));
   }
 
   Queue queue_;
   Work work_;
   Kernels kernels_;
-  std::array<Buffer, 2> displacements_; ///< x, y
-  Buffer material_;                     ///< modulus, 1 / modulus
-  Buffer observation_;                  ///< target x, y, confidence x, y
-  Buffer inverse_curvature_;            ///< x, y; one float where the rule needs none
-  Buffer inputs_;                       ///< Level::inputs
-  Buffer classes_;                      ///< of the tiles; one byte where all are general
-  Buffer flags_;                        ///< of the tiles, as sweep.cl has them
+  Displacements displacements_;
+  Fields full_;
+  Fields sampled_; ///< of the level of a pyramid that is swept
+  Buffer entries_; ///< of a pyramid's levels: ResamplingEntries
   Buffer counter_;
-  Level level_; ///< without its fields
+  std::optional<Sweeps> sweeps_;    ///< where load(level) was the last
+  std::vector<DeviceLevel> levels_; ///< where load(pyramid) was the last
+  Extent extent_;                   ///< these two are the full level's
   Layout layout_;
-  Extent tiles_;
-  SweepKind kind_;
-  std::size_t newest_ = 0; ///< which displacement is the field; the other one is the field one sweep before
-  cl_uint stamp_ = 0;      ///< of the sweep before, since load
-  bool every_ = true;      ///< the next sweep visits every tile
 };
 
 } // namespace
 
-std::unique_ptr<Session> make_session(Queue queue, Work work) {
-  return std::make_unique<SweepSession>(std::move(queue), work);
+std::unique_ptr<Session> make_session(Queue queue, Shape shape, Work work) {
+  return std::make_unique<SweepSession>(std::move(queue), shape, work);
 }
 
 } // namespace hdmbench::opencl
