@@ -1,5 +1,6 @@
 #include "backends/opencl/opencl.hpp"
 
+#include "backends/opencl/ceilings.hpp"
 #include "backends/opencl/device.hpp"
 #include "backends/opencl/programs.hpp"
 #include "backends/opencl/session.hpp"
@@ -47,6 +48,10 @@ private:
     opencl::Queue queue = open_queue(index);
     const opencl::Shape shape = opencl::shape_for(queue.device());
     return opencl::make_session(std::move(queue), shape, options.work);
+  }
+  [[nodiscard]] std::optional<Ceilings>
+  do_measure_ceilings(std::size_t index, const SessionOptions& /*options*/) const override {
+    return opencl::measure_ceilings(open_queue(index));
   }
 };
 

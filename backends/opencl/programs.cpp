@@ -20,9 +20,6 @@ namespace hdmbench::opencl {
 
 namespace {
 
-/// Numbers without a suffix are floats; -w because some drivers print warnings whether asked or not.
-constexpr const char* options = "-cl-std=CL1.2 -cl-single-precision-constant -w";
-
 std::string joined(std::string text, std::initializer_list<std::string_view> parts) {
   for (const std::string_view part : parts) {
     text += part;
@@ -37,10 +34,8 @@ std::string resampling_text() {
 } // namespace
 
 Shape shape_for(const FoundDevice& device) {
-  if (device.is_cpu) {
-    return {.tile = {128, 16}, .lanes = 1};
-  }
-  return {.tile = {64, 16}, .lanes = static_cast<int>(std::min<std::size_t>(64, device.largest_group))};
+  const std::size_t lanes = device.is_cpu ? 1 : std::min<std::size_t>(64, device.largest_group);
+  return {.tile = {64, 16}, .lanes = static_cast<int>(lanes)};
 }
 
 std::string assemble(const SweepKind& kind, const Shape& shape) {
@@ -61,7 +56,7 @@ Kernels::Kernels(const Queue& queue, Shape shape) : queue_(&queue), shape_(shape
 const Kernel& Kernels::sweep(const SweepKind& kind) {
   auto found = sweeps_.find(kind);
   if (found == sweeps_.end()) {
-    found = sweeps_.emplace(kind, queue_->make_kernel(assemble(kind, shape_), options, "sweep")).first;
+    found = sweeps_.emplace(kind, queue_->make_kernel(assemble(kind, shape_), build_options, "sweep")).first;
   }
   return found->second;
 }
@@ -80,7 +75,7 @@ const Kernel& Kernels::project() {
 
 const Kernel& Kernels::made(std::optional<Kernel>& kernel, const std::string& text, const char* name) const {
   if (!kernel) {
-    kernel = queue_->make_kernel(text, options, name);
+    kernel = queue_->make_kernel(text, build_options, name);
   }
   return *kernel;
 }

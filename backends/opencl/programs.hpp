@@ -12,14 +12,19 @@
 
 namespace hdmbench::opencl {
 
+/// What all kernels are built with. Numbers without a suffix are floats; nothing is flushed or fused; -w
+/// because some drivers print warnings, whether asked or not.
+inline constexpr const char* build_options = "-cl-std=CL1.2 -cl-single-precision-constant -w";
+
 /// How a group sweeps a tile (kernels/shaders/sweep.cl).
 struct Shape {
   Extent tile; ///< sites
   int lanes;   ///< work items
 };
 
-/// A CPU has one item a group, whose loop along a row is made SIMD: measured on PoCL with 8 lanes, dense, CPU
-/// time, rows of 64 sites take up to twice as long as those of 128, which 256 hardly improve.
+/// A CPU has one item a group, whose loop along a row is made SIMD; other devices have one for each column.
+/// Measured on PoCL, dense, CPU time: rows of 128 sites are a fifth faster in tiles at the border, of which
+/// there are then nearly twice as many, and not in others.
 [[nodiscard]] Shape shape_for(const FoundDevice& device);
 
 /// What sweep.cl is compiled for.

@@ -25,11 +25,8 @@ typedef struct Sweep Sweep;
 typedef struct Position Position;
 typedef struct RandomPair RandomPair;
 
-// Hints that change no result. PoCL (LLVM 14) leaves the loop over the candidates as it is unless it is told, and no loop
-// around a loop becomes SIMD; nor does one whose stores might be what it reads next.
+// A hint that changes no result. PoCL (LLVM 14) leaves the loop over the candidates as it is unless it is told, and no loop
+// around a loop becomes SIMD. Kernels that want none of it undefine this.
 #ifdef __clang__
 #define for _Pragma("unroll") for
-#define SITES_SIDE_BY_SIDE _Pragma("clang loop vectorize(assume_safety)")
-#else
-#define SITES_SIDE_BY_SIDE
 #endif
