@@ -14,6 +14,9 @@
 #if defined(HDMBENCH_WITH_EGL) || defined(HDMBENCH_WITH_OSMESA)
 #include "backends/gl/fragment.hpp"
 #endif
+#ifdef HDMBENCH_WITH_OPENCL
+#include "backends/opencl/opencl.hpp"
+#endif
 #ifdef HDMBENCH_WITH_VULKAN
 #include "backends/vulkan/vulkan_compute.hpp"
 #endif
@@ -80,6 +83,14 @@ std::unique_ptr<Backend> vulkan_compute() {
 #endif
 }
 
+std::unique_ptr<Backend> opencl() {
+#ifdef HDMBENCH_WITH_OPENCL
+  return make_opencl();
+#else
+  return not_built("opencl", "HDMBENCH_OPENCL");
+#endif
+}
+
 } // namespace
 
 std::vector<std::unique_ptr<Backend>> make_backends() {
@@ -90,6 +101,7 @@ std::vector<std::unique_ptr<Backend>> make_backends() {
   backends.push_back(gl_fragment_osmesa());
   backends.push_back(gl_compute());
   backends.push_back(vulkan_compute());
+  backends.push_back(opencl());
   return backends;
 }
 

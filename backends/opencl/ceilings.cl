@@ -1,0 +1,38 @@
+// How fast a device copies, and how fast it calculates: nothing but multiply-adds, apart as the specification has them.
+// backends/shared/ceiling_shaders.cpp knows what comes out. An item has eight texels, so that a CPU has wide vectors and
+// enough of them under way.
+
+#pragma OPENCL FP_CONTRACT OFF
+
+kernel void copy(global const float16* source, global float16* target) {
+  size_t i = 2 * get_global_id(0);
+  target[i] = source[i];
+  target[i + 1] = source[i + 1];
+}
+
+// What the components of four texels begin with.
+float16 begin(float16 given) {
+  float4 component = (float4)(0.0f, 1.0f, 2.0f, 3.0f);
+  return (float16)(given.s0 + component, given.s4 + component, given.s8 + component, given.sc + component);
+}
+
+#define STEP(chain) chain = chain * factor + term;
+#define ROUND STEP(a) STEP(b) STEP(c) STEP(d) STEP(e) STEP(f)
+
+kernel void multiply_add(global const float16* source, global float16* target) {
+  size_t i = 2 * get_global_id(0);
+  float factor = source[i].s2;
+  float term = source[i].s3;
+  float16 a = begin(source[i]);
+  float16 b = a + 4.0f;
+  float16 c = a + 8.0f;
+  float16 d = begin(source[i + 1]);
+  float16 e = d + 4.0f;
+  float16 f = d + 8.0f;
+  for (int round = 0; round < 64; ++round) {
+    ROUND ROUND ROUND ROUND ROUND ROUND ROUND ROUND
+  }
+  ROUND
+  target[i] = a + b + c;
+  target[i + 1] = d + e + f;
+}

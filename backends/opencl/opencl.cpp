@@ -1,0 +1,64 @@
+#include "backends/opencl/opencl.hpp"
+
+#include "backends/opencl/ceilings.hpp"
+#include "backends/opencl/device.hpp"
+#include "backends/opencl/programs.hpp"
+#include "backends/opencl/session.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+#include <vector>
+
+namespace hdmbench {
+
+namespace {
+
+class OpenCl final : public Backend {
+public:
+  [[nodiscard]] std::string_view name() const override { return "opencl"; }
+  [[nodiscard]] std::string_view description() const override {
+    return "OpenCL C 1.2 kernel, compiled at run time, buffers of planes";
+  }
+
+  [[nodiscard]] std::vector<Device> devices() const override {
+    std::vector<Device> all;
+    for (const opencl::FoundDevice& found : opencl::find_devices(opencl::Api())) {
+      all.push_back(found.description);
+    }
+    return all;
+  }
+
+  [[nodiscard]] double bytes_per_update(SiteKind kind, int /*sweeps*/) const override {
+    return hdmbench::bytes_per_update(kind, opencl::classes_with_code);
+  }
+
+private:
+  [[nodiscard]] static opencl::Queue open_queue(std::size_t index) {
+    auto api = std::make_shared<const opencl::Api>();
+    std::vector<opencl::FoundDevice> found = opencl::find_devices(*api);
+    if (index >= found.size()) {
+      throw DeviceError(fmt::format("OpenCL device {} has gone, {} are left", index, found.size()));
+    }
+    return {std::move(api), std::move(found[index])};
+  }
+
+  [[nodiscard]] std::unique_ptr<Session> do_open(std::size_t index,
+                                                 const SessionOptions& options) const override {
+    opencl::Queue queue = open_queue(index);
+    const opencl::Shape shape = opencl::shape_for(queue.device());
+    return opencl::make_session(std::move(queue), shape, options.work);
+  }
+  [[nodiscard]] std::optional<Ceilings>
+  do_measure_ceilings(std::size_t index, const SessionOptions& /*options*/) const override {
+    return opencl::measure_ceilings(open_queue(index));
+  }
+};
+
+} // namespace
+
+std::unique_ptr<Backend> make_opencl() {
+  return std::make_unique<OpenCl>();
+}
+
+} // namespace hdmbench

@@ -1,0 +1,14 @@
+#pragma once
+
+#include "backends/opencl/device.hpp"
+#include "backends/opencl/programs.hpp"
+
+#include <memory>
+
+namespace hdmbench::opencl {
+
+/// A session whose groups sweep tiles in this shape. Throws DeviceError where the device refuses or its
+/// compiler does.
+[[nodiscard]] std::unique_ptr<Session> make_session(Queue queue, Shape shape, Work work);
+
+} // namespace hdmbench::opencl

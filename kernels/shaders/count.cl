@@ -1,0 +1,15 @@
+// Adds to `changed` the number of sites at which two displacements differ in value (-0 equals 0), a group per row.
+// `origin` and `plane` as sweep.cl has them.
+
+kernel void count_changes(global const float* displacement, global const float* before, global uint* changed, int width,
+                          uint origin, uint plane) {
+  size_t start = (size_t)origin + get_group_id(0) * (size_t)width;
+  uint differing = 0;
+  for (int x = get_local_id(0); x < width; x += get_local_size(0)) {
+    size_t site = start + (size_t)x;
+    differing += (displacement[site] != before[site]) | (displacement[plane + site] != before[plane + site]);
+  }
+  if (differing > 0) {
+    atomic_add(changed, differing);
+  }
+}

@@ -1,0 +1,250 @@
+// One sweep over the tiles of a level as OpenCL C 1.2, or several over a small one. Compiled after language.cl, site.inc, the
+// energy, update.inc and tile_class.inc. The host supplies
+//
+//   RULE, COLOURS, STEP_COUNT  as update.inc has them
+//   TILE_WIDTH, TILE_HEIGHT    sites
+//   LANES                      work items of a group, which sweeps a tile row by row: its sites are side by side in the
+//                              lanes. With one item the loop along the row is what a CPU's compiler makes SIMD of:
+//                              PoCL does not vectorise the items of a group whose kernel has loops. This is why tile.glsl,
+//                              where an item goes down its column, is not used here.
+//   ACTIVE                     whether only tiles are visited that can see a change
+//   GENERAL                    whether all tiles are of the general class
+//
+// Arrays over the sites are planes, one number each, so that neighbours in a row are neighbours in memory. Around each there
+// is room: neighbours beyond the border are read before they are replaced.
+
+#undef for
+
+// What is stored in a row is not what is read next. 16: PoCL takes 8 of its own accord, with which a sweep takes up to twice
+// as long.
+#if defined(__clang__) && LANES == 1
+#define SITES_SIDE_BY_SIDE _Pragma("clang loop vectorize(assume_safety) vectorize_width(16)")
+#else
+#define SITES_SIDE_BY_SIDE
+#endif
+
+typedef struct {
+  float steps[16];
+  float penalty;
+  float colour; // this and the next three are update.inc's Sweep
+  float strength;
+  float number;
+  float seed;
+  int width;
+  int height;
+  uint origin; // where in a plane its first site is
+  uint plane;  // from a plane to the next
+  int tiles_across;
+  int tile_count;
+  int sweeps; // more than one only where one group has all tiles, and nothing of the above changes
+  int every;  // whether every tile is visited
+  uint stamp; // of this sweep, another one for each since the flags were cleared
+} Parameters;
+
+// A plane as a row of it sees it.
+typedef struct {
+  global const float* north;
+  global const float* middle;
+  global const float* south;
+} Rows;
+
+HDM_FUNCTION Rows rows_at(global const float* middle, int width) {
+  Rows rows;
+  rows.north = middle - width;
+  rows.middle = middle;
+  rows.south = middle + width;
+  return rows;
+}
+
+// Which neighbours of a site are outside.
+typedef struct {
+  bool north, west, east, south;
+} Outside;
+
+// What a site sees of a plane: itself where a neighbour is outside (thesis 6.2.6).
+HDM_FUNCTION Neighbours around(Rows rows, int x, bool border, Outside outside) {
+  Neighbours seen;
+  seen.north_west = rows.north[x - 1];
+  seen.north = rows.north[x];
+  seen.north_east = rows.north[x + 1];
+  seen.west = rows.middle[x - 1];
+  seen.centre = rows.middle[x];
+  seen.east = rows.middle[x + 1];
+  seen.south_west = rows.south[x - 1];
+  seen.south = rows.south[x];
+  seen.south_east = rows.south[x + 1];
+  if (border) {
+    seen.north_west = (outside.north | outside.west) ? seen.centre : seen.north_west;
+    seen.north = outside.north ? seen.centre : seen.north;
+    seen.north_east = (outside.north | outside.east) ? seen.centre : seen.north_east;
+    seen.west = outside.west ? seen.centre : seen.west;
+    seen.east = outside.east ? seen.centre : seen.east;
+    seen.south_west = (outside.south | outside.west) ? seen.centre : seen.south_west;
+    seen.south = outside.south ? seen.centre : seen.south;
+    seen.south_east = (outside.south | outside.east) ? seen.centre : seen.south_east;
+  }
+  return seen;
+}
+
+HDM_FUNCTION Neighbours of_one_modulus() {
+  Neighbours seen = {1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f};
+  return seen;
+}
+
+// What does not change in the sweeps of a level; see the kernel.
+typedef struct {
+  global const float* material;
+  global const float* observation;
+  global const float* inverse_curvature;
+  global const float* inputs;
+} Fields;
+
+// The tile at column and row `at` of tiles, of the class that the three say. Returns which tiles see a change of what this
+// item swept: bit (x + 1) + 3 (y + 1) stands for the neighbour at x, y in tiles.
+HDM_FUNCTION int sweep_tile(bool border, bool observed, bool elastic, int tile_x, int tile_y,
+                            global const float* displacement, Fields fields, global float* improved, Parameters p) {
+  int left = tile_x * TILE_WIDTH;
+  int top = tile_y * TILE_HEIGHT;
+  int columns = border ? min(TILE_WIDTH, p.width - left) : TILE_WIDTH;
+  int rows = border ? min(TILE_HEIGHT, p.height - top) : TILE_HEIGHT;
+  Sweep sweep;
+  sweep.colour = p.colour;
+  sweep.strength = p.strength;
+  sweep.number = p.number;
+  sweep.seed = p.seed;
+  int first_outside = left == 0 ? 0 : -1; // columns of the tile whose west, whose east is outside
+  int last_outside = p.width - 1 - left;
+
+  int seen_from = 0;
+  for (int row = 0; row < rows; ++row) {
+    int y = top + row;
+    size_t start = (size_t)p.origin + (size_t)y * (size_t)p.width + (size_t)left;
+    Rows dx = rows_at(displacement + start, p.width);
+    Rows dy = rows_at(displacement + p.plane + start, p.width);
+    Rows inverse = rows_at(fields.material + p.plane + start, p.width);
+    global const float* modulus = fields.material + start;
+    global const float* observation = fields.observation + start;
+    global const float* inverse_curvature = fields.inverse_curvature + start;
+    global const float* inputs = fields.inputs + start;
+    size_t plane = p.plane;
+    global float* next_x = improved + start;
+    global float* next_y = improved + plane + start;
+    bool no_north = y == 0;
+    bool no_south = y == p.height - 1;
+    int changed_first = 0;
+    int changed_last = 0;
+    int changed_any = 0;
+    SITES_SIDE_BY_SIDE
+    for (int x = get_local_id(0); x < columns; x += LANES) {
+      Outside outside = {no_north, x == first_outside, x == last_outside, no_south};
+      Site site;
+      site.dx = around(dx, x, border, outside);
+      site.dy = around(dy, x, border, outside);
+      site.inverse_modulus = elastic ? around(inverse, x, border, outside) : of_one_modulus();
+      site.modulus = elastic ? modulus[x] : 1.0f;
+      site.target_x = observed ? observation[x] : 0.0f;
+      site.target_y = observed ? observation[plane + x] : 0.0f;
+      site.confidence_x = observed ? observation[2 * plane + x] : 0.0f;
+      site.confidence_y = observed ? observation[3 * plane + x] : 0.0f;
+      site.penalty = p.penalty;
+      site.inverse_curvature_x = RULE == rule_steps ? 0.0f : inverse_curvature[x];
+      site.inverse_curvature_y = RULE == rule_steps ? 0.0f : inverse_curvature[plane + x];
+#if HDM_INPUTS > 0
+      site.first_input = around(rows_at(inputs, p.width), x, border, outside);
+#endif
+#if HDM_INPUTS > 1
+      site.second_input = around(rows_at(inputs + plane, p.width), x, border, outside);
+#endif
+#if HDM_INPUTS > 2
+      site.third_input = around(rows_at(inputs + 2 * plane, p.width), x, border, outside);
+#endif
+#if HDM_INPUTS > 3
+      site.fourth_input = around(rows_at(inputs + 3 * plane, p.width), x, border, outside);
+#endif
+      Position at;
+      at.column = (float)(left + x);
+      at.row = (float)y;
+      Displacement next = swept_displacement(RULE, COLOURS, observed, site, at, sweep, p.steps, STEP_COUNT);
+      next_x[x] = next.x;
+      next_y[x] = next.y;
+      if (ACTIVE) {
+        int changed = (next.x != site.dx.centre) | (next.y != site.dy.centre);
+        changed_any |= changed;
+        changed_first |= changed & (x == 0);
+        changed_last |= changed & (x == TILE_WIDTH - 1);
+      }
+    }
+    // The row's bits of the tiles above, here and below; one to the left and one to the right for those beside.
+    int bits = 16 | (row == 0 ? 2 : 0) | (row == TILE_HEIGHT - 1 ? 128 : 0);
+    seen_from |= changed_any ? bits : 0;
+    seen_from |= changed_first ? bits >> 1 : 0;
+    seen_from |= changed_last ? bits << 1 : 0;
+  }
+  return seen_from;
+}
+
+// Has the tiles visited in the next sweep that sweep_tile() named. Several items may store the same.
+HDM_FUNCTION void wake(int tile_x, int tile_y, int seen_from, global uint* next_flags, Parameters p) {
+  for (int bit = 0; bit < 9; ++bit) {
+    int x = tile_x + bit % 3 - 1;
+    int y = tile_y + bit / 3 - 1;
+    if (((seen_from >> bit) & 1) != 0 && x >= 0 && x < p.tiles_across && y >= 0 && y < p.tile_count / p.tiles_across) {
+      next_flags[y * p.tiles_across + x] = p.stamp + 1u;
+    }
+  }
+}
+
+// A group per tile, or one for all. `classes` has the class of each tile, `flags` twice per tile the last sweep that has to
+// visit it: those with odd numbers, those with even ones.
+kernel __attribute__((reqd_work_group_size(LANES, 1, 1))) void sweep(
+    global float* displacement,            // x, y
+    global float* improved,                // x, y after the sweep
+    global const float* material,          // modulus, 1 / modulus
+    global const float* observation,       // target x, y, confidence x, y
+    global const float* inverse_curvature, // x, y, where the rule needs them
+    global const float* inputs,            // the energy's own
+    global const uchar* classes, global uint* flags, Parameters p) {
+  Fields fields = {material, observation, inverse_curvature, inputs};
+  int tile = get_group_id(0);
+  uint now = (p.stamp & 1u) * (uint)p.tile_count;
+  if (ACTIVE && !p.every && flags[now + tile] != p.stamp) {
+    return;
+  }
+  for (int i = 0; i < p.sweeps; ++i) {
+    for (; tile < p.tile_count; tile += get_num_groups(0)) {
+      int tile_x = tile % p.tiles_across;
+      int tile_y = tile / p.tiles_across;
+      int seen_from = 0;
+#define SWEEP(border, observed, elastic)                                                                               \
+  seen_from = sweep_tile(border, observed, elastic, tile_x, tile_y, displacement, fields, improved, p)
+#if GENERAL
+      SWEEP(true, true, true);
+#else
+      switch (classes[tile]) {
+      case 0:
+        SWEEP(false, false, false);
+        break;
+      case 1: // elastic_bit
+        SWEEP(false, false, true);
+        break;
+      case 2: // observed_bit
+        SWEEP(false, true, false);
+        break;
+      case 3:
+        SWEEP(false, true, true);
+        break;
+      default:
+        SWEEP(true, true, true);
+      }
+#endif
+      if (ACTIVE) {
+        wake(tile_x, tile_y, seen_from, flags + ((uint)p.tile_count - now), p);
+      }
+    }
+    global float* swept = improved;
+    improved = displacement;
+    displacement = swept;
+    tile = get_group_id(0);
+    barrier(CLK_GLOBAL_MEM_FENCE);
+  }
+}
