@@ -1,12 +1,15 @@
 // A cell of the elastic energy: its forces against the element of the finite elements, its moments on coarser
 // levels against the sum over the cells of which it is made, all in double.
 
+#include "kernels/data/elastic/hierarchy.hpp"
 #include "kernels/data/elastic/masked_cells.hpp"
 #include "kernels/specification/elastic/elastic.hpp"
 #include "reference/finite_elements.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <random>
@@ -189,6 +192,43 @@ TEST_P(ElasticCell, StiffnessOfASiteIsTheDiagonalOfItsCells) {
       EXPECT_NEAR(stiffness.yy, -by_y[2 * corner + 1], 1e-12 * cell.m);
     }
   }
+}
+
+/// The largest eigenvalue of D^-1 K of one cell, D being the 2 x 2 blocks of its corners. That of a sheet is
+/// not larger than that of its worst cell.
+double stiffest_wave(const InDouble::CellMoments& cell, double nu) {
+  Eigen::Matrix<double, 8, 8> stiffness;
+  for (int column = 0; column < 8; ++column) {
+    Values unit{};
+    unit[static_cast<std::size_t>(column)] = 1.0;
+    const Values forces = forces_of(cell, unit, nu);
+    for (int row = 0; row < 8; ++row) {
+      stiffness(row, column) = -forces[static_cast<std::size_t>(row)];
+    }
+  }
+  Eigen::Matrix<double, 8, 8> blocks = Eigen::Matrix<double, 8, 8>::Zero();
+  for (int corner = 0; corner < 8; corner += 2) {
+    blocks.block<2, 2>(corner, corner) = stiffness.block<2, 2>(corner, corner);
+  }
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix<double, 8, 8>> waves(stiffness, blocks);
+  return waves.eigenvalues().maxCoeff();
+}
+
+/// On the image, where a sweep goes too far if relaxation * eigenvalue is above 2. One corner that is a
+/// thousand times stiffer than the others is the worst.
+TEST_P(ElasticCell, RelaxationLetsNoWaveGrow) {
+  if (GetParam() < 0.0) {
+    GTEST_SKIP() << "the bound is for Poisson ratios of 0 or more";
+  }
+  Random random(6);
+  double worst = 0.0;
+  for (int round = 0; round < 3000; ++round) {
+    const auto modulus = [&] { return random.uniform() < 0.5 ? 1.0 : random.modulus(); };
+    const auto cell = InDouble::image_cell({modulus(), modulus(), modulus(), modulus()});
+    worst = std::max(worst, stiffest_wave(cell, GetParam()));
+  }
+  EXPECT_LT(elastic_relaxation * worst, 2.0);
+  EXPECT_GT((elastic_relaxation + 0.1) * worst, 2.0); // and there is no room for more
 }
 
 TEST_P(ElasticCell, MatrixOfAMaskedCellLeavesOutWhatIsPrescribed) {

@@ -240,6 +240,26 @@ TEST_F(SceneFile, MistakesAreNamedWithTheirLine) {
               HasSubstr("exactly one of these"));
 }
 
+TEST_F(SceneFile, AnotherEnergyHasMethodsOfItsOwn) {
+  const auto with = [&](std::string_view schedule) {
+    return load_scene(
+        folder_.write("scene.toml", fmt::format("energy = \"elastic\"\n{}{}", good, schedule)).string());
+  };
+  const Scene usual = with("");
+  EXPECT_EQ(usual.energy, EnergyModel::elastic);
+  EXPECT_EQ(usual.schedule.method, "full-multigrid");
+  const Scene chosen = with("[schedule]\nmethod = \"conjugate-gradients\"\niterations = 5\n");
+  EXPECT_EQ(chosen.schedule.method, "conjugate-gradients");
+  EXPECT_EQ(chosen.schedule.iterations, 5);
+  constexpr std::string_view size = "size = [8, 6]";
+  const auto refusal_of = [&](std::string_view schedule) {
+    return refusal_with(size, fmt::format("energy = \"elastic\"\n{}\n[schedule]\n{}", size, schedule));
+  };
+  EXPECT_THAT(refusal_of("method = \"icm\""), HasSubstr("for the elastic energy"));
+  EXPECT_THAT(refusal_of("start_level = 0"), HasSubstr("start_level is not a key"));
+  EXPECT_THAT(refusal_with(size, "size = [8, 6]\nenergy = \"plastic\""), HasSubstr("one of hdm, elastic"));
+}
+
 TEST_F(SceneFile, AnEmptyFileIsToldWhatItMisses) {
   EXPECT_THAT(refusal(folder_.write("empty.toml", "").string()),
               AllOf(HasSubstr("empty.toml:"), HasSubstr("a scene needs exactly one of these")));

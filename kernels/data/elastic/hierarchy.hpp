@@ -58,8 +58,9 @@ struct ElasticHierarchy {
   std::vector<float> coarsest_inverse;
 };
 
-/// How far a sweep goes towards the minimum of each site. The largest wave that sites all push the same way
-/// has 3.25 times the stiffness of a site (element by element), and 2 / 3.25 = 0.615 is where it would grow.
+/// How far a sweep goes towards the minimum of each site. On the image no wave has more than 3.25 times the
+/// stiffness of its sites where the Poisson ratio is not negative (element by element, whatever the moduli),
+/// and 2 / 3.25 = 0.615 is where it would grow. Single coarse cells reach 3.84; no sheet of them was seen to.
 inline constexpr double elastic_relaxation = 0.6;
 
 /// No more cells a side on the coarsest level, which is solved by a matrix.
