@@ -45,7 +45,7 @@ void add_probe(CLI::App& program, const std::string& arguments) {
   auto* command = program.add_subcommand(
       "probe",
       "What does each device's arithmetic do? One sweep on numbers that tell the cases apart, in the very\n"
-      "programs that verify compares: are products fused into sums, are subnormal numbers, -0 and infinity\n"
+      "programs that verify compares: are products fused into sums, are subnormal numbers and infinity\n"
       "kept? \"could tell\" counts the components whose bits would have been others.");
   const auto own = std::make_shared<CommonArguments>();
   own->add_backends_to(*command);

@@ -103,7 +103,8 @@ function rate(sweeps_of, sites) {
   return [run(), run(), run()].sort((a, b) => a - b)[1];
 }
 
-async function time(scalar, gpu, scene) {
+/** No speed-up of results that do not agree. */
+async function time(scalar, gpu, scene, agrees) {
   const timings = [];
   for (const size of [64, 128, 256, 512, 1024]) {
     const level = level_to_time(size);
@@ -121,7 +122,7 @@ async function time(scalar, gpu, scene) {
     timings.push({ size, scalar: cpu_rate, gpu: gpu_rate });
     const million = (value) => (value / 1e6).toFixed(value < 1e7 ? 1 : 0);
     add_cells("timings", [[size + " × " + size], [million(cpu_rate), "number"], [million(gpu_rate), "number"],
-      [(gpu_rate / cpu_rate).toFixed(1) + "×", "number"]]);
+      [agrees ? (gpu_rate / cpu_rate).toFixed(gpu_rate < cpu_rate ? 2 : 1) + "×" : "not verified", "number"]]);
     await pause();
   }
   return timings;
@@ -215,7 +216,8 @@ async function run() {
     }
     judge(rows);
     if (asked.get("timing") !== "no") {
-      timings = await time(scalar, gpu, page_data.scenes.find((scene) => scene.rule === 0));
+      timings = await time(scalar, gpu, page_data.scenes.find((scene) => scene.rule === 0),
+        rows.every((row) => row.verdict === "agree"));
       draw_chart(timings);
     }
   } catch (error) {
