@@ -103,6 +103,27 @@ TEST_F(OpenClTest, ChangesWakeTheTilesTheyReach) {
   }
 }
 
+TEST_F(OpenClTest, AWriteWakesAllTiles) {
+  const auto problem = test::random_problem({192, 48}, test::Texture::tie_rich, 8);
+  Level level = problem.level;
+  level.confidence = VectorField(level.extent);
+  const auto backends = make_backends();
+  const auto scalar = backends.front()->open({});
+  const auto session = open({{64, 16}, 1}, Work::active);
+  VectorField expected;
+  VectorField found;
+  for (Session* one : {scalar.get(), session.get()}) {
+    one->load(level);
+    one->write(VectorField(level.extent)); // at rest: all fall asleep
+    one->step(4);
+    one->write(problem.start);
+    one->step(5);
+  }
+  scalar->read(expected);
+  session->read(found);
+  EXPECT_EQ(compare(expected, found).sites, 0);
+}
+
 TEST_F(OpenClTest, TheSameWholePyramidWithGroupsOfEveryShape) {
   const auto problem = test::random_problem({150, 97}, test::Texture::tie_rich, 4);
   Pyramid pyramid{.full = &problem.level};
