@@ -1,6 +1,7 @@
 #include "backends/backend.hpp"
 
 #include "backends/shared/cut_session.hpp"
+#include "backends/shared/elastic_session.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -255,6 +256,10 @@ std::optional<Ceilings> Backend::ceilings(const SessionOptions& options) const {
   } catch (const DeviceError& error) {
     throw DeviceError(fmt::format("{}: {}", name(), error.what()));
   }
+}
+
+std::unique_ptr<ElasticSession> Backend::open_elastic(const SessionOptions& /*options*/) const {
+  return nullptr;
 }
 
 } // namespace hdmbench

@@ -19,6 +19,8 @@
 
 namespace hdmbench {
 
+class ElasticSession;
+
 /// A device or its driver cannot do what was asked; what() has the driver's own words. Exit status 2.
 class DeviceError : public std::runtime_error {
 public:
@@ -190,6 +192,9 @@ public:
   /// out, over the sweeps of a level that pass through the caches together (at most `sweeps`). 0: not
   /// declared.
   [[nodiscard]] virtual double bytes_per_update(SiteKind /*kind*/, int /*sweeps*/) const { return 0.0; }
+  /// A session for the elastic energy (backends/shared/elastic_session.hpp); null where this backend has
+  /// none.
+  [[nodiscard]] virtual std::unique_ptr<ElasticSession> open_elastic(const SessionOptions& options) const;
   /// Measured now; takes about a second. None where the backend has no such loops. Throws DeviceError.
   [[nodiscard]] std::optional<Ceilings> ceilings(const SessionOptions& options) const;
   /// What is chosen by measurement on the device that `open` would take; empty where nothing is. Measured at

@@ -9,8 +9,6 @@
 #include <Eigen/UmfPackSupport>
 #endif
 
-#include <cmath>
-
 namespace hdmbench {
 
 namespace {

@@ -3,11 +3,10 @@
 
 #include "harness/judge/accuracy/accuracy.hpp"
 
-#include "backends/registry.hpp"
 #include "harness/check/faults/faulty_backend.hpp"
 #include "harness/scene/images/images.hpp"
 #include "kernels/data/input_error.hpp"
-#include "test/random_level.hpp"
+#include "test/sessions.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -99,8 +98,7 @@ TEST(Figures, InterfacesAreClosedLinesAroundEveryPatch) {
 
 TEST(Truths, KnowWhatIsFreeAndWhatIsNearAnInterface) {
   const Scene scene = load_scene("square", {.size = Extent{60, 60}});
-  Progress silent(false);
-  const Truths truths = find_truths(scene, silent);
+  const Truths truths = find_truths(scene, test::silent());
   // Only the corners have both components given.
   EXPECT_EQ(truths.free_sites, 60U * 60U - 4U);
   EXPECT_EQ(truths.interface[scene.extent().index(20, 30)], 1);
@@ -112,13 +110,11 @@ TEST(Truths, KnowWhatIsFreeAndWhatIsNearAnInterface) {
 }
 
 SceneAccuracy measure(const Scene& scene, bool quick) {
-  const auto registry = make_backends();
   std::vector<const Backend*> backends;
-  for (const auto& backend : registry) {
+  for (const auto& backend : test::backends()) {
     backends.push_back(backend.get());
   }
-  Progress silent(false);
-  return measure_accuracy(scene, backends, {.repeats = 1, .quick = quick}, silent);
+  return measure_accuracy(scene, backends, {.repeats = 1, .quick = quick}, test::silent());
 }
 
 TEST(Accuracy, JudgesEveryMethodAndBackend) {
@@ -170,16 +166,14 @@ TEST(Registration, OfPicturesThatLeaveTheImageIsMarked) {
   if (!have_images()) {
     GTEST_SKIP() << "built without ITK (HDMBENCH_IMAGES=OFF)";
   }
-  const auto registry = make_backends();
-  const Backend* const backends[] = {registry.front().get()};
-  Progress silent(false);
+  const Backend* const backends[] = {&test::scalar()};
   for (const auto& [side, pull, valid] : {std::tuple{64, 1.0F, false}, std::tuple{64, 0.1F, true}}) {
     Scene scene = load_scene("circular", {.size = Extent{side, side}}); // pulled by 50 px at every side
     for (auto* const values : {&scene.full.target.x, &scene.full.target.y}) {
       std::ranges::transform(*values, values->begin(), [pull = pull](float px) { return pull * px; });
     }
-    const SceneAccuracy accuracy =
-        measure_accuracy(scene, backends, {.repeats = 1, .quick = true, .registration = true}, silent);
+    const SceneAccuracy accuracy = measure_accuracy(
+        scene, backends, {.repeats = 1, .quick = true, .registration = true}, test::silent());
     const JudgedField& row = accuracy.rows.back();
     ASSERT_EQ(row.method, registration_name);
     EXPECT_EQ(row.valid, valid) << row.deviations.to_fem;
@@ -188,15 +182,13 @@ TEST(Registration, OfPicturesThatLeaveTheImageIsMarked) {
 }
 
 TEST(Accuracy, OfABackendWithOtherBitsIsNotValid) {
-  const auto registry = make_backends();
-  const faults::FaultyBackend faulty(*registry.front(),
-                                     {.name = "one_ulp", .in_read = [](VectorField& field) {
-                                        field.x.back() = std::nextafter(field.x.back(), 99.0F);
-                                      }});
-  const Backend* const backends[] = {registry.front().get(), &faulty};
-  Progress silent(false);
+  const faults::FaultyBackend faulty(test::scalar(), {.name = "one_ulp", .in_read = [](VectorField& field) {
+                                                        field.x.back() =
+                                                            std::nextafter(field.x.back(), 99.0F);
+                                                      }});
+  const Backend* const backends[] = {&test::scalar(), &faulty};
   const SceneAccuracy accuracy = measure_accuracy(load_scene("circular", {.size = Extent{20, 20}}), backends,
-                                                  {.repeats = 1, .quick = true}, silent);
+                                                  {.repeats = 1, .quick = true}, test::silent());
   const auto row = std::ranges::find(accuracy.rows, "one_ulp", &JudgedField::backend);
   ASSERT_NE(row, accuracy.rows.end());
   EXPECT_FALSE(row->valid);
@@ -251,11 +243,7 @@ TEST_P(ThesisScene, IsCloseToTheFiniteElements) {
 INSTANTIATE_TEST_SUITE_P(Simulations, ThesisScene,
                          testing::Values(Bar{"square", 0.35, 0.5}, Bar{"circular", 0.35, 0.8},
                                          Bar{"circular-radial", 0.35, 1.1}),
-                         [](const auto& parameter) {
-                           std::string name = parameter.param.scene;
-                           std::ranges::replace(name, '-', '_');
-                           return name;
-                         });
+                         [](const auto& parameter) { return test::test_name(parameter.param.scene); });
 
 } // namespace
 } // namespace hdmbench

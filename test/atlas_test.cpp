@@ -1,8 +1,7 @@
-#include "backends/registry.hpp"
 #include "harness/judge/atlas/atlas.hpp"
+#include "test/sessions.hpp"
 
 #include <fmt/format.h>
-#include <gmock/gmock.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,14 +12,10 @@
 namespace hdmbench::atlas {
 namespace {
 
-const Backend& scalar() {
-  static const auto registry = make_backends();
-  return find_backend(registry, "scalar");
-}
+using test::scalar;
 
 EntryResult run_quickly(const Entry& entry) {
-  Progress silent(false);
-  return run_entry(entry, scalar(), true, silent);
+  return run_entry(entry, scalar(), true, test::silent());
 }
 
 /// Each entry is run once for all tests.

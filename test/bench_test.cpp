@@ -1,8 +1,8 @@
 #include "harness/measure/bench.hpp"
 
-#include "backends/registry.hpp"
 #include "harness/measure/bench_row.hpp"
 #include "harness/scene/row_fields.hpp"
+#include "test/sessions.hpp"
 
 #include <gtest/gtest.h>
 
@@ -19,23 +19,17 @@ Scene small_square() {
 
 class BenchTest : public testing::Test {
 protected:
-  [[nodiscard]] const Backend* backend(const std::string& name) const {
-    return &find_backend(registry_, name);
-  }
-
   std::vector<BenchResult> run(Scene& scene, const std::vector<const Backend*>& backends,
                                const BenchOptions& options) {
-    Progress silent(false);
-    return bench(scene, backends, options, silent);
+    return bench(scene, backends, options, test::silent());
   }
-
-  std::vector<std::unique_ptr<Backend>> registry_ = make_backends();
 };
 
 TEST_F(BenchTest, ActiveRowsAreValidAndComparedWithDense) {
   Scene scene = small_square();
   std::vector<const Backend*> all;
-  std::ranges::transform(registry_, std::back_inserter(all), [](const auto& one) { return one.get(); });
+  std::ranges::transform(test::backends(), std::back_inserter(all),
+                         [](const auto& one) { return one.get(); });
   const auto results = run(scene, all, {.session = {}, .repeats = 1, .active = true});
   for (const BenchResult& result : results) {
     if (result.samples.empty()) { // not there
@@ -46,7 +40,7 @@ TEST_F(BenchTest, ActiveRowsAreValidAndComparedWithDense) {
     EXPECT_EQ(result.speed_up_over_dense.has_value(), result.work == Work::active);
   }
   const auto is_active = [](const BenchResult& result) { return result.work == Work::active; };
-  EXPECT_EQ(static_cast<std::size_t>(std::ranges::count_if(results, is_active)), registry_.size() - 1)
+  EXPECT_EQ(static_cast<std::size_t>(std::ranges::count_if(results, is_active)), test::backends().size() - 1)
       << "all but scalar";
   EXPECT_EQ(scene.schedule.iterations, 20) << "the warm-up's schedule must not stay";
 }
@@ -54,7 +48,7 @@ TEST_F(BenchTest, ActiveRowsAreValidAndComparedWithDense) {
 TEST_F(BenchTest, WhatDiffersFromSweepToSweepHasNoActiveRow) {
   Scene scene = small_square();
   scene.full.update = Update::coloured;
-  const std::vector<const Backend*> both{backend("scalar"), backend("openmp")};
+  const std::vector<const Backend*> both{&test::scalar(), &test::find("openmp")};
   const auto runs = bench_runs(scene, both, {.session = {}, .active = true});
   EXPECT_EQ(runs.size(), 2U);
 }
@@ -62,7 +56,7 @@ TEST_F(BenchTest, WhatDiffersFromSweepToSweepHasNoActiveRow) {
 TEST_F(BenchTest, RowsHaveEveryField) {
   Scene scene = small_square();
   MeasuredCeilings ceilings;
-  const std::vector<const Backend*> both{backend("scalar"), backend("openmp")};
+  const std::vector<const Backend*> both{&test::scalar(), &test::find("openmp")};
   const auto results = run(scene, both,
                            {.session = {.device = {}, .threads = 2},
                             .repeats = 2,
@@ -109,7 +103,7 @@ TEST_F(BenchTest, RowsHaveEveryField) {
 
 TEST_F(BenchTest, WithoutAReferenceNothingIsCalledValid) {
   Scene scene = small_square();
-  const std::vector<const Backend*> only{backend("openmp")};
+  const std::vector<const Backend*> only{&test::find("openmp")};
   const auto results = run(scene, only, {.session = {}, .repeats = 1, .active = true, .checked = false});
   ASSERT_EQ(results.size(), 2U);
   for (const BenchResult& result : results) {
@@ -128,7 +122,7 @@ TEST_F(BenchTest, NoSweepIsFasterThanItsCeilings) {
   scene.schedule.start_level = 0;
   scene.schedule.iterations = 16;
   MeasuredCeilings ceilings;
-  const std::vector<const Backend*> only{backend("openmp")};
+  const std::vector<const Backend*> only{&test::find("openmp")};
   const auto results = run(
       scene, only, {.session = {}, .repeats = 3, .active = false, .checked = false, .ceilings = &ceilings});
   ASSERT_TRUE(results.front().ceilings && results.front().cost);
@@ -155,8 +149,7 @@ TEST(Roofline, WhatTakesLongerBinds) {
 }
 
 TEST(Roofline, OnlyLevelsThatNoCacheHoldsCountAsMemory) {
-  const auto registry = make_backends();
-  const Backend& scalar = *registry.front();
+  const Backend& scalar = test::scalar();
   const auto sites = static_cast<std::int64_t>(last_level_cache_bytes() / 40);
   const std::vector<LevelWork> levels{{.sweeps = 10, .sites = {sites / 2, 0, 0, 0}},
                                       {.sweeps = 10, .sites = {2 * sites + 1000, 0, 0, 0}}};

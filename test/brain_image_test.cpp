@@ -1,3 +1,4 @@
+#include "harness/scene/sites.hpp"
 #include "test/image_files.hpp"
 
 #include <algorithm>
@@ -112,21 +113,19 @@ TEST_F(Colin, FillsTheGrid) {
       std::vector<double> sum(labels.size());
       std::vector<int> count(labels.size());
       std::vector<bool> inside(size.sites());
-      for (int y = 0; y < size.height; ++y) {
-        for (int x = 0; x < size.width; ++x) {
-          const std::size_t site = size.index(x, y);
-          const float gray = slice.picture.values[site];
-          EXPECT_TRUE(gray >= 0.0F && gray <= 255.0F);
-          const auto label = static_cast<std::size_t>(slice.tissue.values[site]);
-          sum[label] += double{gray};
-          ++count[label];
-          if (label > 0) {
-            inside[site] = true;
-            low = {std::min(low.width, x), std::min(low.height, y)};
-            high = {std::max(high.width, x), std::max(high.height, y)};
-          }
+      for_each_site(size, [&](int x, int y) {
+        const std::size_t site = size.index(x, y);
+        const float gray = slice.picture.values[site];
+        EXPECT_TRUE(gray >= 0.0F && gray <= 255.0F);
+        const auto label = static_cast<std::size_t>(slice.tissue.values[site]);
+        sum[label] += double{gray};
+        ++count[label];
+        if (label > 0) {
+          inside[site] = true;
+          low = {std::min(low.width, x), std::min(low.height, y)};
+          high = {std::max(high.width, x), std::max(high.height, y)};
         }
-      }
+      });
       EXPECT_EQ(sum[0], 0.0);
       for (std::size_t label = 1; label < labels.size(); ++label) {
         EXPECT_GT(sum[label] / count[label], sum[label - 1] / count[label - 1])

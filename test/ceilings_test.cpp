@@ -1,4 +1,4 @@
-#include "backends/registry.hpp"
+#include "test/sessions.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,8 +12,7 @@ class CeilingsTest : public testing::TestWithParam<std::string> {};
 
 // The loops check what they compute, so that no compiler can leave them out.
 TEST_P(CeilingsTest, EverySampleIsARateThatADeviceCanHave) {
-  const auto backends = make_backends();
-  const Backend& backend = find_backend(backends, GetParam());
+  const Backend& backend = test::find(GetParam());
   try {
     (void)backend.device({});
   } catch (const DeviceError& error) {
@@ -33,19 +32,8 @@ TEST_P(CeilingsTest, EverySampleIsARateThatADeviceCanHave) {
   }
 }
 
-std::vector<std::string> names() {
-  std::vector<std::string> all;
-  for (const auto& backend : make_backends()) {
-    all.emplace_back(backend->name());
-  }
-  return all;
-}
-
-INSTANTIATE_TEST_SUITE_P(Backends, CeilingsTest, testing::ValuesIn(names()), [](const auto& instance) {
-  std::string name = instance.param;
-  std::ranges::replace(name, '-', '_');
-  return name;
-});
+INSTANTIATE_TEST_SUITE_P(Backends, CeilingsTest, testing::ValuesIn(test::backend_names()),
+                         test::parameter_name);
 
 } // namespace
 

@@ -3,10 +3,11 @@
 
 #include "harness/check/certificate.hpp"
 
-#include "backends/registry.hpp"
 #include "harness/check/bounded_real.hpp"
 #include "harness/check/faults/faulty_backend.hpp"
 #include "harness/check/verify.hpp"
+#include "harness/scene/sites.hpp"
+#include "test/sessions.hpp"
 #include "test/textured_scene.hpp"
 
 #include <gtest/gtest.h>
@@ -35,15 +36,6 @@ std::vector<bounded::real> changes_at(const Level& level, const VectorField& fie
                                              site.penalty * site.confidence_x));
   }
   return changes;
-}
-
-template <typename Call>
-void for_each_site(Extent extent, const Call& call) {
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      call(x, y);
-    }
-  }
 }
 
 /// The largest share of the bound that an error took, over the sites with and without an observation.
@@ -300,28 +292,26 @@ Scene make_scene(Texture texture) {
 }
 
 TEST(Verify, MistrustsASceneThatIsDeclaredExactAndIsNot) {
-  const auto backends = make_backends();
   Scene scene = make_scene(Texture::tie_rich);
   scene.exact = true;
-  for (const Comparison& comparison : test::verified(scene, *backends.front())) {
+  for (const Comparison& comparison : test::verified(scene, test::scalar())) {
     EXPECT_EQ(comparison.verdict, Verdict::mistrusted);
     EXPECT_NE(comparison.reason.find("declared exact, but level 0, x = 0, y = 0, sweep 0"), std::string::npos)
         << comparison.reason;
   }
   scene = make_scene(Texture::dyadic);
   scene.exact = true;
-  for (const Comparison& comparison : test::verified(scene, *backends.front())) {
+  for (const Comparison& comparison : test::verified(scene, test::scalar())) {
     EXPECT_EQ(comparison.tier, test::is_idle(comparison) ? Tier::none : Tier::exact) << comparison.reason;
   }
 }
 
 TEST(Verify, MistrustsASceneThatPrescribesAlmostEverything) {
-  const auto backends = make_backends();
   Scene scene = make_scene(Texture::smooth);
   std::ranges::fill(scene.full.confidence.x, 1.0F);
   std::ranges::fill(scene.full.confidence.y, 1.0F);
   scene.full.confidence.x.front() = 0.0F;
-  for (const Comparison& comparison : test::verified(scene, *backends.front())) {
+  for (const Comparison& comparison : test::verified(scene, test::scalar())) {
     EXPECT_EQ(comparison.verdict, Verdict::mistrusted);
     EXPECT_EQ(comparison.tier, Tier::none);
     EXPECT_NE(comparison.reason.find("0.012 % of the components are free"), std::string::npos)
@@ -330,14 +320,12 @@ TEST(Verify, MistrustsASceneThatPrescribesAlmostEverything) {
 }
 
 TEST(Certificate, DoesNotHoldForAWrongTieRule) {
-  const auto backends = make_backends();
-  const faults::FaultyBackend faulty(*backends.front(),
-                                     {.name = "last_of_equals", .in_level = [](Level& level) {
-                                        std::vector<float> steps(level.steps.values().begin(),
-                                                                 level.steps.values().end());
-                                        std::ranges::reverse(steps);
-                                        level.steps = StepSet(steps);
-                                      }});
+  const faults::FaultyBackend faulty(test::scalar(), {.name = "last_of_equals", .in_level = [](Level& level) {
+                                                        std::vector<float> steps(level.steps.values().begin(),
+                                                                                 level.steps.values().end());
+                                                        std::ranges::reverse(steps);
+                                                        level.steps = StepSet(steps);
+                                                      }});
   for (const Comparison& comparison : test::verified(make_scene(Texture::dyadic), faulty)) {
     EXPECT_EQ(comparison.verdict, Verdict::disagree);
     EXPECT_GT(comparison.uncertified, 0);

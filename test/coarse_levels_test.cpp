@@ -1,6 +1,5 @@
 // Coarse levels in one dispatch and a dispatch per sweep: the same bits, and the faster one is taken.
 
-#include "backends/registry.hpp"
 #include "backends/shared/coarse_levels.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/measure/choices.hpp"
@@ -8,25 +7,17 @@
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/row_fields.hpp"
 #include "harness/scene/scene.hpp"
-#include "test/random_level.hpp"
+#include "test/refusal.hpp"
+#include "test/sessions.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 namespace hdmbench {
 namespace {
 
-Pyramid pyramid_of(const Level& full, Alignment alignment, int sweeps) {
-  Pyramid pyramid{.full = &full, .alignment = alignment};
-  for (const Extent extent : pyramid_extents(full.extent)) {
-    pyramid.levels.insert(pyramid.levels.begin(),
-                          {.extent = extent, .sweeps = sweeps++, .strengths = full.strengths});
-  }
-  return pyramid;
-}
+using test::pyramid_of;
 
 const std::vector<Extent> extents{{1, 1}, {1, 1025}, {33, 33}, {90, 7}, {129, 70}};
 
@@ -73,25 +64,14 @@ protected:
     }
   }
 
-  [[nodiscard]] const Backend& backend() const { return find_backend(backends_, GetParam()); }
+  [[nodiscard]] const Backend& backend() const { return test::find(GetParam()); }
 
   [[nodiscard]] std::unique_ptr<Session> open(Work work, std::size_t variant) const {
     return backend().open({.device = {}, .work = work, .variant = variant});
   }
 
   void expect_same(const Pyramid& pyramid, Session& session, const std::string& what) {
-    scalar_->load(pyramid);
-    scalar_->solve();
-    scalar_->read(expected_);
-    session.load(pyramid);
-    for (int time = 0; time < 2; ++time) {
-      session.solve();
-      session.read(found_);
-      const FieldDifference difference = compare(expected_, found_);
-      ASSERT_EQ(difference.sites, 0) << what << ", solution " << time << ", first site index "
-                                     << *difference.first;
-      ASSERT_EQ(session.changed(), scalar_->changed()) << what << ", solution " << time;
-    }
+    test::expect_same_solution(*scalar_, session, pyramid, what);
   }
 
   /// Every way to compute coarse levels that the backend has, worth trying or not.
@@ -106,10 +86,7 @@ protected:
     }
   }
 
-  std::vector<std::unique_ptr<Backend>> backends_ = make_backends();
-  std::unique_ptr<Session> scalar_ = backends_.front()->open({});
-  VectorField expected_;
-  VectorField found_;
+  std::unique_ptr<Session> scalar_ = test::scalar().open({});
 };
 
 TEST_P(CoarseLevelsTest, HaveTheSameBitsEveryWay) {
@@ -201,18 +178,13 @@ TEST_P(CoarseLevelsTest, AreComputedTheFastestWay) {
 TEST_P(CoarseLevelsTest, AVariantThatTheDeviceCannotDoIsRefused) {
   const auto problem = test::random_problem({65, 33}, test::Texture::smooth, 6);
   const Pyramid pyramid = pyramid_of(problem.level, Alignment::corner, 3);
-  try {
-    open(Work::dense, 7)->load(pyramid);
-    FAIL() << "no error";
-  } catch (const DeviceError& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("no variant 7"));
-  }
+  EXPECT_THAT(test::refusal<DeviceError>([&] { open(Work::dense, 7)->load(pyramid); }),
+              testing::HasSubstr("no variant 7"));
 }
 
 TEST(Variants, ThereAreNoneOnTheCpu) {
-  const auto backends = make_backends();
-  EXPECT_TRUE(backends.front()->variants({}).names.empty());
-  EXPECT_TRUE(backends.front()->choices({}).empty());
+  EXPECT_TRUE(test::scalar().variants({}).names.empty());
+  EXPECT_TRUE(test::scalar().choices({}).empty());
 }
 
 INSTANTIATE_TEST_SUITE_P(Registry, CoarseLevelsTest, testing::Values("gl-compute", "vulkan-compute"),

@@ -2,8 +2,9 @@
 
 #include "harness/measure/comparison/interleave.hpp"
 #include "harness/measure/comparison/rows.hpp"
-#include "kernels/data/input_error.hpp"
 #include "test/program.hpp"
+#include "test/refusal.hpp"
+#include "test/sessions.hpp"
 #include "test/temporary_folder.hpp"
 
 #include <fmt/format.h>
@@ -14,7 +15,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <numeric>
 #include <random>
 #include <vector>
 
@@ -315,8 +315,7 @@ TEST(Interleave, TakesTurnsAndSeesTheSlowerOne) {
   const test::TemporaryFolder folder;
   const auto old = stand_in(folder, "old", 1.0);
   const auto slow = stand_in(folder, "slow", 1.2);
-  Progress silent(false);
-  const BothSides sides = interleave(old, slow, {{"square", "--size", "300"}}, 8, silent);
+  const BothSides sides = interleave(old, slow, {{"square", "--size", "300"}}, 8, test::silent());
   const auto rows = compare_rows(sides.first.rows, sides.second.rows, 0.05);
   ASSERT_EQ(rows.size(), 1U);
   EXPECT_EQ(rows[0].first.size(), 8U);
@@ -331,7 +330,7 @@ TEST(Interleave, TakesTurnsAndSeesTheSlowerOne) {
   EXPECT_EQ(order, "ossoossoossoosso");
 
   const auto same = stand_in(folder, "again", 1.0);
-  const BothSides equal = interleave(old, same, {{"square"}}, 8, silent);
+  const BothSides equal = interleave(old, same, {{"square"}}, 8, test::silent());
   EXPECT_EQ(compare_rows(equal.first.rows, equal.second.rows, 0.05)[0].comparison.change, Change::none_seen);
 }
 
@@ -339,26 +338,20 @@ TEST(Interleave, TellsWhatAProgramThatFailsSays) {
   const test::TemporaryFolder folder;
   const auto broken = folder.write("broken", "#!/bin/sh\necho out of ink >&2\nexit 3\n");
   std::filesystem::permissions(broken, std::filesystem::perms::owner_all);
-  try {
-    (void)run_bench(broken, {"square"}, 1);
-    FAIL() << "no error";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("exit status 3"));
-    EXPECT_THAT(error.what(), HasSubstr("out of ink"));
-  }
+  EXPECT_THAT(test::refusal([&] { (void)run_bench(broken, {"square"}, 1); }),
+              testing::AllOf(HasSubstr("exit status 3"), HasSubstr("out of ink")));
 }
 
 /// What a stand-in writes when it is called as bench.
 std::filesystem::path results_of(const test::TemporaryFolder& folder, const std::string& name, double seconds,
                                  const std::string& machine = "m") {
-  Progress silent(false);
   const auto program = stand_in(folder, name, seconds, machine);
   const auto file = folder.path() / (name + ".json");
   nlohmann::json all;
   for (int i = 0; i < 8; ++i) {
     const auto single = folder.path() / "single.json";
     EXPECT_EQ(std::system((program.string() + " " + single.string()).c_str()), 0);
-    nlohmann::json document = nlohmann::json::parse(std::ifstream(single));
+    nlohmann::json document = test::read_json(single);
     if (all.is_null()) {
       all = document;
     } else {
@@ -376,22 +369,17 @@ TEST(CompareCommand, ComparesTwoFiles) {
   const std::string same = results_of(folder, "same", 1.0).string();
   const auto json = folder.path() / "compared.json";
 
-  const test::Outcome slower =
-      test::hdmbench("bench --compare " + old + " --with " + slow + " --json " + json.string());
-  EXPECT_EQ(slower.status, 1) << slower.output;
-  EXPECT_THAT(slower.output, HasSubstr("slower"));
-  EXPECT_THAT(slower.output, HasSubstr("machines differ"));
-  const nlohmann::json row = nlohmann::json::parse(std::ifstream(json))["results"].at(0);
+  test::expect_run(1, "bench --compare " + old + " --with " + slow + " --json " + json.string(),
+                   AllOf(HasSubstr("slower"), HasSubstr("machines differ")));
+  const nlohmann::json row = test::read_json(json)["results"].at(0);
   EXPECT_EQ(row["verdict"], "slower");
   EXPECT_NEAR(row["ratio"].get<double>(), 1.2, 0.02);
   EXPECT_EQ(row["old_seconds"].size(), 8U);
 
   EXPECT_EQ(test::hdmbench("bench --compare " + slow + " --with " + old).status, 0) << "faster is good";
   EXPECT_EQ(test::hdmbench("bench --compare " + old + " --with " + slow + " --tolerance 30").status, 0);
-  const test::Outcome equal = test::hdmbench("bench --compare " + old + " --with " + same);
-  EXPECT_EQ(equal.status, 0);
-  EXPECT_THAT(equal.output, HasSubstr("no difference seen"));
-  EXPECT_THAT(equal.output, Not(HasSubstr("machines differ")));
+  test::expect_run(0, "bench --compare " + old + " --with " + same,
+                   AllOf(HasSubstr("no difference seen"), Not(HasSubstr("machines differ"))));
 }
 
 TEST(CompareCommand, RunsAgainWhatTheFileHas) {
@@ -404,16 +392,12 @@ TEST(CompareCommand, RunsAgainWhatTheFileHas) {
           .status,
       0);
   // Times of so few microseconds say nothing: only that all rows are measured again.
-  const test::Outcome again = test::hdmbench("bench --tolerance 900 --compare " + file.string());
-  EXPECT_EQ(again.status, 0) << again.output;
-  EXPECT_THAT(again.output, HasSubstr("Of 6 compared"));
-  EXPECT_THAT(again.output, HasSubstr("5+5"));
-  const test::Outcome turns =
-      test::hdmbench("bench square --size 16 --backends openmp --iterations 3 --repeat 2 --no-ceilings "
-                     "--tolerance 900 --old-binary " HDMBENCH_PROGRAM);
-  EXPECT_EQ(turns.status, 0) << turns.output;
-  EXPECT_THAT(turns.output, HasSubstr("2+2"));
-  EXPECT_THAT(turns.output, HasSubstr("too few samples"));
+  test::expect_run(0, "bench --tolerance 900 --compare " + file.string(),
+                   AllOf(HasSubstr("Of 6 compared"), HasSubstr("5+5")));
+  test::expect_run(0,
+                   "bench square --size 16 --backends openmp --iterations 3 --repeat 2 --no-ceilings "
+                   "--tolerance 900 --old-binary " HDMBENCH_PROGRAM,
+                   AllOf(HasSubstr("2+2"), HasSubstr("too few samples")));
 }
 
 TEST(CompareCommand, RefusesWhatItCannotUse) {
@@ -425,9 +409,7 @@ TEST(CompareCommand, RefusesWhatItCannotUse) {
            {"--old-binary " + old, "no program"},
            {"--compare " + old + " --with " + old + " --old-binary /bin/true", "excludes"},
            {"--compare " + old + " --old-binary /bin/false", "failed"}}) {
-    const test::Outcome outcome = test::hdmbench("bench " + arguments);
-    EXPECT_EQ(outcome.status, 2) << arguments;
-    EXPECT_THAT(outcome.output, HasSubstr(reason)) << arguments;
+    test::expect_run(2, "bench " + arguments, HasSubstr(reason));
   }
 }
 

@@ -1,12 +1,13 @@
 #include "kernels/data/cost.hpp"
 
 #include "backends/cpu/openmp.hpp"
-#include "backends/registry.hpp"
 #include "backends/shared/energy_programs.hpp"
 #include "harness/measure/memory_use.hpp"
+#include "harness/scene/sites.hpp"
 #include "kernels/data/gather.hpp"
 #include "test/counted_operations.hpp"
 #include "test/plain_scene.hpp"
+#include "test/sessions.hpp"
 
 #include <gtest/gtest.h>
 #include <malloc.h>
@@ -94,19 +95,17 @@ TEST(Cost, KindsAreThoseThatAKernelSees) {
     for (const Extent extent : {Extent{37, 23}, Extent{16, 16}, Extent{4, 1}, Extent{1, 1}}) {
       const Level level = sample_level(scene.full, extent, alignment);
       SiteCounts expected{};
-      for (int y = 0; y < extent.height; ++y) {
-        for (int x = 0; x < extent.width; ++x) {
-          const HdmInFloat::Site site = gather<HdmInFloat>(level, VectorField(extent), x, y);
-          const HdmInFloat::Neighbours& m = site.inverse_modulus;
-          const std::array all{m.north_west, m.north,      m.north_east, m.west,      m.centre,
-                               m.east,       m.south_west, m.south,      m.south_east};
-          const bool uniform = std::ranges::count(all, m.centre) == 9;
-          const bool observed = site.confidence_x != 0.0F || site.confidence_y != 0.0F;
-          const SiteKind kind = uniform ? (observed ? SiteKind::uniform : SiteKind::uniform_unobserved)
-                                        : (observed ? SiteKind::general : SiteKind::unobserved);
-          ++expected[static_cast<std::size_t>(kind)];
-        }
-      }
+      for_each_site(extent, [&](int x, int y) {
+        const HdmInFloat::Site site = gather<HdmInFloat>(level, VectorField(extent), x, y);
+        const HdmInFloat::Neighbours& m = site.inverse_modulus;
+        const std::array all{m.north_west, m.north,      m.north_east, m.west,      m.centre,
+                             m.east,       m.south_west, m.south,      m.south_east};
+        const bool uniform = std::ranges::count(all, m.centre) == 9;
+        const bool observed = site.confidence_x != 0.0F || site.confidence_y != 0.0F;
+        const SiteKind kind = uniform ? (observed ? SiteKind::uniform : SiteKind::uniform_unobserved)
+                                      : (observed ? SiteKind::general : SiteKind::unobserved);
+        ++expected[static_cast<std::size_t>(kind)];
+      });
       EXPECT_EQ(count_site_kinds(scene.full, extent, alignment), expected)
           << extent.width << " x " << extent.height;
     }
@@ -135,12 +134,9 @@ public:
 
   [[nodiscard]] VectorField swept(const Backend& backend) const {
     const auto session = backend.open({.device = {}, .threads = 1});
-    session->load(scene.full);
-    session->write(start);
+    test::begin(*session, scene.full, start);
     session->step(1);
-    VectorField result;
-    session->read(result);
-    return result;
+    return test::read(*session);
   }
 
   Scene scene = test::plain_scene({96, 64});
@@ -182,8 +178,7 @@ constexpr int bytes_written = 8;
 // An array is read where the result is another one without it.
 TEST(Bytes, OfOpenMpAreThoseOfTheArraysThatItsRowsRead) {
   using Part = openmp::RowPart;
-  const auto backends = make_backends();
-  const Backend& openmp = find_backend(backends, "openmp");
+  const Backend& openmp = test::find("openmp");
   const auto spoiling = make_openmp_with("spoiling", sweep_spoiled_row, "baseline");
   for (const SiteKind kind : all_kinds) {
     const KindOfSites sites(kind);
@@ -202,8 +197,7 @@ TEST(Bytes, OfOpenMpAreThoseOfTheArraysThatItsRowsRead) {
 }
 
 TEST(Bytes, OfScalarAreThoseOfTheArraysOfALevel) {
-  const auto backends = make_backends();
-  const Backend& scalar = find_backend(backends, "scalar");
+  const Backend& scalar = test::scalar();
   for (const SiteKind kind : all_kinds) {
     KindOfSites sites(kind);
     const VectorField sound = sites.swept(scalar);
@@ -226,8 +220,7 @@ class BytesTest : public testing::TestWithParam<std::string> {};
 // On a device that shares the process's memory, what a large level adds is the arrays that its sweeps read
 // and write, and what a backend keeps beside them to upload and count.
 TEST_P(BytesTest, DeclaredAreThoseOfTheArraysThatAreThere) {
-  const auto backends = make_backends();
-  const Backend& backend = find_backend(backends, GetParam());
+  const Backend& backend = test::find(GetParam());
   std::unique_ptr<Session> session;
   try {
     if (!backend.device({}).is_software && backend.threads({}) == 0) {
@@ -238,8 +231,7 @@ TEST_P(BytesTest, DeclaredAreThoseOfTheArraysThatAreThere) {
     GTEST_SKIP() << error.what();
   }
   const auto run = [&](const Level& level, const VectorField& start) {
-    session->load(level);
-    session->write(start);
+    test::begin(*session, level, start);
     session->step(2);
   };
   Scene small = test::plain_scene({128, 128}); // has tiles of every kind
@@ -265,18 +257,6 @@ TEST_P(BytesTest, DeclaredAreThoseOfTheArraysThatAreThere) {
   EXPECT_LT(added, 1.1 * declared + (backend.threads({}) == 0 ? staging : backend.skips() ? confidences : 0));
 }
 
-std::vector<std::string> backend_names() {
-  std::vector<std::string> all;
-  for (const auto& backend : make_backends()) {
-    all.emplace_back(backend->name());
-  }
-  return all;
-}
-
-INSTANTIATE_TEST_SUITE_P(Backends, BytesTest, testing::ValuesIn(backend_names()), [](const auto& instance) {
-  std::string name = instance.param;
-  std::ranges::replace(name, '-', '_');
-  return name;
-});
+INSTANTIATE_TEST_SUITE_P(Backends, BytesTest, testing::ValuesIn(test::backend_names()), test::parameter_name);
 
 } // namespace hdmbench

@@ -5,7 +5,6 @@
 #include <compare>
 #include <cstddef>
 #include <map>
-#include <optional>
 #include <set>
 #include <vector>
 

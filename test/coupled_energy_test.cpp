@@ -19,7 +19,6 @@
 #include "test/plain_scene.hpp"
 #include "test/textured_scene.hpp"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -31,13 +30,7 @@
 namespace hdmbench {
 namespace {
 
-const std::vector<std::unique_ptr<Backend>>& registry() {
-  static const auto backends = make_backends();
-  return backends;
-}
-const Backend& scalar() {
-  return *registry().front();
-}
+using test::scalar;
 
 /// Levels that the steps of a tile fit into several times, and odd ones.
 constexpr std::array extents{Extent{67, 41}, Extent{131, 19}, Extent{16, 16}, Extent{1, 9}, Extent{7, 1}};
@@ -55,8 +48,7 @@ struct Result {
 
 Result swept(const Backend& backend, const test::Problem& problem, int sweeps, Work work = Work::dense) {
   const auto session = backend.open({.device = {}, .work = work});
-  session->load(problem.level);
-  session->write(problem.start);
+  test::begin(*session, problem);
   session->step(sweeps);
   Result result;
   session->read(result.field);
@@ -73,7 +65,7 @@ protected:
       GTEST_SKIP() << error.what();
     }
   }
-  static const Backend& backend() { return find_backend(registry(), GetParam()); }
+  static const Backend& backend() { return test::find(GetParam()); }
 };
 
 TEST_P(CoupledOn, EveryRuleHasScalarsBits) {
@@ -132,21 +124,7 @@ TEST_P(CoupledOn, VerifyAgreesInEveryMode) {
   }
 }
 
-std::string backend_name(const testing::TestParamInfo<std::string>& information) {
-  std::string name = information.param;
-  std::ranges::replace(name, '-', '_');
-  return name;
-}
-
-std::vector<std::string> backend_names() {
-  std::vector<std::string> names;
-  for (const auto& backend : registry()) {
-    names.emplace_back(backend->name());
-  }
-  return names;
-}
-
-INSTANTIATE_TEST_SUITE_P(Energy, CoupledOn, testing::ValuesIn(backend_names()), backend_name);
+INSTANTIATE_TEST_SUITE_P(Energy, CoupledOn, testing::ValuesIn(test::backend_names()), test::parameter_name);
 
 TEST(CoupledEnergy, GradientAndCurvatureAreThoseOfTheEnergy) {
   using InDouble = Coupled<double>;
@@ -299,7 +277,6 @@ TEST(CoupledEnergy, FaultsInItsTextAreCaught) {
       in_text("y-does-not-see-x", "prior.curvature_xy * step_x", "prior.curvature_xy * real(0)"),
       in_text("own-column-lost", "north * (site.dx.centre - site.dx.north)", "north * real(0)"),
   };
-  Progress silent(false);
   for (const faults::Pipeline pipeline : faults::pipelines()) {
     for (const faults::DeviceFault& fault : list) {
       const faults::Planted planted = faults::plant(pipeline, fault);
@@ -308,7 +285,7 @@ TEST(CoupledEnergy, FaultsInItsTextAreCaught) {
         scene.scene.full.target.y[i] = 0.1F * static_cast<float>(i % 50);
         scene.scene.full.confidence.y[i] = 0.5F;
       }
-      const faults::Trial trial = faults::try_out(planted, scalar(), std::span(&scene, 1), silent);
+      const faults::Trial trial = faults::try_out(planted, scalar(), std::span(&scene, 1), test::silent());
       if (!trial.ran() && !trial.seen.front()->reason.empty()) {
         GTEST_SKIP() << trial.seen.front()->reason;
       }
@@ -325,8 +302,7 @@ class CoupledMethod : public testing::TestWithParam<const char*> {};
 TEST_P(CoupledMethod, ReachesTheFixedPoint) {
   Scene scene = pulled_scene({65, 52});
   use_method(scene, find_method(GetParam()), 12);
-  Progress silent(false);
-  const Solution solution = Solver(scalar(), {}).solve(scene, silent);
+  const Solution solution = Solver(scalar(), {}).solve(scene, test::silent());
   ResidualField residual;
   Residual(scene.full).evaluate(solution.displacement, residual);
   EXPECT_LT(residual.rms, 1e-4) << GetParam();

@@ -1,11 +1,12 @@
 // Images that are too large for a device are cut into pieces; the bits must not show it.
 
-#include "backends/registry.hpp"
 #include "backends/shared/cut_session.hpp"
 #include "harness/check/compare.hpp"
-#include "test/random_level.hpp"
+#include "test/refusal.hpp"
+#include "test/sessions.hpp"
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,6 +14,9 @@
 
 namespace hdmbench {
 namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
 
 /// What the sessions of a Limited backend take.
 struct Limit {
@@ -57,8 +61,7 @@ private:
 
 class Limited final : public Backend {
 public:
-  Limited(std::string_view inner, const Limit& limit)
-      : inner_(find_backend(backends_, inner)), limit_(limit) {}
+  Limited(std::string_view inner, const Limit& limit) : inner_(test::find(inner)), limit_(limit) {}
 
   std::string_view name() const override { return "limited"; }
   std::string_view description() const override { return ""; }
@@ -72,39 +75,22 @@ private:
     return std::make_unique<LimitedSession>(inner_.open(options), limit_, loads);
   }
 
-  std::vector<std::unique_ptr<Backend>> backends_ = make_backends();
   const Backend& inner_;
   Limit limit_;
 };
 
-VectorField read(Session& session) {
-  VectorField field;
-  session.read(field);
-  return field;
-}
-
-/// Field and count after each of `calls`, which are numbers of sweeps.
 void expect_same_steps(Session& scalar, Session& session, const test::Problem& problem,
                        const std::vector<int>& calls, const std::string& what) {
-  for (Session* each : {&scalar, &session}) {
-    each->load(problem.level);
-    each->write(problem.start);
-  }
-  EXPECT_EQ(compare(problem.start, read(session)).sites, 0) << what;
+  test::begin(session, problem);
+  EXPECT_EQ(compare(problem.start, test::read(session)).sites, 0) << what;
   EXPECT_EQ(session.changed(), 0) << what;
-  for (std::size_t call = 0; call < calls.size(); ++call) {
-    scalar.step(calls[call]);
-    session.step(calls[call]);
-    const FieldDifference difference = compare(read(scalar), read(session));
-    ASSERT_EQ(difference.sites, 0) << what << ", call " << call << ", first site index " << *difference.first;
-    ASSERT_EQ(session.changed(), scalar.changed()) << what << ", call " << call;
-  }
+  test::expect_same_steps(scalar, session, problem.level, problem.start, calls, what);
 }
 
 void expect_same_steps(const Limit& limit, const test::Problem& problem, const std::vector<int>& calls,
                        const std::string& what) {
   const Limited backend("scalar", limit);
-  const auto scalar = find_backend(make_backends(), "scalar").open({});
+  const auto scalar = test::scalar().open({});
   const auto session = backend.open({});
   expect_same_steps(*scalar, *session, problem, calls, what);
   EXPECT_GT(backend.loads.refused, 0) << what << ": was not cut";
@@ -195,7 +181,7 @@ TEST(CutSession, EveryConditionOnASeamCounts) {
 
 TEST(CutSession, WholeCutAndWholeAgainInOneSession) {
   const Limited backend("scalar", {.rows = 30});
-  const auto scalar = find_backend(make_backends(), "scalar").open({});
+  const auto scalar = test::scalar().open({});
   const auto session = backend.open({});
   for (const int height : {20, 80, 30, 31, 200, 4}) {
     expect_same_steps(*scalar, *session, test::random_problem({13, height}, test::Texture::smooth, 81),
@@ -222,7 +208,7 @@ TEST(CutSession, AWholePyramidWhoseLastLevelsAreTooLarge) {
   for (const char* inner : {"scalar", "openmp"}) {
     for (const Work work : {Work::dense, Work::active}) {
       const Limited backend(inner, {.sites = 3000});
-      const auto scalar = find_backend(make_backends(), "scalar").open({});
+      const auto scalar = test::scalar().open({});
       const auto session = backend.open({.device = {}, .threads = 2, .work = work});
       scalar->load(pyramid);
       scalar->solve();
@@ -231,22 +217,9 @@ TEST(CutSession, AWholePyramidWhoseLastLevelsAreTooLarge) {
         double advanced = 0.0;
         session->solve([&](double site_updates) { advanced += site_updates; });
         EXPECT_EQ(advanced, expected_advance);
-        EXPECT_EQ(compare(read(*scalar), read(*session)).sites, 0) << inner;
-        EXPECT_EQ(session->changed(), scalar->changed()) << inner;
+        test::expect_same_state(*scalar, *session, inner);
       }
       EXPECT_GT(backend.loads.refused, 0);
-    }
-  }
-}
-
-template <typename Call>
-void expect_too_large(Call&& call, const std::vector<std::string>& parts) {
-  try {
-    call();
-    FAIL() << "was taken";
-  } catch (const TooLarge& error) {
-    for (const std::string& part : parts) {
-      EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
     }
   }
 }
@@ -255,19 +228,20 @@ TEST(CutSession, WhatCannotBeCutIsRefusedWithTheReason) {
   const Limited backend("scalar", {.rows = 30});
   const auto session = backend.open({});
   auto annealed = test::random_problem({40, 40}, test::Texture::smooth, 1, {}, Rule::annealing);
-  expect_too_large([&] { session->load(annealed.level); },
-                   {"limited: no room for 40 x 40", "annealing draws its random numbers by column and row"});
+  EXPECT_THAT(test::refusal<TooLarge>([&] { session->load(annealed.level); }),
+              AllOf(HasSubstr("limited: no room for 40 x 40"),
+                    HasSubstr("annealing draws its random numbers by column and row")));
   const Pyramid pyramid{.full = &annealed.level,
                         .levels = {{.extent = {40, 40}, .sweeps = 1, .strengths = {1.0F}}}};
   // LimitedSession computes level by level, so only the last level says so.
   session->load(pyramid);
-  expect_too_large([&] { session->solve(); }, {"annealing"});
+  EXPECT_THAT(test::refusal<TooLarge>([&] { session->solve(); }), HasSubstr("annealing"));
   auto sequential = test::random_problem({40, 40}, test::Texture::smooth, 1);
   sequential.level.update = Update::sequential;
-  expect_too_large([&] { session->load(sequential.level); }, {"no room for 40 x 40", "sequential"});
+  EXPECT_THAT(test::refusal<TooLarge>([&] { session->load(sequential.level); }),
+              AllOf(HasSubstr("no room for 40 x 40"), HasSubstr("sequential")));
   const auto problem = test::random_problem({40, 20}, test::Texture::smooth, 1);
-  session->load(problem.level);
-  session->write(problem.start);
+  test::begin(*session, problem);
   session->step(1);
   EXPECT_GT(session->changed(), 0) << "a refused level must leave nothing behind";
 }
@@ -275,16 +249,14 @@ TEST(CutSession, WhatCannotBeCutIsRefusedWithTheReason) {
 TEST(CutSession, PiecesThatDoNotFitAreRefusedInTheDevicesWords) {
   const Limited backend("scalar", {.sites = 10});
   const auto session = backend.open({});
-  expect_too_large(
-      [&] {
-        session->load(test::random_problem({40, 40}, test::Texture::smooth, 1).level);
-      },
-      {"limited: no room for 40 x 40; nor do pieces of it fit: no room for 8 x 8"});
-  expect_too_large(
-      [&] {
-        session->load(test::random_problem({4, 4}, test::Texture::smooth, 1).level);
-      },
-      {"no room for 4 x 4"});
+  EXPECT_THAT(test::refusal<TooLarge>([&] {
+                session->load(test::random_problem({40, 40}, test::Texture::smooth, 1).level);
+              }),
+              HasSubstr("limited: no room for 40 x 40; nor do pieces of it fit: no room for 8 x 8"));
+  EXPECT_THAT(test::refusal<TooLarge>([&] {
+                session->load(test::random_problem({4, 4}, test::Texture::smooth, 1).level);
+              }),
+              HasSubstr("no room for 4 x 4"));
 }
 
 } // namespace

@@ -1,12 +1,12 @@
 #include "harness/judge/diagnosis/diagnosis.hpp"
 
-#include "backends/registry.hpp"
 #include "harness/judge/accuracy/deviation.hpp"
 #include "harness/judge/diagnosis/folding.hpp"
 #include "harness/judge/diagnosis/rest.hpp"
 #include "reference/fixed_point.hpp"
 #include "test/plain_scene.hpp"
 #include "test/program.hpp"
+#include "test/sessions.hpp"
 #include "test/temporary_folder.hpp"
 
 #include <fmt/format.h>
@@ -38,13 +38,6 @@ std::size_t sites_of(const Warnings& warnings, std::string_view kind) {
   return found == warnings.end() ? 0 : found->sites.value_or(0);
 }
 
-Solution solve_by_scalar(const Scene& scene) {
-  const auto backends = make_backends();
-  const auto session = find_backend(backends, "scalar").open({});
-  Progress silent(false);
-  return solve(scene, *session, silent, {.last_changed = true});
-}
-
 /// The warnings after the run for a field that is given.
 Warnings diagnose_field(const Scene& scene, const VectorField& displacement) {
   return diagnose(scene, Solution{.displacement = displacement, .levels = {}, .timings = {}});
@@ -69,15 +62,12 @@ TEST(BeforeTheRun, ConditionsTravelOneSitePerIteration) {
   scene.full.rule = Rule::closed_form; // the level is stepped by hand
   scene.full.strengths = {1.0F};
   set_inverse_curvature(scene.full);
-  const auto backends = make_backends();
-  const auto session = find_backend(backends, "scalar").open({});
+  const auto session = test::scalar().open({});
   for (const int iterations : {32, 33}) {
     scene.schedule.iterations = iterations;
-    session->load(scene.full);
-    session->write(scene.start_field());
+    test::begin(*session, scene.full, scene.start_field());
     session->step(iterations);
-    VectorField field;
-    session->read(field);
+    const VectorField field = test::read(*session);
     EXPECT_EQ(sites_of(diagnose(scene), "out-of-reach"),
               static_cast<std::size_t>(std::ranges::count(field.x, 0.0F)))
         << iterations;
@@ -190,7 +180,7 @@ TEST(BeforeTheRun, WhereWarnedOfTheFieldDependsOnTheOffset) {
     std::ranges::fill(scene.start.emplace(scene.start_field()).x, offset);
     scene.schedule.start_level.reset();
     scene.schedule.iterations = 200;
-    VectorField field = solve_by_scalar(scene).displacement;
+    VectorField field = test::solved(scene).displacement;
     for (float& component : field.x) {
       component -= offset;
     }
@@ -214,7 +204,7 @@ TEST(BeforeTheRun, AStiffLayerIsMovedByNoCandidate) {
     }
     set_inverse_modulus(scene.full);
     scene.schedule.iterations = 2000;
-    const Solution solution = solve_by_scalar(scene);
+    const Solution solution = test::solved(scene);
     const bool stays = solution.displacement.x[scene.extent().index(12, 12)] == 0.0F;
     EXPECT_EQ(stays, ratio > 100.0F);
     EXPECT_EQ(has(diagnose(scene), "stiff-boundary"), stays);
@@ -296,7 +286,7 @@ TEST(AfterTheRun, TheFixedPointIsWithoutWarnings) {
 TEST(AfterTheRun, WhatIsMissingAddsUpToTheDistance) {
   for (const std::string name : {"square", "square-modified", "circular", "circular-radial"}) {
     const Scene scene = load_scene(name, {.size = Extent{100, 100}});
-    const Solution solution = solve_by_scalar(scene);
+    const Solution solution = test::solved(scene);
     const double estimate = accumulated_distance(scene, measure_rest(scene, solution.displacement).missing);
     const double distance =
         rmsd(ReferenceField(solution.displacement), solve_fixed_point(scene.full).displacement);
@@ -308,7 +298,7 @@ TEST(AfterTheRun, WhatIsMissingAddsUpToTheDistance) {
 
 TEST(AfterTheRun, AMethodThatKnowsItsErrorIsBelieved) {
   Scene scene = load_scene("square", {.size = Extent{100, 100}});
-  Solution solution = solve_by_scalar(scene);
+  Solution solution = test::solved(scene);
   solution.estimated_error = 0.01;
   EXPECT_FALSE(has(diagnose(scene, solution), "stalled"));
   scene.schedule.cycle = Cycle::multigrid;
@@ -320,17 +310,17 @@ TEST(AfterTheRun, AMethodThatKnowsItsErrorIsBelieved) {
 TEST(AfterTheRun, ARunThatEndsEarlyIsStillMoving) {
   Scene scene = pulled_scene({33, 33}, 8.0F);
   scene.schedule.iterations = 40;
-  EXPECT_TRUE(has(diagnose(scene, solve_by_scalar(scene)), "still-moving"));
+  EXPECT_TRUE(has(diagnose(scene, test::solved(scene)), "still-moving"));
   scene.schedule.iterations = 20000;
   scene.schedule.stop = Stop::still;
-  EXPECT_FALSE(has(diagnose(scene, solve_by_scalar(scene)), "still-moving"));
+  EXPECT_FALSE(has(diagnose(scene, test::solved(scene)), "still-moving"));
 }
 
 TEST(AfterTheRun, SwappingSitesAndStripesAreOscillation) {
   Scene scene = load_scene("square", {.size = Extent{48, 48}});
-  EXPECT_FALSE(has(diagnose(scene, solve_by_scalar(scene)), "oscillation"));
+  EXPECT_FALSE(has(diagnose(scene, test::solved(scene)), "oscillation"));
   scene.full.steps = StepSet::parse("thesis");
-  EXPECT_GT(sites_of(diagnose(scene, solve_by_scalar(scene)), "oscillation"), 1000U);
+  EXPECT_GT(sites_of(diagnose(scene, test::solved(scene)), "oscillation"), 1000U);
 
   scene = pulled_scene({33, 33}, 8.0F);
   VectorField field = solve_fixed_point(scene.full).displacement.to_float();
@@ -356,7 +346,7 @@ TEST(AfterTheRun, ConditionsThatGiveWayAreToldFromThoseNotArrivedAt) {
   EXPECT_EQ(sites_of(diagnose_field(scene, scene.start_field()), "not-met"), 11U);
   EXPECT_FALSE(has(diagnose_field(scene, scene.start_field()), "gives-way"));
   scene.schedule.iterations = 3000;
-  const Warnings held = diagnose(scene, solve_by_scalar(scene));
+  const Warnings held = diagnose(scene, test::solved(scene));
   EXPECT_FALSE(has(held, "not-met") || has(held, "gives-way")) << warnings_text(held);
   scene.full.penalty = 15.0F;
   const VectorField field = solve_fixed_point(scene.full).displacement.to_float();
@@ -382,10 +372,8 @@ TEST(AfterTheRun, ValuesBeyondConditionsAndStartAreDivergence) {
 
 TEST(Diagnosis, IsTheWorkOfAFewSweeps) {
   const Scene scene = load_scene("circular");
-  const auto backends = make_backends();
-  const auto session = find_backend(backends, "scalar").open({});
-  session->load(scene.full);
-  session->write(scene.start_field());
+  const auto session = test::scalar().open({});
+  test::begin(*session, scene.full, scene.start_field());
   const auto seconds = [](const auto& call) {
     const auto begin = std::chrono::steady_clock::now();
     call();
@@ -403,12 +391,10 @@ TEST(Diagnosis, IsTheWorkOfAFewSweeps) {
 TEST(Run, PrintsAndWritesItsWarnings) {
   const test::TemporaryFolder folder;
   const std::string at = folder.path().string();
-  const auto outcome = test::hdmbench("run square --size 32 --steps thesis --output " + at + "/out --json " +
-                                      at + "/run.json");
-  ASSERT_EQ(outcome.status, 0) << outcome.output;
-  EXPECT_THAT(outcome.output, HasSubstr("never-rests"));
-  EXPECT_THAT(outcome.output, HasSubstr("-> --steps default"));
-  const auto row = nlohmann::json::parse(std::ifstream(at + "/run.json"))["results"][0];
+  test::expect_run(0,
+                   "run square --size 32 --steps thesis --output " + at + "/out --json " + at + "/run.json",
+                   AllOf(HasSubstr("never-rests"), HasSubstr("-> --steps default")));
+  const auto row = test::read_json(at + "/run.json")["results"][0];
   EXPECT_EQ(row["warnings"][0]["kind"], "never-rests");
   if (row.contains("pictures")) {
     EXPECT_TRUE(std::filesystem::exists(folder.path() / std::string(row["pictures"]["jacobian"])));

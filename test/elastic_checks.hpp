@@ -1,5 +1,6 @@
 #pragma once
 
+#include "harness/scene/sites.hpp"
 #include "reference/finite_elements.hpp"
 #include "test/random_level.hpp"
 
@@ -20,13 +21,11 @@ using Displacement = std::function<Vector(double x, double y)>;
 
 inline ReferenceField sampled(Extent extent, const Displacement& displacement) {
   ReferenceField field(extent);
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      const Vector value = displacement(x, y);
-      field.x[extent.index(x, y)] = value.x;
-      field.y[extent.index(x, y)] = value.y;
-    }
-  }
+  for_each_site(extent, [&](int x, int y) {
+    const Vector value = displacement(x, y);
+    field.x[extent.index(x, y)] = value.x;
+    field.y[extent.index(x, y)] = value.y;
+  });
   return field;
 }
 
@@ -38,12 +37,10 @@ inline ElasticProblem clamped_sheet(Extent extent, const Displacement& displacem
                          .fixed_y = {},
                          .prescribed = sampled(extent, displacement),
                          .force = {}};
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      const bool border = x == 0 || y == 0 || x + 1 == extent.width || y + 1 == extent.height;
-      problem.fixed_x[extent.index(x, y)] = border ? 1 : 0;
-    }
-  }
+  for_each_site(extent, [&](int x, int y) {
+    const bool border = x == 0 || y == 0 || x + 1 == extent.width || y + 1 == extent.height;
+    problem.fixed_x[extent.index(x, y)] = border ? 1 : 0;
+  });
   problem.fixed_y = problem.fixed_x;
   return problem;
 }
@@ -213,12 +210,10 @@ inline ElasticProblem random_sheet(Extent extent) {
 template <typename Values, typename From>
 std::vector<Values> rearranged(const std::vector<Values>& values, Extent old, Extent extent, From from) {
   std::vector<Values> result;
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      const auto [old_x, old_y] = from(x, y);
-      result.push_back(values[old.index(old_x, old_y)]);
-    }
-  }
+  for_each_site(extent, [&](int x, int y) {
+    const auto [old_x, old_y] = from(x, y);
+    result.push_back(values[old.index(old_x, old_y)]);
+  });
   return result;
 }
 

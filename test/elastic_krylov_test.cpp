@@ -4,7 +4,6 @@
 #include "kernels/data/input_error.hpp"
 #include "test/elastic_checks.hpp"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>

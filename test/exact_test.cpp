@@ -3,11 +3,10 @@
 
 #include "harness/check/exactness.hpp"
 
-#include "backends/registry.hpp"
 #include "harness/check/verify.hpp"
-#include "kernels/data/input_error.hpp"
-#include "test/random_level.hpp"
+#include "test/refusal.hpp"
 #include "test/scene_sweeps.hpp"
+#include "test/sessions.hpp"
 #include "test/temporary_folder.hpp"
 
 #include <gmock/gmock.h>
@@ -70,13 +69,11 @@ TEST_P(ExactScene, IsProvenAtOtherSizesAndForEveryOrderOfSites) {
 }
 
 TEST_P(ExactScene, HasTheSameBitsOnEveryBackend) {
-  const auto backends = make_backends();
   std::vector<const Backend*> followers;
-  for (const auto& backend : backends) {
+  for (const auto& backend : test::backends()) {
     followers.push_back(backend.get());
   }
-  Progress silent(false);
-  for (const Comparison& comparison : verify(scene_, *backends.front(), followers, {}, silent)) {
+  for (const Comparison& comparison : verify(scene_, test::scalar(), followers, {}, test::silent())) {
     EXPECT_EQ(comparison.sites_differing, 0) << comparison.backend;
     EXPECT_THAT(comparison.verdict, testing::AnyOf(Verdict::agree, Verdict::skipped)) << comparison.backend;
   }
@@ -285,12 +282,7 @@ protected:
                       options);
   }
   [[nodiscard]] std::string refusal(const std::string& schedule) const {
-    try {
-      (void)load(schedule);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
+    return test::refusal([&] { (void)load(schedule); });
   }
 
   test::TemporaryFolder folder_;

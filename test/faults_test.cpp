@@ -3,7 +3,6 @@
 #include "harness/check/faults/session_faults.hpp"
 #include "harness/check/faults/trial.hpp"
 
-#include "backends/registry.hpp"
 #include "harness/measure/bench.hpp"
 #include "harness/scene/method.hpp"
 #include "test/plain_scene.hpp"
@@ -82,17 +81,10 @@ std::vector<TrialScene> small_scenes() {
   return scenes;
 }
 
-const std::vector<std::unique_ptr<Backend>>& registry() {
-  static const auto backends = make_backends();
-  return backends;
-}
-const Backend& scalar() {
-  return *registry().front();
-}
+using test::scalar;
 
 Trial try_on(const Planted& planted, const TrialScene& scene) {
-  Progress silent(false);
-  return faults::try_out(planted, scalar(), std::span(&scene, 1), silent);
+  return faults::try_out(planted, scalar(), std::span(&scene, 1), test::silent());
 }
 
 std::vector<Planted> planted(const std::function<bool(const Planted&)>& belongs) {
@@ -161,8 +153,7 @@ TEST_P(FaultInTheField, GetsNoSpeedUp) {
     Scene scene = small_scene(texture);
     const FaultyBackend faulty(scalar(), GetParam(), &scene);
     const Backend* const both[] = {&scalar(), &faulty};
-    Progress silent(false);
-    const auto results = bench(scene, both, {.session = {}, .repeats = 1}, silent);
+    const auto results = bench(scene, both, {.session = {}, .repeats = 1}, test::silent());
     EXPECT_TRUE(results[0].valid);
     EXPECT_EQ(results[1].valid, results[1].speed_up.has_value());
     caught = caught || !results[1].valid;
@@ -181,11 +172,7 @@ std::vector<Fault> faults_in_the_field() {
 }
 
 INSTANTIATE_TEST_SUITE_P(Checker, FaultInTheField, testing::ValuesIn(faults_in_the_field()),
-                         [](const auto& information) {
-                           std::string name = information.param.name;
-                           std::ranges::replace(name, '-', '_');
-                           return name;
-                         });
+                         [](const auto& information) { return test::test_name(information.param.name); });
 
 TEST(Faults, AreCountedInDozensAndNamedOnce) {
   std::vector<std::string> names;
@@ -199,7 +186,7 @@ TEST(Faults, AreCountedInDozensAndNamedOnce) {
 }
 
 TEST(Faults, OnAnySession) {
-  for (const auto& backend : registry()) {
+  for (const auto& backend : test::backends()) {
     for (const Planted& one : faults::all_planted(*backend)) {
       if (one.backend == backend->name() && (one.name == "one-site-one-ulp" || one.name == "sound")) {
         const Trial trial = try_on(one, small_scenes().front());
@@ -284,23 +271,17 @@ TEST(Faults, ADriverThatRefusesIsNoVerdict) {
 #endif
 
 TEST(Faults, AsAUserTypesThem) {
-  const test::Outcome caught =
-      test::hdmbench("faults tie-rich --size 20x12 --faults skipped-sweep,negative-zero");
-  EXPECT_EQ(caught.status, 0);
-  EXPECT_THAT(caught.output, testing::HasSubstr("1 of 1 planted faults caught, 1 of 1 controls let through"));
-  EXPECT_THAT(caught.output, testing::ContainsRegex("skipped-sweep +scalar +disagree +yes"));
+  test::expect_run(0, "faults tie-rich --size 20x12 --faults skipped-sweep,negative-zero",
+                   AllOf(testing::HasSubstr("1 of 1 planted faults caught, 1 of 1 controls let through"),
+                         testing::ContainsRegex("skipped-sweep +scalar +disagree +yes")));
 
   // One level: nothing that is wrong between levels can be seen.
-  const test::Outcome missed =
-      test::hdmbench("faults tie-rich --size 20x12 --faults wrong-alignment,negative-zero --brief");
-  EXPECT_EQ(missed.status, 1);
-  EXPECT_THAT(missed.output, testing::HasSubstr("0 of 1 planted faults caught"));
-  EXPECT_THAT(missed.output, testing::ContainsRegex("wrong-alignment +scalar +agree +NO"));
-  EXPECT_THAT(missed.output, testing::Not(testing::HasSubstr("negative-zero")));
+  test::expect_run(1, "faults tie-rich --size 20x12 --faults wrong-alignment,negative-zero --brief",
+                   AllOf(testing::HasSubstr("0 of 1 planted faults caught"),
+                         testing::ContainsRegex("wrong-alignment +scalar +agree +NO"),
+                         testing::Not(testing::HasSubstr("negative-zero"))));
 
-  const test::Outcome unknown = test::hdmbench("faults --faults gremlins");
-  EXPECT_EQ(unknown.status, 2);
-  EXPECT_THAT(unknown.output, testing::HasSubstr("there is no fault \"gremlins\""));
+  test::expect_run(2, "faults --faults gremlins", testing::HasSubstr("there is no fault \"gremlins\""));
   EXPECT_THAT(test::hdmbench("faults --list").output, testing::HasSubstr("border-north-west"));
 }
 

@@ -3,6 +3,7 @@
 #include "harness/scene/file_input.hpp"
 #include "harness/scene/file_output.hpp"
 #include "kernels/data/input_error.hpp"
+#include "test/refusal.hpp"
 #include "test/temporary_folder.hpp"
 
 #include <gmock/gmock.h>
@@ -12,7 +13,6 @@
 
 #include <csignal>
 #include <fstream>
-#include <functional>
 #include <iterator>
 #include <thread>
 
@@ -23,14 +23,7 @@ namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-std::string refusal(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
+using test::refusal;
 
 class Files : public testing::Test {
 protected:

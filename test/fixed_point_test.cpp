@@ -1,13 +1,13 @@
-#include "kernels/data/input_error.hpp"
+#include "harness/scene/sites.hpp"
 #include "reference/fixed_point.hpp"
 #include "reference/thesis_energy.hpp"
 #include "reference/thesis_icm.hpp"
 #include "test/random_level.hpp"
+#include "test/refusal.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 
 namespace hdmbench {
@@ -102,26 +102,24 @@ TEST(FixedPoint, HeldAndPulledComponentsObeyTheSignRule) {
     const ThesisEnergyOf<ReferenceField> energy(unobserved, fixed.displacement);
     std::size_t held = 0;
     std::size_t pulled = 0;
-    for (int y = 0; y < level.extent.height; ++y) {
-      for (int x = 0; x < level.extent.width; ++x) {
-        const auto i = level.extent.index(x, y);
-        const double d = fixed.displacement.x[i];
-        // The derivative of the energy of the triples, exact for a parabola.
-        const double slope = 0.5 * (energy.at(x, y, {d + 1.0, 0.0}).x - energy.at(x, y, {d - 1.0, 0.0}).x);
-        const double pull = static_cast<double>(penalty) * static_cast<double>(level.confidence.x[i]);
-        const int side = side_of(d, level.target.x[i]);
-        const double tolerance = 1e-7;
-        if (pull == 0.0) {
-          EXPECT_NEAR(slope, 0.0, tolerance);
-        } else if (side == 0) {
-          EXPECT_LE(std::abs(slope), pull + tolerance);
-          ++held;
-        } else {
-          EXPECT_NEAR(slope, side * pull, tolerance) << "x = " << x << ", y = " << y;
-          ++pulled;
-        }
+    for_each_site(level.extent, [&](int x, int y) {
+      const auto i = level.extent.index(x, y);
+      const double d = fixed.displacement.x[i];
+      // The derivative of the energy of the triples, exact for a parabola.
+      const double slope = 0.5 * (energy.at(x, y, {d + 1.0, 0.0}).x - energy.at(x, y, {d - 1.0, 0.0}).x);
+      const double pull = static_cast<double>(penalty) * static_cast<double>(level.confidence.x[i]);
+      const int side = side_of(d, level.target.x[i]);
+      const double tolerance = 1e-7;
+      if (pull == 0.0) {
+        EXPECT_NEAR(slope, 0.0, tolerance);
+      } else if (side == 0) {
+        EXPECT_LE(std::abs(slope), pull + tolerance);
+        ++held;
+      } else {
+        EXPECT_NEAR(slope, side * pull, tolerance) << "x = " << x << ", y = " << y;
+        ++pulled;
       }
-    }
+    });
     EXPECT_GT(held, 0U) << "K " << penalty;
     EXPECT_GT(pulled, 0U) << "K " << penalty;
   }
@@ -211,12 +209,7 @@ TEST(FixedPoint, SolversAgree) {
 }
 
 std::string refusal(const Level& level) {
-  try {
-    (void)solve_fixed_point(level);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::refusal([&] { (void)solve_fixed_point(level); });
 }
 
 TEST(FixedPoint, LevelsWithoutAUniqueFieldAreRefused) {

@@ -4,6 +4,7 @@
 #include "backends/cpu/openmp.hpp"
 #include "harness/check/faults/faulty_backend.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/scene/sites.hpp"
 #include "test/textured_scene.hpp"
 
 #include <gtest/gtest.h>
@@ -40,11 +41,9 @@ Scene make_scene(Texture texture, std::string_view method = "icm") {
 /// other order but the expanded form, which cancels.
 Scene make_tie_rich_scene() {
   Scene scene = make_scene(Texture::tie_rich);
-  for (int y = 0; y < scene.extent().height; ++y) {
-    for (int x = 0; x < scene.extent().width; ++x) {
-      scene.full.modulus.values[scene.extent().index(x, y)] = (x + y) % 2 == 0 ? 1.0F : 2.0F;
-    }
-  }
+  for_each_site(scene.extent(), [&](int x, int y) {
+    scene.full.modulus.values[scene.extent().index(x, y)] = (x + y) % 2 == 0 ? 1.0F : 2.0F;
+  });
   set_inverse_modulus(scene.full);
   return scene;
 }

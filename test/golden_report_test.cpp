@@ -1,14 +1,11 @@
 #include "test/report_samples.hpp"
 
-#include <functional>
 #include <string>
 
 namespace hdmbench {
 namespace {
 
 using namespace report_samples;
-using testing::HasSubstr;
-using testing::Not;
 
 json golden_row(const std::string& backend) {
   json row = json::parse(R"({"scene": "<square>", "width": 257, "height": 130, "method": "icm",
@@ -32,14 +29,9 @@ json skipped_row(const std::string& backend) {
   return row;
 }
 
-class GoldenReport : public ReportFolder {
+class GoldenReport : public RowsReport {
 protected:
-  std::string page_of(json all) { return render(document("golden", std::move(all))); }
-  std::string error_after(const std::function<void(json&)>& change) {
-    json row = golden_row("openmp");
-    change(row);
-    return error_of(document("golden", rows(row)));
-  }
+  GoldenReport() : RowsReport("golden", golden_row("openmp")) {}
 };
 
 TEST_F(GoldenReport, NamesTheBackendsThatHaveTheHash) {
@@ -67,16 +59,12 @@ TEST_F(GoldenReport, OtherInputsAreUnsure) {
   EXPECT_THAT(page, Not(HasSubstr("Every level")));
 }
 
-TEST_F(GoldenReport, NoResultsNameTheCommand) {
-  EXPECT_THAT(render(document("verify", agreeing_rows())), HasSubstr("hdmbench golden --json FILE"));
-}
-
 TEST_F(GoldenReport, ContradictionsAreRefused) {
-  EXPECT_THAT(error_after([](json& row) { row["first_difference"] = 1; }), HasSubstr("a level differs"));
-  EXPECT_THAT(error_after([](json& row) { row["levels"] = json::array(); }), HasSubstr("there is no level"));
-  EXPECT_THAT(error_after([](json& row) { row["inputs_reason"] = "libm"; }), HasSubstr("inputs"));
-  EXPECT_THAT(error_after([](json& row) { row["verdict"] = "maybe"; }), HasSubstr("verdict"));
-  EXPECT_THAT(error_after([](json& row) { row.erase("levels"); }), HasSubstr("levels"));
+  expect_refused({{"/first_difference", 1, "a level differs"},
+                  {"/levels", json::array(), "there is no level"},
+                  {"/inputs_reason", "libm", "inputs"},
+                  {"/verdict", "maybe", "verdict"},
+                  {"/levels", missing, "levels"}});
 }
 
 } // namespace

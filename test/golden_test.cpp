@@ -4,10 +4,11 @@
 #include "harness/check/golden_file.hpp"
 #include "harness/check/state_hash.hpp"
 
-#include "backends/registry.hpp"
 #include "harness/check/faults/solution_faults.hpp"
 #include "kernels/data/input_error.hpp"
 #include "test/program.hpp"
+#include "test/refusal.hpp"
+#include "test/sessions.hpp"
 #include "test/temporary_folder.hpp"
 
 #include <fmt/format.h>
@@ -63,12 +64,7 @@ TEST(StateHash, WhatIsNotFiniteIsAnError) {
                           -std::numeric_limits<float>::infinity()}) {
     VectorField field({3, 2});
     field.y[4] = bad;
-    try {
-      (void)state_hash(field);
-      ADD_FAILURE() << bad << " was hashed";
-    } catch (const NotFinite& error) {
-      EXPECT_THAT(error.what(), HasSubstr("y at (1, 1) is"));
-    }
+    EXPECT_THAT(test::refusal<NotFinite>([&] { (void)state_hash(field); }), HasSubstr("y at (1, 1) is"));
   }
 }
 
@@ -155,27 +151,24 @@ Scene scene_of(const GoldenEntry& entry) {
 
 GoldenResult check(const GoldenEntry& golden, const Scene& scene, const Backend& backend,
                    const SessionOptions& options = {}) {
-  const auto backends = make_backends();
   std::vector<GoldenSolver> solvers;
-  solvers.emplace_back(*backends.front(), SessionOptions{});
+  solvers.emplace_back(test::scalar(), SessionOptions{});
   solvers.emplace_back(backend, options);
-  Progress silent(false);
-  return check_golden(scene, solvers, &golden, silent);
+  return check_golden(scene, solvers, &golden, test::silent());
 }
 
 TEST(Golden, AnyNumberOfThreadsAndEveryRepetition) {
-  const auto backends = make_backends();
-  const Backend& openmp = find_backend(backends, "openmp");
-  Progress silent(false);
+  const Backend& openmp = test::find("openmp");
   const GoldenEntry& simultaneous = entry_of("random", "icm-thesis-steps");
   const GoldenEntry& coloured = entry_of("random", "coloured");
   const Scene simultaneous_scene = scene_of(simultaneous);
   const Scene coloured_scene = scene_of(coloured);
   for (int threads = 1; threads <= 8; ++threads) {
     GoldenSolver solver(openmp, {.device = "", .threads = threads});
-    EXPECT_EQ(solver.solve(simultaneous_scene, silent), simultaneous.levels) << threads << " threads";
-    EXPECT_EQ(solver.solve(coloured_scene, silent), coloured.levels) << threads << " threads";
-    EXPECT_EQ(solver.solve(simultaneous_scene, silent), simultaneous.levels) << threads << " threads, again";
+    EXPECT_EQ(solver.solve(simultaneous_scene, test::silent()), simultaneous.levels) << threads << " threads";
+    EXPECT_EQ(solver.solve(coloured_scene, test::silent()), coloured.levels) << threads << " threads";
+    EXPECT_EQ(solver.solve(simultaneous_scene, test::silent()), simultaneous.levels)
+        << threads << " threads, again";
   }
 }
 
@@ -192,9 +185,8 @@ TEST(Golden, PlantedFaultsAreSeenAtTheirLevel) {
                       }
                     }});
   const GoldenEntry& entry = entry_of("circular", "icm");
-  const auto backends = make_backends();
   for (const Fault& fault : faults) {
-    const GoldenResult result = check(entry, scene_of(entry), FaultyBackend(*backends.front(), fault));
+    const GoldenResult result = check(entry, scene_of(entry), FaultyBackend(test::scalar(), fault));
     EXPECT_EQ(result.outcomes.at(0).verdict, Verdict::agree);
     EXPECT_EQ(result.outcomes.at(1).verdict, Verdict::disagree) << fault.name;
     EXPECT_EQ(result.outcomes.at(1).first_difference, 2) << fault.name;
@@ -202,13 +194,12 @@ TEST(Golden, PlantedFaultsAreSeenAtTheirLevel) {
 }
 
 TEST(Golden, AFaultInOnePieceOnlyIsSeen) {
-  const auto backends = make_backends();
   const GoldenEntry& entry = entry_of("circular", "icm");
   for (const Fault& fault : faults::one_piece_faults()) {
     if (fault.in_changed || fault.name == "pyramid-begins-with-its-end") { // of counts and second solutions
       continue;
     }
-    const GoldenResult result = check(entry, scene_of(entry), FaultyBackend(*backends.front(), fault));
+    const GoldenResult result = check(entry, scene_of(entry), FaultyBackend(test::scalar(), fault));
     EXPECT_EQ(result.outcomes.at(0).verdict, Verdict::agree);
     EXPECT_EQ(result.outcomes.at(1).verdict, Verdict::disagree) << fault.name;
     EXPECT_THAT(result.outcomes.at(1).reason, HasSubstr("in one piece"));
@@ -217,10 +208,9 @@ TEST(Golden, AFaultInOnePieceOnlyIsSeen) {
 }
 
 TEST(Golden, NotANumberIsNamedWithItsPlace) {
-  const auto backends = make_backends();
-  const FaultyBackend faulty(*backends.front(), {.name = "not_a_number", .in_read = [](VectorField& field) {
-                                                   field.y[0] = std::numeric_limits<float>::quiet_NaN();
-                                                 }});
+  const FaultyBackend faulty(test::scalar(), {.name = "not_a_number", .in_read = [](VectorField& field) {
+                                                field.y[0] = std::numeric_limits<float>::quiet_NaN();
+                                              }});
   const GoldenEntry& entry = entry_of("tie-rich", "icm");
   const GoldenOutcome outcome = check(entry, scene_of(entry), faulty).outcomes.at(1);
   EXPECT_EQ(outcome.verdict, Verdict::disagree);
@@ -228,24 +218,22 @@ TEST(Golden, NotANumberIsNamedWithItsPlace) {
 }
 
 TEST(Golden, OtherInputsAreNotBlamedOnTheSweep) {
-  const auto backends = make_backends();
   const GoldenEntry& entry = entry_of("circular", "icm");
   Scene scene = scene_of(entry);
   scene.full.target.x[5] = std::nextafter(scene.full.target.x[5], 100.0F);
-  const GoldenResult result = check(entry, scene, find_backend(backends, "openmp"));
+  const GoldenResult result = check(entry, scene, test::find("openmp"));
   EXPECT_THAT(result.inputs_reason, HasSubstr("the scene itself is another one"));
   for (const GoldenOutcome& outcome : result.outcomes) {
     EXPECT_EQ(outcome.verdict, Verdict::mistrusted) << outcome.reason;
   }
-  const FaultyBackend faulty(*backends.front(), {.name = "one_ulp", .in_read = [](VectorField& field) {
-                                                   field.x[0] = std::nextafter(field.x[0], 100.0F);
-                                                 }});
+  const FaultyBackend faulty(test::scalar(), {.name = "one_ulp", .in_read = [](VectorField& field) {
+                                                field.x[0] = std::nextafter(field.x[0], 100.0F);
+                                              }});
   EXPECT_EQ(check(entry, scene, faulty).outcomes.at(1).verdict, Verdict::disagree);
 }
 
 TEST(Golden, EveryPartOfAnEntryCounts) {
-  const auto backends = make_backends();
-  const Backend& openmp = find_backend(backends, "openmp");
+  const Backend& openmp = test::find("openmp");
   const GoldenEntry& sound = entry_of("circular", "icm");
   const Scene scene = scene_of(sound);
   const auto verdict = [&](auto&& change) {
@@ -265,26 +253,22 @@ TEST(Golden, EveryPartOfAnEntryCounts) {
 }
 
 TEST(Golden, OnlyWhatAllAgreeOnBecomesGolden) {
-  const auto backends = make_backends();
   const GoldenEntry& entry = entry_of("tie-rich", "icm");
   GoldenEntry outdated = entry;
   outdated.levels.back().hash ^= 1;
   const Scene scene = scene_of(entry);
-  EXPECT_THAT(doubt_about(check(outdated, scene, find_backend(backends, "openmp"))), IsEmpty());
-  const FaultyBackend faulty(*backends.front(), {.name = "one_ulp", .in_read = [](VectorField& field) {
-                                                   field.x[0] = std::nextafter(field.x[0], 100.0F);
-                                                 }});
+  EXPECT_THAT(doubt_about(check(outdated, scene, test::find("openmp"))), IsEmpty());
+  const FaultyBackend faulty(test::scalar(), {.name = "one_ulp", .in_read = [](VectorField& field) {
+                                                field.x[0] = std::nextafter(field.x[0], 100.0F);
+                                              }});
   EXPECT_THAT(doubt_about(check(entry, scene, faulty)), HasSubstr("one_ulp and scalar disagree"));
 }
 
 TEST(GoldenCommand, WritesItsResults) {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "results.json";
-  const test::Outcome outcome =
-      test::hdmbench("golden tie-rich --backends openmp --threads 3 --json " + file.string());
-  EXPECT_EQ(outcome.status, 0) << outcome.output;
-  std::ifstream stream(file);
-  const nlohmann::json rows = nlohmann::json::parse(stream)["results"];
+  test::expect_run(0, "golden tie-rich --backends openmp --threads 3 --json " + file.string());
+  const nlohmann::json rows = test::read_json(file)["results"];
   ASSERT_EQ(rows.size(), 2U);
   EXPECT_EQ(rows[1]["backend"], "openmp");
   EXPECT_EQ(rows[1]["verdict"], "agree");
@@ -300,18 +284,14 @@ TEST(GoldenCommand, RefusesWhatIsNotGolden) {
                                            {"golden --backends none", "no backend \"none\""},
                                            {"golden --json /no/such/folder/a.json", "/no/such/folder"},
                                            {"golden --write /no/such/folder/a.json", "/no/such/folder"}}) {
-    const test::Outcome outcome = test::hdmbench(arguments);
-    EXPECT_EQ(outcome.status, 2) << arguments << outcome.output;
-    EXPECT_THAT(outcome.output, HasSubstr(message)) << arguments;
+    test::expect_run(2, arguments, HasSubstr(message));
   }
 }
 
 TEST(Golden, AnAbsentBackendIsSkippedWithItsReason) {
-  const auto backends = make_backends();
   const GoldenEntry& entry = entry_of("tie-rich", "icm");
   const GoldenOutcome outcome =
-      check(entry, scene_of(entry), find_backend(backends, "openmp"), {.device = "Voodoo2", .threads = 0})
-          .outcomes.at(1);
+      check(entry, scene_of(entry), test::find("openmp"), {.device = "Voodoo2", .threads = 0}).outcomes.at(1);
   EXPECT_EQ(outcome.verdict, Verdict::skipped);
   EXPECT_THAT(outcome.reason, HasSubstr("Voodoo2"));
 }

@@ -2,6 +2,7 @@
 
 #include "harness/scene/images/images.hpp"
 #include "kernels/data/input_error.hpp"
+#include "test/refusal.hpp"
 #include "test/temporary_folder.hpp"
 
 #include <fmt/format.h>
@@ -22,15 +23,7 @@ namespace hdmbench {
 namespace fs = std::filesystem;
 
 /// What the InputError says that `call` must throw.
-inline std::string refusal(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  ADD_FAILURE() << "no InputError";
-  return {};
-}
+using test::refusal;
 
 inline void expect_refusal(const std::function<void()>& call, std::string_view part) {
   const std::string words = refusal(call);

@@ -1,6 +1,5 @@
 #include "test/image_files.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <functional>

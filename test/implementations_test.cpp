@@ -34,6 +34,7 @@ std::vector<ImplementationRow> rows_of(const std::vector<Implementation>& implem
 }
 
 TEST(Implementations, ADriverThatDoesNotComeBackIsARow) {
+  Progress silent(false);
   const std::vector<ImplementationRow> rows = verify_implementations({with_driver("driver_hangs"),
                                                                       with_driver("driver_aborts"),
                                                                       with_driver("driver_allocates"),

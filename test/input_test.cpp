@@ -1,7 +1,7 @@
 // What a level or a step set refuses, and that it says where.
 
-#include "kernels/data/input_error.hpp"
 #include "test/random_level.hpp"
+#include "test/refusal.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,14 +18,7 @@ using testing::HasSubstr;
 constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
 
-std::string refusal(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
+using test::refusal;
 
 std::string refusal_of_level(const std::function<void(Level&)>& spoil) {
   Level level = test::random_problem({7, 5}, test::Texture::smooth, 1).level;

@@ -1,8 +1,8 @@
-#include "backends/registry.hpp"
 #include "harness/judge/accuracy/deviation.hpp"
 #include "harness/report/table.hpp"
 #include "harness/solve/solve.hpp"
 #include "reference/fixed_point.hpp"
+#include "test/sessions.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -65,7 +65,7 @@ TEST(Confidence, ByTheNoiseOfTheTargetBeatsKnownOrUnknown) {
   const double dropped = error(1000.0F, 1.0F, 0.0F);
   const double weighed = error(1000.0F, 1.0F, by_noise);
   const double all_tuned = error(50.0F, 1.0F, 1.0F);
-  Table table({{"confidence of noisy targets", Table::Align::left}, {"K"}, {"RMSD to the truth, px"}});
+  Table table({"<confidence of noisy targets", "K", "RMSD to the truth, px"});
   table.add({"1 for all", "1000", fmt::format("{:.2f}", all)});
   table.add({"1, and 0 for the vague ones", "1000", fmt::format("{:.2f}", dropped)});
   table.add({"1, and 0.05 for the vague ones", "1000", fmt::format("{:.2f}", weighed)});
@@ -125,13 +125,12 @@ protected:
   Scene scene_ = load_scene("square", {.size = Extent{64, 64}});
   ReferenceField fixed_point_ = solve_fixed_point(scene_.full).displacement;
   VectorField start_;
-  std::vector<std::unique_ptr<Backend>> backends_ = make_backends();
-  std::unique_ptr<Session> session_ = find_backend(backends_, "scalar").open({});
+  std::unique_ptr<Session> session_ = test::scalar().open({});
   Progress silent_{false};
 };
 
 TEST_F(Start, FromAnEarlierScanSavesIterations) {
-  Table table({{"iterations to 0.25 px", Table::Align::left}, {"null field"}, {"earlier scan"}});
+  Table table({"<iterations to 0.25 px", "null field", "earlier scan"});
   const auto text = [](std::optional<int> count) { return count ? std::to_string(*count) : "never"; };
   const auto null_pyramid = iterations_of_icm(99, false);
   const auto start_pyramid = iterations_of_icm(99, true);

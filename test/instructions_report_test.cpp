@@ -1,14 +1,11 @@
 #include "test/report_samples.hpp"
 
-#include <functional>
 #include <string>
 
 namespace hdmbench {
 namespace {
 
 using namespace report_samples;
-using testing::HasSubstr;
-using testing::Not;
 
 json instructions_row(const std::string& group, const std::string& shader, int candidates, int energies,
                       json instructions) {
@@ -24,14 +21,9 @@ json instructions_row(const std::string& group, const std::string& shader, int c
   return row;
 }
 
-class InstructionsReport : public ReportFolder {
+class InstructionsReport : public RowsReport {
 protected:
-  std::string page_of(json results) { return render(document("instructions", std::move(results))); }
-  std::string error_after(const std::function<void(json&)>& change) {
-    json row = instructions_row("methods", "icm", 5, 0, 128);
-    change(row);
-    return error_of(document("instructions", rows(row)));
-  }
+  InstructionsReport() : RowsReport("instructions", instructions_row("methods", "icm", 5, 0, 128)) {}
 };
 
 TEST_F(InstructionsReport, SaysWhatFits) {
@@ -65,17 +57,12 @@ TEST_F(InstructionsReport, TheNewestFileReplacesTheOlder) {
   EXPECT_THAT(page, Not(HasSubstr("<th scope=\"row\">gone</th>")));
 }
 
-TEST_F(InstructionsReport, NoResultsNameTheProgram) {
-  EXPECT_THAT(render(document("verify", agreeing_rows())), HasSubstr("instruction_count --json"));
-}
-
 TEST_F(InstructionsReport, ContradictionsAreRefused) {
-  EXPECT_THAT(error_after([](json& row) { row["instructions"] = 513; }),
-              HasSubstr("although the limit is 512"));
-  EXPECT_THAT(error_after([](json& row) { row["instructions"] = nullptr; }), HasSubstr("refusal"));
-  EXPECT_THAT(error_after([](json& row) { row["refusal"] = "no"; }), HasSubstr("refusal"));
-  EXPECT_THAT(error_after([](json& row) { row["group"] = "others"; }), HasSubstr("group"));
-  EXPECT_THAT(error_after([](json& row) { row.erase("device"); }), HasSubstr("device"));
+  expect_refused({{"/instructions", 513, "although the limit is 512"},
+                  {"/instructions", nullptr, "refusal"},
+                  {"/refusal", "no", "refusal"},
+                  {"/group", "others", "group"},
+                  {"/device", missing, "device"}});
 }
 
 } // namespace

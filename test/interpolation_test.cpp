@@ -1,3 +1,4 @@
+#include "harness/scene/sites.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/interpolation.hpp"
 #include "test/random_level.hpp"
@@ -18,14 +19,12 @@ Level level_of(Extent extent, const std::function<float(int, int)>& target,
               .modulus = ScalarField(extent, 1.0F),
               .inverse_modulus = {}};
   set_inverse_modulus(level);
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      const auto i = extent.index(x, y);
-      level.target.x[i] = target(x, y);
-      level.target.y[i] = -target(x, y);
-      level.confidence.x[i] = level.confidence.y[i] = is_observed(x, y) ? 0.5F : 0.0F;
-    }
-  }
+  for_each_site(extent, [&](int x, int y) {
+    const auto i = extent.index(x, y);
+    level.target.x[i] = target(x, y);
+    level.target.y[i] = -target(x, y);
+    level.confidence.x[i] = level.confidence.y[i] = is_observed(x, y) ? 0.5F : 0.0F;
+  });
   return level;
 }
 
@@ -43,12 +42,10 @@ TEST(Interpolation, LinearFieldsAreMet) {
   for (const std::function<bool(int, int)>& where :
        std::initializer_list<std::function<bool(int, int)>>{on_border, on_ellipse_or_border, at_sides}) {
     const ReferenceField field = interpolate_conditions(level_of(extent, linear, where));
-    for (int y = 0; y < extent.height; ++y) {
-      for (int x = 0; x < extent.width; ++x) {
-        EXPECT_NEAR(field.x[extent.index(x, y)], static_cast<double>(linear(x, y)), 1e-14);
-        EXPECT_NEAR(field.y[extent.index(x, y)], -static_cast<double>(linear(x, y)), 1e-14);
-      }
-    }
+    for_each_site(extent, [&](int x, int y) {
+      EXPECT_NEAR(field.x[extent.index(x, y)], static_cast<double>(linear(x, y)), 1e-14);
+      EXPECT_NEAR(field.y[extent.index(x, y)], -static_cast<double>(linear(x, y)), 1e-14);
+    });
   }
 }
 
@@ -82,11 +79,8 @@ TEST(Interpolation, OneEndGivesItsValueAndNoneGivesZero) {
   const Extent extent{5, 4};
   const ReferenceField field = interpolate_conditions(level_of(
       extent, [](int, int) { return 7.0F; }, where));
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      EXPECT_EQ(field.x[extent.index(x, y)], x == 2 || y == 1 ? 7.0 : 0.0);
-    }
-  }
+  for_each_site(extent,
+                [&](int x, int y) { EXPECT_EQ(field.x[extent.index(x, y)], x == 2 || y == 1 ? 7.0 : 0.0); });
 }
 
 TEST(Interpolation, BadInputIsRefused) {

@@ -2,13 +2,14 @@
 
 #include "harness/scene/method.hpp"
 
-#include "backends/registry.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/judge/accuracy/deviation.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/fixed_point.hpp"
+#include "test/refusal.hpp"
+#include "test/sessions.hpp"
 #include "test/temporary_folder.hpp"
 
 #include <gmock/gmock.h>
@@ -29,19 +30,12 @@ Scene with(Scene scene, std::string_view method, std::optional<int> iterations =
 }
 
 Solution solve_on(std::string_view backend, const Scene& scene) {
-  const auto backends = make_backends();
-  Progress silent(false);
-  return Solver(find_backend(backends, backend), {}).solve(scene, silent, {.last_changed = true});
+  return Solver(test::find(backend), {}).solve(scene, test::silent(), {.last_changed = true});
 }
 
 std::string refusal(const Scene& scene, const MethodOptions& options) {
   Scene changed = scene;
-  try {
-    set_options(changed, options);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::refusal([&] { set_options(changed, options); });
 }
 
 TEST(Methods, HaveNamesOfTheirOwnAndAreExplained) {
@@ -53,12 +47,7 @@ TEST(Methods, HaveNamesOfTheirOwnAndAreExplained) {
     EXPECT_EQ(&find_method(method.name), &method);
   }
   EXPECT_EQ(methods().front().name, "icm");
-  try {
-    (void)find_method("magic");
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("icm-6, icm-thesis-steps"));
-  }
+  EXPECT_THAT(test::refusal([&] { (void)find_method("magic"); }), HasSubstr("icm-6, icm-thesis-steps"));
 }
 
 TEST(Methods, KeepWhatTheSceneSays) {
@@ -145,7 +134,7 @@ TEST_P(MethodOnEveryBackend, GivesScalarsBits) {
     scene.schedule.iterations = std::min(scene.schedule.iterations, 5);
     const Solution expected = solve_on("scalar", scene);
     EXPECT_GT(rmsd(ReferenceField(expected.displacement), ReferenceField(scene.start_field())), 0.0);
-    for (const auto& backend : make_backends()) {
+    for (const auto& backend : test::backends()) {
       try {
         (void)backend->devices();
       } catch (const DeviceError&) {
@@ -163,11 +152,7 @@ TEST_P(MethodOnEveryBackend, GivesScalarsBits) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, MethodOnEveryBackend, testing::ValuesIn(methods().begin(), methods().end()),
-                         [](const auto& information) {
-                           std::string name(information.param.name);
-                           std::ranges::replace(name, '-', '_');
-                           return name;
-                         });
+                         [](const auto& information) { return test::test_name(information.param.name); });
 
 double distance_from_fixed_point(const Scene& scene) {
   return rmsd(ReferenceField(solve_on("openmp", scene).displacement),

@@ -1,12 +1,9 @@
 #include "harness/solve/methods/multigrid.hpp"
 
-#include "backends/registry.hpp"
 #include "harness/judge/accuracy/deviation.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/fixed_point.hpp"
-#include "test/random_level.hpp"
-
-#include <gmock/gmock.h>
+#include "test/sessions.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -42,10 +39,8 @@ using Method = Solution (*)(const Scene&, const Backend&, const SessionOptions&,
                             std::vector<std::unique_ptr<Session>>&, Progress&, const SolveOptions&);
 
 Solution solved(Method method, const Scene& scene) {
-  const auto backends = make_backends();
   std::vector<std::unique_ptr<Session>> sessions;
-  Progress silent(false);
-  return method(scene, find_backend(backends, "scalar"), {}, sessions, silent, {});
+  return method(scene, test::scalar(), {}, sessions, test::silent(), {});
 }
 
 /// RMSD of the solution and the fixed point, pixels.
@@ -73,11 +68,10 @@ TEST(Multigrid, ShippedScenesReachTheFixedPoint) {
 }
 
 TEST(Multigrid, EveryCycleContracts) {
-  const auto backends = make_backends();
   for (const std::string& name : shipped()) {
     const Scene scene = as_multigrid(load_scene(name, {.size = Extent{150, 150}}), 0);
     std::vector<std::unique_ptr<Session>> sessions;
-    Multigrid multigrid(scene, find_backend(backends, "scalar"), {}, sessions);
+    Multigrid multigrid(scene, test::scalar(), {}, sessions);
     multigrid.start_from_coarsest(scene.start_field());
     for (int i = 0; i < 4; ++i) {
       const CycleResult result = multigrid.cycle();
@@ -88,14 +82,13 @@ TEST(Multigrid, EveryCycleContracts) {
 }
 
 TEST(Multigrid, EstimatesAreAtLeastHalfTheTruth) {
-  const auto backends = make_backends();
   std::vector<double> shares; // estimate / truth
   for (const std::string& name : shipped()) {
     for (const Extent extent : {Extent{96, 96}, Extent{120, 75}}) {
       const Scene scene = as_multigrid(load_scene(name, {.size = extent}), 0);
       const ReferenceField fixed = solve_fixed_point(scene.full).displacement;
       std::vector<std::unique_ptr<Session>> sessions;
-      Multigrid multigrid(scene, find_backend(backends, "scalar"), {}, sessions);
+      Multigrid multigrid(scene, test::scalar(), {}, sessions);
       multigrid.start_from_coarsest(scene.start_field());
       for (int i = 0; i < 4; ++i) {
         multigrid.cycle();
@@ -123,7 +116,6 @@ TEST(Multigrid, RandomLevelsOfAnyShapeReachTheFixedPoint) {
 }
 
 TEST(Multigrid, TheFirstCycleImprovesAnInterpolatedField) {
-  const auto backends = make_backends();
   struct Case {
     const char* name;
     double after; ///< pixels; with the modulus as the weight of residuals 0.064 and 0.088, with 1 on circular
@@ -133,7 +125,7 @@ TEST(Multigrid, TheFirstCycleImprovesAnInterpolatedField) {
     const Scene scene = as_multigrid(load_scene(name, {.size = Extent{300, 300}}), 0);
     const ReferenceField truth = solve_fixed_point(scene.full).displacement;
     std::vector<std::unique_ptr<Session>> sessions;
-    Multigrid multigrid(scene, find_backend(backends, "openmp"), {}, sessions);
+    Multigrid multigrid(scene, test::find("openmp"), {}, sessions);
     multigrid.start_from_coarsest(scene.start_field());
     const double before = rmsd(multigrid.field(), truth);
     multigrid.cycle();

@@ -2,11 +2,11 @@
 
 #include "harness/solve/planner/planner.hpp"
 
-#include "backends/registry.hpp"
 #include "harness/judge/accuracy/deviation.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/fixed_point.hpp"
 #include "test/random_scene.hpp"
+#include "test/sessions.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -20,8 +20,7 @@ namespace {
 class PlannerTest : public testing::Test {
 protected:
   Plan plan(const Scene& scene, const Request& request) {
-    Progress silent(false);
-    return solve_as_needed(scene, request, find_backend(backends_, "openmp"), {}, sessions_, silent);
+    return solve_as_needed(scene, request, test::find("openmp"), {}, sessions_, test::silent());
   }
 
   static double distance(const Plan& plan, const ReferenceField& truth) {
@@ -33,7 +32,6 @@ protected:
            static_cast<double>(plan.solution.displacement.extent.sites());
   }
 
-  std::vector<std::unique_ptr<Backend>> backends_ = make_backends();
   std::vector<std::unique_ptr<Session>> sessions_;
 };
 

@@ -1,9 +1,14 @@
 #pragma once
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 #include <sys/wait.h>
 
 #include <array>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 #include <string>
 
 namespace hdmbench::test {
@@ -24,6 +29,21 @@ inline Outcome hdmbench(const std::string& arguments, const std::string& environ
   }
   const int code = pclose(pipe);
   return {WIFEXITED(code) ? WEXITSTATUS(code) : 128, output};
+}
+
+inline nlohmann::json read_json(const std::filesystem::path& file) {
+  return nlohmann::json::parse(std::ifstream(file));
+}
+
+/// Runs it and expects of the exit status and of what it says; `says` is a matcher.
+inline Outcome expect_run(int status, const std::string& arguments,
+                          const testing::Matcher<std::string>& says = testing::_,
+                          const std::string& environment = "") {
+  Outcome outcome = hdmbench(arguments, environment);
+  EXPECT_EQ(outcome.status, status) << arguments << '\n' << outcome.output;
+  EXPECT_THAT(outcome.output, testing::AllOf(says, testing::Not(testing::HasSubstr("internal error"))))
+      << arguments;
+  return outcome;
 }
 
 } // namespace hdmbench::test

@@ -2,39 +2,28 @@
 // ICM goes downhill. On scalar; that all backends do the same is random_levels_test's and backends_test's
 // affair.
 
-#include "backends/registry.hpp"
 #include "harness/check/compare.hpp"
+#include "harness/scene/sites.hpp"
 #include "reference/thesis_energy.hpp"
-#include "test/random_level.hpp"
+#include "test/sessions.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <functional>
-#include <string>
 #include <vector>
 
 namespace hdmbench {
 namespace {
 
 using test::Problem;
+using test::swept;
 using test::Texture;
 
 /// Odd and even, long and single.
 constexpr std::array<Extent, 7> extents{{{1, 1}, {1, 6}, {7, 1}, {2, 3}, {8, 8}, {13, 10}, {24, 17}}};
 constexpr int seeds = 12;
-
-VectorField swept(const Problem& problem, int sweeps) {
-  static const auto backends = make_backends();
-  static const auto scalar = backends.front()->open({});
-  scalar->load(problem.level);
-  scalar->write(problem.start);
-  scalar->step(sweeps);
-  VectorField field;
-  scalar->read(field);
-  return field;
-}
 
 /// Candidates on the dyadic grid that tie with each other.
 StepSet dyadic_steps() {
@@ -76,11 +65,7 @@ struct View {
 std::vector<float> seen(const View& view, Extent from, const std::vector<float>& values) {
   const Extent extent = view.extent(from);
   std::vector<float> result(extent.sites());
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      result[extent.index(x, y)] = values[view.index(from, x, y)];
-    }
-  }
+  for_each_site(extent, [&](int x, int y) { result[extent.index(x, y)] = values[view.index(from, x, y)]; });
   return result;
 }
 

@@ -1,3 +1,4 @@
+#include "harness/scene/sites.hpp"
 #include "kernels/data/pyramid.hpp"
 
 #include "kernels/data/input_error.hpp"
@@ -70,21 +71,17 @@ TEST(Pyramid, ProlongationKeepsAffineFieldsAndCorners) {
     const auto fraction = [](int i, int n) {
       return n > 1 ? static_cast<float>(i) / static_cast<float>(n - 1) : 0.0F;
     };
-    for (int y = 0; y < coarse.height; ++y) {
-      for (int x = 0; x < coarse.width; ++x) {
-        field.x[coarse.index(x, y)] =
-            3.0F + 8.0F * fraction(x, coarse.width) - 4.0F * fraction(y, coarse.height);
-        field.y[coarse.index(x, y)] = -field.x[coarse.index(x, y)];
-      }
-    }
+    for_each_site(coarse, [&](int x, int y) {
+      field.x[coarse.index(x, y)] =
+          3.0F + 8.0F * fraction(x, coarse.width) - 4.0F * fraction(y, coarse.height);
+      field.y[coarse.index(x, y)] = -field.x[coarse.index(x, y)];
+    });
     const VectorField result = prolongate(field, fine, Alignment::corner);
-    for (int y = 0; y < fine.height; ++y) {
-      for (int x = 0; x < fine.width; ++x) {
-        const float expected = 3.0F + 8.0F * fraction(x, fine.width) - 4.0F * fraction(y, fine.height);
-        EXPECT_NEAR(result.x[fine.index(x, y)], expected, 5e-6F);
-        EXPECT_NEAR(result.y[fine.index(x, y)], -expected, 5e-6F);
-      }
-    }
+    for_each_site(fine, [&](int x, int y) {
+      const float expected = 3.0F + 8.0F * fraction(x, fine.width) - 4.0F * fraction(y, fine.height);
+      EXPECT_NEAR(result.x[fine.index(x, y)], expected, 5e-6F);
+      EXPECT_NEAR(result.y[fine.index(x, y)], -expected, 5e-6F);
+    });
     EXPECT_EQ(result.x.front(), field.x.front());
     EXPECT_EQ(result.x.back(), field.x.back());
   }
@@ -94,17 +91,15 @@ TEST(Pyramid, LevelsSampleTheFullImage) {
   const auto problem = test::random_problem({37, 23}, test::Texture::smooth, 2);
   const Extent extent{16, 16};
   const Level level = sample_level(problem.level, extent, Alignment::corner);
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      const auto from = problem.level.extent.index(sampled_index(x, 16, 37, Alignment::corner),
-                                                   sampled_index(y, 16, 23, Alignment::corner));
-      const auto to = extent.index(x, y);
-      EXPECT_EQ(level.modulus.values[to], problem.level.modulus.values[from]);
-      EXPECT_EQ(level.inverse_modulus.values[to], problem.level.inverse_modulus.values[from]);
-      EXPECT_EQ(level.target.x[to], problem.level.target.x[from]);
-      EXPECT_EQ(level.confidence.y[to], problem.level.confidence.y[from]);
-    }
-  }
+  for_each_site(extent, [&](int x, int y) {
+    const auto from = problem.level.extent.index(sampled_index(x, 16, 37, Alignment::corner),
+                                                 sampled_index(y, 16, 23, Alignment::corner));
+    const auto to = extent.index(x, y);
+    EXPECT_EQ(level.modulus.values[to], problem.level.modulus.values[from]);
+    EXPECT_EQ(level.inverse_modulus.values[to], problem.level.inverse_modulus.values[from]);
+    EXPECT_EQ(level.target.x[to], problem.level.target.x[from]);
+    EXPECT_EQ(level.confidence.y[to], problem.level.confidence.y[from]);
+  });
 }
 
 TEST(Pyramid, MeanModuliAreThoseOfTheSitesACoarseOneStandsFor) {

@@ -2,12 +2,11 @@
 // case is a number: HDMBENCH_RANDOM_CASES=10000 (default 600) says how many, HDMBENCH_RANDOM_CASE=NUMBER
 // repeats one.
 
-#include "backends/registry.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/solver.hpp"
-#include "test/random_level.hpp"
 #include "test/random_scene.hpp"
+#include "test/sessions.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -107,29 +106,13 @@ Case random_case(int number) {
                       steps.text())};
 }
 
-VectorField read(Session& session) {
-  VectorField field;
-  session.read(field);
-  return field;
-}
-
-std::vector<std::string> backends_but_scalar() {
-  std::vector<std::string> names;
-  for (const auto& backend : make_backends()) {
-    if (backend->name() != "scalar") {
-      names.emplace_back(backend->name());
-    }
-  }
-  return names;
-}
-
 class RandomLevels : public testing::TestWithParam<std::string> {
 protected:
   /// The sessions serve all cases, so that a level also meets what the one before has left.
   void SetUp() override {
-    scalar_ = backends_.front()->open({});
+    scalar_ = test::scalar().open({});
     try {
-      const Backend& backend = find_backend(backends_, GetParam());
+      const Backend& backend = test::find(GetParam());
       sessions_.push_back(backend.open({}));
       if (backend.threads({}) > 0) {
         sessions_.push_back(backend.open({.device = {}, .threads = 1}));
@@ -150,20 +133,18 @@ protected:
   /// After 1 and after 4 sweeps; scalar goes one by one.
   void expect_same(int number) {
     const Case random = random_case(number);
-    scalar_->load(random.problem.level);
-    scalar_->write(random.problem.start);
+    test::begin(*scalar_, random.problem);
     for (const auto& session : sessions_) {
-      session->load(random.problem.level);
-      session->write(random.problem.start);
+      test::begin(*session, random.problem);
     }
     for (const int sweeps : {1, 3}) {
       for (int i = 0; i < sweeps; ++i) {
         scalar_->step(1);
       }
-      const VectorField expected = read(*scalar_);
+      const VectorField expected = test::read(*scalar_);
       for (const auto& session : sessions_) {
         session->step(sweeps);
-        const FieldDifference difference = compare(expected, read(*session));
+        const FieldDifference difference = compare(expected, test::read(*session));
         ASSERT_EQ(difference.not_finite, 0) << random.text << "\n" << repeated_by(number);
         ASSERT_EQ(difference.sites, 0)
             << random.text << ", " << sweeps << " sweep(s), first site index " << *difference.first << "\n"
@@ -173,7 +154,6 @@ protected:
     }
   }
 
-  std::vector<std::unique_ptr<Backend>> backends_ = make_backends();
   std::unique_ptr<Session> scalar_;
   std::vector<std::unique_ptr<Session>> sessions_;
 };
@@ -184,15 +164,13 @@ TEST_P(RandomLevels, SubnormalNumbersAreKeptOrTakenForZero) {
     for (const Rule rule : {Rule::steps, Rule::closed_form, Rule::correction}) {
       const auto problem =
           test::random_problem({9, 8}, Texture::tiny, static_cast<std::uint64_t>(seed), {}, rule);
-      scalar_->load(problem.level);
-      scalar_->write(problem.start);
+      test::begin(*scalar_, problem);
       scalar_->step(2);
-      const VectorField expected = read(*scalar_);
+      const VectorField expected = test::read(*scalar_);
       for (const auto& session : sessions_) {
-        session->load(problem.level);
-        session->write(problem.start);
+        test::begin(*session, problem);
         session->step(2);
-        const FieldDifference difference = compare(expected, read(*session));
+        const FieldDifference difference = compare(expected, test::read(*session));
         EXPECT_EQ(difference.not_finite, 0);
         EXPECT_LT(difference.largest, 8.0 * double{std::numeric_limits<float>::min()}) << "seed " << seed;
       }
@@ -208,9 +186,8 @@ TEST_P(RandomLevels, HaveTheBitsAndCountsOfScalar) {
 
 /// Random scenes through the pyramid, by every method that runs everywhere.
 TEST_P(RandomLevels, MakeScenesOfTheSameFieldByEveryMethod) {
-  Progress silent(false);
-  Solver expected(*backends_.front(), {});
-  Solver found(find_backend(backends_, GetParam()), {});
+  Solver expected(test::scalar(), {});
+  Solver found(test::find(GetParam()), {});
   const int scenes = case_numbers().size() > 1000 ? 40 : 2;
   for (int seed = 0; seed < scenes; ++seed) {
     Scene scene = test::random_scene(static_cast<std::uint64_t>(seed), {.smallest = 1, .largest = 24});
@@ -219,20 +196,17 @@ TEST_P(RandomLevels, MakeScenesOfTheSameFieldByEveryMethod) {
       if (scene.full.update == Update::sequential) {
         continue;
       }
-      const VectorField field = expected.solve(scene, silent).displacement;
-      const FieldDifference difference = compare(field, found.solve(scene, silent).displacement);
+      const VectorField field = expected.solve(scene, test::silent()).displacement;
+      const FieldDifference difference = compare(field, found.solve(scene, test::silent()).displacement);
       ASSERT_EQ(difference.sites, 0) << method.name << ", random_scene(" << seed << ")";
       ASSERT_EQ(difference.not_finite, 0) << method.name << ", random_scene(" << seed << ")";
     }
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Registry, RandomLevels, testing::ValuesIn(backends_but_scalar()),
-                         [](const auto& information) {
-                           std::string name = information.param;
-                           std::ranges::replace(name, '-', '_');
-                           return name;
-                         });
+const std::vector<std::string> names = test::backend_names();
+INSTANTIATE_TEST_SUITE_P(Registry, RandomLevels, testing::ValuesIn(names.begin() + 1, names.end()),
+                         test::parameter_name);
 
 } // namespace
 } // namespace hdmbench

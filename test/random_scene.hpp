@@ -1,6 +1,7 @@
 #pragma once
 
 #include "harness/scene/scene.hpp"
+#include "harness/scene/sites.hpp"
 
 #include <fmt/format.h>
 
@@ -38,15 +39,13 @@ inline Scene random_scene(std::uint64_t seed, const SceneRange& range = {}) {
   scene.full.confidence = VectorField(extent);
 
   const auto for_each_in_disc = [&](double x, double y, double radius_x, double radius_y, auto&& call) {
-    for (int row = 0; row < extent.height; ++row) {
-      for (int column = 0; column < extent.width; ++column) {
-        const double u = (column - x) / radius_x;
-        const double v = (row - y) / radius_y;
-        if (u * u + v * v <= 1.0) {
-          call(extent.index(column, row));
-        }
+    for_each_site(extent, [&](int column, int row) {
+      const double u = (column - x) / radius_x;
+      const double v = (row - y) / radius_y;
+      if (u * u + v * v <= 1.0) {
+        call(extent.index(column, row));
       }
-    }
+    });
   };
   for (int i = whole(0, range.inclusions); i > 0; --i) {
     const auto modulus = static_cast<float>(10.0 * std::pow(range.contrast, uniform(-1.0, 1.0)));

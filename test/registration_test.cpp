@@ -1,6 +1,8 @@
 #include "harness/check/compare.hpp"
 #include "harness/judge/registration/elastic_registration.hpp"
+#include "harness/scene/sites.hpp"
 #include "test/image_files.hpp"
+#include "test/sessions.hpp"
 
 #include <cmath>
 #include <limits>
@@ -20,13 +22,11 @@ ScalarField textured(Extent extent) {
     const double centre_y = uniform() * extent.height;
     const double width = 2.0 + 4.0 * uniform();
     const double brightness = 120.0 * (uniform() - 0.5);
-    for (int y = 0; y < extent.height; ++y) {
-      for (int x = 0; x < extent.width; ++x) {
-        const double squared = std::pow(x - centre_x, 2) + std::pow(y - centre_y, 2);
-        picture.values[extent.index(x, y)] +=
-            static_cast<float>(brightness * std::exp(-0.5 * squared / (width * width)));
-      }
-    }
+    for_each_site(extent, [&](int x, int y) {
+      const double squared = std::pow(x - centre_x, 2) + std::pow(y - centre_y, 2);
+      picture.values[extent.index(x, y)] +=
+          static_cast<float>(brightness * std::exp(-0.5 * squared / (width * width)));
+    });
   }
   return picture;
 }
@@ -34,14 +34,12 @@ ScalarField textured(Extent extent) {
 /// Up to `amplitude` pixels, 0 at the border.
 VectorField smooth_displacement(Extent extent, double amplitude) {
   VectorField field(extent);
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      const double across = std::sin(M_PI * x / (extent.width - 1));
-      const double down = std::sin(M_PI * y / (extent.height - 1));
-      field.x[extent.index(x, y)] = static_cast<float>(amplitude * across * down);
-      field.y[extent.index(x, y)] = static_cast<float>(-0.6 * amplitude * across * down * down);
-    }
-  }
+  for_each_site(extent, [&](int x, int y) {
+    const double across = std::sin(M_PI * x / (extent.width - 1));
+    const double down = std::sin(M_PI * y / (extent.height - 1));
+    field.x[extent.index(x, y)] = static_cast<float>(amplitude * across * down);
+    field.y[extent.index(x, y)] = static_cast<float>(-0.6 * amplitude * across * down * down);
+  });
   return field;
 }
 
@@ -61,8 +59,7 @@ double rmsd(const VectorField& a, const VectorField& b, int margin) {
 
 RegistrationResult registered(const ScalarField& fixed, const ScalarField& moving,
                               const RegistrationOptions& options = {}) {
-  Progress silent(false);
-  return register_elastically(fixed, moving, options, silent);
+  return register_elastically(fixed, moving, options, test::silent());
 }
 
 class Registration : public testing::Test {

@@ -4,7 +4,6 @@
 #include <cstdlib>
 #include <string>
 #include <utility>
-#include <vector>
 
 namespace hdmbench {
 namespace {
@@ -40,16 +39,14 @@ TEST_F(ReportInput, EveryKeyIsRequired) {
       json mistyped = row;
       mistyped[key] = json::array({json::object()}); // the type of no key
       const std::string type_error = error_of(document(command, rows(row, mistyped)));
-      EXPECT_NE(type_error.find("results.json: \"results[1]." + key + "\" must be"), std::string::npos)
-          << type_error;
+      EXPECT_THAT(type_error, HasSubstr("results.json: \"results[1]." + key + "\" must be"));
       if (key == "field" || key == "pictures") {
         continue; // a build without images writes none
       }
       json missing = row;
       missing.erase(key);
       const std::string error = error_of(document(command, rows(row, missing)));
-      EXPECT_NE(error.find("results.json: \"results[1]." + key + "\" is missing"), std::string::npos)
-          << error;
+      EXPECT_THAT(error, HasSubstr("results.json: \"results[1]." + key + "\" is missing"));
     }
   }
   const json complete = context();
@@ -57,59 +54,54 @@ TEST_F(ReportInput, EveryKeyIsRequired) {
     json missing = complete;
     missing.erase(key);
     const std::string error = error_of(document("verify", json::array(), missing));
-    EXPECT_NE(error.find("\"context." + key + "\" is missing"), std::string::npos) << error;
+    EXPECT_THAT(error, HasSubstr("\"context." + key + "\" is missing"));
   }
 }
 
 TEST_F(ReportInput, RefusesWhatIsNotAResultFile) {
-  EXPECT_NE(error_of_files({folder_ / "gone.json"}).find("gone.json: there is no such file"),
-            std::string::npos);
-  EXPECT_NE(error_of_files({write_text("a.json", "{\"schema\": 1")}).find("a.json: is not JSON"),
-            std::string::npos);
-  EXPECT_NE(error_of(json::array()).find("results.json: the document must be an object"), std::string::npos);
+  EXPECT_THAT(error_of_files({folder_ / "gone.json"}), HasSubstr("gone.json: there is no such file"));
+  EXPECT_THAT(error_of_files({write_text("a.json", "{\"schema\": 1")}), HasSubstr("a.json: is not JSON"));
+  EXPECT_THAT(error_of(json::array()), HasSubstr("results.json: the document must be an object"));
   json other = document("verify", agreeing_rows());
   other["schema"] = 2;
-  EXPECT_NE(error_of(other).find("is 2, but this program reads schema 1"), std::string::npos);
+  EXPECT_THAT(error_of(other), HasSubstr("is 2, but this program reads schema 1"));
   constexpr std::size_t depth = 100000; // enough to end the stack of whoever walks through it by recursion
   const Path deep =
       write_text("deep.json", "{\"results\": " + std::string(depth, '[') + std::string(depth, ']') + "}");
-  EXPECT_NE(error_of_files({deep}).find("deep in each other"), std::string::npos);
-  EXPECT_NE(error_of_files({}).find("no result files"), std::string::npos);
+  EXPECT_THAT(error_of_files({deep}), HasSubstr("deep in each other"));
+  EXPECT_THAT(error_of_files({}), HasSubstr("no result files"));
   std::filesystem::create_directory(folder_ / "empty");
-  EXPECT_NE(error_of_files({folder_ / "empty"}).find("has no *.json file"), std::string::npos);
+  EXPECT_THAT(error_of_files({folder_ / "empty"}), HasSubstr("has no *.json file"));
 }
 
 TEST_F(ReportInput, RefusesRowsThatContradictThemselves) {
   json row = verify_row("openmp", "free");
   row["sites_differing"] = 1;
-  EXPECT_NE(error_of(document("verify", rows(row))).find("\"agree\" although 1 sites differ"),
-            std::string::npos);
+  EXPECT_THAT(error_of(document("verify", rows(row))), HasSubstr("\"agree\" although 1 sites differ"));
   row = verify_row("openmp", "free");
   row["sites_compared"] = 0;
-  EXPECT_NE(error_of(document("verify", rows(row))).find("although no site was compared"), std::string::npos);
+  EXPECT_THAT(error_of(document("verify", rows(row))), HasSubstr("although no site was compared"));
   row.update({{"sites_compared", 9}, {"verdict", "certified"}, {"uncertified", 1}});
-  EXPECT_NE(error_of(document("verify", rows(row))).find("1 differing sites are uncertified"),
-            std::string::npos);
+  EXPECT_THAT(error_of(document("verify", rows(row))), HasSubstr("1 differing sites are uncertified"));
   row = verify_row("openmp", "free");
   row["counts_differing"] = 2;
-  EXPECT_NE(error_of(document("verify", rows(row))).find("2 counts of changed sites differ"),
-            std::string::npos);
+  EXPECT_THAT(error_of(document("verify", rows(row))), HasSubstr("2 counts of changed sites differ"));
   row = verify_row("openmp", "free");
   row["tier"] = "none";
-  EXPECT_NE(error_of(document("verify", rows(row))).find("which the verdict contradicts"), std::string::npos);
+  EXPECT_THAT(error_of(document("verify", rows(row))), HasSubstr("which the verdict contradicts"));
   json bench = bench_row("openmp", "square", 300, 1.0, 2.0);
   bench["seconds_median"] = 5.0;
-  EXPECT_NE(error_of(document("bench", rows(bench))).find("seconds_median"), std::string::npos);
+  EXPECT_THAT(error_of(document("bench", rows(bench))), HasSubstr("seconds_median"));
   bench["seconds"] = json::array();
-  EXPECT_NE(error_of(document("bench", rows(bench))).find("there are no seconds"), std::string::npos);
+  EXPECT_THAT(error_of(document("bench", rows(bench))), HasSubstr("there are no seconds"));
 }
 
 TEST_F(ReportInput, SaysThatGnuplotIsMissing) {
   const Path results = write("b.json", document("bench", rows(bench_row("openmp", "square", 300, 1.0, 2.0))));
   const PathVariable nowhere(folder_ / "empty");
   const std::string error = error_of_files({results});
-  EXPECT_NE(error.find("gnuplot"), std::string::npos) << error;
-  EXPECT_NE(error.find("gnuplot-nox"), std::string::npos) << error;
+  EXPECT_THAT(error, HasSubstr("gnuplot"));
+  EXPECT_THAT(error, HasSubstr("gnuplot-nox"));
 }
 
 TEST_F(ReportInput, PassesOnWhatGnuplotSays) {
@@ -118,8 +110,8 @@ TEST_F(ReportInput, PassesOnWhatGnuplotSays) {
   std::filesystem::permissions(fake, std::filesystem::perms::owner_all);
   const PathVariable only(folder_);
   const std::string error = error_of_files({results});
-  EXPECT_NE(error.find("exit status 3"), std::string::npos) << error;
-  EXPECT_NE(error.find("out of ink"), std::string::npos) << error;
+  EXPECT_THAT(error, HasSubstr("exit status 3"));
+  EXPECT_THAT(error, HasSubstr("out of ink"));
 }
 
 TEST_F(ReportInput, NoNameReachesGnuplotAsACommand) {
@@ -127,7 +119,7 @@ TEST_F(ReportInput, NoNameReachesGnuplotAsACommand) {
   const std::string evil = "x'\nsystem('touch " + mark.string() + "')\n`touch " + mark.string() + "`";
   json row = bench_row(evil, evil, 300, 1.0, 2.0);
   row["device"] = evil;
-  EXPECT_NE(render(document("bench", rows(row))).find("<svg"), std::string::npos);
+  EXPECT_THAT(render(document("bench", rows(row))), HasSubstr("<svg"));
   EXPECT_FALSE(std::filesystem::exists(mark));
 }
 

@@ -19,6 +19,9 @@
 namespace hdmbench::report_samples {
 
 using nlohmann::json;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
 using Path = std::filesystem::path;
 
 inline json context(const std::string& machine = "bench-1",
@@ -141,5 +144,50 @@ protected:
 
   Path folder_;
 };
+
+/// A value that is wrong in a good row, and what the refusal says.
+struct Wrong {
+  std::string where; ///< JSON pointer: "/points/0/failed"
+  json value;
+  std::string error;
+};
+
+/// The key is not there.
+inline const json missing(json::value_t::discarded);
+
+/// Of one command, with a row that is good.
+class RowsReport : public ReportFolder {
+protected:
+  RowsReport(std::string command, json good) : command_(std::move(command)), good_(std::move(good)) {}
+
+  std::string page_of(const json& results) {
+    return render(document(command_, results.is_object() ? rows(results) : results));
+  }
+
+  void expect_refused(const std::vector<Wrong>& values) {
+    for (const Wrong& wrong : values) {
+      const json::json_pointer where(wrong.where);
+      json row = good_;
+      if (wrong.value.is_discarded()) {
+        row.at(where.parent_pointer()).erase(where.back());
+      } else {
+        row[where] = wrong.value;
+      }
+      EXPECT_THAT(error_of(document(command_, rows(row))), HasSubstr(wrong.error)) << wrong.where;
+    }
+  }
+
+private:
+  std::string command_;
+  json good_;
+};
+
+inline std::size_t occurrences(const std::string& text, const std::string& part) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + part.size())) {
+    ++count;
+  }
+  return count;
+}
 
 } // namespace hdmbench::report_samples

@@ -12,21 +12,12 @@ using namespace report_samples;
 
 class ReportPage : public ReportFolder {};
 
-std::size_t occurrences(const std::string& text, const std::string& part) {
-  std::size_t count = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + part.size())) {
-    ++count;
-  }
-  return count;
-}
-
 TEST_F(ReportPage, SaysThatAllAgree) {
   const std::string box = verdict(render(document("verify", agreeing_rows())));
-  EXPECT_NE(box.find("verdict good"), std::string::npos) << box;
-  EXPECT_NE(
-      box.find("All 2 backends on this machine agree with scalar to the last bit in 4 of 4 comparisons."),
-      std::string::npos)
-      << box;
+  EXPECT_THAT(box, HasSubstr("verdict good"));
+  EXPECT_THAT(
+      box,
+      HasSubstr("All 2 backends on this machine agree with scalar to the last bit in 4 of 4 comparisons."));
 }
 
 TEST_F(ReportPage, NamesWhatDisagrees) {
@@ -35,17 +26,15 @@ TEST_F(ReportPage, NamesWhatDisagrees) {
   checks[2].update({{"counts_differing", 2}, {"not_finite", 1}});
   checks[2]["first_difference"].update({{"found", {0.1, nullptr}}});
   const std::string page = render(document("verify", checks));
-  EXPECT_NE(
-      page.find("7 sites differ, 1 not finite, the number of changed sites is wrong after 2 iterations"),
-      std::string::npos);
-  EXPECT_NE(page.find("found (0.1, not finite)"), std::string::npos);
-  EXPECT_NE(verdict(page).find("verdict bad"), std::string::npos);
-  EXPECT_NE(
-      verdict(page).find("1 of 4 comparisons disagrees with scalar on this machine: gl-fragment on square."),
-      std::string::npos)
-      << verdict(page);
-  EXPECT_NE(page.find("level 2, iteration 17, site (3, 4)"), std::string::npos);
-  EXPECT_EQ(page.find("All 2 backends"), std::string::npos);
+  EXPECT_THAT(
+      page,
+      HasSubstr("7 sites differ, 1 not finite, the number of changed sites is wrong after 2 iterations"));
+  EXPECT_THAT(page, HasSubstr("found (0.1, not finite)"));
+  EXPECT_THAT(verdict(page), HasSubstr("verdict bad"));
+  EXPECT_THAT(verdict(page),
+              HasSubstr("1 of 4 comparisons disagrees with scalar on this machine: gl-fragment on square."));
+  EXPECT_THAT(page, HasSubstr("level 2, iteration 17, site (3, 4)"));
+  EXPECT_THAT(page, Not(HasSubstr("All 2 backends")));
 }
 
 TEST_F(ReportPage, SkippedIsNeverAPass) {
@@ -53,39 +42,37 @@ TEST_F(ReportPage, SkippedIsNeverAPass) {
   checks.push_back(skipped(verify_row("vulkan-compute", "resync"), "no Vulkan driver"));
   checks.push_back(skipped(verify_row("vulkan-compute", "free"), "no Vulkan driver"));
   const std::string page = render(document("verify", checks));
-  EXPECT_NE(verdict(page).find("All 2 backends that were compared on this machine agree"), std::string::npos);
-  EXPECT_NE(verdict(page).find("4 of 4 comparisons"), std::string::npos);
-  EXPECT_NE(verdict(page).find("Skipped, so not checked: vulkan-compute, 2 comparisons (no Vulkan driver)."),
-            std::string::npos)
-      << verdict(page);
-  EXPECT_NE(page.find("– skipped"), std::string::npos);
+  EXPECT_THAT(verdict(page), HasSubstr("All 2 backends that were compared on this machine agree"));
+  EXPECT_THAT(verdict(page), HasSubstr("4 of 4 comparisons"));
+  EXPECT_THAT(verdict(page),
+              HasSubstr("Skipped, so not checked: vulkan-compute, 2 comparisons (no Vulkan driver)."));
+  EXPECT_THAT(page, HasSubstr("– skipped"));
 }
 
 TEST_F(ReportPage, ModesThatSayTheSameAreOneLine) {
   json checks = rows(verify_row("openmp", "resync"), verify_row("openmp", "free"),
                      verify_row("openmp", "active"), disagreeing(verify_row("openmp", "pyramid")));
-  EXPECT_NE(render(document("verify", checks)).find("resync, free, active: 0 sites differ"),
-            std::string::npos);
-  EXPECT_NE(render(document("verify", checks)).find("pyramid: 7 sites differ"), std::string::npos);
+  EXPECT_THAT(render(document("verify", checks)), HasSubstr("resync, free, active: 0 sites differ"));
+  EXPECT_THAT(render(document("verify", checks)), HasSubstr("pyramid: 7 sites differ"));
   checks = rows(verify_row("openmp", "windows"));
-  EXPECT_NE(render(document("verify", checks)).find("windows: 0 sites differ"), std::string::npos);
+  EXPECT_THAT(render(document("verify", checks)), HasSubstr("windows: 0 sites differ"));
 }
 
 TEST_F(ReportPage, AllSkippedIsNotGood) {
   const std::string box = verdict(
       render(document("verify", rows(skipped(verify_row("vulkan-compute", "free"), "no Vulkan driver")))));
-  EXPECT_EQ(box.find("verdict good"), std::string::npos);
-  EXPECT_NE(box.find("Nothing was cross-checked"), std::string::npos) << box;
+  EXPECT_THAT(box, Not(HasSubstr("verdict good")));
+  EXPECT_THAT(box, HasSubstr("Nothing was cross-checked"));
 }
 
 TEST_F(ReportPage, MistrustedIsNotGood) {
   json checks = agreeing_rows();
   checks[0].update({{"verdict", "mistrusted"}, {"tier", "none"}, {"reason", "no site moved"}});
   const std::string box = verdict(render(document("verify", checks)));
-  EXPECT_NE(box.find("verdict unsure"), std::string::npos);
-  EXPECT_NE(box.find("1 of 4 cannot be trusted: openmp on square."), std::string::npos) << box;
-  EXPECT_NE(box.find("3 of 4 comparisons agree."), std::string::npos) << box;
-  EXPECT_NE(box.find("no site moved"), std::string::npos) << box;
+  EXPECT_THAT(box, HasSubstr("verdict unsure"));
+  EXPECT_THAT(box, HasSubstr("1 of 4 cannot be trusted: openmp on square."));
+  EXPECT_THAT(box, HasSubstr("3 of 4 comparisons agree."));
+  EXPECT_THAT(box, HasSubstr("no site moved"));
 }
 
 TEST_F(ReportPage, CertifiedIsSaidApart) {
@@ -93,10 +80,9 @@ TEST_F(ReportPage, CertifiedIsSaidApart) {
   checks[0].update(
       {{"verdict", "certified"}, {"tier", "certified"}, {"sites_differing", 2}, {"certified_ties", 2}});
   const std::string box = verdict(render(document("verify", checks)));
-  EXPECT_NE(
-      box.find("4 of 4 comparisons, 3 to the last bit and 1 with every difference a certified near-tie"),
-      std::string::npos)
-      << box;
+  EXPECT_THAT(
+      box,
+      HasSubstr("4 of 4 comparisons, 3 to the last bit and 1 with every difference a certified near-tie"));
 }
 
 TEST_F(ReportPage, EveryMethodHasALineOfItsOwn) {
@@ -108,24 +94,21 @@ TEST_F(ReportPage, EveryMethodHasALineOfItsOwn) {
     checks.push_back(other);
   }
   const std::string page = render(document("verify", checks));
-  EXPECT_NE(page.find(", cascade</small>"), std::string::npos);
-  EXPECT_EQ(page.find(", icm</small>"), std::string::npos);
-  EXPECT_NE(page.find("not compared"), std::string::npos) << "gl-fragment by cascade";
+  EXPECT_THAT(page, HasSubstr(", cascade</small>"));
+  EXPECT_THAT(page, Not(HasSubstr(", icm</small>")));
+  EXPECT_THAT(page, HasSubstr("not compared")) << "gl-fragment by cascade";
 }
 
 TEST_F(ReportPage, TheTierOfABackendIsItsLowest) {
   json checks = agreeing_rows();
   checks[0].update({{"tier", "exact"}});
-  EXPECT_NE(render(document("verify", checks)).find("<td class=\"agree\"><b>✓ bitwise</b>"),
-            std::string::npos);
-  EXPECT_EQ(render(document("verify", checks)).find("<td class=\"agree\"><b>✓ exact</b>"), std::string::npos);
+  EXPECT_THAT(render(document("verify", checks)), HasSubstr("<td class=\"agree\"><b>✓ bitwise</b>"));
+  EXPECT_THAT(render(document("verify", checks)), Not(HasSubstr("<td class=\"agree\"><b>✓ exact</b>")));
   checks[0].update(
       {{"verdict", "certified"}, {"tier", "certified"}, {"sites_differing", 2}, {"certified_ties", 2}});
-  EXPECT_NE(render(document("verify", checks)).find("<td class=\"certified\"><b>≈ certified</b>"),
-            std::string::npos);
+  EXPECT_THAT(render(document("verify", checks)), HasSubstr("<td class=\"certified\"><b>≈ certified</b>"));
   checks[0].update({{"verdict", "disagree"}, {"tier", "none"}, {"uncertified", 1}});
-  EXPECT_NE(render(document("verify", checks)).find("<td class=\"disagree\"><b>✗ none</b>"),
-            std::string::npos);
+  EXPECT_THAT(render(document("verify", checks)), HasSubstr("<td class=\"disagree\"><b>✗ none</b>"));
 }
 
 TEST_F(ReportPage, NamesBackendsThatWereNeverCompared) {
@@ -133,16 +116,32 @@ TEST_F(ReportPage, NamesBackendsThatWereNeverCompared) {
       write("devices.json", document("devices", rows(device_row("scalar", true), device_row("openmp", true),
                                                      device_row("gl-compute", true))));
   const Path verify = write("verify.json", document("verify", agreeing_rows()));
-  EXPECT_NE(verdict(render_files({devices, verify})).find("Never compared: gl-compute."), std::string::npos);
+  EXPECT_THAT(verdict(render_files({devices, verify})), HasSubstr("Never compared: gl-compute."));
 }
 
 TEST_F(ReportPage, SupportMatrixHasTheReason) {
   const std::string page =
       render(document("devices", rows(device_row("vulkan-compute", false, "no Vulkan driver"))));
-  EXPECT_NE(
-      page.find("<td class=\"skipped\">no</td><td class=\"skipped\" colspan=\"4\">no Vulkan driver</td>"),
-      std::string::npos);
-  EXPECT_NE(verdict(page).find("Nothing was cross-checked"), std::string::npos);
+  EXPECT_THAT(
+      page,
+      HasSubstr("<td class=\"skipped\">no</td><td class=\"skipped\" colspan=\"4\">no Vulkan driver</td>"));
+  EXPECT_THAT(verdict(page), HasSubstr("Nothing was cross-checked"));
+}
+
+TEST_F(ReportPage, HasALineForADriverThatHangs) {
+  json passed = json::parse(R"({"backend": "gl-fragment", "implementation": "softpipe", "device": "softpipe",
+    "driver": "OpenGL 3.3", "outcome": "passed", "tier": "bitwise", "scenes": 14, "comparisons": 56,
+    "sites_compared": 1234567, "sites_differing": 0, "seconds": 12.5, "peak_bytes": 870000000, "reason": "",
+    "repeat": "hdmbench verify"})");
+  json hangs = passed;
+  hangs.update(json::parse(R"({"implementation": "other", "outcome": "out of time", "tier": "none",
+    "comparisons": 0, "reason": "ended after 180 s"})"));
+  const std::string page = render(document("implementations", rows(passed, hangs)));
+  EXPECT_THAT(page, HasSubstr("<td class=\"agree\">bitwise</td>"));
+  EXPECT_THAT(page, HasSubstr("870 MB"));
+  EXPECT_THAT(page, HasSubstr("<td class=\"disagree\">out of time</td><td colspan=\"5\">ended after 180 s"));
+  passed["comparisons"] = 0;
+  EXPECT_THROW(render(document("implementations", rows(passed))), InputError);
 }
 
 TEST_F(ReportPage, SaysWhatWasChosenByMeasurement) {
@@ -150,18 +149,22 @@ TEST_F(ReportPage, SaysWhatWasChosenByMeasurement) {
   device["choices"] = json::parse(R"([{"what": "coarse levels", "chosen": "one dispatch",
       "options": [{"name": "a dispatch per sweep", "seconds": [0.004, 0.003]},
                   {"name": "one dispatch", "seconds": [0.002]}]}])");
-  EXPECT_NE(render(document("devices", rows(device)))
-                .find("coarse levels: a dispatch per sweep 3.50 ms, one dispatch 2.00 ms: one dispatch."),
-            std::string::npos);
+  EXPECT_THAT(render(document("devices", rows(device))),
+              HasSubstr("coarse levels: a dispatch per sweep 3.50 ms, one dispatch 2.00 ms: one dispatch."));
   device["choices"][0]["chosen"] = "neither";
   EXPECT_THROW(render(document("devices", rows(device))), InputError);
 }
 
 TEST_F(ReportPage, PartsWithoutDataNameTheirCommand) {
   const std::string page = render(document("verify", agreeing_rows()));
-  EXPECT_NE(page.find("hdmbench devices --json FILE"), std::string::npos);
-  EXPECT_NE(page.find("hdmbench bench --json FILE"), std::string::npos);
-  EXPECT_NE(page.find("hdmbench run SCENE --json FILE"), std::string::npos);
+  for (const char* const command :
+       {"hdmbench devices --json FILE", "hdmbench bench --json FILE", "hdmbench run SCENE --json FILE",
+        "hdmbench implementations --json FILE", "hdmbench atlas --json FILE", "hdmbench accuracy --json FILE",
+        "hdmbench faults --json FILE", "hdmbench golden --json FILE",
+        "hdmbench bench --compare OLD.json --json", "test/failing_calls --json FILE",
+        "instruction_count --json"}) {
+    EXPECT_THAT(page, HasSubstr(command));
+  }
 }
 
 TEST_F(ReportPage, EscapesEveryText) {
@@ -191,8 +194,8 @@ TEST_F(ReportPage, EscapesEveryText) {
                     write("b.json", document("bench", rows(bench, unverified), where)),
                     write("d.json", document("devices", rows(device, device_row("x", false, evil)), where)),
                     write("r.json", document("run", rows(run), where))});
-  EXPECT_EQ(page.find("<script"), std::string::npos);
-  EXPECT_EQ(page.find("alert(\""), std::string::npos);
+  EXPECT_THAT(page, Not(HasSubstr("<script")));
+  EXPECT_THAT(page, Not(HasSubstr("alert(\"")));
   EXPECT_GT(occurrences(page, "&lt;script&gt;alert(&quot;1&quot;)&lt;/script&gt;&amp;&#39;"), 20U);
 }
 
@@ -207,9 +210,9 @@ TEST_F(ReportPage, LoadsNothingFromOutside) {
     EXPECT_TRUE(target.starts_with("#") || target.starts_with("data:image/png;base64,")) << target;
   }
   EXPECT_GT(found, 5);
-  EXPECT_EQ(page.find("://"), std::string::npos);
-  EXPECT_EQ(page.find("@import"), std::string::npos);
-  EXPECT_EQ(page.find("url("), std::string::npos);
+  EXPECT_THAT(page, Not(HasSubstr("://")));
+  EXPECT_THAT(page, Not(HasSubstr("@import")));
+  EXPECT_THAT(page, Not(HasSubstr("url(")));
 }
 
 TEST_F(ReportPage, IdsAreUniqueAndReferencesResolve) {
@@ -236,11 +239,11 @@ TEST_F(ReportPage, IdsAreUniqueAndReferencesResolve) {
 TEST_F(ReportPage, PutsTheThesisBesideTheTimes) {
   const std::string page = render(document("bench", rows(bench_row("scalar", "square", 300, 2.0, 1.0),
                                                          bench_row("openmp", "square", 300, 0.25, 8.0))));
-  EXPECT_NE(page.find("square, thesis Table 5.2"), std::string::npos);
-  EXPECT_NE(page.find(">0.250<small>0.225–0.275</small>"), std::string::npos);
-  EXPECT_NE(page.find(">8.00×<"), std::string::npos);
-  EXPECT_NE(page.find(">52.78×<"), std::string::npos);
-  EXPECT_NE(page.find(">1056.09<"), std::string::npos);
+  EXPECT_THAT(page, HasSubstr("square, thesis Table 5.2"));
+  EXPECT_THAT(page, HasSubstr(">0.250<small>0.225–0.275</small>"));
+  EXPECT_THAT(page, HasSubstr(">8.00×<"));
+  EXPECT_THAT(page, HasSubstr(">52.78×<"));
+  EXPECT_THAT(page, HasSubstr(">1056.09<"));
 }
 
 TEST_F(ReportPage, UnverifiedTimesHaveNoSpeedUp) {
@@ -254,28 +257,28 @@ TEST_F(ReportPage, UnverifiedTimesHaveNoSpeedUp) {
                  {"device", ""}});
   const std::string page =
       render(document("bench", rows(bench_row("openmp", "square", 300, 0.25, 8.0), invalid, absent)));
-  EXPECT_EQ(page.find("77.7"), std::string::npos);
-  EXPECT_EQ(page.find("66.6"), std::string::npos);
-  EXPECT_NE(page.find("<td class=\"number best\">8.00×</td>"), std::string::npos);
-  EXPECT_NE(page.find("✗ not verified</b><small>7 uncertified sites"), std::string::npos);
-  EXPECT_NE(page.find("– skipped</b><small>no Vulkan driver"), std::string::npos);
+  EXPECT_THAT(page, Not(HasSubstr("77.7")));
+  EXPECT_THAT(page, Not(HasSubstr("66.6")));
+  EXPECT_THAT(page, HasSubstr("<td class=\"number best\">8.00×</td>"));
+  EXPECT_THAT(page, HasSubstr("✗ not verified</b><small>7 uncertified sites"));
+  EXPECT_THAT(page, HasSubstr("– skipped</b><small>no Vulkan driver"));
   const std::string plot = page.substr(page.find("<svg"), page.find("</svg>") - page.find("<svg"));
-  EXPECT_NE(plot.find("openmp"), std::string::npos);
-  EXPECT_EQ(plot.find("gl-fragment"), std::string::npos);
+  EXPECT_THAT(plot, HasSubstr("openmp"));
+  EXPECT_THAT(plot, Not(HasSubstr("gl-fragment")));
 }
 
 TEST_F(ReportPage, ADisagreementTakesTheSpeedUpBack) {
   const std::string page = render_files(
       {write("b.json", document("bench", rows(bench_row("gl-fragment", "square", 300, 0.125, 77.7)))),
        write("v.json", document("verify", rows(disagreeing(verify_row("gl-fragment", "free")))))});
-  EXPECT_EQ(page.find("77.7"), std::string::npos);
-  EXPECT_NE(page.find("✗ not verified"), std::string::npos);
+  EXPECT_THAT(page, Not(HasSubstr("77.7")));
+  EXPECT_THAT(page, HasSubstr("✗ not verified"));
 }
 
 TEST_F(ReportPage, QuickRunsSaySo) {
   json where = context();
   where["quick"] = true;
-  EXPECT_NE(render(document("verify", agreeing_rows(), where)).find("--quick"), std::string::npos);
+  EXPECT_THAT(render(document("verify", agreeing_rows(), where)), HasSubstr("--quick"));
 }
 
 TEST_F(ReportPage, NewerRowsReplaceOlderOnesOfTheSameMachine) {
@@ -286,9 +289,9 @@ TEST_F(ReportPage, NewerRowsReplaceOlderOnesOfTheSameMachine) {
       write("b.json", document("verify", agreeing_rows(), context("bench-1", "2026-02-01T00:00:00Z")));
   const Path other =
       write("c.json", document("verify", agreeing_rows(), context("bench-2", "2026-02-01T00:00:00Z")));
-  EXPECT_NE(verdict(render_files({newer, older})).find("4 of 4 comparisons"), std::string::npos);
-  EXPECT_NE(verdict(render_files({older, other})).find("1 of 8 comparisons disagrees"), std::string::npos);
-  EXPECT_NE(render_files({newer, older}).find("4 rows, 4 of them replaced by newer ones"), std::string::npos);
+  EXPECT_THAT(verdict(render_files({newer, older})), HasSubstr("4 of 4 comparisons"));
+  EXPECT_THAT(verdict(render_files({older, other})), HasSubstr("1 of 8 comparisons disagrees"));
+  EXPECT_THAT(render_files({newer, older}), HasSubstr("4 rows, 4 of them replaced by newer ones"));
 }
 
 TEST_F(ReportPage, TheSummaryFitsOnAScreen) {
@@ -308,13 +311,12 @@ TEST_F(ReportPage, TheSummaryFitsOnAScreen) {
                                    bench_row("gl-fragment", "square", 1200, 0.125, 77.7), unverified)))};
   const std::string text = summary_text(files);
   EXPECT_LE(occurrences(text, "\n"), 60U) << text;
-  EXPECT_NE(text.find("1 of 1 comparison disagrees with scalar on this machine: gl-fragment on square."),
-            std::string::npos)
-      << text;
-  EXPECT_NE(text.find("45 more notes on the page."), std::string::npos) << text;
-  EXPECT_NE(text.find("4.75"), std::string::npos) << text;
-  EXPECT_EQ(text.find("0.250"), std::string::npos) << "not the largest size\n" << text;
-  EXPECT_EQ(text.find("77.7"), std::string::npos) << "a wrong field has no speed-up\n" << text;
+  EXPECT_THAT(text,
+              HasSubstr("1 of 1 comparison disagrees with scalar on this machine: gl-fragment on square."));
+  EXPECT_THAT(text, HasSubstr("45 more notes on the page."));
+  EXPECT_THAT(text, HasSubstr("4.75"));
+  EXPECT_THAT(text, Not(HasSubstr("0.250"))) << "not the largest size";
+  EXPECT_THAT(text, Not(HasSubstr("77.7"))) << "a wrong field has no speed-up";
   EXPECT_EQ(occurrences(text, "not verified"), 2U) << text;
 }
 
@@ -325,18 +327,18 @@ TEST_F(ReportPage, EmbedsPictures) {
   json row = run_row();
   row["pictures"] = {{"before", "before.png"}};
   const std::string page = render(document("run", rows(row)));
-  EXPECT_NE(
-      page.find("src=\"data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAAB\" width=\"2\" height=\"1\" "
-                "style=\"max-width:min(100%,4px)\""),
-      std::string::npos);
-  EXPECT_NE(page.find("largest displacement 50 px = 25 mm"), std::string::npos);
+  EXPECT_THAT(
+      page,
+      HasSubstr("src=\"data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAAB\" width=\"2\" height=\"1\" "
+                "style=\"max-width:min(100%,4px)\""));
+  EXPECT_THAT(page, HasSubstr("largest displacement 50 px = 25 mm"));
 
   std::filesystem::remove(folder_ / "page.html");
   row["pictures"] = {{"before", "gone.png"}};
-  EXPECT_NE(error_of(document("run", rows(row))).find("gone.png"), std::string::npos);
+  EXPECT_THAT(error_of(document("run", rows(row))), HasSubstr("gone.png"));
   write_text("text.png", "not a picture");
   row["pictures"] = {{"before", "text.png"}};
-  EXPECT_NE(error_of(document("run", rows(row))).find("is not a PNG picture"), std::string::npos);
+  EXPECT_THAT(error_of(document("run", rows(row))), HasSubstr("is not a PNG picture"));
 }
 
 } // namespace

@@ -33,8 +33,8 @@ constexpr std::array rooms{
     Room{"harness/solve/", 10},        Room{"harness/check/", 11},
     Room{"harness/check/faults/", 12}, Room{"harness/measure/", 13},
     Room{"harness/judge/", 14},        Room{"harness/report/", 15},
-    Room{"harness/tools/", 16},        Room{"harness/cli/", 17},
-    Room{"harness/itk/", 18},
+    Room{"harness/tools/", 16},        Room{"harness/web/", 17},
+    Room{"harness/cli/", 18},          Room{"harness/itk/", 19},
 };
 
 /// Arrows that the heights would allow and that are wrong all the same: what is built without the other.

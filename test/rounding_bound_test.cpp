@@ -3,11 +3,11 @@
 
 #include "harness/check/rounding_bound.hpp"
 
-#include "backends/registry.hpp"
 #include "harness/check/faults/faulty_backend.hpp"
 #include "harness/judge/accuracy/arithmetic.hpp"
 #include "kernels/data/gather.hpp"
 #include "reference/thesis_energy.hpp"
+#include "test/sessions.hpp"
 #include "test/textured_scene.hpp"
 
 #include <gtest/gtest.h>
@@ -85,17 +85,14 @@ Scene scene_of(Texture texture) {
 }
 
 ArithmeticError measure(const Scene& scene, const Backend& backend) {
-  const auto backends = make_backends();
   const Backend* const chosen[] = {&backend};
-  Progress silent(false);
-  return measure_arithmetic(scene, *backends.front(), chosen, {}, 1, silent).front();
+  return measure_arithmetic(scene, test::scalar(), chosen, {}, 1, test::silent()).front();
 }
 
 class Arithmetic : public testing::TestWithParam<Texture> {};
 
 TEST_P(Arithmetic, OfTheKernelsIsExplainedByRounding) {
-  const auto backends = make_backends();
-  for (const auto& backend : backends) {
+  for (const auto& backend : test::backends()) {
     const ArithmeticError error = measure(scene_of(GetParam()), *backend);
     if (!error.reason.empty()) {
       continue; // says `devices`
@@ -124,10 +121,8 @@ TEST_P(Arithmetic, OfAFaultIsNot) {
       {.name = "one_site_off", .in_read = [](VectorField& field) { field.x.back() += 0.05F; }},
       {.name = "not_a_number", .in_read = [](VectorField& field) { field.y.front() = NAN; }},
       {.name = "skipped_sweep", .in_step = [](int) { return 0; }}};
-  const auto backends = make_backends();
   for (const Fault& fault : faults) {
-    const ArithmeticError error =
-        measure(scene_of(GetParam()), faults::FaultyBackend(*backends.front(), fault));
+    const ArithmeticError error = measure(scene_of(GetParam()), faults::FaultyBackend(test::scalar(), fault));
     EXPECT_GT(error.beyond_bound, 0) << fault.name;
   }
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "harness/scene/level_sequence.hpp"
+#include "harness/scene/sites.hpp"
 #include "kernels/data/gather.hpp"
 
 namespace hdmbench::test {
@@ -9,13 +10,11 @@ namespace hdmbench::test {
 /// Update::sequential.
 inline VectorField swept(const Level& level, const VectorField& from, int number) {
   VectorField next(level.extent);
-  for (int y = 0; y < level.extent.height; ++y) {
-    for (int x = 0; x < level.extent.width; ++x) {
-      const HdmInFloat::Displacement moved = swept_site<HdmInFloat>(level, from, number, x, y);
-      next.x[level.extent.index(x, y)] = moved.x;
-      next.y[level.extent.index(x, y)] = moved.y;
-    }
-  }
+  for_each_site(level.extent, [&](int x, int y) {
+    const HdmInFloat::Displacement moved = swept_site<HdmInFloat>(level, from, number, x, y);
+    next.x[level.extent.index(x, y)] = moved.x;
+    next.y[level.extent.index(x, y)] = moved.y;
+  });
   return next;
 }
 

@@ -2,7 +2,7 @@
 
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/outline.hpp"
-#include "kernels/data/input_error.hpp"
+#include "test/refusal.hpp"
 #include "test/temporary_folder.hpp"
 
 #include <fmt/format.h>
@@ -21,12 +21,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 
 std::string refusal(const std::string& scene, const SceneOptions& options = {}) {
-  try {
-    (void)load_scene(scene, options);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::refusal([&] { (void)load_scene(scene, options); });
 }
 
 constexpr std::string_view good = R"(size = [8, 6]
@@ -245,6 +240,26 @@ TEST_F(SceneFile, MistakesAreNamedWithTheirLine) {
               HasSubstr("exactly one of these"));
 }
 
+TEST_F(SceneFile, AnotherEnergyHasMethodsOfItsOwn) {
+  const auto with = [&](std::string_view schedule) {
+    return load_scene(
+        folder_.write("scene.toml", fmt::format("energy = \"elastic\"\n{}{}", good, schedule)).string());
+  };
+  const Scene usual = with("");
+  EXPECT_EQ(usual.energy, EnergyModel::elastic);
+  EXPECT_EQ(usual.schedule.method, "full-multigrid");
+  const Scene chosen = with("[schedule]\nmethod = \"conjugate-gradients\"\niterations = 5\n");
+  EXPECT_EQ(chosen.schedule.method, "conjugate-gradients");
+  EXPECT_EQ(chosen.schedule.iterations, 5);
+  constexpr std::string_view size = "size = [8, 6]";
+  const auto refusal_of = [&](std::string_view schedule) {
+    return refusal_with(size, fmt::format("energy = \"elastic\"\n{}\n[schedule]\n{}", size, schedule));
+  };
+  EXPECT_THAT(refusal_of("method = \"icm\""), HasSubstr("for the elastic energy"));
+  EXPECT_THAT(refusal_of("start_level = 0"), HasSubstr("start_level is not a key"));
+  EXPECT_THAT(refusal_with(size, "size = [8, 6]\nenergy = \"plastic\""), HasSubstr("one of hdm, elastic"));
+}
+
 TEST_F(SceneFile, AnEmptyFileIsToldWhatItMisses) {
   EXPECT_THAT(refusal(folder_.write("empty.toml", "").string()),
               AllOf(HasSubstr("empty.toml:"), HasSubstr("a scene needs exactly one of these")));
@@ -253,8 +268,9 @@ TEST_F(SceneFile, AnEmptyFileIsToldWhatItMisses) {
 TEST_F(SceneFile, AnUnknownKeyIsAnsweredWithAllThatAreUnderstood) {
   EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8, 6]\npenalti = 1.0"),
               AllOf(HasSubstr("penalti is not a key"),
-                    HasSubstr("those understood are brain, condition, exact, image, penalty, poisson, "
-                              "prior_weight, random, schedule, shape, size, spacing, steps, tissue, title")));
+                    HasSubstr("those understood are brain, condition, energy, exact, image, penalty, "
+                              "poisson, prior_weight, random, schedule, shape, size, spacing, steps, tissue, "
+                              "title")));
   EXPECT_THAT(refusal_with("[[shape]]", "[schedule]\niteration = 1\n[[shape]]"),
               HasSubstr("those understood are alignment, epsilon, iterations, method, relaxation, seed, "
                         "start_level, stop, temperatures, update"));

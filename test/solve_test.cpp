@@ -1,27 +1,20 @@
 #include "harness/solve/solve.hpp"
 
-#include "backends/registry.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/measure/bench.hpp"
 #include "kernels/data/mean_energy.hpp"
+#include "test/sessions.hpp"
 
 #include <gtest/gtest.h>
-
-#include <algorithm>
 
 namespace hdmbench {
 namespace {
 
-Solution solve_on(const std::string& backend, const Scene& scene) {
-  const auto backends = make_backends();
-  const auto session = find_backend(backends, backend).open({});
-  Progress silent(false);
-  return solve(scene, *session, silent, {.last_changed = true});
-}
+using test::solved;
 
 TEST(Solve, TheSquareReachesItsBorderValues) {
   const Scene scene = load_scene("square", {.size = Extent{64, 64}});
-  const Solution solution = solve_on("scalar", scene);
+  const Solution solution = solved(scene);
   EXPECT_EQ(solution.levels.size(), 7U);
   for (int y = 0; y < 64; ++y) {
     // A pinned site comes to rest within half the smallest step.
@@ -38,16 +31,12 @@ TEST(Solve, UntilStillEndsAtAnExactFixedPoint) {
   Scene scene = load_scene("square", {.size = Extent{48, 48}});
   scene.schedule.stop = Stop::still;
   scene.schedule.iterations = 5000;
-  const auto backends = make_backends();
-  const auto session = backends.front()->open({});
-  Progress silent(false);
-  const Solution solution = solve(scene, *session, silent, {.last_changed = true});
+  const auto session = test::scalar().open({});
+  const Solution solution = solve(scene, *session, test::silent(), {.last_changed = true});
   ASSERT_LT(solution.levels.back().iterations, 5000);
   EXPECT_EQ(solution.levels.back().changed, 0);
   session->step(10);
-  VectorField later;
-  session->read(later);
-  EXPECT_EQ(compare(solution.displacement, later).sites, 0);
+  EXPECT_EQ(compare(solution.displacement, test::read(*session)).sites, 0);
 }
 
 TEST(Solve, EveryStopRuleGivesTheSameFieldAndIterationsOnEveryBackend) {
@@ -55,14 +44,14 @@ TEST(Solve, EveryStopRuleGivesTheSameFieldAndIterationsOnEveryBackend) {
   scene.schedule.iterations = 300;
   for (const Stop stop : {Stop::fixed, Stop::still, Stop::energy}) {
     scene.schedule.stop = stop;
-    const Solution expected = solve_on("scalar", scene);
-    for (const auto& backend : make_backends()) {
+    const Solution expected = solved(scene);
+    for (const auto& backend : test::backends()) {
       try {
         (void)backend->devices();
       } catch (const DeviceError&) {
         continue; // backends_test says so visibly
       }
-      const Solution found = solve_on(std::string(backend->name()), scene);
+      const Solution found = solved(scene, backend->name());
       EXPECT_EQ(compare(expected.displacement, found.displacement).sites, 0) << backend->name();
       for (std::size_t i = 0; i < expected.levels.size(); ++i) {
         EXPECT_EQ(found.levels[i].iterations, expected.levels[i].iterations)
@@ -77,18 +66,18 @@ TEST(Solve, SequentialLowersTheEnergyLikeSimultaneous) {
   const double at_rest = mean_energy(scene.full, scene.start_field());
   for (const Update update : {Update::simultaneous, Update::sequential}) {
     scene.full.update = update;
-    EXPECT_LT(mean_energy(scene.full, solve_on("scalar", scene).displacement), 0.01 * at_rest);
+    EXPECT_LT(mean_energy(scene.full, solved(scene).displacement), 0.01 * at_rest);
   }
 }
 
 TEST(Solve, StartLevelSkipsCoarseLevels) {
   Scene scene = load_scene("square", {.size = Extent{64, 64}});
   scene.schedule.start_level = 2;
-  const Solution solution = solve_on("scalar", scene);
+  const Solution solution = solved(scene);
   ASSERT_EQ(solution.levels.size(), 3U);
   EXPECT_EQ(solution.levels.front().extent, (Extent{16, 16}));
   scene.schedule.start_level = 99;
-  EXPECT_EQ(solve_on("scalar", scene).levels.size(), 7U);
+  EXPECT_EQ(solved(scene).levels.size(), 7U);
 }
 
 TEST(Solve, SiteUpdatesAreCounted) {
@@ -100,10 +89,9 @@ TEST(Solve, SiteUpdatesAreCounted) {
 
 TEST(Bench, MediansAreOfRawSamples) {
   const std::vector<Timings> samples{{.compute = 5.0}, {.compute = 1.0}, {.compute = 2.0}, {.compute = 9.0}};
-  const auto compute = [](const Timings& timings) { return timings.compute; };
-  EXPECT_EQ(median_seconds(samples, compute), 3.5);
-  EXPECT_EQ(median_seconds(std::span(samples).first(3), compute), 2.0);
-  EXPECT_EQ(median_seconds({}, compute), 0.0);
+  EXPECT_EQ(median_seconds(samples, &Timings::compute), 3.5);
+  EXPECT_EQ(median_seconds(std::span(samples).first(3), &Timings::compute), 2.0);
+  EXPECT_EQ(median_seconds({}, &Timings::compute), 0.0);
 }
 
 } // namespace

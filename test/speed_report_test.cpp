@@ -2,17 +2,10 @@
 
 #include "test/report_samples.hpp"
 
-#include <gmock/gmock.h>
-
-#include <algorithm>
-
 namespace hdmbench {
 namespace {
 
 using namespace report_samples;
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
 
 class SpeedReport : public ReportFolder {};
 

@@ -1,8 +1,7 @@
 #pragma once
 
-#include "backends/registry.hpp"
 #include "harness/check/verify.hpp"
-#include "test/random_level.hpp"
+#include "test/sessions.hpp"
 
 #include <string>
 #include <utility>
@@ -34,12 +33,10 @@ inline bool is_idle(const Comparison& comparison) {
 
 /// One backend verified against scalar in all modes.
 inline std::vector<Comparison> verified(const Scene& scene, const Backend& backend) {
-  const auto backends = make_backends();
   const Backend* const followers[] = {&backend};
-  Progress silent(false);
   VerifyOptions options;
   options.session.threads = 1; // the fields are small
-  return verify(scene, *backends.front(), followers, options, silent);
+  return verify(scene, test::scalar(), followers, options, test::silent());
 }
 
 } // namespace hdmbench::test

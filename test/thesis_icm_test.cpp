@@ -1,3 +1,4 @@
+#include "harness/scene/sites.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/thesis_energy.hpp"
 #include "reference/thesis_icm.hpp"
@@ -6,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace hdmbench {
@@ -36,21 +36,19 @@ std::size_t wrong_choices(const Level& level, const ReferenceField& before, cons
     }
     wrong += accepted ? 0 : 1;
   };
-  for (int y = 0; y < level.extent.height; ++y) {
-    for (int x = 0; x < level.extent.width; ++x) {
-      const auto i = level.extent.index(x, y);
-      std::vector<double> in_x;
-      std::vector<double> in_y;
-      for (const float step : level.steps.values()) {
-        const auto value = energy.at(
-            x, y, {before.x[i] + static_cast<double>(step), before.y[i] + static_cast<double>(step)});
-        in_x.push_back(value.x);
-        in_y.push_back(value.y);
-      }
-      check(in_x, before.x[i], after.x[i]);
-      check(in_y, before.y[i], after.y[i]);
+  for_each_site(level.extent, [&](int x, int y) {
+    const auto i = level.extent.index(x, y);
+    std::vector<double> in_x;
+    std::vector<double> in_y;
+    for (const float step : level.steps.values()) {
+      const auto value =
+          energy.at(x, y, {before.x[i] + static_cast<double>(step), before.y[i] + static_cast<double>(step)});
+      in_x.push_back(value.x);
+      in_y.push_back(value.y);
     }
-  }
+    check(in_x, before.x[i], after.x[i]);
+    check(in_y, before.y[i], after.y[i]);
+  });
   return wrong;
 }
 
@@ -122,11 +120,7 @@ TEST(ThesisProlongation, KeepsLinearFieldsToDouble) {
   const auto linear = [](int x, int y, Extent extent) {
     return 3.0 + 8.0 * x / (extent.width - 1.0) - 4.0 * y / (extent.height - 1.0);
   };
-  for (int y = 0; y < coarse.height; ++y) {
-    for (int x = 0; x < coarse.width; ++x) {
-      field.x[coarse.index(x, y)] = linear(x, y, coarse);
-    }
-  }
+  for_each_site(coarse, [&](int x, int y) { field.x[coarse.index(x, y)] = linear(x, y, coarse); });
   const ReferenceField result = thesis_prolongation(field, fine, Alignment::corner);
   for (int y = 0; y < fine.height; ++y) {
     for (int x = 0; x < fine.width; ++x) {

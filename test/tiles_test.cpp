@@ -3,17 +3,15 @@
 
 #include "backends/cpu/openmp.hpp"
 #include "backends/cpu/openmp_tiles.hpp"
-#include "backends/registry.hpp"
 #include "backends/shared/energy_programs.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/solve/solve.hpp"
-#include "test/random_level.hpp"
+#include "test/sessions.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <atomic>
 
 namespace hdmbench {
@@ -47,36 +45,27 @@ protected:
   }
 
   void expect_same_sweeps(const Level& level, const VectorField& start, int sweeps, const std::string& what) {
-    scalar_->load(level);
-    scalar_->write(start);
+    test::begin(*scalar_, level, start);
     std::vector<std::unique_ptr<Session>> sessions;
     for (const Work work : {Work::dense, Work::active}) {
       for (const int threads : {1, 2, 3}) {
         sessions.push_back(openmp_->open({.device = {}, .threads = threads, .work = work}));
-        sessions.back()->load(level);
-        sessions.back()->write(start);
+        test::begin(*sessions.back(), level, start);
       }
     }
-    VectorField expected;
-    VectorField found;
     for (int sweep = 0; sweep < sweeps; ++sweep) {
       scalar_->step(1);
-      scalar_->read(expected);
       for (std::size_t i = 0; i < sessions.size(); ++i) {
         sessions[i]->step(1);
-        sessions[i]->read(found);
-        const FieldDifference difference = compare(expected, found);
-        ASSERT_EQ(difference.sites, 0)
-            << what << ", session " << i << ", sweep " << sweep << ", first site index " << *difference.first;
-        ASSERT_EQ(sessions[i]->changed(), scalar_->changed()) << what << ", session " << i;
+        ASSERT_NO_FATAL_FAILURE(test::expect_same_state(
+            *scalar_, *sessions[i], fmt::format("{}, session {}, sweep {}", what, i, sweep)));
       }
     }
   }
 
   std::unique_ptr<Backend> recording_ = make_openmp_with("recording", recording_row, "baseline");
   std::unique_ptr<Backend> openmp_ = make_openmp();
-  std::vector<std::unique_ptr<Backend>> backends_ = make_backends();
-  std::unique_ptr<Session> scalar_ = backends_.front()->open({});
+  std::unique_ptr<Session> scalar_ = test::scalar().open({});
 };
 
 Level unobserved_level(Extent extent, float modulus) {
@@ -91,8 +80,7 @@ Level unobserved_level(Extent extent, float modulus) {
 TEST_F(Tiles, MostOfTheSquareIsUniformAndUnobserved) {
   const Scene scene = load_scene("square", {.size = Extent{600, 600}});
   const auto session = recorded(Work::dense);
-  session->load(scene.full);
-  session->write(scene.start_field());
+  test::begin(*session, scene.full, scene.start_field());
   session->step(1);
   const auto sites = static_cast<double>(scene.extent().sites());
   EXPECT_EQ(static_cast<double>(visited_sites), sites);
@@ -122,8 +110,7 @@ TEST_F(Tiles, FewOfThemAreVisitedOverTheWholeSquare) {
 TEST_F(Tiles, AllOfThemSleepWhereNothingChanges) {
   const Level level = unobserved_level({200, 100}, 3.0F);
   const auto session = recorded(Work::active);
-  session->load(level);
-  session->write(VectorField(level.extent));
+  test::begin(*session, level, VectorField(level.extent));
   session->step(1);
   EXPECT_EQ(visited_sites, 200 * 100);
   session->step(10);

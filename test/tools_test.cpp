@@ -1,6 +1,5 @@
 // The tools of the thesis's appendix A, without the command line.
 
-#include "backends/registry.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/solve/solve.hpp"
 #include "harness/tools/energy_plot.hpp"
@@ -8,7 +7,7 @@
 #include "harness/tools/positions.hpp"
 #include "kernels/data/mean_energy.hpp"
 #include "test/image_files.hpp"
-#include "test/random_level.hpp"
+#include "test/sessions.hpp"
 
 #include <gmock/gmock.h>
 
@@ -21,9 +20,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 
 VectorField solve_on(const Scene& scene, const char* backend = "openmp") {
-  const auto backends = make_backends();
-  Progress silent(false);
-  return solve(scene, *find_backend(backends, backend).open({}), silent).displacement;
+  return test::solved(scene, backend).displacement;
 }
 
 // (3.17)

@@ -1,15 +1,14 @@
 #include "harness/judge/tradeoff/tradeoff.hpp"
 
-#include "backends/registry.hpp"
 #include "harness/check/faults/faulty_backend.hpp"
 #include "harness/judge/tradeoff/efforts.hpp"
 #include "harness/judge/tradeoff/equal_accuracy.hpp"
 #include "harness/judge/tradeoff/front.hpp"
-#include "harness/judge/tradeoff/rivals.hpp"
 #include "harness/judge/tradeoff/tradeoff_row.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/scene/row_fields.hpp"
 #include "kernels/data/input_error.hpp"
+#include "test/sessions.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -95,9 +94,8 @@ protected:
     return points;
   }
 
-  std::vector<std::unique_ptr<Backend>> registry_ = make_backends();
-  const Backend& scalar_ = find_backend(registry_, "scalar");
-  const Backend& openmp_ = find_backend(registry_, "openmp");
+  const Backend& scalar_ = test::scalar();
+  const Backend& openmp_ = test::find("openmp");
   Scene scene_ = load_scene("circular", {.size = Extent{32, 32}});
   Progress progress_{false};
 };

@@ -1,11 +1,11 @@
 // A.7: the search for alpha.
 
-#include "backends/registry.hpp"
 #include "harness/solve/solve.hpp"
 #include "harness/tools/annealing.hpp"
 #include "harness/tools/truth.hpp"
 #include "harness/tools/tune.hpp"
 #include "test/image_files.hpp"
+#include "test/sessions.hpp"
 
 #include <cmath>
 
@@ -51,8 +51,7 @@ protected:
   double rmsd_at(double alpha) {
     ++asked_;
     set_weight(noisy_.scene, {.penalty = 10.0, .prior_weight = alpha});
-    Progress silent(false);
-    return rmsd(solve(noisy_.scene, *session_, silent).displacement, noisy_.truth);
+    return rmsd(solve(noisy_.scene, *session_, test::silent()).displacement, noisy_.truth);
   }
 
   void expect_found(SearchMethod method, int evaluations) {
@@ -82,8 +81,7 @@ protected:
   }
 
   Noisy noisy_ = noisy_problem();
-  std::vector<std::unique_ptr<Backend>> backends_ = make_backends();
-  std::unique_ptr<Session> session_ = find_backend(backends_, "openmp").open({});
+  std::unique_ptr<Session> session_ = test::find("openmp").open({});
   int asked_ = 0;
 };
 

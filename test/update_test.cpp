@@ -1,9 +1,8 @@
 // The rules, colours and random numbers of update.inc against what they are meant to be: minimisers found by
 // search, a sweep in place, statistics. That all backends do the same is backends_test's affair.
 
-#include "backends/registry.hpp"
 #include "kernels/data/gather.hpp"
-#include "test/random_level.hpp"
+#include "test/sessions.hpp"
 
 #include <gtest/gtest.h>
 
@@ -16,15 +15,7 @@
 namespace hdmbench {
 namespace {
 
-VectorField swept(const test::Problem& problem, int sweeps) {
-  const auto scalar = make_backends().front()->open({});
-  scalar->load(problem.level);
-  scalar->write(problem.start);
-  scalar->step(sweeps);
-  VectorField field;
-  scalar->read(field);
-  return field;
-}
+using test::swept;
 
 /// U_t of one component as (4.7)-(4.17) print it, in double, with the centre displaced to d.
 double energy_of_x(const HdmInFloat::Site& site, double d) {

@@ -2,10 +2,10 @@
 
 #include "harness/check/verify.hpp"
 
-#include "backends/registry.hpp"
 #include "harness/check/faults/fused_backend.hpp"
 #include "harness/check/faults/solution_faults.hpp"
 #include "harness/scene/method.hpp"
+#include "test/sessions.hpp"
 #include "test/textured_scene.hpp"
 
 #include <gtest/gtest.h>
@@ -22,9 +22,8 @@ Scene make_scene(Extent extent, test::Texture texture) {
 }
 
 TEST(Verify, ASoundBackendAgrees) {
-  const auto backends = make_backends();
   for (const Comparison& comparison :
-       test::verified(make_scene({24, 19}, test::Texture::smooth), *backends.front())) {
+       test::verified(make_scene({24, 19}, test::Texture::smooth), test::scalar())) {
     EXPECT_EQ(comparison.verdict, Verdict::agree);
     EXPECT_EQ(comparison.sites_differing, 0);
     EXPECT_EQ(comparison.levels, 6);
@@ -35,13 +34,11 @@ TEST(Verify, ASoundBackendAgrees) {
 }
 
 TEST(Verify, NegativeZeroEqualsZero) {
-  const auto backends = make_backends();
-  const FaultyBackend negating(*backends.front(),
-                               {.name = "negative_zero", .in_read = [](VectorField& field) {
-                                  for (float& value : field.x) {
-                                    value = value == 0.0F ? -0.0F : value;
-                                  }
-                                }});
+  const FaultyBackend negating(test::scalar(), {.name = "negative_zero", .in_read = [](VectorField& field) {
+                                                  for (float& value : field.x) {
+                                                    value = value == 0.0F ? -0.0F : value;
+                                                  }
+                                                }});
   for (const Comparison& comparison :
        test::verified(make_scene({24, 19}, test::Texture::tie_rich), negating)) {
     EXPECT_EQ(comparison.verdict, test::is_idle(comparison) ? Verdict::skipped : Verdict::agree);
@@ -64,9 +61,8 @@ Scene square_from_null() {
 }
 
 TEST(Verify, EveryModeThatSaysSomething) {
-  const auto backends = make_backends();
   const Scene square = square_from_null();
-  const auto comparisons = test::verified(square, find_backend(backends, "openmp"));
+  const auto comparisons = test::verified(square, test::find("openmp"));
   EXPECT_EQ(modes_of(comparisons), (std::vector{Mode::resync, Mode::free, Mode::active, Mode::pyramid}));
   for (const Comparison& comparison : comparisons) {
     EXPECT_EQ(comparison.verdict, Verdict::agree) << name_of(comparison.mode);
@@ -78,22 +74,20 @@ TEST(Verify, EveryModeThatSaysSomething) {
 
   Scene with_start = square;
   with_start.start.emplace(square.extent()).x[0] = 1.0F;
-  EXPECT_EQ(modes_of(test::verified(with_start, *backends.front())),
+  EXPECT_EQ(modes_of(test::verified(with_start, test::scalar())),
             (std::vector{Mode::resync, Mode::free, Mode::active}));
   EXPECT_FALSE(why_left_out(Mode::pyramid, with_start).empty());
   Scene coloured = square;
   use_method(coloured, find_method("coloured"), 6);
-  EXPECT_EQ(modes_of(test::verified(coloured, *backends.front())),
+  EXPECT_EQ(modes_of(test::verified(coloured, test::scalar())),
             (std::vector{Mode::resync, Mode::free, Mode::pyramid}));
   EXPECT_FALSE(why_left_out(Mode::active, coloured).empty());
 }
 
 TEST(Verify, AShorterRunHasAShorterPyramid) {
-  const auto backends = make_backends();
-  const Backend* const followers[] = {&find_backend(backends, "openmp")};
-  Progress silent(false);
-  const auto comparisons =
-      verify(square_from_null(), *backends.front(), followers, {.session = {}, .iteration_limit = 2}, silent);
+  const Backend* const followers[] = {&test::find("openmp")};
+  const auto comparisons = verify(square_from_null(), test::scalar(), followers,
+                                  {.session = {}, .iteration_limit = 2}, test::silent());
   EXPECT_EQ(comparisons.back().mode, Mode::pyramid);
   EXPECT_EQ(comparisons.back().verdict, Verdict::agree);
 }
@@ -122,20 +116,18 @@ TEST(Verify, ASceneOnWhichNothingMovesIsMistrusted) {
   Scene scene = make_scene({24, 19}, test::Texture::smooth);
   scene.full.confidence = VectorField(scene.extent());
   scene.start.reset();
-  const auto backends = make_backends();
-  for (const Comparison& comparison : test::verified(scene, *backends.front())) {
+  for (const Comparison& comparison : test::verified(scene, test::scalar())) {
     EXPECT_EQ(comparison.verdict, Verdict::mistrusted);
     EXPECT_FALSE(comparison.reason.empty());
   }
 }
 
 TEST(Verify, TheFirstDifferenceIsWhereItWasPlanted) {
-  const auto backends = make_backends();
-  const FaultyBackend faulty(*backends.front(), {.name = "one_site", .in_read = [](VectorField& field) {
-                                                   if (field.extent.width == 24) {
-                                                     field.x[field.extent.index(5, 7)] += 0.5F;
-                                                   }
-                                                 }});
+  const FaultyBackend faulty(test::scalar(), {.name = "one_site", .in_read = [](VectorField& field) {
+                                                if (field.extent.width == 24) {
+                                                  field.x[field.extent.index(5, 7)] += 0.5F;
+                                                }
+                                              }});
   const Scene scene = make_scene({24, 19}, test::Texture::smooth);
   for (const Comparison& comparison : test::verified(scene, faulty)) {
     ASSERT_TRUE(comparison.first.has_value());
@@ -167,13 +159,12 @@ TEST(Verify, AnAbsentBackendIsSkippedWithItsReason) {
 }
 
 TEST(Verify, StopRulesStopAllBackendsAtTheSameIteration) {
-  const auto backends = make_backends();
   for (const Stop stop : {Stop::still, Stop::energy}) {
     Scene scene = make_scene({24, 19}, test::Texture::smooth);
     scene.schedule.stop = stop;
     scene.schedule.epsilon = 1e-3;
     scene.schedule.iterations = 2000;
-    for (const Comparison& comparison : test::verified(scene, *backends.front())) {
+    for (const Comparison& comparison : test::verified(scene, test::scalar())) {
       EXPECT_EQ(comparison.verdict, Verdict::agree);
       EXPECT_LT(comparison.iterations, 6 * 2000);
     }

@@ -1,3 +1,4 @@
+#include "harness/scene/sites.hpp"
 #include "test/image_files.hpp"
 
 #include <algorithm>
@@ -55,14 +56,12 @@ TEST(Warp, LinearMapOfALinearPictureIsExact) {
   const Extent extent{40, 30};
   ScalarField picture(extent);
   VectorField displacement(extent);
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      const std::size_t site = extent.index(x, y);
-      picture.values[site] = 10.0F + 3.0F * static_cast<float>(x) + 2.0F * static_cast<float>(y);
-      displacement.x[site] = 0.5F * static_cast<float>(x - 20);
-      displacement.y[site] = -0.25F * static_cast<float>(y - 16);
-    }
-  }
+  for_each_site(extent, [&](int x, int y) {
+    const std::size_t site = extent.index(x, y);
+    picture.values[site] = 10.0F + 3.0F * static_cast<float>(x) + 2.0F * static_cast<float>(y);
+    displacement.x[site] = 0.5F * static_cast<float>(x - 20);
+    displacement.y[site] = -0.25F * static_cast<float>(y - 16);
+  });
   const ScalarField warped = warp(picture, displacement);
   for (int y = 4; y <= 26; ++y) {
     for (int x = 0; x < extent.width; ++x) {
@@ -84,11 +83,8 @@ TEST(Warp, FoldsAreDrawn) {
   EXPECT_GE(low, 0.0F);
   EXPECT_LE(high, std::ranges::max(picture.values) + 1e-3F);
   VectorField mirrored(extent);
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      mirrored.x[extent.index(x, y)] = static_cast<float>(63 - 2 * x);
-    }
-  }
+  for_each_site(extent,
+                [&](int x, int y) { mirrored.x[extent.index(x, y)] = static_cast<float>(63 - 2 * x); });
   const ScalarField mirror = warp(picture, mirrored);
   for (int x = 0; x < 64; ++x) {
     EXPECT_EQ(mirror.values[extent.index(x, 5)], picture.values[extent.index(63 - x, 5)]);

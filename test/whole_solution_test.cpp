@@ -1,10 +1,9 @@
 // Every backend's whole pyramid in one piece, and its leaving out of what cannot change, against scalar.
 
-#include "backends/registry.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/scene.hpp"
-#include "test/random_level.hpp"
+#include "test/sessions.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -14,11 +13,7 @@
 namespace hdmbench {
 namespace {
 
-VectorField read(Session& session) {
-  VectorField field;
-  session.read(field);
-  return field;
-}
+using test::pyramid_of;
 
 using Parameter = std::tuple<std::string, Work>;
 
@@ -27,56 +22,25 @@ protected:
   void SetUp() override {
     const auto& [name, work] = GetParam();
     try {
-      session_ = find_backend(backends_, name).open({.device = {}, .threads = 2, .work = work, .variant = 0});
+      session_ = test::find(name).open({.device = {}, .threads = 2, .work = work, .variant = 0});
     } catch (const DeviceError& error) {
       GTEST_SKIP() << name << " is not there: " << error.what();
     }
-    scalar_ = backends_.front()->open({});
+    scalar_ = test::scalar().open({});
   }
 
   void expect_same_solution(const Pyramid& pyramid, const std::string& what) {
-    scalar_->load(pyramid);
-    scalar_->solve();
-    session_->load(pyramid);
-    for (int time = 0; time < 2; ++time) {
-      session_->solve();
-      const FieldDifference difference = compare(read(*scalar_), read(*session_));
-      ASSERT_EQ(difference.sites, 0) << what << ", solution " << time << ", first site index "
-                                     << *difference.first;
-      ASSERT_EQ(session_->changed(), scalar_->changed()) << what << ", solution " << time;
-    }
+    test::expect_same_solution(*scalar_, *session_, pyramid, what);
   }
 
-  /// Field and count after each of `calls`, which are numbers of sweeps.
   void expect_same_steps(const Level& level, const VectorField& start, const std::vector<int>& calls,
                          const std::string& what) {
-    for (Session* session : {scalar_.get(), session_.get()}) {
-      session->load(level);
-      session->write(start);
-    }
-    for (std::size_t call = 0; call < calls.size(); ++call) {
-      scalar_->step(calls[call]);
-      session_->step(calls[call]);
-      const FieldDifference difference = compare(read(*scalar_), read(*session_));
-      ASSERT_EQ(difference.sites, 0) << what << ", call " << call << ", first site index "
-                                     << *difference.first;
-      ASSERT_EQ(session_->changed(), scalar_->changed()) << what << ", call " << call;
-    }
+    test::expect_same_steps(*scalar_, *session_, level, start, calls, what);
   }
 
-  std::vector<std::unique_ptr<Backend>> backends_ = make_backends();
   std::unique_ptr<Session> scalar_;
   std::unique_ptr<Session> session_;
 };
-
-Pyramid pyramid_of(const Level& full, Alignment alignment, int sweeps) {
-  Pyramid pyramid{.full = &full, .alignment = alignment};
-  for (const Extent extent : pyramid_extents(full.extent)) {
-    pyramid.levels.insert(pyramid.levels.begin(),
-                          {.extent = extent, .sweeps = sweeps++, .strengths = full.strengths});
-  }
-  return pyramid;
-}
 
 TEST_P(WholeSolutionTest, SameBitsAtEverySize) {
   std::uint64_t seed = 300;
@@ -129,14 +93,13 @@ TEST_P(WholeSolutionTest, WhatCannotChangeIsLeftOutWithTheSameBits) {
 TEST_P(WholeSolutionTest, AnotherFieldWakesWhatSlept) {
   const Scene scene = load_scene("square", {.size = Extent{128, 128}});
   expect_same_steps(scene.full, scene.start_field(), {30}, "before");
-  VectorField shifted = read(*scalar_);
+  VectorField shifted = test::read(*scalar_);
   shifted.x[scene.extent().index(70, 50)] += 3.0F; // far from the front, where larger tiles sleep too
   for (Session* session : {scalar_.get(), session_.get()}) {
     session->write(shifted);
     session->step(5);
   }
-  EXPECT_EQ(compare(read(*scalar_), read(*session_)).sites, 0);
-  EXPECT_EQ(session_->changed(), scalar_->changed());
+  test::expect_same_state(*scalar_, *session_, "woken");
 }
 
 TEST_P(WholeSolutionTest, ALevelAfterAPyramidAndAPyramidAfterALevel) {
@@ -149,23 +112,13 @@ TEST_P(WholeSolutionTest, ALevelAfterAPyramidAndAPyramidAfterALevel) {
   EXPECT_THROW(session_->write(problem.start), std::logic_error);
 }
 
-std::vector<std::string> backend_names() {
-  std::vector<std::string> names;
-  for (const auto& backend : make_backends()) {
-    names.emplace_back(backend->name());
-  }
-  return names;
-}
-
 std::string test_name(const testing::TestParamInfo<Parameter>& info) {
-  std::string text = fmt::format("{}_{}", std::get<0>(info.param),
-                                 work_names[static_cast<std::size_t>(std::get<1>(info.param))]);
-  std::ranges::replace(text, '-', '_');
-  return text;
+  return test::test_name(std::get<0>(info.param)) + "_" +
+         std::string(work_names[static_cast<std::size_t>(std::get<1>(info.param))]);
 }
 
 INSTANTIATE_TEST_SUITE_P(Registry, WholeSolutionTest,
-                         testing::Combine(testing::ValuesIn(backend_names()),
+                         testing::Combine(testing::ValuesIn(test::backend_names()),
                                           testing::Values(Work::dense, Work::active)),
                          test_name);
 

@@ -2,12 +2,12 @@
 
 #include "harness/check/verify_windows.hpp"
 
-#include "backends/registry.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/check/faults/solution_faults.hpp"
 #include "harness/scene/method.hpp"
 #include "kernels/data/input_error.hpp"
 #include "test/program.hpp"
+#include "test/sessions.hpp"
 #include "test/textured_scene.hpp"
 
 #include <gmock/gmock.h>
@@ -29,10 +29,7 @@ bool contains(const Window& window, int x, int y) {
          y < window.y + window.extent.height;
 }
 
-const Backend& scalar() {
-  static const auto backends = make_backends();
-  return *backends.front();
-}
+using test::scalar;
 
 /// Windows of 8 x 8 wherever there are more than 400 sites.
 WindowOptions small_windows(std::uint64_t seed = 1) {
@@ -48,8 +45,7 @@ Scene small_square() {
 }
 
 WindowedComparison examined(const Scene& scene, const Backend& backend, const WindowOptions& options) {
-  Progress silent(false);
-  return verify_windows(scene, scalar(), backend, options, silent);
+  return verify_windows(scene, scalar(), backend, options, test::silent());
 }
 
 TEST(Windows, AreDisjointWithinTheImageAndBeginWithTheCorners) {
@@ -100,12 +96,9 @@ TEST(Windows, ACutIsWrongNoDeeperThanTheSweeps) {
   const Scene scene = test::textured_scene("any", {60, 50}, test::Texture::smooth, 7, sweeps);
   const auto swept = [&](const Level& level, const VectorField& begin) {
     const auto session = scalar().open({});
-    session->load(level);
-    session->write(begin);
+    test::begin(*session, level, begin);
     session->step(sweeps);
-    VectorField field;
-    session->read(field);
-    return field;
+    return test::read(*session);
   };
   const VectorField whole = swept(scene.full, scene.start_field());
   const Window inner{.x = 23, .y = 18, .extent = {9, 11}};
@@ -120,7 +113,6 @@ TEST(Windows, ACutIsWrongNoDeeperThanTheSweeps) {
 }
 
 TEST(Windows, ASoundBackendAgreesByEveryMethodThatCanBeCut) {
-  const auto backends = make_backends();
   for (const char* const method : {"icm", "coloured", "four-coloured", "closed-form"}) {
     Scene scene = small_square();
     if (method == std::string("four-coloured")) {
@@ -129,7 +121,7 @@ TEST(Windows, ASoundBackendAgreesByEveryMethodThatCanBeCut) {
       use_method(scene, find_method(method), 5);
     }
     for (const std::uint64_t seed : {1U, 2U, 3U}) {
-      const auto comparison = examined(scene, find_backend(backends, "openmp"), small_windows(seed));
+      const auto comparison = examined(scene, test::find("openmp"), small_windows(seed));
       EXPECT_EQ(comparison.verdict, Verdict::agree) << method << ", seed " << seed;
       ASSERT_EQ(comparison.levels.size(), 8U);
       EXPECT_TRUE(comparison.levels.at(4).whole);
@@ -263,17 +255,14 @@ TEST(Windows, WhatCannotBeCutIsRefused) {
 }
 
 TEST(Windows, AsAUserTypesThem) {
-  const test::Outcome outcome =
-      test::hdmbench("verify square --size 90x70 --windows 6 --whole 20 --quick --seed 3 --backends openmp");
-  EXPECT_EQ(outcome.status, 0) << outcome.output;
+  const test::Outcome outcome = test::expect_run(
+      0, "verify square --size 90x70 --windows 6 --whole 20 --quick --seed 3 --backends openmp");
   EXPECT_THAT(
       outcome.output,
       HasSubstr("in one piece, active: 0 sites differ in the windows of the last level; the same field"));
   EXPECT_THAT(outcome.output, testing::ContainsRegex("90 x 70 +10 +[0-9] windows +[0-9,]+ +[0-9.]+ % +0 +-"));
   EXPECT_THAT(outcome.output, HasSubstr("What lies outside the windows was not compared"));
-  const test::Outcome refused = test::hdmbench("verify random --method annealing --windows 6");
-  EXPECT_EQ(refused.status, 2);
-  EXPECT_THAT(refused.output, HasSubstr("annealing"));
+  test::expect_run(2, "verify random --method annealing --windows 6", HasSubstr("annealing"));
 }
 
 } // namespace

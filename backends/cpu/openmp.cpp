@@ -4,6 +4,7 @@
 #include "backends/cpu/cpu_ceilings.hpp"
 #include "backends/cpu/cpu_device.hpp"
 #include "backends/cpu/dense.hpp"
+#include "backends/cpu/elastic_openmp.hpp"
 #include "backends/cpu/level_data.hpp"
 #include "backends/shared/energy_programs.hpp"
 #include "backends/shared/tiles.hpp"
@@ -230,6 +231,9 @@ public:
     return {cpu_device(fmt::format("OpenMP, {}", instruction_set_.name))};
   }
   int threads(const SessionOptions& options) const override { return thread_count(options.threads); }
+  std::unique_ptr<ElasticSession> open_elastic(const SessionOptions& options) const override {
+    return make_elastic_openmp(thread_count(options.threads), *instruction_set_.elastic_rows);
+  }
   /// Displacement there and back; modulus and its inverse where they differ, the target where there is an
   /// observation. Confidences are not read where a tile has one. Rows stay in the cache for all sweeps that
   /// pass together.
@@ -258,14 +262,14 @@ private:
 } // namespace
 
 std::vector<InstructionSet> openmp::instruction_sets() {
-  std::vector<InstructionSet> all{{"baseline SIMD", 0, baseline::multiply_add}};
+  std::vector<InstructionSet> all{{"baseline SIMD", 0, baseline::multiply_add, &baseline::elastic_rows}};
 #if defined(__x86_64__)
   if (__builtin_cpu_supports("avx2") != 0) {
-    all.push_back({"AVX2", 1, avx2::multiply_add});
+    all.push_back({"AVX2", 1, avx2::multiply_add, &avx2::elastic_rows});
   }
   if (__builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512vl") != 0 &&
       __builtin_cpu_supports("avx512dq") != 0 && __builtin_cpu_supports("avx512bw") != 0) {
-    all.push_back({"AVX-512", 2, avx512::multiply_add});
+    all.push_back({"AVX-512", 2, avx512::multiply_add, &avx512::elastic_rows});
   }
 #endif
   return all;

@@ -2,6 +2,7 @@
 
 #include "backends/backend.hpp"
 #include "backends/cpu/ceiling_loops.hpp"
+#include "backends/cpu/elastic_rows.hpp"
 #include "backends/cpu/row.hpp"
 
 #include <memory>
@@ -17,6 +18,7 @@ struct InstructionSet {
   std::string_view name; ///< for people
   std::size_t row;       ///< index in EnergyPrograms::rows
   MultiplyAdd multiply_add;
+  const ElasticRows* elastic_rows;
 };
 
 /// Those that this processor has, the best one last.

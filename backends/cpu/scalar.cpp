@@ -1,6 +1,7 @@
 #include "backends/cpu/scalar.hpp"
 #include "backends/cpu/cpu_ceilings.hpp"
 #include "backends/cpu/cpu_device.hpp"
+#include "backends/cpu/elastic_scalar.hpp"
 
 #include "backends/shared/energy_programs.hpp"
 
@@ -45,6 +46,9 @@ public:
   std::vector<Device> devices() const override { return {cpu_device("1 thread")}; }
   int threads(const SessionOptions& /*options*/) const override { return 1; }
   bool skips() const override { return false; }
+  std::unique_ptr<ElasticSession> open_elastic(const SessionOptions& /*options*/) const override {
+    return make_elastic_scalar();
+  }
   /// Displacement there and back, target, confidence, modulus and its inverse.
   double bytes_per_update(SiteKind /*kind*/, int /*sweeps*/) const override { return 8 + 8 + 8 + 8 + 4 + 4; }
 

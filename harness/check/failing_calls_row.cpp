@@ -2,8 +2,6 @@
 
 #include "harness/scene/row_fields.hpp"
 
-#include <fmt/format.h>
-
 namespace hdmbench {
 
 void list_fields(Fields& fields, FailingCallsRow& row) {
@@ -21,15 +19,11 @@ void list_fields(Fields& fields, FailingCallsRow& row) {
 void require_consistent(const FailingCallsRow& row) {
   const double ended = static_cast<double>(row.clean) + static_cast<double>(row.succeeded) +
                        static_cast<double>(row.unclean.size());
-  if (static_cast<double>(row.failed) != ended) {
-    throw Contradiction{"failed", fmt::format("is {}, but {} are accounted for", row.failed, ended)};
-  }
-  if (row.clean + row.succeeded > row.calls) {
-    throw Contradiction{"calls", fmt::format("is {}, less than what failed cleanly", row.calls)};
-  }
-  if (row.went_on > row.clean) {
-    throw Contradiction{"went_on", fmt::format("is {}, more than the clean errors", row.went_on)};
-  }
+  refuse_if(static_cast<double>(row.failed) != ended, "failed", "is {}, but {} are accounted for", row.failed,
+            ended);
+  refuse_if(row.clean + row.succeeded > row.calls, "calls", "is {}, less than what failed cleanly",
+            row.calls);
+  refuse_if(row.went_on > row.clean, "went_on", "is {}, more than the clean errors", row.went_on);
 }
 
 } // namespace hdmbench

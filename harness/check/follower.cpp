@@ -1,6 +1,7 @@
 #include "harness/check/follower.hpp"
 
 #include "harness/check/compare.hpp"
+#include "harness/scene/sites.hpp"
 #include "harness/solve/solve.hpp"
 #include "reference/thesis_energy.hpp"
 
@@ -151,13 +152,11 @@ Comparison Follower::finish(const Conditions& conditions) {
 const VectorField& Follower::specified(const ReferenceStep& step, const VectorField& before) {
   const Extent extent = step.level.extent;
   answer_ = VectorField(extent);
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      const SiteAnswer answer = specified_answer(step.level, before, step.number, x, y);
-      answer_.x[extent.index(x, y)] = answer.x;
-      answer_.y[extent.index(x, y)] = answer.y;
-    }
-  }
+  for_each_site(extent, [&](int x, int y) {
+    const SiteAnswer answer = specified_answer(step.level, before, step.number, x, y);
+    answer_.x[extent.index(x, y)] = answer.x;
+    answer_.y[extent.index(x, y)] = answer.y;
+  });
   return answer_;
 }
 

@@ -1,5 +1,7 @@
 #include "harness/check/resting_tiles.hpp"
 
+#include "harness/scene/sites.hpp"
+
 #include <algorithm>
 
 namespace hdmbench {
@@ -18,22 +20,18 @@ void RestingTiles::begin_level(Extent extent) {
 
 std::int64_t RestingTiles::sweep(const VectorField& before, const VectorField& after) {
   std::int64_t at_rest = 0;
-  for (int y = 0; y < tiles_.height; ++y) {
-    for (int x = 0; x < tiles_.width; ++x) {
-      const int width = std::min(side, extent_.width - x * side);
-      const int height = std::min(side, extent_.height - y * side);
-      at_rest += awake_[tiles_.index(x, y)] != 0 ? 0 : width * height;
-    }
-  }
+  for_each_site(tiles_, [&](int x, int y) {
+    const int width = std::min(side, extent_.width - x * side);
+    const int height = std::min(side, extent_.height - y * side);
+    at_rest += awake_[tiles_.index(x, y)] != 0 ? 0 : width * height;
+  });
   std::ranges::fill(awake_, 0);
-  for (int y = 0; y < extent_.height; ++y) {
-    for (int x = 0; x < extent_.width; ++x) {
-      const std::size_t site = extent_.index(x, y);
-      if (before.x[site] != after.x[site] || before.y[site] != after.y[site]) {
-        wake_around(x, y);
-      }
+  for_each_site(extent_, [&](int x, int y) {
+    const std::size_t site = extent_.index(x, y);
+    if (before.x[site] != after.x[site] || before.y[site] != after.y[site]) {
+      wake_around(x, y);
     }
-  }
+  });
   return at_rest;
 }
 

@@ -3,8 +3,6 @@
 #include "harness/scene/row_fields.hpp"
 #include "harness/solve/solve.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -86,24 +84,16 @@ void list_fields(Fields& fields, VerifyRow& row) {
 
 void require_consistent(const VerifyRow& row) {
   const bool passes = row.verdict == Verdict::agree || row.verdict == Verdict::certified;
-  if (passes && row.sites_compared == 0) {
-    throw Contradiction{"verdict", "is a pass although no site was compared"};
-  }
-  if (row.verdict == Verdict::agree && row.sites_differing > 0) {
-    throw Contradiction{"verdict", fmt::format("is \"agree\" although {} sites differ", row.sites_differing)};
-  }
-  if (passes && row.counts_differing > 0) {
-    throw Contradiction{
-        "verdict", fmt::format("is a pass although {} counts of changed sites differ", row.counts_differing)};
-  }
-  if (passes && row.uncertified > 0) {
-    throw Contradiction{
-        "verdict", fmt::format("is a pass although {} differing sites are uncertified", row.uncertified)};
-  }
-  if (passes != (row.tier != Tier::none) ||
-      (row.verdict == Verdict::certified) != (row.tier == Tier::certified)) {
-    throw Contradiction{"tier", fmt::format("is \"{}\", which the verdict contradicts", name_of(row.tier))};
-  }
+  refuse_if(passes && row.sites_compared == 0, "verdict", "is a pass although no site was compared");
+  refuse_if(row.verdict == Verdict::agree && row.sites_differing > 0, "verdict",
+            "is \"agree\" although {} sites differ", row.sites_differing);
+  refuse_if(passes && row.counts_differing > 0, "verdict",
+            "is a pass although {} counts of changed sites differ", row.counts_differing);
+  refuse_if(passes && row.uncertified > 0, "verdict", "is a pass although {} differing sites are uncertified",
+            row.uncertified);
+  refuse_if(passes != (row.tier != Tier::none) ||
+                (row.verdict == Verdict::certified) != (row.tier == Tier::certified),
+            "tier", "is \"{}\", which the verdict contradicts", name_of(row.tier));
 }
 
 VerifyRow verify_row(const Scene& scene, const Comparison& comparison) {

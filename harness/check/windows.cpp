@@ -1,7 +1,6 @@
 #include "harness/check/windows.hpp"
 
 #include <algorithm>
-#include <optional>
 #include <random>
 
 namespace hdmbench {

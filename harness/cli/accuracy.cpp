@@ -6,17 +6,14 @@
 #include "harness/measure/median.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
-#include "harness/scene/file_output.hpp"
 #include "harness/scene/images/images.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/published.hpp"
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <span>
 
 namespace hdmbench::commands {
 
@@ -77,10 +74,8 @@ void print_published(const Scene& scene) {
 
 void print_fields(const Scene& scene, const SceneAccuracy& accuracy) {
   const bool interfaces = accuracy.rows.front().deviations.interface_to_fem.has_value();
-  std::vector<Table::Column> columns{{"RMSD in pixels to", Table::Align::left},
-                                     {fmt::format("FEM nu {:.2g}", scene.poisson)},
-                                     {"FEM nu 0"},
-                                     {"fixed point"}};
+  std::vector<Table::Column> columns{
+      "<RMSD in pixels to", {fmt::format("FEM nu {:.2g}", scene.poisson)}, "FEM nu 0", "fixed point"};
   if (interfaces) {
     columns.push_back({"interfaces"});
     columns.push_back({"elsewhere"});
@@ -114,13 +109,7 @@ void print_fields(const Scene& scene, const SceneAccuracy& accuracy) {
 }
 
 void print_decompositions(const SceneAccuracy& accuracy) {
-  Table table({{"where it comes from", Table::Align::left},
-               {"nu"},
-               {"total"},
-               {"model"},
-               {"optimisation"},
-               {"2 covariance"},
-               {"remainder"}});
+  Table table({"<where it comes from", "nu", "total", "model", "optimisation", "2 covariance", "remainder"});
   const JudgedField* before = nullptr;
   for (const JudgedField& row : accuracy.rows) {
     // The backends' rows are equal where they agree.
@@ -139,13 +128,8 @@ void print_decompositions(const SceneAccuracy& accuracy) {
 }
 
 void print_arithmetic(const SceneAccuracy& accuracy) {
-  Table table({{"float32 against double", Table::Align::left},
-               {"steps"},
-               {"other candidate"},
-               {"beyond bound"},
-               {"gap / bound"},
-               {"one iteration"},
-               {"whole run"}});
+  Table table({"<float32 against double", "steps", "other candidate", "beyond bound", "gap / bound",
+               "one iteration", "whole run"});
   bool any = false;
   for (const JudgedField& row : accuracy.rows) {
     if (row.arithmetic) {
@@ -185,9 +169,7 @@ bool is_sound(const SceneAccuracy& accuracy) {
 }
 
 int run_accuracy(Arguments& arguments, const std::string& line) {
-  if (!arguments.json.empty()) {
-    require_writable(arguments.json);
-  }
+  require_results_writable(arguments.json);
   if (arguments.schedule.method || !arguments.methods.empty()) {
     throw InputError("accuracy measures icm; leave out --method and --methods (bench takes them)");
   }
@@ -229,9 +211,7 @@ int run_accuracy(Arguments& arguments, const std::string& line) {
       rows.push_back(to_json_row(row));
     }
   }
-  if (!arguments.json.empty()) {
-    write_results(arguments.json, "accuracy", run_context(line, arguments.quick), std::move(rows));
-  }
+  write_results(arguments.json, "accuracy", run_context(line, arguments.quick), std::move(rows));
   return sound ? success : disagreement;
 }
 

@@ -24,6 +24,9 @@ const std::map<std::string, Update> updates{{"simultaneous", Update::simultaneou
                                             {"coloured", Update::coloured},
                                             {"four-coloured", Update::four_coloured}};
 
+const std::map<std::string, EnergyModel> energies{{"hdm", EnergyModel::hdm},
+                                                  {"elastic", EnergyModel::elastic}};
+
 void add_session_to(CLI::App& command, SessionOptions& session) {
   command.add_option("--device", session.device, "Device by part of its name or by number (see devices)");
   command.add_option("--threads", session.threads, "CPU threads (0: all)")->check(CLI::Range(0, 4096));
@@ -36,6 +39,11 @@ int parse_side(std::string_view text, const std::string& whole) {
     throw InputError(fmt::format("the size \"{}\" is not understood; give 300 or 257x130", whole));
   }
   return side;
+}
+
+[[noreturn]] void refuse_elastic(const std::string& scene) {
+  throw InputError(
+      fmt::format("{} has the elastic energy, which this command does not know yet; run does", scene));
 }
 
 } // namespace
@@ -82,10 +90,26 @@ void ScheduleOverrides::add_to(CLI::App& command) {
       ->group(group);
 }
 
+void ScheduleOverrides::add_energy_to(CLI::App& command) {
+  command
+      .add_option("--energy", energy,
+                  "What the displacement minimises: hdm (the thesis) or elastic (plane stress)")
+      ->transform(CLI::CheckedTransformer(energies));
+}
+
 void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& other_method) const {
   const std::optional<std::string> chosen = other_method ? other_method : method;
+  if (energy && *energy != scene.energy) {
+    scene.schedule = Schedule{}; // what the file says of it belongs to the other energy
+    use_method(scene, usual_method(*energy));
+  }
   if (chosen) {
-    use_method(scene, find_method(*chosen));
+    use_method(scene, find_method(*chosen, scene.energy));
+  }
+  if (scene.energy == EnergyModel::elastic &&
+      (start_level || epsilon || alignment || penalty || prior_weight)) {
+    throw InputError("the elastic energy has levels of its own and prescribes what is observed; leave out "
+                     "--start-level, --epsilon, --alignment, --penalty and --prior-weight");
   }
   MethodOptions options{.iterations = iterations, .update = update, .relaxation = relaxation, .seed = seed};
   if (steps) {
@@ -97,7 +121,7 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
   set_options(scene, options);
   if (stop && scene.schedule.cycle != Cycle::one_way) {
     throw InputError(fmt::format("{} ends after its {}; leave out --stop", scene.schedule.method,
-                                 find_method(scene.schedule.method).effort));
+                                 find_method(scene.schedule.method, scene.energy).effort));
   }
   if (start_level) {
     set_start_level(scene, *start_level);
@@ -107,7 +131,8 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
   scene.schedule.alignment = alignment.value_or(scene.schedule.alignment);
   set_weight(scene, {.penalty = penalty.value_or(scene.weight.penalty),
                      .prior_weight = prior_weight.value_or(scene.weight.prior_weight)});
-  const bool own_numbers = !chosen && !steps && !penalty && !prior_weight && !start_level && !alignment;
+  const bool own_numbers =
+      !chosen && !steps && !penalty && !prior_weight && !start_level && !alignment && !energy;
   const bool provable = scene.full.update != Update::sequential;
   scene.exact = scene.exact && own_numbers && provable; // the file vouches for nothing else
 }
@@ -138,6 +163,7 @@ std::string ScheduleOverrides::text(const std::optional<std::string>& other_meth
   add("--epsilon", epsilon);
   add_name("--alignment", alignment, alignments);
   add_name("--update", update, updates);
+  add_name("--energy", energy, energies);
   add("--steps", steps ? std::optional(shell_word(*steps)) : std::nullopt);
   add("--penalty", penalty);
   add("--prior-weight", prior_weight);
@@ -162,6 +188,9 @@ Scene SceneArguments::load() const {
   }
   Scene loaded = load_scene(scene, options);
   schedule.apply(loaded);
+  if (loaded.energy == EnergyModel::elastic && !takes_elastic) {
+    refuse_elastic(scene);
+  }
   return loaded;
 }
 
@@ -203,18 +232,22 @@ void CommonArguments::add_backends_to(CLI::App& command) {
   add_session_to(command, session);
 }
 
-void CommonArguments::add_to(CLI::App& command) {
+void CommonArguments::add_scenes_to(CLI::App& command) {
   command.add_option("scenes", scenes,
                      "Scenes by name or TOML file (none: all that the command is made for)");
   command.add_option("--sizes,--size", sizes, "Image sizes: 300 (square) or 257x130, several with commas")
       ->delimiter(',');
-  add_backends_to(command);
   schedule.add_to(command);
   command
       .add_option("--methods", methods,
                   "Several methods with commas, or all of them, instead of --method (tradeoff: rivals too)")
       ->delimiter(',')
       ->excludes("--method");
+}
+
+void CommonArguments::add_to(CLI::App& command) {
+  add_scenes_to(command);
+  add_backends_to(command);
   command.add_flag("--quick", quick, "A shorter run; the results say so");
   command.add_option("--json", json, "Write the results to this file");
 }
@@ -256,6 +289,9 @@ std::optional<Scene> CommonArguments::load(const SceneChoice& choice) const {
   try {
     Scene scene = load_scene(choice.name, choice.options);
     schedule.apply(scene, choice.method);
+    if (scene.energy == EnergyModel::elastic) {
+      refuse_elastic(choice.name);
+    }
     return scene;
   } catch (const MissingFile& error) {
     if (!choice.by_default) {

@@ -19,6 +19,7 @@ enum ExitStatus : int { success = 0, disagreement = 1, bad_input = 2 };
 
 /// What the user may change about every scene's schedule.
 struct ScheduleOverrides {
+  std::optional<EnergyModel> energy; ///< of commands that take it
   std::optional<std::string> method; ///< harness/scene/method.hpp
   std::optional<int> iterations;
   std::optional<double> relaxation;
@@ -34,6 +35,7 @@ struct ScheduleOverrides {
   std::optional<double> prior_weight;
 
   void add_to(CLI::App& command);
+  void add_energy_to(CLI::App& command);
   /// With `other_method` in place of `method`, where there is one. Throws InputError.
   void apply(Scene& scene, const std::optional<std::string>& other_method = std::nullopt) const;
   /// The arguments that were given, each with a space before it: " --iterations 5". The method is that of
@@ -48,6 +50,7 @@ struct SceneArguments {
   std::string backend = "openmp";
   SessionOptions session;
   ScheduleOverrides schedule;
+  bool takes_elastic = false; ///< whether the command knows EnergyModel::elastic
 
   /// Only the scene, its size and its schedule.
   void add_scene_to(CLI::App& command);
@@ -83,6 +86,8 @@ struct CommonArguments {
   std::filesystem::path json;
 
   void add_to(CLI::App& command);
+  /// Only which scenes, at which sizes, solved how.
+  void add_scenes_to(CLI::App& command);
   /// Only which backends, on which device, with how many threads.
   void add_backends_to(CLI::App& command);
 

@@ -3,7 +3,6 @@
 #include "harness/judge/atlas/atlas_row.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
-#include "harness/scene/file_output.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -24,8 +23,7 @@ struct Arguments {
 };
 
 void print_list() {
-  Table table(
-      {{"entry", Table::Align::left}, {"what fails", Table::Align::left}, {"knob", Table::Align::left}});
+  Table table({"<entry", "<what fails", "<knob"});
   for (const atlas::Entry& entry : atlas::entries()) {
     table.add({std::string(entry.name), std::string(entry.title), std::string(entry.knob)});
   }
@@ -83,7 +81,7 @@ void print(const atlas::EntryResult& result) {
            fmt::format("{}: {}", series.name, series.absence));
     }
   }
-  columns.push_back({"warned of", Table::Align::left});
+  columns.push_back("<warned of");
   Table table(columns);
   const std::size_t values = present.empty() ? 0 : present.front()->points.size();
   for (std::size_t i = 0; i < values; ++i) {
@@ -111,9 +109,7 @@ void run_atlas(const Arguments& arguments, const std::string& command_line) {
     print_list();
     return;
   }
-  if (!arguments.json.empty()) {
-    require_writable(arguments.json);
-  }
+  require_results_writable(arguments.json);
   std::vector<const atlas::Entry*> chosen;
   for (const std::string& name : arguments.entries) {
     chosen.push_back(&atlas::find_entry(name));
@@ -141,9 +137,7 @@ void run_atlas(const Arguments& arguments, const std::string& command_line) {
       rows.push_back(to_json_row(atlas::atlas_row(result, folder)));
     }
   }
-  if (!arguments.json.empty()) {
-    write_results(arguments.json, "atlas", run_context(command_line, arguments.quick), std::move(rows));
-  }
+  write_results(arguments.json, "atlas", run_context(command_line, arguments.quick), std::move(rows));
 }
 
 } // namespace

@@ -9,7 +9,6 @@
 #include "harness/measure/memory_use.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
-#include "harness/scene/file_output.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/published.hpp"
 
@@ -34,22 +33,6 @@ struct Arguments : CommonArguments {
 
 /// Scalar takes minutes for one solution of an image larger than this.
 constexpr std::size_t most_sites_for_scalar = std::size_t{4096} * 4096;
-
-double total(const Timings& timings) {
-  return timings.total();
-}
-double projection(const Timings& timings) {
-  return timings.projection;
-}
-double upload(const Timings& timings) {
-  return timings.upload;
-}
-double compute(const Timings& timings) {
-  return timings.compute;
-}
-double readback(const Timings& timings) {
-  return timings.readback;
-}
 
 /// The scenes of Tables 5.2, 5.4, 5.6 and 5.8.
 std::vector<std::string> published_scenes() {
@@ -84,15 +67,8 @@ std::string row_name(const BenchResult& result, const std::vector<BenchResult>& 
 
 /// How near dense runs come to what was measured of their devices.
 void print_ceilings(const std::vector<BenchResult>& results) {
-  Table table({{"dense, of what is measured", Table::Align::left},
-               {"GB/s"},
-               {"copy GB/s"},
-               {"Gop/s"},
-               {"most Gop/s"},
-               {"% of ceiling"},
-               {"binds", Table::Align::left},
-               {"bytes/update"},
-               {"ops/update"}});
+  Table table({"<dense, of what is measured", "GB/s", "copy GB/s", "Gop/s", "most Gop/s", "% of ceiling",
+               "<binds", "bytes/update", "ops/update"});
   std::string remarks;
   for (const BenchResult& result : results) {
     if (result.samples.empty() || result.work != Work::dense) {
@@ -108,7 +84,7 @@ void print_ceilings(const std::vector<BenchResult>& results) {
           fmt::format("  {}: more than its ceiling, so this machine was busy while that was measured\n",
                       row_name(result, results));
     }
-    const double seconds = median_seconds(result.samples, compute);
+    const double seconds = median_seconds(result.samples, &Timings::compute);
     table.add({row_name(result, results), fmt::format("{:.2f}", result.cost->bytes / seconds * 1e-9),
                fmt::format("{:.2f}", median(result.ceilings->copy_bytes_per_second) * 1e-9),
                fmt::format("{:.2f}", result.cost->operations / seconds * 1e-9),
@@ -138,19 +114,8 @@ void print_scene(const Scene& scene, const std::vector<BenchResult>& results, bo
     fmt::print("  thesis, table {}: GPU {} s, CPU {} s, speed-up {}\n", published->table,
                published->gpu_seconds, published->cpu_seconds, published->speed_up);
   }
-  Table table({{"backend", Table::Align::left},
-               {"seconds"},
-               {"min"},
-               {"max"},
-               {"projection"},
-               {"upload"},
-               {"compute"},
-               {"readback"},
-               {"set-up"},
-               {"Msites/s"},
-               {"bytes/site"},
-               {"speed-up"},
-               {"over dense"}});
+  Table table({"<backend", "seconds", "min", "max", "projection", "upload", "compute", "readback", "set-up",
+               "Msites/s", "bytes/site", "speed-up", "over dense"});
   // The program and its drivers weigh more than a small image.
   const bool large = scene.extent().sites() >= 1'000'000;
   std::string remarks;
@@ -161,13 +126,12 @@ void print_scene(const Scene& scene, const std::vector<BenchResult>& results, bo
     if (result.samples.empty()) {
       continue;
     }
-    const auto [fastest, slowest] = std::ranges::minmax_element(result.samples, {}, total);
-    const auto part = [&](double (*which)(const Timings&)) {
-      return seconds_text(median_seconds(result.samples, which));
-    };
-    table.add({row_name(result, results), part(total), seconds_text(fastest->total()),
-               seconds_text(slowest->total()), part(projection), part(upload), part(compute), part(readback),
-               seconds_text(result.setup_seconds), fmt::format("{:.1f}", msites_per_second(result)),
+    const auto [fastest, slowest] = std::ranges::minmax_element(result.samples, {}, &Timings::total);
+    const auto part = [&](auto which) { return seconds_text(median_seconds(result.samples, which)); };
+    table.add({row_name(result, results), part(&Timings::total), seconds_text(fastest->total()),
+               seconds_text(slowest->total()), part(&Timings::projection), part(&Timings::upload),
+               part(&Timings::compute), part(&Timings::readback), seconds_text(result.setup_seconds),
+               fmt::format("{:.1f}", msites_per_second(result)),
                large ? number_or_dash(result.bytes_per_site, 0) : "-", number_or_dash(result.speed_up, 2),
                number_or_dash(result.speed_up_over_dense, 2)});
   }
@@ -194,7 +158,7 @@ public:
       if (result.work != Work::dense || has_more_threads) {
         continue;
       }
-      cells.push_back(result.valid             ? seconds_text(median_seconds(result.samples, total))
+      cells.push_back(result.valid             ? seconds_text(median_seconds(result.samples, &Timings::total))
                       : result.samples.empty() ? "-"
                                                : "differs");
     }
@@ -208,7 +172,7 @@ public:
 
 private:
   static std::vector<Table::Column> columns(std::span<const Backend* const> backends) {
-    std::vector<Table::Column> titles{{"method", Table::Align::left}, {"effort"}, {"work"}};
+    std::vector<Table::Column> titles{"<method", "effort", "work"};
     for (const Backend* backend : backends) {
       titles.push_back({std::string(backend->name())});
     }
@@ -278,9 +242,7 @@ BenchOptions bench_options(const Arguments& arguments, bool checked) {
 }
 
 int run_bench(Arguments& arguments, const std::string& line) {
-  if (!arguments.json.empty()) {
-    require_writable(arguments.json);
-  }
+  require_results_writable(arguments.json);
   if (arguments.sizes.empty()) {
     arguments.sizes = arguments.quick ? std::vector<std::string>{"300", "600"}
                                       : std::vector<std::string>{"300", "600", "1200"};
@@ -351,9 +313,7 @@ int run_bench(Arguments& arguments, const std::string& line) {
   if (!chosen.empty()) {
     fmt::print("\nChosen by measurement, smallest samples\n{}", fmt::join(chosen, ""));
   }
-  if (!arguments.json.empty()) {
-    write_results(arguments.json, "bench", run_context(line, arguments.quick), std::move(rows));
-  }
+  write_results(arguments.json, "bench", run_context(line, arguments.quick), std::move(rows));
   if (!all_agree) {
     return disagreement;
   }

@@ -6,7 +6,6 @@
 #include "harness/measure/comparison/rows.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
-#include "harness/scene/file_output.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -203,17 +202,8 @@ void print_sides(const BothSides& sides, bool interleaved) {
 }
 
 void print_rows(const std::vector<ComparedRow>& rows, double tolerance) {
-  Table table({{"scene", Table::Align::left},
-               {"size"},
-               {"backend", Table::Align::left},
-               {"method", Table::Align::left},
-               {"samples"},
-               {"old s"},
-               {"new s"},
-               {"new/old"},
-               {"interval"},
-               {"p"},
-               {"verdict", Table::Align::left}});
+  Table table({"<scene", "size", "<backend", "<method", "samples", "old s", "new s", "new/old", "interval",
+               "p", "<verdict"});
   std::string remarks;
   for (const ComparedRow& row : rows) {
     const std::string threads = row.row.threads ? fmt::format(", {} threads", *row.row.threads) : "";
@@ -293,9 +283,7 @@ void CompareArguments::add_to(CLI::App& command) {
 
 int compare_benches(const CompareArguments& arguments, const CLI::App& bench, const std::string& line,
                     int repeats, const std::filesystem::path& json) {
-  if (!json.empty()) {
-    require_writable(json);
-  }
+  require_results_writable(json);
   const double tolerance = arguments.tolerance / 100.0;
   const BothSides sides = gather(arguments, bench, line, repeats);
   std::vector<ComparedRow> rows = comparison::compare_rows(sides.first.rows, sides.second.rows, tolerance);

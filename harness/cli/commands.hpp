@@ -14,6 +14,8 @@ void add_methods(CLI::App& program);
 void add_run(CLI::App& program, const std::string& arguments, int& status);
 void add_verify(CLI::App& program, const std::string& arguments, int& status);
 void add_implementations(CLI::App& program, const std::string& arguments, int& status);
+void add_probe(CLI::App& program, const std::string& arguments);
+void add_browser(CLI::App& program, const std::string& arguments);
 void add_golden(CLI::App& program, const std::string& arguments, int& status);
 void add_accuracy(CLI::App& program, const std::string& arguments, int& status);
 void add_faults(CLI::App& program, const std::string& arguments, int& status);

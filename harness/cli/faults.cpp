@@ -3,7 +3,6 @@
 #include "harness/cli/commands.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
-#include "harness/scene/file_output.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -46,8 +45,7 @@ std::vector<Planted> chosen(const std::vector<std::string>& names, const Backend
 }
 
 void print_list(const std::vector<Planted>& list) {
-  Table table(
-      {{"fault", Table::Align::left}, {"planted on", Table::Align::left}, {"what", Table::Align::left}});
+  Table table({"<fault", "<planted on", "<what"});
   for (const Planted& planted : list) {
     table.add({planted.name, planted.backend, planted.what});
   }
@@ -79,7 +77,7 @@ void print(const char* title, const std::vector<const Trial*>& trials, const std
     return;
   }
   fmt::print("\n{}\n", title);
-  std::vector<Table::Column> columns{{"fault", Table::Align::left}, {"planted on", Table::Align::left}};
+  std::vector<Table::Column> columns{"<fault", "<planted on"};
   std::vector<std::size_t> shown;
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     if (std::ranges::any_of(trials, [&](const Trial* trial) { return trial->seen[i].has_value(); })) {
@@ -191,9 +189,7 @@ int run_faults(const Arguments& arguments, const std::string& line) {
     print_list(list);
     return success;
   }
-  if (!arguments.json.empty()) {
-    require_writable(arguments.json);
-  }
+  require_results_writable(arguments.json);
   const std::vector<TrialScene> scenes = faults::trial_scenes(
       arguments.scenes, arguments.size.empty() ? std::nullopt : std::optional(parse_size(arguments.size)));
   Progress progress;
@@ -214,9 +210,7 @@ int run_faults(const Arguments& arguments, const std::string& line) {
   print_tables(trials, scenes, arguments.brief);
   const bool good = print_sum(trials, scenes);
   explain(trials);
-  if (!arguments.json.empty()) {
-    write_results(arguments.json, "faults", run_context(line, false), std::move(rows));
-  }
+  write_results(arguments.json, "faults", run_context(line, false), std::move(rows));
   return good ? success : disagreement;
 }
 

@@ -230,9 +230,7 @@ ExitStatus run_golden(const Arguments& arguments, const std::string& line) {
   fmt::print("\n{} solutions are golden, {} are not, {} have nothing to be compared with, {} skipped{}\n",
              count(Verdict::agree), count(Verdict::disagree), count(Verdict::mistrusted),
              count(Verdict::skipped), absent > 0 ? fmt::format("; {} scenes are not there", absent) : "");
-  if (!arguments.json.empty()) {
-    write_results(arguments.json, "golden", run_context(line, false), std::move(rows));
-  }
+  write_results(arguments.json, "golden", run_context(line, false), std::move(rows));
   if (!arguments.write.empty()) {
     return write_golden(results, golden, arguments.write);
   }

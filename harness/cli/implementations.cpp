@@ -5,7 +5,6 @@
 #include "harness/measure/result_file.hpp"
 #include "harness/report/grouped.hpp"
 #include "harness/report/table.hpp"
-#include "harness/scene/file_output.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -50,16 +49,8 @@ std::string verdict(const ImplementationRow& row) {
 }
 
 void print_matrix(const std::vector<ImplementationRow>& rows) {
-  Table table({{"backend", Table::Align::left},
-               {"implementation", Table::Align::left},
-               {"device", Table::Align::left},
-               {"verdict", Table::Align::left},
-               {"scenes"},
-               {"comparisons"},
-               {"sites compared"},
-               {"differing"},
-               {"seconds"},
-               {"MB"}});
+  Table table({"<backend", "<implementation", "<device", "<verdict", "scenes", "comparisons",
+               "sites compared", "differing", "seconds", "MB"});
   for (const ImplementationRow& row : rows) {
     std::vector<std::string> cells{row.backend, row.implementation, row.device, verdict(row)};
     if (row.outcome == Outcome::absent) {
@@ -85,9 +76,7 @@ void print_matrix(const std::vector<ImplementationRow>& rows) {
 
 int run_implementations(const CLI::App& command, const Arguments& arguments, const std::string& line) {
   const std::filesystem::path& json = arguments.verify.json;
-  if (!json.empty()) {
-    require_writable(json);
-  }
+  require_results_writable(json);
   const auto registry = make_backends();
   for (const std::string& name : arguments.verify.backends) {
     (void)find_backend(registry, name);
@@ -110,11 +99,9 @@ int run_implementations(const CLI::App& command, const Arguments& arguments, con
   const auto absent = count(Outcome::absent);
   const auto failed = std::ssize(rows) - passed - absent;
   fmt::print("\n{} pass, {} do not, {} are not there\n", passed, failed, absent);
-  if (!json.empty()) {
-    nlohmann::json results = nlohmann::json::array();
-    std::ranges::transform(rows, std::back_inserter(results), to_json_row<ImplementationRow>);
-    write_results(json, "implementations", run_context(line, arguments.verify.quick), std::move(results));
-  }
+  nlohmann::json results = nlohmann::json::array();
+  std::ranges::transform(rows, std::back_inserter(results), to_json_row<ImplementationRow>);
+  write_results(json, "implementations", run_context(line, arguments.verify.quick), std::move(results));
   return failed > 0 || passed == 0 ? disagreement : success;
 }
 

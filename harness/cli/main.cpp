@@ -47,6 +47,7 @@ int run_program(int argc, char** argv) {
   commands::add_methods(program);
   commands::add_run(program, arguments, status);
   commands::add_verify(program, arguments, status);
+  commands::add_probe(program, arguments);
   commands::add_implementations(program, arguments, status);
   commands::add_faults(program, arguments, status);
   commands::add_golden(program, arguments, status);
@@ -54,6 +55,7 @@ int run_program(int argc, char** argv) {
   commands::add_accuracy(program, arguments, status);
   commands::add_atlas(program, arguments);
   commands::add_tradeoff(program, arguments, status);
+  commands::add_browser(program, arguments);
   commands::add_report(program, status);
   commands::add_export(program);
   commands::add_fem_to_image(program);

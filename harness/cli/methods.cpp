@@ -1,12 +1,11 @@
 #include "harness/scene/method.hpp"
 
 #include "backends/registry.hpp"
+#include "backends/shared/elastic_session.hpp"
 #include "harness/cli/commands.hpp"
 #include "harness/report/table.hpp"
 
 #include <fmt/format.h>
-
-#include <algorithm>
 
 namespace hdmbench::commands {
 
@@ -29,12 +28,7 @@ std::string who_can(const Method& method, const std::vector<std::unique_ptr<Back
 }
 
 void list_methods() {
-  Table table({{"method", Table::Align::left},
-               {"--iterations counts", Table::Align::left},
-               {"usual", Table::Align::right},
-               {"takes", Table::Align::left},
-               {"backends", Table::Align::left},
-               {"what it does", Table::Align::left}});
+  Table table({"<method", "<--iterations counts", "usual", "<takes", "<backends", "<what it does"});
   const auto registry = make_backends();
   for (const Method& method : methods()) {
     table.add({std::string(method.name), std::string(method.effort),
@@ -43,6 +37,22 @@ void list_methods() {
                std::string(method.summary)});
   }
   fmt::print("{}", table.text());
+  Table elastic({{"with --energy elastic", Table::Align::left},
+                 {"--iterations counts", Table::Align::left},
+                 {"usual", Table::Align::right},
+                 {"backends", Table::Align::left},
+                 {"what it does", Table::Align::left}});
+  std::string names;
+  for (const auto& backend : registry) {
+    if (backend->open_elastic({}) != nullptr) {
+      names += fmt::format("{}{}", names.empty() ? "" : ", ", backend->name());
+    }
+  }
+  for (const Method& method : elastic_methods()) {
+    elastic.add({std::string(method.name), std::string(method.effort), std::to_string(method.usual_effort),
+                 names, std::string(method.summary)});
+  }
+  fmt::print("\n{}", elastic.text());
 }
 
 } // namespace

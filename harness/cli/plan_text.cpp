@@ -36,7 +36,7 @@ std::string scene_text(const Scene& scene, const Survey& survey) {
 }
 
 std::string levels_text(const Survey& survey) {
-  Table table({{"size"}, {"materials shown"}, {"conditions shown"}, {"", Table::Align::left}});
+  Table table({"size", "materials shown", "conditions shown", "<"});
   for (std::size_t i = survey.levels.size(); i-- > 0;) {
     const Resolution& level = survey.levels[i];
     table.add({size_text(level.extent), percent(level.materials), percent(level.conditions),
@@ -48,12 +48,7 @@ std::string levels_text(const Survey& survey) {
 }
 
 std::string steps_text(const Plan& plan) {
-  Table table({{"size"},
-               {"step", Table::Align::left},
-               {"moved px"},
-               {"error px"},
-               {"ms"},
-               {"why", Table::Align::left}});
+  Table table({"size", "<step", "moved px", "error px", "ms", "<why"});
   for (const PlanStep& step : plan.steps) {
     table.add({size_text(step.extent), step.action, step.moved > 0.0 ? pixels(step.moved) : "",
                pixels(step.expected_error), fmt::format("{:.3g}", 1e3 * step.seconds), step.reason});

@@ -7,13 +7,12 @@
 #include "harness/measure/median.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
-#include "harness/scene/file_output.hpp"
+#include "harness/scene/method.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -51,15 +50,8 @@ std::string point_name(const TradeoffPoint& point) {
 }
 
 void print_points(const SceneTradeoff& tradeoff, bool all) {
-  Table table({{all ? "method" : "on the front", Table::Align::left},
-               {"effort", Table::Align::left},
-               {"backend", Table::Align::left},
-               {"seconds"},
-               {"fine sweeps"},
-               {"FEM nu 0"},
-               {"FEM"},
-               {"fixed point"},
-               {"", Table::Align::left}});
+  Table table({all ? "<method" : "<on the front", "<effort", "<backend", "seconds", "fine sweeps", "FEM nu 0",
+               "FEM", "fixed point", "<"});
   std::vector<const TradeoffPoint*> shown;
   for (const TradeoffPoint& point : tradeoff.points) {
     if (!point.seconds.empty() && (all || point.is_on_front)) {
@@ -91,7 +83,7 @@ std::string without_numbers(std::string reason) {
 
 /// One line per status and kind of reason, with the first reason of that kind.
 void print_requests(const SceneTradeoff& tradeoff) {
-  Table table({{"asked px"}, {"estimated"}, {"reached"}, {"fine sweeps"}, {"seconds"}});
+  Table table({"asked px", "estimated", "reached", "fine sweeps", "seconds"});
   bool any = false;
   for (const TradeoffPoint& point : tradeoff.points) {
     if (point.asked && !point.seconds.empty()) {
@@ -177,14 +169,13 @@ std::string repeat(const Arguments& arguments, const Scene& scene, std::string_v
   if (arguments.session.threads != 0) {
     line += fmt::format(" --threads {}", arguments.session.threads);
   }
-  return line + arguments.schedule.text();
+  const bool elastic = std::ranges::find(elastic_methods(), method, &Method::name) != elastic_methods().end();
+  return line + (elastic ? " --energy elastic" : "") + arguments.schedule.text();
 }
 
 int run_tradeoff(Arguments& arguments, const std::string& line) {
   const double target = parse_pixels(arguments.at);
-  if (!arguments.json.empty()) {
-    require_writable(arguments.json);
-  }
+  require_results_writable(arguments.json);
   const ScheduleOverrides& given = arguments.schedule;
   if (given.method || given.iterations || given.update || given.steps) {
     throw InputError(
@@ -242,9 +233,7 @@ int run_tradeoff(Arguments& arguments, const std::string& line) {
                  return point.status == PointStatus::unverified;
                });
   }
-  if (!arguments.json.empty()) {
-    write_results(arguments.json, "tradeoff", run_context(line, arguments.quick), std::move(rows));
-  }
+  write_results(arguments.json, "tradeoff", run_context(line, arguments.quick), std::move(rows));
   return verified ? success : disagreement;
 }
 

@@ -44,11 +44,7 @@ Truth read_truth(const Arguments& arguments, Extent extent) {
 }
 
 void print(const Tuning& tuning, double penalty) {
-  Table table({{"", Table::Align::right},
-               {"alpha", Table::Align::right},
-               {"K (1 - alpha) / alpha", Table::Align::right},
-               {"RMSD [px]", Table::Align::right},
-               {"", Table::Align::left}});
+  Table table({"", "alpha", "K (1 - alpha) / alpha", "RMSD [px]", "<"});
   for (std::size_t i = 0; i < tuning.evaluations.size(); ++i) {
     const Evaluation& evaluation = tuning.evaluations[i];
     const ObservationWeight weight{.penalty = penalty, .prior_weight = evaluation.prior_weight};

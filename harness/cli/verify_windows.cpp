@@ -5,7 +5,6 @@
 #include "harness/measure/result_file.hpp"
 #include "harness/report/grouped.hpp"
 #include "harness/report/table.hpp"
-#include "harness/scene/file_output.hpp"
 #include "harness/solve/solve.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -14,10 +13,8 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <map>
-#include <optional>
 #include <span>
 #include <utility>
 
@@ -48,14 +45,8 @@ double peak_memory() {
 }
 
 void print_levels(const WindowedComparison& comparison) {
-  Table table({{"level"},
-               {"size"},
-               {"sweeps"},
-               {"compared", Table::Align::left},
-               {"sites compared"},
-               {"of all"},
-               {"differing"},
-               {"count of changes", Table::Align::left}});
+  Table table(
+      {"level", "size", "sweeps", "<compared", "sites compared", "of all", "differing", "<count of changes"});
   for (const WindowedLevel& level : comparison.levels) {
     const double share =
         static_cast<double>(level.sites_compared) / static_cast<double>(level.extent.sites());
@@ -142,9 +133,7 @@ int run_verify_windows(CommonArguments arguments, const WindowArguments& windows
   if (!arguments.methods.empty()) {
     throw InputError("--windows goes with one --method, not with --methods");
   }
-  if (!arguments.json.empty()) {
-    require_writable(arguments.json);
-  }
+  require_results_writable(arguments.json);
   const auto registry = make_backends();
   const std::vector<const Backend*> backends = arguments.choose(registry);
   WindowOptions options{.session = arguments.session};
@@ -194,9 +183,7 @@ int run_verify_windows(CommonArguments arguments, const WindowArguments& windows
   }
   fmt::print(
       "\nWhat lies outside the windows was not compared; each level began with the backend's own field.\n");
-  if (!arguments.json.empty()) {
-    write_results(arguments.json, "verify", run_context(line, arguments.quick), std::move(rows));
-  }
+  write_results(arguments.json, "verify", run_context(line, arguments.quick), std::move(rows));
   return agree ? success : disagreement;
 }
 

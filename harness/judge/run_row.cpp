@@ -54,6 +54,7 @@ void list_fields(Fields& fields, RunRow& row) {
   fields("backend", row.backend);
   fields("device", row.device);
   fields("method", row.method);
+  fields.newer("energy", OneOf{row.energy, energy_names});
   fields("seconds", row.seconds);
   fields("levels", row.levels);
   fields("iterations", row.iterations);

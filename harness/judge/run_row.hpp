@@ -37,7 +37,8 @@ struct RunRow {
   std::int64_t height = 0;
   std::string backend;
   std::string device;
-  std::string method; ///< method_name(), or "as needed"
+  std::string method;         ///< method_name(), or "as needed"
+  std::string energy = "hdm"; ///< of energy_names
   double seconds = 0.0;
   std::int64_t levels = 0;
   std::int64_t iterations = 0;

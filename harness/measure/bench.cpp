@@ -16,13 +16,6 @@ namespace hdmbench {
 
 namespace {
 
-double total(const Timings& timings) {
-  return timings.total();
-}
-double compute(const Timings& timings) {
-  return timings.compute;
-}
-
 /// While it lives the scene's schedule has one iteration per level. A copy of the scene would need its
 /// memory.
 class OneIteration {
@@ -143,7 +136,8 @@ private:
     }
     result.cost = solution_cost(levels_, *run.backend, result.device, scene_.full);
     if (result.cost && result.ceilings) {
-      result.share = ceiling_share(*result.cost, *result.ceilings, median_seconds(result.samples, compute));
+      result.share =
+          ceiling_share(*result.cost, *result.ceilings, median_seconds(result.samples, &Timings::compute));
     } else if (result.ceilings) {
       result.no_ceilings = "the cost of this schedule is not declared";
     }
@@ -170,7 +164,8 @@ private:
       }
     }
     result.valid = true;
-    result.speed_up = median_seconds(reference.samples, total) / median_seconds(result.samples, total);
+    result.speed_up =
+        median_seconds(reference.samples, &Timings::total) / median_seconds(result.samples, &Timings::total);
   }
 
   void compare_with_dense(BenchResult& result) const {
@@ -180,7 +175,7 @@ private:
     });
     if (dense != results_.end() && (result.valid || !options_.checked)) {
       result.speed_up_over_dense =
-          median_seconds(dense->samples, total) / median_seconds(result.samples, total);
+          median_seconds(dense->samples, &Timings::total) / median_seconds(result.samples, &Timings::total);
     }
   }
 
@@ -203,12 +198,6 @@ std::vector<int> thread_counts(int all) {
 }
 
 } // namespace
-
-double median_seconds(std::span<const Timings> samples, double (*part)(const Timings&)) {
-  std::vector<double> values;
-  std::ranges::transform(samples, std::back_inserter(values), part);
-  return median(std::move(values));
-}
 
 std::vector<BenchRun> bench_runs(const Scene& scene, std::span<const Backend* const> backends,
                                  const BenchOptions& options) {

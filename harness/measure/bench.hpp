@@ -1,13 +1,17 @@
 #pragma once
 
 #include "backends/backend.hpp"
+#include "harness/measure/median.hpp"
 #include "harness/measure/roofline.hpp"
 #include "harness/solve/solve.hpp"
 
+#include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace hdmbench {
@@ -40,8 +44,13 @@ struct BenchResult {
   std::optional<double> bytes_per_site{};
 };
 
-/// median() of the totals, or of one part, over the samples.
-[[nodiscard]] double median_seconds(std::span<const Timings> samples, double (*part)(const Timings&));
+/// median() of one part over the samples: &Timings::total, &Timings::compute.
+template <typename Part>
+[[nodiscard]] double median_seconds(std::span<const Timings> samples, Part part) {
+  std::vector<double> values;
+  std::ranges::transform(samples, std::back_inserter(values), part);
+  return median(std::move(values));
+}
 
 struct BenchOptions {
   SessionOptions session; ///< but for its work

@@ -93,15 +93,12 @@ void require_consistent(const BenchRow& row) {
   if (!row.counts()) {
     return;
   }
-  if (row.width == 0 || row.height == 0) {
-    throw Contradiction{"width", "and \"height\" of a valid row must be at least 1"};
-  }
+  refuse_if(row.width == 0 || row.height == 0, "width", "and \"height\" of a valid row must be at least 1");
   require_samples(row.seconds, row.seconds_median);
 }
 
 double msites_per_second(const BenchResult& result) {
-  const double seconds =
-      median_seconds(result.samples, [](const Timings& timings) { return timings.compute; });
+  const double seconds = median_seconds(result.samples, &Timings::compute);
   return seconds > 0.0 ? result.site_updates / seconds * 1e-6 : 0.0;
 }
 
@@ -110,7 +107,7 @@ std::string bench_method_name(const Scene& scene, const BenchResult& result) {
 }
 
 BenchRow bench_row(const Scene& scene, const BenchResult& result) {
-  const auto part = [&](double (*which)(const Timings&)) { return median_seconds(result.samples, which); };
+  const auto part = [&](auto which) { return median_seconds(result.samples, which); };
   BenchRow row{
       .scene = scene.name,
       .width = scene.extent().width,
@@ -123,13 +120,13 @@ BenchRow bench_row(const Scene& scene, const BenchResult& result) {
       .iterations = result.iterations,
       .fine_sweep_equivalents = result.site_updates / static_cast<double>(scene.extent().sites()),
       .seconds = {},
-      .seconds_median = part([](const Timings& timings) { return timings.total(); }),
+      .seconds_median = part(&Timings::total),
       .msites_per_second = msites_per_second(result),
       .setup_seconds = result.setup_seconds,
-      .projection_seconds = part([](const Timings& timings) { return timings.projection; }),
-      .upload_seconds = part([](const Timings& timings) { return timings.upload; }),
-      .compute_seconds = part([](const Timings& timings) { return timings.compute; }),
-      .readback_seconds = part([](const Timings& timings) { return timings.readback; }),
+      .projection_seconds = part(&Timings::projection),
+      .upload_seconds = part(&Timings::upload),
+      .compute_seconds = part(&Timings::compute),
+      .readback_seconds = part(&Timings::readback),
       .speed_up_over_dense = result.speed_up_over_dense,
       .reason = result.reason,
       .peak_memory_bytes = result.peak_memory_bytes,

@@ -24,9 +24,7 @@ static void list_fields(Fields& fields, Choice::Option& option) {
 }
 
 static void require_consistent(const Choice::Option& option) {
-  if (option.seconds.empty()) {
-    throw Contradiction{"seconds", "is empty"};
-  }
+  refuse_if(option.seconds.empty(), "seconds", "is empty");
 }
 
 void list_fields(Fields& fields, Choice& choice) {
@@ -35,9 +33,7 @@ void list_fields(Fields& fields, Choice& choice) {
   std::string chosen = fields.reading() ? "" : choice.options[choice.chosen].name;
   fields("chosen", chosen);
   const auto found = std::ranges::find(choice.options, chosen, &Choice::Option::name);
-  if (found == choice.options.end()) {
-    throw Contradiction{"chosen", "is none of the options"};
-  }
+  refuse_if(found == choice.options.end(), "chosen", "is none of the options");
   choice.chosen = static_cast<std::size_t>(found - choice.options.begin());
 }
 

@@ -27,9 +27,8 @@ void list_fields(Fields& fields, InstructionsRow& row) {
 }
 
 void require_consistent(const InstructionsRow& row) {
-  if (row.instructions.has_value() != row.refusal.empty()) {
-    throw Contradiction{"refusal", "must say why where there are no instructions, and only there"};
-  }
+  refuse_if(row.instructions.has_value() != row.refusal.empty(), "refusal",
+            "must say why where there are no instructions, and only there");
   if (row.instructions && *row.instructions > row.instructions_limit) {
     throw Contradiction{"instructions", fmt::format("are {} although the limit is {}", *row.instructions,
                                                     row.instructions_limit)};

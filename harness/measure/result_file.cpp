@@ -82,8 +82,17 @@ ResultFile read_results(const std::filesystem::path& file) {
   return result;
 }
 
+void require_results_writable(const std::filesystem::path& file) {
+  if (!file.empty()) {
+    require_writable(file);
+  }
+}
+
 void write_results(const std::filesystem::path& file, std::string_view command, Context context,
                    nlohmann::json results) {
+  if (file.empty()) {
+    return;
+  }
   const nlohmann::ordered_json document{{"schema", schema},
                                         {"command", command},
                                         {"context", to_json_row(std::move(context))},

@@ -37,7 +37,10 @@ struct ResultFile {
 /// Throws InputError where the file cannot be read, is not JSON or not a result file.
 [[nodiscard]] ResultFile read_results(const std::filesystem::path& file);
 
-/// Throws InputError.
+/// Before long work: throws InputError unless write_results can write to `file`.
+void require_results_writable(const std::filesystem::path& file);
+
+/// Nothing where `file` is empty: nobody asked for results. Throws InputError.
 void write_results(const std::filesystem::path& file, std::string_view command, Context context,
                    nlohmann::json results);
 

@@ -4,7 +4,6 @@
 #include "harness/scene/level_sequence.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 namespace hdmbench {
 

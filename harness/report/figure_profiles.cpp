@@ -6,9 +6,7 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cmath>
 #include <numeric>
-#include <utility>
 
 namespace hdmbench::report {
 

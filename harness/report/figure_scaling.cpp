@@ -1,6 +1,6 @@
-#include "harness/report/figure_scaling.hpp"
 #include "harness/report/gnuplot.hpp"
 #include "harness/report/plot_style.hpp"
+#include "harness/report/speed_tables.hpp"
 
 #include <fmt/format.h>
 

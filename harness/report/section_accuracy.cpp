@@ -92,30 +92,23 @@ std::string title_of(const AccuracyScene& scene) {
 } // namespace
 
 std::string accuracy_section(const Results& results, Anchors& anchors) {
-  std::string html = "<section>\n" + heading(2, anchors.unique("accuracy"), "Accuracy");
-  if (results.accuracy.empty()) {
-    return html + no_data("fields to judge", "accuracy") + "</section>\n";
-  }
-  html +=
+  const SectionText text{
+      "accuracy", "Accuracy", no_data("fields to judge", "accuracy"),
       R"(<p>RMSD is over all sites, in pixels of the full image, as in the thesis; over the sites that no condition
 prescribes beneath. The truth is plane-stress FEM with its nodes at the sites, with Poisson ratio ν = 0, since the
 energy does not couple x and y, and with the ratio of the scene; the thesis does not print its own.</p>
-)";
-  html += quick_note(results, results.accuracy);
-  for (const std::string& machine : results.machines) {
+)"};
+  return section(results, results.accuracy, anchors, text, [&](const std::string& machine, const auto&) {
     const std::vector<AccuracyScene> scenes = accuracy_scenes(results, machine);
-    if (scenes.empty()) {
-      continue;
-    }
-    html += machine_heading(results, machine, anchors);
-    html += overview_table(scenes) +
-            "<p class=\"empty\">Against FEM with ν = 0; with the ratio of the scene beneath.</p>\n";
+    std::string html =
+        overview_table(scenes) +
+        "<p class=\"empty\">Against FEM with ν = 0; with the ratio of the scene beneath.</p>\n";
     for (const AccuracyScene& scene : scenes) {
       const bool has_failure = !std::ranges::all_of(scene.rows, &AccuracyRow::valid);
       html += folded(title_of(scene), scene_html(scene, anchors), has_failure);
     }
-  }
-  return html + "</section>\n";
+    return html;
+  });
 }
 
 } // namespace hdmbench::report

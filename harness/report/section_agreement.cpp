@@ -322,20 +322,13 @@ std::string all_details_html(const std::vector<VerifyRow>& rows) {
 } // namespace
 
 std::string agreement_section(const Results& results, Anchors& anchors) {
-  std::string html =
-      "<section>\n" + heading(2, anchors.unique("agreement"), "Agreement with the reference backend");
-  if (results.verify.empty()) {
-    html += no_data("comparisons", "verify");
-  }
-  html += quick_note(results, results.verify);
-  for (const std::string& machine : results.machines) {
-    const std::vector<VerifyRow> rows = results.of(results.verify, machine);
-    if (!rows.empty()) {
-      html += machine_heading(results, machine, anchors) + tiers_html(results, machine, rows) +
-              folded("Scene by scene", matrix_html(results, machine, rows)) + all_details_html(rows);
-    }
-  }
-  return html + "</section>\n";
+  return section(results, results.verify, anchors,
+                 {"agreement", "Agreement with the reference backend", no_data("comparisons", "verify")},
+                 [&](const std::string& machine, const std::vector<VerifyRow>& rows) {
+                   return tiers_html(results, machine, rows) +
+                          folded("Scene by scene", matrix_html(results, machine, rows)) +
+                          all_details_html(rows);
+                 });
 }
 
 } // namespace hdmbench::report

@@ -98,23 +98,18 @@ std::string entry_html(const Results& results, const AtlasRow& row, Anchors& anc
 } // namespace
 
 std::string atlas_section(const Results& results, Anchors& anchors) {
-  std::string html = "<section>\n" + heading(2, anchors.unique("failures"), "Where the methods fail");
-  if (results.atlas.empty()) {
-    return html + no_data("failures", "atlas") + "</section>\n";
-  }
-  html += "<p>Each family of scenes varies one parameter from harmless to harmful. The warnings are those "
-          "that <code>run</code> prints for the same scene and field.</p>\n";
-  html += quick_note(results, results.atlas);
-  for (const std::string& machine : results.machines) {
-    const std::vector<AtlasRow> rows = results.of(results.atlas, machine);
-    if (!rows.empty()) {
-      html += machine_heading(results, machine, anchors);
-    }
-    for (const AtlasRow& row : rows) {
-      html += folded(escape(row.title), entry_html(results, row, anchors));
-    }
-  }
-  return html + "</section>\n";
+  const SectionText text{
+      "failures", "Where the methods fail", no_data("failures", "atlas"),
+      "<p>Each family of scenes varies one parameter from harmless to harmful. The warnings are those "
+      "that <code>run</code> prints for the same scene and field.</p>\n"};
+  return section(results, results.atlas, anchors, text,
+                 [&](const std::string&, const std::vector<AtlasRow>& rows) {
+                   std::string html;
+                   for (const AtlasRow& row : rows) {
+                     html += folded(escape(row.title), entry_html(results, row, anchors));
+                   }
+                   return html;
+                 });
 }
 
 } // namespace hdmbench::report

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 
@@ -159,24 +158,15 @@ std::string machine_html(const Rows& rows, const std::string& machine, Anchors& 
 } // namespace
 
 std::string compare_section(const Results& results, Anchors& anchors) {
-  std::string html =
-      "<section>\n" + heading(2, anchors.unique("before and after"), "Speed before and after a change");
-  if (results.compare.empty()) {
-    return html + no_data("timings before and after a change", "bench --compare OLD.json") + "</section>\n";
-  }
-  html +=
+  const SectionText text{
+      "before and after", "Speed before and after a change",
+      no_data("timings before and after a change", "bench --compare OLD.json"),
       "<p>The ratio is the median over all pairs of samples (Hodges-Lehmann), with the interval of the rank "
       "test; p is Mann-Whitney's, two-sided. A difference is called one below 0.01, which chance alone does "
-      "in "
-      "one of a hundred rows.</p>\n";
-  html += quick_note(results, results.compare);
-  for (const std::string& machine : results.machines) {
-    const Rows rows = results.of(results.compare, machine);
-    if (!rows.empty()) {
-      html += machine_heading(results, machine, anchors) + machine_html(rows, machine, anchors);
-    }
-  }
-  return html + "</section>\n";
+      "in one of a hundred rows.</p>\n"};
+  return section(results, results.compare, anchors, text, [&](const std::string& machine, const Rows& rows) {
+    return machine_html(rows, machine, anchors);
+  });
 }
 
 } // namespace hdmbench::report

@@ -49,32 +49,23 @@ std::string verdict_html(const Rows& rows) {
 } // namespace
 
 std::string failing_calls_section(const Results& results, Anchors& anchors) {
-  std::string html = "<section>\n" + heading(2, anchors.unique("failing calls"), "Failing driver calls");
-  if (results.failing_calls.empty()) {
-    return html +
-           "<p class=\"empty\">No failing calls among the results. <code>build/release/test/failing_calls "
-           "--json FILE</code> writes them.</p>\n</section>\n";
-  }
-  html += "<p>A library between backend and driver makes one call fail per run: the first call in the first "
-          "run, the second in the next, and so on. An error is clean if it names the call and the reason, "
-          "leaves no object behind, and the next session computes scalar's bits. Calls that only clean up "
-          "may fail silently.</p>\n";
-  html += quick_note(results, results.failing_calls);
-  for (const std::string& machine : results.machines) {
-    const Rows rows = results.of(results.failing_calls, machine);
-    if (rows.empty()) {
-      continue;
-    }
+  const SectionText text{
+      "failing calls", "Failing driver calls",
+      "<p class=\"empty\">No failing calls among the results. <code>build/release/test/failing_calls --json "
+      "FILE</code> writes them.</p>\n",
+      "<p>A library between backend and driver makes one call fail per run: the first call in the first "
+      "run, the second in the next, and so on. An error is clean if it names the call and the reason, "
+      "leaves no object behind, and the next session computes scalar's bits. Calls that only clean up "
+      "may fail silently.</p>\n"};
+  return section(results, results.failing_calls, anchors, text, [](const std::string&, const Rows& rows) {
     std::string table =
         table_start("failing-calls", {"backend", "API", "what happens", ">calls", ">failed", ">clean error",
                                       ">done without", ">session went on", ">not clean"});
     for (const FailingCallsRow& row : rows) {
       table += row_html(row);
     }
-    html += machine_heading(results, machine, anchors) + verdict_html(rows) +
-            folded("By backend and kind", table + std::string(table_end));
-  }
-  return html + "</section>\n";
+    return verdict_html(rows) + folded("By backend and kind", table + std::string(table_end));
+  });
 }
 
 } // namespace hdmbench::report

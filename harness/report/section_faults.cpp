@@ -149,21 +149,14 @@ std::string machine_html(const Rows& rows) {
 } // namespace
 
 std::string faults_section(const Results& results, Anchors& anchors) {
-  std::string html = "<section>\n" + heading(2, anchors.unique("faults"), "Planted faults");
-  if (results.faults.empty()) {
-    return html + no_data("planted faults", "faults") + "</section>\n";
-  }
-  html += "<p>Faults are planted one at a time: between the cross-check and a backend, in the text of the "
-          "shaders, and in the calls to the driver. For each of them the cross-check has to disagree on at "
-          "least one scene. Controls, such as rounding and -0, have to pass. A near-tie is certified only "
-          "where numbers round; on an exact scene none is.</p>\n";
-  for (const std::string& machine : results.machines) {
-    const Rows rows = results.of(results.faults, machine);
-    if (!rows.empty()) {
-      html += machine_heading(results, machine, anchors) + machine_html(rows);
-    }
-  }
-  return html + "</section>\n";
+  const SectionText text{
+      "faults", "Planted faults", no_data("planted faults", "faults"),
+      "<p>Faults are planted one at a time: between the cross-check and a backend, in the text of the "
+      "shaders, and in the calls to the driver. For each of them the cross-check has to disagree on at "
+      "least one scene. Controls, such as rounding and -0, have to pass. A near-tie is certified only "
+      "where numbers round; on an exact scene none is.</p>\n"};
+  return section(results, results.faults, anchors, text,
+                 [](const std::string&, const Rows& rows) { return machine_html(rows); });
 }
 
 } // namespace hdmbench::report

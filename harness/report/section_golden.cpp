@@ -99,26 +99,19 @@ std::optional<Summary> summarise_golden(const Results& results, const std::strin
 }
 
 std::string golden_section(const Results& results, Anchors& anchors) {
-  std::string html = "<section>\n" + heading(2, anchors.unique("golden"), "Golden hashes");
-  if (results.golden.empty()) {
-    return html + no_data("golden hashes", "golden") + "</section>\n";
-  }
-  html += "<p>The field after every level is hashed and compared with the hashes that are committed with the "
-          "program. So machines, compilers and versions are compared as well. The table shows the hash of "
-          "the full resolution.</p>\n";
-  for (const std::string& machine : results.machines) {
-    const std::vector<GoldenRow> rows = results.of(results.golden, machine);
-    if (rows.empty()) {
-      continue;
-    }
-    std::string table = table_start("golden", {"Scene", "Method", "Hash", "Backends"});
-    for (const Case& one : cases_of(rows)) {
-      table += case_html(one);
-    }
-    html += machine_heading(results, machine, anchors) +
-            folded("All " + plural(std::ssize(rows), "solution"), table + std::string(table_end));
-  }
-  return html + "</section>\n";
+  const SectionText text{
+      "golden", "Golden hashes", no_data("golden hashes", "golden"),
+      "<p>The field after every level is hashed and compared with the hashes that are committed with the "
+      "program. So machines, compilers and versions are compared as well. The table shows the hash of "
+      "the full resolution.</p>\n"};
+  return section(
+      results, results.golden, anchors, text, [](const std::string&, const std::vector<GoldenRow>& rows) {
+        std::string table = table_start("golden", {"Scene", "Method", "Hash", "Backends"});
+        for (const Case& one : cases_of(rows)) {
+          table += case_html(one);
+        }
+        return folded("All " + plural(std::ssize(rows), "solution"), table + std::string(table_end));
+      });
 }
 
 } // namespace hdmbench::report

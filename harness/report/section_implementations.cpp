@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <filesystem>
+
 namespace hdmbench::report {
 
 namespace {
@@ -29,31 +32,40 @@ std::string row_html(const ImplementationRow& row) {
   return html + "</tr>\n";
 }
 
+/// The page of `hdmbench browser`, where it stands beside the results.
+std::string browser_link(const Results& results) {
+  const bool there = std::ranges::any_of(results.sources, [](const Source& source) {
+    return std::filesystem::exists(source.file.parent_path() / "browser.html");
+  });
+  return there ? "<p><a href=\"browser.html\">The same comparison on the GPU of your browser</a>, without a "
+                 "network.</p>\n"
+               : "";
+}
+
 } // namespace
 
 std::string implementations_section(const Results& results, Anchors& anchors) {
-  std::string html = "<section>\n" + heading(2, anchors.unique("implementations"), "What runs where");
-  if (results.implementations.empty()) {
-    return html + no_data("comparisons on other implementations", "implementations") + "</section>\n";
-  }
-  html += "<p>The same comparison with scalar on every implementation of OpenGL and Vulkan that the machine "
-          "has, each "
-          "in a process of its own: one that hangs or crashes is a line here.</p>\n";
-  html += quick_note(results, results.implementations);
-  for (const std::string& machine : results.machines) {
-    const std::vector<ImplementationRow> rows = results.of(results.implementations, machine);
-    if (rows.empty()) {
-      continue;
-    }
-    html += machine_heading(results, machine, anchors) +
-            table_start("implementations", {"Backend", "Implementation", "Device", "Verdict", ">Scenes",
-                                            ">Comparisons", ">Sites compared", ">Time", ">Memory"});
-    for (const ImplementationRow& row : rows) {
-      html += row_html(row);
-    }
-    html += table_end;
-  }
-  return html + "</section>\n";
+  const std::string introduction = browser_link(results) +
+                                   "<p>The same comparison with scalar on every implementation of OpenGL and "
+                                   "Vulkan that the machine has, each in "
+                                   "a process of its own: one that hangs or crashes is a line here.</p>\n";
+  const std::string without_rows =
+      browser_link(results) + no_data("comparisons on other implementations", "implementations");
+  return section(results, results.implementations, anchors,
+                 {.anchor = "implementations",
+                  .title = "What runs where",
+
+                  .without_rows = without_rows,
+                  .introduction = introduction},
+                 [](const std::string&, const std::vector<ImplementationRow>& rows) {
+                   std::string table = table_start(
+                       "implementations", {"Backend", "Implementation", "Device", "Verdict", ">Scenes",
+                                           ">Comparisons", ">Sites compared", ">Time", ">Memory"});
+                   for (const ImplementationRow& row : rows) {
+                     table += row_html(row);
+                   }
+                   return table + std::string(table_end);
+                 });
 }
 
 } // namespace hdmbench::report

@@ -165,20 +165,10 @@ FILE</code> in the build folder's test/ produces them.</p>
 } // namespace
 
 std::string instructions_section(const Results& results, Anchors& anchors) {
-  std::string html =
-      "<section>\n" +
-      heading(2, anchors.unique("instructions"), "Instruction counts on the thesis's graphics card") +
-      std::string(introduction);
-  if (results.instructions.empty()) {
-    return html + std::string(no_counts) + "</section>\n";
-  }
-  for (const std::string& machine : results.machines) {
-    const Rows rows = results.of(results.instructions, machine);
-    if (!rows.empty()) {
-      html += machine_heading(results, machine, anchors) + machine_html(rows);
-    }
-  }
-  return html + "</section>\n";
+  const SectionText text{"instructions", "Instruction counts on the thesis's graphics card",
+                         std::string(introduction) + std::string(no_counts), introduction};
+  return section(results, results.instructions, anchors, text,
+                 [](const std::string&, const Rows& rows) { return machine_html(rows); });
 }
 
 } // namespace hdmbench::report

@@ -1,4 +1,3 @@
-#include "harness/report/figure_scaling.hpp"
 #include "harness/report/sections.hpp"
 #include "harness/report/speed_tables.hpp"
 #include "harness/report/timings.hpp"
@@ -242,27 +241,21 @@ std::string scene_html(const Results& results, const std::string& machine, const
 } // namespace
 
 std::string speed_section(const Results& results, Anchors& anchors) {
-  std::string html = "<section>\n" + heading(2, anchors.unique("speed"), "Speed");
-  if (results.bench.empty()) {
-    return html + no_data("timings", "bench") + "</section>\n";
-  }
-  html +=
+  const SectionText text{
+      "speed", "Speed", no_data("timings", "bench"),
       R"(<p>Median seconds for the whole pyramid, smallest and largest sample beneath, and the speed-up over scalar on
 the same machine. In the plots each sample is a faint point, the median a line; dashed is the thesis, dotted is with tiles at rest left out.</p>
-)";
-  html += quick_note(results, results.bench);
-  for (const std::string& machine : results.machines) {
+)"};
+  return section(results, results.bench, anchors, text, [&](const std::string& machine, const auto&) {
     const std::vector<SceneTimings> scenes = scene_timings(results, machine);
-    if (!scenes.empty()) {
-      html += machine_heading(results, machine, anchors) + legacy_sentence(scenes);
-    }
+    std::string html = legacy_sentence(scenes);
     for (const SceneTimings& timings : scenes) {
       html += scene_html(results, machine, timings, anchors, &timings == &scenes.front());
     }
     const int level = results.machines.size() > 1 ? 4 : 3;
-    html += active_table(scenes, level, anchors) + ceilings_table(scenes, level, anchors);
-  }
-  return html + "</section>\n";
+    html += active_table(scenes, level, anchors);
+    return html + ceilings_table(scenes, level, anchors);
+  });
 }
 
 } // namespace hdmbench::report

@@ -252,8 +252,8 @@ std::string requests_table(const std::vector<TradeoffScene>& scenes) {
          "it.</p>\n";
 }
 
-std::string machine_html(const Results& results, const std::string& machine, Anchors& anchors) {
-  const std::vector<TradeoffRow> rows = results.of(results.tradeoff, machine);
+std::string machine_html(const Results& results, const std::string& machine,
+                         const std::vector<TradeoffRow>& rows, Anchors& anchors) {
   const std::vector<TradeoffScene> scenes = scenes_of(rows);
   const std::vector<std::string> backends = distinct(rows, &hdmbench::TradeoffRow::backend);
   std::string html = "<div class=\"tradeoff\">\n" + switches(anchors) +
@@ -285,23 +285,16 @@ std::string machine_html(const Results& results, const std::string& machine, Anc
 } // namespace
 
 std::string tradeoff_section(const Results& results, Anchors& anchors) {
-  std::string html = "<section>\n" + heading(2, anchors.unique("tradeoff"), "Speed and accuracy");
-  if (results.tradeoff.empty()) {
-    return html + no_data("points of speed and accuracy", "tradeoff") + "</section>\n";
-  }
-  html +=
+  const SectionText text{
+      "tradeoff", "Speed and accuracy", no_data("points of speed and accuracy", "tradeoff"),
       R"(<p>Every method at several efforts: the seconds of a whole solution and how far it then is from the truth. Lower
 left is better. The staircase is the Pareto front: nothing measured is both faster and nearer. A curve joins the
 efforts of one method on one backend. A cross is a result that is not scalar's to the bit, or none at all: it
 failed, diverged, or its backend is not there.</p>
-)";
-  html += quick_note(results, results.tradeoff);
-  for (const std::string& machine : results.machines) {
-    if (!results.of(results.tradeoff, machine).empty()) {
-      html += machine_heading(results, machine, anchors) + machine_html(results, machine, anchors);
-    }
-  }
-  return html + "</section>\n";
+)"};
+  return section(results, results.tradeoff, anchors, text, [&](const std::string& machine, const auto& rows) {
+    return machine_html(results, machine, rows, anchors);
+  });
 }
 
 } // namespace hdmbench::report

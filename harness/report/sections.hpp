@@ -58,4 +58,27 @@ quote: fewer iterations compared, fewer sizes timed than in a full run.</p>
   return {};
 }
 
+/// What a part of the page says before its rows and, without any, in their place: HTML, but for the title.
+struct SectionText {
+  std::string_view anchor;
+  std::string_view title;
+  std::string without_rows;
+  std::string_view introduction{};
+};
+
+/// A part of the page from the rows of a command: for each machine that has some, `content(machine, rows)`.
+template <typename Row, typename Content>
+[[nodiscard]] std::string section(const Results& results, const std::vector<Row>& rows, Anchors& anchors,
+                                  const SectionText& text, const Content& content) {
+  std::string html = "<section>\n" + heading(2, anchors.unique(text.anchor), text.title);
+  html += rows.empty() ? text.without_rows : std::string(text.introduction) + quick_note(results, rows);
+  for (const std::string& machine : results.machines) {
+    const std::vector<Row> of_machine = results.of(rows, machine);
+    if (!of_machine.empty()) {
+      html += machine_heading(results, machine, anchors) + content(machine, of_machine);
+    }
+  }
+  return html + "</section>\n";
+}
+
 } // namespace hdmbench::report

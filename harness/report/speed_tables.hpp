@@ -16,6 +16,11 @@ namespace hdmbench::report {
 /// Per scene, size and backend: how many times as fast as dense it is to leave out what cannot change.
 [[nodiscard]] std::string active_table(const std::vector<SceneTimings>& scenes, int level, Anchors& anchors);
 
+/// How many times as fast the backends become with more threads, with the line of as many times as threads: a
+/// <figure> of the scene's largest size that was timed with several numbers of threads. Empty where none was.
+[[nodiscard]] std::string scaling_figure(const Results& results, const std::string& machine,
+                                         const std::string& scene, Anchors& anchors);
+
 /// Per backend: bytes and operations of a site update, their rates, and the share of the ceiling that binds.
 /// The first scene that has them, at its largest size; the others folded away.
 [[nodiscard]] std::string ceilings_table(const std::vector<SceneTimings>& scenes, int level,

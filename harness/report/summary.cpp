@@ -37,6 +37,13 @@ std::string agreement(const Results& results) {
   if (const auto golden = summarise_golden(results)) {
     text += lines_of(*golden);
   }
+  const auto ran = std::ranges::count_if(
+      results.implementations, [](const ImplementationRow& row) { return row.outcome != Outcome::absent; });
+  if (ran > 0) {
+    const auto passed =
+        std::ranges::count(results.implementations, Outcome::passed, &ImplementationRow::outcome);
+    text += fmt::format("  {} of {} backends on other drivers agree with scalar, too.\n", passed, ran);
+  }
   const auto tried = std::ranges::count_if(results.faults,
                                            [](const FaultRow& row) { return row.ran() || !row.as_expected; });
   if (tried > 0) {
@@ -60,7 +67,7 @@ std::string agreement(const Results& results) {
 std::string speed(const Results& results, const std::string& machine) {
   for (const SceneTimings& timings : scene_timings(results, machine)) {
     for (auto size = timings.sizes.rbegin(); size != timings.sizes.rend(); ++size) {
-      Table table({{"backend", Align::left}, {"seconds"}, {"over scalar"}, {"million sites/s"}});
+      Table table({"<backend", "seconds", "over scalar", "million sites/s"});
       bool beside_scalar = false;
       for (const SceneTimings::Line& line : timings.lines) {
         const BenchRow* const row = SceneTimings::find(line, *size);
@@ -88,7 +95,7 @@ std::string accuracy(const Results& results, const std::string& machine) {
   if (!summary) {
     return {};
   }
-  Table table({{"RMSD to finite elements [px]", Align::left}, {"ICM"}, {"fixed point"}, {"interpolation"}});
+  Table table({"<RMSD to finite elements [px]", "ICM", "fixed point", "interpolation"});
   const auto cell = [](const AccuracyRow* row) {
     return row != nullptr && row->to_fem_nu0.all ? distance_text(*row->to_fem_nu0.all) : std::string("-");
   };
@@ -101,11 +108,7 @@ std::string accuracy(const Results& results, const std::string& machine) {
 
 // The fastest way to an accuracy beside finite elements.
 std::string tradeoff(const std::vector<EqualAccuracyRow>& rows) {
-  Table table({{"scene", Align::left},
-               {"RMSD at most [px]"},
-               {"fastest", Align::left},
-               {"seconds"},
-               {"finite elements take"}});
+  Table table({"<scene", "RMSD at most [px]", "<fastest", "seconds", "finite elements take"});
   for (const EqualAccuracyRow& row : rows) {
     if (row.ours) {
       table.add({fmt::format("{}, {}", row.scene, size_text(row.width, row.height)),

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace hdmbench {
@@ -10,8 +11,13 @@ class Table {
 public:
   enum class Align { left, right };
   struct Column {
+    /// A title that begins with '<' stands over words, to the left.
+    Column(const char* text)
+        : title(*text == '<' ? text + 1 : text), align(*text == '<' ? Align::left : Align::right) {}
+    Column(std::string title_, Align align_ = Align::right) : title(std::move(title_)), align(align_) {}
+
     std::string title;
-    Align align = Align::right;
+    Align align;
   };
 
   explicit Table(std::vector<Column> columns);

@@ -39,7 +39,7 @@ struct SceneTimings {
 
 /// Scenes of the thesis first, in its order. A speed-up is taken back where the verify rows of the same
 /// machine, scene, backend and device disagree: `reason` says so. Of rows that differ in threads only the one
-/// with the most stays; figure_scaling.hpp has the others.
+/// with the most stays; scaling_figure has the others.
 [[nodiscard]] std::vector<SceneTimings> scene_timings(const Results& results, const std::string& machine);
 
 /// "icm" of "icm-active".

@@ -1,4 +1,4 @@
-#include "harness/scene/conditions.hpp"
+#include "harness/scene/scene_content.hpp"
 
 #include "harness/scene/outline.hpp"
 #include "kernels/data/input_error.hpp"

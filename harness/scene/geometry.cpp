@@ -1,4 +1,4 @@
-#include "harness/scene/geometry.hpp"
+#include "harness/scene/scene_content.hpp"
 
 #include "kernels/data/input_error.hpp"
 

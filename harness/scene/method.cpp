@@ -98,6 +98,19 @@ const std::array all{
     Method{"krylov", "a Krylov method with a multigrid cycle as its preconditioner", "Krylov steps", 5,
            no_options, corrected<Cycle::krylov>}};
 
+/// Levels, their order and their sweeps are the method's own; what counts is cycles.
+void elastic(Schedule& schedule, Level& /*level*/) {
+  schedule.cycle = Cycle::multigrid;
+}
+
+const std::array all_elastic{
+    Method{elastic_full_multigrid, "from the coarsest level up, a W cycle on each, then cycles",
+           "cycles on the full resolution", 2, no_options, elastic, EnergyModel::elastic},
+    Method{elastic_conjugate_gradients, "after full multigrid: its cycle as preconditioner", "steps", 8,
+           no_options, elastic, EnergyModel::elastic},
+    Method{elastic_sweeps, "damped Jacobi sweeps over the full resolution, no levels", "sweeps", 50,
+           no_options, elastic, EnergyModel::elastic}};
+
 /// What results call the options, in the order of their bits.
 constexpr std::array<std::string_view, 5> names_of_options{"steps", "update", "relaxation", "temperatures",
                                                            "seed"};
@@ -154,6 +167,14 @@ std::span<const Method> methods() {
   return all;
 }
 
+std::span<const Method> elastic_methods() {
+  return all_elastic;
+}
+
+const Method& usual_method(EnergyModel energy) {
+  return energy == EnergyModel::elastic ? all_elastic.front() : all.front();
+}
+
 std::string option_names(unsigned options) {
   std::string names;
   for (std::size_t bit = 0; bit < names_of_options.size(); ++bit) {
@@ -164,14 +185,16 @@ std::string option_names(unsigned options) {
   return names;
 }
 
-const Method& find_method(std::string_view name) {
-  const auto found = std::ranges::find(all, name, &Method::name);
-  if (found == all.end()) {
+const Method& find_method(std::string_view name, EnergyModel energy) {
+  const std::span<const Method> known = energy == EnergyModel::elastic ? elastic_methods() : methods();
+  const auto found = std::ranges::find(known, name, &Method::name);
+  if (found == known.end()) {
     std::string names;
-    for (const Method& method : all) {
+    for (const Method& method : known) {
       names += fmt::format("{}{}", names.empty() ? "" : ", ", method.name);
     }
-    throw InputError(fmt::format("there is no method \"{}\"; the methods are {}", name, names));
+    throw InputError(fmt::format("there is no method \"{}\"{}; the methods are {}", name,
+                                 energy == EnergyModel::elastic ? " for the elastic energy" : "", names));
   }
   return *found;
 }
@@ -187,11 +210,12 @@ void use_method(Scene& scene, const Method& method, std::optional<int> iteration
   scene.full.update = Update::simultaneous;
   method.configure(schedule, scene.full);
   scene.schedule = schedule;
+  scene.energy = method.energy;
   set_options(scene, {.iterations = iterations});
 }
 
 void set_options(Scene& scene, const MethodOptions& options) {
-  const Method& method = find_method(scene.schedule.method);
+  const Method& method = find_method(scene.schedule.method, scene.energy);
   require_taken(method, options);
   require_in_range(options);
   Schedule schedule = scene.schedule;

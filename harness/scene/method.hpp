@@ -41,20 +41,29 @@ struct Method {
   unsigned options;         ///< a sum of MethodOption
   /// Of the level it changes steps and update.
   void (*configure)(Schedule& schedule, Level& level);
+  EnergyModel energy = EnergyModel::hdm; ///< which it is for
 };
 
-/// All methods, the thesis's first.
+/// All methods of the thesis's energy, its own first.
 [[nodiscard]] std::span<const Method> methods();
+
+inline constexpr std::string_view elastic_full_multigrid = "full-multigrid";
+inline constexpr std::string_view elastic_conjugate_gradients = "conjugate-gradients";
+inline constexpr std::string_view elastic_sweeps = "sweeps";
+/// Those of the elastic energy, the usual one first.
+[[nodiscard]] std::span<const Method> elastic_methods();
 
 /// The options of a set as the command line calls them: "steps, update"; empty for none.
 [[nodiscard]] std::string option_names(unsigned options);
 
 /// Throws InputError that lists the names.
-[[nodiscard]] const Method& find_method(std::string_view name);
+[[nodiscard]] const Method& find_method(std::string_view name, EnergyModel energy = EnergyModel::hdm);
+/// Where nobody says: the first of the energy's.
+[[nodiscard]] const Method& usual_method(EnergyModel energy);
 
-/// Makes `scene` use the method: schedule, and steps, update and seed of scene.full; `iterations` replaces
-/// the usual effort. What the scene says of stop, start level, alignment and conditions stays. Throws
-/// InputError.
+/// Makes `scene` use the method and its energy: schedule, and steps, update and seed of scene.full;
+/// `iterations` replaces the usual effort. What the scene says of stop, start level, alignment and conditions
+/// stays. Throws InputError.
 void use_method(Scene& scene, const Method& method, std::optional<int> iterations = std::nullopt);
 
 /// Changes the method that the scene has (scene.schedule.method). Throws InputError, and changes nothing,

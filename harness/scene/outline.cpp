@@ -1,5 +1,7 @@
 #include "harness/scene/outline.hpp"
 
+#include "harness/scene/sites.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -167,11 +169,8 @@ std::vector<bool> close_gaps(const std::vector<bool>& inside, Extent extent, dou
   const int frame = static_cast<int>(std::ceil(radius)) + 1;
   const Extent framed{extent.width + 2 * frame, extent.height + 2 * frame};
   std::vector<bool> region(framed.sites());
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      region[framed.index(x + frame, y + frame)] = inside[extent.index(x, y)];
-    }
-  }
+  for_each_site(
+      extent, [&](int x, int y) { region[framed.index(x + frame, y + frame)] = inside[extent.index(x, y)]; });
   {
     const std::vector<double> to_region = squared_distance(region, true, framed);
     for (std::size_t i = 0; i < region.size(); ++i) {
@@ -180,12 +179,10 @@ std::vector<bool> close_gaps(const std::vector<bool>& inside, Extent extent, dou
   }
   const std::vector<double> to_outside = squared_distance(region, false, framed);
   std::vector<bool> closed(inside);
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      const auto i = extent.index(x, y);
-      closed[i] = closed[i] || to_outside[framed.index(x + frame, y + frame)] > radius * radius;
-    }
-  }
+  for_each_site(extent, [&](int x, int y) {
+    const auto i = extent.index(x, y);
+    closed[i] = closed[i] || to_outside[framed.index(x + frame, y + frame)] > radius * radius;
+  });
   return closed;
 }
 

@@ -1,4 +1,4 @@
-#include "harness/scene/random_content.hpp"
+#include "harness/scene/scene_content.hpp"
 
 #include <algorithm>
 #include <array>

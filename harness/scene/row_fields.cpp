@@ -40,16 +40,11 @@ bool Fields::has(std::string_view key) const {
 }
 
 void require_samples(const std::vector<double>& seconds, const std::optional<double>& median) {
-  if (seconds.empty() || !median) {
-    throw Contradiction{"valid", "is true although there are no seconds"};
-  }
+  refuse_if(seconds.empty() || !median, "valid", "is true although there are no seconds");
   const auto [low, high] = std::ranges::minmax(seconds);
-  if (low <= 0.0) {
-    throw Contradiction{"seconds", "must be greater than 0"};
-  }
-  if (*median < low || *median > high) {
-    throw Contradiction{"seconds_median", "is not between the smallest and the largest of \"seconds\""};
-  }
+  refuse_if(low <= 0.0, "seconds", "must be greater than 0");
+  refuse_if(*median < low || *median > high, "seconds_median",
+            "is not between the smallest and the largest of \"seconds\"");
 }
 
 namespace json_value {

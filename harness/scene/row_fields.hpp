@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -15,7 +16,6 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
-#include <utility>
 #include <vector>
 
 /// Rows of result files: a struct whose fields one function lists, from which it is both written and read.
@@ -38,6 +38,15 @@ struct Contradiction {
   std::string key;  ///< of the row: "seconds"
   std::string what; ///< the sentence that begins with the key: "must be greater than 0"
 };
+
+/// Throws Contradiction where a row is wrong about its `key`; `what` and `parts` are fmt's.
+template <typename... Parts>
+void refuse_if(bool is_wrong, std::string_view key, fmt::format_string<const Parts&...> what,
+               const Parts&... parts) {
+  if (is_wrong) {
+    throw Contradiction{std::string(key), fmt::format(what, parts...)};
+  }
+}
 
 /// Where a value stands: "results[3].seconds" of a file.
 struct JsonPlace {

@@ -1,11 +1,9 @@
 #include "harness/scene/scene.hpp"
 
-#include "harness/scene/conditions.hpp"
 #include "harness/scene/file_input.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
-#include "harness/scene/random_content.hpp"
 #include "harness/scene/scene_content.hpp"
 #include "harness/scene/toml_reader.hpp"
 #include "kernels/data/input_error.hpp"
@@ -16,7 +14,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
 
@@ -47,9 +44,9 @@ void read_method(TomlReader& table, Scene& scene) {
   if (table.has("seed")) {
     options.seed = table.integer("seed");
   }
-  const std::string name = table.text("method", scene.schedule.method);
+  const std::string name = table.text("method", usual_method(scene.energy).name);
   try {
-    use_method(scene, find_method(name));
+    use_method(scene, find_method(name, scene.energy));
     set_options(scene, options);
   } catch (const InputError& error) {
     table.fail(table.has("method") ? "method" : "iterations", error.what());
@@ -61,6 +58,10 @@ void read_method(TomlReader& table, Scene& scene) {
 void read_schedule(TomlReader& table, bool at_own_size, Scene& scene) {
   Schedule& schedule = scene.schedule;
   read_method(table, scene);
+  if (scene.energy == EnergyModel::elastic) { // has no other keys
+    table.finish();
+    return;
+  }
   schedule.stop = static_cast<Stop>(table.choice("stop", stop_names, 0));
   schedule.epsilon = table.number("epsilon", schedule.epsilon);
   if (table.has("start_level")) {
@@ -157,7 +158,8 @@ void read_exact(TomlReader& reader, const SceneOptions& options, Scene& scene) {
   if (!reader.boolean("exact", false)) {
     return;
   }
-  if (scene.schedule.rule != Rule::steps || scene.full.update == Update::sequential) {
+  if (scene.schedule.rule != Rule::steps || scene.full.update == Update::sequential ||
+      scene.energy != EnergyModel::hdm) {
     reader.fail("exact", "cannot be true: only icm and its variants in any number of colours can be proven");
   }
   scene.exact = interpolates_dyadically(scene);
@@ -234,6 +236,7 @@ Scene build(const toml::table& root, const std::string& name, const std::string&
   if (!(scene.poisson > -1.0 && scene.poisson <= 0.5)) {
     reader.fail("poisson", "must lie in (-1, 0.5]");
   }
+  scene.energy = static_cast<EnergyModel>(reader.choice("energy", energy_names, 0));
   TomlReader schedule = reader.table("schedule");
   read_schedule(schedule, !options.size, scene);
   read_exact(reader, options, scene);

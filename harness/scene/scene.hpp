@@ -50,6 +50,13 @@ struct Cooling {
   double lowest = 1e-3; ///< > 0
 };
 
+/// What a scene's displacement minimises.
+enum class EnergyModel {
+  hdm,    ///< the thesis's energy, or whatever Level::energy says
+  elastic ///< the strain energy of plane stress (kernels/specification/elastic)
+};
+inline constexpr std::array<std::string_view, 2> energy_names{"hdm", "elastic"};
+
 /// How the pyramid is run: thesis Alg. 3. The order of sites, the candidates and the seed are the level's.
 struct Schedule {
   std::string method = "icm"; ///< a name of harness/scene/method.hpp
@@ -91,7 +98,9 @@ struct Scene {
   ScalarField picture;  ///< gray values 0 ... 255, only to look at; empty where !is_inspected(extent())
   LabelField labels;    ///< the segmentation the moduli come from; empty where there was none, likewise
   double spacing = 1.0; ///< millimetres per pixel
-  double poisson = 0.3; ///< Poisson's ratio of all tissues, for the finite elements; HDM has none
+  EnergyModel energy = EnergyModel::hdm; ///< changed by use_method
+  double poisson =
+      0.3; ///< Poisson's ratio of all tissues, for finite elements and elastic energy; HDM has none
   /// Declared, and checked by verify: every intermediate of every sweep is exact in float32, so that no
   /// compiler's choice of operations can change a bit.
   bool exact = false;

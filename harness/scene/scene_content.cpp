@@ -1,6 +1,5 @@
 #include "harness/scene/scene_content.hpp"
 
-#include "harness/scene/geometry.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/scene.hpp"
 

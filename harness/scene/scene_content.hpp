@@ -2,15 +2,15 @@
 
 #include "harness/scene/label_field.hpp"
 #include "harness/scene/toml_reader.hpp"
-#include "kernels/data/field.hpp"
+#include "kernels/data/level.hpp"
 
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
 
-/// What the pixels of a scene file are made of (harness/scene/scenes/README.md). Everything here throws
-/// InputError with file, line and what to do.
+/// What the pixels of a scene file are made of, and the conditions on them (harness/scene/scenes/README.md).
+/// Everything here throws InputError with file, line and what to do.
 namespace hdmbench {
 
 /// What the pixels are made of, before conditions.
@@ -49,5 +49,21 @@ void stretch(ScalarField& picture);
 
 /// [[shape]]: painted in order.
 [[nodiscard]] Content read_shapes_content(TomlReader& scene, Extent size);
+
+/// Paints the [[shape]] tables in order, later ones over earlier ones. Positions and sizes are fractions of
+/// the image: 0 is its first column or row of pixel centres, 1 its last, so a shape keeps its place at every
+/// size. Throws InputError where a table is wrong or a pixel stays unpainted.
+[[nodiscard]] LabelField paint_shapes(TomlReader& scene, Extent extent);
+
+/// Fills level.modulus, target, confidence and `start` from a [random] table: seed, modulus = [low, high] in
+/// MPa, displacement (largest, px), grid (displacements are multiples of it, 0: any), observed (share of the
+/// components with confidence). The same on every machine: a 64-bit Mersenne twister and no library
+/// distribution. The extent of all must be set. Throws InputError.
+void fill_randomly(TomlReader& table, Level& level, VectorField& start);
+
+/// Applies the [[condition]] tables of a scene to level.target and level.confidence in order, later ones over
+/// earlier ones (harness/scene/scenes/README.md). Displacements are pixels at every size. `labels` tells
+/// where "outside" (label 0) is. Throws InputError.
+void apply_conditions(TomlReader& scene, const LabelField& labels, Level& level);
 
 } // namespace hdmbench

@@ -3,8 +3,6 @@
 #include "harness/scene/level_sequence.hpp"
 #include "harness/solve/stopwatch.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <utility>
 

@@ -1,5 +1,6 @@
 #include "harness/tools/energy_plane.hpp"
 
+#include "harness/scene/sites.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/thesis_energy.hpp"
 
@@ -47,11 +48,7 @@ void require_sites(const std::array<SiteIndex, 2>& sites, Extent extent) {
 double total_energy(const Level& level, const VectorField& displacement) {
   const ThesisEnergy energy(level, displacement);
   double sum = 0.0;
-  for (int y = 0; y < level.extent.height; ++y) {
-    for (int x = 0; x < level.extent.width; ++x) {
-      sum += site_energy(energy, {x, y});
-    }
-  }
+  for_each_site(level.extent, [&](int x, int y) { sum += site_energy(energy, {x, y}); });
   return sum;
 }
 
@@ -66,15 +63,13 @@ EnergyPlane energy_plane(const Level& level, VectorField displacement, const Ene
   };
   std::vector<SiteIndex> affected;
   double constant = 0.0;
-  for (int y = 0; y < level.extent.height; ++y) {
-    for (int x = 0; x < level.extent.width; ++x) {
-      if (sees({x, y})) {
-        affected.push_back({x, y});
-      } else {
-        constant += site_energy(energy, {x, y});
-      }
+  for_each_site(level.extent, [&](int x, int y) {
+    if (sees({x, y})) {
+      affected.push_back({x, y});
+    } else {
+      constant += site_energy(energy, {x, y});
     }
-  }
+  });
 
   EnergyPlane plane;
   for (int i = 0; i < options.points; ++i) {

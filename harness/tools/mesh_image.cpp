@@ -1,5 +1,6 @@
 #include "harness/tools/mesh_image.hpp"
 
+#include "harness/scene/sites.hpp"
 #include "harness/tools/node_buckets.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -212,13 +213,11 @@ MeshImage nearest_node_image(const Mesh& mesh, const PixelGrid& grid, double rea
   const auto nodes = nodes_in_pixels(mesh, grid);
   MeshImage image = undefined_image(grid.extent);
   const NodeBuckets buckets(nodes);
-  for (int y = 0; y < grid.extent.height; ++y) {
-    for (int x = 0; x < grid.extent.width; ++x) {
-      if (const auto nearest = buckets.nearest(x, y, reach)) {
-        define(image, grid.extent.index(x, y), nodes[*nearest].u, nodes[*nearest].v);
-      }
+  for_each_site(grid.extent, [&](int x, int y) {
+    if (const auto nearest = buckets.nearest(x, y, reach)) {
+      define(image, grid.extent.index(x, y), nodes[*nearest].u, nodes[*nearest].v);
     }
-  }
+  });
   return image;
 }
 

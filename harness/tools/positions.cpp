@@ -1,6 +1,7 @@
 #include "harness/tools/positions.hpp"
 
 #include "harness/scene/file_input.hpp"
+#include "harness/scene/sites.hpp"
 #include "harness/tools/field_lines.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/level.hpp"
@@ -104,13 +105,11 @@ Image<VectorField> read_positions(const std::filesystem::path& file) {
 
 VectorField displacements_from_positions(const VectorField& positions) {
   VectorField displacement(positions.extent);
-  for (int y = 0; y < positions.extent.height; ++y) {
-    for (int x = 0; x < positions.extent.width; ++x) {
-      const auto site = positions.extent.index(x, y);
-      displacement.x[site] = static_cast<float>(double{positions.x[site]} - x);
-      displacement.y[site] = static_cast<float>(double{positions.y[site]} - y);
-    }
-  }
+  for_each_site(positions.extent, [&](int x, int y) {
+    const auto site = positions.extent.index(x, y);
+    displacement.x[site] = static_cast<float>(double{positions.x[site]} - x);
+    displacement.y[site] = static_cast<float>(double{positions.y[site]} - y);
+  });
   return displacement;
 }
 

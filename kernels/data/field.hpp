@@ -54,8 +54,8 @@ struct DoubleField {
   [[nodiscard]] VectorField to_float() const {
     const auto round = [](double value) { return static_cast<float>(value); };
     VectorField field(extent);
-    std::ranges::transform(x, field.x.begin(), round);
-    std::ranges::transform(y, field.y.begin(), round);
+    std::transform(x.begin(), x.end(), field.x.begin(), round);
+    std::transform(y.begin(), y.end(), field.y.begin(), round);
     return field;
   }
 

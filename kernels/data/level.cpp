@@ -53,17 +53,6 @@ bool is_finite(float value) {
 
 } // namespace
 
-int sweeps_per_iteration(const Level& level) {
-  switch (level.update) {
-  case Update::coloured:
-    return level.energy->coloured_sets;
-  case Update::four_coloured:
-    return 4;
-  default:
-    return 1;
-  }
-}
-
 Level without_fields(const Level& level) {
   return {.extent = level.extent,
           .energy = level.energy,
@@ -73,16 +62,6 @@ Level without_fields(const Level& level) {
           .rule = level.rule,
           .strengths = level.strengths,
           .seed = level.seed};
-}
-
-SweepState sweep_state(const Level& level, int number) {
-  SweepState state{.colour = static_cast<float>(number % sweeps_per_iteration(level)),
-                   .number = static_cast<float>(number),
-                   .seed = static_cast<float>(level.seed)};
-  if (!level.strengths.empty()) {
-    state.strength = level.strengths[std::min(static_cast<std::size_t>(number), level.strengths.size() - 1)];
-  }
-  return state;
 }
 
 bool changes_spread_by_contact(const Level& level) {

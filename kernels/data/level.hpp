@@ -4,6 +4,7 @@
 #include "kernels/data/field.hpp"
 #include "kernels/data/step_set.hpp"
 
+#include <algorithm>
 #include <vector>
 
 namespace hdmbench {
@@ -56,12 +57,29 @@ struct SweepState {
 
 /// How many sweeps make one iteration, every component once: as many as there are sets of sites that move in
 /// turn.
-[[nodiscard]] int sweeps_per_iteration(const Level& level);
+[[nodiscard]] inline int sweeps_per_iteration(const Level& level) {
+  switch (level.update) {
+  case Update::coloured:
+    return level.energy->coloured_sets;
+  case Update::four_coloured:
+    return 4;
+  default:
+    return 1;
+  }
+}
 
 /// The level without its arrays: all that sweep_state() reads, cheap to keep.
 [[nodiscard]] Level without_fields(const Level& level);
 
-[[nodiscard]] SweepState sweep_state(const Level& level, int number);
+[[nodiscard]] inline SweepState sweep_state(const Level& level, int number) {
+  SweepState state{.colour = static_cast<float>(number % sweeps_per_iteration(level)),
+                   .number = static_cast<float>(number),
+                   .seed = static_cast<float>(level.seed)};
+  if (!level.strengths.empty()) {
+    state.strength = level.strengths[std::min(static_cast<std::size_t>(number), level.strengths.size() - 1)];
+  }
+  return state;
+}
 
 /// Whether the rule reads inverse_curvature.
 [[nodiscard]] constexpr bool needs_inverse_curvature(Rule rule) {

@@ -1,13 +1,11 @@
 #include "kernels/data/step_set.hpp"
 
-#include "kernels/data/default_steps.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <vector>
 
 namespace hdmbench {
@@ -35,25 +33,6 @@ float parse_number(std::string_view word, std::string_view whole) {
 }
 
 } // namespace
-
-StepSet::StepSet() : StepSet(default_steps) {}
-
-StepSet::StepSet(std::span<const float> values) {
-  if (values.empty()) {
-    throw InputError("the step set is empty: give at least one candidate, for example 0,-1,1");
-  }
-  if (values.size() > maximum_count) {
-    throw InputError(
-        fmt::format("the step set has {} candidates, at most {} are possible", values.size(), maximum_count));
-  }
-  for (const float value : values) {
-    if (!std::isfinite(value)) {
-      throw InputError(fmt::format("the step set has the candidate {}, all must be finite", value));
-    }
-  }
-  std::ranges::copy(values, values_.begin());
-  count_ = static_cast<int>(values.size());
-}
 
 StepSet StepSet::parse(std::string_view text) {
   if (text == "default") {

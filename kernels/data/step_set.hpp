@@ -1,6 +1,10 @@
 #pragma once
 
+#include "kernels/data/default_steps.hpp"
+#include "kernels/data/input_error.hpp"
+
 #include <array>
+#include <cmath>
 #include <span>
 #include <string>
 #include <string_view>
@@ -15,10 +19,22 @@ public:
   static constexpr int maximum_count = 16;
 
   /// {0, -1, -0.1, +1, +0.1}: 0 stands first, so a site stays where moving does not pay.
-  StepSet();
+  StepSet() : StepSet(default_steps) {}
 
   /// 1 to 16 finite values. Throws InputError.
-  explicit StepSet(std::span<const float> values);
+  explicit StepSet(std::span<const float> values) : count_(static_cast<int>(values.size())) {
+    if (values.empty() || values.size() > maximum_count) {
+      throw InputError("the step set has " + std::to_string(values.size()) +
+                       " candidates; give 1 to 16, for example 0,-1,1");
+    }
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (!std::isfinite(values[i])) {
+        throw InputError("the step set has the candidate " + std::to_string(values[i]) +
+                         ", all must be finite");
+      }
+      values_[i] = values[i];
+    }
+  }
 
   /// "default"; "thesis" {-1, -0.1, +1, +0.1} (the printed set with its misprint mended: without 0 the field
   /// never rests); "fine" (default and -0.01, +0.01); or numbers with commas between, "0,-1,1". Throws

@@ -150,8 +150,7 @@ std::optional<std::string> reason_to_skip(const nlohmann::json& committed) {
 
 /// Whether all counts are as committed.
 bool check(const nlohmann::json& results, const std::vector<Row>& rows) {
-  Table table(
-      {{"kernel", Table::Align::left}, {"scene", Table::Align::left}, {"committed"}, {"now"}, {"change"}});
+  Table table({"<kernel", "<scene", "committed", "now", "change"});
   bool good = true;
   for (const Row& row : rows) {
     const std::string name = row.kernel == "planted" ? "openmp-avx2" : row.kernel;

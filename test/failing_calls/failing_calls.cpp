@@ -5,7 +5,6 @@
 #include "harness/check/failing_calls_row.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
-#include "harness/scene/file_output.hpp"
 #include "harness/solve/progress.hpp"
 #include "kernels/data/input_error.hpp"
 #include "test/failing_calls/trial.hpp"
@@ -48,20 +47,10 @@ const std::array<Subject, 5>& subjects() {
 }
 
 /// All runs of one kind on one backend.
-struct Row {
-  std::string backend;
-  const Kind* kind;
-  std::int64_t calls = 0;
-  std::int64_t clean = 0;
-  std::int64_t succeeded = 0;
-  std::int64_t went_on = 0;
-  std::vector<std::string> unclean{};
+struct Row : FailingCallsRow {
+  const Kind* own_kind = nullptr;
   bool absent = false; ///< the backend is not there; `unclean` is empty and `reason` says why
   std::string reason{};
-
-  [[nodiscard]] std::int64_t failed() const {
-    return clean + succeeded + static_cast<std::int64_t>(unclean.size());
-  }
 };
 
 // The child, a process per kind: what crashes or hangs takes nothing else along. Its standard output is a
@@ -114,8 +103,9 @@ std::string end_of(int status) {
 /// Runs a child from the `first` call on. Returns the call from which another child has to go on, 0: all
 /// done.
 int watch_child(const std::string& program, Row& row, int first, int stride, bool verbose) {
-  const std::string command = fmt::format("exec '{}' --child '{}' --kind '{}/{}' --first {} --every {}",
-                                          program, row.backend, row.kind->api, row.kind->name, first, stride);
+  const std::string command =
+      fmt::format("exec '{}' --child '{}' --kind '{}/{}' --first {} --every {}", program, row.backend,
+                  row.own_kind->api, row.own_kind->name, first, stride);
   FILE* pipe = popen(command.c_str(), "r");
   if (pipe == nullptr) {
     throw std::runtime_error("popen failed");
@@ -141,7 +131,7 @@ int watch_child(const std::string& program, Row& row, int first, int stride, boo
       const std::string told =
           fmt::format("{} {}: {}", at, line["call"].get<std::string>(), line["what"].get<std::string>());
       if (verbose) {
-        fmt::print("{} {}\n", row.kind->name, told);
+        fmt::print("{} {}\n", row.own_kind->name, told);
       }
       row.went_on += line["went_on"].get<bool>() ? 1 : 0;
       switch (static_cast<Ending>(line["ending"].get<int>())) {
@@ -161,6 +151,7 @@ int watch_child(const std::string& program, Row& row, int first, int stride, boo
   if (status != 0) {
     row.unclean.push_back(fmt::format("{}: {}", at, end_of(status)));
   }
+  row.failed = row.clean + row.succeeded + std::ssize(row.unclean);
   return running ? at + stride : 0;
 }
 
@@ -173,7 +164,7 @@ std::vector<Row> rows_of(const std::vector<std::string>& wanted) {
     for (const std::string_view api : subject.apis) {
       for (const Kind& kind : kinds()) {
         if (kind.api == api) {
-          rows.push_back({.backend = subject.backend, .kind = &kind});
+          rows.push_back({{subject.backend, std::string(kind.api), std::string(kind.name)}, &kind});
         }
       }
     }
@@ -212,9 +203,9 @@ void fill(std::vector<Row>& rows, bool quick, bool verbose) {
     for (std::size_t i = next++; i < rows.size(); i = next++) {
       {
         const std::lock_guard lock(mutex);
-        progress.describe(fmt::format("{}: {}", rows[i].backend, rows[i].kind->name));
+        progress.describe(fmt::format("{}: {}", rows[i].backend, rows[i].own_kind->name));
       }
-      auto [first, stride] = quick ? turn_of(*rows[i].kind) : Turn{};
+      auto [first, stride] = quick ? turn_of(*rows[i].own_kind) : Turn{};
       while (first > 0) {
         first = watch_child(program, rows[i], first, stride, verbose);
       }
@@ -232,29 +223,19 @@ void fill(std::vector<Row>& rows, bool quick, bool verbose) {
 }
 
 void print(const std::vector<Row>& rows) {
-  using Align = Table::Align;
-  Table table({{"backend", Align::left},
-               {"API", Align::left},
-               {"what happens", Align::left},
-               {"calls"},
-               {"failed"},
-               {"clean errors"},
-               {"succeeded anyway"},
-               {"not clean"},
-               {"session went on"}});
+  Table table({"<backend", "<API", "<what happens", "calls", "failed", "clean errors", "succeeded anyway",
+               "not clean", "session went on"});
   std::string unclean;
   for (const Row& row : rows) {
     if (row.absent) {
-      table.add({row.backend, std::string(row.kind->api), std::string(row.kind->name), "not there", "", "",
-                 "", "", ""});
+      table.add({row.backend, row.api, row.kind, "not there", "", "", "", "", ""});
       continue;
     }
-    table.add({row.backend, std::string(row.kind->api), std::string(row.kind->name),
-               std::to_string(row.calls), std::to_string(row.failed()), std::to_string(row.clean),
-               std::to_string(row.succeeded), std::to_string(row.unclean.size()),
+    table.add({row.backend, row.api, row.kind, std::to_string(row.calls), std::to_string(row.failed),
+               std::to_string(row.clean), std::to_string(row.succeeded), std::to_string(row.unclean.size()),
                std::to_string(row.went_on)});
     for (const std::string& what : row.unclean) {
-      unclean += fmt::format("  {}, {} {}, call {}\n", row.backend, row.kind->api, row.kind->name, what);
+      unclean += fmt::format("  {}, {} {}, call {}\n", row.backend, row.api, row.kind, what);
     }
   }
   fmt::print("{}", table.text());
@@ -267,15 +248,7 @@ json to_json(const std::vector<Row>& rows) {
   json all = json::array();
   for (const Row& row : rows) {
     if (!row.absent) {
-      all.push_back(to_json_row(FailingCallsRow{.backend = row.backend,
-                                                .api = std::string(row.kind->api),
-                                                .kind = std::string(row.kind->name),
-                                                .calls = row.calls,
-                                                .failed = row.failed(),
-                                                .clean = row.clean,
-                                                .succeeded = row.succeeded,
-                                                .went_on = row.went_on,
-                                                .unclean = row.unclean}));
+      all.push_back(to_json_row<FailingCallsRow>(row));
     }
   }
   return all;
@@ -311,16 +284,12 @@ int run(int argc, char** argv) {
     run_child(child, kind_of(kind.substr(0, slash), kind.substr(slash + 1)), first, stride);
     return 0;
   }
-  if (!file.empty()) {
-    require_writable(file);
-  }
+  require_results_writable(file);
   std::vector<Row> rows = rows_of(backends);
   fill(rows, quick, verbose);
   print(rows);
-  if (!file.empty()) {
-    write_results(file, "failing-calls",
-                  run_context(quick ? "failing_calls --quick" : "failing_calls", quick), to_json(rows));
-  }
+  write_results(file, "failing-calls", run_context(quick ? "failing_calls --quick" : "failing_calls", quick),
+                to_json(rows));
   if (std::ranges::all_of(rows, &Row::absent)) {
     fmt::print("\nNone of the backends is there: {}\n", rows.front().reason);
     return nothing_to_test;

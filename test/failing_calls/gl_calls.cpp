@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cstring>
 #include <string_view>
-#include <type_traits>
 #include <utility>
 
 // Compiled into libEGL and libOSMesa each, with hidden symbols: the addresses of the one's driver are not the

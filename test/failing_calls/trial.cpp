@@ -7,9 +7,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <optional>
 #include <stdexcept>
-#include <utility>
 
 namespace hdmbench::failing_calls {
 

@@ -3,7 +3,6 @@
 #include "test/failing_calls/faults.hpp"
 #include "test/failing_calls/real_library.hpp"
 
-#include <fmt/format.h>
 #include <vulkan/vulkan.h>
 
 #include <string_view>

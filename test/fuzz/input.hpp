@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <span>
 #include <string_view>
 
 /// libFuzzer's entry point, one per program of this folder; also what replay.cpp calls.

@@ -4,7 +4,6 @@
 #include "harness/cli/arguments.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
-#include "harness/scene/file_output.hpp"
 #include "kernels/data/input_error.hpp"
 #include "test/r300/instruction_rows.hpp"
 
@@ -27,16 +26,12 @@ std::string instructions_text(const Resources& resources) {
 void print(const std::string& title, const std::vector<InstructionRow>& rows) {
   fmt::print("\n{}\n", title);
   const bool evaluates = rows.front().energies > 0;
-  std::vector<Table::Column> columns{{"candidates"}};
+  std::vector<Table::Column> columns{"candidates"};
   if (evaluates) {
-    columns.push_back({"vectors"});
+    columns.push_back("vectors");
   }
-  columns.insert(columns.end(), {{"instructions"},
-                                 {"of them texture"},
-                                 {"temporaries"},
-                                 {"scalar operations"},
-                                 {"fits", Table::Align::left},
-                                 {"shader", Table::Align::left}});
+  columns.insert(columns.end(),
+                 {"instructions", "of them texture", "temporaries", "scalar operations", "<fits", "<shader"});
   Table table(columns);
   for (const InstructionRow& row : rows) {
     const auto& [resources, refusal] = row.compilation;
@@ -57,9 +52,7 @@ void print(const std::string& title, const std::vector<InstructionRow>& rows) {
 
 /// commands::disagreement where a set of candidates does not fit.
 int count(const std::filesystem::path& json) {
-  if (!json.empty()) {
-    require_writable(json);
-  }
+  require_results_writable(json);
   if (const std::string reason = why_missing(); !reason.empty()) {
     throw DeviceError(reason);
   }

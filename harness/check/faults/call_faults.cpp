@@ -1,7 +1,6 @@
 #include "harness/check/faults/device_faults.hpp"
 
 #include <algorithm>
-#include <cstdint>
 #include <limits>
 
 namespace hdmbench::faults {

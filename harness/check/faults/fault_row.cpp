@@ -52,9 +52,7 @@ void require_consistent(const FaultRow& row) {
   const bool impossible = !row.not_planted.empty() ||
                           (row.expected == Expected::disagree && row.ran() && !row.caught) ||
                           (row.expected == Expected::let_through && row.caught);
-  if (row.as_expected && impossible) {
-    throw Contradiction{"as_expected", "is true although the row says otherwise"};
-  }
+  refuse_if(row.as_expected && impossible, "as_expected", "is true although the row says otherwise");
 }
 
 } // namespace hdmbench

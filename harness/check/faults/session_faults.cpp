@@ -1,12 +1,12 @@
 #include "harness/check/faults/session_faults.hpp"
 
+#include "harness/scene/sites.hpp"
 #include "kernels/data/pyramid.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
-#include <vector>
 
 namespace hdmbench::faults {
 
@@ -39,13 +39,11 @@ float as_half(float value) {
 /// Row y begins y elements late: a pitch that is one element too long.
 void shift_rows(VectorField& field) {
   const VectorField sound = field;
-  for (int y = 0; y < field.extent.height; ++y) {
-    for (int x = 0; x < field.extent.width; ++x) {
-      const std::size_t from = (field.extent.index(x, y) + static_cast<std::size_t>(y)) % sound.x.size();
-      field.x[field.extent.index(x, y)] = sound.x[from];
-      field.y[field.extent.index(x, y)] = sound.y[from];
-    }
-  }
+  for_each_site(field.extent, [&](int x, int y) {
+    const std::size_t from = (field.extent.index(x, y) + static_cast<std::size_t>(y)) % sound.x.size();
+    field.x[field.extent.index(x, y)] = sound.x[from];
+    field.y[field.extent.index(x, y)] = sound.y[from];
+  });
 }
 
 void turn_upside_down(VectorField& field) {
@@ -65,27 +63,23 @@ std::size_t below(Extent coarser, Extent extent, int x, int y) {
 }
 
 void take_nearest(VectorField& field, const VectorField& coarser) {
-  for (int y = 0; y < field.extent.height; ++y) {
-    for (int x = 0; x < field.extent.width; ++x) {
-      const std::size_t from = below(coarser.extent, field.extent, x, y);
-      field.x[field.extent.index(x, y)] = coarser.x[from];
-      field.y[field.extent.index(x, y)] = coarser.y[from];
-    }
-  }
+  for_each_site(field.extent, [&](int x, int y) {
+    const std::size_t from = below(coarser.extent, field.extent, x, y);
+    field.x[field.extent.index(x, y)] = coarser.x[from];
+    field.y[field.extent.index(x, y)] = coarser.y[from];
+  });
 }
 
 /// Conditions as the level before has them: two textures of four that were not uploaded again.
 void keep_conditions(Level& level, const Level& before) {
-  for (int y = 0; y < level.extent.height; ++y) {
-    for (int x = 0; x < level.extent.width; ++x) {
-      const std::size_t to = level.extent.index(x, y);
-      const std::size_t from = below(before.extent, level.extent, x, y);
-      level.target.x[to] = before.target.x[from];
-      level.target.y[to] = before.target.y[from];
-      level.confidence.x[to] = before.confidence.x[from];
-      level.confidence.y[to] = before.confidence.y[from];
-    }
-  }
+  for_each_site(level.extent, [&](int x, int y) {
+    const std::size_t to = level.extent.index(x, y);
+    const std::size_t from = below(before.extent, level.extent, x, y);
+    level.target.x[to] = before.target.x[from];
+    level.target.y[to] = before.target.y[from];
+    level.confidence.x[to] = before.confidence.x[from];
+    level.confidence.y[to] = before.confidence.y[from];
+  });
 }
 
 std::vector<Fault> reading_faults() {

@@ -1,6 +1,7 @@
 #include "harness/check/faults/solution_faults.hpp"
 
 #include "harness/check/compare.hpp"
+#include "harness/scene/sites.hpp"
 #include "kernels/data/pyramid.hpp"
 #include "kernels/specification/projection.hpp"
 
@@ -105,20 +106,18 @@ public:
       awake_.assign(extent.sites(), 1);
     }
     std::vector<char> awake(extent.sites(), 0);
-    for (int y = 0; y < extent.height; ++y) {
-      for (int x = 0; x < extent.width; ++x) {
-        if (awake_[extent.index(x, y)] == 0) {
-          tiles.copy(x, y, before, after);
-        } else if (tiles.differs(x, y, before, after)) {
-          const int reach = wakes_ == Wakes::nobody ? 0 : 1;
-          for (int to_y = y; to_y <= std::min(y + reach, extent.height - 1); ++to_y) {
-            for (int to_x = x; to_x <= std::min(x + reach, extent.width - 1); ++to_x) {
-              awake[extent.index(to_x, to_y)] = 1;
-            }
+    for_each_site(extent, [&](int x, int y) {
+      if (awake_[extent.index(x, y)] == 0) {
+        tiles.copy(x, y, before, after);
+      } else if (tiles.differs(x, y, before, after)) {
+        const int reach = wakes_ == Wakes::nobody ? 0 : 1;
+        for (int to_y = y; to_y <= std::min(y + reach, extent.height - 1); ++to_y) {
+          for (int to_x = x; to_x <= std::min(x + reach, extent.width - 1); ++to_x) {
+            awake[extent.index(to_x, to_y)] = 1;
           }
         }
       }
-    }
+    });
     awake_ = std::move(awake);
     last_ = after;
   }
@@ -137,13 +136,11 @@ public:
     const VectorField sound = after;
     if (older_.extent == after.extent) {
       const Tiles tiles(after.extent);
-      for (int y = 0; y < tiles.extent().height; ++y) {
-        for (int x = 0; x < tiles.extent().width; ++x) {
-          if (!tiles.differs(x, y, before, sound)) {
-            tiles.copy(x, y, older_, after);
-          }
+      for_each_site(tiles.extent(), [&](int x, int y) {
+        if (!tiles.differs(x, y, before, sound)) {
+          tiles.copy(x, y, older_, after);
         }
-      }
+      });
     }
     older_ = before;
   }
@@ -158,13 +155,11 @@ public:
   void see(const VectorField& after, const VectorField& before) {
     const Tiles tiles(after.extent);
     count_ = 0;
-    for (int y = 0; y < tiles.extent().height; ++y) {
-      for (int x = 0; x < tiles.extent().width; ++x) {
-        if (tiles.differs(x, y, before, after)) {
-          tiles.for_each_site(x, y, [&](std::size_t) { ++count_; });
-        }
+    for_each_site(tiles.extent(), [&](int x, int y) {
+      if (tiles.differs(x, y, before, after)) {
+        tiles.for_each_site(x, y, [&](std::size_t) { ++count_; });
       }
-    }
+    });
   }
   [[nodiscard]] std::int64_t count() const { return count_; }
 

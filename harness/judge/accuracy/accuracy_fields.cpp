@@ -10,25 +10,20 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <numeric>
 
 namespace hdmbench {
 
 namespace {
 
 void require_length(const std::string& key, std::size_t found, std::int64_t wanted, const char* of_what) {
-  if (static_cast<std::int64_t>(found) != wanted) {
-    throw Contradiction{key, fmt::format("has {} values, but {} is {}", found, of_what, wanted)};
-  }
+  refuse_if(static_cast<std::int64_t>(found) != wanted, key, "has {} values, but {} is {}", found, of_what,
+            wanted);
 }
 
 void require_lines(const char* key, const std::vector<figures::Polyline>& lines) {
   for (const figures::Polyline& line : lines) {
-    if (line.size() < 4 || line.size() % 2 != 0) {
-      throw Contradiction{
-          key, fmt::format("has a line of {} numbers, but x and y of at least two points are needed",
-                           line.size())};
-    }
+    refuse_if(line.size() < 4 || line.size() % 2 != 0, key,
+              "has a line of {} numbers, but x and y of at least two points are needed", line.size());
   }
 }
 
@@ -70,12 +65,8 @@ static void list_fields(Fields& fields, JudgedField::Split& split) {
   // The one that is written must be small, and be what the others leave.
   const double total = split.parts.total * split.parts.total;
   for (const double left : {remainder, split.parts.remainder()}) {
-    if (fields.reading() && !(std::abs(left) <= 1e-9 * (total + 1.0))) {
-      throw Contradiction{
-          "remainder",
-          fmt::format("is {:.3g} px^2: model^2 + optimisation^2 + 2 covariance is not total^2 = {:.6g}", left,
-                      total)};
-    }
+    refuse_if(fields.reading() && !(std::abs(left) <= 1e-9 * (total + 1.0)), "remainder",
+              "is {:.3g} px^2: model^2 + optimisation^2 + 2 covariance is not total^2 = {:.6g}", left, total);
   }
 }
 
@@ -89,14 +80,10 @@ static void list_fields(Fields& fields, Arithmetic::Iterations& steps) {
 }
 
 static void require_consistent(const Arithmetic::Iterations& steps) {
-  if (steps.steps_differing > steps.steps_compared) {
-    throw Contradiction{"steps_differing", fmt::format("is {}, but only {} were compared",
-                                                       steps.steps_differing, steps.steps_compared)};
-  }
-  if (steps.beyond_bound > steps.steps_differing) {
-    throw Contradiction{"beyond_bound", fmt::format("is {}, but only {} steps differ", steps.beyond_bound,
-                                                    steps.steps_differing)};
-  }
+  refuse_if(steps.steps_differing > steps.steps_compared, "steps_differing",
+            "is {}, but only {} were compared", steps.steps_differing, steps.steps_compared);
+  refuse_if(steps.beyond_bound > steps.steps_differing, "beyond_bound", "is {}, but only {} steps differ",
+            steps.beyond_bound, steps.steps_differing);
   if (steps.beyond_bound == 0 && steps.largest_gap_over_bound.value_or(0.0) > 1.0) {
     throw Contradiction{"largest_gap_over_bound",
                         fmt::format("is {}, but \"beyond_bound\" is 0", *steps.largest_gap_over_bound)};
@@ -117,10 +104,9 @@ static void list_fields(Fields& fields, Convergence& convergence) {
 
 static void require_consistent(const Convergence& convergence) {
   const std::vector<int>& iterations = convergence.iterations_per_level;
-  if (iterations.empty() || iterations.front() < 1 ||
-      std::ranges::adjacent_find(iterations, std::greater_equal<>()) != iterations.end()) {
-    throw Contradiction{"iterations_per_level", "must rise from at least 1"};
-  }
+  refuse_if(iterations.empty() || iterations.front() < 1 ||
+                std::ranges::adjacent_find(iterations, std::greater_equal<>()) != iterations.end(),
+            "iterations_per_level", "must rise from at least 1");
   for (const auto& [key, values] : {std::pair("rmsd_to_fem", &convergence.rmsd_to_fem),
                                     std::pair("rmsd_to_fixed_point", &convergence.rmsd_to_fixed_point),
                                     std::pair("mean_energy", &convergence.mean_energy)}) {
@@ -172,9 +158,7 @@ static void list_fields(Fields& fields, Differences& differences) {
 }
 
 static void require_consistent(const Differences& differences) {
-  if (!(differences.limit > 0.0)) {
-    throw Contradiction{"limit", fmt::format("is {}, but must be greater than 0", differences.limit)};
-  }
+  refuse_if(!(differences.limit > 0.0), "limit", "is {}, but must be greater than 0", differences.limit);
 }
 
 static void list_fields(Fields& fields, AccuracyRow::Grid& grid) {
@@ -230,9 +214,7 @@ void list_fields(Fields& fields, AccuracyRow& row) {
 }
 
 void require_consistent(const AccuracyRow& row) {
-  if (row.method.starts_with("fem") && !row.poisson_used) {
-    throw Contradiction{"poisson_used", "is missing"};
-  }
+  refuse_if(row.method.starts_with("fem") && !row.poisson_used, "poisson_used", "is missing");
   if (!row.failed()) {
     require_samples(row.seconds, row.seconds_median);
   }

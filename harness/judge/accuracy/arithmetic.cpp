@@ -1,9 +1,9 @@
 #include "harness/judge/accuracy/arithmetic.hpp"
 
-#include "harness/check/compare.hpp"
 #include "harness/check/rounding_bound.hpp"
 #include "harness/judge/accuracy/deviation.hpp"
 #include "harness/scene/level_sequence.hpp"
+#include "harness/scene/sites.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/thesis_energy.hpp"
 #include "reference/thesis_icm.hpp"
@@ -49,11 +49,7 @@ public:
 
   void judge(const VectorField& after) {
     const Extent extent = iteration_.level.extent;
-    for (int y = 0; y < extent.height; ++y) {
-      for (int x = 0; x < extent.width; ++x) {
-        judge_site(after, x, y);
-      }
-    }
+    for_each_site(extent, [&](int x, int y) { judge_site(after, x, y); });
     ++error_.iterations;
     error_.steps_compared += 2 * static_cast<std::int64_t>(extent.sites());
   }

@@ -1,5 +1,7 @@
 #include "harness/judge/accuracy/figures.hpp"
 
+#include "harness/scene/sites.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -143,17 +145,15 @@ std::vector<Polyline> deformed_interfaces(const Scene& scene, const ReferenceFie
   const Extent extent = scene.extent();
   const std::vector<float>& modulus = scene.full.modulus.values;
   EdgeGraph edges;
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      const float own = modulus[extent.index(x, y)];
-      if (x + 1 < extent.width && modulus[extent.index(x + 1, y)] != own) {
-        edges.add({x + 1, y}, {x + 1, y + 1});
-      }
-      if (y + 1 < extent.height && modulus[extent.index(x, y + 1)] != own) {
-        edges.add({x, y + 1}, {x + 1, y + 1});
-      }
+  for_each_site(extent, [&](int x, int y) {
+    const float own = modulus[extent.index(x, y)];
+    if (x + 1 < extent.width && modulus[extent.index(x + 1, y)] != own) {
+      edges.add({x + 1, y}, {x + 1, y + 1});
     }
-  }
+    if (y + 1 < extent.height && modulus[extent.index(x, y + 1)] != own) {
+      edges.add({x, y + 1}, {x + 1, y + 1});
+    }
+  });
   std::vector<Polyline> lines;
   for (auto corners = edges.take_line(); !corners.empty(); corners = edges.take_line()) {
     Polyline line;

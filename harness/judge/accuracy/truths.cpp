@@ -1,5 +1,6 @@
 #include "harness/judge/accuracy/truths.hpp"
 
+#include "harness/scene/sites.hpp"
 #include "kernels/data/pyramid.hpp"
 #include "reference/finite_elements.hpp"
 #include "reference/thesis_icm.hpp"
@@ -51,15 +52,13 @@ std::vector<std::uint8_t> near_interfaces(const Level& level) {
   const Extent extent = level.extent;
   const std::vector<float>& modulus = level.modulus.values;
   std::vector<std::uint8_t> near(extent.sites(), 0);
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      const float own = modulus[extent.index(x, y)];
-      if ((x + 1 < extent.width && modulus[extent.index(x + 1, y)] != own) ||
-          (y + 1 < extent.height && modulus[extent.index(x, y + 1)] != own)) {
-        mark_disc(near, extent, x, y);
-      }
+  for_each_site(extent, [&](int x, int y) {
+    const float own = modulus[extent.index(x, y)];
+    if ((x + 1 < extent.width && modulus[extent.index(x + 1, y)] != own) ||
+        (y + 1 < extent.height && modulus[extent.index(x, y + 1)] != own)) {
+      mark_disc(near, extent, x, y);
     }
-  }
+  });
   return near;
 }
 

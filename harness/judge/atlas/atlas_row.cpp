@@ -52,21 +52,17 @@ void require_consistent(const AtlasRow& row) {
     const SeriesResult& series = row.series[i];
     for (std::size_t j = 0; j < series.points.size(); ++j) {
       const Point& point = series.points[j];
-      if (point.failed == (point.error && *point.error <= row.limit)) {
-        throw Contradiction{fmt::format("series[{}].points[{}].failed", i, j),
-                            fmt::format("is {} although the limit is {}", point.failed, row.limit)};
-      }
+      refuse_if(point.failed == (point.error && *point.error <= row.limit),
+                fmt::format("series[{}].points[{}].failed", i, j), "is {} although the limit is {}",
+                point.failed, row.limit);
     }
     if (!series.absence.empty()) {
       continue;
     }
-    if (series.points.empty()) {
-      throw Contradiction{fmt::format("series[{}].absence", i), "must say why where there are no points"};
-    }
-    if (count > 0 && series.points.size() != count) {
-      throw Contradiction{fmt::format("series[{}].points", i),
-                          fmt::format("are {}, those of the series before {}", series.points.size(), count)};
-    }
+    refuse_if(series.points.empty(), fmt::format("series[{}].absence", i),
+              "must say why where there are no points");
+    refuse_if(count > 0 && series.points.size() != count, fmt::format("series[{}].points", i),
+              "are {}, those of the series before {}", series.points.size(), count);
     count = series.points.size();
   }
 }

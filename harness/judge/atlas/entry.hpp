@@ -4,7 +4,6 @@
 #include "reference/reference_field.hpp"
 
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "harness/judge/atlas/entry.hpp"
+#include "harness/scene/sites.hpp"
 
 /// What the entries build their scenes and measures of.
 namespace hdmbench::atlas {
@@ -16,11 +17,8 @@ namespace hdmbench::atlas {
 template <typename ModulusAt>
 void set_moduli(Scene& scene, ModulusAt&& modulus_at) {
   const Extent extent = scene.extent();
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      scene.full.modulus.values[extent.index(x, y)] = modulus_at(x, y);
-    }
-  }
+  for_each_site(extent,
+                [&](int x, int y) { scene.full.modulus.values[extent.index(x, y)] = modulus_at(x, y); });
   set_inverse_modulus(scene.full);
 }
 

@@ -1,6 +1,7 @@
 #include "harness/judge/diagnosis/checks.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/diagnosis/rest.hpp"
+#include "harness/scene/sites.hpp"
 
 #include <fmt/format.h>
 
@@ -79,26 +80,24 @@ void check_met(const Scene& scene, const VectorField& displacement, Warnings& wa
   };
   Missed overruled;
   Missed not_arrived;
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      const std::size_t at = extent.index(x, y);
-      const auto check = [&](float confidence, float target, float centre, float gradient, float curvature) {
-        const double way = std::abs(static_cast<double>(target) - static_cast<double>(centre));
-        const double change = static_cast<double>(curvature) * step;
-        const double pull = std::abs(static_cast<double>(gradient));
-        const double allowed = 0.5 * step + chance + (change + 2.0 * pull) * step / (2.0 * penalty) + 1e-3;
-        if (confidence == 1.0F && way > allowed) {
-          (pull + change >= 0.499 * penalty ? overruled : not_arrived).add(way, at);
-        }
-      };
-      const Level& level = scene.full;
-      const PriorAtSite prior = level.energy->host->prior(level, displacement, x, y);
-      check(level.confidence.x[at], level.target.x[at], displacement.x[at], prior.gradient_x,
-            prior.curvature_x);
-      check(level.confidence.y[at], level.target.y[at], displacement.y[at], prior.gradient_y,
-            prior.curvature_y);
-    }
-  }
+  for_each_site(extent, [&](int x, int y) {
+    const std::size_t at = extent.index(x, y);
+    const auto check = [&](float confidence, float target, float centre, float gradient, float curvature) {
+      const double way = std::abs(static_cast<double>(target) - static_cast<double>(centre));
+      const double change = static_cast<double>(curvature) * step;
+      const double pull = std::abs(static_cast<double>(gradient));
+      const double allowed = 0.5 * step + chance + (change + 2.0 * pull) * step / (2.0 * penalty) + 1e-3;
+      if (confidence == 1.0F && way > allowed) {
+        (pull + change >= 0.499 * penalty ? overruled : not_arrived).add(way, at);
+      }
+    };
+    const Level& level = scene.full;
+    const PriorAtSite prior = level.energy->host->prior(level, displacement, x, y);
+    check(level.confidence.x[at], level.target.x[at], displacement.x[at], prior.gradient_x,
+          prior.curvature_x);
+    check(level.confidence.y[at], level.target.y[at], displacement.y[at], prior.gradient_y,
+          prior.curvature_y);
+  });
   if (overruled.count > 0) {
     warnings.push_back(
         {"gives-way",
@@ -190,6 +189,21 @@ void check_rest(const Scene& scene, const Solution& solution, Warnings& warnings
   }
 }
 
+void check_elastic_rest(const Scene& scene, const Solution& solution, Warnings& warnings) {
+  if (!solution.estimated_error) {
+    warnings.push_back(
+        {"no-estimate",
+         fmt::format("the method {} did not estimate how far its field is from finite elements",
+                     scene.schedule.method),
+         "--method conjugate-gradients with --iterations 2 or more"});
+  } else if (!(*solution.estimated_error <= visible)) {
+    warnings.push_back({"not-converged",
+                        fmt::format("the method {} estimates {:.2g} px to finite elements",
+                                    scene.schedule.method, *solution.estimated_error),
+                        "--method conjugate-gradients with more --iterations"});
+  }
+}
+
 } // namespace diagnosis
 
 Warnings diagnose(const Scene& scene, const Solution& solution) {
@@ -202,6 +216,11 @@ Warnings diagnose(const Scene& scene, const Solution& solution) {
     return {{"not-finite",
              fmt::format("{} components are infinite or not a number: the sweeps blew up", wild),
              "--method icm or multigrid; look for extreme moduli, targets or a huge --penalty", wild}};
+  }
+  if (scene.energy == EnergyModel::elastic) {
+    diagnosis::check_folding(field, warnings);
+    diagnosis::check_elastic_rest(scene, solution, warnings);
+    return warnings;
   }
   diagnosis::check_range(scene, field, warnings);
   diagnosis::check_folding(field, warnings);

@@ -52,6 +52,7 @@ struct StepSizes {
 [[nodiscard]] std::string place(Extent extent, std::size_t site);
 
 // Before the run.
+void check_prescribed(const Scene& scene, Warnings& warnings); ///< taken-as-certain, of the elastic energy
 void check_conditions(const Scene& scene, Warnings& warnings); ///< undetermined, conflict, weak-penalty
 void check_pyramid(const Scene& scene, Warnings& warnings);    ///< out-of-reach, too-few-steps, lost-...
 void check_numbers(const Scene& scene, Warnings& warnings);    ///< the rest
@@ -60,5 +61,7 @@ void check_numbers(const Scene& scene, Warnings& warnings);    ///< the rest
 void check_folding(const VectorField& displacement, Warnings& warnings); ///< fold-over, near-fold
 /// gives-way, not-met, oscillation, still-moving, stalled
 void check_rest(const Scene& scene, const Solution& solution, Warnings& warnings);
+void check_elastic_rest(const Scene& scene, const Solution& solution,
+                        Warnings& warnings); ///< not-converged, no-estimate
 
 } // namespace hdmbench::diagnosis

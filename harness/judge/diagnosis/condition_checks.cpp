@@ -1,4 +1,5 @@
 #include "harness/judge/diagnosis/checks.hpp"
+#include "harness/scene/sites.hpp"
 #include "kernels/data/undetermined.hpp"
 
 #include <fmt/format.h>
@@ -47,17 +48,15 @@ void check_conflicts(const Scene& scene, Warnings& warnings) {
         worst = a;
       }
     };
-    for (int y = 0; y < extent.height; ++y) {
-      for (int x = 0; x < extent.width; ++x) {
-        const std::size_t at = extent.index(x, y);
-        if (x + 1 < extent.width) {
-          compare(at, extent.index(x + 1, y), component.name == 'x');
-        }
-        if (y + 1 < extent.height) {
-          compare(at, extent.index(x, y + 1), component.name == 'y');
-        }
+    for_each_site(extent, [&](int x, int y) {
+      const std::size_t at = extent.index(x, y);
+      if (x + 1 < extent.width) {
+        compare(at, extent.index(x + 1, y), component.name == 'x');
       }
-    }
+      if (y + 1 < extent.height) {
+        compare(at, extent.index(x, y + 1), component.name == 'y');
+      }
+    });
   }
   if (folds + tears > 0) {
     warnings.push_back(

@@ -1,11 +1,11 @@
 #include "harness/judge/diagnosis/folding.hpp"
 
 #include "harness/judge/diagnosis/checks.hpp"
+#include "harness/scene/sites.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace hdmbench {
@@ -47,17 +47,15 @@ ScalarField area_change_map(const VectorField& displacement) {
   if (ratios.values.empty()) {
     return map;
   }
-  for (int y = 0; y < map.extent.height; ++y) {
-    for (int x = 0; x < map.extent.width; ++x) {
-      float least = std::numeric_limits<float>::infinity();
-      for (int cell_y = std::max(0, y - 1); cell_y <= std::min(y, ratios.extent.height - 1); ++cell_y) {
-        for (int cell_x = std::max(0, x - 1); cell_x <= std::min(x, ratios.extent.width - 1); ++cell_x) {
-          least = std::min(least, ratios.values[ratios.extent.index(cell_x, cell_y)]);
-        }
+  for_each_site(map.extent, [&](int x, int y) {
+    float least = std::numeric_limits<float>::infinity();
+    for (int cell_y = std::max(0, y - 1); cell_y <= std::min(y, ratios.extent.height - 1); ++cell_y) {
+      for (int cell_x = std::max(0, x - 1); cell_x <= std::min(x, ratios.extent.width - 1); ++cell_x) {
+        least = std::min(least, ratios.values[ratios.extent.index(cell_x, cell_y)]);
       }
-      map.values[map.extent.index(x, y)] = least - 1.0F;
     }
-  }
+    map.values[map.extent.index(x, y)] = least - 1.0F;
+  });
   return map;
 }
 

@@ -1,4 +1,5 @@
 #include "harness/judge/diagnosis/checks.hpp"
+#include "harness/scene/sites.hpp"
 
 #include <fmt/format.h>
 
@@ -99,23 +100,21 @@ Contrast largest_contrast(const Level& level) {
       found = {.ratio = ratio, .site = stiff};
     }
   };
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      const std::size_t at = extent.index(x, y);
+  for_each_site(extent, [&](int x, int y) {
+    const std::size_t at = extent.index(x, y);
+    if (x + 1 < extent.width) {
+      compare(at, extent.index(x + 1, y));
+    }
+    if (y + 1 < extent.height) {
+      compare(at, extent.index(x, y + 1));
       if (x + 1 < extent.width) {
-        compare(at, extent.index(x + 1, y));
+        compare(at, extent.index(x + 1, y + 1));
       }
-      if (y + 1 < extent.height) {
-        compare(at, extent.index(x, y + 1));
-        if (x + 1 < extent.width) {
-          compare(at, extent.index(x + 1, y + 1));
-        }
-        if (x > 0) {
-          compare(at, extent.index(x - 1, y + 1));
-        }
+      if (x > 0) {
+        compare(at, extent.index(x - 1, y + 1));
       }
     }
-  }
+  });
   return found;
 }
 

@@ -1,5 +1,7 @@
 #include "harness/judge/diagnosis/regions.hpp"
 
+#include "harness/scene/sites.hpp"
+
 namespace hdmbench {
 
 Regions find_regions(Extent extent, Touching touching, const std::function<bool(std::size_t)>& counted,
@@ -59,14 +61,12 @@ std::vector<int> distance_to_nearest(Extent extent, std::span<const float> count
       own = std::min(own, distance[extent.index(nx, ny)] + 1);
     }
   };
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      shorten(x, y, x - 1, y);
-      shorten(x, y, x - 1, y - 1);
-      shorten(x, y, x, y - 1);
-      shorten(x, y, x + 1, y - 1);
-    }
-  }
+  for_each_site(extent, [&](int x, int y) {
+    shorten(x, y, x - 1, y);
+    shorten(x, y, x - 1, y - 1);
+    shorten(x, y, x, y - 1);
+    shorten(x, y, x + 1, y - 1);
+  });
   for (int y = extent.height - 1; y >= 0; --y) {
     for (int x = extent.width - 1; x >= 0; --x) {
       shorten(x, y, x + 1, y);

@@ -3,7 +3,6 @@
 #include "kernels/data/field.hpp"
 
 #include <algorithm>
-#include <cstdint>
 #include <functional>
 #include <span>
 #include <vector>

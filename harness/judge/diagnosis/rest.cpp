@@ -1,6 +1,7 @@
 #include "harness/judge/diagnosis/rest.hpp"
 
 #include "harness/judge/diagnosis/regions.hpp"
+#include "harness/scene/sites.hpp"
 #include "harness/solve/methods/residual.hpp"
 
 #include <algorithm>
@@ -24,13 +25,11 @@ double squared_sum(const std::vector<float>& values) {
 /// The field after one simultaneous sweep over the candidates.
 VectorField swept(const Level& level, const VectorField& displacement) {
   VectorField next(level.extent);
-  for (int y = 0; y < level.extent.height; ++y) {
-    for (int x = 0; x < level.extent.width; ++x) {
-      const auto [moved_x, moved_y] = level.energy->host->improved(level, displacement, x, y);
-      next.x[level.extent.index(x, y)] = moved_x;
-      next.y[level.extent.index(x, y)] = moved_y;
-    }
-  }
+  for_each_site(level.extent, [&](int x, int y) {
+    const auto [moved_x, moved_y] = level.energy->host->improved(level, displacement, x, y);
+    next.x[level.extent.index(x, y)] = moved_x;
+    next.y[level.extent.index(x, y)] = moved_y;
+  });
   return next;
 }
 
@@ -50,16 +49,14 @@ double stripes_squared(const VectorField& missing) {
                                 static_cast<double>(of[after]));
     sum += part * part;
   };
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      if (x > 0 && x + 1 < extent.width) {
-        add(missing.x, extent.index(x - 1, y), extent.index(x, y), extent.index(x + 1, y));
-      }
-      if (y > 0 && y + 1 < extent.height) {
-        add(missing.y, extent.index(x, y - 1), extent.index(x, y), extent.index(x, y + 1));
-      }
+  for_each_site(extent, [&](int x, int y) {
+    if (x > 0 && x + 1 < extent.width) {
+      add(missing.x, extent.index(x - 1, y), extent.index(x, y), extent.index(x + 1, y));
     }
-  }
+    if (y > 0 && y + 1 < extent.height) {
+      add(missing.y, extent.index(x, y - 1), extent.index(x, y), extent.index(x, y + 1));
+    }
+  });
   return sum;
 }
 
@@ -68,14 +65,12 @@ ScalarField halved(const ScalarField& fine) {
   const Extent extent{std::max(1, fine.extent.width / 2), std::max(1, fine.extent.height / 2)};
   ScalarField sums(extent);
   ScalarField counts(extent);
-  for (int y = 0; y < fine.extent.height; ++y) {
-    for (int x = 0; x < fine.extent.width; ++x) {
-      const std::size_t to =
-          extent.index(std::min(x / 2, extent.width - 1), std::min(y / 2, extent.height - 1));
-      sums.values[to] += fine.values[fine.extent.index(x, y)];
-      counts.values[to] += 1.0F;
-    }
-  }
+  for_each_site(fine.extent, [&](int x, int y) {
+    const std::size_t to =
+        extent.index(std::min(x / 2, extent.width - 1), std::min(y / 2, extent.height - 1));
+    sums.values[to] += fine.values[fine.extent.index(x, y)];
+    counts.values[to] += 1.0F;
+  });
   std::ranges::transform(sums.values, counts.values, sums.values.begin(), std::divides());
   return sums;
 }

@@ -3,7 +3,6 @@
 #include <itkBSplineInterpolationWeightFunction.h>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace hdmbench::images {

@@ -38,7 +38,7 @@ struct TradeoffPoint {
   bool is_rival = false;
   std::string effort;                 ///< for people: "4 cycles", "tolerance 1e-04"
   bool is_usual = false;              ///< the method's usual effort
-  std::optional<double> poisson_used; ///< of finite elements
+  std::optional<double> poisson_used; ///< of finite elements and elastic energy
   std::string backend;                ///< empty for rivals
   Device device;
   std::string command; ///< the line that repeats it

@@ -42,6 +42,10 @@ void fail(TradeoffPoint& point, PointStatus status, std::string reason) {
   point.reason = std::move(reason);
 }
 
+bool is_elastic(std::string_view method) {
+  return std::ranges::find(elastic_methods(), method, &Method::name) != elastic_methods().end();
+}
+
 /// A backend with its sessions, or why it is not there.
 struct Place {
   Place(const Backend& backend_, const SessionOptions& options)
@@ -69,7 +73,7 @@ public:
     }
     for (const std::string& name : options.methods) {
       if (name != requested_name && std::ranges::find(rival_names, name) == rival_names.end()) {
-        (void)find_method(name); // throws
+        (void)find_method(name, is_elastic(name) ? EnergyModel::elastic : EnergyModel::hdm); // throws
       }
     }
     // The fixed point obeys the maximum principle; candidates may go a step beyond, no field of use goes
@@ -84,6 +88,13 @@ public:
     for (const Method& method : methods()) {
       if (is_wanted(method.name)) {
         measure_method(method);
+      }
+    }
+    for (const Method& method : elastic_methods()) {
+      if (std::ranges::find(options_.methods, method.name) != options_.methods.end()) {
+        for (const double poisson : {0.0, scene_.poisson}) { // as finite elements, against which it stands
+          measure_method(method, poisson);
+        }
       }
     }
     if (is_wanted(requested_name)) {
@@ -119,11 +130,13 @@ private:
     return best == nullptr ? places_.front() : *best;
   }
 
-  void measure_method(const Method& method) {
+  /// `poisson`: of the elastic energy, in place of the scene's.
+  void measure_method(const Method& method, std::optional<double> poisson = std::nullopt) {
     const int usual = usual_effort(method, scene_.schedule.iterations);
     for (const int effort : efforts(method, scene_.schedule.iterations, options_.quick)) {
       Scene scene = scene_;
       use_method(scene, method, effort);
+      scene.poisson = poisson.value_or(scene.poisson);
       const Place& main = main_place(scene.full.update);
       expected_ = VectorField();
       for (Place& place : places_) {
@@ -134,6 +147,7 @@ private:
           point.method = method.name;
           point.effort = effort_text(method, effort);
           point.is_usual = effort == usual;
+          point.poisson_used = poisson;
           point.backend = place.backend.name();
           point.device = place.device;
           point.command = options_.command ? options_.command(method.name, effort, point.backend) : "";

@@ -14,10 +14,11 @@ namespace hdmbench {
 
 struct TradeoffOptions {
   SessionOptions session{};
-  int repeats = 3;                    ///< samples per point, >= 1 ...
-  double most_seconds = 0.6;          ///< ... fewer once those of a point add up to this
-  std::vector<std::string> methods{}; ///< names of methods and rivals; empty: all
-  bool quick = false;                 ///< fewer efforts, one sample
+  int repeats = 3;           ///< samples per point, >= 1 ...
+  double most_seconds = 0.6; ///< ... fewer once those of a point add up to this
+  /// Names of methods and rivals; empty: all but those of the elastic energy.
+  std::vector<std::string> methods{};
+  bool quick = false; ///< fewer efforts, one sample
   /// The line that repeats a point of `method` on `backend`, see harness/cli/tradeoff.cpp; a rival has no
   /// effort and no backend.
   std::function<std::string(std::string_view method, std::optional<int> effort, std::string_view backend)>

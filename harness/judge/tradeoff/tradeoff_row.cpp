@@ -68,9 +68,8 @@ void list_fields(Fields& fields, TradeoffRow& row) {
 void require_consistent(const TradeoffRow& row) {
   if (row.status == PointStatus::ok) {
     require_samples(row.seconds, row.seconds_median);
-    if (!row.to_fem_nu0 || !row.to_fem || !row.to_fixed_point) {
-      throw Contradiction{"status", "is \"ok\" although a distance is missing"};
-    }
+    refuse_if(!row.to_fem_nu0 || !row.to_fem || !row.to_fixed_point, "status",
+              "is \"ok\" although a distance is missing");
   } else if (row.reason.empty()) {
     throw Contradiction{"reason", "must say why the status is not \"ok\""};
   }
@@ -92,9 +91,8 @@ static void list_fields(Fields& fields, EqualAccuracyRow::Rival& rival) {
 }
 
 static void require_consistent(const EqualAccuracyRow::Rival& rival) {
-  if (!(rival.ratio_low <= rival.ratio && rival.ratio <= rival.ratio_high)) {
-    throw Contradiction{"ratio", "must lie between \"ratio_low\" and \"ratio_high\""};
-  }
+  refuse_if(!(rival.ratio_low <= rival.ratio && rival.ratio <= rival.ratio_high), "ratio",
+            "must lie between \"ratio_low\" and \"ratio_high\"");
 }
 
 void list_fields(Fields& fields, EqualAccuracyRow& row) {

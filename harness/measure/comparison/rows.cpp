@@ -147,20 +147,15 @@ void list_fields(Fields& fields, ComparedRow& row) {
 void require_consistent(const ComparedRow& row) {
   const auto& [estimate, low, high, coverage] = row.comparison.ratio;
   if (!row.compared) {
-    if (row.remark.empty()) {
-      throw Contradiction{"remark", "must say why the row is not compared"};
-    }
+    refuse_if(row.remark.empty(), "remark", "must say why the row is not compared");
     return;
   }
-  if (row.first.empty() || row.second.empty()) {
-    throw Contradiction{"compared", "is true although a side has no seconds"};
-  }
-  if (low <= 0.0 || estimate < low || estimate > high) {
-    throw Contradiction{"ratio", "must be greater than 0 and lie in its interval"};
-  }
-  if (row.comparison.slower_than_tolerated && (row.comparison.change != Change::slower || estimate <= 1.0)) {
-    throw Contradiction{"slower_than_tolerated", "contradicts the verdict or the ratio"};
-  }
+  refuse_if(row.first.empty() || row.second.empty(), "compared", "is true although a side has no seconds");
+  refuse_if(low <= 0.0 || estimate < low || estimate > high, "ratio",
+            "must be greater than 0 and lie in its interval");
+  refuse_if(row.comparison.slower_than_tolerated &&
+                (row.comparison.change != Change::slower || estimate <= 1.0),
+            "slower_than_tolerated", "contradicts the verdict or the ratio");
 }
 
 } // namespace hdmbench::comparison

@@ -1,6 +1,7 @@
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/images/pixels.hpp"
 #include "harness/scene/images/sample.hpp"
+#include "harness/scene/sites.hpp"
 
 #include "kernels/data/input_error.hpp"
 
@@ -112,16 +113,14 @@ struct Box {
 
 Box bounding_box(const ScalarField& mask) {
   Box box;
-  for (int row = 0; row < mask.extent.height; ++row) {
-    for (int column = 0; column < mask.extent.width; ++column) {
-      if (mask.values[mask.extent.index(column, row)] > 0.0F) {
-        box.left = std::min(box.left, column - 0.5);
-        box.right = std::max(box.right, column + 0.5);
-        box.top = std::min(box.top, row - 0.5);
-        box.bottom = std::max(box.bottom, row + 0.5);
-      }
+  for_each_site(mask.extent, [&](int column, int row) {
+    if (mask.values[mask.extent.index(column, row)] > 0.0F) {
+      box.left = std::min(box.left, column - 0.5);
+      box.right = std::max(box.right, column + 0.5);
+      box.top = std::min(box.top, row - 0.5);
+      box.bottom = std::max(box.bottom, row + 0.5);
     }
-  }
+  });
   return box;
 }
 

@@ -3,11 +3,9 @@
 #include "harness/scene/label_field.hpp"
 #include "kernels/data/field.hpp"
 
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <span>
-#include <vector>
 
 /// Image files through ITK: NRRD, MetaImage, NIfTI, PNG, JPEG and TIFF. Where the project is built without it
 /// (-DHDMBENCH_IMAGES=OFF) every function that takes a file throws InputError that says so; have_images()

@@ -1,7 +1,5 @@
 #include "harness/scene/images/intact.hpp"
 
-#include "harness/scene/images/meta_header.hpp"
-#include "harness/scene/images/tiff_directories.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <csetjmp>

@@ -1,4 +1,4 @@
-#include "harness/scene/images/meta_header.hpp"
+#include "harness/scene/images/intact.hpp"
 
 #include "kernels/data/input_error.hpp"
 

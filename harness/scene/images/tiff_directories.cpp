@@ -1,4 +1,4 @@
-#include "harness/scene/images/tiff_directories.hpp"
+#include "harness/scene/images/intact.hpp"
 
 #include "kernels/data/input_error.hpp"
 

@@ -1,4 +1,5 @@
 #include "harness/scene/images/images.hpp"
+#include "harness/scene/sites.hpp"
 
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/level.hpp"
@@ -6,7 +7,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace hdmbench {
@@ -111,11 +111,9 @@ ScalarField grid_picture(Extent extent, int every) {
     return distance == 0 ? line : distance == 1 && every > 3 ? beside : paper;
   };
   ScalarField picture(extent);
-  for (int row = 0; row < extent.height; ++row) {
-    for (int column = 0; column < extent.width; ++column) {
-      picture.values[extent.index(column, row)] = std::min(shade(column), shade(row));
-    }
-  }
+  for_each_site(extent, [&](int column, int row) {
+    picture.values[extent.index(column, row)] = std::min(shade(column), shade(row));
+  });
   return picture;
 }
 

@@ -3,7 +3,6 @@
 #include <Eigen/IterativeLinearSolvers>
 
 #include <algorithm>
-#include <utility>
 
 namespace hdmbench {
 

@@ -2,7 +2,6 @@
 
 #include "kernels/data/level.hpp"
 
-#include <cstdint>
 #include <vector>
 
 namespace hdmbench {

@@ -1,5 +1,6 @@
 #include "harness/solve/methods/restriction.hpp"
 
+#include "harness/scene/sites.hpp"
 #include "harness/solve/methods/stationary_weights.hpp"
 
 #include <algorithm>
@@ -100,18 +101,16 @@ VectorField Restriction::restrict_residual(const DoubleField& residual) const {
 
 std::vector<float> Restriction::any_in_footprint(const std::vector<float>& held) const {
   std::vector<float> result(coarse_.sites());
-  for (int y = 0; y < coarse_.height; ++y) {
-    for (int x = 0; x < coarse_.width; ++x) {
-      float& value = result[coarse_.index(x, y)];
-      for (const Share& row : rows_[static_cast<std::size_t>(y)]) {
-        for (const Share& column : columns_[static_cast<std::size_t>(x)]) {
-          if (row.weight >= 0.5 && column.weight >= 0.5) {
-            value = std::max(value, held[fine_.index(column.fine, row.fine)]);
-          }
+  for_each_site(coarse_, [&](int x, int y) {
+    float& value = result[coarse_.index(x, y)];
+    for (const Share& row : rows_[static_cast<std::size_t>(y)]) {
+      for (const Share& column : columns_[static_cast<std::size_t>(x)]) {
+        if (row.weight >= 0.5 && column.weight >= 0.5) {
+          value = std::max(value, held[fine_.index(column.fine, row.fine)]);
         }
       }
     }
-  }
+  });
   return result;
 }
 

@@ -1,5 +1,6 @@
 #include "harness/solve/methods/solver.hpp"
 
+#include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/multigrid.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -11,6 +12,16 @@ Solver::Solver(const Backend& backend, const SessionOptions& options)
     : backend_(backend), options_(options) {}
 
 Solution Solver::solve(const Scene& scene, Progress& progress, const SolveOptions& options) {
+  if (scene.energy == EnergyModel::elastic) {
+    if (elastic_ == nullptr) {
+      elastic_ = backend_.open_elastic(options_);
+    }
+    if (elastic_ == nullptr) {
+      throw InputError(
+          fmt::format("{} does not compute the elastic energy; use openmp or scalar", backend_.name()));
+    }
+    return solve_elastic(scene, *elastic_, progress, options);
+  }
   if (!backend_.supports(scene.full.update)) {
     throw InputError(fmt::format("{} cannot update as {} wants; use --backend scalar", backend_.name(),
                                  scene.schedule.method));

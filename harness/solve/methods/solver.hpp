@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backends/backend.hpp"
+#include "backends/shared/elastic_session.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/solve/progress.hpp"
 #include "harness/solve/solve.hpp"
@@ -17,13 +18,15 @@ public:
   /// `backend` must outlive this object.
   Solver(const Backend& backend, const SessionOptions& options);
 
-  /// Throws what Session throws; InputError where the backend cannot update as the method wants.
+  /// Throws what Session throws; InputError where the backend cannot update as the method wants, has no
+  /// elastic energy, or no condition holds an elastic scene.
   [[nodiscard]] Solution solve(const Scene& scene, Progress& progress, const SolveOptions& options = {});
 
 private:
   const Backend& backend_;
   SessionOptions options_;
   std::vector<std::unique_ptr<Session>> sessions_; ///< by level; one-way methods use the first only
+  std::unique_ptr<ElasticSession> elastic_;        ///< null until a scene wants it
 };
 
 } // namespace hdmbench

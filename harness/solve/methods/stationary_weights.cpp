@@ -1,5 +1,7 @@
 #include "harness/solve/methods/stationary_weights.hpp"
 
+#include "harness/scene/sites.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -100,13 +102,11 @@ VectorField stationary_weights(const Level& level) {
   const Extent extent = level.extent;
   const std::vector<Nearness> nearness = nearness_of_interfaces(level);
   std::vector<Departure> departures;
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      if (nearness[extent.index(x, y)] != far) {
-        departures.push_back(departure(level, x, y));
-      }
+  for_each_site(extent, [&](int x, int y) {
+    if (nearness[extent.index(x, y)] != far) {
+      departures.push_back(departure(level, x, y));
     }
-  }
+  });
   VectorField weights;
   weights.extent = extent;
   weights.x = level.modulus.values;

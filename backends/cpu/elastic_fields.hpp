@@ -1,0 +1,71 @@
+#pragma once
+
+#include "backends/shared/elastic_session.hpp"
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+namespace hdmbench {
+
+/// Both components of a field in a RingedGrid, the ring being 0.
+struct RingedField {
+  std::vector<float> x;
+  std::vector<float> y;
+
+  void require(const RingedGrid& grid) {
+    x.resize(grid.size());
+    y.resize(grid.size());
+  }
+};
+
+/// The fields of all levels in the memory of the CPU.
+class ElasticFields {
+public:
+  /// All 0.
+  void load(const ElasticHierarchy& hierarchy) {
+    levels_.clear();
+    levels_.resize(hierarchy.levels.size());
+    for (std::size_t level = 0; level < levels_.size(); ++level) {
+      for (std::size_t field = 0; field < elastic_fields; ++field) {
+        const bool everywhere =
+            field == index_of(ElasticField::correction) || field == index_of(ElasticField::load);
+        if (level == 0 || everywhere) {
+          levels_[level][field].require(hierarchy.levels[level].grid);
+        }
+      }
+    }
+  }
+
+  [[nodiscard]] RingedField& at(int level, ElasticField field) {
+    return levels_.at(static_cast<std::size_t>(level))[index_of(field)];
+  }
+  [[nodiscard]] const RingedField& at(int level, ElasticField field) const {
+    return levels_.at(static_cast<std::size_t>(level))[index_of(field)];
+  }
+
+  void write(const RingedGrid& grid, int level, ElasticField field, const VectorField& values) {
+    RingedField& to = at(level, field);
+    for (int y = 0; y < grid.sites.height; ++y) {
+      const std::size_t from = grid.sites.index(0, y);
+      std::copy_n(values.x.data() + from, grid.sites.width, to.x.data() + grid.index(0, y));
+      std::copy_n(values.y.data() + from, grid.sites.width, to.y.data() + grid.index(0, y));
+    }
+  }
+  void read(const RingedGrid& grid, int level, ElasticField field, VectorField& values) const {
+    const RingedField& from = at(level, field);
+    values = VectorField(grid.sites);
+    for (int y = 0; y < grid.sites.height; ++y) {
+      const std::size_t to = grid.sites.index(0, y);
+      std::copy_n(from.x.data() + grid.index(0, y), grid.sites.width, values.x.data() + to);
+      std::copy_n(from.y.data() + grid.index(0, y), grid.sites.width, values.y.data() + to);
+    }
+  }
+
+private:
+  [[nodiscard]] static std::size_t index_of(ElasticField field) { return static_cast<std::size_t>(field); }
+
+  std::vector<std::array<RingedField, elastic_fields>> levels_;
+};
+
+} // namespace hdmbench

@@ -1,0 +1,57 @@
+#pragma once
+
+#include "backends/backend.hpp"
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// What the arithmetic of a device does in the very programs that `verify` compares: one sweep on numbers
+/// that tell the cases apart. No program of its own: a device may treat each program otherwise.
+namespace hdmbench {
+
+class Fields;
+
+/// How a device answered a question.
+enum class ProbeAnswer {
+  as_specified, ///< every telling site has scalar's bits
+  otherwise,    ///< every telling site has those of the other case
+  mixed,        ///< some sites have the ones, some the others
+  neither,      ///< some sites have neither
+  untold        ///< no site could tell
+};
+inline constexpr std::array<std::string_view, 5> probe_answer_names{"as specified", "otherwise", "mixed",
+                                                                    "neither", "untold"};
+[[nodiscard]] constexpr const auto& names_of(ProbeAnswer) {
+  return probe_answer_names;
+}
+
+/// One row of `probe`'s results.
+struct ProbeRow {
+  std::string backend{};
+  std::string device{};
+  std::string driver{};
+  std::string question;     ///< "a * b + c, candidates"
+  std::string as_specified; ///< the first answer in words: "rounded twice"
+  std::string otherwise;    ///< the other one: "fused"
+  ProbeAnswer answer = ProbeAnswer::untold;
+  std::int64_t telling = 0;       ///< components whose bits differ between the two answers: 0 proves nothing
+  std::int64_t specified = 0;     ///< of them, those with the first answer's bits
+  std::int64_t other = 0;         ///< and with the second's
+  bool agreement_needs_it = true; ///< whether scenes of verify would show it
+};
+void list_fields(Fields& fields, ProbeRow& row);
+void require_consistent(const ProbeRow& row);
+
+/// Asks the device that `options` choose. A question that the backend refuses (DeviceError) is `untold`.
+[[nodiscard]] std::vector<ProbeRow> probe(const Backend& backend, const SessionOptions& options);
+
+/// The answer in words.
+[[nodiscard]] std::string answer_text(const ProbeRow& row);
+
+/// What the answers let one expect of `verify`, one sentence.
+[[nodiscard]] std::string expected_tier(const std::vector<ProbeRow>& rows);
+
+} // namespace hdmbench

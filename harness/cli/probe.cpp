@@ -1,0 +1,56 @@
+#include "harness/check/probe.hpp"
+
+#include "harness/cli/arguments.hpp"
+#include "harness/cli/commands.hpp"
+#include "harness/measure/result_file.hpp"
+#include "harness/report/table.hpp"
+#include "harness/solve/progress.hpp"
+
+#include <fmt/format.h>
+
+namespace hdmbench::commands {
+
+namespace {
+
+void run_probe(const CommonArguments& arguments, const std::string& line) {
+  require_results_writable(arguments.json);
+  const auto registry = make_backends();
+  Table table({"<backend", "<device", "<question", "<answer", "could tell"});
+  std::string expected;
+  nlohmann::json results = nlohmann::json::array();
+  Progress progress;
+  for (const Backend* backend : arguments.choose(registry)) {
+    progress.describe(std::string(backend->name()));
+    try {
+      const std::vector<ProbeRow> rows = probe(*backend, arguments.session);
+      for (const ProbeRow& row : rows) {
+        const bool first = &row == &rows.front();
+        table.add({first ? row.backend : "", first ? row.device : "", row.question, answer_text(row),
+                   std::to_string(row.telling)});
+        results.push_back(to_json_row(row));
+      }
+      expected += fmt::format("  {}: {}\n", backend->name(), expected_tier(rows));
+    } catch (const DeviceError& error) {
+      expected += fmt::format("  {}: skipped: {}\n", backend->name(), error.what());
+    }
+  }
+  progress.clear();
+  fmt::print("{}\nExpected of verify\n{}", table.text(), expected);
+  write_results(arguments.json, "probe", run_context(line, false), std::move(results));
+}
+
+} // namespace
+
+void add_probe(CLI::App& program, const std::string& arguments) {
+  auto* command = program.add_subcommand(
+      "probe",
+      "What does each device's arithmetic do? One sweep on numbers that tell the cases apart, in the very\n"
+      "programs that verify compares: are products fused into sums, are subnormal numbers, -0 and infinity\n"
+      "kept? \"could tell\" counts the components whose bits would have been others.");
+  const auto own = std::make_shared<CommonArguments>();
+  own->add_backends_to(*command);
+  command->add_option("--json", own->json, "Write the answers to this file");
+  command->callback([own, arguments] { run_probe(*own, arguments); });
+}
+
+} // namespace hdmbench::commands

@@ -1,0 +1,206 @@
+#include "harness/solve/methods/elastic.hpp"
+
+#include "harness/scene/method.hpp"
+#include "harness/solve/stopwatch.hpp"
+#include "kernels/data/elastic/conditions.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hdmbench {
+
+ElasticSolver::ElasticSolver(const Level& full, double poisson, ElasticSession& session) : session_(session) {
+  VectorField start;
+  {
+    const Stopwatch watch(timings_.projection);
+    require_held(full);
+    hierarchy_ = make_elastic_hierarchy(full, poisson);
+    start = extended_conditions(full);
+  }
+  const Stopwatch watch(timings_.upload);
+  session_.load(hierarchy_);
+  session_.write(0, ElasticField::displacement, start);
+  for (int level = 0; level <= coarsest(); ++level) {
+    const Extent extent = hierarchy_.levels[static_cast<std::size_t>(level)].grid.sites;
+    work_.push_back({.level = level, .extent = extent});
+  }
+}
+
+void ElasticSolver::relax(int level, ElasticField field) {
+  session_.relax(level, field);
+  ++work_[static_cast<std::size_t>(level)].iterations;
+}
+
+void ElasticSolver::restrict_residual(int level, ElasticField field) {
+  session_.restrict_residual(level, field);
+  ++work_[static_cast<std::size_t>(level)].residuals;
+}
+
+void ElasticSolver::forces(ElasticField of, ElasticField to) {
+  session_.forces(of, to);
+  ++work_.front().residuals;
+}
+
+void ElasticSolver::improve(int level, ElasticField field, bool from_zero) {
+  if (level == coarsest()) {
+    session_.solve_coarsest();
+    return;
+  }
+  if (from_zero) {
+    session_.relax_from_zero(level);
+  } else {
+    relax(level, field);
+  }
+  restrict_residual(level, field);
+  improve(level + 1, ElasticField::correction, true);
+  if (level + 1 < coarsest()) { // a W cycle: the coarse level twice, where it is not solved at once
+    improve(level + 1, ElasticField::correction, false);
+  }
+  session_.correct(level, field);
+  relax(level, field);
+}
+
+void ElasticSolver::full_multigrid(bool on_image) {
+  const Stopwatch watch(timings_.compute);
+  if (coarsest() == 0) {
+    forces(ElasticField::displacement, ElasticField::load);
+    session_.solve_coarsest();
+    session_.advance(ElasticField::displacement, ElasticField::displacement, 1.0F, ElasticField::correction);
+    return;
+  }
+  restrict_residual(0, ElasticField::displacement);
+  for (int level = 1; level < coarsest(); ++level) {
+    session_.restrict_load(level);
+  }
+  session_.solve_coarsest();
+  for (int level = coarsest() - 1; level > 0; --level) {
+    session_.interpolate(level);
+    improve(level, ElasticField::correction, false);
+  }
+  session_.correct(0, ElasticField::displacement);
+  if (on_image) {
+    improve(0, ElasticField::displacement, false);
+  }
+}
+
+void ElasticSolver::sweep() {
+  const Stopwatch watch(timings_.compute);
+  relax(0, ElasticField::displacement);
+}
+
+double ElasticSolver::root_mean_square(float square) const {
+  const auto components = 2.0 * static_cast<double>(hierarchy_.levels.front().grid.sites.sites());
+  return std::sqrt(std::max(0.0, static_cast<double>(square)) / components);
+}
+
+ElasticSolver::Step ElasticSolver::cycle() {
+  const Stopwatch watch(timings_.compute);
+  forces(ElasticField::displacement, ElasticField::load);
+  improve(0, ElasticField::correction, true);
+  session_.advance(ElasticField::displacement, ElasticField::displacement, 1.0F, ElasticField::correction);
+  return {.change = root_mean_square(session_.dot(ElasticField::correction, ElasticField::correction))};
+}
+
+ElasticSolver::Step ElasticSolver::conjugate_gradients() {
+  const Stopwatch watch(timings_.compute);
+  const bool first = last_product_ == 0.0F;
+  if (first) {
+    forces(ElasticField::displacement, ElasticField::load);
+  }
+  improve(0, ElasticField::correction, true);
+  const float product = session_.dot(ElasticField::load, ElasticField::correction);
+  if (!(product > 0.0F)) {
+    return {.ended = true};
+  }
+  // What the load has changed by since the last step is last_factor * image.
+  const float share =
+      first ? 0.0F
+            : last_factor_ * session_.dot(ElasticField::image, ElasticField::correction) / last_product_;
+  session_.advance(ElasticField::direction, ElasticField::correction, share, ElasticField::direction);
+  forces(ElasticField::direction, ElasticField::image);
+  const float stiffness = -session_.dot(ElasticField::direction, ElasticField::image);
+  if (!(stiffness > 0.0F)) {
+    return {.ended = true};
+  }
+  const float factor = product / stiffness;
+  session_.advance(ElasticField::displacement, ElasticField::displacement, factor, ElasticField::direction);
+  session_.advance(ElasticField::load, ElasticField::load, factor, ElasticField::image);
+  last_product_ = product;
+  last_factor_ = factor;
+  return {.change = static_cast<double>(factor) *
+                    root_mean_square(session_.dot(ElasticField::direction, ElasticField::direction))};
+}
+
+VectorField ElasticSolver::displacement() const {
+  VectorField field;
+  session_.read(0, ElasticField::displacement, field);
+  return field;
+}
+
+namespace {
+
+/// What is left after a step, from what the last two steps changed: each leaves about the same share of what
+/// it found.
+class RemainingError {
+public:
+  void add(double change) {
+    before_ = last_;
+    last_ = change;
+  }
+  /// Root mean square over sites, pixels.
+  [[nodiscard]] std::optional<double> estimate() const {
+    if (!last_) {
+      return std::nullopt;
+    }
+    const double share = before_ && *before_ > 0.0 ? std::clamp(*last_ / *before_, 0.1, 0.9) : 0.3;
+    return std::sqrt(2.0) * *last_ * share / (1.0 - share);
+  }
+
+private:
+  std::optional<double> before_;
+  std::optional<double> last_;
+};
+
+} // namespace
+
+Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& progress,
+                       const SolveOptions& options) {
+  ElasticSolver solver(scene.full, scene.poisson, session);
+  const std::string& method = scene.schedule.method;
+  const int effort = scene.schedule.iterations;
+  const auto sites = static_cast<double>(scene.extent().sites());
+  RemainingError error;
+  if (method == elastic_sweeps) {
+    for (int done = 0; done < effort; ++done) {
+      solver.sweep();
+      progress.advance(sites);
+    }
+  } else {
+    const bool gradients = method == elastic_conjugate_gradients;
+    solver.full_multigrid(gradients || effort > 0);
+    const int steps = gradients ? effort : effort - 1; // the first cycle is full multigrid's own
+    for (int done = 0; done < steps; ++done) {
+      const ElasticSolver::Step step = gradients ? solver.conjugate_gradients() : solver.cycle();
+      progress.advance(sites);
+      if (step.ended) {
+        break;
+      }
+      error.add(step.change);
+    }
+  }
+  Solution solution;
+  solution.levels = solver.work();
+  solution.timings = solver.timings();
+  solution.estimated_error = error.estimate();
+  {
+    const Stopwatch watch(solution.timings.readback);
+    solution.displacement = solver.displacement();
+  }
+  std::ranges::reverse(solution.levels); // the coarsest first, as other methods have them
+  if (options.level_done) {
+    options.level_done(solution.levels.back(), solution.displacement);
+  }
+  return solution;
+}
+
+} // namespace hdmbench

@@ -1,0 +1,62 @@
+#pragma once
+
+#include "backends/shared/elastic_session.hpp"
+#include "harness/scene/scene.hpp"
+#include "harness/solve/progress.hpp"
+#include "harness/solve/solve.hpp"
+
+#include <vector>
+
+namespace hdmbench {
+
+/// The methods of the elastic energy, step by step on a session, from the conditions extended into the image.
+class ElasticSolver {
+public:
+  /// What a cycle did to displacement: the root mean square over all components, pixels.
+  struct Step {
+    double change = 0.0;
+    bool ended = false; ///< what is left is rounding: nothing was changed
+  };
+
+  /// Makes the hierarchy of the image and loads it; displacement is the extended conditions. Both must
+  /// outlive this object. Throws InputError where no condition holds the sheet (require_held).
+  ElasticSolver(const Level& full, double poisson, ElasticSession& session);
+
+  /// From the coarsest level to the finest, one W cycle each: the error of the result is of the size of the
+  /// discretisation's. Without `on_image` the image only gets what the next level has.
+  void full_multigrid(bool on_image = true);
+  /// A damped Jacobi sweep over the image: what ICM is to the thesis's energy.
+  void sweep();
+  /// One W cycle for what is missing.
+  Step cycle();
+  /// One step of conjugate gradients with the cycle as its preconditioner (flexible: Polak and Ribière). The
+  /// residual is followed by recursion. Computed anew it would bring in the rounding of the displacement,
+  /// which moduli of very different size multiply.
+  Step conjugate_gradients();
+
+  [[nodiscard]] VectorField displacement() const;
+  /// Sweeps and residuals so far, the image first.
+  [[nodiscard]] const std::vector<LevelResult>& work() const { return work_; }
+  [[nodiscard]] const Timings& timings() const { return timings_; }
+
+private:
+  [[nodiscard]] int coarsest() const { return static_cast<int>(hierarchy_.levels.size()) - 1; }
+  [[nodiscard]] double root_mean_square(float square) const;
+  void improve(int level, ElasticField field, bool from_zero);
+  void restrict_residual(int level, ElasticField field);
+  void relax(int level, ElasticField field);
+  void forces(ElasticField of, ElasticField to);
+
+  ElasticSession& session_;
+  Timings timings_;
+  ElasticHierarchy hierarchy_;
+  std::vector<LevelResult> work_;
+  float last_product_ = 0.0F; ///< load * correction of the last step of conjugate gradients; 0: none yet
+  float last_factor_ = 0.0F;
+};
+
+/// The scene by the method that its schedule names. Throws as ElasticSolver does.
+[[nodiscard]] Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& progress,
+                                     const SolveOptions& options = {});
+
+} // namespace hdmbench

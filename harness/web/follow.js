@@ -1,0 +1,276 @@
+"use strict";
+// Follows a scene on the GPU beside scalar: every site, after every sweep. page.js shows what comes of it.
+
+/** A Float32Array of base64 text. */
+function floats(text) {
+  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  return new Float32Array(bytes.buffer);
+}
+
+/** scalar.cpp, compiled to WebAssembly. */
+class Scalar {
+  constructor(module) {
+    this.calls = module.exports;
+    if (this.calls._initialize) { this.calls._initialize(); }
+  }
+
+  /** A view of the module's memory, good until the next load(). */
+  view(pointer, length) { return new Float32Array(this.calls.memory.buffer, pointer, length); }
+
+  load(scene, level) {
+    const calls = this.calls;
+    calls.load(level.width, level.height, scene.rule, scene.update, scene.penalty, scene.seed);
+    level.strengths.forEach((strength) => calls.add_strength(strength));
+    this.view(calls.scratch(), 16).set(scene.steps);
+    calls.set_steps(calls.scratch(), scene.steps.length);
+    const sites = level.width * level.height;
+    for (let i = 0; i * sites < level.arrays.length; ++i) {
+      this.view(calls.array(i), sites).set(level.arrays.subarray(i * sites, (i + 1) * sites));
+    }
+    this.x = this.view(calls.array(8), sites);
+    this.y = this.view(calls.array(9), sites);
+    if (level.columns.length > 0) {
+      const room = level.columns.length + level.rows.length;
+      const table = this.table(room);
+      this.view(table, room).set(level.columns);
+      this.view(table + 4 * level.columns.length, level.rows.length).set(level.rows);
+      calls.project(table, table + 4 * level.columns.length);
+      this.find(sites);
+    }
+  }
+
+  /** Memory for `count` floats that the module does not use. */
+  table(count) {
+    const pages = Math.ceil((4 * count) / 65536);
+    return 65536 * this.calls.memory.grow(pages);
+  }
+
+  /** The newest field: a sweep swaps two, and growing moves the memory. */
+  find(sites) {
+    this.x = this.view(this.calls.array(8), sites);
+    this.y = this.view(this.calls.array(9), sites);
+  }
+
+  turn(number) { return Float32Array.from(this.view(this.calls.turn(number), 4)); }
+
+  sweep(number, sites) {
+    const changed = this.calls.sweep(number);
+    this.find(sites);
+    return changed;
+  }
+}
+
+/** The thesis's design: a fragment shader and two float textures that take turns. */
+class Gpu {
+  /** Throws an Error that says what the browser lacks. */
+  constructor(canvas, missing) {
+    const gl = missing === "webgl2" ? null : canvas.getContext("webgl2", { antialias: false, depth: false });
+    if (!gl) { throw new Error("this browser has no WebGL 2"); }
+    if (missing === "EXT_color_buffer_float" || !gl.getExtension("EXT_color_buffer_float")) {
+      throw new Error("this browser cannot draw into float textures (EXT_color_buffer_float)");
+    }
+    const names = gl.getExtension("WEBGL_debug_renderer_info");
+    this.device = gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER);
+    this.driver = gl.getParameter(gl.VERSION);
+    this.largest = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+    this.gl = gl;
+    this.programs = new Map();
+    this.framebuffer = gl.createFramebuffer();
+  }
+
+  program(fragment) {
+    const found = this.programs.get(fragment);
+    if (found) { return found; }
+    const gl = this.gl;
+    const program = gl.createProgram();
+    const vertex = "#version 300 es\nvoid main() {\n" +
+      "  gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);\n}\n";
+    for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
+      const shader = gl.createShader(kind);
+      gl.shaderSource(shader, text);
+      gl.compileShader(shader);
+      if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) {
+        throw new Error("the shader does not compile: " + gl.getShaderInfoLog(shader));
+      }
+      gl.attachShader(program, shader);
+    }
+    gl.linkProgram(program);
+    if (!gl.getProgramParameter(program, gl.LINK_STATUS)) {
+      throw new Error("the shader does not link: " + gl.getProgramInfoLog(program));
+    }
+    this.programs.set(fragment, program);
+    return program;
+  }
+
+  texture(width, height, texels) {
+    const gl = this.gl;
+    const texture = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, height, 0, gl.RGBA, gl.FLOAT, texels);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+    return texture;
+  }
+
+  load(scene, level) {
+    const gl = this.gl;
+    [this.read_from, this.drawn_to, this.observation, this.confidence].forEach((old) => gl.deleteTexture(old || null));
+    const sites = level.width * level.height;
+    const at = (array, i) => (level.arrays.length > array * sites ? level.arrays[array * sites + i] : 0);
+    const texels = (...arrays) => {
+      const data = new Float32Array(4 * sites);
+      for (let i = 0; i < sites; ++i) {
+        arrays.forEach((array, k) => { data[4 * i + k] = at(array, i); });
+      }
+      return data;
+    };
+    this.level = level;
+    this.texels = new Float32Array(4 * sites);
+    this.image = texels(8, 8, 1); // 8: not there, 0
+    this.read_from = this.texture(level.width, level.height, this.image);
+    this.drawn_to = this.texture(level.width, level.height, null);
+    this.observation = this.texture(level.width, level.height, texels(2, 3, 0));
+    this.confidence = this.texture(level.width, level.height, texels(4, 5, 6, 7));
+    const program = this.program(scene.shader);
+    gl.useProgram(program);
+    const place = (name) => gl.getUniformLocation(program, name);
+    ["image", "observation", "confidence"].forEach((name, unit) => gl.uniform1i(place(name), unit));
+    gl.uniform2i(place("dimension"), level.width, level.height);
+    gl.uniform1f(place("penalty"), scene.penalty);
+    gl.uniform1fv(place("steps"), Float32Array.from({ length: 16 }, (_, i) => scene.steps[i] || 0));
+    this.turn = place("turn");
+  }
+
+  write(x, y) {
+    for (let i = 0; i < x.length; ++i) {
+      this.image[4 * i] = x[i];
+      this.image[4 * i + 1] = y[i];
+    }
+    const gl = this.gl;
+    gl.bindTexture(gl.TEXTURE_2D, this.read_from);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, this.level.width, this.level.height, gl.RGBA, gl.FLOAT, this.image);
+  }
+
+  sweep(turn) {
+    const gl = this.gl;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.framebuffer);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.drawn_to, 0);
+    [this.read_from, this.observation, this.confidence].forEach((texture, unit) => {
+      gl.activeTexture(gl.TEXTURE0 + unit);
+      gl.bindTexture(gl.TEXTURE_2D, texture);
+    });
+    gl.activeTexture(gl.TEXTURE0);
+    gl.viewport(0, 0, this.level.width, this.level.height);
+    gl.uniform4fv(this.turn, turn);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    [this.read_from, this.drawn_to] = [this.drawn_to, this.read_from];
+  }
+
+  /** rg of every texel is the displacement. Waits for all that was drawn. */
+  read(width = this.level.width, height = this.level.height) {
+    const gl = this.gl;
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, this.texels);
+    const error = gl.getError();
+    if (error !== gl.NO_ERROR) { throw new Error("WebGL error 0x" + error.toString(16)); }
+    return this.texels;
+  }
+}
+
+/** FNV-1a over extent, x, y, as harness/check/state_hash.cpp has it: sixteen hexadecimal digits. */
+function state_hash(width, height, x, y) {
+  let hash = 0xcbf29ce484222325n;
+  const add = (word) => {
+    for (let byte = 0; byte < 4; ++byte) {
+      hash = BigInt.asUintN(64, (hash ^ BigInt((word >>> (8 * byte)) & 0xff)) * 0x100000001b3n);
+    }
+  };
+  add(width);
+  add(height);
+  for (const component of [x, y]) {
+    const words = new Uint32Array(Float32Array.from(component, (value) => value + 0).buffer); // -0 + 0 is 0
+    words.forEach(add);
+  }
+  return hash.toString(16).padStart(16, "0");
+}
+
+/** An object like a row of `verify`'s results, before anything was compared. */
+function new_row(scene, device, mode) {
+  return {
+    scene: scene.name, width: scene.width, height: scene.height, backend: "webgl-fragment", device, mode, levels: 0,
+    method: scene.method, iterations: 0, sweeps: 0, sites_compared: 0, sites_differing: 0, not_finite: 0,
+    counts_differing: 0, certified_ties: 0, uncertified: 0, max_abs_difference: 0, first_difference: null, tier: "none",
+    verdict: "skipped", reason: "", sites_drifted: 0, largest_gap_over_bound: 0, sites_at_rest: 0, coarse_levels: []
+  };
+}
+
+/** One sweep's field against scalar's. */
+function compare(row, scalar, texels, level, iteration) {
+  const sites = level.width * level.height;
+  row.sites_compared += sites;
+  for (let i = 0; i < sites; ++i) {
+    const found = [texels[4 * i], texels[4 * i + 1]];
+    if (found[0] === scalar.x[i] && found[1] === scalar.y[i]) { continue; }
+    ++row.sites_differing;
+    row.not_finite += found.every(Number.isFinite) ? 0 : 1;
+    const distance = Math.max(Math.abs(found[0] - scalar.x[i]), Math.abs(found[1] - scalar.y[i]));
+    row.max_abs_difference = Math.max(row.max_abs_difference, distance);
+    row.first_difference = row.first_difference || {
+      level: level.index, iteration, x: i % level.width, y: Math.floor(i / level.width),
+      expected: [scalar.x[i], scalar.y[i]], found, energy_before: null, energy_expected: null, energy_found: null,
+      certified: false, gap_over_bound: null
+    };
+  }
+}
+
+/** Follows a scene in one mode; `step` is called after every level and may wait. Returns the row; row.fields are the
+    last fields of both, for pictures. */
+async function follow(scalar, gpu, scene, mode, step) {
+  const row = new_row(scene, gpu.device, mode);
+  if (Math.max(scene.width, scene.height) > gpu.largest) {
+    row.reason = "textures here are at most " + gpu.largest + " texels a side";
+    return row;
+  }
+  let before = null; // x, y of the start on the level before
+  let moves = 0;
+  for (const level of scene.levels) {
+    const sites = level.width * level.height;
+    if (before) { // what the level before has changed of the start
+      scalar.x.forEach((value, i) => { scalar.x[i] = value - before[i]; });
+      scalar.y.forEach((value, i) => { scalar.y[i] = value - before[scalar.y.length + i]; });
+    }
+    scalar.load(scene, level);
+    if (level.start.length > 0) {
+      scalar.x.forEach((value, i) => { scalar.x[i] = value + level.start[i]; });
+      scalar.y.forEach((value, i) => { scalar.y[i] = value + level.start[sites + i]; });
+      before = level.start;
+    }
+    gpu.load(scene, level);
+    gpu.write(scalar.x, scalar.y);
+    for (let sweep = 0; sweep < level.sweeps; ++sweep) {
+      if (mode === "resync") { gpu.write(scalar.x, scalar.y); }
+      gpu.sweep(scalar.turn(sweep));
+      moves += scalar.sweep(sweep, sites);
+      compare(row, scalar, gpu.read(), level, 1 + Math.floor(sweep / scene.sweeps_per_iteration));
+      ++row.sweeps;
+    }
+    ++row.levels;
+    row.iterations = row.sweeps / scene.sweeps_per_iteration;
+    await step(row, level);
+  }
+  row.sites_drifted = row.uncertified = row.sites_differing;
+  const hash = state_hash(scene.width, scene.height, scalar.x, scalar.y);
+  if (hash !== scene.hash) {
+    row.verdict = "mistrusted";
+    row.reason = "scalar in WebAssembly ends with " + hash + ", on the machine that wrote this page with " + scene.hash;
+  } else if (row.sites_differing > 0) {
+    row.verdict = "disagree";
+  } else if (moves === 0) {
+    row.verdict = "mistrusted";
+    row.reason = "no site ever moved, so a device that does nothing would pass";
+  } else {
+    row.verdict = "agree";
+    row.tier = scene.exact ? "exact" : "bitwise";
+  }
+  row.fields = { scalar: [Float32Array.from(scalar.x), Float32Array.from(scalar.y)], gpu: Float32Array.from(gpu.texels) };
+  return row;
+}

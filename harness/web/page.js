@@ -1,0 +1,229 @@
+// Runs everything once and shows it as it comes. For tests, after # in the address: plant=tie plants a fault in the
+// shader, missing=NAME does without webgl2 or an extension, timing=no leaves the speed out.
+
+const asked = new URLSearchParams(location.hash.slice(1));
+const element = (id) => document.getElementById(id);
+
+/** The document's other threads of work go on. */
+const pause = () => new Promise((resolve) => setTimeout(resolve, 0));
+
+function conclude(state, sentence) {
+  element("verdict").className = "verdict " + state;
+  element("sentence").textContent = sentence;
+}
+
+function add_cells(table, texts) {
+  const line = element(table).insertRow();
+  texts.forEach(([text, kind]) => {
+    const cell = line.insertCell();
+    cell.textContent = text;
+    cell.className = kind || "";
+  });
+  return line;
+}
+
+const grouped = (count) => count.toLocaleString("en").replaceAll(",", "\u202f");
+
+function show_row(row) {
+  const verdict = row.verdict === "agree" ? row.tier : row.verdict;
+  add_cells("rows", [
+    [row.scene + (row.method === "icm" ? "" : ", " + row.method)], [row.width + " × " + row.height], [row.mode],
+    [grouped(row.sweeps), "number"], [grouped(row.sites_compared), "number"], [grouped(row.sites_differing), "number"],
+    [verdict, row.verdict]
+  ]);
+  const first = row.first_difference;
+  if (first || row.reason) {
+    const text = document.createElement("p");
+    text.textContent = row.scene + ", " + row.mode + ": " + (row.reason || "") +
+      (first ? " first difference on level " + first.level + ", iteration " + first.iteration + ", x = " + first.x +
+        ", y = " + first.y + ": CPU (" + first.expected.join(", ") + "), GPU (" + first.found.join(", ") + ") px" : "");
+    element("differences").append(text);
+  }
+}
+
+function draw(title, width, height, shade) {
+  const figure = document.createElement("figure");
+  const canvas = document.createElement("canvas");
+  canvas.className = "picture";
+  canvas.width = width;
+  canvas.height = height;
+  const pixels = new ImageData(width, height);
+  for (let i = 0; i < width * height; ++i) {
+    pixels.data.set(shade(i), 4 * i);
+  }
+  canvas.getContext("2d").putImageData(pixels, 0, 0);
+  const caption = document.createElement("figcaption");
+  caption.textContent = title;
+  figure.append(canvas, caption);
+  element("pictures").append(figure);
+}
+
+function show_fields(row) {
+  const { scalar: [x, y], gpu } = row.fields;
+  const cpu_size = (i) => Math.hypot(x[i], y[i]);
+  const gpu_size = (i) => Math.hypot(gpu[4 * i], gpu[4 * i + 1]);
+  let largest = 0;
+  x.forEach((_, i) => { largest = Math.max(largest, cpu_size(i)); });
+  const heat = (size) => [255 * Math.min(1, 1.6 * size), 255 * size * size, 255 * (0.25 + 0.5 * size * (1 - size)), 255];
+  element("pictures").replaceChildren();
+  draw("CPU, to " + largest.toFixed(1) + " px", row.width, row.height, (i) => heat(cpu_size(i) / largest));
+  draw("GPU", row.width, row.height, (i) => heat(gpu_size(i) / largest));
+  draw("differing sites", row.width, row.height, (i) =>
+    (x[i] === gpu[4 * i] && y[i] === gpu[4 * i + 1] ? [30, 90, 60, 255] : [230, 60, 40, 255]));
+}
+
+/** A level of `size` x `size` sites with five moduli and a prescribed border, for timing. */
+function level_to_time(size) {
+  const sites = size * size;
+  const arrays = new Float32Array(6 * sites);
+  for (let i = 0; i < sites; ++i) {
+    const x = i % size;
+    const y = Math.floor(i / size);
+    const modulus = 1 + ((7 * (x >> 3) + 13 * (y >> 3)) % 5);
+    const held = x === 0 || y === 0 || x === size - 1 || y === size - 1 ? 1 : 0;
+    [modulus, 1 / modulus, held * 0.05 * x, 0, held, held].forEach((value, k) => { arrays[k * sites + i] = value; });
+  }
+  const none = new Float32Array(0);
+  return { index: 0, width: size, height: size, sweeps: 0, strengths: [], arrays, start: none, columns: none, rows: none };
+}
+
+/** Sites a second, the median of three samples of a tenth of a second where that is not too many sweeps. */
+function rate(sweeps_of, sites) {
+  const most = Math.min(4096, Math.ceil(2 ** 27 / sites));
+  sweeps_of(1);
+  let count = 1;
+  let seconds = 0;
+  const run = () => {
+    const begin = performance.now();
+    sweeps_of(count);
+    seconds = (performance.now() - begin) / 1000;
+    return (count * sites) / seconds;
+  };
+  for (run(); seconds < 0.1 && count < most; run()) { count *= 2; }
+  return [run(), run(), run()].sort((a, b) => a - b)[1];
+}
+
+async function time(scalar, gpu, scene) {
+  const timings = [];
+  for (const size of [64, 128, 256, 512, 1024]) {
+    const level = level_to_time(size);
+    const sites = size * size;
+    scalar.load(scene, level);
+    gpu.load(scene, level);
+    gpu.write(scalar.x, scalar.y);
+    const turn = scalar.turn(0);
+    const cpu_rate = rate((count) => { for (let i = 0; i < count; ++i) { scalar.sweep(0, sites); } }, sites);
+    await pause();
+    const gpu_rate = rate((count) => {
+      for (let i = 0; i < count; ++i) { gpu.sweep(turn); }
+      gpu.read(1, 1);
+    }, sites);
+    timings.push({ size, scalar: cpu_rate, gpu: gpu_rate });
+    const million = (value) => (value / 1e6).toFixed(value < 1e7 ? 1 : 0);
+    add_cells("timings", [[size + " × " + size], [million(cpu_rate), "number"], [million(gpu_rate), "number"],
+      [(gpu_rate / cpu_rate).toFixed(1) + "×", "number"]]);
+    await pause();
+  }
+  return timings;
+}
+
+function draw_chart(timings) {
+  const rates = timings.flatMap((timing) => [timing.scalar, timing.gpu]);
+  const low = Math.floor(Math.log10(Math.min(...rates) / 1e6));
+  const high = Math.ceil(Math.log10(Math.max(...rates) / 1e6));
+  const across = (size) => 60 + 100 * Math.log2(size / timings[0].size);
+  const up = (value) => 210 - (190 * (Math.log10(value / 1e6) - low)) / (high - low);
+  let marks = "";
+  for (let power = low; power <= high; ++power) {
+    const y = up(10 ** power * 1e6);
+    marks += `<line class="axis" x1="60" x2="470" y1="${y}" y2="${y}"/><text x="4" y="${y + 4}">${10 ** power} M/s</text>`;
+  }
+  timings.forEach(({ size }) => { marks += `<text x="${across(size) - 10}" y="232">${size}</text>`; });
+  for (const name of ["scalar", "gpu"]) {
+    const points = timings.map((timing) => across(timing.size) + "," + up(timing[name]));
+    const last = timings[timings.length - 1];
+    marks += `<polyline class="${name}" points="${points.join(" ")}"/>` +
+      `<text x="474" y="${up(last[name]) + 4}">${name === "gpu" ? "GPU" : "CPU"}</text>`;
+  }
+  element("chart").innerHTML = marks;
+}
+
+/** What `hdmbench report` reads, and the timings beside it. */
+function keep(rows, timings, gpu) {
+  const agent = navigator.userAgent.replace(/^Mozilla\/5.0 /, "");
+  const results = {
+    schema: 1, command: "verify",
+    context: {
+      ...page_data.context, machine: "browser: " + (gpu ? gpu.device : agent), cpu: "unknown to a page",
+      cores: navigator.hardwareConcurrency || 0, operating_system: agent, date: new Date().toISOString().slice(0, 19) + "Z"
+    },
+    results: rows.map(({ fields, exact, ...row }) => row), timings
+  };
+  const text = JSON.stringify(results);
+  element("results").textContent = text;
+  element("save").disabled = rows.length === 0;
+  element("save").onclick = () => {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([text], { type: "application/json" }));
+    link.download = "hdmbench-browser.json";
+    link.click();
+  };
+}
+
+/** "All of N comparisons …" */
+function judge(rows) {
+  const of = (verdict) => rows.filter((row) => row.verdict === verdict).length;
+  const sites = grouped(rows.reduce((sum, row) => sum + row.sites_compared, 0));
+  if (of("mistrusted") > 0) {
+    conclude("unsure", "Nothing can be said: the CPU's own results are not what they should be.");
+  } else if (of("disagree") > 0) {
+    const exact = rows.some((row) => row.exact && row.verdict === "disagree");
+    conclude("bad", of("disagree") + " of " + rows.length + " comparisons differ" +
+      (exact ? ", on an exact scene too: this GPU or its driver computes something else." :
+        "; the exact scenes agree: this GPU rounds otherwise."));
+  } else {
+    conclude("good", "The same bits: " + of("agree") + " of " + rows.length + " comparisons, " + sites + " sites.");
+  }
+}
+
+async function run() {
+  const rows = [];
+  let timings = [];
+  let gpu = null;
+  try {
+    gpu = new Gpu(element("gpu"), asked.get("missing"));
+    element("device").textContent = gpu.device + ", " + gpu.driver;
+    const bytes = Uint8Array.from(atob(page_data.scalar), (letter) => letter.charCodeAt(0));
+    const scalar = new Scalar(await WebAssembly.instantiate(await WebAssembly.compile(bytes), {}));
+    const total = 2 * page_data.scenes.reduce((sum, scene) => sum + scene.levels.length, 0);
+    for (const scene of page_data.scenes) {
+      if (asked.get("plant") === "tie") {
+        scene.shader = scene.shader.replace("best = change < lowest ?", "best = change <= lowest ?");
+      }
+      scene.levels.forEach((level) => {
+        ["arrays", "start", "columns", "rows"].forEach((name) => { level[name] = floats(level[name]); });
+      });
+      for (const mode of ["resync", "free"]) {
+        rows.push(await follow(scalar, gpu, scene, mode, async () => {
+          element("progress").value += 1 / total;
+          await pause();
+        }));
+        rows[rows.length - 1].exact = scene.exact;
+        show_row(rows[rows.length - 1]);
+      }
+      if (rows[rows.length - 1].fields) { show_fields(rows[rows.length - 1]); }
+    }
+    judge(rows);
+    if (asked.get("timing") !== "no") {
+      timings = await time(scalar, gpu, page_data.scenes.find((scene) => scene.rule === 0));
+      draw_chart(timings);
+    }
+  } catch (error) {
+    conclude("unsure", "Nothing can be compared: " + error.message);
+  }
+  element("progress").value = 1;
+  keep(rows, timings, gpu);
+  document.documentElement.dataset.done = "yes";
+}
+
+run();

@@ -1,0 +1,117 @@
+#include "kernels/data/elastic/coarsest_inverse.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hdmbench {
+
+namespace {
+
+/// What is left of a component's own stiffness when those before it have moved freely: below this share it is
+/// rounding of the moments, and the component is made up for by others.
+constexpr double least_share = 1e-5;
+
+class Symmetric {
+public:
+  explicit Symmetric(std::size_t size) : size_(size), values_(size * size) {}
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] double& at(std::size_t row, std::size_t column) { return values_[row * size_ + column]; }
+
+  /// One component changes sides: from "its force is given" to "its displacement is". After this was done to
+  /// some components, the part of the matrix that belongs to them is minus the inverse of what it was.
+  void exchange(std::size_t pivot) {
+    const double inverse = 1.0 / at(pivot, pivot);
+    for (std::size_t row = 0; row < size_; ++row) {
+      const double factor = at(row, pivot) * inverse;
+      if (row == pivot || factor == 0.0) {
+        continue;
+      }
+      for (std::size_t column = 0; column < size_; ++column) {
+        if (column != pivot) {
+          at(row, column) -= factor * at(pivot, column);
+        }
+      }
+    }
+    for (std::size_t other = 0; other < size_; ++other) {
+      if (other != pivot) {
+        at(other, pivot) *= inverse;
+        at(pivot, other) *= inverse;
+      }
+    }
+    at(pivot, pivot) = -inverse;
+  }
+
+private:
+  std::size_t size_;
+  std::vector<double> values_;
+};
+
+Symmetric stiffness_of(const ElasticLevel& level, const ElasticInFloat::PoissonRatio& ratio) {
+  const Extent sites = level.grid.sites;
+  const Extent cells = level.grid.cells();
+  Symmetric stiffness(2 * sites.sites());
+  const auto add = [&](int x, int y, const auto& matrix) {
+    const auto component = [&](std::size_t at) {
+      return 2 * sites.index(x + static_cast<int>(at / 2 % 2), y + static_cast<int>(at / 4)) + at % 2;
+    };
+    for (std::size_t row = 0; row < 8; ++row) {
+      for (std::size_t column = 0; column < 8; ++column) {
+        stiffness.at(component(row), component(column)) += static_cast<double>(matrix[8 * row + column]);
+      }
+    }
+  };
+  for (int y = 0; y < cells.height; ++y) {
+    for (int x = 0; x < cells.width; ++x) {
+      add(x, y, cell_matrix(level.cell(level.grid.index(x, y)), ratio));
+    }
+    const auto [first, last] = level.masked.row(y);
+    for (std::size_t i = first; i < last; ++i) {
+      add(level.masked.cells[i].x, y, level.masked.cells[i].stiffness);
+    }
+  }
+  return stiffness;
+}
+
+} // namespace
+
+std::vector<float> coarsest_inverse(const ElasticLevel& level, const ElasticInFloat::PoissonRatio& ratio,
+                                    const std::vector<std::uint8_t>& prescribed) {
+  Symmetric stiffness = stiffness_of(level, ratio);
+  const std::size_t size = stiffness.size();
+  std::vector<double> own(size);
+  std::vector<std::uint8_t> moves(size);
+  for (std::size_t i = 0; i < size; ++i) {
+    own[i] = stiffness.at(i, i);
+  }
+  // The stiffest part of what is left goes first, so that what others make up for is what remains.
+  for (std::size_t round = 0; round < size; ++round) {
+    std::size_t pivot = size;
+    double best = least_share;
+    for (std::size_t i = 0; i < size; ++i) {
+      const bool is_free = moves[i] == 0 && own[i] > 0.0 && (prescribed.empty() || prescribed[i] == 0);
+      if (is_free && stiffness.at(i, i) > best * own[i]) {
+        best = stiffness.at(i, i) / own[i];
+        pivot = i;
+      }
+    }
+    if (pivot == size) {
+      break;
+    }
+    stiffness.exchange(pivot);
+    moves[pivot] = 1;
+  }
+  std::vector<float> inverse(size * size);
+  for (std::size_t column = 0; column < size; ++column) {
+    for (std::size_t row = 0; row < size; ++row) {
+      if (moves[row] != 0 && moves[column] != 0) {
+        // Of the two halves, which rounding made different, one.
+        inverse[column * size + row] =
+            static_cast<float>(-stiffness.at(std::max(row, column), std::min(row, column)));
+      }
+    }
+  }
+  return inverse;
+}
+
+} // namespace hdmbench

@@ -1,0 +1,151 @@
+#include "kernels/data/elastic/conditions.hpp"
+
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace hdmbench {
+
+namespace {
+
+/// Below this many sites threads cost more than they bring.
+constexpr std::size_t sites_worth_threads = 1 << 15;
+
+/// A component on a level of averages: what is known of it and how well, 0 ... 1.
+struct Known {
+  Extent extent;
+  std::vector<float> value;
+  std::vector<float> weight;
+
+  explicit Known(Extent extent_) : extent(extent_), value(extent_.sites()), weight(extent_.sites()) {}
+};
+
+/// The mean over the 3 x 3 sites around each second one, nearer ones counting more.
+Known averaged(const Known& fine) {
+  Known coarse({fine.extent.width / 2 + 1, fine.extent.height / 2 + 1});
+#pragma omp parallel for if (fine.extent.sites() > sites_worth_threads)
+  for (int y = 0; y < coarse.extent.height; ++y) {
+    for (int x = 0; x < coarse.extent.width; ++x) {
+      float weight = 0.0F;
+      float sum = 0.0F;
+      for (int j = std::max(2 * y - 1, 0); j <= std::min(2 * y + 1, fine.extent.height - 1); ++j) {
+        for (int i = std::max(2 * x - 1, 0); i <= std::min(2 * x + 1, fine.extent.width - 1); ++i) {
+          const std::size_t at = fine.extent.index(i, j);
+          const float share = (i == 2 * x ? 1.0F : 0.5F) * (j == 2 * y ? 1.0F : 0.5F) * fine.weight[at];
+          weight += share;
+          sum += share * fine.value[at];
+        }
+      }
+      if (weight > 0.0F) {
+        coarse.value[coarse.extent.index(x, y)] = sum / weight;
+        coarse.weight[coarse.extent.index(x, y)] = std::min(weight, 1.0F);
+      }
+    }
+  }
+  return coarse;
+}
+
+/// What a level does not know well enough comes from the averages.
+void fill(Known& fine, const Known& coarse) {
+#pragma omp parallel for if (fine.extent.sites() > sites_worth_threads)
+  for (int y = 0; y < fine.extent.height; ++y) {
+    for (int x = 0; x < fine.extent.width; ++x) {
+      const std::size_t at = fine.extent.index(x, y);
+      const float missing = 1.0F - fine.weight[at];
+      if (missing > 0.0F) {
+        const auto coarse_value = [&](int i, int j) { return coarse.value[coarse.extent.index(i, j)]; };
+        const int west = x / 2;
+        const int north = y / 2;
+        const int east = west + x % 2;
+        const int south = north + y % 2;
+        const float mean = 0.25F * ((coarse_value(west, north) + coarse_value(east, north)) +
+                                    (coarse_value(west, south) + coarse_value(east, south)));
+        fine.value[at] = fine.weight[at] * fine.value[at] + missing * mean;
+      }
+    }
+  }
+}
+
+/// The mean of all that is known, where nothing else is.
+void fill(Known& coarsest) {
+  double weight = 0.0;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < coarsest.value.size(); ++i) {
+    weight += static_cast<double>(coarsest.weight[i]);
+    sum += static_cast<double>(coarsest.weight[i]) * static_cast<double>(coarsest.value[i]);
+  }
+  for (std::size_t i = 0; i < coarsest.value.size(); ++i) {
+    if (coarsest.weight[i] <= 0.0F && weight > 0.0) {
+      coarsest.value[i] = static_cast<float>(sum / weight);
+    }
+  }
+}
+
+std::vector<float> extended(Extent extent, const std::vector<float>& target,
+                            const std::vector<float>& confidence) {
+  std::vector<Known> levels;
+  Known& finest = levels.emplace_back(extent);
+  for (std::size_t i = 0; i < extent.sites(); ++i) {
+    const bool prescribed = confidence[i] > 0.0F;
+    finest.weight[i] = prescribed ? 1.0F : 0.0F;
+    finest.value[i] = prescribed ? target[i] : 0.0F;
+  }
+  while (levels.back().extent.width > 2 || levels.back().extent.height > 2) {
+    levels.push_back(averaged(levels.back()));
+  }
+  fill(levels.back());
+  for (std::size_t level = levels.size() - 1; level > 0; --level) {
+    fill(levels[level - 1], levels[level]);
+  }
+  return std::move(levels.front().value);
+}
+
+constexpr const char* free_to_move = "the conditions leave the elastic sheet free to move: ";
+
+} // namespace
+
+void require_held(const Level& level) {
+  if (level.extent.width < 2 || level.extent.height < 2) {
+    throw InputError(fmt::format("the elastic energy needs at least 2 x 2 pixels, the image is {} x {}",
+                                 level.extent.width, level.extent.height));
+  }
+  // A sheet moves without straining by (a - t y, b + t x) only. Known x in two rows, or known y in two
+  // columns, determine t.
+  int row = -1;    // of a known x
+  int column = -1; // of a known y
+  bool turns = true;
+  for (int y = 0; y < level.extent.height; ++y) {
+    for (int x = 0; x < level.extent.width; ++x) {
+      const std::size_t at = level.extent.index(x, y);
+      if (level.confidence.x[at] > 0.0F) {
+        turns = turns && (row < 0 || row == y);
+        row = y;
+      }
+      if (level.confidence.y[at] > 0.0F) {
+        turns = turns && (column < 0 || column == x);
+        column = x;
+      }
+    }
+  }
+  if (row < 0 || column < 0) {
+    throw InputError(fmt::format("{}all {} x {} sites can move in {}; a condition must give that component "
+                                 "somewhere",
+                                 free_to_move, level.extent.width, level.extent.height, row < 0 ? 'x' : 'y'));
+  }
+  if (turns) {
+    throw InputError(fmt::format("{}it can turn about x = {}, y = {}; give x in two rows or y in two columns",
+                                 free_to_move, column, row));
+  }
+}
+
+VectorField extended_conditions(const Level& level) {
+  VectorField field;
+  field.extent = level.extent;
+  field.x = extended(level.extent, level.target.x, level.confidence.x);
+  field.y = extended(level.extent, level.target.y, level.confidence.y);
+  return field;
+}
+
+} // namespace hdmbench

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "kernels/data/level.hpp"
+
+namespace hdmbench {
+
+/// Throws InputError where the elastic energy has no unique minimum on `level`, and says what is missing and
+/// where: an image that is not at least 2 x 2, a sheet that can move or turn as a whole. Every part of the
+/// sheet that prescribed sites cut off touches two of them, so no other part can be free.
+void require_held(const Level& level);
+
+/// A displacement to begin with (pixels): the targets where a component is prescribed, means of them
+/// elsewhere, of the nearer ones where there are any. The same bits whatever the number of threads. The level
+/// is held.
+[[nodiscard]] VectorField extended_conditions(const Level& level);
+
+} // namespace hdmbench

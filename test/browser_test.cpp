@@ -1,0 +1,123 @@
+// The page that tests a GPU, in a real browser: headless Chromium, whose WebGL runs on SwiftShader here.
+
+#include "harness/measure/subprocess.hpp"
+#include "test/program.hpp"
+#include "test/temporary_folder.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace hdmbench {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+/// A page, and the browser's answers to it.
+class Browser : public testing::Test {
+protected:
+  void SetUp() override {
+    try {
+      if (!run_process({"chromium", "--version"}, output(), errors(), {.seconds = 60.0}).good()) {
+        GTEST_SKIP() << "chromium does not start: " << file_text(errors());
+      }
+    } catch (const std::exception& error) {
+      GTEST_SKIP() << error.what();
+    }
+  }
+
+  void write_page(const std::string& arguments) {
+    const test::Outcome outcome = test::hdmbench("browser " + arguments + " --output " + page().string());
+    ASSERT_EQ(outcome.status, 0) << outcome.output;
+  }
+
+  /// The document after all is done. `wishes` stand after # in the address.
+  std::string document(const std::string& wishes) {
+    const ProcessEnd end = run_process(
+        {"chromium", "--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+         "--virtual-time-budget=600000", "--user-data-dir=" + (folder_.path() / "profile").string(),
+         "--dump-dom", "file://" + page().string() + "#timing=no&" + wishes},
+        output(), errors(), {.environment = {{"HOME", folder_.path().string()}}, .seconds = 200.0});
+    EXPECT_TRUE(end.good()) << end.text() << file_text(errors());
+    return file_text(output());
+  }
+
+  /// What the page would save.
+  json results(const std::string& wishes = "") {
+    const std::string text = document(wishes);
+    const std::string mark = "id=\"results\">";
+    const auto begin = text.find(mark);
+    const auto end = text.find("</script>", begin);
+    EXPECT_NE(end, std::string::npos) << text.substr(0, 2000);
+    return json::parse(text.substr(begin + mark.size(), end - begin - mark.size()));
+  }
+
+  [[nodiscard]] const std::filesystem::path& folder() const { return folder_.path(); }
+
+private:
+  [[nodiscard]] std::filesystem::path output() const { return folder_.path() / "output"; }
+  [[nodiscard]] std::filesystem::path errors() const { return folder_.path() / "errors"; }
+  [[nodiscard]] std::filesystem::path page() const { return folder_.path() / "page.html"; }
+
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(Browser, HasScalarsBitsAfterEverySweep) {
+  write_page("exact-textures tie-rich --size 32");
+  const json found = results();
+  ASSERT_EQ(found["results"].size(), 4U);
+  for (const json& row : found["results"]) {
+    EXPECT_EQ(row["verdict"], "agree") << row.dump();
+    EXPECT_EQ(row["tier"], row["scene"] == "tie-rich" ? "bitwise" : "exact");
+    EXPECT_EQ(row["sites_differing"], 0);
+    EXPECT_GE(row["sites_compared"], 32 * 32 * row["sweeps"].get<int>() / row["levels"].get<int>());
+  }
+  // As many sweeps as verify does, and a report that takes the page's results for what they are.
+  const auto verified = folder() / "verified.json";
+  ASSERT_EQ(test::hdmbench("verify tie-rich --size 32 --backends openmp --json " + verified.string()).status,
+            0);
+  const json rows = json::parse(file_text(verified))["results"];
+  EXPECT_EQ(found["results"].back()["sites_compared"], rows[0]["sites_compared"]);
+  std::ofstream(folder() / "browser.json") << found;
+  const test::Outcome report = test::hdmbench("report " + (folder() / "browser.json").string() +
+                                              " --output " + (folder() / "report.html").string());
+  EXPECT_EQ(report.status, 0) << report.output;
+  EXPECT_THAT(file_text(folder() / "report.html"), HasSubstr("webgl-fragment"));
+}
+
+TEST_F(Browser, HasThemByOtherRulesAndFromAStart) {
+  write_page("random --size 24x17 --methods annealing,closed-form,coloured,four-coloured");
+  const json found = results();
+  ASSERT_EQ(found["results"].size(), 8U);
+  for (const json& row : found["results"]) {
+    EXPECT_EQ(row["verdict"], "agree") << row.dump();
+  }
+}
+
+TEST_F(Browser, SeesAPlantedFault) {
+  write_page("tie-rich --size 32");
+  const json row = results("plant=tie")["results"][0];
+  EXPECT_EQ(row["verdict"], "disagree");
+  EXPECT_GT(row["sites_differing"], 0);
+  EXPECT_TRUE(row["first_difference"].is_object());
+  EXPECT_THAT(document("plant=tie"), HasSubstr("class=\"verdict bad\""));
+}
+
+TEST_F(Browser, SaysWhatABrowserLacks) {
+  write_page("tie-rich --size 8");
+  const std::string text = document("missing=EXT_color_buffer_float");
+  EXPECT_THAT(text, HasSubstr("Nothing can be compared: this browser cannot draw into float textures"));
+  EXPECT_THAT(text, HasSubstr("class=\"verdict unsure\""));
+}
+
+TEST(BrowserPage, RefusesWhatAShaderCannotDo) {
+  const test::Outcome sequential =
+      test::hdmbench("browser random --size 8 --method sequential --output /dev/null");
+  EXPECT_EQ(sequential.status, 2);
+  EXPECT_THAT(sequential.output, HasSubstr("cannot be compared in a browser"));
+  EXPECT_EQ(test::hdmbench("browser square --size 8 --method multigrid --output /dev/null").status, 2);
+}
+
+} // namespace
+} // namespace hdmbench
