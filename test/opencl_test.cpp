@@ -11,6 +11,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <functional>
 
 namespace hdmbench {
@@ -44,7 +45,7 @@ protected:
   std::vector<opencl::FoundDevice> devices_;
 };
 
-/// After the same sweeps of the same problem.
+/// After the same sweeps of the same problem, twice.
 void expect_same(Session& session, const test::Problem& problem, int sweeps) {
   const auto backends = make_backends();
   const auto scalar = backends.front()->open({});
@@ -52,8 +53,10 @@ void expect_same(Session& session, const test::Problem& problem, int sweeps) {
   VectorField found;
   for (Session* one : {scalar.get(), &session}) {
     one->load(problem.level);
-    one->write(problem.start);
-    one->step(sweeps);
+    for (int again = 0; again < 2; ++again) { // the second time after sweeps, without another load
+      one->write(problem.start);
+      one->step(sweeps);
+    }
   }
   scalar->read(expected);
   session.read(found);
@@ -75,6 +78,50 @@ TEST_F(OpenClTest, SameBitsWithGroupsOfEveryShape) {
           test::random_problem({90, 70}, test::Texture::smooth, 3, {}, Rule::annealing, Update::coloured), 8);
     }
   }
+}
+
+/// Everything is at rest but for a few sites that are pulled, in the middle tile of nine: what moves from
+/// there wakes the tiles around, through every side and corner.
+TEST_F(OpenClTest, ChangesWakeTheTilesTheyReach) {
+  test::Problem problem = test::random_problem({192, 48}, test::Texture::tie_rich, 7);
+  problem.start = VectorField(problem.level.extent);
+  for (const std::array<int, 2> pulled : {std::array{64, 16}, {127, 16}, {64, 31}, {127, 31}, {95, 24}}) {
+    problem.level.confidence = VectorField(problem.level.extent);
+    const std::size_t site = problem.level.extent.index(pulled[0], pulled[1]);
+    problem.level.confidence.x[site] = 1.0F;
+    problem.level.confidence.y[site] = 1.0F;
+    problem.level.target.x[site] = 60.0F;
+    problem.level.target.y[site] = -60.0F;
+    problem.level.penalty = 1000.0F;
+    for (const int lanes : {1, 64}) {
+      SCOPED_TRACE(testing::Message() << pulled[0] << ", " << pulled[1] << ", " << lanes << " lanes");
+      const auto session = open({{64, 16}, lanes}, Work::active);
+      for (const int sweeps : {1, 2, 3, 90}) {
+        expect_same(*session, problem, sweeps);
+      }
+    }
+  }
+}
+
+TEST_F(OpenClTest, AWriteWakesAllTiles) {
+  const auto problem = test::random_problem({192, 48}, test::Texture::tie_rich, 8);
+  Level level = problem.level;
+  level.confidence = VectorField(level.extent);
+  const auto backends = make_backends();
+  const auto scalar = backends.front()->open({});
+  const auto session = open({{64, 16}, 1}, Work::active);
+  VectorField expected;
+  VectorField found;
+  for (Session* one : {scalar.get(), session.get()}) {
+    one->load(level);
+    one->write(VectorField(level.extent)); // at rest: all fall asleep
+    one->step(4);
+    one->write(problem.start);
+    one->step(5);
+  }
+  scalar->read(expected);
+  session->read(found);
+  EXPECT_EQ(compare(expected, found).sites, 0);
 }
 
 TEST_F(OpenClTest, TheSameWholePyramidWithGroupsOfEveryShape) {

@@ -21,19 +21,23 @@
 #include "backends/gl/fragment_level.hpp"
 #include "backends/gl/tile_sweeps.hpp"
 #endif
+#if __has_include(<CL/cl.h>)
+#include "backends/opencl/programs.hpp"
+#endif
 
 namespace hdmbench {
 namespace {
 
 constexpr Extent vulkan_tile{TILE_WIDTH, TILE_HEIGHT};
 
-const std::vector<Extent> tile_sizes{
-    {openmp::Tiling::width, openmp::Tiling::height},
-    vulkan_tile,
+const std::vector<Extent> tile_sizes {
+  {openmp::Tiling::width, openmp::Tiling::height}, vulkan_tile,
 #ifdef HDMBENCH_WITH_GL
-    gl::tile_size,
-    {gl::FragmentLevel::tile_side, gl::FragmentLevel::tile_side},
-    {2 * gl::FragmentLevel::tile_side, gl::FragmentLevel::tile_side}, // two sites a texel
+      gl::tile_size, {gl::FragmentLevel::tile_side, gl::FragmentLevel::tile_side},
+      {2 * gl::FragmentLevel::tile_side, gl::FragmentLevel::tile_side}, // two sites a texel
+#endif
+#if __has_include(<CL/cl.h>)
+      opencl::tile_size,
 #endif
 };
 

@@ -35,7 +35,7 @@ std::string resampling_text() {
 
 Shape shape_for(const FoundDevice& device) {
   const std::size_t lanes = device.is_cpu ? 1 : std::min<std::size_t>(64, device.largest_group);
-  return {.tile = {64, 16}, .lanes = static_cast<int>(lanes)};
+  return {.tile = tile_size, .lanes = static_cast<int>(lanes)};
 }
 
 std::string assemble(const SweepKind& kind, const Shape& shape) {

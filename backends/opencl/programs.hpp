@@ -16,6 +16,9 @@ namespace hdmbench::opencl {
 /// because some drivers print warnings, whether asked or not.
 inline constexpr const char* build_options = "-cl-std=CL1.2 -cl-single-precision-constant -w";
 
+/// Sites of a tile along x and y, on every device.
+inline constexpr Extent tile_size{64, 16};
+
 /// How a group sweeps a tile (kernels/shaders/sweep.cl).
 struct Shape {
   Extent tile; ///< sites

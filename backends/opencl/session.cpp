@@ -98,6 +98,7 @@ private:
   void do_solve(const Advance& advance) override {
     queue_.clear(displacements_.field(), levels_.front().sweeps.layout().bytes(2));
     const DeviceLevel* above = nullptr;
+    double in_flight = 0.0; // site updates
     for (DeviceLevel& level : levels_) {
       if (above != nullptr) {
         resample(kernels_.project(), {&displacements_.field(), &displacements_.other()}, above->sweeps,
@@ -116,13 +117,15 @@ private:
         const int done =
             level.sweeps.run(first, level.count - first, is_full ? full_ : sampled_, displacements_);
         first += done;
-        if (first < level.count || is_full) {
+        in_flight += static_cast<double>(level.sweeps.extent().sites()) * done;
+        if (first < level.count) {
           queue_.finish();
+          advance(std::exchange(in_flight, 0.0));
         }
-        advance(static_cast<double>(level.sweeps.extent().sites()) * done);
       }
     }
     queue_.finish();
+    advance(in_flight);
   }
 
   /// The level itself and room for its displacement; forgets all that was loaded before.

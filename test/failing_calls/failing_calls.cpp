@@ -37,11 +37,12 @@ struct Subject {
   std::vector<std::string_view> apis;
 };
 
-const std::array<Subject, 4>& subjects() {
-  static const std::array<Subject, 4> all{{{"gl-fragment", {"EGL", "OpenGL"}},
+const std::array<Subject, 5>& subjects() {
+  static const std::array<Subject, 5> all{{{"gl-fragment", {"EGL", "OpenGL"}},
                                            {"gl-fragment-osmesa", {"OSMesa", "OpenGL"}},
                                            {"gl-compute", {"EGL", "OpenGL"}},
-                                           {"vulkan-compute", {"Vulkan"}}}};
+                                           {"vulkan-compute", {"Vulkan"}},
+                                           {"opencl", {"OpenCL"}}}};
   return all;
 }
 

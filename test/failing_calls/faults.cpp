@@ -39,6 +39,10 @@ constexpr std::array all_kinds{
     Kind{"DEVICE_LOST", "Vulkan", Event::vulkan_call, VK_ERROR_DEVICE_LOST, "ErrorDeviceLost"},
     Kind{"function missing", "Vulkan", Event::look_up, 0, "has no", true},
     Kind{"device too poor", "Vulkan", Event::vulkan_answer, 0, "", true},
+    Kind{"CL_OUT_OF_RESOURCES", "OpenCL", Event::opencl_call, -5, "CL_OUT_OF_RESOURCES"},
+    Kind{"CL_OUT_OF_HOST_MEMORY", "OpenCL", Event::opencl_call, -6, "CL_OUT_OF_HOST_MEMORY"},
+    Kind{"program refused", "OpenCL", Event::opencl_build, 0, "the planted log"},
+    Kind{"device too poor", "OpenCL", Event::opencl_answer, 0, "", true},
 };
 
 using Object = std::tuple<std::string, const void*, std::uint64_t>; // type, owner, handle

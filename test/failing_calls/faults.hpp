@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-/// What the stand-ins for libEGL, libOSMesa and libvulkan share with the program that tests with them: which
+/// What the stand-ins for libEGL, libOSMesa, libvulkan and libOpenCL share with the program that tests with them: which
 /// call fails, how many there were, and what they made and have not destroyed. A stand-in forwards every call
 /// to the library whose name it bears, but for the one that is to fail. One thread only. Lives in a shared
 /// library of its own, so that there is one of it in a process.
@@ -26,15 +26,18 @@ enum class Event {
   gl_answer,      ///< what the context can do
   vulkan_call,    ///< any call that returns a VkResult
   vulkan_answer,  ///< what the devices can do
+  opencl_call,    ///< any call of OpenCL
+  opencl_build,   ///< clBuildProgram
+  opencl_answer,  ///< what the devices can do
   look_up         ///< a function is asked for by name
 };
 
 /// A way to fail.
 struct Kind {
   std::string_view name; ///< "GL_OUT_OF_MEMORY"
-  std::string_view api;  ///< "EGL", "OSMesa", "OpenGL", "Vulkan"
+  std::string_view api;  ///< "EGL", "OSMesa", "OpenGL", "Vulkan", "OpenCL"
   Event event;
-  std::int64_t code = 0;     ///< of the driver: the GLenum, EGLint or VkResult
+  std::int64_t code = 0;     ///< of the driver: the GLenum, EGLint, VkResult or cl_int
   std::string_view reason{}; ///< must be in the message
   bool for_good = false;     ///< what failed once keeps failing: a lost context, a function that is missing
 };
@@ -63,7 +66,7 @@ struct Tally {
   int calls = 0;                               ///< that could have been struck
   bool struck = false;                         ///< the fault was felt
   Call call{};                                 ///< the one that failed
-  std::set<std::string, std::less<>> called{}; ///< functions of OpenGL and Vulkan, the failing ones included
+  std::set<std::string, std::less<>> called{}; ///< functions of OpenGL, Vulkan and OpenCL, the failing ones included
 };
 /// Since arm().
 [[nodiscard]] const Tally& tally();
