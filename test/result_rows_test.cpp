@@ -4,6 +4,7 @@
 #include "harness/check/failing_calls_row.hpp"
 #include "harness/check/faults/fault_row.hpp"
 #include "harness/check/golden_row.hpp"
+#include "harness/check/probe.hpp"
 #include "harness/check/verify_row.hpp"
 #include "harness/judge/accuracy/accuracy_row.hpp"
 #include "harness/judge/atlas/atlas_row.hpp"
@@ -109,6 +110,7 @@ TEST(ResultRows, WhatIsCommittedIsWrittenAgainWithoutALoss) {
       {"golden", expect_nothing_lost<GoldenRow>},
       {"implementations", expect_nothing_lost<ImplementationRow>},
       {"instructions", expect_nothing_lost<InstructionsRow>},
+      {"probe", expect_nothing_lost<ProbeRow>},
       {"run", expect_nothing_lost<RunRow>},
       {"tradeoff", expect_nothing_lost<TradeoffRow>},
       {"verify", expect_nothing_lost<VerifyRow>}};

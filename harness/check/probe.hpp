@@ -16,11 +16,11 @@ class Fields;
 
 /// How a device answered a question.
 enum class ProbeAnswer {
-  as_specified, ///< every telling site has scalar's bits
-  otherwise,    ///< every telling site has those of the other case
-  mixed,        ///< some sites have the ones, some the others
-  neither,      ///< some sites have neither
-  untold        ///< no site could tell
+  as_specified, ///< every telling component has scalar's value
+  otherwise,    ///< every telling component has that of the other case
+  mixed,        ///< some the one, some the other
+  neither,      ///< some have neither
+  untold        ///< no component could tell
 };
 inline constexpr std::array<std::string_view, 5> probe_answer_names{"as specified", "otherwise", "mixed",
                                                                     "neither", "untold"};
@@ -37,15 +37,15 @@ struct ProbeRow {
   std::string as_specified; ///< the first answer in words: "rounded twice"
   std::string otherwise;    ///< the other one: "fused"
   ProbeAnswer answer = ProbeAnswer::untold;
-  std::int64_t telling = 0;       ///< components whose bits differ between the two answers: 0 proves nothing
-  std::int64_t specified = 0;     ///< of them, those with the first answer's bits
-  std::int64_t other = 0;         ///< and with the second's
+  std::int64_t telling = 0;   ///< components whose value differs between the two answers: 0 proves nothing
+  std::int64_t specified = 0; ///< of them, those with the first answer's
+  std::int64_t other = 0;     ///< and with the second's
   bool agreement_needs_it = true; ///< whether scenes of verify would show it
 };
 void list_fields(Fields& fields, ProbeRow& row);
 void require_consistent(const ProbeRow& row);
 
-/// Asks the device that `options` choose. A question that the backend refuses (DeviceError) is `untold`.
+/// Asks the device that `options` choose. Throws DeviceError.
 [[nodiscard]] std::vector<ProbeRow> probe(const Backend& backend, const SessionOptions& options);
 
 /// The answer in words.
