@@ -6,7 +6,6 @@
 // A macro with parameters leaves the word alone where no parenthesis follows: real(1) is a literal, real a type.
 typedef float real;
 #define real(value) ((float)(value))
-typedef uint integer;
 
 #define HDM_FUNCTION static inline __attribute__((always_inline))
 #define HDM_PRECISE

@@ -1,12 +1,13 @@
 // One sweep over the tiles of a level as OpenCL C 1.2, or several over a small one. Compiled after language.cl, site.inc, the
-// energy, update.inc and tile_class.inc. The host supplies
+// energy and update.inc. The host supplies
 //
 //   RULE, COLOURS, STEP_COUNT  as update.inc has them
 //   TILE_WIDTH, TILE_HEIGHT    sites
 //   LANES                      work items of a group, which sweeps a tile row by row: its sites are side by side in the
 //                              lanes. With one item the loop along the row is what a CPU's compiler makes SIMD of:
-//                              PoCL does not vectorise the items of a group whose kernel has loops. This is why tile.glsl,
-//                              where an item goes down its column, is not used here.
+//                              PoCL 3.1 does not vectorise the items of a group, whether they have loops in them or not
+//                              (measured: several times slower). This is why tile.glsl, where an item goes down its
+//                              column, is not used here.
 //   ACTIVE                     whether only tiles are visited that can see a change
 //   GENERAL                    whether all tiles are of the general class
 //

@@ -7,10 +7,10 @@
 #include <string_view>
 #include <vector>
 
-/// What the stand-ins for libEGL, libOSMesa, libvulkan and libOpenCL share with the program that tests with them: which
-/// call fails, how many there were, and what they made and have not destroyed. A stand-in forwards every call
-/// to the library whose name it bears, but for the one that is to fail. One thread only. Lives in a shared
-/// library of its own, so that there is one of it in a process.
+/// What the stand-ins for libEGL, libOSMesa, libvulkan and libOpenCL share with the program that tests with
+/// them: which call fails, how many there were, and what they made and have not destroyed. A stand-in
+/// forwards every call to the library whose name it bears, but for the one that is to fail. One thread only.
+/// Lives in a shared library of its own, so that there is one of it in a process.
 namespace hdmbench::failing_calls {
 
 /// Where a fault can strike.
@@ -63,10 +63,11 @@ void arm(const Kind& kind, std::string_view call);
 void disarm();
 
 struct Tally {
-  int calls = 0;                               ///< that could have been struck
-  bool struck = false;                         ///< the fault was felt
-  Call call{};                                 ///< the one that failed
-  std::set<std::string, std::less<>> called{}; ///< functions of OpenGL, Vulkan and OpenCL, the failing ones included
+  int calls = 0;       ///< that could have been struck
+  bool struck = false; ///< the fault was felt
+  Call call{};         ///< the one that failed
+  std::set<std::string, std::less<>>
+      called{}; ///< functions of OpenGL, Vulkan and OpenCL, the failing ones included
 };
 /// Since arm().
 [[nodiscard]] const Tally& tally();
