@@ -66,7 +66,7 @@ TEST(CommandLine, BadInputIsASentenceAndStatusTwo) {
       {"verify square --backends none", "there is no backend \"none\""},
       {"verify square --size 9 --require nothing", "there is no backend \"nothing\""},
       {"verify square --size 9 --backends openmp --device Voodoo2", "Voodoo2"},
-      {"verify square --size 9 --steps ''", "empty"},
+      {"verify square --size 9 --steps ''", "has 0 candidates; give 1 to 16"},
       {"verify square --size 9 --steps 0,x", "\"x\" is not a number"},
       {"verify square --size 9 --penalty 0", "penalty K"},
       {"verify square --size 9 --penalty nan", "penalty"},

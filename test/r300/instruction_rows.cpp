@@ -75,7 +75,7 @@ std::vector<InstructionRow> measure_methods(ShaderCompiler& compiler) {
   rows.push_back(measure(compiler, {.group = "methods", .shader = "the count of changed sites"},
                          gl::assemble(sources::count_fragment, "")));
   // The longest shader of all. Of the sets larger than its usual one, the largest that fits and the first
-  // that does not. It leaves out the 0.
+  // that does not, if there is one. It leaves out the 0.
   const std::string larger = "annealing, more candidates";
   for (int count = StepSet().count() + 1; count <= StepSet::maximum_count; ++count) {
     InstructionRow row =
