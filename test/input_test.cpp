@@ -72,12 +72,13 @@ TEST(Input, StepSetsByNameAndByNumber) {
 
 TEST(Input, BadStepSetsAreRefused) {
   const auto parse = [](const char* text) { return refusal([=] { (void)StepSet::parse(text); }); };
-  EXPECT_THAT(parse(""), HasSubstr("empty"));
+  EXPECT_THAT(parse(""), HasSubstr("has 0 candidates; give 1 to 16"));
   EXPECT_THAT(parse("0,,1"), HasSubstr("not a number"));
   EXPECT_THAT(parse("0,one"), HasSubstr("\"one\" is not a number"));
   EXPECT_THAT(parse("0,nan"), HasSubstr("finite"));
   EXPECT_THAT(parse("inf"), HasSubstr("finite"));
-  EXPECT_THAT(parse("0,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16"), HasSubstr("at most 16"));
+  EXPECT_THAT(parse("0,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16"),
+              HasSubstr("has 17 candidates; give 1 to 16"));
 }
 
 } // namespace

@@ -225,7 +225,8 @@ TEST_F(SceneFile, MistakesAreNamedWithTheirLine) {
   EXPECT_THAT(refusal_with("size = [8, 6]", ""), HasSubstr("size is missing"));
   EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8, 6]\npenalty = 0.0"), HasSubstr("penalty K"));
   EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8, 6]\npoisson = 0.6"), HasSubstr("(-1, 0.5]"));
-  EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8, 6]\nsteps = []"), HasSubstr("empty"));
+  EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8, 6]\nsteps = []"),
+              HasSubstr("has 0 candidates; give 1 to 16"));
   EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8, 6]\nsteps = \"fast\""), HasSubstr("not a number"));
   EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8, 6"), HasSubstr("scene.toml:"));
   EXPECT_THAT(refusal_with("\"everything\"", "\"rectangle\""), HasSubstr("centre is missing"));
