@@ -64,6 +64,18 @@ TEST(Implementations, WhatAnEarlierOneHasShownIsNotRunAgain) {
   EXPECT_GT(rows[0].sites_compared, 0);
 }
 
+TEST(Implementations, EveryOneThatIsNotThereIsARow) {
+  const Implementation none = with_driver("no_such_file");
+  const auto rows = rows_of({{"as installed", {}}, {"first", none.environment}, {"second", none.environment}},
+                            {"tie-rich", "--sizes", "8"}, {"vulkan-compute"});
+  ASSERT_EQ(rows.size(), 3U);
+  EXPECT_EQ(rows[1].implementation, "first");
+  EXPECT_EQ(rows[1].outcome, Outcome::absent);
+  EXPECT_EQ(rows[2].outcome, Outcome::absent);
+  const auto as_installed = rows_of({none, {"again", none.environment}}, {}, {"vulkan-compute"});
+  EXPECT_EQ(as_installed.size(), 1U) << "what is missing as installed is said once";
+}
+
 TEST(Implementations, ARunThatFailsSaysWhereAndIsRepeatable) {
   const auto failed =
       rows_of({{"as installed", {}}}, {"square", "--size", "9", "--steps", "0"}); // nothing moves

@@ -33,6 +33,20 @@ TEST(Verify, ASoundBackendAgrees) {
   }
 }
 
+TEST(Verify, ABackendWhoseDeviceIsTooSmallForTheLastLevelIsSkippedWithItsWords) {
+  const FaultyBackend small(test::scalar(), {.name = "small", .in_level = [](Level& level) {
+                                               if (level.extent.width > 20) {
+                                                 throw TooLarge("the device has 400 elements");
+                                               }
+                                             }});
+  for (const Comparison& comparison : test::verified(make_scene({24, 19}, test::Texture::smooth), small)) {
+    EXPECT_EQ(comparison.verdict, Verdict::skipped);
+    EXPECT_EQ(comparison.tier, Tier::none);
+    EXPECT_EQ(comparison.sites_compared, 0) << "of smaller levels, which say nothing of the scene";
+    EXPECT_EQ(comparison.reason, "the device has 400 elements");
+  }
+}
+
 TEST(Verify, NegativeZeroEqualsZero) {
   const FaultyBackend negating(test::scalar(), {.name = "negative_zero", .in_read = [](VectorField& field) {
                                                   for (float& value : field.x) {

@@ -217,7 +217,8 @@ std::vector<ImplementationRow> verify_implementations(const std::vector<Implemen
   Runner runner(options);
   const std::string reference(make_backends().front()->name());
   std::vector<ImplementationRow> rows;
-  std::set<std::tuple<std::string, std::string, std::string>> seen; // backend, device, driver or reason
+  std::set<std::tuple<std::string, std::string, std::string>> seen; // backend, device, driver
+  std::set<std::pair<std::string, std::string>> absent;             // backend, reason, as installed
   progress.set_total(static_cast<double>(implementations.size()));
   for (const Implementation& implementation : implementations) {
     progress.describe(implementation.name + ": devices");
@@ -230,6 +231,7 @@ std::vector<ImplementationRow> verify_implementations(const std::vector<Implemen
                       .peak_bytes = answer.end.peak_bytes,
                       .reason = "its devices: " + answer.reason,
                       .repeat = {}});
+      progress.advance(1.0);
       continue;
     }
     std::map<std::string, std::size_t> numbers;
@@ -238,8 +240,15 @@ std::vector<ImplementationRow> verify_implementations(const std::vector<Implemen
       const bool wanted = device.backend != reference &&
                           (options.backends.empty() ||
                            std::ranges::find(options.backends, device.backend) != options.backends.end());
-      if (!wanted || !seen.emplace(device.backend, device.device, device.driver + device.reason).second) {
+      const std::pair missing{device.backend, device.reason};
+      const bool is_news = device.available
+                               ? seen.emplace(device.backend, device.device, device.driver).second
+                               : !absent.contains(missing);
+      if (!wanted || !is_news) {
         continue;
+      }
+      if (!device.available && &implementation == &implementations.front()) {
+        absent.insert(missing);
       }
       progress.describe(fmt::format("{}: {}", implementation.name, device.backend));
       rows.push_back(device.available ? compare(runner, implementation, device, number, options)

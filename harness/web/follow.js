@@ -27,16 +27,14 @@ class Scalar {
     for (let i = 0; i * sites < level.arrays.length; ++i) {
       this.view(calls.array(i), sites).set(level.arrays.subarray(i * sites, (i + 1) * sites));
     }
-    this.x = this.view(calls.array(8), sites);
-    this.y = this.view(calls.array(9), sites);
     if (level.columns.length > 0) {
       const room = level.columns.length + level.rows.length;
       const table = this.table(room);
       this.view(table, room).set(level.columns);
       this.view(table + 4 * level.columns.length, level.rows.length).set(level.rows);
       calls.project(table, table + 4 * level.columns.length);
-      this.find(sites);
     }
+    this.find(sites);
   }
 
   /** Memory for `count` floats that the module does not use. */

@@ -28,10 +28,6 @@ VectorField next_field; ///< the one before, which the next sweep overwrites
 VectorField coarse;     ///< of the level before, for project()
 SweepState state;
 
-float* data_of(std::vector<float>& values) {
-  return values.data();
-}
-
 } // namespace
 
 /// Room for a level and its field; all pointers are new.
@@ -61,14 +57,14 @@ EXPORTED("array") float* array(int index) {
                                      &level.inverse_curvature.y,
                                      &field.x,
                                      &field.y};
-  return data_of(*all[index]);
+  return all[index]->data();
 }
 
 EXPORTED("add_strength") void add_strength(float strength) {
   level.strengths.push_back(strength);
 }
 
-/// Candidates, one after the other; the first call begins anew.
+/// The candidates, from scratch().
 EXPORTED("set_steps") void set_steps(const float* steps, int count) {
   level.steps = StepSet(std::span(steps, static_cast<std::size_t>(count)));
 }

@@ -229,6 +229,9 @@ private:
     if (!place.missing.empty()) {
       return fail(point, PointStatus::skipped, place.missing);
     }
+    if (method.energy == EnergyModel::elastic && place.backend.open_elastic(options_.session) == nullptr) {
+      return fail(point, PointStatus::skipped, "it does not compute the elastic energy");
+    }
     if (!place.backend.supports(scene.full.update)) {
       return fail(
           point, PointStatus::skipped,
