@@ -34,8 +34,10 @@ TEST(Verify, ASoundBackendAgrees) {
 }
 
 TEST(Verify, ABackendWhoseDeviceIsTooSmallForTheLastLevelIsSkippedWithItsWords) {
-  const FaultyBackend small(test::scalar(), {.name = "small", .in_level = [](Level& level) {
-                                               if (level.extent.width > 20) {
+  bool full = false; // from then on nothing fits, no piece of the level either
+  const FaultyBackend small(test::scalar(), {.name = "small", .in_level = [&full](Level& level) {
+                                               full = full || level.extent.width > 20;
+                                               if (full) {
                                                  throw TooLarge("the device has 400 elements");
                                                }
                                              }});
@@ -43,7 +45,7 @@ TEST(Verify, ABackendWhoseDeviceIsTooSmallForTheLastLevelIsSkippedWithItsWords) 
     EXPECT_EQ(comparison.verdict, Verdict::skipped);
     EXPECT_EQ(comparison.tier, Tier::none);
     EXPECT_EQ(comparison.sites_compared, 0) << "of smaller levels, which say nothing of the scene";
-    EXPECT_EQ(comparison.reason, "the device has 400 elements");
+    EXPECT_NE(comparison.reason.find("the device has 400 elements"), std::string::npos) << comparison.reason;
   }
 }
 
