@@ -41,15 +41,18 @@ int parse_side(std::string_view text, const std::string& whole) {
   return side;
 }
 
-[[noreturn]] void refuse_elastic(const std::string& scene) {
-  throw InputError(
-      fmt::format("{} has the elastic energy, which this command does not know yet; run does", scene));
-}
-
 } // namespace
 
 void ScheduleOverrides::add_to(CLI::App& command) {
   const auto* const group = "Instead of what the scene says";
+  if (takes_elastic) {
+    command
+        .add_option("--energy", energy,
+                    "What the displacement minimises: hdm (the thesis) or elastic (plane stress); a method of "
+                    "either brings its own")
+        ->transform(CLI::CheckedTransformer(energies))
+        ->group(group);
+  }
   command.add_option("--method", method, "How the scene is solved (see methods)")->group(group);
   command
       .add_option(
@@ -90,21 +93,18 @@ void ScheduleOverrides::add_to(CLI::App& command) {
       ->group(group);
 }
 
-void ScheduleOverrides::add_energy_to(CLI::App& command) {
-  command
-      .add_option("--energy", energy,
-                  "What the displacement minimises: hdm (the thesis) or elastic (plane stress)")
-      ->transform(CLI::CheckedTransformer(energies));
-}
 
 void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& other_method) const {
   const std::optional<std::string> chosen = other_method ? other_method : method;
-  if (energy && *energy != scene.energy) {
-    scene.schedule = Schedule{}; // what the file says of it belongs to the other energy
+  if (chosen) {
+    use_method(scene, find_method(*chosen, energy));
+  } else if (energy && *energy != scene.energy) {
     use_method(scene, usual_method(*energy));
   }
-  if (chosen) {
-    use_method(scene, find_method(*chosen, scene.energy));
+  if (scene.energy == EnergyModel::elastic && !takes_elastic) {
+    throw InputError(fmt::format("{} would have the elastic energy, which this command does not know; run, "
+                                 "verify, bench and tradeoff do",
+                                 scene.name));
   }
   if (scene.energy == EnergyModel::elastic &&
       (start_level || epsilon || alignment || penalty || prior_weight)) {
@@ -188,9 +188,6 @@ Scene SceneArguments::load() const {
   }
   Scene loaded = load_scene(scene, options);
   schedule.apply(loaded);
-  if (loaded.energy == EnergyModel::elastic && !takes_elastic) {
-    refuse_elastic(scene);
-  }
   return loaded;
 }
 
@@ -289,9 +286,6 @@ std::optional<Scene> CommonArguments::load(const SceneChoice& choice) const {
   try {
     Scene scene = load_scene(choice.name, choice.options);
     schedule.apply(scene, choice.method);
-    if (scene.energy == EnergyModel::elastic) {
-      refuse_elastic(choice.name);
-    }
     return scene;
   } catch (const MissingFile& error) {
     if (!choice.by_default) {

@@ -248,9 +248,8 @@ void add_run(CLI::App& program, const std::string& arguments, int& status) {
              "picture before and after, the deformed grid and\n"
              "the displacement's magnitude and change of area as PNG; say what speaks against the result.");
   const auto own = std::make_shared<Arguments>();
-  own->scene.takes_elastic = true;
+  own->scene.schedule.takes_elastic = true;
   own->scene.add_scene_to(*command);
-  own->scene.schedule.add_energy_to(*command);
   own->scene.add_backend_to(*command);
   command->add_option("--output", own->output, "Folder for the files, made if missing")
       ->capture_default_str();
