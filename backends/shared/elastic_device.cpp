@@ -195,9 +195,9 @@ void lay_out(const RingedGrid& grid, const std::vector<float>& values, const Ela
   }
 }
 
-ElasticTexels::ElasticTexels(const ElasticLevel& level, const ElasticLayout::Part& part, std::size_t size,
-                             std::size_t first_matrix)
-    : moments(4 * size), more(4 * size), response(4 * size) {
+ElasticTexels::ElasticTexels(std::size_t size) : moments(4 * size), more(4 * size), response(4 * size) {}
+
+void ElasticTexels::add(const ElasticLevel& level, const ElasticLayout::Part& part) {
   for (std::size_t i = 0; i < 4; ++i) {
     lay_out(level.grid, level.moments[i], part, moments.data() + i, 4);
   }
@@ -213,10 +213,11 @@ ElasticTexels::ElasticTexels(const ElasticLevel& level, const ElasticLayout::Par
       const std::int64_t at = part.first + y * part.pitch + level.masked.cells[i].x;
       float* const texel = moments.data() + 4 * static_cast<std::size_t>(at);
       texel[0] = -1.0F;
-      texel[1] = static_cast<float>((first_matrix + i) % matrices_across);
-      texel[2] = static_cast<float>((first_matrix + i) / matrices_across);
+      texel[1] = static_cast<float>((matrices + i) % matrices_across);
+      texel[2] = static_cast<float>((matrices + i) / matrices_across);
     }
   }
+  matrices += level.masked.cells.size();
 }
 
 std::vector<float> elastic_matrices(const ElasticHierarchy& hierarchy) {
@@ -239,6 +240,13 @@ std::vector<float> elastic_matrices(const ElasticHierarchy& hierarchy) {
 std::unique_ptr<ElasticSession> make_elastic_session(std::string name,
                                                      std::unique_ptr<ElasticDevice> device) {
   return std::make_unique<DeviceSession>(std::move(name), std::move(device));
+}
+
+Extent elastic_groups(const ElasticCall& call) {
+  const bool is_swept = call.kernel.step == ElasticStep::relax || call.kernel.step == ElasticStep::residual;
+  const int columns = ELASTIC_GROUP * (is_swept ? ELASTIC_COLUMNS : 1);
+  const int rows = is_swept ? ELASTIC_ROWS : 1;
+  return {(call.parameters.width + columns - 1) / columns, (call.parameters.height + rows - 1) / rows};
 }
 
 std::string elastic_definitions(const ElasticKernel& kernel) {

@@ -42,11 +42,12 @@ struct ElasticLayout {
 void lay_out(const RingedGrid& grid, const std::vector<float>& values, const ElasticLayout::Part& part,
              float* to, std::size_t stride);
 
-/// What does not change, of one level, as GLSL has it: texels in this layout.
+/// What does not change of levels, as GLSL has it: texels of arrays in this layout.
 struct ElasticTexels {
-  /// `part` as alone() has it; matrices of masked cells are counted from `first_matrix` on.
-  ElasticTexels(const ElasticLevel& level, const ElasticLayout::Part& part, std::size_t size,
-                std::size_t first_matrix);
+  /// All 0.
+  explicit ElasticTexels(std::size_t size);
+  /// Levels in their order.
+  void add(const ElasticLevel& level, const ElasticLayout::Part& part);
 
   /// A row of the table of matrices has so many of them.
   static constexpr std::size_t matrices_across = 64;
@@ -55,6 +56,7 @@ struct ElasticTexels {
   std::vector<float> moments;  ///< 4: m, mr, ms, mrr; where a cell is masked -1, column and row of its matrix
   std::vector<float> more;     ///< 4: mss, mrs of a cell, two to spare
   std::vector<float> response; ///< 4: xx, xy, yy of a site, one to spare
+  std::size_t matrices = 0;    ///< of the levels added
 };
 
 /// Matrices of masked cells as GLSL has them, rows of ElasticTexels::matrices_across. For each corner four
@@ -146,6 +148,9 @@ public:
 /// A session that computes there. `name`: of the backend, for errors.
 [[nodiscard]] std::unique_ptr<ElasticSession> make_elastic_session(std::string name,
                                                                    std::unique_ptr<ElasticDevice> device);
+
+/// Work groups of elastic.comp for a call.
+[[nodiscard]] Extent elastic_groups(const ElasticCall& call);
 
 /// "#define STEP 3" and so on, a line each: what kernels that are compiled at run time want to know.
 [[nodiscard]] std::string elastic_definitions(const ElasticKernel& kernel);

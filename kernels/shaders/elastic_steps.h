@@ -11,3 +11,8 @@
 #define ELASTIC_ADVANCE 7
 #define ELASTIC_PRODUCTS 8
 #define ELASTIC_SQUARES 9
+
+// Of elastic.comp: invocations of a group, along x; the sites of one invocation of relax and residual.
+#define ELASTIC_GROUP 32
+#define ELASTIC_COLUMNS 2
+#define ELASTIC_ROWS 16
