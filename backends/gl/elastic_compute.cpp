@@ -22,6 +22,8 @@ constexpr GLint parameters_location = 0;
 
 class ElasticCompute {
 public:
+  static constexpr int block = 8;
+
   explicit ElasticCompute(const Api& api)
       : gl_(api), moments_(api), more_(api), response_(api), matrices_(api), inverse_(api) {
     for (int i = 0; i < elastic_slots + 2; ++i) {

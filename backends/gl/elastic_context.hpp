@@ -33,6 +33,7 @@ public:
     }
   }
 
+  int block() const override { return Steps::block; }
   void load(const ElasticHierarchy& hierarchy, const ElasticLayout& layout) override {
     calls_.clear();
     const Context::Current current(*context_);

@@ -10,9 +10,8 @@ namespace hdmbench {
 
 namespace {
 
-constexpr Extent blocks_of(Extent sites) {
-  return {(sites.width + elastic_block - 1) / elastic_block,
-          (sites.height + elastic_block - 1) / elastic_block};
+constexpr Extent blocks_of(Extent sites, int side) {
+  return {(sites.width + side - 1) / side, (sites.height + side - 1) / side};
 }
 
 /// Every step writes an array that is to spare, which then takes the field's place.
@@ -36,7 +35,7 @@ private:
 public:
   void load(const ElasticHierarchy& hierarchy) override {
     on_device([&] {
-      layout_ = ElasticLayout(hierarchy);
+      layout_ = ElasticLayout(hierarchy, device_->block());
       device_->load(hierarchy, layout_);
     });
     hierarchy_ = &hierarchy;
@@ -98,10 +97,10 @@ public:
   float dot(ElasticField first, ElasticField second) const override {
     ElasticArray sums{.slot = elastic_sums};
     Extent extent = layout_.levels.front().sites;
-    Extent blocks = blocks_of(extent);
+    Extent blocks = layout_.sums.sites;
     run({.step = ElasticStep::products}, array(0, first), array(0, second), sums, extent, blocks);
     while (blocks.sites() > 1) {
-      extent = std::exchange(blocks, blocks_of(blocks));
+      extent = std::exchange(blocks, blocks_of(blocks, device_->block()));
       const ElasticArray from =
           std::exchange(sums, {.slot = sums.slot == elastic_sums ? elastic_sums + 1 : elastic_sums});
       run({.step = ElasticStep::squares}, from, from, sums, extent, blocks);
@@ -168,13 +167,13 @@ private:
 
 } // namespace
 
-ElasticLayout::ElasticLayout(const ElasticHierarchy& hierarchy) {
+ElasticLayout::ElasticLayout(const ElasticHierarchy& hierarchy, int block) {
   for (const ElasticLevel& level : hierarchy.levels) {
     levels.push_back(alone(level.grid.sites));
     levels.back().first += size;
     size += static_cast<std::int64_t>(padded(level.grid.sites).sites());
   }
-  const Extent blocks = blocks_of(levels.front().sites);
+  const Extent blocks = blocks_of(levels.front().sites, block);
   sums = {.sites = blocks, .first = 0, .pitch = blocks.width};
   sums_size = static_cast<std::int64_t>(blocks.sites());
 }

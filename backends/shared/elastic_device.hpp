@@ -25,8 +25,8 @@ struct ElasticLayout {
   };
 
   ElasticLayout() = default;
-  /// All levels, one after the other.
-  explicit ElasticLayout(const ElasticHierarchy& hierarchy);
+  /// All levels, one after the other; dot products by blocks of so many sites a side.
+  ElasticLayout(const ElasticHierarchy& hierarchy, int block);
 
   /// Of a level that lies alone, in an array of padded(sites).
   [[nodiscard]] static Part alone(Extent sites);
@@ -88,9 +88,6 @@ enum class ElasticStep {
   squares = ELASTIC_SQUARES                  ///< sums of blocks of sums
 };
 
-/// Sites a side of a block: three levels of the tree of 2 x 2 squares.
-constexpr int elastic_block = 8;
-
 /// What a kernel is compiled for.
 struct ElasticKernel {
   ElasticStep step = ElasticStep::relax;
@@ -134,6 +131,9 @@ public:
   ElasticDevice(const ElasticDevice&) = delete;
   ElasticDevice& operator=(const ElasticDevice&) = delete;
   virtual ~ElasticDevice() = default;
+
+  /// Sites a side of the blocks that one kernel sums up: 8 are three levels of the tree of 2 x 2 squares.
+  [[nodiscard]] virtual int block() const { return 8; }
 
   /// Makes the arrays, all 0, and uploads what does not change. Throws TooLarge.
   virtual void load(const ElasticHierarchy& hierarchy, const ElasticLayout& layout) = 0;
