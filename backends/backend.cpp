@@ -258,7 +258,19 @@ std::optional<Ceilings> Backend::ceilings(const SessionOptions& options) const {
   }
 }
 
-std::unique_ptr<ElasticSession> Backend::open_elastic(const SessionOptions& /*options*/) const {
+std::unique_ptr<ElasticSession> Backend::open_elastic(const SessionOptions& options) const {
+  if (!has_elastic()) {
+    return nullptr;
+  }
+  try {
+    return do_open_elastic(choose(name(), devices(), options.device), options);
+  } catch (const DeviceError& error) {
+    throw DeviceError(fmt::format("{}: {}", name(), error.what()));
+  }
+}
+
+std::unique_ptr<ElasticSession> Backend::do_open_elastic(std::size_t /*index*/,
+                                                         const SessionOptions& /*options*/) const {
   return nullptr;
 }
 

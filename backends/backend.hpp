@@ -192,9 +192,11 @@ public:
   /// out, over the sweeps of a level that pass through the caches together (at most `sweeps`). 0: not
   /// declared.
   [[nodiscard]] virtual double bytes_per_update(SiteKind /*kind*/, int /*sweeps*/) const { return 0.0; }
+  /// Whether open_elastic() opens anything.
+  [[nodiscard]] virtual bool has_elastic() const { return false; }
   /// A session for the elastic energy (backends/shared/elastic_session.hpp); null where this backend has
-  /// none.
-  [[nodiscard]] virtual std::unique_ptr<ElasticSession> open_elastic(const SessionOptions& options) const;
+  /// none. Throws DeviceError, as the session does, with the backend's name in front.
+  [[nodiscard]] std::unique_ptr<ElasticSession> open_elastic(const SessionOptions& options) const;
   /// Measured now; takes about a second. None where the backend has no such loops. Throws DeviceError.
   [[nodiscard]] std::optional<Ceilings> ceilings(const SessionOptions& options) const;
   /// What is chosen by measurement on the device that `open` would take; empty where nothing is. Measured at
@@ -208,6 +210,9 @@ private:
   /// `index` into devices().
   [[nodiscard]] virtual std::unique_ptr<Session> do_open(std::size_t index,
                                                          const SessionOptions& options) const = 0;
+  /// Where has_elastic().
+  [[nodiscard]] virtual std::unique_ptr<ElasticSession> do_open_elastic(std::size_t index,
+                                                                        const SessionOptions& options) const;
   [[nodiscard]] virtual std::optional<Ceilings> do_measure_ceilings(std::size_t /*index*/,
                                                                     const SessionOptions& /*options*/) const {
     return std::nullopt;

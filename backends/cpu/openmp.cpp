@@ -231,9 +231,7 @@ public:
     return {cpu_device(fmt::format("OpenMP, {}", instruction_set_.name))};
   }
   int threads(const SessionOptions& options) const override { return thread_count(options.threads); }
-  std::unique_ptr<ElasticSession> open_elastic(const SessionOptions& options) const override {
-    return make_elastic_openmp(thread_count(options.threads), *instruction_set_.elastic_rows);
-  }
+  bool has_elastic() const override { return true; }
   /// Displacement there and back; modulus and its inverse where they differ, the target where there is an
   /// observation. Confidences are not read where a tile has one. Rows stay in the cache for all sweeps that
   /// pass together.
@@ -245,6 +243,10 @@ public:
   }
 
 private:
+  std::unique_ptr<ElasticSession> do_open_elastic(std::size_t /*index*/,
+                                                  const SessionOptions& options) const override {
+    return make_elastic_openmp(thread_count(options.threads), *instruction_set_.elastic_rows);
+  }
   std::unique_ptr<Session> do_open(std::size_t /*index*/, const SessionOptions& options) const override {
     return std::make_unique<OpenMpSession>(thread_count(options.threads),
                                            Rows{instruction_set_.row, planted_}, options.work);

@@ -46,13 +46,15 @@ public:
   std::vector<Device> devices() const override { return {cpu_device("1 thread")}; }
   int threads(const SessionOptions& /*options*/) const override { return 1; }
   bool skips() const override { return false; }
-  std::unique_ptr<ElasticSession> open_elastic(const SessionOptions& /*options*/) const override {
-    return make_elastic_scalar();
-  }
+  bool has_elastic() const override { return true; }
   /// Displacement there and back, target, confidence, modulus and its inverse.
   double bytes_per_update(SiteKind /*kind*/, int /*sweeps*/) const override { return 8 + 8 + 8 + 8 + 4 + 4; }
 
 private:
+  std::unique_ptr<ElasticSession> do_open_elastic(std::size_t /*index*/,
+                                                  const SessionOptions& /*options*/) const override {
+    return make_elastic_scalar();
+  }
   std::optional<Ceilings> do_measure_ceilings(std::size_t /*index*/,
                                               const SessionOptions& /*options*/) const override {
     return cpu_ceilings(1, openmp::baseline::multiply_add);

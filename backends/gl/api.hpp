@@ -135,6 +135,7 @@ struct Api {
   HDMBENCH_GL(Uniform1f);
   HDMBENCH_GL(Uniform1fv);
   HDMBENCH_GL(Uniform1i);
+  HDMBENCH_GL(Uniform1iv);
   HDMBENCH_GL(Uniform2f);
   HDMBENCH_GL(Uniform2i);
   HDMBENCH_GL(Uniform4f);

@@ -19,14 +19,16 @@ public:
     gl_->BindTexture(GL_TEXTURE_BUFFER, texture_.name());
     gl_->TexBuffer(GL_TEXTURE_BUFFER, format, buffer_.name());
   }
-  /// From the first texel on.
-  void write(std::span<const GLfloat> data) const {
+  /// From byte `offset` on.
+  void write(std::span<const GLfloat> data, std::size_t offset = 0) const {
     gl_->BindBuffer(GL_TEXTURE_BUFFER, buffer_.name());
-    gl_->BufferSubData(GL_TEXTURE_BUFFER, 0, static_cast<GLsizeiptr>(data.size_bytes()), data.data());
+    gl_->BufferSubData(GL_TEXTURE_BUFFER, static_cast<GLintptr>(offset),
+                       static_cast<GLsizeiptr>(data.size_bytes()), data.data());
   }
-  void read(std::span<GLfloat> data) const {
+  void read(std::span<GLfloat> data, std::size_t offset = 0) const {
     gl_->BindBuffer(GL_TEXTURE_BUFFER, buffer_.name());
-    gl_->GetBufferSubData(GL_TEXTURE_BUFFER, 0, static_cast<GLsizeiptr>(data.size_bytes()), data.data());
+    gl_->GetBufferSubData(GL_TEXTURE_BUFFER, static_cast<GLintptr>(offset),
+                          static_cast<GLsizeiptr>(data.size_bytes()), data.data());
   }
   void bind(GLenum unit) const {
     gl_->ActiveTexture(GL_TEXTURE0 + unit);

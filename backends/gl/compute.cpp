@@ -4,6 +4,7 @@
 #include "backends/gl/ceilings.hpp"
 #include "backends/gl/coarse_levels.hpp"
 #include "backends/gl/context_session.hpp"
+#include "backends/gl/elastic_compute.hpp"
 #include "backends/gl/interleave.hpp"
 #include "backends/gl/tile_sweeps.hpp"
 #include "backends/shared/coarse_levels.hpp"
@@ -75,6 +76,9 @@ class ComputeSweep {
 public:
   static double bytes_per_update(SiteKind kind) { return hdmbench::bytes_per_update(kind, classes_inside); }
   static Ceilings ceilings(const Api& api) { return compute_ceilings(api); }
+  static std::unique_ptr<ElasticDevice> elastic(std::unique_ptr<Context> context) {
+    return make_elastic_compute(std::move(context));
+  }
   /// OpenGL 4.3 guarantees 1024 invocations and 32 KiB of shared memory.
   static Variants variants(bool is_software) {
     static_assert(coarse_shared_bytes <= 32 * 1024);

@@ -2,6 +2,7 @@
 
 #include "backends/gl/context.hpp"
 #include "backends/shared/coarse_levels.hpp"
+#include "backends/shared/elastic_device.hpp"
 
 #include <memory>
 #include <optional>
@@ -76,7 +77,7 @@ private:
 
 /// A Backend whose sessions are ContextSession<Sweep> on the contexts of a platform. Sweep declares
 /// bytes_per_update(kind) and ceilings(api) for Backend's functions of these names, and variants(is_software)
-/// where it has some.
+/// where it has some; elastic(context) where it computes the elastic energy.
 template <typename Sweep>
 class ContextBackend final : public Backend {
 public:
@@ -90,8 +91,21 @@ public:
   double bytes_per_update(SiteKind kind, int /*sweeps*/) const override {
     return Sweep::bytes_per_update(kind);
   }
+  bool has_elastic() const override {
+    return requires(std::unique_ptr<Context> context) {
+      Sweep::elastic(std::move(context));
+    };
+  }
 
 private:
+  std::unique_ptr<ElasticSession> do_open_elastic(std::size_t index,
+                                                  const SessionOptions& /*options*/) const override {
+    if constexpr (requires { Sweep::elastic(platform_->open(index, version_)); }) {
+      return make_elastic_session(name_, Sweep::elastic(platform_->open(index, version_)));
+    } else {
+      return nullptr;
+    }
+  }
   std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions& options) const override {
     return std::make_unique<ContextSession<Sweep>>(platform_->open(index, version_), options.work);
   }

@@ -2,6 +2,7 @@
 
 #include "backends/gl/ceilings.hpp"
 #include "backends/gl/context_session.hpp"
+#include "backends/gl/elastic_fragment.hpp"
 #include "backends/gl/fragment_level.hpp"
 #include "backends/gl/fragment_programs.hpp"
 #include "backends/gl/interleave.hpp"
@@ -52,6 +53,9 @@ public:
   /// With texels of two sites; with texels of one it is more.
   static double bytes_per_update(SiteKind kind) { return hdmbench::bytes_per_update(kind, classes_inside); }
   static Ceilings ceilings(const Api& api) { return fragment_ceilings(api); }
+  static std::unique_ptr<ElasticDevice> elastic(std::unique_ptr<Context> context) {
+    return make_elastic_fragment(std::move(context));
+  }
 
   FragmentSweep(const Api& api, Work work)
       : gl_(api), count_framebuffer_(api), count_target_(api), query_(api), programs_(api),

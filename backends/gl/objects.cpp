@@ -3,6 +3,10 @@
 #include "backends/shared/energy_programs.hpp"
 
 #include <fmt/format.h>
+#include <shaders/elastic.hpp>
+#include <shaders/elastic_cell.hpp>
+#include <shaders/elastic_site.hpp>
+#include <shaders/elastic_steps.hpp>
 #include <shaders/fields.hpp>
 #include <shaders/gather.hpp>
 #include <shaders/projection.hpp>
@@ -106,6 +110,10 @@ std::string assemble(std::string_view shader, std::string_view definitions, cons
   replace(text, "#include \"projection.glsl\"", sources::projection_of_site); // these two first: they
   replace(text, "#include \"resampling.glsl\"", sources::resampling);         // include others
   replace(text, "#include \"fields.glsl\"", sources::fields);
+  replace(text, "#include \"elastic_steps.h\"", sources::elastic_steps);
+  replace(text, "#include \"elastic/cell.inc\"", sources::elastic_cell);
+  replace(text, "#include \"elastic/site.inc\"", sources::elastic_site);
+  replace(text, "#include \"elastic.glsl\"", sources::elastic);
   replace(text, "#include \"site.inc\"", sources::site);
   replace(text, "#include \"energy.inc\"", programs_of(energy).text);
   replace(text, "#include \"update.inc\"", sources::update);

@@ -2,6 +2,7 @@
 
 #include "backends/opencl/ceilings.hpp"
 #include "backends/opencl/device.hpp"
+#include "backends/opencl/elastic_session.hpp"
 #include "backends/opencl/programs.hpp"
 #include "backends/opencl/session.hpp"
 
@@ -32,8 +33,13 @@ public:
   [[nodiscard]] double bytes_per_update(SiteKind kind, int /*sweeps*/) const override {
     return hdmbench::bytes_per_update(kind, opencl::classes_with_code);
   }
+  [[nodiscard]] bool has_elastic() const override { return true; }
 
 private:
+  [[nodiscard]] std::unique_ptr<ElasticSession>
+  do_open_elastic(std::size_t index, const SessionOptions& /*options*/) const override {
+    return make_elastic_session("opencl", opencl::make_elastic_device(open_queue(index)));
+  }
   [[nodiscard]] static opencl::Queue open_queue(std::size_t index) {
     auto api = std::make_shared<const opencl::Api>();
     std::vector<opencl::FoundDevice> found = opencl::find_devices(*api);

@@ -63,12 +63,16 @@ LevelFields::LevelFields(const Queue& queue, std::size_t capacity_, bool curvatu
 
 Displacements::Displacements(const Queue& queue, std::size_t capacity_) : capacity(capacity_) {
   for (TexelBuffer& buffer : buffers) {
-    buffer = make(queue, format_of_pairs, capacity, Usage::eStorageTexelBuffer | Usage::eTransferSrc);
+    buffer = make_pairs(queue, capacity);
   }
 }
 
 TexelBuffer make_entries(const Queue& queue, std::size_t count) {
   return make(queue, format_of_fours, count, {});
+}
+
+TexelBuffer make_pairs(const Queue& queue, std::size_t count) {
+  return make(queue, format_of_pairs, count, Usage::eStorageTexelBuffer | Usage::eTransferSrc);
 }
 
 vk::DeviceSize bytes_per_site(bool curvature) {

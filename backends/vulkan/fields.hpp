@@ -43,6 +43,9 @@ struct Displacements {
 /// Four floats per entry, never changed by shaders.
 [[nodiscard]] TexelBuffer make_entries(const Queue& queue, std::size_t count);
 
+/// Two floats per entry, which shaders read and write, as the CPU does.
+[[nodiscard]] TexelBuffer make_pairs(const Queue& queue, std::size_t count);
+
 /// Bytes that a site takes in LevelFields and Displacements, and in sampled LevelFields alone.
 [[nodiscard]] vk::DeviceSize bytes_per_site(bool curvature);
 [[nodiscard]] vk::DeviceSize bytes_per_site_of_fields();

@@ -3,6 +3,7 @@
 #include "backends/shared/coarse_levels.hpp"
 #include "backends/vulkan/ceilings.hpp"
 #include "backends/vulkan/compute_device.hpp"
+#include "backends/vulkan/elastic_session.hpp"
 #include "backends/vulkan/session.hpp"
 
 #include <fmt/format.h>
@@ -36,6 +37,7 @@ public:
   [[nodiscard]] double bytes_per_update(SiteKind kind, int /*sweeps*/) const override {
     return hdmbench::bytes_per_update(kind, vulkan::dense_classes);
   }
+  [[nodiscard]] bool has_elastic() const override { return true; }
 
 private:
   template <typename Call>
@@ -54,6 +56,13 @@ private:
                                                  const SessionOptions& options) const override {
     return on_device(index, [&](vulkan::Installation installation, const auto& device) {
       return vulkan::make_session(std::move(installation), device, options.work);
+    });
+  }
+  [[nodiscard]] std::unique_ptr<ElasticSession>
+  do_open_elastic(std::size_t index, const SessionOptions& /*options*/) const override {
+    return on_device(index, [&](vulkan::Installation installation, const auto& device) {
+      return make_elastic_session(std::string(name()),
+                                  vulkan::make_elastic_device(std::move(installation), device));
     });
   }
   [[nodiscard]] Variants do_variants(std::size_t index) const override {

@@ -44,7 +44,7 @@ void list_methods() {
                  {"what it does", Table::Align::left}});
   std::string names;
   for (const auto& backend : registry) {
-    if (backend->open_elastic({}) != nullptr) {
+    if (backend->has_elastic()) {
       names += fmt::format("{}{}", names.empty() ? "" : ", ", backend->name());
     }
   }

@@ -9,6 +9,7 @@ typedef float real;
 
 #define HDM_FUNCTION static inline __attribute__((always_inline))
 #define HDM_PRECISE
+#define HDM_NUMBER(value) real(value)
 #define HDM_CONSTANT constant
 
 // abs is for whole numbers here.
@@ -23,6 +24,12 @@ typedef struct Prior Prior;
 typedef struct Sweep Sweep;
 typedef struct Position Position;
 typedef struct RandomPair RandomPair;
+typedef struct CellMoments CellMoments;
+typedef struct CellCorners CellCorners;
+typedef struct PoissonRatio PoissonRatio;
+typedef struct CellTension CellTension;
+typedef struct Force Force;
+typedef struct SiteResponse SiteResponse;
 
 // A hint that changes no result. PoCL (LLVM 14) leaves the loop over the candidates as it is unless it is told, and no loop
 // around a loop becomes SIMD. Kernels that want none of it undefine this.

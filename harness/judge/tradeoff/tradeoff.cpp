@@ -225,7 +225,7 @@ private:
     if (!place.missing.empty()) {
       return fail(point, PointStatus::skipped, place.missing);
     }
-    if (method.energy == EnergyModel::elastic && place.backend.open_elastic(options_.session) == nullptr) {
+    if (method.energy == EnergyModel::elastic && !place.backend.has_elastic()) {
       return fail(point, PointStatus::skipped, "it does not compute the elastic energy");
     }
     if (!place.backend.supports(scene.full.update)) {

@@ -1,0 +1,169 @@
+#include "backends/gl/elastic_compute.hpp"
+
+#include "backends/gl/buffer_texture.hpp"
+#include "backends/gl/elastic_context.hpp"
+
+#include <fmt/format.h>
+#include <shaders/elastic_compute.hpp>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <map>
+
+namespace hdmbench::gl {
+
+namespace {
+
+/// Units of elastic.comp: of textures, and of the image that is stored.
+enum Unit : GLuint { from, second, stored, moments, more, response, matrices };
+
+constexpr GLint parameters_location = 0;
+
+class ElasticCompute {
+public:
+  static constexpr int block = 8;
+
+  explicit ElasticCompute(const Api& api)
+      : gl_(api), moments_(api), more_(api), response_(api), matrices_(api), inverse_(api) {
+    for (int i = 0; i < elastic_slots + 2; ++i) {
+      slots_.emplace_back(api);
+    }
+  }
+
+  void load(const ElasticHierarchy& hierarchy, const ElasticLayout& layout) {
+    require_fits(layout);
+    layout_ = layout;
+    const auto size = static_cast<std::size_t>(layout.size);
+    const std::vector<GLfloat> zeros(2 * size);
+    for (std::size_t i = 0; i < slots_.size(); ++i) {
+      const std::size_t pairs = i < elastic_slots ? size : static_cast<std::size_t>(layout.sums_size);
+      slots_[i].allocate(GL_RG32F, pairs * bytes_of_pair, zeros.data());
+    }
+    ElasticTexels texels(size);
+    for (std::size_t level = 0; level < hierarchy.levels.size(); ++level) {
+      texels.add(hierarchy.levels[level], layout.levels[level]);
+    }
+    const auto send = [](const std::vector<float>& values, GLenum format, const BufferTexture& to) {
+      to.allocate(format, values.size() * sizeof(GLfloat), values.data());
+    };
+    send(texels.moments, GL_RGBA32F, moments_);
+    send(texels.more, GL_RGBA32F, more_);
+    send(texels.response, GL_RGBA32F, response_);
+    send(elastic_matrices(hierarchy), GL_RGBA32F, matrices_);
+    send(hierarchy.coarsest_inverse, GL_RG32F, inverse_);
+  }
+
+  void write(ElasticArray to, const VectorField& values) const {
+    const ElasticLayout::Part& part = part_of(to);
+    std::vector<GLfloat> pairs(region(part));
+    for_each_row(part, [&](int x, std::size_t site, std::size_t row) {
+      pairs[row + 2 * static_cast<std::size_t>(x)] = values.x[site];
+      pairs[row + 2 * static_cast<std::size_t>(x) + 1] = values.y[site];
+    });
+    gl_.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    slot(to).write(pairs, offset(part));
+  }
+
+  void read(ElasticArray array, VectorField& values) const {
+    const ElasticLayout::Part& part = part_of(array);
+    std::vector<GLfloat> pairs(region(part));
+    gl_.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    slot(array).read(pairs, offset(part));
+    for_each_row(part, [&](int x, std::size_t site, std::size_t row) {
+      values.x[site] = pairs[row + 2 * static_cast<std::size_t>(x)];
+      values.y[site] = pairs[row + 2 * static_cast<std::size_t>(x) + 1];
+    });
+  }
+
+  [[nodiscard]] float read_sum(ElasticArray array) const {
+    GLfloat sum = 0.0F;
+    gl_.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    slot(array).read({&sum, 1});
+    return sum;
+  }
+
+  void run(const ElasticCall& call) {
+    compiled(call.kernel).use();
+    slot(call.from).bind(from);
+    slot(call.second).bind(second);
+    slot(call.to).bind_image(stored, GL_RG32F);
+    moments_.bind(moments);
+    more_.bind(more);
+    response_.bind(response);
+    (call.kernel.step == ElasticStep::solve ? inverse_ : matrices_).bind(matrices);
+    const auto numbers =
+        std::bit_cast<std::array<GLint, sizeof(ElasticParameters) / sizeof(GLint)>>(call.parameters);
+    gl_.Uniform1iv(parameters_location, static_cast<GLsizei>(numbers.size()), numbers.data());
+    const Extent groups = elastic_groups(call);
+    gl_.DispatchCompute(static_cast<GLuint>(groups.width), static_cast<GLuint>(groups.height), 1);
+    gl_.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+  }
+
+private:
+  static constexpr std::size_t bytes_of_pair = 2 * sizeof(GLfloat);
+
+  [[nodiscard]] const ElasticLayout::Part& part_of(ElasticArray array) const {
+    return layout_.levels.at(static_cast<std::size_t>(array.level));
+  }
+  [[nodiscard]] const BufferTexture& slot(ElasticArray array) const {
+    return slots_.at(static_cast<std::size_t>(array.slot));
+  }
+  /// Floats of whole rows.
+  [[nodiscard]] static std::size_t region(const ElasticLayout::Part& part) {
+    return static_cast<std::size_t>(2 * part.pitch * part.sites.height);
+  }
+  [[nodiscard]] static std::size_t offset(const ElasticLayout::Part& part) {
+    return static_cast<std::size_t>(part.first) * bytes_of_pair;
+  }
+  /// call(x, site in reading order, float where its row begins in the region) for every site.
+  template <typename Call>
+  static void for_each_row(const ElasticLayout::Part& part, const Call& call) {
+    for (int y = 0; y < part.sites.height; ++y) {
+      for (int x = 0; x < part.sites.width; ++x) {
+        call(x, part.sites.index(x, y), static_cast<std::size_t>(2 * part.pitch * y));
+      }
+    }
+  }
+
+  void require_fits(const ElasticLayout& layout) const {
+    GLint texels = 0;
+    gl_.GetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
+    constexpr int largest_height = 65535; // groups along y
+    const Extent sites = layout.levels.front().sites;
+    if (layout.size > texels || sites.height > largest_height) {
+      throw TooLarge(fmt::format("{} x {} sites need {} texels in a buffer for the elastic energy, this "
+                                 "device's buffer textures end at {} texels and {} rows",
+                                 sites.width, sites.height, layout.size, texels, largest_height));
+    }
+  }
+
+  const Program& compiled(const ElasticKernel& kernel) {
+    auto found = programs_.find(kernel);
+    if (found == programs_.end()) {
+      const std::string text = assemble(sources::elastic_compute, elastic_definitions(kernel));
+      found =
+          programs_.try_emplace(kernel, gl_, std::initializer_list<Program::Stage>{{GL_COMPUTE_SHADER, text}})
+              .first;
+    }
+    return found->second;
+  }
+
+  const Api& gl_;
+  ElasticLayout layout_;
+  std::vector<BufferTexture> slots_;
+  BufferTexture moments_;
+  BufferTexture more_;
+  BufferTexture response_;
+  BufferTexture matrices_;
+  BufferTexture inverse_;
+  std::map<ElasticKernel, Program> programs_;
+};
+
+} // namespace
+
+std::unique_ptr<ElasticDevice> make_elastic_compute(std::unique_ptr<Context> context) {
+  return std::make_unique<ContextElastic<ElasticCompute>>(std::move(context));
+}
+
+} // namespace hdmbench::gl

@@ -1,0 +1,257 @@
+#include "backends/shared/elastic_device.hpp"
+
+#include "backends/backend.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace hdmbench {
+
+namespace {
+
+constexpr Extent blocks_of(Extent sites, int side) {
+  return {(sites.width + side - 1) / side, (sites.height + side - 1) / side};
+}
+
+/// Every step writes an array that is to spare, which then takes the field's place.
+class DeviceSession final : public ElasticSession {
+public:
+  DeviceSession(std::string name, std::unique_ptr<ElasticDevice> device)
+      : name_(std::move(name)), device_(std::move(device)) {}
+
+private:
+  template <typename Call>
+  auto on_device(const Call& call) const {
+    try {
+      return call();
+    } catch (const TooLarge& error) {
+      throw TooLarge(fmt::format("{}: {}", name_, error.what()));
+    } catch (const DeviceError& error) {
+      throw DeviceError(fmt::format("{}: {}", name_, error.what()));
+    }
+  }
+
+public:
+  void load(const ElasticHierarchy& hierarchy) override {
+    on_device([&] {
+      layout_ = ElasticLayout(hierarchy, device_->block());
+      device_->load(hierarchy, layout_);
+    });
+    hierarchy_ = &hierarchy;
+    slots_.assign(hierarchy.levels.size(), initial_slots);
+  }
+  void write(int level, ElasticField field, const VectorField& values) override {
+    on_device([&] { device_->write(array(level, field), values); });
+  }
+  void read(int level, ElasticField field, VectorField& values) const override {
+    values = VectorField(part(array(level, field)).sites);
+    on_device([&] { device_->read(array(level, field), values); });
+  }
+
+  void relax(int level, ElasticField field) override {
+    const bool has_load = field == ElasticField::correction;
+    replace(level, field, {.step = ElasticStep::relax, .has_load = has_load, .has_masked = has_masked(level)},
+            array(level, field), array(level, has_load ? ElasticField::load : field));
+  }
+  void relax_from_zero(int level) override {
+    const ElasticArray load = array(level, ElasticField::load);
+    replace(level, ElasticField::correction, {.step = ElasticStep::relax_from_zero}, load, load);
+  }
+  void forces(ElasticField of, ElasticField to) override {
+    replace(0, to, {.step = ElasticStep::residual, .is_image = true, .has_masked = has_masked(0)},
+            array(0, of), array(0, of));
+  }
+  void restrict_residual(int level, ElasticField of) override {
+    const bool has_load = of == ElasticField::correction;
+    const ElasticArray residual = spare(level);
+    run({.step = ElasticStep::residual,
+         .has_load = has_load,
+         .is_image = level == 0,
+         .has_masked = has_masked(level)},
+        array(level, of), array(level, has_load ? ElasticField::load : of), residual);
+    run({.step = ElasticStep::restrict_sites}, residual, residual, array(level + 1, ElasticField::load));
+  }
+  void restrict_load(int level) override {
+    const ElasticArray load = array(level, ElasticField::load);
+    run({.step = ElasticStep::restrict_sites, .is_image = level == 0}, load, load,
+        array(level + 1, ElasticField::load));
+  }
+  void interpolate(int level) override {
+    replace(level, ElasticField::correction, {.step = ElasticStep::interpolate, .is_image = level == 0},
+            array(level, ElasticField::correction), array(level + 1, ElasticField::correction));
+  }
+  void correct(int level, ElasticField field) override {
+    replace(level, field, {.step = ElasticStep::correct, .is_image = level == 0}, array(level, field),
+            array(level + 1, ElasticField::correction));
+  }
+  void solve_coarsest() override {
+    const int level = static_cast<int>(slots_.size()) - 1;
+    const ElasticArray load = array(level, ElasticField::load);
+    replace(level, ElasticField::correction, {.step = ElasticStep::solve}, load, load);
+  }
+  void advance(ElasticField to, ElasticField value, float factor, ElasticField direction) override {
+    replace(0, to, {.step = ElasticStep::advance}, array(0, value), array(0, direction), factor);
+  }
+
+  float dot(ElasticField first, ElasticField second) const override {
+    ElasticArray sums{.slot = elastic_sums};
+    Extent extent = layout_.levels.front().sites;
+    Extent blocks = layout_.sums.sites;
+    run({.step = ElasticStep::products}, array(0, first), array(0, second), sums, extent, blocks);
+    while (blocks.sites() > 1) {
+      extent = std::exchange(blocks, blocks_of(blocks, device_->block()));
+      const ElasticArray from =
+          std::exchange(sums, {.slot = sums.slot == elastic_sums ? elastic_sums + 1 : elastic_sums});
+      run({.step = ElasticStep::squares}, from, from, sums, extent, blocks);
+    }
+    return on_device([&] { return device_->read_sum(sums); });
+  }
+
+private:
+  /// The slot of each field, and the one to spare.
+  using Slots = std::array<int, elastic_fields + 1>;
+  static constexpr std::size_t spare_slot = elastic_fields;
+  static constexpr Slots initial_slots{3, 0, 1, 4, 5, 2};
+
+  [[nodiscard]] const Slots& slots(int level) const { return slots_.at(static_cast<std::size_t>(level)); }
+  [[nodiscard]] ElasticArray array(int level, ElasticField field) const {
+    return {.level = level, .slot = slots(level)[static_cast<std::size_t>(field)]};
+  }
+  [[nodiscard]] ElasticArray spare(int level) const {
+    return {.level = level, .slot = slots(level)[spare_slot]};
+  }
+  [[nodiscard]] const ElasticLayout::Part& part(ElasticArray of) const {
+    return of.slot < elastic_slots ? layout_.levels[static_cast<std::size_t>(of.level)] : layout_.sums;
+  }
+  [[nodiscard]] bool has_masked(int level) const {
+    return !hierarchy_->levels[static_cast<std::size_t>(level)].masked.cells.empty();
+  }
+
+  /// field = what `kernel` makes of the arrays.
+  void replace(int level, ElasticField field, const ElasticKernel& kernel, ElasticArray from,
+               ElasticArray second, float factor = 0.0F) {
+    run(kernel, from, second, spare(level), factor);
+    Slots& here = slots_[static_cast<std::size_t>(level)];
+    std::swap(here[static_cast<std::size_t>(field)], here[spare_slot]);
+  }
+  void run(const ElasticKernel& kernel, ElasticArray from, ElasticArray second, ElasticArray to,
+           float factor = 0.0F) const {
+    run(kernel, from, second, to, part(from).sites, part(to).sites, factor);
+  }
+  void run(const ElasticKernel& kernel, ElasticArray from, ElasticArray second, ElasticArray to,
+           Extent from_sites, Extent sites, float factor = 0.0F) const {
+    const auto whole = [](std::int64_t number) { return static_cast<std::int32_t>(number); };
+    const ElasticParameters parameters{.width = sites.width,
+                                       .height = sites.height,
+                                       .first = whole(part(to).first),
+                                       .pitch = whole(part(to).pitch),
+                                       .from_first = whole(part(from).first),
+                                       .from_pitch = whole(part(from).pitch),
+                                       .from_width = from_sites.width,
+                                       .from_height = from_sites.height,
+                                       .second_first = whole(part(second).first),
+                                       .second_pitch = whole(part(second).pitch),
+                                       .nu = hierarchy_->ratio.nu,
+                                       .shear = hierarchy_->ratio.shear,
+                                       .factor = factor};
+    on_device([&] { device_->run({kernel, from, second, to, parameters}); });
+  }
+
+  std::string name_;
+  std::unique_ptr<ElasticDevice> device_;
+  const ElasticHierarchy* hierarchy_ = nullptr;
+  ElasticLayout layout_;
+  std::vector<Slots> slots_; ///< per level
+};
+
+} // namespace
+
+ElasticLayout::ElasticLayout(const ElasticHierarchy& hierarchy, int block) {
+  for (const ElasticLevel& level : hierarchy.levels) {
+    levels.push_back(alone(level.grid.sites));
+    levels.back().first += size;
+    size += static_cast<std::int64_t>(padded(level.grid.sites).sites());
+  }
+  const Extent blocks = blocks_of(levels.front().sites, block);
+  sums = {.sites = blocks, .first = 0, .pitch = blocks.width};
+  sums_size = static_cast<std::int64_t>(blocks.sites());
+}
+
+ElasticLayout::Part ElasticLayout::alone(Extent sites) {
+  const std::int64_t pitch = padded(sites).width;
+  return {.sites = sites, .first = pitch + 1, .pitch = pitch};
+}
+
+void lay_out(const RingedGrid& grid, const std::vector<float>& values, const ElasticLayout::Part& part,
+             float* to, std::size_t stride) {
+  for (int y = 0; y < grid.sites.height; ++y) {
+    float* at = to + static_cast<std::size_t>(part.first + y * part.pitch) * stride;
+    const float* const row = values.data() + grid.index(0, y);
+    for (int x = 0; x < grid.sites.width; ++x, at += stride) {
+      *at = row[x];
+    }
+  }
+}
+
+ElasticTexels::ElasticTexels(std::size_t size) : moments(4 * size), more(4 * size), response(4 * size) {}
+
+void ElasticTexels::add(const ElasticLevel& level, const ElasticLayout::Part& part) {
+  for (std::size_t i = 0; i < 4; ++i) {
+    lay_out(level.grid, level.moments[i], part, moments.data() + i, 4);
+  }
+  for (std::size_t i = 0; i < 2; ++i) {
+    lay_out(level.grid, level.moments[4 + i], part, more.data() + i, 4);
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    lay_out(level.grid, level.response[i], part, response.data() + i, 4);
+  }
+  for (int y = 0; y < level.grid.sites.height; ++y) {
+    const auto [first, last] = level.masked.row(y);
+    for (std::size_t i = first; i < last; ++i) {
+      const std::int64_t at = part.first + y * part.pitch + level.masked.cells[i].x;
+      float* const texel = moments.data() + 4 * static_cast<std::size_t>(at);
+      texel[0] = -1.0F;
+      texel[1] = static_cast<float>((matrices + i) % matrices_across);
+      texel[2] = static_cast<float>((matrices + i) / matrices_across);
+    }
+  }
+  matrices += level.masked.cells.size();
+}
+
+std::vector<float> elastic_matrices(const ElasticHierarchy& hierarchy) {
+  std::vector<float> texels;
+  for (const ElasticLevel& level : hierarchy.levels) {
+    for (const MaskedCell& cell : level.masked.cells) {
+      for (std::size_t corner = 0; corner < 4; ++corner) {
+        for (std::size_t column = 0; column < 8; ++column) {
+          texels.push_back(cell.stiffness[8 * column + 2 * corner]);
+          texels.push_back(cell.stiffness[8 * column + 2 * corner + 1]);
+        }
+      }
+    }
+  }
+  constexpr std::size_t row = 4 * ElasticTexels::texels_of_matrix * ElasticTexels::matrices_across;
+  texels.resize((texels.size() / row + 1) * row);
+  return texels;
+}
+
+std::unique_ptr<ElasticSession> make_elastic_session(std::string name,
+                                                     std::unique_ptr<ElasticDevice> device) {
+  return std::make_unique<DeviceSession>(std::move(name), std::move(device));
+}
+
+Extent elastic_groups(const ElasticCall& call) {
+  const bool is_swept = call.kernel.step == ElasticStep::relax || call.kernel.step == ElasticStep::residual;
+  const int columns = ELASTIC_GROUP * (is_swept ? ELASTIC_COLUMNS : 1);
+  const int rows = is_swept ? ELASTIC_ROWS : 1;
+  return {(call.parameters.width + columns - 1) / columns, (call.parameters.height + rows - 1) / rows};
+}
+
+std::string elastic_definitions(const ElasticKernel& kernel) {
+  return fmt::format("#define STEP {}\n#define HAS_LOAD {}\n#define IS_IMAGE {}\n#define HAS_MASKED {}\n",
+                     static_cast<int>(kernel.step), kernel.has_load ? 1 : 0, kernel.is_image ? 1 : 0,
+                     kernel.has_masked ? 1 : 0);
+}
+
+} // namespace hdmbench
