@@ -1,5 +1,6 @@
 #include "harness/cli/arguments.hpp"
 
+#include "harness/measure/choice_cache.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/solve.hpp"
 #include "kernels/data/input_error.hpp"
@@ -30,6 +31,7 @@ const std::map<std::string, EnergyModel> energies{{"hdm", EnergyModel::hdm},
 void add_session_to(CLI::App& command, SessionOptions& session) {
   command.add_option("--device", session.device, "Device by part of its name or by number (see devices)");
   command.add_option("--threads", session.threads, "CPU threads (0: all)")->check(CLI::Range(0, 4096));
+  add_choice_cache_to(command, session);
 }
 
 int parse_side(std::string_view text, const std::string& whole) {
@@ -42,6 +44,15 @@ int parse_side(std::string_view text, const std::string& whole) {
 }
 
 } // namespace
+
+void add_choice_cache_to(CLI::App& command, SessionOptions& session) {
+  if (const std::filesystem::path file = choice_cache_file(); !file.empty()) {
+    session.kept_choices = std::make_shared<ChoiceCache>(file);
+  }
+  command.add_flag_callback(
+      "--no-cache", [&session] { session.kept_choices.reset(); },
+      "Measure anew which way is fastest on a device, and keep nothing of it for the next time");
+}
 
 void ScheduleOverrides::add_to(CLI::App& command) {
   const auto* const group = "Instead of what the scene says";

@@ -311,7 +311,7 @@ int run_bench(Arguments& arguments, const std::string& line) {
     }
   }
   if (!chosen.empty()) {
-    fmt::print("\nChosen by measurement, smallest samples\n{}", fmt::join(chosen, ""));
+    fmt::print("\nChosen by measurement, medians\n{}", fmt::join(chosen, ""));
   }
   write_results(arguments.json, "bench", run_context(line, arguments.quick), std::move(rows));
   if (!all_agree) {
