@@ -116,9 +116,14 @@ TEST(Verify, FollowsTheElasticEnergyStepByStep) {
   }
   EXPECT_FALSE(why_left_out(Mode::active, scene).empty());
 
-  const faults::FaultyBackend without(test::scalar(), {.name = "without", .in_elastic = [](auto) {
-                                                         return std::unique_ptr<ElasticSession>();
-                                                       }});
+  struct Without final : Backend {
+    std::string_view name() const override { return "without"; }
+    std::string_view description() const override { return "the thesis's energy only"; }
+    std::vector<Device> devices() const override { return test::scalar().devices(); }
+    std::unique_ptr<Session> do_open(std::size_t /*index*/, const SessionOptions& options) const override {
+      return test::scalar().open(options);
+    }
+  } const without;
   const auto skipped = test::verified(scene, without);
   EXPECT_EQ(skipped.front().verdict, Verdict::skipped);
   EXPECT_THAT(skipped.front().reason, testing::HasSubstr("does not compute the elastic energy"));

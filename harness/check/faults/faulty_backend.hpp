@@ -55,14 +55,15 @@ public:
   std::string_view description() const override { return "planted fault"; }
   bool supports(Update update) const override { return sound_.supports(update); }
   std::vector<Device> devices() const override { return sound_.devices(); }
-  std::unique_ptr<ElasticSession> open_elastic(const SessionOptions& options) const override {
-    std::unique_ptr<ElasticSession> session = sound_.open_elastic(options);
-    return session != nullptr && fault_.in_elastic ? fault_.in_elastic(std::move(session))
-                                                   : std::move(session);
-  }
+  bool has_elastic() const override { return sound_.has_elastic(); }
 
 private:
   std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions& options) const override;
+  std::unique_ptr<ElasticSession> do_open_elastic(std::size_t /*index*/,
+                                                  const SessionOptions& options) const override {
+    std::unique_ptr<ElasticSession> session = sound_.open_elastic(options);
+    return fault_.in_elastic ? fault_.in_elastic(std::move(session)) : std::move(session);
+  }
 
   const Backend& sound_;
   Fault fault_;

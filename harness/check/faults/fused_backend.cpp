@@ -52,13 +52,15 @@ public:
   std::string_view name() const override { return "fused"; }
   std::string_view description() const override { return "plain C++ with fused multiply-adds"; }
   std::vector<Device> devices() const override { return {cpu_device("1 thread")}; }
-  std::unique_ptr<ElasticSession> open_elastic(const SessionOptions& /*options*/) const override {
-    return std::make_unique<ElasticSerial<fused::real>>();
-  }
+  bool has_elastic() const override { return true; }
 
 private:
   std::unique_ptr<Session> do_open(std::size_t /*index*/, const SessionOptions& /*options*/) const override {
     return std::make_unique<FusedSession>();
+  }
+  std::unique_ptr<ElasticSession> do_open_elastic(std::size_t /*index*/,
+                                                  const SessionOptions& /*options*/) const override {
+    return std::make_unique<ElasticSerial<fused::real>>();
   }
 };
 
