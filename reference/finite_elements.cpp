@@ -1,5 +1,6 @@
 #include "reference/finite_elements.hpp"
 
+#include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -125,14 +126,15 @@ void check_support(const ElasticProblem& problem) {
   int first_row = -1;    // of a site fixed in x
   int first_column = -1; // of a site fixed in y
   bool turns = true;
+  const bool sprung = !problem.spring.x.empty();
   for (std::size_t i = 0; i < problem.extent.sites(); ++i) {
     const int row = static_cast<int>(i / width);
     const int column = static_cast<int>(i % width);
-    if (problem.fixed_x[i] != 0) {
+    if (problem.fixed_x[i] != 0 || (sprung && problem.spring.x[i] > 0.0)) {
       turns = turns && (first_row < 0 || first_row == row);
       first_row = first_row < 0 ? row : first_row;
     }
-    if (problem.fixed_y[i] != 0) {
+    if (problem.fixed_y[i] != 0 || (sprung && problem.spring.y[i] > 0.0)) {
       turns = turns && (first_column < 0 || first_column == column);
       first_column = first_column < 0 ? column : first_column;
     }
@@ -155,6 +157,8 @@ void check(const ElasticProblem& problem) {
   require_values(is_complete(problem.prescribed, sites), "the prescribed displacement", sites);
   require_values((problem.force.x.empty() && problem.force.y.empty()) || is_complete(problem.force, sites),
                  "the force", sites);
+  require_values((problem.spring.x.empty() && problem.spring.y.empty()) || is_complete(problem.spring, sites),
+                 "the springs", sites);
   check_support(problem);
 }
 
@@ -186,9 +190,18 @@ ElasticProblem elastic_problem(const Level& level) {
                          .fixed_y = std::vector<std::uint8_t>(level.extent.sites()),
                          .prescribed = ReferenceField(level.target),
                          .force = {}};
-  const auto is_observed = [](float confidence) -> std::uint8_t { return confidence > 0.0F ? 1 : 0; };
-  std::ranges::transform(level.confidence.x, problem.fixed_x.begin(), is_observed);
-  std::ranges::transform(level.confidence.y, problem.fixed_y.begin(), is_observed);
+  const auto is_certain = [](float confidence) -> std::uint8_t { return confidence >= 1.0F ? 1 : 0; };
+  std::ranges::transform(level.confidence.x, problem.fixed_x.begin(), is_certain);
+  std::ranges::transform(level.confidence.y, problem.fixed_y.begin(), is_certain);
+  if (has_springs(level)) {
+    problem.spring = ReferenceField(level.extent);
+    const auto stiffness = [](float modulus, float confidence) {
+      return is_spring(confidence) ? spring_stiffness(modulus, confidence) : 0.0;
+    };
+    const std::vector<float>& moduli = level.modulus.values;
+    std::ranges::transform(moduli, level.confidence.x, problem.spring.x.begin(), stiffness);
+    std::ranges::transform(moduli, level.confidence.y, problem.spring.y.begin(), stiffness);
+  }
   return problem;
 }
 
@@ -235,6 +248,15 @@ ElasticSystem assemble(const ElasticProblem& problem, const ElementRule& rule) {
       }
     }
   }
+  if (!problem.spring.x.empty()) {
+    for (std::size_t i = 0; i < system.unknown.size(); ++i) {
+      const std::int32_t at = system.unknown[i];
+      if (at >= 0) {
+        entries.emplace_back(at, at, component(problem.spring, i));
+        system.right_side[at] += component(problem.spring, i) * component(problem.prescribed, i);
+      }
+    }
+  }
   system.lower.setFromTriplets(entries.begin(), entries.end());
   return system;
 }
@@ -275,6 +297,13 @@ double elastic_energy(const ElasticProblem& problem, const ElementRule& rule,
     }
     sum += values.dot(element * values);
   });
+  if (!problem.spring.x.empty()) {
+    for (std::size_t i = 0; i < 2 * problem.extent.sites(); ++i) {
+      const bool fixed = (i % 2 == 0 ? problem.fixed_x : problem.fixed_y)[i / 2] != 0;
+      const double way = component(displacement, i) - component(problem.prescribed, i);
+      sum += fixed ? 0.0 : component(problem.spring, i) * way * way;
+    }
+  }
   return sum;
 }
 

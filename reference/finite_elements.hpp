@@ -36,9 +36,13 @@ struct ElasticProblem {
   std::vector<std::uint8_t> fixed_y;
   ReferenceField prescribed; ///< displacement where fixed, pixels
   ReferenceField force;      ///< load on every node, MPa * pixel * thickness; may be empty: none
+  /// Of a spring from every node to `prescribed`, MPa * thickness, >= 0; may be empty: none. Read where a
+  /// component is not fixed.
+  ReferenceField spring{};
 };
 
-/// The level as an elastic sheet: every observed component (confidence > 0) prescribed as it stands.
+/// The level as an elastic sheet: observed components prescribed where their confidence is 1, and pulled by
+/// springs (kernels/data/elastic/springs.hpp) where it is below.
 [[nodiscard]] ElasticProblem elastic_problem(const Level& level);
 
 /// The equations of the components that no condition gives.
@@ -60,7 +64,8 @@ struct ElasticSystem {
 [[nodiscard]] ReferenceField solve_finite_elements(const ElasticProblem& problem, const ElementRule& rule,
                                                    SparseSolver solver = default_sparse_solver());
 
-/// Twice the elastic energy of a displacement, u' K u without loads: 0 for rigid motion.
+/// Twice the elastic energy of a displacement, u' K u without loads and that of the springs: without them 0
+/// for rigid motion.
 [[nodiscard]] double elastic_energy(const ElasticProblem& problem, const ElementRule& rule,
                                     const ReferenceField& displacement);
 

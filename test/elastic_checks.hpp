@@ -232,12 +232,16 @@ inline double mirror_error(const ElementRule& rule) {
     std::ranges::transform(result.x, result.x.begin(), std::negate{});
     return result;
   };
+  ReferenceField mirrored_springs(extent);
+  mirrored_springs.x = mirrored(problem.spring.x);
+  mirrored_springs.y = mirrored(problem.spring.y);
   const ElasticProblem mirror{.extent = extent,
                               .modulus = mirrored(problem.modulus),
                               .fixed_x = mirrored(problem.fixed_x),
                               .fixed_y = mirrored(problem.fixed_y),
                               .prescribed = mirrored_field(problem.prescribed),
-                              .force = {}};
+                              .force = {},
+                              .spring = mirrored_springs};
   return largest_difference(solve_finite_elements(mirror, rule),
                             mirrored_field(solve_finite_elements(problem, rule)));
 }
@@ -261,7 +265,8 @@ inline double transposition_error(const ElementRule& rule) {
                                  .fixed_x = transposed(problem.fixed_y),
                                  .fixed_y = transposed(problem.fixed_x),
                                  .prescribed = transposed_field(problem.prescribed),
-                                 .force = {}};
+                                 .force = {},
+                                 .spring = transposed_field(problem.spring)};
   return largest_difference(solve_finite_elements(transpose, rule),
                             transposed_field(solve_finite_elements(problem, rule)));
 }

@@ -23,9 +23,11 @@ enum class Held {
   border,    ///< x left and right, y at top and bottom
   scattered, ///< one site in thirty, x and y apart
   supports,  ///< four sites
-  regions    ///< scattered, and everything in the left third
+  regions,   ///< scattered, and everything in the left third
+  springs    ///< as scattered, but by springs of all stiffnesses, and the corners for good
 };
-inline constexpr std::array all_held{Held::border, Held::scattered, Held::supports, Held::regions};
+inline constexpr std::array all_held{Held::border, Held::scattered, Held::supports, Held::regions,
+                               Held::springs};
 
 /// The same for the same arguments on every machine; moduli from 1 to `contrast` MPa, targets up to 5 px.
 inline Level elastic_level(Extent extent, Tissue tissue, Held held, double contrast, std::uint64_t seed) {
@@ -64,6 +66,15 @@ inline Level elastic_level(Extent extent, Tissue tissue, Held held, double contr
       }
       if (held == Held::regions && 3 * x < extent.width) {
         hold(x, y, true, true);
+      }
+    }
+  }
+  if (held == Held::springs) {
+    for (auto* const confidences : {&level.confidence.x, &level.confidence.y}) {
+      for (std::size_t i = 0; i < confidences->size(); ++i) {
+        const bool corner = i == 0 || i + 1 == confidences->size();
+        float& confidence = (*confidences)[i];
+        confidence *= corner ? 1.0F : static_cast<float>(0.01 + 0.98 * uniform());
       }
     }
   }

@@ -53,7 +53,8 @@ TEST(FiniteElements, EnergiesAreTheClosedForms) {
 }
 
 TEST(FiniteElements, RigidMotionHasNoEnergy) {
-  const ElasticProblem problem = random_sheet({7, 5});
+  ElasticProblem problem = random_sheet({7, 5});
+  problem.spring = {};
   for (const std::size_t rigid : {0U, 3U}) {
     const double energy = elastic_energy(problem, ElementRule::plane_stress(0.3),
                                          sampled(problem.extent, affine_fields[rigid]));
@@ -117,6 +118,27 @@ TEST(FiniteElements, PlantedMistakesFailTheChecks) {
   EXPECT_GT(energy_error(corners, nu), 1e-3);
 }
 
+/// A bar without any modulus to speak of against two springs: each end follows its own target.
+TEST(FiniteElements, ASpringSharesTheWayWithTheTissue) {
+  Level level{.extent = {2, 2},
+              .target = VectorField({2, 2}),
+              .confidence = VectorField({2, 2}),
+              .modulus = ScalarField({2, 2}, 3.0F)};
+  // The left side is held, the right one pulled by 1 pixel; y is held everywhere.
+  level.target.x = {0.0F, 1.0F, 0.0F, 1.0F};
+  level.confidence.y = {1.0F, 1.0F, 1.0F, 1.0F};
+  for (const float confidence : {0.2F, 0.5F, 0.9F}) {
+    level.confidence.x = {1.0F, confidence, 1.0F, confidence};
+    set_inverse_modulus(level);
+    const ReferenceField field =
+        solve_finite_elements(elastic_problem(level), ElementRule::plane_stress(0.0));
+    // The square resists with its modulus over its height of one pixel, half of it on each of the two sites.
+    const double share = static_cast<double>(confidence);
+    const double spring = share / (1.0 - share);
+    EXPECT_NEAR(field.x[1], spring / (spring + 0.5), 1e-6);
+  }
+}
+
 TEST(FiniteElements, SolversAgree) {
   if (!is_available(SparseSolver::suitesparse)) {
     GTEST_SKIP() << "this build has no SuiteSparse";
@@ -129,7 +151,11 @@ TEST(FiniteElements, SolversAgree) {
 }
 
 TEST(FiniteElements, ObservedComponentsAreKept) {
-  const Level level = random_problem({20, 15}, Texture::smooth, 3).level;
+  Level level = random_problem({20, 15}, Texture::smooth, 3).level;
+  for (auto* const confidences : {&level.confidence.x, &level.confidence.y}) {
+    std::ranges::transform(*confidences, confidences->begin(),
+                           [](float confidence) { return confidence > 0.0F ? 1.0F : 0.0F; });
+  }
   const ReferenceField field = solve_finite_elements(elastic_problem(level), ElementRule::plane_stress(0.3));
   int kept = 0;
   for (std::size_t i = 0; i < level.extent.sites(); ++i) {

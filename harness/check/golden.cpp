@@ -136,7 +136,7 @@ GoldenInputs hash_inputs(const Scene& scene) {
   hash.add(scene.start_field());
   GoldenInputs inputs{.scene = hash.value(), .levels = {}};
   if (scene.energy == EnergyModel::elastic) {
-    inputs.levels = level_hashes(make_elastic_hierarchy(scene.full, scene.poisson));
+    inputs.levels = {hierarchy_hash(make_elastic_hierarchy(scene.full, scene.poisson))};
   } else if (scene.schedule.cycle == Cycle::one_way) {
     LevelSequence levels(scene);
     for (const int index : levels.order()) {

@@ -26,8 +26,8 @@ struct GoldenCase {
 /// 1/A or strengths (levels) and in the sweep are told apart.
 struct GoldenInputs {
   std::uint64_t scene = 0; ///< target, confidence, modulus, K, candidates and start at full resolution
-  /// level_hash() of each level, of the elastic energy level_hashes(); coarsest first; empty where another
-  /// method visits levels more than once.
+  /// level_hash() of each level, coarsest first; of the elastic energy hierarchy_hash() alone; empty where
+  /// another method visits levels more than once.
   std::vector<std::uint64_t> levels;
 };
 

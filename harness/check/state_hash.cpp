@@ -94,10 +94,10 @@ std::uint64_t level_hash(const Level& level) {
   return hash.value();
 }
 
-std::vector<std::uint64_t> level_hashes(const ElasticHierarchy& hierarchy) {
-  std::vector<std::uint64_t> hashes;
+std::uint64_t hierarchy_hash(const ElasticHierarchy& hierarchy) {
+  StateHash hash;
+  hash.add(hierarchy.ratio.nu);
   for (const ElasticLevel& level : hierarchy.levels) {
-    StateHash hash;
     hash.add(level.grid.sites);
     for (const std::vector<float>& moment : level.moments) {
       hash.add(moment);
@@ -109,13 +109,9 @@ std::vector<std::uint64_t> level_hashes(const ElasticHierarchy& hierarchy) {
       hash.add(cell.x);
       hash.add(std::span<const float>(cell.stiffness));
     }
-    if (&level == &hierarchy.levels.back()) {
-      hash.add(hierarchy.ratio.nu);
-      hash.add(hierarchy.coarsest_inverse);
-    }
-    hashes.insert(hashes.begin(), hash.value());
   }
-  return hashes;
+  hash.add(hierarchy.coarsest_inverse);
+  return hash.value();
 }
 
 } // namespace hdmbench

@@ -7,7 +7,6 @@
 #include <span>
 #include <stdexcept>
 #include <string_view>
-#include <vector>
 
 namespace hdmbench {
 
@@ -46,8 +45,7 @@ private:
 /// update, rule, inverse curvatures, strengths, seed. Throws NotFinite.
 [[nodiscard]] std::uint64_t level_hash(const Level& level);
 
-/// Of all that an elastic session is loaded with, level by level, the coarsest (with the inverse) first.
-/// Throws NotFinite.
-[[nodiscard]] std::vector<std::uint64_t> level_hashes(const ElasticHierarchy& hierarchy);
+/// Of all that an elastic session is loaded with. Throws NotFinite.
+[[nodiscard]] std::uint64_t hierarchy_hash(const ElasticHierarchy& hierarchy);
 
 } // namespace hdmbench

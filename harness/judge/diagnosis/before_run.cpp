@@ -11,7 +11,6 @@ namespace hdmbench {
 Warnings diagnose(const Scene& scene) {
   Warnings warnings;
   if (scene.energy == EnergyModel::elastic) { // the rest is about sweeps and levels of the thesis's energy
-    diagnosis::check_prescribed(scene, warnings);
     return warnings;
   }
   diagnosis::check_conditions(scene, warnings);
@@ -21,21 +20,6 @@ Warnings diagnose(const Scene& scene) {
 }
 
 namespace diagnosis {
-
-void check_prescribed(const Scene& scene, Warnings& warnings) {
-  const auto is_unsure = [](float value) { return value > 0.0F && value < 1.0F; };
-  std::size_t unsure = 0;
-  for (const Component& component : components(scene)) {
-    unsure += static_cast<std::size_t>(std::ranges::count_if(component.confidence, is_unsure));
-  }
-  if (unsure > 0) {
-    warnings.push_back({"taken-as-certain",
-                        fmt::format("{} conditions of confidence below 1 are prescribed as they stand: the "
-                                    "elastic energy has no weaker ones",
-                                    unsure),
-                        "--energy hdm, which weighs them", unsure});
-  }
-}
 
 std::array<Component, 2> components(const Scene& scene) {
   const Level& full = scene.full;

@@ -52,7 +52,6 @@ struct StepSizes {
 [[nodiscard]] std::string place(Extent extent, std::size_t site);
 
 // Before the run.
-void check_prescribed(const Scene& scene, Warnings& warnings); ///< taken-as-certain, of the elastic energy
 void check_conditions(const Scene& scene, Warnings& warnings); ///< undetermined, conflict, weak-penalty
 void check_pyramid(const Scene& scene, Warnings& warnings);    ///< out-of-reach, too-few-steps, lost-...
 void check_numbers(const Scene& scene, Warnings& warnings);    ///< the rest

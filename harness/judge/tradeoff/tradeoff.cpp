@@ -87,7 +87,7 @@ public:
       }
     }
     for (const Method& method : elastic_methods()) {
-      if (std::ranges::find(options_.methods, method.name) != options_.methods.end()) {
+      if (is_wanted(method.name)) {
         for (const double poisson : {0.0, scene_.poisson}) { // as finite elements, against which it stands
           measure_method(method, poisson);
         }

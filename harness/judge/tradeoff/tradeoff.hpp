@@ -16,7 +16,7 @@ struct TradeoffOptions {
   SessionOptions session{};
   int repeats = 3;           ///< samples per point, >= 1 ...
   double most_seconds = 0.6; ///< ... fewer once those of a point add up to this
-  /// Names of methods and rivals; empty: all but those of the elastic energy.
+  /// Names of methods and rivals; empty: all.
   std::vector<std::string> methods{};
   bool quick = false; ///< fewer efforts, one sample
   /// The line that repeats a point of `method` on `backend`, see harness/cli/tradeoff.cpp; a rival has no

@@ -4,26 +4,60 @@
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/conditions.hpp"
+#include "kernels/data/elastic/springs.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace hdmbench {
 
 ElasticSolver::ElasticSolver(const Level& full, double poisson, ElasticSession& session) : session_(session) {
-  VectorField start;
   {
     const Stopwatch watch(timings_.projection);
     require_held(full);
-    hierarchy_ = make_elastic_hierarchy(full, poisson);
-    start = extended_conditions(full);
+    sprung_ = has_springs(full);
+    hierarchy_ = make_elastic_hierarchy(full, poisson, Springs::none);
+    start_ = extended_conditions(full);
   }
-  const Stopwatch watch(timings_.upload);
-  session_.load(hierarchy_);
-  session_.write(0, ElasticField::displacement, start);
+  {
+    const Stopwatch watch(timings_.upload);
+    session_.load(hierarchy_);
+    session_.write(0, ElasticField::displacement, start_);
+  }
+  if (sprung_) {
+    load_springs(full, poisson);
+  }
   for (int level = 0; level <= coarsest(); ++level) {
     const Extent extent = hierarchy_.levels[static_cast<std::size_t>(level)].grid.sites;
     work_.push_back({.level = level, .extent = extent});
+  }
+}
+
+void ElasticSolver::load_springs(const Level& full, double poisson) {
+  VectorField load;
+  {
+    const Stopwatch watch(timings_.compute);
+    session_.forces(ElasticField::displacement, ElasticField::load); // springs are at rest there
+    session_.read(0, ElasticField::load, load);
+  }
+  timed(timings_.projection, [&] { hierarchy_ = make_elastic_hierarchy(full, poisson); });
+  const Stopwatch watch(timings_.upload);
+  session_.load(hierarchy_);
+  session_.write(0, ElasticField::load, load);
+}
+
+void ElasticSolver::find_load() {
+  if (!sprung_) {
+    forces(ElasticField::displacement, ElasticField::load);
+  }
+}
+
+void ElasticSolver::take_correction() {
+  session_.advance(ElasticField::displacement, ElasticField::displacement, 1.0F, ElasticField::correction);
+  if (sprung_) {
+    forces(ElasticField::correction, ElasticField::image);
+    session_.advance(ElasticField::load, ElasticField::load, 1.0F, ElasticField::image);
   }
 }
 
@@ -64,12 +98,16 @@ void ElasticSolver::improve(int level, ElasticField field, bool from_zero) {
 void ElasticSolver::full_multigrid(bool on_image) {
   const Stopwatch watch(timings_.compute);
   if (coarsest() == 0) {
-    forces(ElasticField::displacement, ElasticField::load);
+    find_load();
     session_.solve_coarsest();
-    session_.advance(ElasticField::displacement, ElasticField::displacement, 1.0F, ElasticField::correction);
+    take_correction();
     return;
   }
-  restrict_residual(0, ElasticField::displacement);
+  if (sprung_) {
+    session_.restrict_load(0);
+  } else {
+    restrict_residual(0, ElasticField::displacement);
+  }
   for (int level = 1; level < coarsest(); ++level) {
     session_.restrict_load(level);
   }
@@ -77,6 +115,14 @@ void ElasticSolver::full_multigrid(bool on_image) {
   for (int level = coarsest() - 1; level > 0; --level) {
     session_.interpolate(level);
     improve(level, ElasticField::correction, false);
+  }
+  if (sprung_) {
+    session_.interpolate(0);
+    if (on_image) {
+      improve(0, ElasticField::correction, false);
+    }
+    take_correction();
+    return;
   }
   session_.correct(0, ElasticField::displacement);
   if (on_image) {
@@ -86,6 +132,12 @@ void ElasticSolver::full_multigrid(bool on_image) {
 
 void ElasticSolver::sweep() {
   const Stopwatch watch(timings_.compute);
+  if (sprung_) {
+    session_.relax_from_zero(0);
+    take_correction();
+    ++work_.front().iterations;
+    return;
+  }
   relax(0, ElasticField::displacement);
 }
 
@@ -96,9 +148,9 @@ double ElasticSolver::root_mean_square(float square) const {
 
 ElasticSolver::Step ElasticSolver::cycle() {
   const Stopwatch watch(timings_.compute);
-  forces(ElasticField::displacement, ElasticField::load);
+  find_load();
   improve(0, ElasticField::correction, true);
-  session_.advance(ElasticField::displacement, ElasticField::displacement, 1.0F, ElasticField::correction);
+  take_correction();
   return {.change = root_mean_square(session_.dot(ElasticField::correction, ElasticField::correction))};
 }
 
@@ -106,7 +158,7 @@ ElasticSolver::Step ElasticSolver::conjugate_gradients() {
   const Stopwatch watch(timings_.compute);
   const bool first = last_product_ == 0.0F;
   if (first) {
-    forces(ElasticField::displacement, ElasticField::load);
+    find_load();
   }
   improve(0, ElasticField::correction, true);
   const float product = session_.dot(ElasticField::load, ElasticField::correction);
@@ -135,6 +187,10 @@ ElasticSolver::Step ElasticSolver::conjugate_gradients() {
 VectorField ElasticSolver::displacement() const {
   VectorField field;
   session_.read(0, ElasticField::displacement, field);
+  if (sprung_) {
+    std::ranges::transform(field.x, start_.x, field.x.begin(), std::plus<>());
+    std::ranges::transform(field.y, start_.y, field.y.begin(), std::plus<>());
+  }
   return field;
 }
 

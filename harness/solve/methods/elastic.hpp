@@ -19,7 +19,9 @@ public:
   };
 
   /// Makes the hierarchy of the image and loads it; displacement is the extended conditions. Both must
-  /// outlive this object. Throws InputError where no condition holds the sheet (require_held).
+  /// outlive this object. Throws InputError where no condition holds the sheet (require_held). Where
+  /// observations pull with springs the session has the way from the extended conditions for displacement,
+  /// and for its load what is left of their residual, which is made once and then followed.
   ElasticSolver(const Level& full, double poisson, ElasticSession& session);
 
   /// From the coarsest level to the finest, one W cycle each: the error of the result is of the size of the
@@ -40,6 +42,11 @@ public:
   [[nodiscard]] const Timings& timings() const { return timings_; }
 
 private:
+  void load_springs(const Level& full, double poisson);
+  /// What corrections are made from: the residual of displacement.
+  void find_load();
+  /// Takes the correction of the image.
+  void take_correction();
   [[nodiscard]] int coarsest() const { return static_cast<int>(hierarchy_.levels.size()) - 1; }
   [[nodiscard]] double root_mean_square(float square) const;
   void improve(int level, ElasticField field, bool from_zero);
@@ -51,6 +58,8 @@ private:
   Timings timings_;
   ElasticHierarchy hierarchy_;
   std::vector<LevelResult> work_;
+  VectorField start_;         ///< extended conditions
+  bool sprung_ = false;       ///< the session has the way from start_
   float last_product_ = 0.0F; ///< load * correction of the last step of conjugate gradients; 0: none yet
   float last_factor_ = 0.0F;
 };

@@ -9,7 +9,7 @@ namespace hdmbench {
 /// sheet that prescribed sites cut off touches two of them, so no other part can be free.
 void require_held(const Level& level);
 
-/// A displacement to begin with (pixels): the targets where a component is prescribed, means of them
+/// A displacement to begin with (pixels): the targets where a component is observed, means of them
 /// elsewhere, of the nearer ones where there are any. The same bits whatever the number of threads. The level
 /// is held.
 [[nodiscard]] VectorField extended_conditions(const Level& level);

@@ -1,6 +1,7 @@
 #include "kernels/data/elastic/hierarchy.hpp"
 
 #include "kernels/data/elastic/coarsest_inverse.hpp"
+#include "kernels/data/elastic/springs.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -42,7 +43,7 @@ struct Prescribed {
       for (int y = 0; y < full.extent.height; ++y) {
         const float* const from = confidence.data() + full.extent.index(0, y);
         std::transform(from, from + full.extent.width, component[xy].data() + grid.index(0, y),
-                       [](float value) -> std::uint8_t { return value > 0.0F ? 1 : 0; });
+                       [](float value) -> std::uint8_t { return value >= 1.0F ? 1 : 0; });
       }
     }
   }
@@ -123,6 +124,17 @@ CellKinds kinds_below_image(Extent cells, const Prescribed& prescribed, const Ri
   return kinds;
 }
 
+/// Nor has a cell moments with a child that has a spring.
+void mask_above(CellKinds& kinds, const CellKinds& image) {
+  for (int y = 0; y < image.extent.height; ++y) {
+    for (int x = 0; x < image.extent.width; ++x) {
+      if (image.kind[image.extent.index(x, y)] == CellKind::masked) {
+        kinds.kind[kinds.extent.index(x / 2, y / 2)] = CellKind::masked;
+      }
+    }
+  }
+}
+
 /// Of the other ones: cut where a child is.
 CellKinds kinds_below(Extent cells, const CellKinds& fine) {
   CellKinds kinds{cells, std::vector<CellKind>(cells.sites(), CellKind::whole), {}};
@@ -146,7 +158,7 @@ CellKinds kinds_below(Extent cells, const CellKinds& fine) {
 }
 
 /// The children's matrices between the functions that may move. `prescribed` is null but on the image, whose
-/// `kinds` are empty: all its cells are whole.
+/// `kinds` are empty where all its cells are whole.
 class Galerkin {
 public:
   Galerkin(const ElasticLevel& fine, const CellKinds& kinds, const InFloat::PoissonRatio& ratio,
@@ -225,6 +237,58 @@ void set_masked_cells(ElasticLevel& level, CellKinds& kinds, const Galerkin& gal
   }
 }
 
+/// Springs of the image: each is a part of the matrix of the cell at the bottom right of its site, at the
+/// last row and column of the one before.
+CellKinds add_springs(ElasticLevel& image, const Level& full, const InFloat::PoissonRatio& ratio,
+                      double poisson) {
+  const Extent cells = image.grid.cells();
+  CellKinds kinds{cells, std::vector<CellKind>(cells.sites(), CellKind::whole),
+                  std::vector<std::uint32_t>(cells.sites())};
+  const auto cell_of = [&](int x, int y) {
+    return cells.index(std::min(x, cells.width - 1), std::min(y, cells.height - 1));
+  };
+  const auto for_each_spring = [&](const auto& call) {
+    for (int y = 0; y < full.extent.height; ++y) {
+      for (int x = 0; x < full.extent.width; ++x) {
+        const std::size_t at = full.extent.index(x, y);
+        if (is_spring(full.confidence.x[at])) {
+          call(x, y, 0, full.confidence.x[at]);
+        }
+        if (is_spring(full.confidence.y[at])) {
+          call(x, y, 1, full.confidence.y[at]);
+        }
+      }
+    }
+  };
+  for_each_spring([&](int x, int y, int, float) { kinds.kind[cell_of(x, y)] = CellKind::masked; });
+  std::vector<CellMatrix> matrices;
+  for (int y = 0; y < cells.height; ++y) {
+    image.masked.row_begin.push_back(image.masked.cells.size());
+    for (int x = 0; x < cells.width; ++x) {
+      if (kinds.kind[cells.index(x, y)] == CellKind::masked) {
+        kinds.index[cells.index(x, y)] = static_cast<std::uint32_t>(matrices.size());
+        matrices.push_back(cell_matrix(image.cell(image.grid.index(x, y)), ratio));
+        image.masked.cells.push_back({.x = x});
+        set_cell(image, image.grid.index(x, y), {0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F});
+      }
+    }
+  }
+  image.masked.row_begin.push_back(image.masked.cells.size());
+  const double unit = 4.0 * (1.0 - poisson * poisson); // of all forces here, over that of finite elements
+  for_each_spring([&](int x, int y, int component, float confidence) {
+    const int column = std::min(x, cells.width - 1);
+    const int row = std::min(y, cells.height - 1);
+    const auto entry = static_cast<std::size_t>(2 * ((x - column) + 2 * (y - row)) + component);
+    matrices[kinds.index[cells.index(column, row)]][9 * entry] +=
+        unit * spring_stiffness(full.modulus.values[full.extent.index(x, y)], confidence);
+  });
+  for (std::size_t i = 0; i < matrices.size(); ++i) {
+    std::ranges::transform(matrices[i], image.masked.cells[i].stiffness.begin(),
+                           [](double value) { return static_cast<float>(value); });
+  }
+  return kinds;
+}
+
 /// Relaxation times the inverse; of a matrix of rank one its pseudo-inverse.
 InFloat::SiteResponse response_of(const InFloat::SiteStiffness& site) {
   const auto relaxation = static_cast<float>(elastic_relaxation);
@@ -296,14 +360,18 @@ std::vector<std::uint8_t> in_turn(const Prescribed& prescribed, const RingedGrid
 
 } // namespace
 
-ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson) {
+ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson, Springs springs) {
   ElasticHierarchy hierarchy;
   hierarchy.ratio = InFloat::poisson_ratio(poisson);
   hierarchy.levels.push_back(empty_level(full.extent));
   const Prescribed prescribed(full, hierarchy.levels.front().grid);
   set_image_moments(hierarchy.levels.front(), full);
-  set_response(hierarchy.levels.front(), hierarchy.ratio, &prescribed);
   CellKinds kinds;
+  const bool has_cells = full.extent.width > 1 && full.extent.height > 1;
+  if (springs == Springs::pull && has_cells && has_springs(full)) {
+    kinds = add_springs(hierarchy.levels.front(), full, hierarchy.ratio, poisson);
+  }
+  set_response(hierarchy.levels.front(), hierarchy.ratio, &prescribed);
   for (;;) {
     const ElasticLevel& fine = hierarchy.levels.back();
     const Extent cells = fine.grid.cells();
@@ -316,6 +384,9 @@ ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson) {
     set_parent_moments(level, fine);
     CellKinds coarse_kinds =
         is_image ? kinds_below_image(coarse_cells, prescribed, fine.grid) : kinds_below(coarse_cells, kinds);
+    if (is_image && !kinds.kind.empty()) {
+      mask_above(coarse_kinds, kinds);
+    }
     set_masked_cells(level, coarse_kinds,
                      Galerkin(fine, kinds, hierarchy.ratio, is_image ? &prescribed : nullptr));
     set_response(level, hierarchy.ratio, nullptr);

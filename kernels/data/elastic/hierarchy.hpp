@@ -40,7 +40,7 @@ struct ElasticLevel {
   std::array<std::vector<float>, 6> moments;
   /// SiteResponse of sites: xx, xy, yy.
   std::array<std::vector<float>, 3> response;
-  MaskedCells masked; ///< none on the finest level
+  MaskedCells masked; ///< on the finest level those with a spring: at most as many as observed sites
 
   /// `index` of the grid.
   [[nodiscard]] ElasticInFloat::CellMoments cell(std::size_t index) const {
@@ -66,8 +66,15 @@ inline constexpr double elastic_relaxation = 0.6;
 /// No more cells a side on the coarsest level, which is solved by a matrix.
 inline constexpr int most_coarsest_cells = 6;
 
-/// The components with confidence > 0 are prescribed. The level is assumed to be valid; poisson in (-1, 0.5].
+/// What becomes of observed components with a confidence below 1 (springs.hpp).
+enum class Springs {
+  pull, ///< towards 0: the unknown is the way from the targets
+  none  ///< they are free
+};
+
+/// The components with confidence 1 are prescribed. The level is assumed to be valid; poisson in (-1, 0.5].
 /// The same bits whatever the number of threads.
-[[nodiscard]] ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson);
+[[nodiscard]] ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson,
+                                                      Springs springs = Springs::pull);
 
 } // namespace hdmbench
