@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backends/gl/context.hpp"
+#include "backends/shared/arithmetic.hpp"
 #include "backends/shared/coarse_levels.hpp"
 
 #include <memory>
@@ -82,10 +83,10 @@ private:
 };
 
 /// A Backend whose sessions are ContextSession<Sweep> on the contexts of a platform. Sweep declares
-/// bytes_per_update(kind) and ceilings(api) for Backend's functions of these names, and variants(is_software)
-/// and shapes() where it has some.
+/// bytes_per_update(kind) and ceilings(api), language and evaluate(api, cases) for Backend's functions of
+/// these names, and variants(is_software) and shapes() where it has some.
 template <typename Sweep>
-class ContextBackend final : public Backend {
+class ContextBackend final : public Backend, public ArithmeticProgram {
 public:
   ContextBackend(std::string_view name, std::string_view description, std::unique_ptr<Platform> platform,
                  Version version)
@@ -96,6 +97,12 @@ public:
   std::vector<Device> devices() const override { return platform_->devices(version_); }
   double bytes_per_update(SiteKind kind, int /*sweeps*/) const override {
     return Sweep::bytes_per_update(kind);
+  }
+  std::string_view language() const override { return Sweep::language; }
+  std::vector<float> evaluate(std::size_t device, std::span<const ArithmeticCase> cases) const override {
+    const std::unique_ptr<Context> context = platform_->open(device, version_);
+    const Context::Current current(*context);
+    return Sweep::evaluate(context->api(), cases);
   }
 
 private:

@@ -1,5 +1,6 @@
 #include "backends/gl/fragment.hpp"
 
+#include "backends/gl/arithmetic.hpp"
 #include "backends/gl/ceilings.hpp"
 #include "backends/gl/context_session.hpp"
 #include "backends/gl/fragment_level.hpp"
@@ -52,6 +53,10 @@ public:
   /// With texels of two sites; with texels of one it is more.
   static double bytes_per_update(SiteKind kind) { return hdmbench::bytes_per_update(kind, classes_inside); }
   static Ceilings ceilings(const Api& api) { return fragment_ceilings(api); }
+  static constexpr std::string_view language = "GLSL 1.20, fragments";
+  static std::vector<float> evaluate(const Api& api, std::span<const ArithmeticCase> cases) {
+    return evaluate_in_fragments(api, cases);
+  }
 
   FragmentSweep(const Api& api, Work work)
       : gl_(api), count_framebuffer_(api), count_target_(api), query_(api), programs_(api),

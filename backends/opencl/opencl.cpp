@@ -1,5 +1,6 @@
 #include "backends/opencl/opencl.hpp"
 
+#include "backends/opencl/arithmetic.hpp"
 #include "backends/opencl/ceilings.hpp"
 #include "backends/opencl/device.hpp"
 #include "backends/opencl/programs.hpp"
@@ -14,7 +15,7 @@ namespace hdmbench {
 
 namespace {
 
-class OpenCl final : public Backend {
+class OpenCl final : public Backend, public ArithmeticProgram {
 public:
   [[nodiscard]] std::string_view name() const override { return "opencl"; }
   [[nodiscard]] std::string_view description() const override {
@@ -31,6 +32,12 @@ public:
 
   [[nodiscard]] double bytes_per_update(SiteKind kind, int /*sweeps*/) const override {
     return hdmbench::bytes_per_update(kind, opencl::classes_with_code);
+  }
+
+  [[nodiscard]] std::string_view language() const override { return "OpenCL C 1.2"; }
+  [[nodiscard]] std::vector<float> evaluate(std::size_t index,
+                                            std::span<const ArithmeticCase> cases) const override {
+    return opencl::evaluate(open_queue(index), cases);
   }
 
 private:
