@@ -190,7 +190,7 @@ TEST(Bytes, OfVulkanAreThoseOfTheBuffersThatAreLeft) {
     const std::size_t tile_class = tile_class::class_in_use(vulkan::dense_classes, class_of(kind));
     double bytes = 0.0;
     for (const std::uint32_t number : bindings_in(compiled_sweep(folder, tile_class))) {
-      if (number != binding::tiles && number != binding::lengths) {
+      if (number != binding::tiles && number != binding::lengths && number != binding::appended_lengths) {
         bytes += number == binding::observation ? 16 : 8; // rgba32f, rg32f
       }
     }

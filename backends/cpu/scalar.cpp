@@ -1,7 +1,9 @@
 #include "backends/cpu/scalar.hpp"
+
 #include "backends/cpu/cpu_ceilings.hpp"
 #include "backends/cpu/cpu_device.hpp"
 #include "backends/cpu/elastic_scalar.hpp"
+#include "backends/shared/arithmetic.hpp"
 
 #include "backends/shared/energy_programs.hpp"
 
@@ -38,8 +40,13 @@ class ScalarSession final : public Session {
   std::int64_t changed_ = 0;
 };
 
-class Scalar final : public Backend {
+class Scalar final : public Backend, public ArithmeticProgram {
 public:
+  std::string_view language() const override { return "C++"; }
+  std::vector<float> evaluate(std::size_t /*device*/, std::span<const ArithmeticCase> cases) const override {
+    return evaluate_in_cpp(cases);
+  }
+
   std::string_view name() const override { return "scalar"; }
   std::string_view description() const override { return "plain C++, one thread: the reference for bits"; }
   bool supports(Update /*update*/) const override { return true; }

@@ -1,5 +1,6 @@
 #include "backends/gl/compute.hpp"
 
+#include "backends/gl/arithmetic.hpp"
 #include "backends/gl/buffer_texture.hpp"
 #include "backends/gl/ceilings.hpp"
 #include "backends/gl/coarse_levels.hpp"
@@ -78,6 +79,10 @@ public:
   static Ceilings ceilings(const Api& api) { return compute_ceilings(api); }
   static std::unique_ptr<ElasticDevice> elastic(std::unique_ptr<Context> context) {
     return make_elastic_compute(std::move(context));
+  }
+  static constexpr std::string_view language = "GLSL 4.30, compute";
+  static std::vector<float> evaluate(const Api& api, std::span<const ArithmeticCase> cases) {
+    return evaluate_in_compute(api, cases);
   }
   /// OpenGL 4.3 guarantees 1024 invocations and 32 KiB of shared memory.
   static Variants variants(bool is_software) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backends/gl/context.hpp"
+#include "backends/shared/arithmetic.hpp"
 #include "backends/shared/coarse_levels.hpp"
 #include "backends/shared/elastic_device.hpp"
 
@@ -83,10 +84,11 @@ private:
 };
 
 /// A Backend whose sessions are ContextSession<Sweep> on the contexts of a platform. Sweep declares
-/// bytes_per_update(kind) and ceilings(api) for Backend's functions of these names, and variants(is_software)
-/// and shapes() where it has some; elastic(context) where it computes the elastic energy.
+/// bytes_per_update(kind) and ceilings(api), language and evaluate(api, cases) for Backend's functions of
+/// these names, variants(is_software) and shapes() where it has some, and elastic(context) where it computes
+/// the elastic energy.
 template <typename Sweep>
-class ContextBackend final : public Backend {
+class ContextBackend final : public Backend, public ArithmeticProgram {
 public:
   ContextBackend(std::string_view name, std::string_view description, std::unique_ptr<Platform> platform,
                  Version version)
@@ -102,6 +104,12 @@ public:
     return requires(std::unique_ptr<Context> context) {
       Sweep::elastic(std::move(context));
     };
+  }
+  std::string_view language() const override { return Sweep::language; }
+  std::vector<float> evaluate(std::size_t device, std::span<const ArithmeticCase> cases) const override {
+    const std::unique_ptr<Context> context = platform_->open(device, version_);
+    const Context::Current current(*context);
+    return Sweep::evaluate(context->api(), cases);
   }
 
 private:

@@ -1,5 +1,6 @@
 #include "backends/gl/fragment.hpp"
 
+#include "backends/gl/arithmetic.hpp"
 #include "backends/gl/ceilings.hpp"
 #include "backends/gl/context_session.hpp"
 #include "backends/gl/elastic_fragment.hpp"
@@ -55,6 +56,10 @@ public:
   static Ceilings ceilings(const Api& api) { return fragment_ceilings(api); }
   static std::unique_ptr<ElasticDevice> elastic(std::unique_ptr<Context> context) {
     return make_elastic_fragment(std::move(context));
+  }
+  static constexpr std::string_view language = "GLSL 1.20, fragments";
+  static std::vector<float> evaluate(const Api& api, std::span<const ArithmeticCase> cases) {
+    return evaluate_in_fragments(api, cases);
   }
 
   FragmentSweep(const Api& api, Work work)

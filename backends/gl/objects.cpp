@@ -9,6 +9,7 @@
 #include <shaders/elastic_steps.hpp>
 #include <shaders/fields.hpp>
 #include <shaders/gather.hpp>
+#include <shaders/probe.hpp>
 #include <shaders/projection.hpp>
 #include <shaders/projection_of_site.hpp>
 #include <shaders/resampling.hpp>
@@ -119,6 +120,7 @@ std::string assemble(std::string_view shader, std::string_view definitions, cons
   replace(text, "#include \"update.inc\"", sources::update);
   replace(text, "#include \"gather.glsl\"", sources::gather);
   replace(text, "#include \"projection.inc\"", sources::projection);
+  replace(text, "#include \"probe.inc\"", sources::probe);
   replace(text, "#include \"tile.glsl\"", sources::tile);
   replace(text, "#include \"tile_class.inc\"", sources::tile_class);
   replace(text, "#include \"two_sites.glsl\"", sources::two_sites);

@@ -1,5 +1,6 @@
 #include "backends/opencl/opencl.hpp"
 
+#include "backends/opencl/arithmetic.hpp"
 #include "backends/opencl/ceilings.hpp"
 #include "backends/opencl/device.hpp"
 #include "backends/opencl/elastic_session.hpp"
@@ -15,7 +16,7 @@ namespace hdmbench {
 
 namespace {
 
-class OpenCl final : public Backend {
+class OpenCl final : public Backend, public ArithmeticProgram {
 public:
   [[nodiscard]] std::string_view name() const override { return "opencl"; }
   [[nodiscard]] std::string_view description() const override {
@@ -34,6 +35,12 @@ public:
     return hdmbench::bytes_per_update(kind, opencl::classes_with_code);
   }
   [[nodiscard]] bool has_elastic() const override { return true; }
+
+  [[nodiscard]] std::string_view language() const override { return "OpenCL C 1.2"; }
+  [[nodiscard]] std::vector<float> evaluate(std::size_t index,
+                                            std::span<const ArithmeticCase> cases) const override {
+    return opencl::evaluate(open_queue(index), cases);
+  }
 
 private:
   [[nodiscard]] std::unique_ptr<ElasticSession>

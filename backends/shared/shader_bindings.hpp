@@ -19,6 +19,8 @@ constexpr std::uint32_t entries = 8;
 constexpr std::uint32_t sampled_material = 9;
 constexpr std::uint32_t sampled_observation = 10;
 constexpr std::uint32_t inputs = 11;
-constexpr std::uint32_t count = 12;
+/// Of Vulkan: the lengths of the lists that a sweep makes; `lengths` are of those that it reads.
+constexpr std::uint32_t appended_lengths = 12;
+constexpr std::uint32_t count = 13;
 
 } // namespace hdmbench::binding

@@ -52,8 +52,8 @@ private:
     return pyramid_.levels[level].extent != pyramid_.full->extent;
   }
 
-  [[nodiscard]] const vk::raii::DescriptorSet& set(std::size_t level) const {
-    return *buffers_.sets[is_sampled(level) ? 1 : 0][result_.newest];
+  [[nodiscard]] SetsByLengths sets(std::size_t level) const {
+    return buffers_.sets(is_sampled(level), result_.newest);
   }
 
   /// The first `count` levels.
@@ -83,7 +83,7 @@ private:
   template <typename Values>
   void bind(const Values& parameters) {
     commands().bindDescriptorSets(vk::PipelineBindPoint::eCompute, *shaders_.layout(), 0,
-                                  **buffers_.sets[0][result_.newest], {});
+                                  *buffers_.sets(false, result_.newest).front(), {});
     commands().pushConstants<Values>(*shaders_.layout(), vk::ShaderStageFlagBits::eCompute, 0, parameters);
   }
 
@@ -120,7 +120,7 @@ private:
     const std::size_t cost = std::max(level.extent.sites(), least_updates_of_sweep);
     {
       const SweepRecorder recorder(commands(), shaders_, *buffers_.lists, plan);
-      recorder.classify(set(index));
+      recorder.classify(sets(index));
       recorder.wake_all();
     }
     for (int first = 0; first < level.sweeps;) {
@@ -130,7 +130,7 @@ private:
       const int end = std::min(first + most, level.sweeps);
       recorder.clear_lengths(first);
       for (int number = first; number < end; ++number) {
-        recorder.sweep(set(index), number, number);
+        recorder.sweep(sets(index), number, number);
         result_.newest = 1 - result_.newest;
       }
       result_.parts.back().site_updates += static_cast<double>(level.extent.sites()) * (end - first);

@@ -3,8 +3,8 @@
 #include "backends/shared/resampling_entries.hpp"
 #include "backends/vulkan/sweeps.hpp"
 
-#include <array>
 #include <cstddef>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -21,11 +21,11 @@ constexpr std::size_t least_updates_of_sweep = std::size_t{1} << 15;
 
 /// What the commands work on. Changes to it end the commands' life.
 struct PyramidBuffers {
-  /// By fields (0: the full level's, 1: sampled) and by the displacement that is read.
-  std::array<std::array<const vk::raii::DescriptorSet*, 2>, 2> sets{};
+  /// Of the full level's fields (false) or sampled ones, and of the displacement that is read.
+  std::function<SetsByLengths(bool sampled, std::size_t read)> sets{};
   const ListBuffers* lists = nullptr;
   std::vector<std::int32_t> first_inputs{};       ///< InputTexels::first
-  const vk::raii::Buffer* displacement = nullptr; ///< that the sets [...][0] read
+  const vk::raii::Buffer* displacement = nullptr; ///< that sets(..., 0) read
 };
 
 /// All levels from a null field, to be submitted in order, again and again.

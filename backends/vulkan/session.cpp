@@ -20,10 +20,12 @@ namespace {
 
 using Usage = vk::BufferUsageFlagBits;
 
+constexpr std::uint32_t set_count = 8; // SweepSession::sets()
+
 vk::raii::DescriptorPool make_descriptor_pool(const vk::raii::Device& device, std::uint32_t sets) {
   const std::array sizes{vk::DescriptorPoolSize(vk::DescriptorType::eUniformTexelBuffer, 6 * sets),
                          vk::DescriptorPoolSize(vk::DescriptorType::eStorageTexelBuffer, 3 * sets),
-                         vk::DescriptorPoolSize(vk::DescriptorType::eStorageBuffer, 3 * sets)};
+                         vk::DescriptorPoolSize(vk::DescriptorType::eStorageBuffer, 4 * sets)};
   return {device,
           vk::DescriptorPoolCreateInfo(vk::DescriptorPoolCreateFlagBits::eFreeDescriptorSet, sets, sizes)};
 }
@@ -31,7 +33,7 @@ vk::raii::DescriptorPool make_descriptor_pool(const vk::raii::Device& device, st
 std::vector<vk::raii::DescriptorSet> make_sets(const vk::raii::Device& device,
                                                const vk::raii::DescriptorPool& pool,
                                                const vk::raii::DescriptorSetLayout& layout) {
-  const std::vector layouts(4, *layout);
+  const std::vector layouts(set_count, *layout);
   return device.allocateDescriptorSets({*pool, layouts});
 }
 
@@ -43,7 +45,7 @@ public:
         counter_(queue_.make_buffer(sizeof(std::uint32_t),
                                     Usage::eStorageBuffer | Usage::eTransferSrc | Usage::eTransferDst,
                                     Placement::device)),
-        shaders_(queue_.device()), pool_(make_descriptor_pool(queue_.device(), 4)),
+        shaders_(queue_.device()), pool_(make_descriptor_pool(queue_.device(), set_count)),
         sets_(make_sets(queue_.device(), pool_, shaders_.set_layout())) {}
 
 private:
@@ -54,7 +56,8 @@ private:
       plan_.emplace(level, level.extent, level.strengths, work_, tiles);
       upload(level);
       upload(InputTexels(level));
-      queue_.submit([&](const vk::raii::CommandBuffer& commands) { recorder(commands).classify(sets_[0]); });
+      queue_.submit(
+          [&](const vk::raii::CommandBuffer& commands) { recorder(commands).classify(sets(false, 0)); });
     });
   }
 
@@ -97,7 +100,7 @@ private:
       staging_.upload(std::array<const float*, 1>{entries.texels.front().data()}, 4 * entries.texels.size(),
                       entries_);
       pyramid_ = record(pyramid, entries, work_, group, tiles, queue_, shaders_,
-                        {.sets = {{{&sets_[0], &sets_[1]}, {&sets_[2], &sets_[3]}}},
+                        {.sets = [this](bool sampled, std::size_t read) { return sets(sampled, read); },
                          .lists = &*lists_,
                          .first_inputs = inputs.first,
                          .displacement = &displacements_->buffers[0].buffer.handle});
@@ -120,7 +123,7 @@ private:
     return translate_errors([&] {
       queue_.submit([&](const vk::raii::CommandBuffer& commands) {
         commands.fillBuffer(*counter_.handle, 0, VK_WHOLE_SIZE, 0);
-        recorder(commands).count(sets_[newest_]);
+        recorder(commands).count(sets(false, newest_).front());
         wait_for_all(commands);
       });
       return std::int64_t{staging_.download_number(counter_)};
@@ -204,21 +207,27 @@ private:
             "bytes in one allocation");
   }
 
-  /// sets_[2 * fields + source]: fields 0 are the full level's, 1 sampled ones; displacement `source` is read
-  /// and the other one written. No binding may keep what is gone, even one that no shader reads before it is
+  /// Of the full level's fields or sampled ones; displacement `read` is read and the other one written.
+  [[nodiscard]] SetsByLengths sets(bool sampled, std::size_t read) const {
+    return std::span(sets_).subspan((sampled ? 4 : 0) + 2 * read).first<2>();
+  }
+
+  /// As sets() has them. No binding may keep what is gone, even one that no shader reads before it is
   /// described again: lavapipe (Mesa 22.3) hands its context all of a set at each dispatch, used or not.
   void describe_sets() const {
     for (std::size_t number = 0; number < sets_.size(); ++number) {
       const vk::raii::DescriptorSet& set = sets_[number];
-      const LevelFields& fields = number < 2 ? *fields_ : *sampled_;
-      describe(set, binding::displacement, displacements_->buffers[number % 2]);
-      describe(set, binding::improved, displacements_->buffers[1 - number % 2]);
+      const LevelFields& fields = number < 4 ? *fields_ : *sampled_;
+      const std::size_t read = number / 2 % 2;
+      describe(set, binding::displacement, displacements_->buffers[read]);
+      describe(set, binding::improved, displacements_->buffers[1 - read]);
       describe(set, binding::material, fields.material);
       describe(set, binding::observation, fields.observation);
       describe(set, binding::inverse_curvature, fields.inverse_curvature);
       describe(set, binding::counter, counter_);
       describe(set, binding::tiles, lists_->tiles);
-      describe(set, binding::lengths, lists_->lengths);
+      describe(set, binding::lengths, lists_->lengths[number % 2]);
+      describe(set, binding::appended_lengths, lists_->lengths[1 - number % 2]);
       describe(set, binding::sampled_material, sampled_->material);
       describe(set, binding::sampled_observation, sampled_->observation);
     }
@@ -246,7 +255,7 @@ private:
       const SweepRecorder sweeps = recorder(commands);
       sweeps.clear_lengths(since_write_);
       for (int number = first; number < end; ++number) {
-        sweeps.sweep(sets_[newest_], number, since_write_);
+        sweeps.sweep(sets(false, newest_), number, since_write_);
         newest_ = 1 - newest_;
         ++since_write_;
       }

@@ -37,6 +37,7 @@ vk::DescriptorType descriptor_type(std::uint32_t binding_number) {
   case binding::counter:
   case binding::tiles:
   case binding::lengths:
+  case binding::appended_lengths:
     return vk::DescriptorType::eStorageBuffer;
   default:
     return vk::DescriptorType::eUniformTexelBuffer;

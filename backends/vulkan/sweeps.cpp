@@ -45,10 +45,13 @@ TileGrid::TileGrid(Extent extent, const SweepShape& shape)
 ListBuffers::ListBuffers(const Queue& queue, std::int32_t capacity_)
     : capacity(capacity_),
       tiles(queue.make_buffer(most_bytes(capacity), Usage::eStorageBuffer | Usage::eTransferDst,
-                              Placement::device)),
-      lengths(queue.make_buffer((most_recorded_sweeps + 2) * bytes_of_lengths,
-                                Usage::eStorageBuffer | Usage::eIndirectBuffer | Usage::eTransferDst,
-                                Placement::device)) {}
+                              Placement::device)) {
+  for (Buffer& buffer : lengths) {
+    buffer = queue.make_buffer((most_recorded_sweeps + 2) * bytes_of_lengths,
+                               Usage::eStorageBuffer | Usage::eIndirectBuffer | Usage::eTransferDst,
+                               Placement::device);
+  }
+}
 
 vk::DeviceSize ListBuffers::most_bytes(std::int32_t capacity) {
   const auto words = static_cast<vk::DeviceSize>(capacity) * tile_class::words_per_tile;
@@ -99,12 +102,12 @@ void SweepRecorder::bind(const vk::raii::DescriptorSet& set, const Values& param
   commands_.pushConstants<Values>(*shaders_.layout(), vk::ShaderStageFlagBits::eCompute, 0, parameters);
 }
 
-void SweepRecorder::classify(const vk::raii::DescriptorSet& set) const {
+void SweepRecorder::classify(SetsByLengths sets) const {
   wait_for_all(commands_);
-  commands_.fillBuffer(*lists_.lengths.handle, length_of_full * bytes_of_length, bytes_of_lengths, 0);
+  commands_.fillBuffer(*lists_.lengths[0].handle, length_of_full * bytes_of_length, bytes_of_lengths, 0);
   wait_for_all(commands_);
   bind(shaders_.classify({plan_.classes, plan_.shape}));
-  bind(set, parameters());
+  bind(sets[1], parameters()); // appends to lengths[0], which the first sweep reads
   const std::uint32_t groups = groups_across(plan_.grid.count);
   constexpr auto most = static_cast<std::uint32_t>(tile_class::most_groups_across);
   commands_.dispatch(std::min(groups, most), divided(static_cast<std::int32_t>(groups), most), 1);
@@ -120,15 +123,18 @@ void SweepRecorder::clear_lengths(int since_write) const {
   wait_for_all(commands_);
   const vk::DeviceSize kept = static_cast<vk::DeviceSize>(length_of(since_write)) * bytes_of_length;
   const vk::DeviceSize end = static_cast<vk::DeviceSize>(length_of_full) * bytes_of_length;
-  if (kept > 0) {
-    commands_.fillBuffer(*lists_.lengths.handle, 0, kept, 0);
-  }
-  if (kept + bytes_of_lengths < end) {
-    commands_.fillBuffer(*lists_.lengths.handle, kept + bytes_of_lengths, end - kept - bytes_of_lengths, 0);
+  for (const Buffer& lengths : lists_.lengths) {
+    if (kept > 0) {
+      commands_.fillBuffer(*lengths.handle, 0, kept, 0);
+    }
+    if (kept + bytes_of_lengths < end) {
+      commands_.fillBuffer(*lengths.handle, kept + bytes_of_lengths, end - kept - bytes_of_lengths, 0);
+    }
   }
 }
 
-void SweepRecorder::sweep(const vk::raii::DescriptorSet& set, int number, int since_write) const {
+void SweepRecorder::sweep(SetsByLengths sets, int number, int since_write) const {
+  const std::size_t read = plan_.active ? static_cast<std::size_t>(since_write % 2) : 0; // of the lengths
   Parameters all = parameters();
   all.turn = sweep_state(plan_.level, number);
   if (plan_.active) {
@@ -141,24 +147,18 @@ void SweepRecorder::sweep(const vk::raii::DescriptorSet& set, int number, int si
     all.stamp = since_write + 1;
   }
   wait_for_all(commands_);
-  bind(set, all);
-  bool is_first = true;
+  // Not between the classes of a sweep: they write different sites, and no list that one of them reads.
+  bind(sets[read], all);
   for (std::size_t tile_class = 0; tile_class < class_count; ++tile_class) {
     if ((plan_.classes >> tile_class & 1) == 0) {
       continue;
-    }
-    // Nothing to wait for between the classes of a sweep: they write different sites, and append to other
-    // lists than they read. In active work the validation layer takes the appended lengths for those that the
-    // next class's dispatch reads, which are other elements of the buffer; dense work writes none.
-    if (plan_.active && !std::exchange(is_first, false)) {
-      wait_for_all(commands_);
     }
     bind(shaders_.sweep({.constants = shader_constants(plan_.level),
                          .tile_class = tile_class,
                          .shape = plan_.shape,
                          .wakes = plan_.active}));
     const auto length = static_cast<vk::DeviceSize>(all.length) + tile_class;
-    commands_.dispatchIndirect(*lists_.lengths.handle, length * bytes_of_length);
+    commands_.dispatchIndirect(*lists_.lengths[read].handle, length * bytes_of_length);
   }
 }
 

@@ -4,8 +4,10 @@
 #include "backends/vulkan/fields.hpp"
 #include "backends/vulkan/shaders.hpp"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 /// The sweeps over a level as commands of a Vulkan device.
@@ -33,8 +35,12 @@ struct ListBuffers {
 
   std::int32_t capacity;
   Buffer tiles;
-  Buffer lengths;
+  std::array<Buffer, 2> lengths; ///< a sweep reads one and appends to the other
 };
+
+/// The sets of a level's fields and a displacement: [i] reads ListBuffers::lengths[i] and appends to the
+/// other.
+using SetsByLengths = std::span<const vk::raii::DescriptorSet, 2>;
 
 /// What a level's commands are made of.
 struct SweepPlan {
@@ -64,15 +70,15 @@ public:
                 const SweepPlan& plan)
       : commands_(commands), shaders_(shaders), lists_(lists), plan_(plan) {}
 
-  /// Makes the full lists. `set` has the level's fields.
-  void classify(const vk::raii::DescriptorSet& set) const;
+  /// Makes the full lists. `sets` have the level's fields.
+  void classify(SetsByLengths sets) const;
   /// The next sweep is the first one of a new field.
   void wake_all() const;
   /// Before the sweeps recorded next, the first of which is number `since_write` since wake_all().
   void clear_lengths(int since_write) const;
-  /// Sweep `number` since the level was loaded. `set` has the level's fields, the displacement and where it
+  /// Sweep `number` since the level was loaded. `sets` have the level's fields, the displacement and where it
   /// goes.
-  void sweep(const vk::raii::DescriptorSet& set, int number, int since_write) const;
+  void sweep(SetsByLengths sets, int number, int since_write) const;
   /// Adds the sites changed by the last sweep to the counter; `set` is that sweep's.
   void count(const vk::raii::DescriptorSet& set) const;
 

@@ -2,6 +2,7 @@
 
 #include "backends/shared/coarse_levels.hpp"
 #include "backends/shared/sweep_shapes.hpp"
+#include "backends/vulkan/arithmetic.hpp"
 #include "backends/vulkan/ceilings.hpp"
 #include "backends/vulkan/compute_device.hpp"
 #include "backends/vulkan/elastic_session.hpp"
@@ -17,7 +18,7 @@ namespace hdmbench {
 
 namespace {
 
-class VulkanCompute final : public Backend {
+class VulkanCompute final : public Backend, public ArithmeticProgram {
 public:
   [[nodiscard]] std::string_view name() const override { return "vulkan-compute"; }
   [[nodiscard]] std::string_view description() const override {
@@ -40,6 +41,8 @@ public:
   }
   [[nodiscard]] bool has_elastic() const override { return true; }
 
+  [[nodiscard]] std::string_view language() const override { return "GLSL 4.50, compute, SPIR-V"; }
+
 private:
   template <typename Call>
   static auto on_device(std::size_t index, const Call& call) {
@@ -53,6 +56,12 @@ private:
     });
   }
 
+  [[nodiscard]] std::vector<float> evaluate(std::size_t index,
+                                            std::span<const ArithmeticCase> cases) const override {
+    return on_device(index, [&](vulkan::Installation installation, const auto& device) {
+      return vulkan::evaluate(std::move(installation), device, cases);
+    });
+  }
   [[nodiscard]] std::unique_ptr<Session> do_open(std::size_t index,
                                                  const SessionOptions& options) const override {
     return on_device(index, [&](vulkan::Installation installation, const auto& device) {

@@ -157,6 +157,7 @@ void list_fields(Fields& fields, ProbeRow& row) {
   fields("backend", row.backend);
   fields("device", row.device);
   fields("driver", row.driver);
+  fields.newer("program", row.program);
   fields("question", row.question);
   fields("as_specified", row.as_specified);
   fields("otherwise", row.otherwise);
@@ -164,6 +165,7 @@ void list_fields(Fields& fields, ProbeRow& row) {
   fields("telling", row.telling);
   fields("specified", row.specified);
   fields("other", row.other);
+  fields.newer("ulp", row.ulp);
   fields("agreement_needs_it", row.agreement_needs_it);
 }
 
@@ -198,10 +200,26 @@ std::vector<ProbeRow> probe(const Backend& backend, const SessionOptions& option
     judge(question, found, row);
     rows.push_back(std::move(row));
   }
+  if (const auto* const program = dynamic_cast<const ArithmeticProgram*>(&backend)) {
+    const std::vector<Device> all = backend.devices();
+    const auto same = [&](const Device& one) {
+      return one.name == device.name && one.driver == device.driver;
+    };
+    const auto index = static_cast<std::size_t>(std::ranges::find_if(all, same) - all.begin());
+    for (ProbeRow& row : probe_arithmetic(*program, index)) {
+      row.backend = backend.name();
+      row.device = device.name;
+      row.driver = device.driver;
+      rows.push_back(std::move(row));
+    }
+  }
   return rows;
 }
 
 std::string answer_text(const ProbeRow& row) {
+  if (row.ulp && row.answer != ProbeAnswer::as_specified) {
+    return fmt::format("up to {:.3g} ulp off, {} of {} correct", *row.ulp, row.specified, row.telling);
+  }
   switch (row.answer) {
   case ProbeAnswer::as_specified:
     return row.as_specified;
@@ -216,13 +234,28 @@ std::string answer_text(const ProbeRow& row) {
   }
 }
 
+std::string findings(const std::vector<ProbeRow>& rows) {
+  std::string text;
+  for (const ProbeRow& row : rows) {
+    if (row.answer != ProbeAnswer::as_specified) {
+      text +=
+          fmt::format("{}{}: {}: {}", text.empty() ? "" : "; ", row.program, row.question, answer_text(row));
+    }
+  }
+  return text;
+}
+
 std::string expected_tier(const std::vector<ProbeRow>& rows) {
   for (const ProbeRow& row : rows) {
     if (row.agreement_needs_it && row.answer != ProbeAnswer::as_specified) {
       return fmt::format("certified: {}: {}", row.question, answer_text(row));
     }
   }
-  return "bitwise: operations are rounded one by one, in the order written";
+  const bool flushes = std::ranges::any_of(rows, [](const ProbeRow& row) {
+    return row.question.starts_with("subnormal") && row.answer != ProbeAnswer::as_specified;
+  });
+  return fmt::format("bitwise: operations are rounded one by one, in the order written{}",
+                     flushes ? "; but numbers below 1e-38 may be taken for 0" : "");
 }
 
 } // namespace hdmbench

@@ -15,7 +15,7 @@ namespace {
 void run_probe(const CommonArguments& arguments, const std::string& line) {
   require_results_writable(arguments.json);
   const auto registry = make_backends();
-  Table table({"<backend", "<device", "<question", "<answer", "could tell"});
+  Table table({"<backend", "<device", "<program", "<question", "<answer", "could tell"});
   std::string expected;
   nlohmann::json results = nlohmann::json::array();
   Progress progress;
@@ -25,8 +25,8 @@ void run_probe(const CommonArguments& arguments, const std::string& line) {
       const std::vector<ProbeRow> rows = probe(*backend, arguments.session);
       for (const ProbeRow& row : rows) {
         const bool first = &row == &rows.front();
-        table.add({first ? row.backend : "", first ? row.device : "", row.question, answer_text(row),
-                   std::to_string(row.telling)});
+        table.add({first ? row.backend : "", first ? row.device : "", row.program, row.question,
+                   answer_text(row), std::to_string(row.telling)});
         results.push_back(to_json_row(row));
       }
       expected += fmt::format("  {}: {}\n", backend->name(), expected_tier(rows));
@@ -44,9 +44,11 @@ void run_probe(const CommonArguments& arguments, const std::string& line) {
 void add_probe(CLI::App& program, const std::string& arguments) {
   auto* command = program.add_subcommand(
       "probe",
-      "What does each device's arithmetic do? One sweep on numbers that tell the cases apart, in the very\n"
-      "programs that verify compares: are products fused into sums, are subnormal numbers and infinity\n"
-      "kept? \"could tell\" counts the components whose bits would have been others.");
+      "What does each device's arithmetic do? Are products fused into sums, are sums reordered, are "
+      "subnormal\n"
+      "numbers, -0, NaN and infinity kept, how are quotients and roots rounded, when does a loop end? One\n"
+      "sweep in the very programs that verify compares, and a small program of its own per language, on\n"
+      "numbers that tell the cases apart. \"could tell\" counts the answers that would have been others.");
   const auto own = std::make_shared<CommonArguments>();
   own->add_backends_to(*command);
   command->add_option("--json", own->json, "Write the answers to this file");

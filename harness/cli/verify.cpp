@@ -2,6 +2,7 @@
 #include "harness/check/tile_boundaries.hpp"
 #include "harness/check/verify_row.hpp"
 
+#include "harness/check/probe.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
 #include "harness/cli/verify_windows.hpp"
@@ -248,6 +249,28 @@ std::vector<Scene> scenes_to_verify(CommonArguments arguments) {
   return scenes;
 }
 
+/// Where bits differ, what the device's arithmetic may have to do with it.
+void print_findings(std::span<const Backend* const> backends, const std::vector<Comparison>& all,
+                    const SessionOptions& session) {
+  for (const Backend* const backend : backends) {
+    const bool differs = std::ranges::any_of(all, [&](const Comparison& comparison) {
+      return comparison.backend == backend->name() && comparison.sites_differing > 0;
+    });
+    if (!differs) {
+      continue;
+    }
+    try {
+      const std::vector<ProbeRow> rows = probe(*backend, session);
+      const std::string found = findings(rows);
+      fmt::print("\nBits of {} differ. Its arithmetic, as probe finds it, lets one expect {}\n{}",
+                 backend->name(), expected_tier(rows),
+                 found.empty() ? "" : fmt::format("  not as specified: {}\n", found));
+    } catch (const DeviceError& error) {
+      fmt::print("\nBits of {} differ. probe could not ask it: {}\n", backend->name(), error.what());
+    }
+  }
+}
+
 int run_verify(const CommonArguments& arguments, Tier required, const std::string& line) {
   if (!arguments.json.empty()) {
     require_writable(arguments.json);
@@ -281,6 +304,7 @@ int run_verify(const CommonArguments& arguments, Tier required, const std::strin
     }
   }
   print_tiers(all);
+  print_findings(std::span(backends).subspan(1), all, arguments.session);
   const auto count = [&](Verdict verdict) { return std::ranges::count(all, verdict, &Comparison::verdict); };
   const auto failing = std::ranges::count_if(all, [&](const Comparison& comparison) {
     return comparison.verdict != Verdict::skipped && comparison.tier < required;

@@ -49,6 +49,7 @@ std::string page_html(const report::Results& results) {
 <a href="#portability">Machines side by side</a>
 <a href="#agreement">Agreement</a>
 <a href="#implementations">What runs where</a>
+<a href="#arithmetic">Arithmetic of the devices</a>
 <a href="#accuracy">Accuracy</a>
 <a href="#failures">Failure atlas</a>
 <a href="#golden">Golden hashes</a>
@@ -67,6 +68,7 @@ std::string page_html(const report::Results& results) {
   html += report::portability_section(results, anchors);
   html += report::agreement_section(results, anchors);
   html += report::implementations_section(results, anchors);
+  html += report::probe_section(results, anchors);
   html += report::accuracy_section(results, anchors);
   html += report::atlas_section(results, anchors);
   html += report::golden_section(results, anchors);

@@ -72,6 +72,9 @@ bool replaces(const InstructionsRow& /*a*/, const InstructionsRow& /*b*/) {
 bool replaces(const ImplementationRow& /*a*/, const ImplementationRow& /*b*/) {
   return true;
 }
+bool replaces(const ProbeRow& a, const ProbeRow& b) {
+  return a.backend == b.backend && a.device == b.device && a.program == b.program && a.question == b.question;
+}
 bool replaces(const VerifyRow& a, const VerifyRow& b) {
   return same_scene(a, b) && a.backend == b.backend && same_device(a.device.name, b.device.name) &&
          a.mode == b.mode && a.method == b.method;
@@ -150,6 +153,8 @@ void add_file(Results& results, const ResultFile& file) {
     add_rows(results, results.verify, file);
   } else if (command == "implementations") {
     add_rows(results, results.implementations, file);
+  } else if (command == "probe") {
+    add_rows(results, results.probe, file);
   } else if (command == "faults") {
     add_rows(results, results.faults, file);
   } else if (command == "bench") {

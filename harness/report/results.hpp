@@ -3,6 +3,7 @@
 #include "harness/check/failing_calls_row.hpp"
 #include "harness/check/faults/fault_row.hpp"
 #include "harness/check/golden_row.hpp"
+#include "harness/check/probe.hpp"
 #include "harness/check/verify_row.hpp"
 #include "harness/judge/accuracy/accuracy_row.hpp"
 #include "harness/judge/atlas/atlas_row.hpp"
@@ -49,6 +50,7 @@ using FaultRow = From<hdmbench::FaultRow>;
 using GoldenRow = From<hdmbench::GoldenRow>;
 using ImplementationRow = From<hdmbench::ImplementationRow>;
 using InstructionsRow = From<hdmbench::InstructionsRow>;
+using ProbeRow = From<hdmbench::ProbeRow>;
 using RunRow = From<hdmbench::RunRow>;
 using TradeoffRow = From<hdmbench::TradeoffRow>;
 using VerifyRow = From<hdmbench::VerifyRow>;
@@ -59,6 +61,7 @@ struct Results {
   std::vector<DeviceRow> devices;
   std::vector<VerifyRow> verify;
   std::vector<ImplementationRow> implementations;
+  std::vector<ProbeRow> probe;
   std::vector<FaultRow> faults;
   std::vector<BenchRow> bench;
   std::vector<ComparedRow> compare;

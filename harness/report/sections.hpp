@@ -14,6 +14,8 @@ namespace hdmbench::report {
 [[nodiscard]] std::string agreement_section(const Results& results, Anchors& anchors);
 /// Agreement on other drivers than the installed ones.
 [[nodiscard]] std::string implementations_section(const Results& results, Anchors& anchors);
+/// What each device's arithmetic does.
+[[nodiscard]] std::string probe_section(const Results& results, Anchors& anchors);
 /// What mistakes the cross-check has been seen to find.
 [[nodiscard]] std::string faults_section(const Results& results, Anchors& anchors);
 [[nodiscard]] std::string golden_section(const Results& results, Anchors& anchors);

@@ -11,7 +11,8 @@ layout(set = 0, binding = 5, std430) buffer Counter { uint changed; };
 
 // As wake.glsl has them, and the last parameters too.
 layout(set = 0, binding = 6, std430) buffer Tiles { uint tiles[]; };
-layout(set = 0, binding = 7, std430) buffer Lengths { uvec4 lengths[]; };
+layout(set = 0, binding = 7, std430) readonly buffer Lengths { uvec4 lengths[]; };
+layout(set = 0, binding = 12, std430) buffer AppendedLengths { uvec4 appended_lengths[]; };
 
 layout(push_constant) uniform Parameters {
   float steps[16];

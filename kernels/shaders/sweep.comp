@@ -24,6 +24,7 @@ layout(location = 26) uniform int first_input;    // texel of the level's first 
 layout(binding = 0, rg32f) uniform restrict writeonly imageBuffer next_image;
 layout(binding = 0, std430) restrict buffer Tiles { uint tiles[]; }; // this and the next as wake.glsl has them
 layout(binding = 1, std430) restrict buffer Lengths { uvec4 lengths[]; };
+#define appended_lengths lengths
 layout(location = 0) uniform ivec2 dimension;
 layout(location = 1) uniform float penalty;
 layout(location = 18) uniform vec4 turn; // colour, strength, number, seed of update.inc's Sweep

@@ -3,6 +3,7 @@
 //
 //   uint tiles[]        as tile_class.inc lays them out
 //   uvec4 lengths[]     of lists, w: number of tiles, xyz: work groups to sweep them with, as indirect dispatches read
+//   uvec4 appended_lengths[]  the same or another buffer: of the lists that are made
 //   int tiles_across, tile_count
 //   int list, length            the set of lists to sweep and its first class's element of lengths
 //   int next_list, next_length  the same for the lists that changes are put on
@@ -12,14 +13,14 @@
 
 void append_tile(uint tile, uint tile_class, int set, int first_length) {
   uint at = uint(first_length) + tile_class;
-  uint place = atomicAdd(lengths[at].w, 1u);
+  uint place = atomicAdd(appended_lengths[at].w, 1u);
   tiles[list_begin(uint(set), tile_class, uint(tile_count)) + place] = tile;
   if (place < most_groups_across) {
-    atomicMax(lengths[at].x, place + 1u);
+    atomicMax(appended_lengths[at].x, place + 1u);
   }
   if (place % most_groups_across == 0u) {
-    atomicAdd(lengths[at].y, 1u);
-    lengths[at].z = 1u;
+    atomicAdd(appended_lengths[at].y, 1u);
+    appended_lengths[at].z = 1u;
   }
 }
 
