@@ -76,8 +76,8 @@ class ComputeSweep {
 public:
   static double bytes_per_update(SiteKind kind) { return hdmbench::bytes_per_update(kind, classes_inside); }
   static Ceilings ceilings(const Api& api) { return compute_ceilings(api); }
-  static std::unique_ptr<ElasticDevice> elastic(std::unique_ptr<Context> context) {
-    return make_elastic_compute(std::move(context));
+  static std::unique_ptr<ElasticDevice> elastic(std::unique_ptr<Context> context, bool is_software) {
+    return make_elastic_compute(std::move(context), is_software);
   }
   /// OpenGL 4.3 guarantees 1024 invocations and 32 KiB of shared memory.
   static Variants variants(bool is_software) {

@@ -77,7 +77,7 @@ private:
 
 /// A Backend whose sessions are ContextSession<Sweep> on the contexts of a platform. Sweep declares
 /// bytes_per_update(kind) and ceilings(api) for Backend's functions of these names, and variants(is_software)
-/// where it has some; elastic(context) where it computes the elastic energy.
+/// where it has some; elastic(context, is_software) where it computes the elastic energy.
 template <typename Sweep>
 class ContextBackend final : public Backend {
 public:
@@ -93,15 +93,16 @@ public:
   }
   bool has_elastic() const override {
     return requires(std::unique_ptr<Context> context) {
-      Sweep::elastic(std::move(context));
+      Sweep::elastic(std::move(context), false);
     };
   }
 
 private:
   std::unique_ptr<ElasticSession> do_open_elastic(std::size_t index,
                                                   const SessionOptions& /*options*/) const override {
-    if constexpr (requires { Sweep::elastic(platform_->open(index, version_)); }) {
-      return make_elastic_session(name_, Sweep::elastic(platform_->open(index, version_)));
+    if constexpr (requires { Sweep::elastic(platform_->open(index, version_), false); }) {
+      return make_elastic_session(
+          name_, Sweep::elastic(platform_->open(index, version_), devices().at(index).is_software));
     } else {
       return nullptr;
     }

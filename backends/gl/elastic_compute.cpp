@@ -4,28 +4,30 @@
 #include "backends/gl/elastic_context.hpp"
 
 #include <fmt/format.h>
+#include <shaders/elastic_coarse_compute.hpp>
 #include <shaders/elastic_compute.hpp>
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <map>
+#include <optional>
 
 namespace hdmbench::gl {
 
 namespace {
-
-/// Units of elastic.comp: of textures, and of the image that is stored.
-enum Unit : GLuint { from, second, stored, moments, more, response, matrices };
 
 constexpr GLint parameters_location = 0;
 
 class ElasticCompute {
 public:
   static constexpr int block = 8;
+  static constexpr bool has_lists = true;
+  static constexpr std::int64_t coarse_size = ELASTIC_COARSE_SITES; // 32 KiB, as OpenGL 4.3 guarantees
 
-  explicit ElasticCompute(const Api& api)
-      : gl_(api), moments_(api), more_(api), response_(api), matrices_(api), inverse_(api) {
+  ElasticCompute(const Api& api, bool is_software)
+      : gl_(api), shape_(elastic_shape(is_software)), coarse_shape_(elastic_coarse_shape(is_software)),
+        moments_(api), more_(api), response_(api), matrices_(api), inverse_(api), touched_(api) {
     for (int i = 0; i < elastic_slots + 2; ++i) {
       slots_.emplace_back(api);
     }
@@ -52,6 +54,7 @@ public:
     send(texels.response, GL_RGBA32F, response_);
     send(elastic_matrices(hierarchy), GL_RGBA32F, matrices_);
     send(hierarchy.coarsest_inverse, GL_RG32F, inverse_);
+    send(ElasticTouched(hierarchy).texels, GL_RG32F, touched_);
   }
 
   void write(ElasticArray to, const VectorField& values) const {
@@ -85,19 +88,25 @@ public:
 
   void run(const ElasticCall& call) {
     compiled(call.kernel).use();
-    slot(call.from).bind(from);
-    slot(call.second).bind(second);
-    slot(call.to).bind_image(stored, GL_RG32F);
-    moments_.bind(moments);
-    more_.bind(more);
-    response_.bind(response);
-    (call.kernel.step == ElasticStep::solve ? inverse_ : matrices_).bind(matrices);
-    const auto numbers =
-        std::bit_cast<std::array<GLint, sizeof(ElasticParameters) / sizeof(GLint)>>(call.parameters);
-    gl_.Uniform1iv(parameters_location, static_cast<GLsizei>(numbers.size()), numbers.data());
-    const Extent groups = elastic_groups(call);
-    gl_.DispatchCompute(static_cast<GLuint>(groups.width), static_cast<GLuint>(groups.height), 1);
-    gl_.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+    slot(call.from).bind(ELASTIC_FROM);
+    slot(call.second).bind(ELASTIC_SECOND);
+    slot(call.to).bind_image(ELASTIC_STORED, GL_RG32F);
+    const Extent groups = elastic_groups(call, shape_);
+    dispatch(call.parameters, groups);
+  }
+
+  void run(const ElasticCoarse& coarse) {
+    if (!coarse_) {
+      coarse_.emplace(gl_, std::initializer_list<Program::Stage>{
+                               {GL_COMPUTE_SHADER, assemble(sources::elastic_coarse_compute,
+                                                            definitions(coarse_shape_))}});
+    }
+    coarse_->use();
+    for (GLuint i = 0; i < elastic_slots_on_levels; ++i) {
+      slots_[i].bind(ELASTIC_FROM + i);
+      slots_[i].bind_image(ELASTIC_STORED + i, GL_RG32F);
+    }
+    dispatch(coarse, {1, 1});
   }
 
 private:
@@ -126,6 +135,25 @@ private:
     }
   }
 
+  [[nodiscard]] static std::string definitions(const ElasticShape& shape) {
+    return fmt::format("#define LANES {}\n#define ROWS {}\n", shape.lanes, shape.rows);
+  }
+
+  /// The program and the fields are bound; `parameters` consists of words, which is how the program has them.
+  template <typename Parameters>
+  void dispatch(const Parameters& parameters, Extent groups) const {
+    moments_.bind(ELASTIC_MOMENTS);
+    more_.bind(ELASTIC_MORE);
+    response_.bind(ELASTIC_RESPONSE);
+    matrices_.bind(ELASTIC_MATRICES);
+    inverse_.bind(ELASTIC_INVERSE);
+    touched_.bind(ELASTIC_TOUCHED);
+    const auto words = std::bit_cast<std::array<GLint, sizeof(Parameters) / sizeof(GLint)>>(parameters);
+    gl_.Uniform1iv(parameters_location, static_cast<GLsizei>(words.size()), words.data());
+    gl_.DispatchCompute(static_cast<GLuint>(groups.width), static_cast<GLuint>(groups.height), 1);
+    gl_.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+  }
+
   void require_fits(const ElasticLayout& layout) const {
     GLint texels = 0;
     gl_.GetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
@@ -141,7 +169,7 @@ private:
   const Program& compiled(const ElasticKernel& kernel) {
     auto found = programs_.find(kernel);
     if (found == programs_.end()) {
-      const std::string text = assemble(sources::elastic_compute, elastic_definitions(kernel));
+      const std::string text = assemble(sources::elastic_compute, elastic_definitions(kernel) + definitions(shape_));
       found =
           programs_.try_emplace(kernel, gl_, std::initializer_list<Program::Stage>{{GL_COMPUTE_SHADER, text}})
               .first;
@@ -150,6 +178,8 @@ private:
   }
 
   const Api& gl_;
+  ElasticShape shape_;
+  ElasticShape coarse_shape_;
   ElasticLayout layout_;
   std::vector<BufferTexture> slots_;
   BufferTexture moments_;
@@ -157,13 +187,15 @@ private:
   BufferTexture response_;
   BufferTexture matrices_;
   BufferTexture inverse_;
+  BufferTexture touched_;
+  std::optional<Program> coarse_;
   std::map<ElasticKernel, Program> programs_;
 };
 
 } // namespace
 
-std::unique_ptr<ElasticDevice> make_elastic_compute(std::unique_ptr<Context> context) {
-  return std::make_unique<ContextElastic<ElasticCompute>>(std::move(context));
+std::unique_ptr<ElasticDevice> make_elastic_compute(std::unique_ptr<Context> context, bool is_software) {
+  return std::make_unique<ContextElastic<ElasticCompute>>(std::move(context), is_software);
 }
 
 } // namespace hdmbench::gl
