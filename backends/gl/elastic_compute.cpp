@@ -23,15 +23,18 @@ class ElasticCompute {
 public:
   static constexpr int block = 8;
   static constexpr bool has_lists = true;
-  static constexpr std::int64_t coarse_size = ELASTIC_COARSE_SITES; // 32 KiB, as OpenGL 4.3 guarantees
+  static constexpr bool has_coarse =
+      true; // OpenGL 4.3 guarantees 1024 invocations and 32 KiB of shared memory
 
   ElasticCompute(const Api& api, bool is_software)
-      : gl_(api), shape_(elastic_shape(is_software)), coarse_shape_(elastic_coarse_shape(is_software)),
-        moments_(api), more_(api), response_(api), matrices_(api), inverse_(api), touched_(api) {
+      : gl_(api), is_software_(is_software), kept_(api), moments_(api), more_(api), response_(api),
+        matrices_(api), inverse_(api), touched_(api) {
     for (int i = 0; i < elastic_slots + 2; ++i) {
       slots_.emplace_back(api);
     }
   }
+
+  [[nodiscard]] std::int64_t coarse_size() const { return elastic_coarse_size(is_software_); }
 
   void load(const ElasticHierarchy& hierarchy, const ElasticLayout& layout) {
     require_fits(layout);
@@ -42,6 +45,7 @@ public:
       const std::size_t pairs = i < elastic_slots ? size : static_cast<std::size_t>(layout.sums_size);
       slots_[i].allocate(GL_RG32F, pairs * bytes_of_pair, zeros.data());
     }
+    kept_.allocate(GL_RG32F, 3 * ELASTIC_COARSE_SITES * bytes_of_pair, nullptr);
     ElasticTexels texels(size);
     for (std::size_t level = 0; level < hierarchy.levels.size(); ++level) {
       texels.add(hierarchy.levels[level], layout.levels[level]);
@@ -91,21 +95,23 @@ public:
     slot(call.from).bind(ELASTIC_FROM);
     slot(call.second).bind(ELASTIC_SECOND);
     slot(call.to).bind_image(ELASTIC_STORED, GL_RG32F);
-    const Extent groups = elastic_groups(call, shape_);
+    const Extent groups = elastic_groups(call, elastic_shape(is_software_));
     dispatch(call.parameters, groups);
   }
 
   void run(const ElasticCoarse& coarse) {
     if (!coarse_) {
-      coarse_.emplace(gl_, std::initializer_list<Program::Stage>{
-                               {GL_COMPUTE_SHADER, assemble(sources::elastic_coarse_compute,
-                                                            definitions(coarse_shape_))}});
+      coarse_.emplace(gl_,
+                      std::initializer_list<Program::Stage>{
+                          {GL_COMPUTE_SHADER, assemble(sources::elastic_coarse_compute,
+                                                       definitions(elastic_coarse_shape(is_software_)))}});
     }
     coarse_->use();
     for (GLuint i = 0; i < elastic_slots_on_levels; ++i) {
       slots_[i].bind(ELASTIC_FROM + i);
       slots_[i].bind_image(ELASTIC_STORED + i, GL_RG32F);
     }
+    kept_.bind_image(ELASTIC_KEPT, GL_RG32F, GL_READ_WRITE);
     dispatch(coarse, {1, 1});
   }
 
@@ -135,8 +141,9 @@ private:
     }
   }
 
-  [[nodiscard]] static std::string definitions(const ElasticShape& shape) {
-    return fmt::format("#define LANES {}\n#define ROWS {}\n", shape.lanes, shape.rows);
+  [[nodiscard]] std::string definitions(const ElasticShape& shape) const {
+    return fmt::format("#define LANES {}\n#define ROWS {}\n#define IN_SHARED {}\n", shape.lanes, shape.rows,
+                       elastic_in_shared(is_software_) ? 1 : 0);
   }
 
   /// The program and the fields are bound; `parameters` consists of words, which is how the program has them.
@@ -169,7 +176,8 @@ private:
   const Program& compiled(const ElasticKernel& kernel) {
     auto found = programs_.find(kernel);
     if (found == programs_.end()) {
-      const std::string text = assemble(sources::elastic_compute, elastic_definitions(kernel) + definitions(shape_));
+      const std::string text = assemble(
+          sources::elastic_compute, elastic_definitions(kernel) + definitions(elastic_shape(is_software_)));
       found =
           programs_.try_emplace(kernel, gl_, std::initializer_list<Program::Stage>{{GL_COMPUTE_SHADER, text}})
               .first;
@@ -178,10 +186,10 @@ private:
   }
 
   const Api& gl_;
-  ElasticShape shape_;
-  ElasticShape coarse_shape_;
+  bool is_software_;
   ElasticLayout layout_;
   std::vector<BufferTexture> slots_;
+  BufferTexture kept_; ///< of elastic_coarse.comp
   BufferTexture moments_;
   BufferTexture more_;
   BufferTexture response_;

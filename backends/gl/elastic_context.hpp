@@ -35,7 +35,13 @@ public:
 
   int block() const override { return Steps::block; }
   bool has_lists() const override { return Steps::has_lists; }
-  std::int64_t coarse_size() const override { return Steps::coarse_size; }
+  std::int64_t coarse_size() const override {
+    if constexpr (Steps::has_coarse) {
+      return steps_->coarse_size();
+    } else {
+      return 0;
+    }
+  }
   void load(const ElasticHierarchy& hierarchy, const ElasticLayout& layout) override {
     const Context::Current current(*context_);
     steps_->load(hierarchy, layout);
@@ -57,7 +63,7 @@ public:
     for (const ElasticWork& piece : work) {
       if (const auto* const call = std::get_if<ElasticCall>(&piece)) {
         steps_->run(*call);
-      } else if constexpr (Steps::coarse_size > 0) {
+      } else if constexpr (Steps::has_coarse) {
         steps_->run(std::get<ElasticCoarse>(piece));
       }
     }

@@ -74,16 +74,13 @@ public:
     replace(level, ElasticField::correction, {.step = ElasticStep::relax_from_zero}, load, load);
   }
   void forces(ElasticField of, ElasticField to) override {
-    replace(0, to, {.step = ElasticStep::residual, .is_image = true, .masks = masks(0)},
-            array(0, of), array(0, of));
+    replace(0, to, {.step = ElasticStep::residual, .is_image = true, .masks = masks(0)}, array(0, of),
+            array(0, of));
   }
   void restrict_residual(int level, ElasticField of) override {
     const bool has_load = of == ElasticField::correction;
     const ElasticArray residual = spare(level);
-    run({.step = ElasticStep::residual,
-         .has_load = has_load,
-         .is_image = level == 0,
-         .masks = masks(level)},
+    run({.step = ElasticStep::residual, .has_load = has_load, .is_image = level == 0, .masks = masks(level)},
         array(level, of), array(level, has_load ? ElasticField::load : of), residual);
     run({.step = ElasticStep::restrict_sites}, residual, residual, array(level + 1, ElasticField::load));
   }
@@ -356,16 +353,19 @@ Extent elastic_groups(const ElasticCall& call, const ElasticShape& shape) {
     const int all = groups(call.parameters.listed, shape.lanes);
     return {std::min(all, ELASTIC_LIST_GROUPS), groups(all, ELASTIC_LIST_GROUPS)};
   }
-  const bool is_swept = call.kernel.step == ElasticStep::relax || call.kernel.step == ElasticStep::residual;
-  const int columns = shape.lanes * (is_swept ? ELASTIC_COLUMNS : 1);
+  const ElasticStep step = call.kernel.step;
+  const bool sweeps = step == ElasticStep::relax || step == ElasticStep::residual;
+  const bool corrects = step == ElasticStep::interpolate || step == ElasticStep::correct;
+  const int columns = shape.lanes * (sweeps ? ELASTIC_COLUMNS : corrects ? 2 : 1);
   return {groups(call.parameters.width, columns), groups(call.parameters.height, shape.rows)};
 }
 
 std::string elastic_definitions(const ElasticKernel& kernel) {
-  return fmt::format(
-      "#define STEP {}\n#define HAS_LOAD {}\n#define IS_IMAGE {}\n#define HAS_MASKED {}\n#define BY_LIST {}\n",
-      static_cast<int>(kernel.step), kernel.has_load ? 1 : 0, kernel.is_image ? 1 : 0,
-      kernel.masks == ElasticMasks::none ? 0 : 1, kernel.masks == ElasticMasks::by_list ? 1 : 0);
+  return fmt::format("#define STEP {}\n#define HAS_LOAD {}\n#define IS_IMAGE {}\n#define HAS_MASKED "
+                     "{}\n#define BY_LIST {}\n",
+                     static_cast<int>(kernel.step), kernel.has_load ? 1 : 0, kernel.is_image ? 1 : 0,
+                     kernel.masks == ElasticMasks::none ? 0 : 1,
+                     kernel.masks == ElasticMasks::by_list ? 1 : 0);
 }
 
 } // namespace hdmbench

@@ -51,8 +51,9 @@ struct ElasticTexels {
   /// Levels in their order.
   void add(const ElasticLevel& level, const ElasticLayout::Part& part);
 
-  std::vector<float> moments;  ///< 4: m, mr, ms, mrr of a cell
-  std::vector<float> more;     ///< 4: mss, mrs; of a masked cell 1 + the number of its matrix, else 0; one to spare
+  std::vector<float> moments; ///< 4: m, mr, ms, mrr of a cell
+  std::vector<float>
+      more; ///< 4: mss, mrs; of a masked cell 1 + the number of its matrix, else 0; one to spare
   std::vector<float> response; ///< 4: xx, xy, yy of a site, one to spare
   std::size_t matrices = 0;    ///< of the levels added
 };
@@ -64,8 +65,8 @@ struct ElasticTexels {
 constexpr std::size_t elastic_matrices_across = 64;
 constexpr std::size_t elastic_matrix_texels = 16;
 
-/// The sites beside masked cells, texels of two floats: x and y of each, level by level. Before them, for each
-/// level, where its sites begin and how many they are.
+/// The sites beside masked cells, texels of two floats: x and y of each, level by level. Before them, for
+/// each level, where its sites begin and how many they are.
 struct ElasticTouched {
   ElasticTouched() = default;
   explicit ElasticTouched(const ElasticHierarchy& hierarchy);
@@ -116,8 +117,8 @@ enum class ElasticMasks {
 /// What a kernel is compiled for.
 struct ElasticKernel {
   ElasticStep step = ElasticStep::relax;
-  bool has_load = false;   ///< relax, residual: s is there, else `second` is `from`
-  bool is_image = false;   ///< residual, interpolate, correct, restrict_sites: components may be prescribed
+  bool has_load = false; ///< relax, residual: s is there, else `second` is `from`
+  bool is_image = false; ///< residual, interpolate, correct, restrict_sites: components may be prescribed
   ElasticMasks masks = ElasticMasks::none;
 
   auto operator<=>(const ElasticKernel&) const = default;
@@ -181,7 +182,14 @@ struct ElasticShape {
   return is_software ? ElasticShape{.lanes = 16, .rows = 16} : ElasticShape{.lanes = 64, .rows = 4};
 }
 [[nodiscard]] constexpr ElasticShape elastic_coarse_shape(bool is_software) {
-  return is_software ? ElasticShape{.lanes = 8, .rows = 64} : ElasticShape{.lanes = 256, .rows = 1};
+  return is_software ? ElasticShape{.lanes = 8, .rows = 10} : ElasticShape{.lanes = 256, .rows = 1};
+}
+/// Whether elastic_coarse.comp has its fields in shared memory.
+[[nodiscard]] constexpr bool elastic_in_shared(bool is_software) {
+  return !is_software;
+}
+[[nodiscard]] constexpr std::int64_t elastic_coarse_size(bool is_software) {
+  return elastic_in_shared(is_software) ? ELASTIC_SHARED_SITES : ELASTIC_COARSE_SITES;
 }
 
 /// A device with its arrays. Throws DeviceError.

@@ -48,7 +48,7 @@ vk::raii::DescriptorSetLayout make_set_layout(const vk::raii::Device& device) {
 vk::raii::PipelineLayout make_layout(const vk::raii::Device& device,
                                      const vk::raii::DescriptorSetLayout& set_layout) {
   const vk::PushConstantRange parameters(vk::ShaderStageFlagBits::eCompute, 0,
-                                        std::max(sizeof(ElasticParameters), sizeof(ElasticCoarse)));
+                                         std::max(sizeof(ElasticParameters), sizeof(ElasticCoarse)));
   return {device, vk::PipelineLayoutCreateInfo({}, *set_layout, parameters)};
 }
 
@@ -74,6 +74,7 @@ struct Arrays {
     response = make_entries(queue, size);
     matrices = make_entries(queue, elastic_matrices(hierarchy).size() / 4);
     inverse = make_pairs(queue, hierarchy.coarsest_inverse.size() / 2);
+    kept = make_pairs(queue, elastic_slots_on_levels * ELASTIC_COARSE_SITES);
     touched = make_pairs(queue, ElasticTouched(hierarchy).texels.size() / 2);
   }
 
@@ -83,6 +84,7 @@ struct Arrays {
   TexelBuffer response;
   TexelBuffer matrices;
   TexelBuffer inverse; ///< of the coarsest level, x and y in a texel
+  TexelBuffer kept;    ///< of elastic_coarse.comp
   TexelBuffer touched;
   vk::raii::DescriptorPool pool;
   /// By the slots from, second, third and the three that are written.
@@ -96,17 +98,17 @@ public:
         staging_(
             queue_.make_buffer(staging_bytes, Usage::eTransferSrc | Usage::eTransferDst, Placement::host)),
         staged_(static_cast<float*>(staging_.memory.mapMemory(0, VK_WHOLE_SIZE))), uploads_(queue_),
-        is_software_(describe(queue_.physical()).is_software),
-        set_layout_(make_set_layout(queue_.device())), layout_(make_layout(queue_.device(), set_layout_)) {}
+        is_software_(describe(queue_.physical()).is_software), set_layout_(make_set_layout(queue_.device())),
+        layout_(make_layout(queue_.device(), set_layout_)) {}
 
   bool has_lists() const override { return true; }
   std::int64_t coarse_size() const override {
     const vk::PhysicalDeviceLimits limits = queue_.physical().getProperties().limits;
     const auto lanes = static_cast<std::uint32_t>(elastic_coarse_shape(is_software_).lanes);
     const bool fits =
-        limits.maxComputeSharedMemorySize >= elastic_slots_on_levels * ELASTIC_COARSE_SITES * bytes_of_pair &&
+        limits.maxComputeSharedMemorySize >= elastic_slots_on_levels * ELASTIC_SHARED_SITES * bytes_of_pair &&
         limits.maxComputeWorkGroupInvocations >= lanes && limits.maxComputeWorkGroupSize[0] >= lanes;
-    return fits ? ELASTIC_COARSE_SITES : 0;
+    return fits ? elastic_coarse_size(is_software_) : 0;
   }
 
   void load(const ElasticHierarchy& hierarchy, const ElasticLayout& layout) override {
@@ -197,8 +199,8 @@ private:
 
   void record(const ElasticCall& call) {
     record(pipeline(call.kernel),
-           arrays_of({call.from.slot, call.second.slot, call.from.slot, call.to.slot, call.to.slot,
-                      call.to.slot}),
+           arrays_of(
+               {call.from.slot, call.second.slot, call.from.slot, call.to.slot, call.to.slot, call.to.slot}),
            call.parameters, elastic_groups(call, elastic_shape(is_software_)));
     in_flight_ += static_cast<double>(call.parameters.width) * call.parameters.height;
     if (in_flight_ > most_in_flight) {
@@ -208,8 +210,9 @@ private:
   void record(const ElasticCoarse& coarse) {
     if (!coarse_) {
       const ElasticShape shape = elastic_coarse_shape(is_software_);
-      coarse_ = make_pipeline(queue_.device(), layout_, elastic_coarse_vulkan,
-                              std::array<std::int32_t, 2>{shape.lanes, shape.rows});
+      coarse_ = make_pipeline(
+          queue_.device(), layout_, elastic_coarse_vulkan,
+          std::array<std::int32_t, 3>{shape.lanes, shape.rows, elastic_in_shared(is_software_) ? 1 : 0});
     }
     record(*coarse_, arrays_of({0, 1, 2, 0, 1, 2}), coarse, {1, 1});
   }
@@ -315,11 +318,13 @@ private:
       auto made = queue_.device().allocateDescriptorSets({*arrays_->pool, *set_layout_});
       found = arrays_->sets.emplace(slots, std::move(made.front())).first;
       const vk::DescriptorSet set = *found->second;
-      constexpr std::array<std::uint32_t, 6> bindings{ELASTIC_FROM,   ELASTIC_SECOND,        ELASTIC_THIRD,
-                                                      ELASTIC_STORED, ELASTIC_STORED_SECOND, ELASTIC_STORED_THIRD};
+      constexpr std::array<std::uint32_t, 6> bindings{ELASTIC_FROM,          ELASTIC_SECOND,
+                                                      ELASTIC_THIRD,         ELASTIC_STORED,
+                                                      ELASTIC_STORED_SECOND, ELASTIC_STORED_THIRD};
       for (std::size_t i = 0; i < bindings.size(); ++i) {
         describe_binding(set, bindings[i], arrays_->slots.at(static_cast<std::size_t>(slots[i])));
       }
+      describe_binding(set, ELASTIC_KEPT, arrays_->kept);
       describe_binding(set, ELASTIC_MOMENTS, arrays_->moments);
       describe_binding(set, ELASTIC_MORE, arrays_->more);
       describe_binding(set, ELASTIC_RESPONSE, arrays_->response);

@@ -1,9 +1,10 @@
 #version 430
 #extension GL_GOOGLE_include_directive : require
 
-// A step of the elastic energy for all sites of a level: an invocation goes down ROWS sites of COLUMNS columns for relax
-// and residual, so that each row is fetched once and what a cell does to its lower corners is kept; of one column for the
-// others. Or, of relax and residual, for the sites of a list, those beside masked cells.
+// A step of the elastic energy for all sites of a level: an invocation goes down ROWS sites, of COLUMNS columns for relax
+// and residual, so that each row is fetched once and what a cell does to its lower corners is kept, of two where a coarser
+// level is interpolated, and of one for the others. Or, of relax and residual, for the sites of a list, those beside masked
+// cells.
 
 #define real float
 #define HDM_FUNCTION
@@ -105,9 +106,6 @@ vec2 result_at(int x, int y) {
   if (work == ELASTIC_RESTRICT) {
     return restricted_at(x, y);
   }
-  if (work == ELASTIC_INTERPOLATE || work == ELASTIC_CORRECT) {
-    return corrected_at(x, y);
-  }
   if (work == ELASTIC_SOLVE) {
     return solved_at(x, y);
   }
@@ -132,6 +130,12 @@ void main() {
   } else if (work == ELASTIC_RELAX || work == ELASTIC_RESIDUAL) {
     if (COLUMNS * x < width) {
       sweep_columns(COLUMNS * x, first_row, end);
+    }
+  } else if (work == ELASTIC_INTERPOLATE || work == ELASTIC_CORRECT) {
+    if (2 * x < width) {
+      for (int y = first_row; y < end; y += 2) {
+        correct_block(2 * x, y);
+      }
     }
   } else if (x < width) {
     for (int y = first_row; y < end; ++y) {

@@ -1,8 +1,9 @@
 #version 430
 #extension GL_GOOGLE_include_directive : require
 
-// Several steps of the elastic energy on the coarsest levels, in one work group: their fields are in its shared memory,
-// and between two steps there is a barrier instead of a dispatch.
+// Several steps of the elastic energy on the coarsest levels, in one work group, with a barrier between two steps instead
+// of a dispatch. Fields are in its shared memory, or in a buffer: rasterizers on the CPU have shared memory there, too, and
+// read buffers of texels faster.
 
 #define real float
 #define HDM_FUNCTION
@@ -15,10 +16,12 @@
 #define samplerBuffer textureBuffer
 layout(local_size_x_id = 0) in;
 layout(constant_id = 1) const int ROWS = 1;
+layout(constant_id = 2) const bool in_shared = true;
 const int LANES = int(gl_WorkGroupSize.x);
 layout(push_constant) uniform Parameters { int parameters[32]; };
 #else // supplied after #version
 layout(local_size_x = LANES) in;
+const bool in_shared = IN_SHARED != 0;
 layout(location = 0) uniform int parameters[32];
 #endif
 const int COLUMNS = ELASTIC_COLUMNS;
@@ -26,6 +29,7 @@ const int COLUMNS = ELASTIC_COLUMNS;
 layout(binding = ELASTIC_STORED, rg32f) uniform restrict writeonly imageBuffer stored;
 layout(binding = ELASTIC_STORED_SECOND, rg32f) uniform restrict writeonly imageBuffer stored_second;
 layout(binding = ELASTIC_STORED_THIRD, rg32f) uniform restrict writeonly imageBuffer stored_third;
+layout(binding = ELASTIC_KEPT, rg32f) uniform coherent imageBuffer kept; // three fields, where they are not in shared memory
 layout(binding = ELASTIC_FROM) uniform samplerBuffer from; // the three arrays of these levels
 layout(binding = ELASTIC_SECOND) uniform samplerBuffer second;
 layout(binding = ELASTIC_THIRD) uniform samplerBuffer third;
@@ -53,7 +57,17 @@ vec4 matrix_at(float number, int i) { return texelFetch(matrices, int(number) * 
 #define ratio PoissonRatio(intBitsToFloat(parameters[6]), intBitsToFloat(parameters[7]))
 const int first_step = 8;
 
-shared vec2 fields[3 * ELASTIC_COARSE_SITES];
+shared vec2 fields[3 * ELASTIC_SHARED_SITES];
+const int array_sites = in_shared ? ELASTIC_SHARED_SITES : ELASTIC_COARSE_SITES;
+
+vec2 field_at(int i) { return in_shared ? fields[i] : imageLoad(kept, i).xy; }
+void keep(int i, vec2 value) {
+  if (in_shared) {
+    fields[i] = value;
+  } else {
+    imageStore(kept, i, vec4(value, 0.0, 0.0));
+  }
+}
 
 // Of the step that is done, as ElasticParameters has them.
 int work;
@@ -65,15 +79,15 @@ int from_first;
 int from_pitch;
 int second_first;
 int second_pitch;
-int from_array; // where in `fields` it begins
+int from_array; // where it begins
 int second_array;
 int stored_array;
 const bool has_load = true;
 const bool is_image = false;
 
-vec2 from_at(int i) { return fields[from_array + i]; }
-vec2 second_at(int i) { return fields[second_array + i]; }
-void store(int i, vec2 value) { fields[stored_array + i] = value; }
+vec2 from_at(int i) { return field_at(from_array + i); }
+vec2 second_at(int i) { return field_at(second_array + i); }
+void store(int i, vec2 value) { keep(stored_array + i, value); }
 vec4 moments_at(int i) { return texelFetch(moments, base + i); }
 vec4 more_at(int i) { return texelFetch(more, base + i); }
 vec4 response_at(int i) { return texelFetch(response, base + i); }
@@ -82,6 +96,7 @@ vec4 response_at(int i) { return texelFetch(response, base + i); }
 
 void wait_for_all() {
   memoryBarrierShared();
+  memoryBarrierImage();
   barrier();
 }
 
@@ -105,20 +120,26 @@ Place place_of(int level) {
   return place;
 }
 
+// Column and row of item i of rows of `across`. By floats, exact for so few: whole numbers are divided slowly.
+ivec2 item(int i, int across) {
+  int row = int((float(i) + 0.5) / float(across));
+  return ivec2(i - row * across, row);
+}
+
 void main() {
   int lane = int(gl_LocalInvocationID.x);
   for (int i = lane; i < size; i += LANES) {
-    fields[i] = texelFetch(from, base + i).xy;
-    fields[ELASTIC_COARSE_SITES + i] = texelFetch(second, base + i).xy;
-    fields[2 * ELASTIC_COARSE_SITES + i] = texelFetch(third, base + i).xy;
+    keep(i, texelFetch(from, base + i).xy);
+    keep(array_sites + i, texelFetch(second, base + i).xy);
+    keep(2 * array_sites + i, texelFetch(third, base + i).xy);
   }
   wait_for_all();
   for (int number = 0; number < steps; ++number) {
     int code = parameters[first_step + number];
     work = code & 15;
-    from_array = (code >> 4 & 3) * ELASTIC_COARSE_SITES;
-    second_array = (code >> 6 & 3) * ELASTIC_COARSE_SITES;
-    stored_array = (code >> 8 & 3) * ELASTIC_COARSE_SITES;
+    from_array = (code >> 4 & 3) * array_sites;
+    second_array = (code >> 6 & 3) * array_sites;
+    stored_array = (code >> 8 & 3) * array_sites;
     int level = code >> 10;
     Place from_place = place_of(level);
     bool to_coarser = work == ELASTIC_RESTRICT;
@@ -138,32 +159,31 @@ void main() {
     int across = (width + COLUMNS - 1) / COLUMNS;
     int strips = sweeps ? across * ((height + ROWS - 1) / ROWS) : 0;
     for (int i = lane; i < strips; i += LANES) {
-      int first_row = i / across * ROWS;
-      sweep_columns(i % across * COLUMNS, first_row, min(first_row + ROWS, height));
+      ivec2 strip = item(i, across);
+      sweep_columns(strip.x * COLUMNS, strip.y * ROWS, min(strip.y * ROWS + ROWS, height));
+    }
+    int half_width = (width + 1) / 2;
+    int blocks = from_coarser ? half_width * ((height + 1) / 2) : 0;
+    for (int i = lane; i < blocks; i += LANES) {
+      ivec2 block = item(i, half_width);
+      correct_block(2 * block.x, 2 * block.y);
     }
     int sites = width * height;
-    int corrected = from_coarser ? sites : 0;
-    for (int i = lane; i < corrected; i += LANES) {
-      int x = i % width;
-      int y = i / width;
-      store(first + y * pitch + x, corrected_at(x, y));
-    }
     int restricted_count = to_coarser ? sites : 0;
     for (int i = lane; i < restricted_count; i += LANES) {
-      int x = i % width;
-      int y = i / width;
-      store(first + y * pitch + x, restricted_at(x, y));
+      ivec2 site = item(i, width);
+      store(first + site.y * pitch + site.x, restricted_at(site.x, site.y));
     }
     int from_zero = work == ELASTIC_RELAX_FROM_ZERO ? sites : 0;
     for (int i = lane; i < from_zero; i += LANES) {
-      int at = first + i / width * pitch + i % width;
+      ivec2 site = item(i, width);
+      int at = first + site.y * pitch + site.x;
       store(at, relaxed_from_zero(at));
     }
     int solved = work == ELASTIC_SOLVE ? sites : 0;
     for (int i = lane; i < solved; i += LANES) {
-      int x = i % width;
-      int y = i / width;
-      store(first + y * pitch + x, solved_at(x, y));
+      ivec2 site = item(i, width);
+      store(first + site.y * pitch + site.x, solved_at(site.x, site.y));
     }
     wait_for_all();
     vec2 list = texelFetch(touched, finest + level).xy;
@@ -175,8 +195,8 @@ void main() {
     wait_for_all();
   }
   for (int i = lane; i < size; i += LANES) {
-    imageStore(stored, base + i, vec4(fields[i], 0.0, 0.0));
-    imageStore(stored_second, base + i, vec4(fields[ELASTIC_COARSE_SITES + i], 0.0, 0.0));
-    imageStore(stored_third, base + i, vec4(fields[2 * ELASTIC_COARSE_SITES + i], 0.0, 0.0));
+    imageStore(stored, base + i, vec4(field_at(i), 0.0, 0.0));
+    imageStore(stored_second, base + i, vec4(field_at(array_sites + i), 0.0, 0.0));
+    imageStore(stored_third, base + i, vec4(field_at(2 * array_sites + i), 0.0, 0.0));
   }
 }

@@ -61,19 +61,48 @@ void sweep_columns(int left, int first_row, int end) {
   }
 }
 
-// One of the cells that lie beside a site; `at` is its place.
-CellForces forces_of_listed(int at) {
-  return forces_of_cell(true, moments_at(at), more_at(at), from_at(at), from_at(at + 1), from_at(at + from_pitch),
-                        from_at(at + from_pitch + 1), ratio);
+// What the cell at `at` does to its corner 0 ... 3 in reading order, if it is masked; else `otherwise`. No branch:
+// rasterizers on the CPU execute both sides. Displacements of the corners in reading order.
+Force masked_or(Force otherwise, float number, int corner, vec2 top_left, vec2 top_right, vec2 bottom_left,
+                vec2 bottom_right) {
+  float found = max(number - 1.0, 0.0);
+  Force force = more_masked_force(null_force(), matrix_at(found, 4 * corner), top_left);
+  force = more_masked_force(force, matrix_at(found, 4 * corner + 1), top_right);
+  force = more_masked_force(force, matrix_at(found, 4 * corner + 2), bottom_left);
+  force = more_masked_force(force, matrix_at(found, 4 * corner + 3), bottom_right);
+  return Force(number > 0.0 ? force.x : otherwise.x, number > 0.0 ? force.y : otherwise.y);
+}
+
+CellForces forces_of_listed(int at, vec4 rest, vec2 top_left, vec2 top_right, vec2 bottom_left, vec2 bottom_right) {
+  return forces_of_cell(false, moments_at(at), rest, top_left, top_right, bottom_left, bottom_right, ratio);
 }
 
 // A site beside masked cells.
 void sweep_listed(int x, int y) {
   int at = from_first + y * from_pitch + x;
-  int north = at - from_pitch;
-  Force force = sum_of_cells(forces_of_listed(north - 1).bottom_right, forces_of_listed(north).bottom_left,
-                             forces_of_listed(at - 1).top_right, forces_of_listed(at).top_left);
-  finish_site(at, first + y * pitch + x, from_at(at), force);
+  int above = at - from_pitch;
+  vec2 north_west = from_at(above - 1);
+  vec2 north = from_at(above);
+  vec2 north_east = from_at(above + 1);
+  vec2 west = from_at(at - 1);
+  vec2 centre = from_at(at);
+  vec2 east = from_at(at + 1);
+  vec2 south_west = from_at(at + from_pitch - 1);
+  vec2 south = from_at(at + from_pitch);
+  vec2 south_east = from_at(at + from_pitch + 1);
+  vec4 rest_nw = more_at(above - 1); // of the four cells
+  vec4 rest_ne = more_at(above);
+  vec4 rest_sw = more_at(at - 1);
+  vec4 rest_se = more_at(at);
+  Force of_nw = forces_of_listed(above - 1, rest_nw, north_west, north, west, centre).bottom_right;
+  Force of_ne = forces_of_listed(above, rest_ne, north, north_east, centre, east).bottom_left;
+  Force of_sw = forces_of_listed(at - 1, rest_sw, west, centre, south_west, south).top_right;
+  Force of_se = forces_of_listed(at, rest_se, centre, east, south, south_east).top_left;
+  finish_site(at, first + y * pitch + x, centre,
+              sum_of_cells(masked_or(of_nw, rest_nw.z, 3, north_west, north, west, centre),
+                           masked_or(of_ne, rest_ne.z, 2, north, north_east, centre, east),
+                           masked_or(of_sw, rest_sw.z, 1, west, centre, south_west, south),
+                           masked_or(of_se, rest_se.z, 0, centre, east, south, south_east)));
 }
 
 vec2 relaxed_from_zero(int at) {
@@ -92,32 +121,55 @@ vec2 restricted_at(int x, int y) {
   return restricted_sites(restricted_row(fine - from_pitch), restricted_row(fine), restricted_row(fine + from_pitch));
 }
 
-vec2 corrected_at(int x, int y) {
-  int at = from_first + y * from_pitch + x;
-  int north_west = second_first + y / 2 * second_pitch + x / 2;
-  int south_west = north_west + y % 2 * second_pitch;
-  int east = x % 2;
-  vec2 value = work == ELASTIC_CORRECT ? from_at(at) : vec2(0.0);
-  vec2 corrected = corrected_site(value, x % 2 == 1, y % 2 == 1, second_at(north_west), second_at(north_west + east),
-                                  second_at(south_west), second_at(south_west + east));
-  if (is_image) {
-    vec4 straight = response_at(at);
-    corrected.x = straight.x > 0.0 ? corrected.x : value.x;
-    corrected.y = straight.z > 0.0 ? corrected.y : value.y;
+vec2 value_to_correct(int at) { return work == ELASTIC_CORRECT ? from_at(at) : vec2(0.0); }
+
+void store_corrected(int x, int y, int at, vec2 value, vec2 corrected) {
+  if (x < width && y < height) {
+    if (is_image) {
+      vec4 straight = response_at(at);
+      corrected.x = straight.x > 0.0 ? corrected.x : value.x;
+      corrected.y = straight.z > 0.0 ? corrected.y : value.y;
+    }
+    store(first + y * pitch + x, corrected);
   }
-  return corrected;
+}
+
+// The four sites x, y ... x + 1, y + 1 between four coarse ones; x and y are even.
+void correct_block(int x, int y) {
+  int at = from_first + y * from_pitch + x;
+  int coarse = second_first + y / 2 * second_pitch + x / 2;
+  vec2 nw = second_at(coarse);
+  vec2 ne = second_at(coarse + 1);
+  vec2 sw = second_at(coarse + second_pitch);
+  vec2 se = second_at(coarse + second_pitch + 1);
+  vec2 value = value_to_correct(at);
+  store_corrected(x, y, at, value, vec2(corrected_by_one(value.x, nw.x), corrected_by_one(value.y, nw.y)));
+  value = value_to_correct(at + 1);
+  store_corrected(x + 1, y, at + 1, value,
+                  vec2(corrected_by_two(value.x, nw.x, ne.x), corrected_by_two(value.y, nw.y, ne.y)));
+  at += from_pitch;
+  value = value_to_correct(at);
+  store_corrected(x, y + 1, at, value,
+                  vec2(corrected_by_two(value.x, nw.x, sw.x), corrected_by_two(value.y, nw.y, sw.y)));
+  value = value_to_correct(at + 1);
+  store_corrected(x + 1, y + 1, at + 1, value,
+                  vec2(corrected_by_four(value.x, nw.x, ne.x, sw.x, se.x),
+                       corrected_by_four(value.y, nw.y, ne.y, sw.y, se.y)));
 }
 
 vec2 solved_at(int x, int y) {
   int sites = width * height;
-  int row = y * width + x;
+  int coefficient = y * width + x;
   vec2 sum = vec2(0.0);
-  for (int site = 0; site < sites; ++site) {
-    vec2 load = from_at(from_first + site / width * from_pitch + site % width);
-    vec2 by_x = texelFetch(inverse, 2 * site * sites + row).xy;
-    vec2 by_y = texelFetch(inverse, (2 * site + 1) * sites + row).xy;
-    sum = vec2(with_term(sum.x, by_x.x, load.x), with_term(sum.y, by_x.y, load.x));
-    sum = vec2(with_term(sum.x, by_y.x, load.y), with_term(sum.y, by_y.y, load.y));
+  for (int j = 0; j < height; ++j) {
+    for (int i = 0; i < width; ++i) {
+      vec2 load = from_at(from_first + j * from_pitch + i);
+      vec2 by_x = texelFetch(inverse, coefficient).xy;
+      vec2 by_y = texelFetch(inverse, coefficient + sites).xy;
+      sum = vec2(with_term(sum.x, by_x.x, load.x), with_term(sum.y, by_x.y, load.x));
+      sum = vec2(with_term(sum.x, by_y.x, load.y), with_term(sum.y, by_y.y, load.y));
+      coefficient += 2 * sites;
+    }
   }
   return sum;
 }
