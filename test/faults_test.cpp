@@ -73,11 +73,14 @@ std::vector<TrialScene> small_scenes() {
     }
     scenes.push_back({.label = label, .scene = std::move(square)});
   }
-  for (const char* const method : {"coloured", "closed-form", "annealing"}) {
+  for (const char* const method : {"coloured", "closed-form", "annealing", "conjugate-gradients"}) {
     Scene scene = small_scene(test::Texture::smooth);
     use_method(scene, find_method(method));
     scenes.push_back({.label = method, .scene = std::move(scene)});
   }
+  Scene square = load_scene("square", {.size = Extent{32, 20}}); // has coarse cells that no condition cuts
+  use_method(square, find_method("conjugate-gradients"));
+  scenes.push_back({.label = "elastic square", .scene = std::move(square)});
   return scenes;
 }
 

@@ -31,14 +31,14 @@ protected:
   }
 
   [[nodiscard]] std::unique_ptr<Session> open(const Shape& shape, Work work) const {
-    return opencl::make_session({api_, devices_.front()}, shape, work);
+    return opencl::make_session({api_, devices_.front()}, {shape}, work);
   }
   /// On a device that takes no larger buffers.
   [[nodiscard]] std::unique_ptr<Session> open_small(std::size_t largest_buffer) const {
     opencl::FoundDevice device = devices_.front();
     device.largest_buffer = largest_buffer;
-    const Shape shape = opencl::shape_for(device);
-    return opencl::make_session({api_, std::move(device)}, shape, Work::dense);
+    const Shape shape = opencl::shapes_for(device).front();
+    return opencl::make_session({api_, std::move(device)}, {shape}, Work::dense);
   }
 
   std::shared_ptr<const opencl::Api> api_;
@@ -66,7 +66,7 @@ void expect_same(Session& session, const test::Problem& problem, int sweeps) {
 
 TEST_F(OpenClTest, SameBitsWithGroupsOfEveryShape) {
   for (const Shape shape :
-       {Shape{{64, 16}, 1}, Shape{{64, 16}, 64}, Shape{{64, 16}, 8}, Shape{{16, 5}, 16}}) {
+       {Shape{{64, 16}, 1, 16}, Shape{{64, 16}, 64, 16}, Shape{{64, 16}, 8, 16}, Shape{{16, 5}, 16, 16}}) {
     for (const Work work : {Work::dense, Work::active}) {
       SCOPED_TRACE(testing::Message()
                    << shape.lanes << " lanes, " << names_of(work)[static_cast<std::size_t>(work)]);
@@ -95,7 +95,7 @@ TEST_F(OpenClTest, ChangesWakeTheTilesTheyReach) {
     problem.level.penalty = 1000.0F;
     for (const int lanes : {1, 64}) {
       SCOPED_TRACE(testing::Message() << pulled[0] << ", " << pulled[1] << ", " << lanes << " lanes");
-      const auto session = open({{64, 16}, lanes}, Work::active);
+      const auto session = open({{64, 16}, lanes, 16}, Work::active);
       for (const int sweeps : {1, 2, 3, 90}) {
         expect_same(*session, problem, sweeps);
       }
@@ -109,7 +109,7 @@ TEST_F(OpenClTest, AWriteWakesAllTiles) {
   level.confidence = VectorField(level.extent);
   const auto backends = make_backends();
   const auto scalar = backends.front()->open({});
-  const auto session = open({{64, 16}, 1}, Work::active);
+  const auto session = open({{64, 16}, 1, 16}, Work::active);
   VectorField expected;
   VectorField found;
   for (Session* one : {scalar.get(), session.get()}) {
@@ -138,7 +138,7 @@ TEST_F(OpenClTest, TheSameWholePyramidWithGroupsOfEveryShape) {
   scalar->read(expected);
   for (const int lanes : {1, 64}) {
     for (const Work work : {Work::dense, Work::active}) {
-      const auto session = open({{64, 16}, lanes}, work);
+      const auto session = open({{64, 16}, lanes, 16}, work);
       for (int again = 0; again < 2; ++again) {
         session->load(pyramid);
         session->solve();
@@ -167,7 +167,7 @@ TEST_F(OpenClTest, ATextThatDoesNotCompileIsRefusedInTheCompilersWords) {
   Energy energy = thesis_energy;
   energy.programs = &programs;
   auto problem = test::random_problem({9, 9}, test::Texture::smooth, 5);
-  const auto session = open({{64, 16}, 1}, Work::dense);
+  const auto session = open({{64, 16}, 1, 16}, Work::dense);
   problem.level.energy = &energy;
   const std::string error = error_of([&] { session->load(problem.level); });
   EXPECT_THAT(error, testing::StartsWith("clBuildProgram: "));

@@ -4,9 +4,9 @@
 
 #include "backends/cpu/openmp_tiles.hpp"
 #include "backends/registry.hpp"
+#include "backends/shared/sweep_shapes.hpp"
 #include "harness/check/faults/faulty_backend.hpp"
 #include "harness/check/verify.hpp"
-#include "kernels/shaders/tile_size.vulkan.h"
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,6 @@
 
 #ifdef HDMBENCH_WITH_GL
 #include "backends/gl/fragment_level.hpp"
-#include "backends/gl/tile_sweeps.hpp"
 #endif
 #if __has_include(<CL/cl.h>)
 #include "backends/opencl/programs.hpp"
@@ -28,18 +27,28 @@
 namespace hdmbench {
 namespace {
 
-constexpr Extent vulkan_tile{TILE_WIDTH, TILE_HEIGHT};
-
-const std::vector<Extent> tile_sizes {
-  {openmp::Tiling::width, openmp::Tiling::height}, vulkan_tile,
+/// Of each backend, whatever shape its sweeps have.
+const std::vector<Extent> tile_sizes = [] {
+  std::vector<Extent> sizes{{openmp::Tiling::width, openmp::Tiling::height}};
+  const auto add = [&](Extent size) {
+    if (std::ranges::find(sizes, size) == sizes.end()) {
+      sizes.push_back(size);
+    }
+  };
+  for (const SweepShape& shape : sweep_shapes) {
+    add(shape.tile);
+  }
 #ifdef HDMBENCH_WITH_GL
-      gl::tile_size, {gl::FragmentLevel::tile_side, gl::FragmentLevel::tile_side},
-      {2 * gl::FragmentLevel::tile_side, gl::FragmentLevel::tile_side}, // two sites a texel
+  add({gl::FragmentLevel::tile_side, gl::FragmentLevel::tile_side});
+  add({2 * gl::FragmentLevel::tile_side, gl::FragmentLevel::tile_side}); // two sites a texel
 #endif
 #if __has_include(<CL/cl.h>)
-      opencl::tile_size,
+  for (const opencl::Shape& shape : opencl::all_shapes()) {
+    add(shape.tile);
+  }
 #endif
-};
+  return sizes;
+}();
 
 /// The sites of a tile.
 struct Tile {
@@ -159,7 +168,7 @@ TEST(TileBoundaries, ATileThatDoesNotLookAroundIsSeen) {
   // Which no size that is handy shows: here the soft square ends within tiles.
   Scene small = load_scene("square", {.size = Extent{64, 64}});
   small.schedule.iterations = 5;
-  EXPECT_FALSE(disagrees(small, vulkan_tile));
+  EXPECT_FALSE(disagrees(small, sweep_shapes.front().tile));
 }
 
 } // namespace

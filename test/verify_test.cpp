@@ -8,6 +8,7 @@
 #include "test/sessions.hpp"
 #include "test/textured_scene.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -98,6 +99,41 @@ TEST(Verify, EveryModeThatSaysSomething) {
   EXPECT_EQ(modes_of(test::verified(coloured, test::scalar())),
             (std::vector{Mode::resync, Mode::free, Mode::pyramid}));
   EXPECT_FALSE(why_left_out(Mode::active, coloured).empty());
+}
+
+/// Every step of the method, and the method alone; who does not compute it is skipped and says so.
+TEST(Verify, FollowsTheElasticEnergyStepByStep) {
+  Scene scene = load_scene("random", {.size = Extent{33, 20}});
+  for (const Method& method : elastic_methods()) {
+    use_method(scene, method, 2);
+    const auto comparisons = test::verified(scene, test::find("openmp"));
+    EXPECT_EQ(modes_of(comparisons), (std::vector{Mode::resync, Mode::pyramid}));
+    for (const Comparison& comparison : comparisons) {
+      EXPECT_EQ(comparison.verdict, Verdict::agree) << method.name << ": " << comparison.reason;
+      EXPECT_EQ(comparison.tier, Tier::bitwise);
+      EXPECT_GE(comparison.sites_compared, 33 * 20);
+    }
+  }
+  EXPECT_FALSE(why_left_out(Mode::active, scene).empty());
+
+  struct Without final : Backend {
+    std::string_view name() const override { return "without"; }
+    std::string_view description() const override { return "the thesis's energy only"; }
+    std::vector<Device> devices() const override { return test::scalar().devices(); }
+    std::unique_ptr<Session> do_open(std::size_t /*index*/, const SessionOptions& options) const override {
+      return test::scalar().open(options);
+    }
+  } const without;
+  const auto skipped = test::verified(scene, without);
+  EXPECT_EQ(skipped.front().verdict, Verdict::skipped);
+  EXPECT_THAT(skipped.front().reason, testing::HasSubstr("does not compute the elastic energy"));
+}
+
+TEST(Verify, AnElasticSceneOnWhichNothingMovesIsMistrusted) {
+  Scene scene = load_scene("random", {.size = Extent{33, 20}});
+  use_method(scene, find_method(elastic_conjugate_gradients), 1);
+  scene.full.target = VectorField(scene.extent());
+  EXPECT_EQ(test::verified(scene, test::find("openmp")).front().verdict, Verdict::mistrusted);
 }
 
 TEST(Verify, AShorterRunHasAShorterPyramid) {

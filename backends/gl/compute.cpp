@@ -84,18 +84,21 @@ public:
     static_assert(coarse_shared_bytes <= 32 * 1024);
     return coarse_variants(1024, is_software);
   }
+  static Variants shapes() { return sweep_variants(); }
 
   ComputeSweep(const Api& api, Work work)
       : gl_(api), work_(work), images_{BufferTexture(api), BufferTexture(api)}, constants_(api), inputs_(api),
         sampled_(api), entries_(api), counter_(api), coarse_(api),
         count_program_(api, {{GL_COMPUTE_SHADER, assemble(sources::count_compute, "")}}) {}
 
-  void load(const Level& level) {
+  /// `shape` of sweep_shapes.
+  void load(const Level& level, std::size_t shape) {
     require_room(level.extent, 0);
     upload(level);
     upload(InputTexels(level));
-    sweeps_.emplace(gl_, programs_, level, list_tiles(level, level.extent, Alignment::corner),
-                    keeps_lists(level, level.extent), 0);
+    const SweepShape& tiles = sweep_shapes.at(shape);
+    sweeps_.emplace(gl_, programs_, level, list_tiles(level, level.extent, Alignment::corner, tiles.tile),
+                    tiles, keeps_lists(level, level.extent), 0);
     gl_.Finish();
   }
 
@@ -113,8 +116,9 @@ public:
     gl_.Finish();
   }
 
-  /// `coarse_group` of coarse_groups.
-  void load(const Pyramid& pyramid, int coarse_group) {
+  /// `coarse_group` of coarse_groups, `shape` of sweep_shapes.
+  void load(const Pyramid& pyramid, int coarse_group, std::size_t shape) {
+    const SweepShape& tiles = sweep_shapes.at(shape);
     const Level& full = *pyramid.full;
     const ResamplingEntries entries(pyramid);
     require_room(full.extent, entries.texels.size());
@@ -129,10 +133,11 @@ public:
     for (std::size_t i = coarse_.count(); i < pyramid.levels.size(); ++i) {
       const PyramidLevel& plan = pyramid.levels[i];
       rules.strengths = plan.strengths;
-      levels_.push_back({.plan = plan,
-                         .sweeps = {gl_, programs_, rules, list_tiles(full, plan.extent, pyramid.alignment),
-                                    keeps_lists(full, plan.extent), inputs.first[i]},
-                         .first_column = entries.begins[i]});
+      levels_.push_back(
+          {.plan = plan,
+           .sweeps = {gl_, programs_, rules, list_tiles(full, plan.extent, pyramid.alignment, tiles.tile),
+                      tiles, keeps_lists(full, plan.extent), inputs.first[i]},
+           .first_column = entries.begins[i]});
     }
     gl_.Finish();
   }

@@ -12,8 +12,8 @@ namespace hdmbench::gl {
 
 /// A Session over `Sweep`, a class with load, write, step, read and changed that owns OpenGL objects: makes
 /// the context current around every call, and around the Sweep's construction from Api and Work and its
-/// destruction. Where load(pyramid) has a second argument it gets the one of coarse_groups to
-/// take (backends/shared/coarse_levels.hpp).
+/// destruction. Where load(level) and load(pyramid) have further arguments they get, the latter, the one of
+/// coarse_groups to take (backends/shared/coarse_levels.hpp), and both the Session's shape().
 template <typename Sweep>
 class ContextSession final : public Session {
 public:
@@ -36,8 +36,14 @@ public:
 
 private:
   void do_load(const Level& level) override {
-    const Context::Current current(*context_);
-    sweep_->load(level);
+    if constexpr (requires { sweep_->load(level, std::size_t{}); }) {
+      const std::size_t taken = shape(level.extent); // may measure, in another context
+      const Context::Current current(*context_);
+      sweep_->load(level, taken);
+    } else {
+      const Context::Current current(*context_);
+      sweep_->load(level);
+    }
   }
   void do_write(const VectorField& displacement) override {
     const Context::Current current(*context_);
@@ -56,11 +62,12 @@ private:
     return sweep_->changed();
   }
   void do_load_pyramid(const Pyramid& pyramid) override {
-    if constexpr (requires { sweep_->load(pyramid, 0); }) {
+    if constexpr (requires { sweep_->load(pyramid, 0, std::size_t{}); }) {
       const bool asks = has_coarse_levels(pyramid);
       const int group = asks ? coarse_groups.at(variant()) : 0; // may measure, in another context
+      const std::size_t taken = shape(pyramid.full->extent);    // as well
       const Context::Current current(*context_);
-      sweep_->load(pyramid, group);
+      sweep_->load(pyramid, group, taken);
     } else {
       const Context::Current current(*context_);
       sweep_->load(pyramid);
@@ -77,7 +84,7 @@ private:
 
 /// A Backend whose sessions are ContextSession<Sweep> on the contexts of a platform. Sweep declares
 /// bytes_per_update(kind) and ceilings(api) for Backend's functions of these names, and variants(is_software)
-/// where it has some; elastic(context, is_software) where it computes the elastic energy.
+/// and shapes() where it has some; elastic(context, is_software) where it computes the elastic energy.
 template <typename Sweep>
 class ContextBackend final : public Backend {
 public:
@@ -113,6 +120,13 @@ private:
   Variants do_variants(std::size_t index) const override {
     if constexpr (requires { Sweep::variants(false); }) {
       return Sweep::variants(devices().at(index).is_software);
+    } else {
+      return {};
+    }
+  }
+  Variants do_shapes(std::size_t /*index*/) const override {
+    if constexpr (requires { Sweep::shapes(); }) {
+      return Sweep::shapes();
     } else {
       return {};
     }

@@ -24,11 +24,10 @@ constexpr GLint next_length_location = 24;
 constexpr GLint stamp_location = 25;
 constexpr GLint first_input_location = 26;
 
-/// Sites side by side that an invocation computes. Measured on llvmpipe with 8 lanes, 600 x 600, CPU time: 1,
-/// 2, 4 sites are 103, 130, 142 Msites/s where most tiles are plain, and 4 not slower than 2 in any class.
-/// Other rules gain less and compile longer.
-int columns(const ShaderConstants& constants) {
-  return constants.rule == static_cast<int>(Rule::steps) && constants.colours == 1 ? 4 : 1;
+/// Sites side by side that an invocation computes. Other rules gain less by more and compile longer.
+int columns(const TileProgramKind& kind) {
+  const bool fast = kind.constants.rule == static_cast<int>(Rule::steps) && kind.constants.colours == 1;
+  return fast ? kind.shape.columns : 1;
 }
 
 /// Tiles of a class that make a dispatch worth it: one costs llvmpipe about 10 us of CPU time, and a tile of
@@ -71,28 +70,28 @@ void fill(const Api& api, const Buffer& buffer, const std::vector<Value>& values
 
 } // namespace
 
-TileLists list_tiles(const Level& full, Extent extent, Alignment alignment) {
+TileLists list_tiles(const Level& full, Extent extent, Alignment alignment, Extent tile) {
   return classify_tiles(
       full, extent, alignment,
-      {.tile = tile_size,
+      {.tile = tile,
        .classes = changes_spread_by_contact(full) ? classes_inside | class_set({4, 5, 6}) : class_set({}),
        .fewest = fewest_of_a_class});
 }
 
 std::string assemble(const TileProgramKind& kind) {
-  const int wide = columns(kind.constants);
+  const int wide = columns(kind);
   return assemble(sources::sweep_compute,
                   definitions(kind.constants) +
                       fmt::format("#define TILE_WIDTH {}\n#define TILE_HEIGHT {}\n#define COLUMNS {}\n"
                                   "#define LANES {}\n#define CLASS {}\n#define ACTIVE {}\n",
-                                  tile_size.width, tile_size.height, wide, tile_size.width / wide,
-                                  kind.tile_class, kind.active) +
+                                  kind.shape.tile.width, kind.shape.tile.height, wide,
+                                  kind.shape.tile.width / wide, kind.tile_class, kind.active) +
                       (kind.steps ? steps_definition(*kind.steps) : ""),
                   *kind.constants.energy);
 }
 
 TileSweeps::TileSweeps(const Api& api, TilePrograms& programs, const Level& level, const TileLists& lists,
-                       bool active, GLint first_input)
+                       const SweepShape& shape, bool active, GLint first_input)
     : gl_(&api), first_input_(first_input), level_(without_fields(level)), tiles_along_(lists.tiles),
       active_(active), tiles_(api), lengths_(api) {
   std::vector<Length> lengths(3 * class_count);
@@ -101,8 +100,11 @@ TileSweeps::TileSweeps(const Api& api, TilePrograms& programs, const Level& leve
     if (lists.count[number] == 0) {
       continue;
     }
-    TileProgramKind kind{
-        .constants = shader_constants(level), .steps = {}, .tile_class = number, .active = active};
+    TileProgramKind kind{.constants = shader_constants(level),
+                         .steps = {},
+                         .tile_class = number,
+                         .shape = shape,
+                         .active = active};
     if (number != general_class) {
       kind.steps = level.steps.padded();
     }

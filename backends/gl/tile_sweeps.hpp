@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backends/gl/objects.hpp"
+#include "backends/shared/sweep_shapes.hpp"
 #include "backends/shared/tiles.hpp"
 
 #include <array>
@@ -12,14 +13,9 @@
 
 namespace hdmbench::gl {
 
-/// Sites of a tile along x and y. Measured on llvmpipe: 8 rows for 16 cost 20 % (each tile fetches two rows
-/// more), 32 rows gain 7 % and leave out less where little changes; 64 columns cost 15 % at 300 x 300, whose
-/// border tiles they make more.
-inline constexpr Extent tile_size{32, 16};
-
-/// The tiles that TileSweeps takes. Rules and updates other than the fast one, candidates and simultaneous,
-/// take general ones: their programs gain less and compile longer.
-[[nodiscard]] TileLists list_tiles(const Level& full, Extent extent, Alignment alignment);
+/// The tiles that TileSweeps takes, of that many sites. Rules and updates other than the fast one, candidates
+/// and simultaneous, take general ones: their programs gain less and compile longer.
+[[nodiscard]] TileLists list_tiles(const Level& full, Extent extent, Alignment alignment, Extent tile);
 
 /// What a program of kernels/shaders/sweep.comp is compiled for.
 struct TileProgramKind {
@@ -28,7 +24,8 @@ struct TileProgramKind {
   /// new set of candidates compiles nothing there.
   std::optional<std::array<float, 16>> steps{};
   std::size_t tile_class = general_class; ///< of kernels/specification/tile_class.inc
-  bool active = false;                    ///< whether it lists the tiles for the next sweep
+  SweepShape shape{};
+  bool active = false; ///< whether it lists the tiles for the next sweep
 
   auto operator<=>(const TileProgramKind&) const = default;
 };
@@ -40,13 +37,13 @@ struct TileProgramKind {
 using TilePrograms = std::map<TileProgramKind, SweepProgram>;
 
 /// The sweeps of one level: which tiles in which programs. The lists of what has to be visited stay on the
-/// device. The context must be current in all calls.
+/// device. `lists` must be of `shape`'s tiles. The context must be current in all calls.
 class TileSweeps {
 public:
   /// `level` gives the rules; fields are not read. Compiles into `programs`, which must outlive this, as
   /// `api`.
-  TileSweeps(const Api& api, TilePrograms& programs, const Level& level, const TileLists& lists, bool active,
-             GLint first_input);
+  TileSweeps(const Api& api, TilePrograms& programs, const Level& level, const TileLists& lists,
+             const SweepShape& shape, bool active, GLint first_input);
 
   /// Binds the lists and sets what is the same in all sweeps of the level. Before sweep(), whenever another
   /// level was swept in between.

@@ -52,8 +52,11 @@ private:
   [[nodiscard]] std::unique_ptr<Session> do_open(std::size_t index,
                                                  const SessionOptions& options) const override {
     opencl::Queue queue = open_queue(index);
-    const opencl::Shape shape = opencl::shape_for(queue.device());
-    return opencl::make_session(std::move(queue), shape, options.work);
+    const auto shapes = opencl::shapes_for(queue.device());
+    return opencl::make_session(std::move(queue), {shapes.begin(), shapes.end()}, options.work);
+  }
+  [[nodiscard]] Variants do_shapes(std::size_t index) const override {
+    return opencl::shape_variants(open_queue(index).device());
   }
   [[nodiscard]] std::optional<Ceilings>
   do_measure_ceilings(std::size_t index, const SessionOptions& /*options*/) const override {

@@ -8,7 +8,9 @@
 #include <compare>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 namespace hdmbench::opencl {
 
@@ -16,23 +18,27 @@ namespace hdmbench::opencl {
 /// because some drivers print warnings, whether asked or not.
 inline constexpr const char* build_options = "-cl-std=CL1.2 -cl-single-precision-constant -w";
 
-/// Sites of a tile along x and y, on every device.
-inline constexpr Extent tile_size{64, 16};
-
 /// How a group sweeps a tile (kernels/shaders/sweep.cl).
 struct Shape {
-  Extent tile; ///< sites
-  int lanes;   ///< work items
+  Extent tile;    ///< sites
+  int lanes;      ///< work items
+  int simd_width; ///< of the loop along a row where there is one item: a hint to the compiler
+
+  auto operator<=>(const Shape&) const = default;
 };
 
-/// A CPU has one item a group, whose loop along a row is made SIMD; other devices have one for each column.
-/// Measured on PoCL, dense, CPU time: rows of 128 sites are a fifth faster in tiles at the border, of which
-/// there are then nearly twice as many, and not in others.
-[[nodiscard]] Shape shape_for(const FoundDevice& device);
+/// By SessionOptions::shape; the first is taken where nothing is measured. A CPU has one item a group, whose
+/// loop along a row is made SIMD; other devices have one for each column.
+[[nodiscard]] std::span<const Shape> shapes_for(const FoundDevice& device);
+/// For any device.
+[[nodiscard]] std::vector<Shape> all_shapes();
+/// For Backend::do_shapes().
+[[nodiscard]] Variants shape_variants(const FoundDevice& device);
 
 /// What sweep.cl is compiled for.
 struct SweepKind {
   ShaderConstants constants{};
+  Shape shape{};
   bool active = false;  ///< visits only tiles that can see a change
   bool general = false; ///< all tiles are of the general class
 
@@ -74,15 +80,14 @@ struct ResamplingParameters {
 };
 
 /// sweep.cl as the device's compiler wants it.
-[[nodiscard]] std::string assemble(const SweepKind& kind, const Shape& shape);
+[[nodiscard]] std::string assemble(const SweepKind& kind);
 
 /// The kernels of a session, compiled when they are first asked for.
 class Kernels {
 public:
   /// `queue` must outlive this.
-  Kernels(const Queue& queue, Shape shape);
+  explicit Kernels(const Queue& queue) : queue_(&queue) {}
 
-  [[nodiscard]] const Shape& shape() const { return shape_; }
   [[nodiscard]] const Kernel& sweep(const SweepKind& kind);
   [[nodiscard]] const Kernel& count();  ///< of kernels/shaders/count.cl
   [[nodiscard]] const Kernel& sample(); ///< of kernels/shaders/resample.cl, as the next
@@ -92,7 +97,6 @@ private:
   const Kernel& made(std::optional<Kernel>& kernel, const std::string& text, const char* name) const;
 
   const Queue* queue_;
-  Shape shape_;
   std::optional<Kernel> count_;
   std::optional<Kernel> sample_;
   std::optional<Kernel> project_;

@@ -23,14 +23,15 @@ struct DeviceLevel {
 
 class SweepSession final : public Session {
 public:
-  SweepSession(Queue queue, Shape shape, Work work)
-      : queue_(std::move(queue)), work_(work), kernels_(queue_, shape),
+  SweepSession(Queue queue, std::vector<Shape> shapes, Work work)
+      : queue_(std::move(queue)), shapes_(std::move(shapes)), work_(work), kernels_(queue_),
         counter_(queue_.make_buffer(sizeof(cl_uint))) {}
 
 private:
   void do_load(const Level& level) override {
+    const Shape& tiles = shapes_.at(shape(level.extent));
     upload_full(level, 0);
-    sweeps_.emplace(queue_, kernels_, level, level.extent, Alignment::corner, level.strengths, work_,
+    sweeps_.emplace(queue_, kernels_, tiles, level, level.extent, Alignment::corner, level.strengths, work_,
                     InputTexels(level), 0);
     queue_.finish();
   }
@@ -69,6 +70,7 @@ private:
 
   void do_load_pyramid(const Pyramid& pyramid) override {
     const Level& full = *pyramid.full;
+    const Shape& tiles = shapes_.at(shape(full.extent));
     Extent sampled{};
     for (const PyramidLevel& level : pyramid.levels) {
       if (level.extent != full.extent && level.extent.sites() > sampled.sites()) {
@@ -88,8 +90,8 @@ private:
       const PyramidLevel& plan = pyramid.levels[i];
       const auto first_input = static_cast<std::size_t>(inputs.first[i]);
       levels_.push_back({.count = plan.sweeps,
-                         .sweeps = {queue_, kernels_, full, plan.extent, pyramid.alignment, plan.strengths,
-                                    work_, inputs, first_input},
+                         .sweeps = {queue_, kernels_, tiles, full, plan.extent, pyramid.alignment,
+                                    plan.strengths, work_, inputs, first_input},
                          .first_column = entries.begins[i]});
     }
     queue_.finish();
@@ -165,10 +167,11 @@ private:
   /// A group for each row.
   void run_rows(const Kernel& kernel, Extent extent) const {
     queue_.run(kernel, static_cast<std::size_t>(extent.height),
-               static_cast<std::size_t>(kernels_.shape().lanes));
+               static_cast<std::size_t>(shapes_.front().lanes));
   }
 
   Queue queue_;
+  std::vector<Shape> shapes_; ///< by shape()
   Work work_;
   Kernels kernels_;
   Displacements displacements_;
@@ -184,8 +187,8 @@ private:
 
 } // namespace
 
-std::unique_ptr<Session> make_session(Queue queue, Shape shape, Work work) {
-  return std::make_unique<SweepSession>(std::move(queue), shape, work);
+std::unique_ptr<Session> make_session(Queue queue, std::vector<Shape> shapes, Work work) {
+  return std::make_unique<SweepSession>(std::move(queue), std::move(shapes), work);
 }
 
 } // namespace hdmbench::opencl

@@ -33,15 +33,17 @@ enum Argument : cl_uint {
 
 } // namespace
 
-Sweeps::Sweeps(const Queue& queue, Kernels& kernels, const Level& full, Extent extent, Alignment alignment,
-               std::vector<float> strengths, Work work, const InputTexels& inputs, std::size_t first_input)
-    : queue_(&queue), lanes_(static_cast<std::size_t>(kernels.shape().lanes)), level_(without_fields(full)),
-      layout_(extent), tiles_(tiles_of(extent, kernels.shape().tile)) {
+Sweeps::Sweeps(const Queue& queue, Kernels& kernels, const Shape& shape, const Level& full, Extent extent,
+               Alignment alignment, std::vector<float> strengths, Work work, const InputTexels& inputs,
+               std::size_t first_input)
+    : queue_(&queue), lanes_(static_cast<std::size_t>(shape.lanes)), level_(without_fields(full)),
+      layout_(extent), tiles_(tiles_of(extent, shape.tile)) {
   level_.extent = extent;
   level_.strengths = std::move(strengths);
   const bool fast = changes_spread_by_contact(full);
   active_ = work == Work::active && fast && extent.sites() > most_for_one_group;
-  kernel_ = &kernels.sweep({.constants = shader_constants(full), .active = active_, .general = !fast});
+  kernel_ = &kernels.sweep(
+      {.constants = shader_constants(full), .shape = shape, .active = active_, .general = !fast});
 
   const auto input_count = static_cast<std::size_t>(full.energy->inputs);
   queue.make_room(inputs_, std::max(layout_.bytes(input_count), sizeof(float)));
@@ -52,8 +54,7 @@ Sweeps::Sweeps(const Queue& queue, Kernels& kernels, const Level& full, Extent e
   std::vector<std::uint8_t> classes_of_tiles{0};
   if (fast) {
     classes_of_tiles =
-        classify_tiles(full, extent, alignment, {.tile = kernels.shape().tile, .classes = classes_with_code})
-            .classes;
+        classify_tiles(full, extent, alignment, {.tile = shape.tile, .classes = classes_with_code}).classes;
   }
   queue.make_room(classes_, classes_of_tiles.size());
   queue.write_bytes(classes_, classes_of_tiles.size(), classes_of_tiles.data());

@@ -27,8 +27,9 @@ public:
   /// Of a level that samples `full`, which may be the level itself; with the `strengths` of its own.
   /// `first_input` is where its inputs begin. Compiles what is missing in `kernels`, which must outlive this,
   /// as `queue`.
-  Sweeps(const Queue& queue, Kernels& kernels, const Level& full, Extent extent, Alignment alignment,
-         std::vector<float> strengths, Work work, const InputTexels& inputs, std::size_t first_input);
+  Sweeps(const Queue& queue, Kernels& kernels, const Shape& shape, const Level& full, Extent extent,
+         Alignment alignment, std::vector<float> strengths, Work work, const InputTexels& inputs,
+         std::size_t first_input);
 
   [[nodiscard]] Extent extent() const { return level_.extent; }
   [[nodiscard]] const Layout& layout() const { return layout_; }

@@ -11,9 +11,10 @@ namespace {
 /// Records levels one after the other into as many command buffers as it takes.
 class PyramidRecorder {
 public:
-  PyramidRecorder(const Pyramid& pyramid, const ResamplingEntries& entries, Work work, const Queue& queue,
-                  Shaders& shaders, const PyramidBuffers& buffers)
-      : pyramid_(pyramid), entries_(entries), work_(work), queue_(queue), shaders_(shaders),
+  PyramidRecorder(const Pyramid& pyramid, const ResamplingEntries& entries, Work work,
+                  const SweepShape& shape, const Queue& queue, Shaders& shaders,
+                  const PyramidBuffers& buffers)
+      : pyramid_(pyramid), entries_(entries), work_(work), shape_(shape), queue_(queue), shaders_(shaders),
         buffers_(buffers) {}
 
   [[nodiscard]] PyramidCommands record(int coarse_group) && {
@@ -114,7 +115,7 @@ private:
 
   void sweep(std::size_t index) {
     const PyramidLevel& level = pyramid_.levels[index];
-    SweepPlan plan(*pyramid_.full, level.extent, level.strengths, work_);
+    SweepPlan plan(*pyramid_.full, level.extent, level.strengths, work_, shape_);
     plan.first_input = buffers_.first_inputs[index];
     const std::size_t cost = std::max(level.extent.sites(), least_updates_of_sweep);
     {
@@ -144,6 +145,7 @@ private:
   const Pyramid& pyramid_;
   const ResamplingEntries& entries_;
   Work work_;
+  SweepShape shape_;
   const Queue& queue_;
   Shaders& shaders_;
   const PyramidBuffers& buffers_;
@@ -163,8 +165,9 @@ std::size_t most_sampled_sites(const Pyramid& pyramid) {
 }
 
 PyramidCommands record(const Pyramid& pyramid, const ResamplingEntries& entries, Work work, int coarse_group,
-                       const Queue& queue, Shaders& shaders, const PyramidBuffers& buffers) {
-  return PyramidRecorder(pyramid, entries, work, queue, shaders, buffers).record(coarse_group);
+                       const SweepShape& shape, const Queue& queue, Shaders& shaders,
+                       const PyramidBuffers& buffers) {
+  return PyramidRecorder(pyramid, entries, work, shape, queue, shaders, buffers).record(coarse_group);
 }
 
 } // namespace hdmbench::vulkan

@@ -40,7 +40,7 @@ struct PyramidCommands {
 
 /// `coarse_group` of coarse_groups (backends/shared/coarse_levels.hpp).
 [[nodiscard]] PyramidCommands record(const Pyramid& pyramid, const ResamplingEntries& entries, Work work,
-                                     int coarse_group, const Queue& queue, Shaders& shaders,
-                                     const PyramidBuffers& buffers);
+                                     int coarse_group, const SweepShape& shape, const Queue& queue,
+                                     Shaders& shaders, const PyramidBuffers& buffers);
 
 } // namespace hdmbench::vulkan

@@ -48,9 +48,10 @@ public:
 
 private:
   void do_load(const Level& level) override {
+    const SweepShape& tiles = sweep_shapes.at(shape(level.extent));
     translate_errors([&] {
-      make_room(level, 0);
-      plan_.emplace(level, level.extent, level.strengths, work_);
+      make_room(level, 0, tiles);
+      plan_.emplace(level, level.extent, level.strengths, work_, tiles);
       upload(level);
       upload(InputTexels(level));
       queue_.submit([&](const vk::raii::CommandBuffer& commands) { recorder(commands).classify(sets_[0]); });
@@ -81,10 +82,11 @@ private:
 
   void do_load_pyramid(const Pyramid& pyramid) override {
     const int group = has_coarse_levels(pyramid) ? coarse_groups.at(variant()) : 0;
+    const SweepShape& tiles = sweep_shapes.at(shape(pyramid.full->extent));
     translate_errors([&] {
       const ResamplingEntries entries(pyramid);
-      make_room(*pyramid.full, most_sampled_sites(pyramid));
-      plan_.emplace(*pyramid.full, pyramid.full->extent, pyramid.levels.back().strengths, work_);
+      make_room(*pyramid.full, most_sampled_sites(pyramid), tiles);
+      plan_.emplace(*pyramid.full, pyramid.full->extent, pyramid.levels.back().strengths, work_, tiles);
       upload(*pyramid.full);
       const InputTexels inputs(pyramid);
       upload(inputs);
@@ -94,7 +96,7 @@ private:
       }
       staging_.upload(std::array<const float*, 1>{entries.texels.front().data()}, 4 * entries.texels.size(),
                       entries_);
-      pyramid_ = record(pyramid, entries, work_, group, queue_, shaders_,
+      pyramid_ = record(pyramid, entries, work_, group, tiles, queue_, shaders_,
                         {.sets = {{{&sets_[0], &sets_[1]}, {&sets_[2], &sets_[3]}}},
                          .lists = &*lists_,
                          .first_inputs = inputs.first,
@@ -126,11 +128,11 @@ private:
   }
 
   /// For levels up to this one, and for levels of `sampled` sites in a pyramid.
-  void make_room(const Level& level, std::size_t sampled) {
+  void make_room(const Level& level, std::size_t sampled, const SweepShape& tiles) {
     const bool curvature = needs_inverse_curvature(level.rule);
     const std::size_t sites = level.extent.sites();
-    const TileGrid grid(level.extent);
-    require_fits(level.extent, sampled, curvature);
+    const TileGrid grid(level.extent, tiles);
+    require_fits(level.extent, sampled, curvature, grid.count);
     pyramid_.reset();
     const bool fits = fields_ && sites <= fields_->capacity && curvature == fields_->curvature &&
                       grid.count <= lists_->capacity && sampled <= sampled_->capacity;
@@ -176,7 +178,7 @@ private:
   }
 
   /// Throws TooLarge where a limit of the device is exceeded.
-  void require_fits(Extent extent, std::size_t sampled, bool curvature) const {
+  void require_fits(Extent extent, std::size_t sampled, bool curvature, std::int32_t tile_count) const {
     const auto require = [&](std::uint64_t needed, std::uint64_t limit, const char* what) {
       if (needed > limit) {
         throw TooLarge(fmt::format("{}: {} x {} sites need {} {}, the device has {}",
@@ -186,7 +188,7 @@ private:
     };
     const std::uint64_t sites = extent.sites();
     const auto largest_index = static_cast<std::uint32_t>(std::numeric_limits<std::int32_t>::max());
-    const vk::DeviceSize bytes_of_tiles = ListBuffers::most_bytes(TileGrid(extent).count);
+    const vk::DeviceSize bytes_of_tiles = ListBuffers::most_bytes(tile_count);
     require(sites, std::min(limits_.maxTexelBufferElements, largest_index), "texel buffer elements");
     require(groups_across(extent.width), limits_.maxComputeWorkGroupCount[0], "work groups in x");
     require(static_cast<std::uint64_t>(extent.height), limits_.maxComputeWorkGroupCount[1],

@@ -51,20 +51,24 @@ Shaders::Shaders(const vk::raii::Device& device)
 const vk::raii::Pipeline& Shaders::sweep(const SweepVariant& variant) {
   auto found = sweeps_.find(variant);
   if (found == sweeps_.end()) {
-    const std::array<std::int32_t, 5> values{
-        variant.constants.rule, variant.constants.colours, variant.constants.step_count,
-        static_cast<std::int32_t>(variant.tile_class), variant.wakes ? 1 : 0};
+    const std::array<std::int32_t, 9> values{
+        variant.constants.rule,       variant.constants.colours,
+        variant.constants.step_count, static_cast<std::int32_t>(variant.tile_class),
+        variant.wakes ? 1 : 0,        variant.shape.tile.width,
+        variant.shape.tile.height,    variant.shape.columns,
+        variant.shape.invocations()};
     const auto text = programs_of(*variant.constants.energy).vulkan_sweep;
     found = sweeps_.emplace(variant, make_pipeline(*device_, layout_, text, values)).first;
   }
   return found->second;
 }
 
-const vk::raii::Pipeline& Shaders::classify(std::size_t classes) {
-  auto found = classify_.find(classes);
+const vk::raii::Pipeline& Shaders::classify(const ClassifyVariant& variant) {
+  auto found = classify_.find(variant);
   if (found == classify_.end()) {
-    const std::array<std::int32_t, 1> values{static_cast<std::int32_t>(classes)};
-    found = classify_.emplace(classes, make_pipeline(*device_, layout_, classify_vulkan, values)).first;
+    const std::array<std::int32_t, 3> values{static_cast<std::int32_t>(variant.classes),
+                                             variant.shape.tile.width, variant.shape.tile.height};
+    found = classify_.emplace(variant, make_pipeline(*device_, layout_, classify_vulkan, values)).first;
   }
   return found->second;
 }

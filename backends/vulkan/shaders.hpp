@@ -2,6 +2,7 @@
 
 #include "backends/shared/shader_bindings.hpp"
 #include "backends/shared/shader_constants.hpp"
+#include "backends/shared/sweep_shapes.hpp"
 #include "backends/shared/tiles.hpp"
 #include "backends/vulkan/compute_device.hpp"
 #include "kernels/data/level.hpp"
@@ -73,9 +74,18 @@ struct CoarseVariant {
 struct SweepVariant {
   ShaderConstants constants;
   std::size_t tile_class = general_class;
+  SweepShape shape{};
   bool wakes = false; ///< what may change in the next sweep is put on the next list
 
   auto operator<=>(const SweepVariant&) const = default;
+};
+
+/// What that of kernels/shaders/classify.vulkan.comp is made for.
+struct ClassifyVariant {
+  std::size_t classes = 0; ///< a class_set()
+  SweepShape shape{};
+
+  auto operator<=>(const ClassifyVariant&) const = default;
 };
 
 /// Pipelines of one device, each made when it is first needed and kept.
@@ -88,8 +98,7 @@ public:
   [[nodiscard]] const vk::raii::Pipeline& count() const { return count_; }
 
   [[nodiscard]] const vk::raii::Pipeline& sweep(const SweepVariant& variant);
-  /// Into the classes of a class_set().
-  [[nodiscard]] const vk::raii::Pipeline& classify(std::size_t classes);
+  [[nodiscard]] const vk::raii::Pipeline& classify(const ClassifyVariant& variant);
   [[nodiscard]] const vk::raii::Pipeline& sample();
   [[nodiscard]] const vk::raii::Pipeline& project();
   [[nodiscard]] const vk::raii::Pipeline& coarse_levels(const CoarseVariant& variant);
@@ -102,7 +111,7 @@ private:
   vk::raii::Pipeline sample_ = nullptr;
   vk::raii::Pipeline project_ = nullptr;
   std::map<SweepVariant, vk::raii::Pipeline> sweeps_;
-  std::map<std::size_t, vk::raii::Pipeline> classify_;
+  std::map<ClassifyVariant, vk::raii::Pipeline> classify_;
   std::map<CoarseVariant, vk::raii::Pipeline> coarse_levels_;
 };
 

@@ -1,7 +1,6 @@
 #include "backends/vulkan/sweeps.hpp"
 
 #include "backends/vulkan/vulkan_compute.hpp"
-#include "kernels/shaders/tile_size.vulkan.h"
 
 #include <algorithm>
 #include <utility>
@@ -28,9 +27,9 @@ std::uint32_t divided(std::int32_t number, std::uint32_t by) {
 
 /// Few, as each is a dispatch of its own: where there is an interior, its tiles are told from those at the
 /// border, and in dense work, most of which is theirs, from each other.
-std::size_t classes_of(const Level& whole, Extent extent, bool active) {
+std::size_t classes_of(const Level& whole, Extent extent, const SweepShape& shape, bool active) {
   using namespace tile_class;
-  const bool has_interior = extent.width > 3 * TILE_WIDTH && extent.height > 3 * TILE_HEIGHT;
+  const bool has_interior = extent.width > 3 * shape.tile.width && extent.height > 3 * shape.tile.height;
   if (!has_interior || !changes_spread_by_contact(whole)) {
     return class_set({});
   }
@@ -39,9 +38,9 @@ std::size_t classes_of(const Level& whole, Extent extent, bool active) {
 
 } // namespace
 
-TileGrid::TileGrid(Extent extent)
-    : across(tiles_of(extent, {TILE_WIDTH, TILE_HEIGHT}).width),
-      count(static_cast<std::int32_t>(tiles_of(extent, {TILE_WIDTH, TILE_HEIGHT}).sites())) {}
+TileGrid::TileGrid(Extent extent, const SweepShape& shape)
+    : across(tiles_of(extent, shape.tile).width),
+      count(static_cast<std::int32_t>(tiles_of(extent, shape.tile).sites())) {}
 
 ListBuffers::ListBuffers(const Queue& queue, std::int32_t capacity_)
     : capacity(capacity_),
@@ -56,10 +55,11 @@ vk::DeviceSize ListBuffers::most_bytes(std::int32_t capacity) {
   return words * sizeof(std::uint32_t);
 }
 
-SweepPlan::SweepPlan(const Level& whole, Extent extent, std::vector<float> strengths, Work work)
-    : level(without_fields(whole)), grid(extent),
+SweepPlan::SweepPlan(const Level& whole, Extent extent, std::vector<float> strengths, Work work,
+                     const SweepShape& shape_)
+    : level(without_fields(whole)), shape(shape_), grid(extent, shape_),
       active(work == Work::active && changes_spread_by_contact(whole)),
-      classes(classes_of(whole, extent, active)) {
+      classes(classes_of(whole, extent, shape_, active)) {
   level.extent = extent;
   level.strengths = std::move(strengths);
 }
@@ -103,7 +103,7 @@ void SweepRecorder::classify(const vk::raii::DescriptorSet& set) const {
   wait_for_all(commands_);
   commands_.fillBuffer(*lists_.lengths.handle, length_of_full * bytes_of_length, bytes_of_lengths, 0);
   wait_for_all(commands_);
-  bind(shaders_.classify(plan_.classes));
+  bind(shaders_.classify({plan_.classes, plan_.shape}));
   bind(set, parameters());
   const std::uint32_t groups = groups_across(plan_.grid.count);
   constexpr auto most = static_cast<std::uint32_t>(tile_class::most_groups_across);
@@ -140,15 +140,23 @@ void SweepRecorder::sweep(const vk::raii::DescriptorSet& set, int number, int si
     all.next_length = length_of(since_write + 1);
     all.stamp = since_write + 1;
   }
+  wait_for_all(commands_);
   bind(set, all);
+  bool is_first = true;
   for (std::size_t tile_class = 0; tile_class < class_count; ++tile_class) {
     if ((plan_.classes >> tile_class & 1) == 0) {
       continue;
     }
-    // Between classes for the validation layer: it does not see that they touch different elements.
-    wait_for_all(commands_);
-    bind(shaders_.sweep(
-        {.constants = shader_constants(plan_.level), .tile_class = tile_class, .wakes = plan_.active}));
+    // Nothing to wait for between the classes of a sweep: they write different sites, and append to other
+    // lists than they read. In active work the validation layer takes the appended lengths for those that the
+    // next class's dispatch reads, which are other elements of the buffer; dense work writes none.
+    if (plan_.active && !std::exchange(is_first, false)) {
+      wait_for_all(commands_);
+    }
+    bind(shaders_.sweep({.constants = shader_constants(plan_.level),
+                         .tile_class = tile_class,
+                         .shape = plan_.shape,
+                         .wakes = plan_.active}));
     const auto length = static_cast<vk::DeviceSize>(all.length) + tile_class;
     commands_.dispatchIndirect(*lists_.lengths.handle, length * bytes_of_length);
   }

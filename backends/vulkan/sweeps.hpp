@@ -14,9 +14,9 @@ namespace hdmbench::vulkan {
 /// Most sweeps that are recorded between two clear_lengths().
 constexpr int most_recorded_sweeps = 1024;
 
-/// Tiles of kernels/shaders/sweep.vulkan.comp that cover a level.
+/// Tiles that cover a level.
 struct TileGrid {
-  explicit TileGrid(Extent extent);
+  TileGrid(Extent extent, const SweepShape& shape);
 
   std::int32_t across;
   std::int32_t count;
@@ -39,9 +39,11 @@ struct ListBuffers {
 /// What a level's commands are made of.
 struct SweepPlan {
   /// A level of `extent` and `strengths`, else as `whole`; with `work` as far as it allows that.
-  SweepPlan(const Level& whole, Extent extent, std::vector<float> strengths, Work work);
+  SweepPlan(const Level& whole, Extent extent, std::vector<float> strengths, Work work,
+            const SweepShape& shape);
 
   Level level; ///< without its fields
+  SweepShape shape;
   TileGrid grid;
   bool active;
   std::size_t classes;          ///< of tiles, a class_set()

@@ -1,6 +1,7 @@
 #include "backends/vulkan/vulkan_compute.hpp"
 
 #include "backends/shared/coarse_levels.hpp"
+#include "backends/shared/sweep_shapes.hpp"
 #include "backends/vulkan/ceilings.hpp"
 #include "backends/vulkan/compute_device.hpp"
 #include "backends/vulkan/elastic_session.hpp"
@@ -75,6 +76,7 @@ private:
                  : Variants{};
     });
   }
+  [[nodiscard]] Variants do_shapes(std::size_t /*index*/) const override { return sweep_variants(); }
   [[nodiscard]] std::optional<Ceilings> do_measure_ceilings(std::size_t index,
                                                             const SessionOptions&) const override {
     return on_device(index, [](vulkan::Installation installation, const auto& device) {

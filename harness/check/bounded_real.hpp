@@ -63,6 +63,11 @@ public:
     const double quantum = std::min(a.exact_quantum(), b.exact_quantum());
     return operation(a.exact_ - b.exact_, a.error() + b.error(), quantum, a.is_zero() || b.is_zero());
   }
+  friend real operator-(const real& a) {
+    real result = a.result();
+    result.exact_ = -result.exact_;
+    return result;
+  }
   friend real operator*(const real& a, const real& b) {
     if (a.is_zero() || b.is_zero()) {
       return {};

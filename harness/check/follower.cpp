@@ -13,6 +13,15 @@ namespace hdmbench {
 
 namespace {
 
+/// A scene that prescribes more than all but this leaves backends next to nothing to get wrong.
+constexpr double least_free_share = 0.01;
+
+/// Of the components, those without any observation.
+double free_share(const VectorField& confidence) {
+  const auto free = std::ranges::count(confidence.x, 0.0F) + std::ranges::count(confidence.y, 0.0F);
+  return static_cast<double>(free) / (2.0 * static_cast<double>(confidence.x.size()));
+}
+
 bool differs(const VectorField& expected, const VectorField& found, std::size_t site) {
   return !(expected.x[site] == found.x[site] && expected.y[site] == found.y[site]); // true for NaN
 }
@@ -34,6 +43,18 @@ FirstDifference describe_difference(const ReferenceStep& step, const VectorField
   first.energy_expected = total(energy.at(first.x, first.y, {first.expected[0], first.expected[1]}));
   first.energy_found = total(energy.at(first.x, first.y, {first.found[0], first.found[1]}));
   return first;
+}
+
+std::string why_mistrusted(const Scene& scene, bool moved) {
+  if (!moved) {
+    return "no site ever moved, so a backend that does nothing would pass";
+  }
+  const double free = free_share(scene.full.confidence);
+  if (free < least_free_share) {
+    return fmt::format("only {:.2g} % of the components are free, so almost nothing was computed",
+                       100.0 * free);
+  }
+  return {};
 }
 
 void conclude(Comparison& comparison, const Conditions& conditions) {

@@ -26,6 +26,9 @@ struct Conditions {
   std::int64_t sites_at_rest = 0;
 };
 
+/// Why agreement on this scene would say nothing; empty where it does. `moved`: whether any site did.
+[[nodiscard]] std::string why_mistrusted(const Scene& scene, bool moved);
+
 /// Gives the comparison its verdict and tier.
 void conclude(Comparison& comparison, const Conditions& conditions);
 

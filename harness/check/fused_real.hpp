@@ -24,6 +24,7 @@ struct real {
 
   friend real operator+(real a, real b) { return a.value + b.value; }
   friend real operator-(real a, real b) { return a.value - b.value; }
+  friend real operator-(real a) { return -a.value; }
   friend Product operator*(real a, real b) { return {a.value, b.value}; }
   friend bool operator<(real a, real b) { return a.value < b.value; }
   friend bool operator>(real a, real b) { return a.value > b.value; }
@@ -45,6 +46,9 @@ inline real operator-(Product a, real b) {
   return std::fma(a.a, a.b, -b.value);
 }
 
+inline float stored(real a) {
+  return a.value;
+}
 inline real abs(real a) {
   return std::abs(a.value);
 }

@@ -3,6 +3,7 @@
 #include "harness/check/state_hash.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
+#include "kernels/data/elastic/hierarchy.hpp"
 
 #include <fmt/format.h>
 
@@ -102,6 +103,12 @@ std::vector<GoldenCase> golden_cases() {
       cases.push_back({"random", odd, std::string(method.name)});
     }
   }
+  for (const Method& method : elastic_methods()) {
+    cases.push_back({"random", odd, std::string(method.name)});
+  }
+  for (const char* const scene : {"square", "circular-radial", "brain"}) {
+    cases.push_back({scene, usual, std::string(elastic_conjugate_gradients)});
+  }
   return cases;
 }
 
@@ -128,7 +135,9 @@ GoldenInputs hash_inputs(const Scene& scene) {
   hash.add(scene.full.steps.values());
   hash.add(scene.start_field());
   GoldenInputs inputs{.scene = hash.value(), .levels = {}};
-  if (scene.schedule.cycle == Cycle::one_way) {
+  if (scene.energy == EnergyModel::elastic) {
+    inputs.levels = level_hashes(make_elastic_hierarchy(scene.full, scene.poisson));
+  } else if (scene.schedule.cycle == Cycle::one_way) {
     LevelSequence levels(scene);
     for (const int index : levels.order()) {
       inputs.levels.push_back(level_hash(levels.sample(index)));
@@ -165,10 +174,7 @@ GoldenSolver::GoldenSolver(const Backend& backend, const SessionOptions& options
 }
 
 std::string GoldenSolver::absence(const Scene& scene) const {
-  if (absence_.empty() && !backend_->supports(scene.full.update)) {
-    return fmt::format("cannot update as {} wants", scene.schedule.method);
-  }
-  return absence_;
+  return absence_.empty() ? why_not_solved(scene, *backend_) : absence_;
 }
 
 std::vector<GoldenLevel> GoldenSolver::solve(const Scene& scene, Progress& progress) {

@@ -26,7 +26,8 @@ struct GoldenCase {
 /// 1/A or strengths (levels) and in the sweep are told apart.
 struct GoldenInputs {
   std::uint64_t scene = 0; ///< target, confidence, modulus, K, candidates and start at full resolution
-  /// level_hash() of each level, coarsest first; empty where the method visits levels more than once.
+  /// level_hash() of each level, of the elastic energy level_hashes(); coarsest first; empty where another
+  /// method visits levels more than once.
   std::vector<std::uint64_t> levels;
 };
 
@@ -46,7 +47,8 @@ struct GoldenEntry {
   std::vector<GoldenLevel> levels; ///< coarsest first
 };
 
-/// Every shipped scene by its own method, `square` at a second size, and every other method on `random`.
+/// Every shipped scene by its own method, `square` at a second size, and every other method on `random`; of
+/// the elastic energy some scenes by conjugate gradients, too.
 /// Without krylov: its sums are Eigen's, which fuses multiply-adds wherever the processor can (measured:
 /// other bits with -march=x86-64-v3). Of multigrid only the coarsest level is Eigen's, and rounded to float:
 /// it kept its bits in all builds that were tried.

@@ -94,4 +94,28 @@ std::uint64_t level_hash(const Level& level) {
   return hash.value();
 }
 
+std::vector<std::uint64_t> level_hashes(const ElasticHierarchy& hierarchy) {
+  std::vector<std::uint64_t> hashes;
+  for (const ElasticLevel& level : hierarchy.levels) {
+    StateHash hash;
+    hash.add(level.grid.sites);
+    for (const std::vector<float>& moment : level.moments) {
+      hash.add(moment);
+    }
+    for (const std::vector<float>& response : level.response) {
+      hash.add(response);
+    }
+    for (const MaskedCell& cell : level.masked.cells) {
+      hash.add(cell.x);
+      hash.add(std::span<const float>(cell.stiffness));
+    }
+    if (&level == &hierarchy.levels.back()) {
+      hash.add(hierarchy.ratio.nu);
+      hash.add(hierarchy.coarsest_inverse);
+    }
+    hashes.insert(hashes.begin(), hash.value());
+  }
+  return hashes;
+}
+
 } // namespace hdmbench

@@ -1,11 +1,13 @@
 #pragma once
 
+#include "kernels/data/elastic/hierarchy.hpp"
 #include "kernels/data/level.hpp"
 
 #include <cstdint>
 #include <span>
 #include <stdexcept>
 #include <string_view>
+#include <vector>
 
 namespace hdmbench {
 
@@ -43,5 +45,9 @@ private:
 /// Of all that a session is loaded with: extent, moduli, their inverses, targets, confidences, K, candidates,
 /// update, rule, inverse curvatures, strengths, seed. Throws NotFinite.
 [[nodiscard]] std::uint64_t level_hash(const Level& level);
+
+/// Of all that an elastic session is loaded with, level by level, the coarsest (with the inverse) first.
+/// Throws NotFinite.
+[[nodiscard]] std::vector<std::uint64_t> level_hashes(const ElasticHierarchy& hierarchy);
 
 } // namespace hdmbench

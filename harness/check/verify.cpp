@@ -5,6 +5,7 @@
 #include "harness/check/follower.hpp"
 #include "harness/check/one_piece.hpp"
 #include "harness/check/resting_tiles.hpp"
+#include "harness/check/verify_elastic.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/solve/solve.hpp"
 #include "kernels/data/input_error.hpp"
@@ -18,15 +19,6 @@
 namespace hdmbench {
 
 namespace {
-
-/// A scene that prescribes more than all but this leaves backends next to nothing to get wrong.
-constexpr double least_free_share = 0.01;
-
-/// Of the components, those without any observation.
-double free_share(const VectorField& confidence) {
-  const auto free = std::ranges::count(confidence.x, 0.0F) + std::ranges::count(confidence.y, 0.0F);
-  return static_cast<double>(free) / (2.0 * static_cast<double>(confidence.x.size()));
-}
 
 /// Those that go sweep by sweep and are not left out.
 std::vector<Mode> followed_modes(const Scene& scene) {
@@ -79,7 +71,7 @@ public:
   /// Of each backend its modes; `levels` have all been computed.
   [[nodiscard]] std::vector<Comparison> finish(LevelSequence& levels) {
     const Conditions conditions{
-        .exact = scene_.exact, .why_mistrusted = why_mistrusted(), .sites_at_rest = sites_at_rest_};
+        .exact = scene_.exact, .why_mistrusted = why_nothing_is_shown(), .sites_at_rest = sites_at_rest_};
     std::optional<Pyramid> pyramid = levels.pyramid();
     if (pyramid) {
       cap_sweeps(*pyramid);
@@ -104,20 +96,9 @@ public:
   }
 
 private:
-  /// Why agreement on this scene would say nothing; empty where it does.
-  [[nodiscard]] std::string why_mistrusted() const {
-    if (!inexact_.empty()) {
-      return fmt::format("the scene is declared exact, but {}", inexact_);
-    }
-    if (changes_ == 0) {
-      return "no site ever moved, so a backend that does nothing would pass";
-    }
-    const double free = free_share(scene_.full.confidence);
-    if (free < least_free_share) {
-      return fmt::format("only {:.2g} % of the components are free, so almost nothing was computed",
-                         100.0 * free);
-    }
-    return {};
+  [[nodiscard]] std::string why_nothing_is_shown() const {
+    return inexact_.empty() ? why_mistrusted(scene_, changes_ > 0)
+                            : fmt::format("the scene is declared exact, but {}", inexact_);
   }
 
   /// As the levels were computed.
@@ -200,6 +181,9 @@ private:
 } // namespace
 
 std::string why_left_out(Mode mode, const Scene& scene) {
+  if (scene.energy == EnergyModel::elastic) {
+    return mode == Mode::active ? "the methods of the elastic energy visit all sites" : "";
+  }
   if (mode == Mode::active) {
     Level level = without_fields(scene.full);
     level.rule = scene.schedule.rule;
@@ -219,6 +203,9 @@ std::string why_left_out(Mode mode, const Scene& scene) {
 std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
                                std::span<const Backend* const> backends, const VerifyOptions& options,
                                Progress& progress) {
+  if (scene.energy == EnergyModel::elastic) {
+    return verify_elastic(scene, reference, backends, options, progress);
+  }
   if (scene.schedule.cycle != Cycle::one_way) {
     throw InputError(
         fmt::format("verify follows a method sweep by sweep along the pyramid, {} goes to and fro; "

@@ -82,6 +82,7 @@ struct FirstDifference {
   double energy_expected = NAN;
   double energy_found = NAN;
   Certificate certificate{};
+  std::string step{}; ///< of the elastic energy: what the method did, "sweep"; iteration counts these steps
 };
 
 /// One backend against the reference on one scene in one mode.
@@ -129,8 +130,8 @@ struct VerifyOptions {
 /// same backend made level by level and every difference of that is certified. On a scene that is declared
 /// exact (Scene::exact) no difference is explained, and a step that is not exact makes the comparison
 /// mistrusted. A backend whose devices() or open() throws DeviceError is skipped with that reason; an error
-/// later is not caught. Active is skipped where it agrees and no tile was ever at rest. Returns a comparison
-/// per backend and mode that is not left out, in their orders.
+/// later is not caught. Of the elastic energy: verify_elastic.hpp. Active is skipped where it agrees and no
+/// tile was ever at rest. Returns a comparison per backend and mode that is not left out, in their orders.
 [[nodiscard]] std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
                                              std::span<const Backend* const> backends,
                                              const VerifyOptions& options, Progress& progress);

@@ -20,6 +20,7 @@ static void list_fields(Fields& fields, FirstDifference& first) {
   fields.newer("energy_found", NullIsNan{first.energy_found});
   fields.newer("certified", first.certificate.holds);
   fields.newer("gap_over_bound", NullIsNan{first.certificate.gap_over_bound});
+  fields.newer("step", first.step);
 }
 
 static void list_fields(Fields& fields, Window& window) {

@@ -1,5 +1,6 @@
 #include "harness/cli/arguments.hpp"
 
+#include "harness/measure/choice_cache.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/solve.hpp"
 #include "kernels/data/input_error.hpp"
@@ -30,6 +31,7 @@ const std::map<std::string, EnergyModel> energies{{"hdm", EnergyModel::hdm},
 void add_session_to(CLI::App& command, SessionOptions& session) {
   command.add_option("--device", session.device, "Device by part of its name or by number (see devices)");
   command.add_option("--threads", session.threads, "CPU threads (0: all)")->check(CLI::Range(0, 4096));
+  add_choice_cache_to(command, session);
 }
 
 int parse_side(std::string_view text, const std::string& whole) {
@@ -41,15 +43,27 @@ int parse_side(std::string_view text, const std::string& whole) {
   return side;
 }
 
-[[noreturn]] void refuse_elastic(const std::string& scene) {
-  throw InputError(
-      fmt::format("{} has the elastic energy, which this command does not know yet; run does", scene));
-}
-
 } // namespace
+
+void add_choice_cache_to(CLI::App& command, SessionOptions& session) {
+  if (const std::filesystem::path file = choice_cache_file(); !file.empty()) {
+    session.kept_choices = std::make_shared<ChoiceCache>(file);
+  }
+  command.add_flag_callback(
+      "--no-cache", [&session] { session.kept_choices.reset(); },
+      "Measure anew which way is fastest on a device, and keep nothing of it for the next time");
+}
 
 void ScheduleOverrides::add_to(CLI::App& command) {
   const auto* const group = "Instead of what the scene says";
+  if (takes_elastic) {
+    command
+        .add_option("--energy", energy,
+                    "What the displacement minimises: hdm (the thesis) or elastic (plane stress); a method of "
+                    "either brings its own")
+        ->transform(CLI::CheckedTransformer(energies))
+        ->group(group);
+  }
   command.add_option("--method", method, "How the scene is solved (see methods)")->group(group);
   command
       .add_option(
@@ -90,21 +104,18 @@ void ScheduleOverrides::add_to(CLI::App& command) {
       ->group(group);
 }
 
-void ScheduleOverrides::add_energy_to(CLI::App& command) {
-  command
-      .add_option("--energy", energy,
-                  "What the displacement minimises: hdm (the thesis) or elastic (plane stress)")
-      ->transform(CLI::CheckedTransformer(energies));
-}
 
 void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& other_method) const {
   const std::optional<std::string> chosen = other_method ? other_method : method;
-  if (energy && *energy != scene.energy) {
-    scene.schedule = Schedule{}; // what the file says of it belongs to the other energy
+  if (chosen) {
+    use_method(scene, find_method(*chosen, energy));
+  } else if (energy && *energy != scene.energy) {
     use_method(scene, usual_method(*energy));
   }
-  if (chosen) {
-    use_method(scene, find_method(*chosen, scene.energy));
+  if (scene.energy == EnergyModel::elastic && !takes_elastic) {
+    throw InputError(fmt::format("{} would have the elastic energy, which this command does not know; run, "
+                                 "verify, bench and tradeoff do",
+                                 scene.name));
   }
   if (scene.energy == EnergyModel::elastic &&
       (start_level || epsilon || alignment || penalty || prior_weight)) {
@@ -188,9 +199,6 @@ Scene SceneArguments::load() const {
   }
   Scene loaded = load_scene(scene, options);
   schedule.apply(loaded);
-  if (loaded.energy == EnergyModel::elastic && !takes_elastic) {
-    refuse_elastic(scene);
-  }
   return loaded;
 }
 
@@ -289,9 +297,6 @@ std::optional<Scene> CommonArguments::load(const SceneChoice& choice) const {
   try {
     Scene scene = load_scene(choice.name, choice.options);
     schedule.apply(scene, choice.method);
-    if (scene.energy == EnergyModel::elastic) {
-      refuse_elastic(choice.name);
-    }
     return scene;
   } catch (const MissingFile& error) {
     if (!choice.by_default) {

@@ -19,7 +19,8 @@ enum ExitStatus : int { success = 0, disagreement = 1, bad_input = 2 };
 
 /// What the user may change about every scene's schedule.
 struct ScheduleOverrides {
-  std::optional<EnergyModel> energy; ///< of commands that take it
+  bool takes_elastic = false; ///< whether the command knows EnergyModel::elastic; say so before add_to()
+  std::optional<EnergyModel> energy;
   std::optional<std::string> method; ///< harness/scene/method.hpp
   std::optional<int> iterations;
   std::optional<double> relaxation;
@@ -35,7 +36,6 @@ struct ScheduleOverrides {
   std::optional<double> prior_weight;
 
   void add_to(CLI::App& command);
-  void add_energy_to(CLI::App& command);
   /// With `other_method` in place of `method`, where there is one. Throws InputError.
   void apply(Scene& scene, const std::optional<std::string>& other_method = std::nullopt) const;
   /// The arguments that were given, each with a space before it: " --iterations 5". The method is that of
@@ -50,7 +50,6 @@ struct SceneArguments {
   std::string backend = "openmp";
   SessionOptions session;
   ScheduleOverrides schedule;
-  bool takes_elastic = false; ///< whether the command knows EnergyModel::elastic
 
   /// Only the scene, its size and its schedule.
   void add_scene_to(CLI::App& command);
@@ -112,6 +111,9 @@ private:
   /// One entry per method of --methods; none: what --method or the scene says.
   [[nodiscard]] std::vector<std::optional<std::string>> chosen_methods() const;
 };
+
+/// Adds --no-cache; without it `session` keeps choices in the user's cache.
+void add_choice_cache_to(CLI::App& command, SessionOptions& session);
 
 /// "300" is 300 x 300, "257x130" is that. Throws InputError.
 [[nodiscard]] Extent parse_size(const std::string& text);

@@ -1,7 +1,7 @@
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
-#include "harness/measure/choices.hpp"
 #include "harness/measure/device_row.hpp"
+#include "harness/measure/median.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/file_output.hpp"
@@ -15,6 +15,7 @@ namespace {
 struct Arguments {
   std::filesystem::path json;
   bool measures = false;
+  SessionOptions session;
 };
 
 std::vector<std::string> updates(const Backend& backend) {
@@ -27,6 +28,18 @@ std::vector<std::string> updates(const Backend& backend) {
   return names;
 }
 
+void add_choice(Table& table, const DeviceRow& row, const Choice& choice) {
+  for (std::size_t i = 0; i < choice.options.size(); ++i) {
+    const bool first = i == 0;
+    const std::string mark = i != choice.chosen        ? ""
+                             : choice.measured.empty() ? "taken"
+                                                       : fmt::format("taken, measured {}", choice.measured);
+    table.add({first ? row.backend : "", first ? row.device : "", first ? choice.what : "",
+               choice.options[i].name, fmt::format("{:.3f} ms", median(choice.options[i].seconds) * 1e3),
+               mark});
+  }
+}
+
 void list_devices(const Arguments& arguments, const std::string& line) {
   if (!arguments.json.empty()) {
     require_writable(arguments.json);
@@ -37,7 +50,8 @@ void list_devices(const Arguments& arguments, const std::string& line) {
                {"driver", Table::Align::left}});
   nlohmann::json rows = nlohmann::json::array();
   std::string absent;
-  std::string chosen;
+  Table chosen({"<backend", "<device", "<what", "<way", "median", "<"});
+  bool any_chosen = false;
   for (const auto& backend : make_backends()) {
     DeviceRow row{.backend = std::string(backend->name()),
                   .description = std::string(backend->description()),
@@ -50,10 +64,13 @@ void list_devices(const Arguments& arguments, const std::string& line) {
         row.driver = devices[i].driver;
         row.software = devices[i].is_software;
         if (arguments.measures) {
-          row.choices = backend->choices({.device = std::to_string(i)});
+          SessionOptions session = arguments.session;
+          session.device = std::to_string(i);
+          row.choices = backend->choices(session);
+          any_chosen = any_chosen || !row.choices.empty();
         }
         for (const Choice& choice : row.choices) {
-          chosen += fmt::format("  {}, {}: {}\n", row.backend, row.device, describe(choice));
+          add_choice(chosen, row, choice);
         }
         rows.push_back(to_json_row(row));
       }
@@ -65,8 +82,8 @@ void list_devices(const Arguments& arguments, const std::string& line) {
     }
   }
   fmt::print("{}", table.text());
-  if (!chosen.empty()) {
-    fmt::print("\nChosen by measurement, medians:\n{}", chosen);
+  if (any_chosen) {
+    fmt::print("\nChosen by measurement\n{}", chosen.text());
   }
   if (!absent.empty()) {
     fmt::print("\nNot there:\n{}", absent);
@@ -86,6 +103,7 @@ void add_devices(CLI::App& program, const std::string& arguments, int& /*status*
   command->add_flag(
       "--measure", own->measures,
       "Measure, too, which way each device computes fastest: compiles shaders for it, takes seconds");
+  add_choice_cache_to(*command, own->session);
   command->callback([own, arguments] { list_devices(*own, arguments); });
 }
 

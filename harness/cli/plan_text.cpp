@@ -70,6 +70,10 @@ std::string_view leading_number(const std::string& text, double& value) {
 
 std::string plan_text(const Scene& scene, const Request& request, const Plan& plan) {
   std::string text = scene_text(scene, plan.survey);
+  if (scene.energy == EnergyModel::elastic) {
+    return text + "  What was done; error: expected distance from finite elements, RMS:\n\n" +
+           steps_text(plan);
+  }
   text += "  Closed form throughout: a candidate of 0.1 px stops paying where the field is smooth, long "
           "before that\n"
           "  is met. Which levels show the scene:\n\n" +

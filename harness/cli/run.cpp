@@ -128,11 +128,7 @@ int run_scene(const Arguments& arguments, const std::string& line) {
   Progress progress;
   progress.describe(fmt::format("prepare {}", arguments.scene.scene));
   Scene scene = arguments.scene.load();
-  if (arguments.asks() && scene.energy == EnergyModel::elastic) {
-    throw InputError("--accuracy and --within plan for the thesis's energy only; with the elastic one give "
-                     "--method and --iterations");
-  }
-  if (arguments.asks()) {
+  if (arguments.asks() && scene.energy == EnergyModel::hdm) {
     use_method(scene, find_method("multigrid"));
   }
   const auto registry = make_backends();
@@ -248,19 +244,19 @@ void add_run(CLI::App& program, const std::string& arguments, int& status) {
              "picture before and after, the deformed grid and\n"
              "the displacement's magnitude and change of area as PNG; say what speaks against the result.");
   const auto own = std::make_shared<Arguments>();
-  own->scene.takes_elastic = true;
+  own->scene.schedule.takes_elastic = true;
   own->scene.add_scene_to(*command);
-  own->scene.schedule.add_energy_to(*command);
   own->scene.add_backend_to(*command);
   command->add_option("--output", own->output, "Folder for the files, made if missing")
       ->capture_default_str();
   command->add_option("--json", own->json, "Write the result to this file");
   const auto* const group = "No more than the scene needs";
   command
-      ->add_option("--accuracy", own->accuracy,
-                   "Distance from the fixed point that is good enough, RMS, as 0.2px: levels and cycles "
-                   "follow from the "
-                   "scene; exit status 1 where the estimate is above it")
+      ->add_option(
+          "--accuracy", own->accuracy,
+          "Distance from the fixed point (elastic: from finite elements) that is good enough, RMS, as "
+          "0.2px: levels and cycles follow from the scene; exit status 1 where the estimate is above "
+          "it, or cannot be trusted")
       ->group(group);
   command
       ->add_option("--within", own->within, "The time there is, as 10ms or 2s: the best field and its error")

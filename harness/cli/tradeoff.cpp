@@ -169,8 +169,7 @@ std::string repeat(const Arguments& arguments, const Scene& scene, std::string_v
   if (arguments.session.threads != 0) {
     line += fmt::format(" --threads {}", arguments.session.threads);
   }
-  const bool elastic = std::ranges::find(elastic_methods(), method, &Method::name) != elastic_methods().end();
-  return line + (elastic ? " --energy elastic" : "") + arguments.schedule.text();
+  return line + arguments.schedule.text();
 }
 
 int run_tradeoff(Arguments& arguments, const std::string& line) {
@@ -247,6 +246,7 @@ void add_tradeoff(CLI::App& program, const std::string& arguments, int& status) 
       "Prints the Pareto front per scene; the report draws the chart. Exit status 1 where a field is not\n"
       "scalar's to the bit.");
   const auto own = std::make_shared<Arguments>();
+  own->schedule.takes_elastic = true;
   own->add_to(*command);
   leave_out_of_help(*command, {"--method", "--iterations", "--update", "--steps"});
   command->add_option("--at", own->at, "Accuracy at which the fastest are compared: RMSD to FEM with nu 0")

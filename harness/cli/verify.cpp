@@ -44,14 +44,19 @@ void explain_disagreement(const Scene& scene, const Comparison& comparison,
   }
   if (comparison.first) {
     const FirstDifference& first = *comparison.first;
-    fmt::print("    first: level {}, iteration {}, x = {}, y = {}: expected ({}, {}), found ({}, {}) px\n",
-               first.level, first.iteration, first.x, first.y, first.expected[0], first.expected[1],
-               first.found[0], first.found[1]);
-    fmt::print("    energy of that site (double): {} before, {} expected, {} found\n", first.energy_before,
-               first.energy_expected, first.energy_found);
+    const std::string when = first.step.empty() ? fmt::format("iteration {}", first.iteration)
+                                                : fmt::format("step {}, {}", first.iteration, first.step);
+    fmt::print("    first: level {}, {}, x = {}, y = {}: expected ({}, {}), found ({}, {})\n", first.level,
+               when, first.x, first.y, first.expected[0], first.expected[1], first.found[0], first.found[1]);
+    if (first.step.empty()) {
+      fmt::print("    energy of that site (double): {} before, {} expected, {} found\n", first.energy_before,
+                 first.energy_expected, first.energy_found);
+    }
   }
   if (comparison.counts_differing > 0) {
-    fmt::print("    the number of changed sites was wrong after {} iterations\n",
+    fmt::print(scene.energy == EnergyModel::elastic
+                   ? fmt::runtime("    {} sums over the image are wrong\n")
+                   : fmt::runtime("    the number of changed sites was wrong after {} iterations\n"),
                grouped(comparison.counts_differing));
   }
   fmt::print("    repeat: {}\n", arguments.repeat("verify", scene, comparison.backend));
@@ -125,9 +130,12 @@ void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
   fmt::print("\n{}, {} x {}, {}", scene.name, scene.extent().width, scene.extent().height,
              method_name(scene));
   if (ran != comparisons.end()) {
-    fmt::print(": {} level{}, {} iterations{}{}", ran->levels, ran->levels == 1 ? "" : "s", ran->iterations,
-               ran->sweeps == ran->iterations ? "" : fmt::format(" in {} sweeps", ran->sweeps),
-               arguments.quick ? " (quick)" : "");
+    fmt::print(
+        ": {} level{}, {} iterations{}{}", ran->levels, ran->levels == 1 ? "" : "s", ran->iterations,
+        ran->sweeps == ran->iterations
+            ? ""
+            : fmt::format(" in {} {}", ran->sweeps, scene.energy == EnergyModel::hdm ? "sweeps" : "steps"),
+        arguments.quick ? " (quick)" : "");
   }
   fmt::print("\n");
   std::vector<Modes> backends;
@@ -140,11 +148,14 @@ void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
   }
   std::vector<Table::Column> columns{
       {"backend", Table::Align::left}, {"device", Table::Align::left}, {"sites compared"}};
-  constexpr auto modes_here = std::span(mode_names).first<static_cast<std::size_t>(Mode::windows)>();
-  for (const std::string_view mode : modes_here) {
-    columns.push_back({fmt::format("differing, {}", mode)});
+  std::vector<Mode> modes_here;
+  for (const Mode mode : {Mode::resync, Mode::free, Mode::active, Mode::pyramid}) {
+    if (std::ranges::find(comparisons, mode, &Comparison::mode) != comparisons.end()) {
+      modes_here.push_back(mode);
+      columns.push_back({fmt::format("differing, {}", name_of(mode))});
+    }
   }
-  columns.push_back({"wrong counts"});
+  columns.push_back({scene.energy == EnergyModel::elastic ? "wrong sums" : "wrong counts"});
   columns.push_back({"verdict", Table::Align::left});
   Table table(columns);
   for (const Modes modes : backends) {
@@ -155,7 +166,8 @@ void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
       compared += comparison.sites_compared;
       wrong_counts += comparison.counts_differing;
       if (!is_skipped(comparison)) {
-        differing.at(static_cast<std::size_t>(comparison.mode)) = grouped(comparison.sites_differing);
+        const auto column = std::ranges::find(modes_here, comparison.mode) - modes_here.begin();
+        differing.at(static_cast<std::size_t>(column)) = grouped(comparison.sites_differing);
       }
     }
     const bool ran_at_all = !std::ranges::all_of(modes, is_skipped);
@@ -197,11 +209,13 @@ void print_tiers(std::span<const Comparison> comparisons) {
 
 /// Without scenes and methods on the command line: every scene as its file says, what meets the backends'
 /// tiles at any --sizes, and on the scene that has a different modulus at every site a few iterations of
-/// every other method, so that each rule and order of sites is compared. Of several methods those that go to
-/// and fro between the levels are left out: bench compares them.
+/// every other method, so that each rule and order of sites is compared; then every scene with the elastic
+/// energy, a few steps of conjugate gradients, in which all of its arithmetic is. Of several methods those
+/// that go to and fro between the levels are left out: bench compares them.
 std::vector<Scene> scenes_to_verify(CommonArguments arguments) {
   std::vector<Scene> scenes = arguments.load_scenes(shipped_scenes());
-  if (arguments.scenes.empty() && arguments.methods.empty() && !arguments.schedule.method) {
+  const bool all = arguments.scenes.empty() && arguments.methods.empty();
+  if (all && !arguments.schedule.method && !arguments.schedule.energy) {
     for (Scene& scene : tile_boundary_scenes()) {
       arguments.schedule.apply(scene);
       scenes.push_back(std::move(scene));
@@ -217,9 +231,17 @@ std::vector<Scene> scenes_to_verify(CommonArguments arguments) {
       scene.schedule.iterations = std::min(scene.schedule.iterations, few);
       scenes.push_back(std::move(scene));
     }
+    arguments.scenes.clear();
+    arguments.methods = {std::string(elastic_conjugate_gradients)};
+    arguments.schedule = ScheduleOverrides{};
+    arguments.schedule.takes_elastic = true;
+    arguments.schedule.iterations = 2;
+    for (Scene& scene : arguments.load_scenes(shipped_scenes())) {
+      scenes.push_back(std::move(scene));
+    }
   }
   std::erase_if(scenes, [&](const Scene& scene) {
-    const bool cycles = scene.schedule.cycle != Cycle::one_way;
+    const bool cycles = scene.energy == EnergyModel::hdm && scene.schedule.cycle != Cycle::one_way;
     const bool named = arguments.schedule.method.has_value(); // then verify() refuses it
     return cycles && !named;
   });
@@ -290,6 +312,7 @@ void add_verify(CLI::App& program, const std::string& arguments, int& status) {
       "Without scenes: all of them, the other methods, and three sizes that meet the backends' tiles.\n"
       "Exit status 1 if a backend disagrees or a scene could not have shown it.");
   const auto own = std::make_shared<CommonArguments>();
+  own->schedule.takes_elastic = true;
   const auto required = std::make_shared<std::string>(name_of(Tier::certified));
   own->add_to(*command);
   command

@@ -50,7 +50,8 @@ std::string run_name(const BenchRun& run) {
 class Bench {
 public:
   Bench(Scene& scene, const BenchOptions& options, Progress& progress)
-      : scene_(scene), options_(options), progress_(progress), levels_(level_work(scene)) {}
+      : scene_(scene), options_(options), progress_(progress),
+        levels_(scene.energy == EnergyModel::hdm ? level_work(scene) : std::vector<LevelWork>{}) {}
 
   [[nodiscard]] std::vector<BenchResult> take_results() { return std::move(results_); }
 
@@ -59,8 +60,8 @@ public:
     result.backend = run.backend->name();
     result.work = run.session.work;
     result.threads = run.backend->threads(run.session);
-    if (!run.backend->supports(scene_.full.update)) {
-      result.reason = fmt::format("cannot update as {} wants", method_name(scene_));
+    result.reason = why_not_solved(scene_, *run.backend);
+    if (!result.reason.empty()) {
       return;
     }
     VectorField found;
@@ -134,7 +135,9 @@ private:
     if (result.work != Work::dense) {
       return;
     }
-    result.cost = solution_cost(levels_, *run.backend, result.device, scene_.full);
+    if (!levels_.empty()) {
+      result.cost = solution_cost(levels_, *run.backend, result.device, scene_.full);
+    }
     if (result.cost && result.ceilings) {
       result.share =
           ceiling_share(*result.cost, *result.ceilings, median_seconds(result.samples, &Timings::compute));

@@ -15,7 +15,9 @@ std::string describe(const Choice& choice) {
     line += fmt::format("{} {} {:.2f} ms", &option == &choice.options.front() ? ":" : ",", option.name,
                         median(option.seconds) * 1e3);
   }
-  return fmt::format("{}: {}", line, choice.options[choice.chosen].name);
+  const std::string when =
+      choice.measured.empty() ? "" : fmt::format(" (kept, measured {})", choice.measured);
+  return fmt::format("{}: {}{}", line, choice.options[choice.chosen].name, when);
 }
 
 static void list_fields(Fields& fields, Choice::Option& option) {
@@ -34,6 +36,7 @@ void list_fields(Fields& fields, Choice& choice) {
   fields("chosen", chosen);
   const auto found = std::ranges::find(choice.options, chosen, &Choice::Option::name);
   refuse_if(found == choice.options.end(), "chosen", "is none of the options");
+  fields.if_any("measured", choice.measured);
   choice.chosen = static_cast<std::size_t>(found - choice.options.begin());
 }
 

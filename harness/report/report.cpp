@@ -1,5 +1,6 @@
 #include "harness/report/report.hpp"
 
+#include "harness/report/portability.hpp"
 #include "harness/report/results.hpp"
 #include "harness/report/sections.hpp"
 #include "harness/scene/file_output.hpp"
@@ -45,6 +46,7 @@ std::string page_html(const report::Results& results) {
       R"(<nav aria-label="Sections"><a href="#tradeoff">Speed and accuracy</a>
 <a href="#pictures">Displacement fields</a>
 <a href="#speed">Speed</a>
+<a href="#portability">Machines side by side</a>
 <a href="#agreement">Agreement</a>
 <a href="#implementations">What runs where</a>
 <a href="#accuracy">Accuracy</a>
@@ -62,6 +64,7 @@ std::string page_html(const report::Results& results) {
   html += report::tradeoff_section(results, anchors);
   html += report::pictures_section(results, anchors);
   html += report::speed_section(results, anchors);
+  html += report::portability_section(results, anchors);
   html += report::agreement_section(results, anchors);
   html += report::implementations_section(results, anchors);
   html += report::accuracy_section(results, anchors);
@@ -83,6 +86,10 @@ std::string page_html(const report::Results& results) {
 void write_report(std::span<const std::filesystem::path> results, const std::filesystem::path& page) {
   require_writable(page);
   write_text(page, page_html(report::load_results(results)));
+}
+
+void write_p3_csv(std::span<const std::filesystem::path> results, const std::filesystem::path& file) {
+  write_text(file, report::p3_csv(report::portability(report::load_results(results))));
 }
 
 } // namespace hdmbench

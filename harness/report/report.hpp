@@ -14,6 +14,10 @@ namespace hdmbench {
 /// another schema, and where gnuplot is missing.
 void write_report(std::span<const std::filesystem::path> results, const std::filesystem::path& page);
 
+/// The timings of the same results as a CSV table for the P3 Analysis Library (portability.hpp). Throws as
+/// write_report does.
+void write_p3_csv(std::span<const std::filesystem::path> results, const std::filesystem::path& file);
+
 /// The same results on a screen of a terminal: agreement, the speed of the first scene at its largest size,
 /// accuracy. Throws as write_report does of the files.
 [[nodiscard]] std::string summary_text(std::span<const std::filesystem::path> results);

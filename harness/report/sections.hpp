@@ -19,6 +19,8 @@ namespace hdmbench::report {
 [[nodiscard]] std::string golden_section(const Results& results, Anchors& anchors);
 /// Tables and plots; needs gnuplot where there are valid timings.
 [[nodiscard]] std::string speed_section(const Results& results, Anchors& anchors);
+/// Machines side by side, and the performance portability of each backend.
+[[nodiscard]] std::string portability_section(const Results& results, Anchors& anchors);
 /// Timings before and after a change; needs gnuplot where there are any.
 [[nodiscard]] std::string compare_section(const Results& results, Anchors& anchors);
 /// Tables and figures against the truths; needs gnuplot where there are profiles or convergence.

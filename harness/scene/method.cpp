@@ -185,22 +185,28 @@ std::string option_names(unsigned options) {
   return names;
 }
 
-const Method& find_method(std::string_view name, EnergyModel energy) {
-  const std::span<const Method> known = energy == EnergyModel::elastic ? elastic_methods() : methods();
-  const auto found = std::ranges::find(known, name, &Method::name);
-  if (found == known.end()) {
-    std::string names;
+const Method& find_method(std::string_view name, std::optional<EnergyModel> energy) {
+  std::string names;
+  for (const std::span<const Method> known : {methods(), elastic_methods()}) {
     for (const Method& method : known) {
+      if (energy && method.energy != *energy) {
+        continue;
+      }
+      if (method.name == name) {
+        return method;
+      }
       names += fmt::format("{}{}", names.empty() ? "" : ", ", method.name);
     }
-    throw InputError(fmt::format("there is no method \"{}\"{}; the methods are {}", name,
-                                 energy == EnergyModel::elastic ? " for the elastic energy" : "", names));
   }
-  return *found;
+  throw InputError(fmt::format("there is no method \"{}\"{}; the methods are {}", name,
+                               energy == EnergyModel::elastic ? " for the elastic energy"
+                               : energy                       ? " for the energy hdm"
+                                                              : "",
+                               names));
 }
 
 void use_method(Scene& scene, const Method& method, std::optional<int> iterations) {
-  const Schedule& own = scene.schedule;
+  const Schedule own = method.energy == scene.energy ? scene.schedule : Schedule{};
   Schedule schedule{.method = std::string(method.name),
                     .iterations = method.usual_effort > 0 ? method.usual_effort : own.iterations,
                     .stop = own.stop,

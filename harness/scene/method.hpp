@@ -56,14 +56,16 @@ inline constexpr std::string_view elastic_sweeps = "sweeps";
 /// The options of a set as the command line calls them: "steps, update"; empty for none.
 [[nodiscard]] std::string option_names(unsigned options);
 
-/// Throws InputError that lists the names.
-[[nodiscard]] const Method& find_method(std::string_view name, EnergyModel energy = EnergyModel::hdm);
+/// No two methods have the same name. With `energy` only its own are looked at. Throws InputError that lists
+/// the names.
+[[nodiscard]] const Method& find_method(std::string_view name,
+                                        std::optional<EnergyModel> energy = std::nullopt);
 /// Where nobody says: the first of the energy's.
 [[nodiscard]] const Method& usual_method(EnergyModel energy);
 
 /// Makes `scene` use the method and its energy: schedule, and steps, update and seed of scene.full;
 /// `iterations` replaces the usual effort. What the scene says of stop, start level, alignment and conditions
-/// stays. Throws InputError.
+/// stays, but for a method of the other energy, to which the schedule does not apply. Throws InputError.
 void use_method(Scene& scene, const Method& method, std::optional<int> iterations = std::nullopt);
 
 /// Changes the method that the scene has (scene.schedule.method). Throws InputError, and changes nothing,

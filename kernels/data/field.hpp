@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <compare>
 #include <cstddef>
 #include <vector>
 
@@ -17,7 +18,7 @@ struct Extent {
   [[nodiscard]] std::size_t index(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
   }
-  bool operator==(const Extent&) const = default;
+  auto operator<=>(const Extent&) const = default;
 };
 
 /// One float per site.

@@ -12,7 +12,9 @@
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint classes = 128u; // in use, for class_in_use()
 
-#include "tile_size.vulkan.h"
+layout(constant_id = 1) const int TILE_WIDTH = 32;
+layout(constant_id = 2) const int TILE_HEIGHT = 16;
+
 #include "level.vulkan.glsl"
 #include "tile_class.inc"
 #include "wake.glsl"
@@ -46,10 +48,10 @@ bool any_other_inverse(int y, int first, int end, float inverse) {
 void main() {
   int tile = int(gl_WorkGroupID.y * most_groups_across + gl_WorkGroupID.x) * 64 + int(gl_LocalInvocationID.x);
   if (tile < tile_count) {
-    ivec2 first = ivec2(tile % tiles_across, tile / tiles_across) * tile_size;
+    ivec2 first = ivec2(tile % tiles_across, tile / tiles_across) * ivec2(TILE_WIDTH, TILE_HEIGHT);
     vec2 moduli = texelFetch(material, index_of(first)).xy;
     uint tile_class =
-        class_of_tile(classes, first.x, first.y, tile_size.x, tile_size.y, width, height, moduli.x, moduli.y);
+        class_of_tile(classes, first.x, first.y, TILE_WIDTH, TILE_HEIGHT, width, height, moduli.x, moduli.y);
     tiles[classes_section * uint(tile_count) + uint(tile)] = tile_class;
     append_tile(uint(tile), tile_class, list, length);
   }

@@ -57,6 +57,7 @@ void store(int i, Displacement next) { displacements[most_sites - newest + i] = 
 #define TILE_WIDTH 1
 #define TILE_HEIGHT 1
 #define COLUMNS 1
+#define WINDOW 3
 const int rule = rule_steps;
 const int colours = 1;
 const bool border = true;

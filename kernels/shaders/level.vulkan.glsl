@@ -32,7 +32,4 @@ layout(push_constant) uniform Parameters {
   int first_input; // texel of the level's first site
 };
 
-// Sides of a tile in sites.
-const ivec2 tile_size = ivec2(TILE_WIDTH, TILE_HEIGHT);
-
 int index_of(ivec2 site) { return site.y * width + site.x; }

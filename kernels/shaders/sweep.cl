@@ -8,6 +8,7 @@
 //                              PoCL 3.1 does not vectorise the items of a group, whether they have loops in them or not
 //                              (measured: several times slower). This is why tile.glsl, where an item goes down its
 //                              column, is not used here.
+//   SIMD_WIDTH                 sites side by side of that loop: what a compiler takes of its own accord may be half as fast
 //   ACTIVE                     whether only tiles are visited that can see a change
 //   GENERAL                    whether all tiles are of the general class
 //
@@ -16,10 +17,11 @@
 
 #undef for
 
-// What is stored in a row is not what is read next. 16: PoCL takes 8 of its own accord, with which a sweep takes up to twice
-// as long.
+// What is stored in a row is not what is read next.
+#define PRAGMA(text) _Pragma(#text)
+#define SIDE_BY_SIDE(width) PRAGMA(clang loop vectorize(assume_safety) vectorize_width(width))
 #if defined(__clang__) && LANES == 1
-#define SITES_SIDE_BY_SIDE _Pragma("clang loop vectorize(assume_safety) vectorize_width(16)")
+#define SITES_SIDE_BY_SIDE SIDE_BY_SIDE(SIMD_WIDTH)
 #else
 #define SITES_SIDE_BY_SIDE
 #endif

@@ -34,6 +34,7 @@ layout(location = 22) uniform int length;
 layout(location = 23) uniform int next_list;
 layout(location = 24) uniform int next_length;
 layout(location = 25) uniform int stamp;
+const int WINDOW = COLUMNS + 2;
 const int rule = RULE;
 const int colours = COLOURS;
 const int step_count = STEP_COUNT;

@@ -9,17 +9,16 @@
 #define HDM_CONSTANT const
 #define integer uint
 
-#include "tile_size.vulkan.h"
-
-// Measured on lavapipe: 1 fetches more and is a quarter slower; 4 is up to a sixth faster or slower, by size and scene.
-const int COLUMNS = 2;
-
-layout(local_size_x = TILE_WIDTH / COLUMNS) in;
+layout(local_size_x_id = 8) in; // TILE_WIDTH / COLUMNS
 layout(constant_id = 0) const int rule = 0;
 layout(constant_id = 1) const int colours = 1;
 layout(constant_id = 2) const int step_count = 1;
 layout(constant_id = 3) const uint tile_class = 0u;
 layout(constant_id = 4) const bool wakes = false; // what may change in the next sweep is put on the next list
+layout(constant_id = 5) const int TILE_WIDTH = 32;
+layout(constant_id = 6) const int TILE_HEIGHT = 16;
+layout(constant_id = 7) const int COLUMNS = 1;
+const int WINDOW = 6; // of the widest: an array's length is no constant that is given later
 
 #include "level.vulkan.glsl"
 #include "tile_class.inc"

@@ -2,6 +2,7 @@
 // first row of the tile to the last, and fetches each row once. The includer supplies, after the energy and update.inc,
 //
 //   TILE_WIDTH, TILE_HEIGHT, COLUMNS  constants, COLUMNS 1, 2 or 4; a tile takes TILE_WIDTH / COLUMNS invocations
+//   WINDOW                            COLUMNS + 2 or more: the sites of a row that an invocation sees
 //   border, observed, elastic         constant bools, the class of the tile (tile_class.inc): whether it reaches
 //                                     the border of the image, whether a site in it has confidence, whether a ratio of
 //                                     moduli in it is not 1
@@ -52,8 +53,8 @@ Seen neighbour_or(Seen centre, bool outside, Seen neighbour) {
 
 // Sweeps site (left + k, y); true where its displacement changed. The three rows are those of the window, sites left - 1
 // ... left + COLUMNS; start is the index of the row's first site.
-bool sweep_site(int k, int left, int y, int start, ivec2 size, Seen north[COLUMNS + 2], Seen middle[COLUMNS + 2],
-                Seen south[COLUMNS + 2], real penalty, Sweep sweep) {
+bool sweep_site(int k, int left, int y, int start, ivec2 size, Seen north[WINDOW], Seen middle[WINDOW],
+                Seen south[WINDOW], real penalty, Sweep sweep) {
   int x = left + k;
   bool inside = !border || x < size.x;
   bool no_west = x == 0;
@@ -121,13 +122,13 @@ int sweep_tile(ivec2 tile, int lane, ivec2 size, real penalty, Sweep sweep) {
   int rows = border ? min(TILE_HEIGHT, size.y - top) : TILE_HEIGHT;
   rows = border && left >= size.x ? 0 : rows;
 
-  int column[COLUMNS + 2];
+  int column[WINDOW];
   for (int k = 0; k < COLUMNS + 2; ++k) {
     column[k] = border ? min(max(left + k - 1, 0), size.x - 1) : left + k - 1;
   }
-  Seen north[COLUMNS + 2];
-  Seen middle[COLUMNS + 2];
-  Seen south[COLUMNS + 2];
+  Seen north[WINDOW];
+  Seen middle[WINDOW];
+  Seen south[WINDOW];
   int above = (border ? max(top - 1, 0) : top - 1) * size.x;
   int start = top * size.x; // index of the row's first site
   for (int k = 0; k < COLUMNS + 2; ++k) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backends/backend.hpp"
+#include "backends/shared/elastic_session.hpp"
 #include "harness/scene/scene.hpp"
 
 #include <functional>
@@ -35,6 +36,8 @@ struct Fault {
   std::function<void(VectorField& field, const VectorField& before)> in_output{};
   std::function<std::int64_t(std::int64_t)> in_changed{}; ///< spoils the count
   std::function<void(Pyramid&)> in_whole_pyramid{};       ///< spoils what load(Pyramid) uploads
+  /// A session of the elastic energy with the mistake around a sound one.
+  std::function<std::unique_ptr<ElasticSession>(std::unique_ptr<ElasticSession>)> in_elastic{};
   Way way = Way::every;
 
   friend void PrintTo(const Fault& fault, std::ostream* stream) { *stream << fault.name; }
@@ -52,9 +55,15 @@ public:
   std::string_view description() const override { return "planted fault"; }
   bool supports(Update update) const override { return sound_.supports(update); }
   std::vector<Device> devices() const override { return sound_.devices(); }
+  bool has_elastic() const override { return sound_.has_elastic(); }
 
 private:
   std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions& options) const override;
+  std::unique_ptr<ElasticSession> do_open_elastic(std::size_t /*index*/,
+                                                  const SessionOptions& options) const override {
+    std::unique_ptr<ElasticSession> session = sound_.open_elastic(options);
+    return fault_.in_elastic ? fault_.in_elastic(std::move(session)) : std::move(session);
+  }
 
   const Backend& sound_;
   Fault fault_;

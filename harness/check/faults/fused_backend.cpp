@@ -1,7 +1,9 @@
 #include "harness/check/faults/fused_backend.hpp"
 
 #include "backends/cpu/cpu_device.hpp"
+#include "backends/cpu/elastic_serial.hpp"
 #include "harness/check/energy_proofs.hpp"
+#include "harness/check/fused_real.hpp"
 
 #include <utility>
 
@@ -50,10 +52,15 @@ public:
   std::string_view name() const override { return "fused"; }
   std::string_view description() const override { return "plain C++ with fused multiply-adds"; }
   std::vector<Device> devices() const override { return {cpu_device("1 thread")}; }
+  bool has_elastic() const override { return true; }
 
 private:
   std::unique_ptr<Session> do_open(std::size_t /*index*/, const SessionOptions& /*options*/) const override {
     return std::make_unique<FusedSession>();
+  }
+  std::unique_ptr<ElasticSession> do_open_elastic(std::size_t /*index*/,
+                                                  const SessionOptions& /*options*/) const override {
+    return std::make_unique<ElasticSerial<fused::real>>();
   }
 };
 

@@ -1,5 +1,6 @@
 #include "harness/check/faults/planted.hpp"
 
+#include "harness/check/faults/elastic_faults.hpp"
 #include "harness/check/faults/fused_backend.hpp"
 #include "harness/check/faults/session_faults.hpp"
 #include "harness/check/faults/solution_faults.hpp"
@@ -32,6 +33,7 @@ Planted in_session(const Backend& carrier, const Fault& fault, Expected expected
 std::vector<Planted> session_controls(const Backend& carrier) {
   const auto control = [&](const Fault& fault) { return in_session(carrier, fault, Expected::let_through); };
   return {control({.name = "sound", .what = "no mistake", .method = ""}),
+          control(elastic_sums_in_double()),
           control({.name = "negative-zero",
                    .what = "-0 where 0 belongs, which it equals",
                    .method = "",
@@ -64,7 +66,7 @@ std::vector<Planted> all_planted(const Backend& carrier) {
       list.push_back(in_session(carrier, fault));
     }
   }
-  for (const auto& faults : {one_piece_faults(), active_faults()}) {
+  for (const auto& faults : {one_piece_faults(), active_faults(), elastic_faults()}) {
     for (const Fault& fault : faults) {
       list.push_back(in_session(carrier, fault));
     }

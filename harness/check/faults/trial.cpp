@@ -151,9 +151,10 @@ std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names, std:
       add(name);
     }
   }
-  for (const std::string_view method : {"coloured", "closed-form", "annealing"}) {
+  for (const std::string_view method : {"coloured", "closed-form", "annealing", "conjugate-gradients"}) {
     scenes.push_back(by_method(random, method));
   }
+  scenes.push_back(by_method(square, elastic_conjugate_gradients));
   scenes.push_back(pulled_by_2_px(square));
   scenes.push_back(sleeping_tiles());
   scenes.push_back(with_denormals(square));

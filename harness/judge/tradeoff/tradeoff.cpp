@@ -42,10 +42,6 @@ void fail(TradeoffPoint& point, PointStatus status, std::string reason) {
   point.reason = std::move(reason);
 }
 
-bool is_elastic(std::string_view method) {
-  return std::ranges::find(elastic_methods(), method, &Method::name) != elastic_methods().end();
-}
-
 /// A backend with its sessions, or why it is not there.
 struct Place {
   Place(const Backend& backend_, const SessionOptions& options)
@@ -73,7 +69,7 @@ public:
     }
     for (const std::string& name : options.methods) {
       if (name != requested_name && std::ranges::find(rival_names, name) == rival_names.end()) {
-        (void)find_method(name, is_elastic(name) ? EnergyModel::elastic : EnergyModel::hdm); // throws
+        (void)find_method(name); // throws
       }
     }
     // The fixed point obeys the maximum principle; candidates may go a step beyond, no field of use goes

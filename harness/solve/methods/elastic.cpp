@@ -1,6 +1,7 @@
 #include "harness/solve/methods/elastic.hpp"
 
 #include "harness/scene/method.hpp"
+#include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 
@@ -137,32 +138,6 @@ VectorField ElasticSolver::displacement() const {
   return field;
 }
 
-namespace {
-
-/// What is left after a step, from what the last two steps changed: each leaves about the same share of what
-/// it found.
-class RemainingError {
-public:
-  void add(double change) {
-    before_ = last_;
-    last_ = change;
-  }
-  /// Root mean square over sites, pixels.
-  [[nodiscard]] std::optional<double> estimate() const {
-    if (!last_) {
-      return std::nullopt;
-    }
-    const double share = before_ && *before_ > 0.0 ? std::clamp(*last_ / *before_, 0.1, 0.9) : 0.3;
-    return std::sqrt(2.0) * *last_ * share / (1.0 - share);
-  }
-
-private:
-  std::optional<double> before_;
-  std::optional<double> last_;
-};
-
-} // namespace
-
 Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& progress,
                        const SolveOptions& options) {
   ElasticSolver solver(scene.full, scene.poisson, session);
@@ -185,13 +160,15 @@ Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& pr
       if (step.ended) {
         break;
       }
-      error.add(step.change);
+      error.add(std::sqrt(2.0) * step.change); // of sites, from that of components
     }
   }
   Solution solution;
   solution.levels = solver.work();
   solution.timings = solver.timings();
-  solution.estimated_error = error.estimate();
+  if (error.is_known()) {
+    solution.estimated_error = error.estimate();
+  }
   {
     const Stopwatch watch(solution.timings.readback);
     solution.displacement = solver.displacement();

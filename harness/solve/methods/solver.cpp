@@ -8,23 +8,28 @@
 
 namespace hdmbench {
 
+std::string why_not_solved(const Scene& scene, const Backend& backend) {
+  if (!backend.supports(scene.full.update)) {
+    return fmt::format("cannot update as {} wants", method_name(scene));
+  }
+  const bool lacks_energy = scene.energy == EnergyModel::elastic && !backend.has_elastic();
+  return lacks_energy ? "does not compute the elastic energy" : "";
+}
+
 Solver::Solver(const Backend& backend, const SessionOptions& options)
     : backend_(backend), options_(options) {}
 
 Solution Solver::solve(const Scene& scene, Progress& progress, const SolveOptions& options) {
+  if (elastic_ == nullptr) {
+    if (const std::string why = why_not_solved(scene, backend_); !why.empty()) {
+      throw InputError(fmt::format("{} {}; use --backend scalar", backend_.name(), why));
+    }
+  }
   if (scene.energy == EnergyModel::elastic) {
     if (elastic_ == nullptr) {
       elastic_ = backend_.open_elastic(options_);
     }
-    if (elastic_ == nullptr) {
-      throw InputError(
-          fmt::format("{} does not compute the elastic energy; use openmp or scalar", backend_.name()));
-    }
     return solve_elastic(scene, *elastic_, progress, options);
-  }
-  if (!backend_.supports(scene.full.update)) {
-    throw InputError(fmt::format("{} cannot update as {} wants; use --backend scalar", backend_.name(),
-                                 scene.schedule.method));
   }
   switch (scene.schedule.cycle) {
   case Cycle::multigrid:

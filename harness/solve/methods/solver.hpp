@@ -11,6 +11,9 @@
 
 namespace hdmbench {
 
+/// Why the backend cannot solve the scene, as a part of a sentence; empty: it can, or is not there at all.
+[[nodiscard]] std::string why_not_solved(const Scene& scene, const Backend& backend);
+
 /// Solves scenes by whatever method their schedule names, on one backend. Keeps its sessions open between
 /// solutions, so that shaders are compiled once.
 class Solver {
@@ -18,8 +21,8 @@ public:
   /// `backend` must outlive this object.
   Solver(const Backend& backend, const SessionOptions& options);
 
-  /// Throws what Session throws; InputError where the backend cannot update as the method wants, has no
-  /// elastic energy, or no condition holds an elastic scene.
+  /// Throws what Session throws; InputError where the backend cannot (why_not_solved), or no condition holds
+  /// an elastic scene.
   [[nodiscard]] Solution solve(const Scene& scene, Progress& progress, const SolveOptions& options = {});
 
 private:

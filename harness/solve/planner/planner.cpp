@@ -2,12 +2,14 @@
 
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/multigrid.hpp"
+#include "harness/solve/planner/elastic_planner.hpp"
+#include "harness/solve/stopwatch.hpp"
 #include "kernels/data/input_error.hpp"
+#include "reference/fixed_point.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -54,7 +56,12 @@ public:
   }
 
   Plan run() {
-    begin();
+    if (!multigrid_.is_trusted() && !solve_directly()) {
+      mistrust_ = "moduli differ so much that cycles can stall unseen; --energy elastic has no such limit";
+    }
+    if (!finished_) {
+      begin();
+    }
     while (multigrid_.position() > 0 && !finished_) {
       if (!has_time_for(multigrid_.position() - 1)) {
         finish_by_interpolation("the time is up");
@@ -75,9 +82,7 @@ public:
   }
 
 private:
-  [[nodiscard]] double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-  }
+  [[nodiscard]] double seconds() const { return clock_.seconds(); }
 
   void note(Extent extent, std::string action, std::string reason, double moved, double expected_error) {
     plan_.steps.push_back({.extent = extent,
@@ -248,19 +253,30 @@ private:
     Solution& solution = plan_.solution;
     solution.levels = multigrid_.work();
     solution.timings = multigrid_.timings();
-    error_ = std::hypot(error_, rounding());
-    solution.estimated_error = error_;
-    const double total = seconds();
-    const bool accurate = !request_.accuracy || error_ <= *request_.accuracy;
-    const bool in_time = !request_.seconds || total <= *request_.seconds;
-    plan_.met = accurate && in_time;
-    plan_.outcome =
-        fmt::format("{}{}estimated {:.2g} px in {:.3g} ms: {}",
-                    request_.accuracy ? fmt::format("asked {:.3g} px, ", *request_.accuracy) : "",
-                    request_.seconds ? fmt::format("asked {:.3g} ms, ", 1e3 * *request_.seconds) : "", error_,
-                    1e3 * total, plan_.met ? "met" : "NOT met");
+    solution.estimated_error = std::hypot(error_, rounding());
+    conclude(plan_, request_, seconds(), "the fixed point", mistrust_);
   }
 
+  /// What no cycle has to be believed for. False where it cannot be had.
+  bool solve_directly() {
+    if (!request_.accuracy || request_.seconds || scene_.full.energy->couples ||
+        scene_.extent().sites() > most_factorised_sites) {
+      return false;
+    }
+    try {
+      const FixedPoint fixed = solve_fixed_point(scene_.full);
+      plan_.solution.displacement = fixed.displacement.to_float();
+    } catch (const InputError&) { // which components are held does not settle; cycles find some answer
+      return false;
+    }
+    error_ = 0.0;
+    finished_ = true;
+    note(scene_.extent(), "factorisation", "moduli so different make cycles stall unseen", 0.0, rounding());
+    return true;
+  }
+
+  /// More take a factorisation longer than people wait.
+  static constexpr std::size_t most_factorised_sites = 250'000;
   /// Of a cycle's time a site.
   static constexpr double interpolation_share = 0.1;
   /// The largest gap between a level and the targets of the full image, once they are imposed, as an error.
@@ -271,13 +287,14 @@ private:
   /// Pixels: corrections below it say nothing of the contraction.
   static constexpr double smallest_move = 1e-5;
 
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  Clock clock_;
   Scene scene_;
   Request request_;
   Progress& progress_;
   Multigrid multigrid_;
   Plan plan_;
   bool finished_ = false;
+  std::string mistrust_; ///< why the estimate cannot be believed; empty: it can
   double error_ = std::numeric_limits<double>::infinity();      ///< of the field to the fixed point, pixels
   double grid_error_ = std::numeric_limits<double>::infinity(); ///< of the current level's fixed point
   double grid_move_ = 0.0;                                      ///< the last level moved the field by, pixels
@@ -287,6 +304,22 @@ private:
 };
 
 } // namespace
+
+void conclude(Plan& plan, const Request& request, double seconds, std::string_view truth,
+              std::string_view mistrust) {
+  const std::optional<double>& error = plan.solution.estimated_error;
+  const bool accurate = !request.accuracy || (error && mistrust.empty() && *error <= *request.accuracy);
+  const bool in_time = !request.seconds || seconds <= *request.seconds;
+  plan.met = accurate && in_time;
+  plan.outcome = fmt::format(
+      "{}{}{} in {:.3g} ms: {}{}",
+      request.accuracy ? fmt::format("asked {:.3g} px from {}, ", *request.accuracy, truth) : "",
+      request.seconds ? fmt::format("asked {:.3g} ms, ", 1e3 * *request.seconds) : "",
+      error ? fmt::format("estimated {:.2g} px{}", *error,
+                          request.accuracy ? "" : fmt::format(" from {}", truth))
+            : "no estimate",
+      1e3 * seconds, plan.met ? "met" : "NOT met", mistrust.empty() ? "" : fmt::format(" ({})", mistrust));
+}
 
 double fine_sweep_equivalents(const Plan& plan) {
   return total_site_updates(plan.solution.levels) /
@@ -298,6 +331,9 @@ Plan solve_as_needed(const Scene& scene, const Request& request, const Backend& 
                      Progress& progress) {
   require_positive(request.accuracy, "the accuracy asked for (px)");
   require_positive(request.seconds, "the time asked for (s)");
+  if (scene.energy == EnergyModel::elastic) {
+    return solve_elastic_as_needed(scene, request, backend, options, progress);
+  }
   return Planner(scene, request, backend, options, sessions, progress).run();
 }
 

@@ -1,0 +1,120 @@
+#pragma once
+
+#include "backends/cpu/elastic_answers.hpp"
+
+#include <memory>
+#include <utility>
+
+namespace hdmbench {
+
+/// What is kept of a number after a step.
+inline float stored(float value) {
+  return value;
+}
+
+/// Site by site on one thread, as plainly as the specification reads, in any arithmetic whose numbers can be
+/// stored().
+template <typename Scalar>
+class ElasticSerial final : public ElasticSession {
+  using Answers = ElasticAnswers<Scalar>;
+  using Answer = typename Answers::Answer;
+
+public:
+  void load(const ElasticHierarchy& hierarchy) override {
+    hierarchy_ = &hierarchy;
+    fields_.load(hierarchy);
+    answers_ = std::make_unique<Answers>(hierarchy, fields_);
+  }
+  void write(int level, ElasticField field, const VectorField& values) override {
+    fields_.write(grid(level), level, field, values);
+  }
+  void read(int level, ElasticField field, VectorField& values) const override {
+    fields_.read(grid(level), level, field, values);
+  }
+
+  void relax(int level, ElasticField field) override {
+    make(level, field, [&](int x, int y) { return answers_->relax(level, field, x, y); });
+  }
+  void relax_from_zero(int level) override {
+    make(level, ElasticField::correction,
+         [&](int x, int y) { return answers_->relax_from_zero(level, x, y); });
+  }
+  void forces(ElasticField of, ElasticField to) override {
+    make(0, to, [&](int x, int y) { return answers_->forces(of, x, y); });
+  }
+  void restrict_residual(int level, ElasticField of) override {
+    restrict_sites(level, [&](int x, int y) { return answers_->free_residual(level, of, x, y); });
+  }
+  void restrict_load(int level) override {
+    restrict_sites(level, [&](int x, int y) { return answers_->free_load(level, x, y); });
+  }
+  void interpolate(int level) override {
+    make(level, ElasticField::correction, [&](int x, int y) { return answers_->interpolate(level, x, y); });
+  }
+  void correct(int level, ElasticField field) override {
+    make(level, field, [&](int x, int y) { return answers_->correct(level, field, x, y); });
+  }
+  void solve_coarsest() override {
+    make(static_cast<int>(hierarchy_->levels.size()) - 1, ElasticField::correction,
+         [&](int x, int y) { return answers_->solve_coarsest(x, y); });
+  }
+  void advance(ElasticField to, ElasticField value, float factor, ElasticField direction) override {
+    make(0, to, [&](int x, int y) { return answers_->advance(value, factor, direction, x, y); });
+  }
+  [[nodiscard]] float dot(ElasticField first, ElasticField second) const override {
+    return stored(answers_->dot(first, second));
+  }
+
+private:
+  [[nodiscard]] const RingedGrid& grid(int level) const {
+    return hierarchy_->levels.at(static_cast<std::size_t>(level)).grid;
+  }
+
+  /// call(x, y, index) for every site.
+  template <typename Call>
+  void for_each_site(int level, const Call& call) const {
+    const RingedGrid& sites = grid(level);
+    for (int y = 0; y < sites.sites.height; ++y) {
+      for (int x = 0; x < sites.sites.width; ++x) {
+        call(x, y, sites.index(x, y));
+      }
+    }
+  }
+
+  /// The field from answer(x, y) of all sites; the old one may be read meanwhile.
+  template <typename At>
+  void make(int level, ElasticField field, const At& answer) {
+    RingedField next;
+    next.require(grid(level));
+    for_each_site(level, [&](int x, int y, std::size_t at) {
+      const Answer site = answer(x, y);
+      next.x[at] = stored(site.x);
+      next.y[at] = stored(site.y);
+    });
+    fields_.at(level, field) = std::move(next);
+  }
+
+  /// load of level + 1 from fine(x, y), which is stored on the way.
+  template <typename Fine>
+  void restrict_sites(int level, const Fine& fine) {
+    RingedField from;
+    from.require(grid(level));
+    for_each_site(level, [&](int x, int y, std::size_t at) {
+      const Answer site = fine(x, y);
+      from.x[at] = stored(site.x);
+      from.y[at] = stored(site.y);
+    });
+    make(level + 1, ElasticField::load, [&](int x, int y) {
+      return answers_->restricted(level, x, y, [&](int i, int j) {
+        const std::size_t at = grid(level).index(i, j);
+        return Answer{Scalar(from.x[at]), Scalar(from.y[at])};
+      });
+    });
+  }
+
+  const ElasticHierarchy* hierarchy_ = nullptr;
+  ElasticFields fields_;
+  std::unique_ptr<Answers> answers_; ///< null until load()
+};
+
+} // namespace hdmbench

@@ -1,0 +1,44 @@
+#pragma once
+
+#include "backends/backend.hpp"
+
+#include <array>
+#include <compare>
+#include <span>
+
+/// How compute shaders lay out a sweep. Which way is fastest is measured on each device.
+namespace hdmbench {
+
+/// Tiles of sites, each swept by a work group: an invocation goes down `columns` columns side by
+/// side, so that each row is fetched once (kernels/shaders/tile.glsl).
+struct SweepShape {
+  Extent tile{};   ///< sites; divides 128 x 64
+  int columns = 1; ///< 1, 2 or 4; divides the width
+
+  [[nodiscard]] constexpr int invocations() const { return tile.width / columns; }
+  auto operator<=>(const SweepShape&) const = default;
+};
+
+/// By SessionOptions::shape, for gl-compute and vulkan-compute. The first is taken where nothing is measured.
+/// Groups of 8 and 16 invocations fill the lanes of a CPU, of 32 and 64 those of GPUs.
+inline constexpr std::array<SweepShape, 10> sweep_shapes{{{{32, 16}, 4},
+                                                          {{32, 16}, 2},
+                                                          {{32, 16}, 1},
+                                                          {{64, 16}, 4},
+                                                          {{64, 16}, 2},
+                                                          {{64, 16}, 1},
+                                                          {{128, 16}, 4},
+                                                          {{128, 16}, 2},
+                                                          {{64, 8}, 1},
+                                                          {{64, 32}, 2}}};
+
+/// All of sweep_shapes that are worth trying, for Backend::do_shapes().
+[[nodiscard]] Variants sweep_variants();
+
+/// Of any backend's shapes: what results call it, and Variants::measure, dense sweeps of a level of 512 x
+/// 512, or 256 x 256 where that is too large.
+inline constexpr std::string_view sweep_shapes_what = "sweeps (dense)";
+[[nodiscard]] Choice measure_shapes(const Variants& variants, Session& session,
+                                    const std::function<void(std::size_t)>& take);
+
+} // namespace hdmbench

@@ -1,0 +1,351 @@
+#include "harness/check/verify_elastic.hpp"
+
+#include "backends/cpu/elastic_answers.hpp"
+#include "harness/check/bounded_real.hpp"
+#include "harness/check/compare.hpp"
+#include "harness/check/follower.hpp"
+#include "harness/solve/methods/elastic.hpp"
+#include "harness/solve/methods/solver.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <memory>
+#include <utility>
+
+namespace hdmbench {
+
+namespace {
+
+using Bounded = ElasticAnswers<bounded::real>;
+
+/// What all sessions do at the same time.
+struct Step {
+  const char* name;
+  int level; ///< and field: what it makes
+  ElasticField field;
+  std::function<void(ElasticSession&)> take;
+  /// What it has to make of a site, with bounds; of the fields before the step.
+  std::function<Bounded::Answer(const Bounded&, int x, int y)> answer;
+};
+
+/// One backend in one mode.
+struct ElasticFollower {
+  std::unique_ptr<ElasticSession> session; ///< null: skipped
+  Comparison comparison;
+};
+
+/// How far `found` is from the bounded number, in units of the bound. 0 of 0 is 0.
+double gap_over_bound(const bounded::real& expected, float found) {
+  const double gap = std::abs(static_cast<double>(found) - expected.exact());
+  return gap == 0.0 ? 0.0 : gap / expected.error();
+}
+
+/// The reference, led by a method, and those that follow it. Fields of a hierarchy are compared as they are
+/// made, so that all sessions have the reference's before every step.
+class ElasticProcession final : public ElasticSession {
+  /// ask(answers) of the reference's fields as they are, but for `replaced`, where there is one.
+  template <typename Ask>
+  auto with_bounds(const Ask& ask, const Step* step = nullptr, const VectorField* replaced = nullptr) const {
+    ElasticFields fields;
+    fields.load(*hierarchy_);
+    VectorField values;
+    for (int level = 0; level < static_cast<int>(hierarchy_->levels.size()); ++level) {
+      for (std::size_t field = 0; field < elastic_fields; ++field) {
+        const auto which = static_cast<ElasticField>(field);
+        if (fields.at(level, which).x.empty()) {
+          continue;
+        }
+        reference_.read(level, which, values);
+        const bool is_replaced = step != nullptr && step->level == level && step->field == which;
+        fields.write(hierarchy_->levels[static_cast<std::size_t>(level)].grid, level, which,
+                     is_replaced ? *replaced : values);
+      }
+    }
+    return ask(Bounded(*hierarchy_, fields));
+  }
+
+public:
+  ElasticProcession(ElasticSession& reference, std::span<ElasticFollower> followers)
+      : reference_(reference), followers_(followers) {}
+
+  void load(const ElasticHierarchy& hierarchy) override {
+    hierarchy_ = &hierarchy;
+    reference_.load(hierarchy);
+    for (ElasticFollower& follower : running()) {
+      try {
+        follower.session->load(hierarchy);
+        follower.comparison.levels = static_cast<int>(hierarchy.levels.size());
+      } catch (const TooLarge& error) {
+        follower.session.reset();
+        follower.comparison.reason = error.what();
+      }
+    }
+  }
+  void write(int level, ElasticField field, const VectorField& values) override {
+    follow({"write", level, field, [&](ElasticSession& session) { session.write(level, field, values); },
+            [&](const Bounded&, int x, int y) {
+              const std::size_t at = values.extent.index(x, y);
+              return Bounded::Answer{values.x[at], values.y[at]};
+            }});
+  }
+  void read(int level, ElasticField field, VectorField& values) const override {
+    reference_.read(level, field, values);
+  }
+  void relax(int level, ElasticField field) override {
+    follow({"sweep", level, field, [=](ElasticSession& session) { session.relax(level, field); },
+            [=](const Bounded& of, int x, int y) { return of.relax(level, field, x, y); }});
+  }
+  void relax_from_zero(int level) override {
+    follow({"sweep from zero", level, ElasticField::correction,
+            [=](ElasticSession& session) { session.relax_from_zero(level); },
+            [=](const Bounded& of, int x, int y) { return of.relax_from_zero(level, x, y); }});
+  }
+  void forces(ElasticField of, ElasticField to) override {
+    follow({"forces", 0, to, [=](ElasticSession& session) { session.forces(of, to); },
+            [=](const Bounded& answers, int x, int y) { return answers.forces(of, x, y); }});
+  }
+  void restrict_residual(int level, ElasticField of) override {
+    follow({"restricted residual", level + 1, ElasticField::load,
+            [=](ElasticSession& session) { session.restrict_residual(level, of); },
+            [=](const Bounded& answers, int x, int y) {
+              return answers.restricted(level, x, y,
+                                        [&](int i, int j) { return answers.free_residual(level, of, i, j); });
+            }});
+  }
+  void restrict_load(int level) override {
+    follow({"restricted load", level + 1, ElasticField::load,
+            [=](ElasticSession& session) { session.restrict_load(level); },
+            [=](const Bounded& answers, int x, int y) {
+              return answers.restricted(level, x, y,
+                                        [&](int i, int j) { return answers.free_load(level, i, j); });
+            }});
+  }
+  void interpolate(int level) override {
+    follow({"interpolation", level, ElasticField::correction,
+            [=](ElasticSession& session) { session.interpolate(level); },
+            [=](const Bounded& of, int x, int y) { return of.interpolate(level, x, y); }});
+  }
+  void correct(int level, ElasticField field) override {
+    follow({"correction", level, field, [=](ElasticSession& session) { session.correct(level, field); },
+            [=](const Bounded& of, int x, int y) { return of.correct(level, field, x, y); }});
+  }
+  void solve_coarsest() override {
+    follow({"coarsest solution", static_cast<int>(hierarchy_->levels.size()) - 1, ElasticField::correction,
+            [](ElasticSession& session) { session.solve_coarsest(); },
+            [](const Bounded& of, int x, int y) { return of.solve_coarsest(x, y); }});
+  }
+  void advance(ElasticField to, ElasticField value, float factor, ElasticField direction) override {
+    follow({"advance", 0, to, [=](ElasticSession& session) { session.advance(to, value, factor, direction); },
+            [=](const Bounded& of, int x, int y) { return of.advance(value, factor, direction, x, y); }});
+  }
+  float dot(ElasticField first, ElasticField second) const override {
+    const float expected = reference_.dot(first, second);
+    for (ElasticFollower& follower : running()) {
+      Comparison& comparison = follower.comparison;
+      const float found = follower.session->dot(first, second);
+      if (!(found == expected)) {
+        const double gap =
+            gap_over_bound(with_bounds([&](const Bounded& of) { return of.dot(first, second); }), found);
+        if (!(gap <= 1.0)) {
+          ++comparison.counts_differing;
+        } else {
+          ++comparison.sites_differing;
+          ++comparison.certified_ties;
+          comparison.largest_gap_over_bound = std::max(comparison.largest_gap_over_bound, gap);
+        }
+      }
+    }
+    return expected;
+  }
+
+  [[nodiscard]] std::int64_t steps() const { return steps_; }
+
+private:
+  /// Those that are not skipped.
+  [[nodiscard]] std::vector<std::reference_wrapper<ElasticFollower>> running() const {
+    std::vector<std::reference_wrapper<ElasticFollower>> all;
+    for (ElasticFollower& follower : followers_) {
+      if (follower.session != nullptr) {
+        all.emplace_back(follower);
+      }
+    }
+    return all;
+  }
+
+  [[nodiscard]] Extent extent(int level) const {
+    return hierarchy_->levels.at(static_cast<std::size_t>(level)).grid.sites;
+  }
+
+  void follow(const Step& step) {
+    VectorField before;
+    VectorField expected;
+    reference_.read(step.level, step.field, before);
+    step.take(reference_);
+    reference_.read(step.level, step.field, expected);
+    ++steps_;
+    VectorField found;
+    for (ElasticFollower& follower : running()) {
+      step.take(*follower.session);
+      follower.session->read(step.level, step.field, found);
+      const FieldDifference difference = compare(expected, found);
+      Comparison& comparison = follower.comparison;
+      ++comparison.sweeps;
+      comparison.sites_compared += static_cast<std::int64_t>(extent(step.level).sites());
+      if (difference.sites > 0) {
+        comparison.sites_drifted += difference.sites;
+        comparison.not_finite += difference.not_finite;
+        comparison.largest_difference = std::max(comparison.largest_difference, difference.largest);
+        judge(step, before, expected, found, comparison);
+        follower.session->write(step.level, step.field, expected);
+      }
+    }
+  }
+
+  void judge(const Step& step, const VectorField& before, const VectorField& expected,
+             const VectorField& found, Comparison& comparison) const {
+    with_bounds(
+        [&](const Bounded& of) {
+          for (std::size_t site = 0; site < expected.x.size(); ++site) {
+            if (!(expected.x[site] == found.x[site] && expected.y[site] == found.y[site])) {
+              judge_site(step, of, expected, found, site, comparison);
+            }
+          }
+          return 0;
+        },
+        &step, &before);
+  }
+
+  void judge_site(const Step& step, const Bounded& of, const VectorField& expected, const VectorField& found,
+                  std::size_t site, Comparison& comparison) const {
+    const auto width = static_cast<std::size_t>(expected.extent.width);
+    FirstDifference difference{.level = step.level,
+                               .iteration = static_cast<int>(steps_),
+                               .x = static_cast<int>(site % width),
+                               .y = static_cast<int>(site / width),
+                               .expected = {expected.x[site], expected.y[site]},
+                               .found = {found.x[site], found.y[site]},
+                               .step = step.name};
+    const Bounded::Answer answer = step.answer(of, difference.x, difference.y);
+    const double gap =
+        std::max(gap_over_bound(answer.x, found.x[site]), gap_over_bound(answer.y, found.y[site]));
+    const bool holds = gap <= 1.0 && std::isfinite(found.x[site]) && std::isfinite(found.y[site]);
+    difference.certificate = {.holds = holds, .gap_over_bound = gap};
+    const bool first_failure = !holds && comparison.uncertified == 0;
+    ++comparison.sites_differing;
+    if (holds) {
+      ++comparison.certified_ties;
+      comparison.largest_gap_over_bound = std::max(comparison.largest_gap_over_bound, gap);
+    } else {
+      ++comparison.uncertified;
+    }
+    if (first_failure || !comparison.first) {
+      comparison.first = difference;
+    }
+  }
+
+  ElasticSession& reference_;
+  std::span<ElasticFollower> followers_;
+  const ElasticHierarchy* hierarchy_ = nullptr;
+  std::int64_t steps_ = 0;
+};
+
+ElasticFollower open(const Scene& scene, const Backend& backend, const SessionOptions& options, Mode mode) {
+  ElasticFollower follower;
+  follower.comparison.backend = backend.name();
+  follower.comparison.mode = mode;
+  try {
+    follower.comparison.device = backend.device(options);
+    follower.comparison.reason = why_not_solved(scene, backend);
+    if (follower.comparison.reason.empty()) {
+      follower.session = backend.open_elastic(options);
+    }
+  } catch (const DeviceError& error) {
+    follower.comparison.reason = error.what();
+  }
+  return follower;
+}
+
+/// What the reference made of the scene.
+struct Followed {
+  const Scene& scene;
+  VectorField displacement;
+  std::int64_t steps;
+  std::string why_mistrusted;
+};
+
+/// The whole method on the backend alone, against the reference's end.
+void run_alone(const Followed& reference, const ElasticFollower& led, ElasticFollower& alone) {
+  if (led.session == nullptr) {
+    alone.session.reset();
+    alone.comparison.reason = led.comparison.reason;
+    return;
+  }
+  Progress silent(false);
+  const VectorField found = solve_elastic(reference.scene, *alone.session, silent).displacement;
+  const FieldDifference difference = compare(reference.displacement, found);
+  Comparison& comparison = alone.comparison;
+  comparison.levels = led.comparison.levels;
+  comparison.iterations = led.comparison.iterations;
+  comparison.sweeps = reference.steps;
+  comparison.sites_compared = static_cast<std::int64_t>(found.extent.sites());
+  comparison.sites_differing = comparison.sites_drifted = difference.sites;
+  comparison.not_finite = difference.not_finite;
+  comparison.largest_difference = difference.largest;
+  if (difference.sites == 0) {
+    return;
+  }
+  ElasticProcession waited_for(*alone.session, {}); // it reads after every step
+  const bool same =
+      compare(found, solve_elastic(reference.scene, waited_for, silent).displacement).sites == 0;
+  const bool explained = same && led.comparison.uncertified == 0 && led.comparison.counts_differing == 0 &&
+                         led.comparison.certified_ties > 0;
+  (explained ? comparison.certified_ties : comparison.uncertified) = difference.sites;
+  const std::size_t at = *difference.first;
+  const auto width = static_cast<std::size_t>(found.extent.width);
+  comparison.first = FirstDifference{.level = 0,
+                                     .iteration = static_cast<int>(reference.steps),
+                                     .x = static_cast<int>(at % width),
+                                     .y = static_cast<int>(at / width),
+                                     .expected = {reference.displacement.x[at], reference.displacement.y[at]},
+                                     .found = {found.x[at], found.y[at]},
+                                     .step = "end"};
+}
+
+} // namespace
+
+std::vector<Comparison> verify_elastic(const Scene& scene_, const Backend& reference,
+                                       std::span<const Backend* const> backends, const VerifyOptions& options,
+                                       Progress& progress) {
+  Scene scene = scene_;
+  scene.schedule.iterations =
+      std::min(scene.schedule.iterations, options.iteration_limit.value_or(scene.schedule.iterations));
+  std::vector<ElasticFollower> led;
+  for (const Backend* backend : backends) {
+    led.push_back(open(scene, *backend, options.session, Mode::resync));
+  }
+  const std::unique_ptr<ElasticSession> session = reference.open_elastic(options.session);
+  ElasticProcession procession(*session, led);
+  progress.describe(fmt::format("verify {}, {}", scene.name, scene.schedule.method));
+  const Solution solution = solve_elastic(scene, procession, progress);
+  Followed followed{scene, solution.displacement, procession.steps(),
+                    why_mistrusted(scene, largest_magnitude(solution.displacement) > 0.0)};
+  std::vector<Comparison> comparisons;
+  for (std::size_t i = 0; i < backends.size(); ++i) {
+    led[i].comparison.iterations = scene.schedule.iterations;
+    ElasticFollower alone = open(scene, *backends[i], options.session, Mode::pyramid);
+    progress.describe(fmt::format("verify {}, {}: in one piece on {}", scene.name, scene.schedule.method,
+                                  backends[i]->name()));
+    run_alone(followed, led[i], alone);
+    for (ElasticFollower* follower : {&led[i], &alone}) {
+      if (follower->session != nullptr) {
+        conclude(follower->comparison, {.exact = false, .why_mistrusted = followed.why_mistrusted});
+      }
+      comparisons.push_back(follower->comparison);
+    }
+  }
+  return comparisons;
+}
+
+} // namespace hdmbench

@@ -1,0 +1,136 @@
+// What `run --accuracy` promises, beyond the scenes that it was tuned on: both energies, tissues of four
+// makes, contrasts to 1000, conditions that the tissue overrules.
+
+#include "harness/judge/accuracy/deviation.hpp"
+#include "harness/judge/accuracy/truths.hpp"
+#include "harness/scene/method.hpp"
+#include "harness/solve/planner/planner.hpp"
+#include "reference/finite_elements.hpp"
+#include "reference/fixed_point.hpp"
+#include "test/sessions.hpp"
+#include "test/varied_scene.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+namespace hdmbench {
+namespace {
+
+/// What became of many requests.
+class Promises {
+public:
+  void add(const test::VariedScene& varied, double asked, const Plan& plan, const ReferenceField& truth) {
+    const double error = rmsd(ReferenceField(plan.solution.displacement), truth);
+    ++requests_;
+    if (!plan.met) {
+      ++unmet_;
+      return;
+    }
+    largest_excess_ = std::max(largest_excess_, error / asked);
+    ratios_.push_back(error / *plan.solution.estimated_error);
+    if (error > asked) {
+      ++broken_;
+      fmt::print("{}, contrast {:.0f}: {}; truth {:.3g} px\n", varied.scene.name, varied.contrast,
+                 plan.outcome, error);
+    }
+  }
+
+  void print(const char* energy) const {
+    fmt::print(
+        "{}: {} requests, {} not met, {} met and broken, the worst {:.2f} of what was asked for; true / "
+        "estimated error: within 2 in {:.1f} %, within 5 in {:.1f} %\n",
+        energy, requests_, unmet_, broken_, largest_excess_, 100.0 * share_within(2.0),
+        100.0 * share_within(5.0));
+  }
+
+  [[nodiscard]] double share_within(double factor) const {
+    const auto inside = std::ranges::count_if(
+        ratios_, [&](double ratio) { return ratio <= factor && ratio >= 1.0 / factor; });
+    return static_cast<double>(inside) / static_cast<double>(ratios_.size());
+  }
+  /// Of those that were met: the truth is at most this many estimates.
+  [[nodiscard]] double share_below(double factor) const {
+    const auto inside = std::ranges::count_if(ratios_, [&](double ratio) { return ratio <= factor; });
+    return static_cast<double>(inside) / static_cast<double>(ratios_.size());
+  }
+  [[nodiscard]] double largest_excess() const { return largest_excess_; }
+  [[nodiscard]] int unmet() const { return unmet_; }
+  [[nodiscard]] int broken() const { return broken_; }
+
+private:
+  int requests_ = 0;
+  int unmet_ = 0;
+  int broken_ = 0;
+  double largest_excess_ = 0.0;
+  std::vector<double> ratios_;
+};
+
+constexpr std::array asked_for{1.0, 0.2, 0.02};
+
+TEST(Promise, OfTheElasticEnergyIsKept) {
+  std::vector<std::unique_ptr<Session>> none;
+  Promises promises;
+  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+    test::VariedScene varied = test::varied_scene(seed);
+    use_method(varied.scene, usual_method(EnergyModel::elastic));
+    const ReferenceField truth = solve_finite_elements(elastic_problem(varied.scene.full),
+                                                       ElementRule::plane_stress(varied.scene.poisson));
+    for (const double asked : asked_for) {
+      promises.add(
+          varied, asked,
+          solve_as_needed(varied.scene, {.accuracy = asked}, test::find("openmp"), {}, none, test::silent()),
+          truth);
+    }
+  }
+  promises.print("elastic");
+  EXPECT_EQ(promises.unmet(), 0);
+  EXPECT_EQ(promises.broken(), 0);
+  EXPECT_GE(promises.share_within(2.0), 0.6); // most end after one step, which tells little of the next
+  EXPECT_GE(promises.share_within(5.0), 0.98);
+  EXPECT_GE(promises.share_below(2.0), 0.93);
+}
+
+/// Estimates of cycles up to a contrast of 10, and a factorisation beyond.
+TEST(Promise, OfTheThesisEnergyIsKept) {
+  std::vector<std::unique_ptr<Session>> sessions;
+  for (const double contrast : {10.0, 1000.0}) {
+    Promises promises;
+    for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+      const test::VariedScene varied = test::varied_scene(seed, contrast);
+      const ReferenceField truth = solve_fixed_point(varied.scene.full).displacement;
+      for (const double asked : asked_for) {
+        promises.add(varied, asked,
+                     solve_as_needed(varied.scene, {.accuracy = asked}, test::find("openmp"), {}, sessions,
+                                     test::silent()),
+                     truth);
+      }
+    }
+    promises.print(contrast > 10.0 ? "hdm, contrast to 1000" : "hdm, contrast to 10");
+    EXPECT_EQ(promises.unmet(), 0);
+    EXPECT_EQ(promises.broken(), 0);
+    EXPECT_GE(promises.share_below(2.0), 0.95);
+  }
+}
+
+/// Where a factorisation would take too long nothing is promised.
+TEST(Promise, IsNotGivenWhereCyclesCannotBeBelieved) {
+  std::vector<std::unique_ptr<Session>> sessions;
+  Scene scene = load_scene("square", {.size = Extent{501, 501}});
+  float& one = scene.full.modulus.values[scene.extent().index(250, 250)];
+  const auto plan = [&] {
+    set_inverse_modulus(scene.full);
+    return solve_as_needed(scene, {.accuracy = 1.0}, test::find("openmp"), {}, sessions, test::silent());
+  };
+  EXPECT_TRUE(plan().met);
+  one *= 100.0F;
+  const Plan mistrusted = plan();
+  EXPECT_FALSE(mistrusted.met);
+  EXPECT_NE(mistrusted.outcome.find("--energy elastic"), std::string::npos) << mistrusted.outcome;
+}
+
+} // namespace
+} // namespace hdmbench
