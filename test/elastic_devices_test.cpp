@@ -35,6 +35,7 @@ protected:
     scalar_->load(hierarchy);
     session_->load(hierarchy);
     test::expect_same_steps(*session_, *scalar_, hierarchy, what);
+    test::expect_same_in_one_go(*session_, *scalar_, hierarchy, 7, what);
   }
 
   std::unique_ptr<ElasticSession> session_;

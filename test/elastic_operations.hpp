@@ -8,6 +8,7 @@
 
 #include <array>
 #include <functional>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -110,6 +111,23 @@ inline void expect_same_steps(ElasticSession& found, ElasticSession& expected,
       return;
     }
   }
+}
+
+/// The same in an order of `seed`, some steps twice, with nothing read in between: what a device does
+/// together.
+inline void expect_same_in_one_go(ElasticSession& found, ElasticSession& expected,
+                                  const ElasticHierarchy& hierarchy, std::uint64_t seed,
+                                  const std::string& what) {
+  fill(expected, hierarchy);
+  fill(found, hierarchy);
+  const std::vector<Operation> operations = operations_of(static_cast<int>(hierarchy.levels.size()));
+  std::mt19937_64 engine(seed);
+  for (std::size_t i = 0; i < 2 * operations.size(); ++i) {
+    const Operation& operation = operations[engine() % operations.size()];
+    operation.call(expected);
+    operation.call(found);
+  }
+  expect_same(found, expected, hierarchy, fmt::format("{}, steps of seed {} in one go", what, seed));
 }
 
 } // namespace hdmbench::test

@@ -77,8 +77,8 @@ class ComputeSweep {
 public:
   static double bytes_per_update(SiteKind kind) { return hdmbench::bytes_per_update(kind, classes_inside); }
   static Ceilings ceilings(const Api& api) { return compute_ceilings(api); }
-  static std::unique_ptr<ElasticDevice> elastic(std::unique_ptr<Context> context) {
-    return make_elastic_compute(std::move(context));
+  static std::unique_ptr<ElasticDevice> elastic(std::unique_ptr<Context> context, bool is_software) {
+    return make_elastic_compute(std::move(context), is_software);
   }
   static constexpr std::string_view language = "GLSL 4.30, compute";
   static std::vector<float> evaluate(const Api& api, std::span<const ArithmeticCase> cases) {

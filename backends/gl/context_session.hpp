@@ -85,8 +85,8 @@ private:
 
 /// A Backend whose sessions are ContextSession<Sweep> on the contexts of a platform. Sweep declares
 /// bytes_per_update(kind) and ceilings(api), language and evaluate(api, cases) for Backend's functions of
-/// these names, variants(is_software) and shapes() where it has some, and elastic(context) where it computes
-/// the elastic energy.
+/// these names, variants(is_software) and shapes() where it has some, and elastic(context, is_software) where
+/// it computes the elastic energy.
 template <typename Sweep>
 class ContextBackend final : public Backend, public ArithmeticProgram {
 public:
@@ -102,7 +102,7 @@ public:
   }
   bool has_elastic() const override {
     return requires(std::unique_ptr<Context> context) {
-      Sweep::elastic(std::move(context));
+      Sweep::elastic(std::move(context), false);
     };
   }
   std::string_view language() const override { return Sweep::language; }
@@ -115,8 +115,9 @@ public:
 private:
   std::unique_ptr<ElasticSession> do_open_elastic(std::size_t index,
                                                   const SessionOptions& /*options*/) const override {
-    if constexpr (requires { Sweep::elastic(platform_->open(index, version_)); }) {
-      return make_elastic_session(name_, Sweep::elastic(platform_->open(index, version_)));
+    if constexpr (requires { Sweep::elastic(platform_->open(index, version_), false); }) {
+      return make_elastic_session(
+          name_, Sweep::elastic(platform_->open(index, version_), devices().at(index).is_software));
     } else {
       return nullptr;
     }

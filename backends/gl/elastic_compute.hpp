@@ -7,7 +7,8 @@
 
 namespace hdmbench::gl {
 
-/// kernels/shaders/elastic.comp on a context of OpenGL 4.3. Throws DeviceError.
-[[nodiscard]] std::unique_ptr<ElasticDevice> make_elastic_compute(std::unique_ptr<Context> context);
+/// kernels/shaders/elastic.comp and elastic_coarse.comp on a context of OpenGL 4.3. Throws DeviceError.
+[[nodiscard]] std::unique_ptr<ElasticDevice> make_elastic_compute(std::unique_ptr<Context> context,
+                                                                  bool is_software);
 
 } // namespace hdmbench::gl

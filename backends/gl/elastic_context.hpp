@@ -6,19 +6,19 @@
 #include <memory>
 #include <optional>
 #include <utility>
-#include <vector>
 
 namespace hdmbench::gl {
 
 /// An ElasticDevice over `Steps`, a class with its functions that owns OpenGL objects: makes the context
-/// current around them, and around the construction of Steps from Api and its destruction. Steps of a level
-/// are kept until something is read, as making a context current takes longer than a small level.
+/// current around them, and around the construction of Steps from Api and the arguments and its destruction.
 template <typename Steps>
 class ContextElastic final : public ElasticDevice {
 public:
-  explicit ContextElastic(std::unique_ptr<Context> context) : context_(std::move(context)) {
+  template <typename... Arguments>
+  explicit ContextElastic(std::unique_ptr<Context> context, Arguments... arguments)
+      : context_(std::move(context)) {
     const Context::Current current(*context_);
-    steps_.emplace(context_->api());
+    steps_.emplace(context_->api(), arguments...);
   }
   ContextElastic(const ContextElastic&) = delete;
   ContextElastic& operator=(const ContextElastic&) = delete;
@@ -34,45 +34,44 @@ public:
   }
 
   int block() const override { return Steps::block; }
+  bool has_lists() const override { return Steps::has_lists; }
+  std::int64_t coarse_size() const override {
+    if constexpr (Steps::has_coarse) {
+      return steps_->coarse_size();
+    } else {
+      return 0;
+    }
+  }
   void load(const ElasticHierarchy& hierarchy, const ElasticLayout& layout) override {
-    calls_.clear();
     const Context::Current current(*context_);
     steps_->load(hierarchy, layout);
   }
   void write(ElasticArray to, const VectorField& values) override {
     const Context::Current current(*context_);
-    run_all();
     steps_->write(to, values);
   }
   void read(ElasticArray from, VectorField& values) override {
     const Context::Current current(*context_);
-    run_all();
     steps_->read(from, values);
   }
   float read_sum(ElasticArray from) override {
     const Context::Current current(*context_);
-    run_all();
     return steps_->read_sum(from);
   }
-  void run(const ElasticCall& call) override {
-    constexpr std::size_t most = 1024;
-    calls_.push_back(call);
-    if (calls_.size() == most) {
-      const Context::Current current(*context_);
-      run_all();
+  void run(std::span<const ElasticWork> work) override {
+    const Context::Current current(*context_);
+    for (const ElasticWork& piece : work) {
+      if (const auto* const call = std::get_if<ElasticCall>(&piece)) {
+        steps_->run(*call);
+      } else if constexpr (Steps::has_coarse) {
+        steps_->run(std::get<ElasticCoarse>(piece));
+      }
     }
   }
 
 private:
-  void run_all() {
-    for (const ElasticCall& call : std::exchange(calls_, {})) {
-      steps_->run(call);
-    }
-  }
-
   std::unique_ptr<Context> context_;
   std::optional<Steps> steps_;
-  std::vector<ElasticCall> calls_;
 };
 
 } // namespace hdmbench::gl

@@ -58,6 +58,8 @@ struct LevelTextures {
 class ElasticFragment {
 public:
   static constexpr int block = 2;
+  static constexpr bool has_lists = false;
+  static constexpr bool has_coarse = false;
 
   explicit ElasticFragment(const Api& api) : gl_(api), corners_(api) {
     constexpr std::array<GLfloat, 8> quad{-1, -1, 1, -1, -1, 1, 1, 1};
@@ -67,7 +69,7 @@ public:
 
   void load(const ElasticHierarchy& hierarchy, const ElasticLayout& layout) {
     const std::vector<float> table = elastic_matrices(hierarchy);
-    constexpr int table_width = ElasticTexels::matrices_across * ElasticTexels::texels_of_matrix;
+    constexpr int table_width = elastic_matrices_across * elastic_matrix_texels;
     const Extent table_extent{table_width, static_cast<int>(table.size() / 4 / table_width)};
     require_fits(layout.levels.front().sites, table_extent);
     layout_ = layout;

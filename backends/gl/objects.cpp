@@ -6,6 +6,7 @@
 #include <shaders/elastic.hpp>
 #include <shaders/elastic_cell.hpp>
 #include <shaders/elastic_site.hpp>
+#include <shaders/elastic_sites.hpp>
 #include <shaders/elastic_steps.hpp>
 #include <shaders/fields.hpp>
 #include <shaders/gather.hpp>
@@ -115,6 +116,7 @@ std::string assemble(std::string_view shader, std::string_view definitions, cons
   replace(text, "#include \"elastic/cell.inc\"", sources::elastic_cell);
   replace(text, "#include \"elastic/site.inc\"", sources::elastic_site);
   replace(text, "#include \"elastic.glsl\"", sources::elastic);
+  replace(text, "#include \"elastic_sites.glsl\"", sources::elastic_sites);
   replace(text, "#include \"site.inc\"", sources::site);
   replace(text, "#include \"energy.inc\"", programs_of(energy).text);
   replace(text, "#include \"update.inc\"", sources::update);

@@ -107,7 +107,14 @@ public:
     return sum;
   }
 
-  void run(const ElasticCall& call) override {
+  void run(std::span<const ElasticWork> work) override {
+    for (const ElasticWork& call : work) {
+      run(std::get<ElasticCall>(call));
+    }
+  }
+
+private:
+  void run(const ElasticCall& call) {
     const Kernel& kernel = compiled(call.kernel);
     cl_uint index = 0;
     kernel.set(index++, buffer(call.from));
@@ -123,7 +130,6 @@ public:
     queue_.run(kernel, static_cast<std::size_t>(call.parameters.height), static_cast<std::size_t>(lanes_));
   }
 
-private:
   [[nodiscard]] const ElasticLayout::Part& part_of(ElasticArray array) const {
     return layout_.levels.at(static_cast<std::size_t>(array.level));
   }

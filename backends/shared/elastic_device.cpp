@@ -4,6 +4,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <set>
+#include <span>
 #include <utility>
 
 namespace hdmbench {
@@ -40,18 +43,30 @@ public:
     });
     hierarchy_ = &hierarchy;
     slots_.assign(hierarchy.levels.size(), initial_slots);
+    calls_.clear();
+    touched_ = device_->has_lists() ? ElasticTouched(hierarchy) : ElasticTouched();
+    coarse_ = 1;
+    while (coarse_ < levels() && coarse_size() > device_->coarse_size()) {
+      ++coarse_;
+    }
   }
   void write(int level, ElasticField field, const VectorField& values) override {
-    on_device([&] { device_->write(array(level, field), values); });
+    on_device([&] {
+      run_all();
+      device_->write(array(level, field), values);
+    });
   }
   void read(int level, ElasticField field, VectorField& values) const override {
     values = VectorField(part(array(level, field)).sites);
-    on_device([&] { device_->read(array(level, field), values); });
+    on_device([&] {
+      run_all();
+      device_->read(array(level, field), values);
+    });
   }
 
   void relax(int level, ElasticField field) override {
     const bool has_load = field == ElasticField::correction;
-    replace(level, field, {.step = ElasticStep::relax, .has_load = has_load, .has_masked = has_masked(level)},
+    replace(level, field, {.step = ElasticStep::relax, .has_load = has_load, .masks = masks(level)},
             array(level, field), array(level, has_load ? ElasticField::load : field));
   }
   void relax_from_zero(int level) override {
@@ -59,16 +74,13 @@ public:
     replace(level, ElasticField::correction, {.step = ElasticStep::relax_from_zero}, load, load);
   }
   void forces(ElasticField of, ElasticField to) override {
-    replace(0, to, {.step = ElasticStep::residual, .is_image = true, .has_masked = has_masked(0)},
-            array(0, of), array(0, of));
+    replace(0, to, {.step = ElasticStep::residual, .is_image = true, .masks = masks(0)}, array(0, of),
+            array(0, of));
   }
   void restrict_residual(int level, ElasticField of) override {
     const bool has_load = of == ElasticField::correction;
     const ElasticArray residual = spare(level);
-    run({.step = ElasticStep::residual,
-         .has_load = has_load,
-         .is_image = level == 0,
-         .has_masked = has_masked(level)},
+    run({.step = ElasticStep::residual, .has_load = has_load, .is_image = level == 0, .masks = masks(level)},
         array(level, of), array(level, has_load ? ElasticField::load : of), residual);
     run({.step = ElasticStep::restrict_sites}, residual, residual, array(level + 1, ElasticField::load));
   }
@@ -105,7 +117,10 @@ public:
           std::exchange(sums, {.slot = sums.slot == elastic_sums ? elastic_sums + 1 : elastic_sums});
       run({.step = ElasticStep::squares}, from, from, sums, extent, blocks);
     }
-    return on_device([&] { return device_->read_sum(sums); });
+    return on_device([&] {
+      run_all();
+      return device_->read_sum(sums);
+    });
   }
 
 private:
@@ -124,8 +139,10 @@ private:
   [[nodiscard]] const ElasticLayout::Part& part(ElasticArray of) const {
     return of.slot < elastic_slots ? layout_.levels[static_cast<std::size_t>(of.level)] : layout_.sums;
   }
-  [[nodiscard]] bool has_masked(int level) const {
-    return !hierarchy_->levels[static_cast<std::size_t>(level)].masked.cells.empty();
+  [[nodiscard]] int levels() const { return static_cast<int>(slots_.size()); }
+  [[nodiscard]] ElasticMasks masks(int level) const {
+    return hierarchy_->levels[static_cast<std::size_t>(level)].masked.cells.empty() ? ElasticMasks::none
+                                                                                    : ElasticMasks::anyhow;
   }
 
   /// field = what `kernel` makes of the arrays.
@@ -155,7 +172,70 @@ private:
                                        .nu = hierarchy_->ratio.nu,
                                        .shear = hierarchy_->ratio.shear,
                                        .factor = factor};
-    on_device([&] { device_->run({kernel, from, second, to, parameters}); });
+    calls_.push_back({kernel, from, second, to, parameters});
+    constexpr std::size_t most = 1024;
+    if (calls_.size() == most) {
+      on_device([&] { run_all(); });
+    }
+  }
+
+  /// Hands over what has been asked for, steps on the coarsest levels together.
+  void run_all() const {
+    const std::vector<ElasticCall> calls = std::exchange(calls_, {});
+    std::vector<ElasticWork> work;
+    for (auto call = calls.begin(); call != calls.end();) {
+      auto end = call;
+      while (end != calls.end() && is_coarse(*end) && end - call < ELASTIC_COARSE_STEPS) {
+        ++end;
+      }
+      constexpr int worth_it = 3;
+      if (end - call >= worth_it) {
+        work.emplace_back(together({call, end}));
+        call = end;
+      } else {
+        add_alone(*call++, work);
+      }
+    }
+    device_->run(work);
+  }
+  void add_alone(ElasticCall call, std::vector<ElasticWork>& work) const {
+    const bool by_list = call.kernel.masks == ElasticMasks::anyhow && device_->has_lists();
+    if (by_list) {
+      call.kernel.masks = ElasticMasks::none;
+    }
+    work.emplace_back(call);
+    if (by_list) {
+      call.kernel.masks = ElasticMasks::by_list;
+      call.parameters.listed_first = touched_.first(call.from.level);
+      call.parameters.listed = touched_.count(call.from.level);
+      work.emplace_back(call);
+    }
+  }
+
+  [[nodiscard]] bool is_coarse(const ElasticCall& call) const {
+    return call.from.level >= coarse_ && call.kernel.step <= ElasticStep::solve;
+  }
+  /// Of the arrays of levels from coarse_ on.
+  [[nodiscard]] std::int64_t coarse_size() const { return layout_.size - coarse_base(); }
+  [[nodiscard]] std::int64_t coarse_base() const {
+    const ElasticLayout::Part& finest = layout_.levels[static_cast<std::size_t>(coarse_)];
+    return finest.first - ElasticLayout::alone(finest.sites).first;
+  }
+  [[nodiscard]] ElasticCoarse together(std::span<const ElasticCall> calls) const {
+    const ElasticLayout::Part& finest = layout_.levels[static_cast<std::size_t>(coarse_)];
+    ElasticCoarse coarse{.base = static_cast<std::int32_t>(coarse_base()),
+                         .size = static_cast<std::int32_t>(coarse_size()),
+                         .finest = coarse_,
+                         .width = finest.sites.width,
+                         .height = finest.sites.height,
+                         .steps = static_cast<std::int32_t>(calls.size()),
+                         .nu = hierarchy_->ratio.nu,
+                         .shear = hierarchy_->ratio.shear};
+    std::ranges::transform(calls, coarse.codes.begin(), [&](const ElasticCall& call) {
+      return static_cast<std::int32_t>(call.kernel.step) | call.from.slot << 4 | call.second.slot << 6 |
+             call.to.slot << 8 | (call.from.level - coarse_) << 10;
+    });
+    return coarse;
   }
 
   std::string name_;
@@ -163,6 +243,9 @@ private:
   const ElasticHierarchy* hierarchy_ = nullptr;
   ElasticLayout layout_;
   std::vector<Slots> slots_; ///< per level
+  ElasticTouched touched_;
+  int coarse_ = 1;                         ///< the first of the levels that are computed together
+  mutable std::vector<ElasticCall> calls_; ///< not handed over yet
 };
 
 } // namespace
@@ -210,10 +293,7 @@ void ElasticTexels::add(const ElasticLevel& level, const ElasticLayout::Part& pa
     const auto [first, last] = level.masked.row(y);
     for (std::size_t i = first; i < last; ++i) {
       const std::int64_t at = part.first + y * part.pitch + level.masked.cells[i].x;
-      float* const texel = moments.data() + 4 * static_cast<std::size_t>(at);
-      texel[0] = -1.0F;
-      texel[1] = static_cast<float>((matrices + i) % matrices_across);
-      texel[2] = static_cast<float>((matrices + i) / matrices_across);
+      more[4 * static_cast<std::size_t>(at) + 2] = static_cast<float>(matrices + i + 1);
     }
   }
   matrices += level.masked.cells.size();
@@ -231,9 +311,35 @@ std::vector<float> elastic_matrices(const ElasticHierarchy& hierarchy) {
       }
     }
   }
-  constexpr std::size_t row = 4 * ElasticTexels::texels_of_matrix * ElasticTexels::matrices_across;
+  constexpr std::size_t row = 4 * elastic_matrix_texels * elastic_matrices_across;
   texels.resize((texels.size() / row + 1) * row);
   return texels;
+}
+
+ElasticTouched::ElasticTouched(const ElasticHierarchy& hierarchy) : texels(2 * hierarchy.levels.size()) {
+  for (std::size_t number = 0; number < hierarchy.levels.size(); ++number) {
+    const ElasticLevel& level = hierarchy.levels[number];
+    const std::size_t begin = texels.size();
+    for (int y = 0; y < level.grid.sites.height; ++y) {
+      std::set<int> columns;
+      for (const int row : {y - 1, y}) {
+        const auto [first, last] = level.masked.row(row);
+        for (std::size_t i = first; i < last; ++i) {
+          columns.insert({level.masked.cells[i].x, level.masked.cells[i].x + 1});
+        }
+      }
+      for (const int x : columns) {
+        texels.push_back(static_cast<float>(x));
+        texels.push_back(static_cast<float>(y));
+      }
+    }
+    texels[2 * number] = static_cast<float>(begin / 2);
+    texels[2 * number + 1] = static_cast<float>((texels.size() - begin) / 2);
+  }
+  constexpr std::size_t most = std::size_t{1} << 24; // whole numbers in a float
+  if (texels.size() / 2 > most) {
+    throw TooLarge(fmt::format("{} sites lie beside conditions, {} may be listed", texels.size() / 2, most));
+  }
 }
 
 std::unique_ptr<ElasticSession> make_elastic_session(std::string name,
@@ -241,17 +347,25 @@ std::unique_ptr<ElasticSession> make_elastic_session(std::string name,
   return std::make_unique<DeviceSession>(std::move(name), std::move(device));
 }
 
-Extent elastic_groups(const ElasticCall& call) {
-  const bool is_swept = call.kernel.step == ElasticStep::relax || call.kernel.step == ElasticStep::residual;
-  const int columns = ELASTIC_GROUP * (is_swept ? ELASTIC_COLUMNS : 1);
-  const int rows = is_swept ? ELASTIC_ROWS : 1;
-  return {(call.parameters.width + columns - 1) / columns, (call.parameters.height + rows - 1) / rows};
+Extent elastic_groups(const ElasticCall& call, const ElasticShape& shape) {
+  const auto groups = [](int items, int together) { return (items + together - 1) / together; };
+  if (call.kernel.masks == ElasticMasks::by_list) {
+    const int all = groups(call.parameters.listed, shape.lanes);
+    return {std::min(all, ELASTIC_LIST_GROUPS), groups(all, ELASTIC_LIST_GROUPS)};
+  }
+  const ElasticStep step = call.kernel.step;
+  const bool sweeps = step == ElasticStep::relax || step == ElasticStep::residual;
+  const bool corrects = step == ElasticStep::interpolate || step == ElasticStep::correct;
+  const int columns = shape.lanes * (sweeps ? ELASTIC_COLUMNS : corrects ? 2 : 1);
+  return {groups(call.parameters.width, columns), groups(call.parameters.height, shape.rows)};
 }
 
 std::string elastic_definitions(const ElasticKernel& kernel) {
-  return fmt::format("#define STEP {}\n#define HAS_LOAD {}\n#define IS_IMAGE {}\n#define HAS_MASKED {}\n",
+  return fmt::format("#define STEP {}\n#define HAS_LOAD {}\n#define IS_IMAGE {}\n#define HAS_MASKED "
+                     "{}\n#define BY_LIST {}\n",
                      static_cast<int>(kernel.step), kernel.has_load ? 1 : 0, kernel.is_image ? 1 : 0,
-                     kernel.has_masked ? 1 : 0);
+                     kernel.masks == ElasticMasks::none ? 0 : 1,
+                     kernel.masks == ElasticMasks::by_list ? 1 : 0);
 }
 
 } // namespace hdmbench

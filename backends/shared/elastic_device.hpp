@@ -7,7 +7,9 @@
 #include <compare>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 /// What sessions of the elastic energy on devices have in common: which kernels a step takes, on which
@@ -49,19 +51,36 @@ struct ElasticTexels {
   /// Levels in their order.
   void add(const ElasticLevel& level, const ElasticLayout::Part& part);
 
-  /// A row of the table of matrices has so many of them.
-  static constexpr std::size_t matrices_across = 64;
-  static constexpr std::size_t texels_of_matrix = 16;
-
-  std::vector<float> moments;  ///< 4: m, mr, ms, mrr; where a cell is masked -1, column and row of its matrix
-  std::vector<float> more;     ///< 4: mss, mrs of a cell, two to spare
+  std::vector<float> moments; ///< 4: m, mr, ms, mrr of a cell
+  std::vector<float>
+      more; ///< 4: mss, mrs; of a masked cell 1 + the number of its matrix, else 0; one to spare
   std::vector<float> response; ///< 4: xx, xy, yy of a site, one to spare
   std::size_t matrices = 0;    ///< of the levels added
 };
 
-/// Matrices of masked cells as GLSL has them, rows of ElasticTexels::matrices_across. For each corner four
-/// texels: force x and y by the displacement x of a corner, the same two by its y.
+/// Matrices of masked cells as GLSL has them, sixteen texels of four; filled up to rows of
+/// elastic_matrices_across. For each corner four texels: force x and y by the displacement x of a corner, the
+/// same two by its y.
 [[nodiscard]] std::vector<float> elastic_matrices(const ElasticHierarchy& hierarchy);
+constexpr std::size_t elastic_matrices_across = 64;
+constexpr std::size_t elastic_matrix_texels = 16;
+
+/// The sites beside masked cells, texels of two floats: x and y of each, level by level. Before them, for
+/// each level, where its sites begin and how many they are.
+struct ElasticTouched {
+  ElasticTouched() = default;
+  explicit ElasticTouched(const ElasticHierarchy& hierarchy);
+
+  [[nodiscard]] std::int32_t first(int level) const { return number(level, 0); }
+  [[nodiscard]] std::int32_t count(int level) const { return number(level, 1); }
+
+  std::vector<float> texels;
+
+private:
+  [[nodiscard]] std::int32_t number(int level, std::size_t component) const {
+    return static_cast<std::int32_t>(texels.at(2 * static_cast<std::size_t>(level) + component));
+  }
+};
 
 /// An array of a device: x and y of the sites of a level.
 struct ElasticArray {
@@ -88,12 +107,19 @@ enum class ElasticStep {
   squares = ELASTIC_SQUARES                  ///< sums of blocks of sums
 };
 
+/// How a kernel finds masked cells, of relax and residual.
+enum class ElasticMasks {
+  none,    ///< there are none, or what it says of the sites beside them is replaced
+  anyhow,  ///< by itself
+  by_list, ///< it is for the sites beside them only
+};
+
 /// What a kernel is compiled for.
 struct ElasticKernel {
   ElasticStep step = ElasticStep::relax;
-  bool has_load = false;   ///< relax, residual: s is there, else `second` is `from`
-  bool is_image = false;   ///< residual, interpolate, correct, restrict_sites: components may be prescribed
-  bool has_masked = false; ///< relax, residual: cells
+  bool has_load = false; ///< relax, residual: s is there, else `second` is `from`
+  bool is_image = false; ///< residual, interpolate, correct, restrict_sites: components may be prescribed
+  ElasticMasks masks = ElasticMasks::none;
 
   auto operator<=>(const ElasticKernel&) const = default;
 };
@@ -111,6 +137,8 @@ struct ElasticParameters {
   std::int32_t from_height = 0;
   std::int32_t second_first = 0;
   std::int32_t second_pitch = 0;
+  std::int32_t listed_first = 0; ///< ElasticTouched of the level
+  std::int32_t listed = 0;
   float nu = 0.0F;
   float shear = 0.0F;
   float factor = 0.0F;
@@ -124,6 +152,46 @@ struct ElasticCall {
   ElasticParameters parameters;
 };
 
+/// Steps on the coarsest levels in one go, as elastic_coarse.comp has them. Their arrays begin with those of
+/// the level `finest`.
+struct ElasticCoarse {
+  std::int32_t base = 0; ///< where they begin in those of all levels
+  std::int32_t size = 0;
+  std::int32_t finest = 0;
+  std::int32_t width = 0; ///< of the finest
+  std::int32_t height = 0;
+  std::int32_t steps = 0;
+  float nu = 0.0F;
+  float shear = 0.0F;
+  /// From the lowest bit: 4 of the step, 2 for each of from, second and to, the rest the level of `from`
+  /// counted from the finest.
+  std::array<std::int32_t, ELASTIC_COARSE_STEPS> codes{};
+};
+
+/// ElasticCoarse only where a device has a coarse_size().
+using ElasticWork = std::variant<ElasticCall, ElasticCoarse>;
+
+/// How the sites of a level are shared out in elastic.comp.
+struct ElasticShape {
+  int lanes; ///< invocations of a group
+  int rows;  ///< sites of an invocation, one below the other
+};
+
+/// A rasterizer on the CPU has one thread a group and pays for each of them; a GPU wants many.
+[[nodiscard]] constexpr ElasticShape elastic_shape(bool is_software) {
+  return is_software ? ElasticShape{.lanes = 16, .rows = 16} : ElasticShape{.lanes = 64, .rows = 4};
+}
+[[nodiscard]] constexpr ElasticShape elastic_coarse_shape(bool is_software) {
+  return is_software ? ElasticShape{.lanes = 8, .rows = 10} : ElasticShape{.lanes = 256, .rows = 1};
+}
+/// Whether elastic_coarse.comp has its fields in shared memory.
+[[nodiscard]] constexpr bool elastic_in_shared(bool is_software) {
+  return !is_software;
+}
+[[nodiscard]] constexpr std::int64_t elastic_coarse_size(bool is_software) {
+  return elastic_in_shared(is_software) ? ELASTIC_SHARED_SITES : ELASTIC_COARSE_SITES;
+}
+
 /// A device with its arrays. Throws DeviceError.
 class ElasticDevice {
 public:
@@ -135,14 +203,19 @@ public:
   /// Sites a side of the blocks that one kernel sums up: 8 are three levels of the tree of 2 x 2 squares.
   [[nodiscard]] virtual int block() const { return 8; }
 
+  /// Whether it has kernels for sites by list: then it gets such calls, else ElasticMasks::anyhow.
+  [[nodiscard]] virtual bool has_lists() const { return false; }
+  /// How long the arrays of levels may be that an ElasticCoarse has; 0: it takes none.
+  [[nodiscard]] virtual std::int64_t coarse_size() const { return 0; }
+
   /// Makes the arrays, all 0, and uploads what does not change. Throws TooLarge.
   virtual void load(const ElasticHierarchy& hierarchy, const ElasticLayout& layout) = 0;
   virtual void write(ElasticArray to, const VectorField& values) = 0;
   /// After everything that was run.
   virtual void read(ElasticArray from, VectorField& values) = 0;
   [[nodiscard]] virtual float read_sum(ElasticArray from) = 0;
-  /// Need not wait until it is done.
-  virtual void run(const ElasticCall& call) = 0;
+  /// In their order. Need not wait until it is done.
+  virtual void run(std::span<const ElasticWork> work) = 0;
 };
 
 /// A session that computes there. `name`: of the backend, for errors.
@@ -150,7 +223,7 @@ public:
                                                                    std::unique_ptr<ElasticDevice> device);
 
 /// Work groups of elastic.comp for a call.
-[[nodiscard]] Extent elastic_groups(const ElasticCall& call);
+[[nodiscard]] Extent elastic_groups(const ElasticCall& call, const ElasticShape& shape);
 
 /// "#define STEP 3" and so on, a line each: what kernels that are compiled at run time want to know.
 [[nodiscard]] std::string elastic_definitions(const ElasticKernel& kernel);

@@ -8,26 +8,24 @@
 #include <limits>
 #include <map>
 #include <optional>
-#include <tuple>
+#include <span>
 #include <utility>
 
 namespace hdmbench::vulkan {
 
 namespace {
 
-// SPIR-V, as array elastic_vulkan.
+// SPIR-V, as arrays elastic_vulkan and elastic_coarse_vulkan.
+#include <shaders/elastic_coarse_vulkan.hpp>
 #include <shaders/elastic_vulkan.hpp>
 
 using Usage = vk::BufferUsageFlagBits;
 using Stage = vk::PipelineStageFlagBits;
 using Access = vk::AccessFlagBits;
 
-/// Bindings of elastic.comp.
-enum Binding : std::uint32_t { from, second, stored, moments, more, response, matrices, binding_count };
-
 constexpr vk::DescriptorType type_of(std::uint32_t binding) {
-  return binding == stored ? vk::DescriptorType::eStorageTexelBuffer
-                           : vk::DescriptorType::eUniformTexelBuffer;
+  return binding < ELASTIC_FROM ? vk::DescriptorType::eStorageTexelBuffer
+                                : vk::DescriptorType::eUniformTexelBuffer;
 }
 
 constexpr vk::DeviceSize bytes_of_pair = 2 * sizeof(float);
@@ -40,8 +38,8 @@ constexpr std::uint32_t most_sets = 1024;
 constexpr double most_in_flight = 2e8;
 
 vk::raii::DescriptorSetLayout make_set_layout(const vk::raii::Device& device) {
-  std::array<vk::DescriptorSetLayoutBinding, binding_count> bindings;
-  for (std::uint32_t i = 0; i < binding_count; ++i) {
+  std::array<vk::DescriptorSetLayoutBinding, ELASTIC_BINDINGS> bindings;
+  for (std::uint32_t i = 0; i < ELASTIC_BINDINGS; ++i) {
     bindings[i] = {i, type_of(i), 1, vk::ShaderStageFlagBits::eCompute};
   }
   return {device, vk::DescriptorSetLayoutCreateInfo({}, bindings)};
@@ -49,14 +47,16 @@ vk::raii::DescriptorSetLayout make_set_layout(const vk::raii::Device& device) {
 
 vk::raii::PipelineLayout make_layout(const vk::raii::Device& device,
                                      const vk::raii::DescriptorSetLayout& set_layout) {
-  const vk::PushConstantRange parameters(vk::ShaderStageFlagBits::eCompute, 0, sizeof(ElasticParameters));
+  const vk::PushConstantRange parameters(vk::ShaderStageFlagBits::eCompute, 0,
+                                         std::max(sizeof(ElasticParameters), sizeof(ElasticCoarse)));
   return {device, vk::PipelineLayoutCreateInfo({}, *set_layout, parameters)};
 }
 
 vk::raii::DescriptorPool make_pool(const vk::raii::Device& device) {
   const std::array sizes{
-      vk::DescriptorPoolSize(vk::DescriptorType::eUniformTexelBuffer, (binding_count - 1) * most_sets),
-      vk::DescriptorPoolSize(vk::DescriptorType::eStorageTexelBuffer, most_sets)};
+      vk::DescriptorPoolSize(vk::DescriptorType::eUniformTexelBuffer,
+                             (ELASTIC_BINDINGS - ELASTIC_FROM) * most_sets),
+      vk::DescriptorPoolSize(vk::DescriptorType::eStorageTexelBuffer, ELASTIC_FROM * most_sets)};
   return {device, vk::DescriptorPoolCreateInfo(vk::DescriptorPoolCreateFlagBits::eFreeDescriptorSet,
                                                most_sets, sizes)};
 }
@@ -74,6 +74,8 @@ struct Arrays {
     response = make_entries(queue, size);
     matrices = make_entries(queue, elastic_matrices(hierarchy).size() / 4);
     inverse = make_pairs(queue, hierarchy.coarsest_inverse.size() / 2);
+    kept = make_pairs(queue, elastic_slots_on_levels * ELASTIC_COARSE_SITES);
+    touched = make_pairs(queue, ElasticTouched(hierarchy).texels.size() / 2);
   }
 
   std::array<TexelBuffer, elastic_slots + 2> slots;
@@ -82,9 +84,11 @@ struct Arrays {
   TexelBuffer response;
   TexelBuffer matrices;
   TexelBuffer inverse; ///< of the coarsest level, x and y in a texel
+  TexelBuffer kept;    ///< of elastic_coarse.comp
+  TexelBuffer touched;
   vk::raii::DescriptorPool pool;
-  /// By the slots read, read and written, and whether the inverse stands for the matrices.
-  std::map<std::tuple<int, int, int, bool>, vk::raii::DescriptorSet> sets{}; // before the pool they go
+  /// By the slots from, second, third and the three that are written.
+  std::map<std::array<int, 6>, vk::raii::DescriptorSet> sets{}; // before the pool they go
 };
 
 class VulkanElastic final : public ElasticDevice {
@@ -94,7 +98,18 @@ public:
         staging_(
             queue_.make_buffer(staging_bytes, Usage::eTransferSrc | Usage::eTransferDst, Placement::host)),
         staged_(static_cast<float*>(staging_.memory.mapMemory(0, VK_WHOLE_SIZE))), uploads_(queue_),
-        set_layout_(make_set_layout(queue_.device())), layout_(make_layout(queue_.device(), set_layout_)) {}
+        is_software_(describe(queue_.physical()).is_software), set_layout_(make_set_layout(queue_.device())),
+        layout_(make_layout(queue_.device(), set_layout_)) {}
+
+  bool has_lists() const override { return true; }
+  std::int64_t coarse_size() const override {
+    const vk::PhysicalDeviceLimits limits = queue_.physical().getProperties().limits;
+    const auto lanes = static_cast<std::uint32_t>(elastic_coarse_shape(is_software_).lanes);
+    const bool fits =
+        limits.maxComputeSharedMemorySize >= elastic_slots_on_levels * ELASTIC_SHARED_SITES * bytes_of_pair &&
+        limits.maxComputeWorkGroupInvocations >= lanes && limits.maxComputeWorkGroupSize[0] >= lanes;
+    return fits ? elastic_coarse_size(is_software_) : 0;
+  }
 
   void load(const ElasticHierarchy& hierarchy, const ElasticLayout& layout) override {
     translate_errors([&] {
@@ -156,27 +171,10 @@ public:
     });
   }
 
-  void run(const ElasticCall& call) override {
+  void run(std::span<const ElasticWork> work) override {
     translate_errors([&] {
-      const vk::raii::Pipeline& compiled = pipeline(call.kernel);
-      const vk::raii::DescriptorSet& set = arrays_of(call);
-      if (!recording_) {
-        recording_ = queue_.begin_recording();
-        in_flight_ = 0.0;
-      }
-      const vk::raii::CommandBuffer& commands = *recording_;
-      commands.bindPipeline(vk::PipelineBindPoint::eCompute, *compiled);
-      commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *layout_, 0, *set, {});
-      commands.pushConstants<ElasticParameters>(*layout_, vk::ShaderStageFlagBits::eCompute, 0,
-                                                call.parameters);
-      const Extent groups = elastic_groups(call);
-      commands.dispatch(static_cast<std::uint32_t>(groups.width), static_cast<std::uint32_t>(groups.height),
-                        1);
-      barrier(commands, Stage::eComputeShader, Access::eShaderWrite, Stage::eComputeShader,
-              Access::eShaderRead | Access::eShaderWrite);
-      in_flight_ += static_cast<double>(call.parameters.width) * call.parameters.height;
-      if (in_flight_ > most_in_flight) {
-        flush();
+      for (const ElasticWork& piece : work) {
+        std::visit([&](const auto& one) { record(one); }, piece);
       }
     });
   }
@@ -197,6 +195,41 @@ private:
       commands.end();
       queue_.submit(commands);
     }
+  }
+
+  void record(const ElasticCall& call) {
+    record(pipeline(call.kernel),
+           arrays_of(
+               {call.from.slot, call.second.slot, call.from.slot, call.to.slot, call.to.slot, call.to.slot}),
+           call.parameters, elastic_groups(call, elastic_shape(is_software_)));
+    in_flight_ += static_cast<double>(call.parameters.width) * call.parameters.height;
+    if (in_flight_ > most_in_flight) {
+      flush();
+    }
+  }
+  void record(const ElasticCoarse& coarse) {
+    if (!coarse_) {
+      const ElasticShape shape = elastic_coarse_shape(is_software_);
+      coarse_ = make_pipeline(
+          queue_.device(), layout_, elastic_coarse_vulkan,
+          std::array<std::int32_t, 3>{shape.lanes, shape.rows, elastic_in_shared(is_software_) ? 1 : 0});
+    }
+    record(*coarse_, arrays_of({0, 1, 2, 0, 1, 2}), coarse, {1, 1});
+  }
+  template <typename Parameters>
+  void record(const vk::raii::Pipeline& pipeline, const vk::raii::DescriptorSet& set,
+              const Parameters& parameters, Extent groups) {
+    if (!recording_) {
+      recording_ = queue_.begin_recording();
+      in_flight_ = 0.0;
+    }
+    const vk::raii::CommandBuffer& commands = *recording_;
+    commands.bindPipeline(vk::PipelineBindPoint::eCompute, *pipeline);
+    commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *layout_, 0, *set, {});
+    commands.pushConstants<Parameters>(*layout_, vk::ShaderStageFlagBits::eCompute, 0, parameters);
+    commands.dispatch(static_cast<std::uint32_t>(groups.width), static_cast<std::uint32_t>(groups.height), 1);
+    barrier(commands, Stage::eComputeShader, Access::eShaderWrite, Stage::eComputeShader,
+            Access::eShaderRead | Access::eShaderWrite);
   }
 
   /// call(y, end, offset, bytes) for rows y ... end - 1 of an array, as many as staging_ has room for.
@@ -232,6 +265,7 @@ private:
     send(all.response, arrays_->response);
     send(elastic_matrices(hierarchy), arrays_->matrices);
     send(hierarchy.coarsest_inverse, arrays_->inverse);
+    send(ElasticTouched(hierarchy).texels, arrays_->touched);
   }
 
   /// Throws TooLarge where a limit of the device is exceeded.
@@ -264,33 +298,39 @@ private:
   const vk::raii::Pipeline& pipeline(const ElasticKernel& kernel) {
     auto found = pipelines_.find(kernel);
     if (found == pipelines_.end()) {
-      const std::array<std::int32_t, 4> values{static_cast<std::int32_t>(kernel.step),
-                                               kernel.has_load ? 1 : 0, kernel.is_image ? 1 : 0,
-                                               kernel.has_masked ? 1 : 0};
+      const ElasticShape shape = elastic_shape(is_software_);
+      const std::array<std::int32_t, 6> values{static_cast<std::int32_t>(kernel.step),
+                                               kernel.has_load ? 1 : 0,
+                                               kernel.is_image ? 1 : 0,
+                                               kernel.masks == ElasticMasks::by_list ? 1 : 0,
+                                               shape.lanes,
+                                               shape.rows};
       found =
           pipelines_.emplace(kernel, make_pipeline(queue_.device(), layout_, elastic_vulkan, values)).first;
     }
     return found->second;
   }
 
-  const vk::raii::DescriptorSet& arrays_of(const ElasticCall& call) {
-    const bool solves = call.kernel.step == ElasticStep::solve;
-    const std::tuple key{call.from.slot, call.second.slot, call.to.slot, solves};
-    auto found = arrays_->sets.find(key);
+  /// `slots` as the key of Arrays::sets.
+  const vk::raii::DescriptorSet& arrays_of(const std::array<int, 6>& slots) {
+    auto found = arrays_->sets.find(slots);
     if (found == arrays_->sets.end()) {
       auto made = queue_.device().allocateDescriptorSets({*arrays_->pool, *set_layout_});
-      found = arrays_->sets.emplace(key, std::move(made.front())).first;
-      const auto slot_of = [&](ElasticArray array) -> const TexelBuffer& {
-        return arrays_->slots.at(static_cast<std::size_t>(array.slot));
-      };
+      found = arrays_->sets.emplace(slots, std::move(made.front())).first;
       const vk::DescriptorSet set = *found->second;
-      describe_binding(set, from, slot_of(call.from));
-      describe_binding(set, second, slot_of(call.second));
-      describe_binding(set, stored, slot_of(call.to));
-      describe_binding(set, moments, arrays_->moments);
-      describe_binding(set, more, arrays_->more);
-      describe_binding(set, response, arrays_->response);
-      describe_binding(set, matrices, solves ? arrays_->inverse : arrays_->matrices);
+      constexpr std::array<std::uint32_t, 6> bindings{ELASTIC_FROM,          ELASTIC_SECOND,
+                                                      ELASTIC_THIRD,         ELASTIC_STORED,
+                                                      ELASTIC_STORED_SECOND, ELASTIC_STORED_THIRD};
+      for (std::size_t i = 0; i < bindings.size(); ++i) {
+        describe_binding(set, bindings[i], arrays_->slots.at(static_cast<std::size_t>(slots[i])));
+      }
+      describe_binding(set, ELASTIC_KEPT, arrays_->kept);
+      describe_binding(set, ELASTIC_MOMENTS, arrays_->moments);
+      describe_binding(set, ELASTIC_MORE, arrays_->more);
+      describe_binding(set, ELASTIC_RESPONSE, arrays_->response);
+      describe_binding(set, ELASTIC_MATRICES, arrays_->matrices);
+      describe_binding(set, ELASTIC_INVERSE, arrays_->inverse);
+      describe_binding(set, ELASTIC_TOUCHED, arrays_->touched);
     }
     return found->second;
   }
@@ -305,9 +345,11 @@ private:
   Buffer staging_;
   float* staged_; ///< staging_, mapped for as long as it lives
   Staging uploads_;
+  bool is_software_;
   vk::raii::DescriptorSetLayout set_layout_;
   vk::raii::PipelineLayout layout_;
   std::map<ElasticKernel, vk::raii::Pipeline> pipelines_;
+  std::optional<vk::raii::Pipeline> coarse_;
   ElasticLayout parts_;
   std::optional<Arrays> arrays_;
   std::optional<vk::raii::CommandBuffer> recording_;

@@ -25,6 +25,8 @@ typedef struct {
   int from_height;
   int second_first;
   int second_pitch;
+  int listed_first; // these two are not used here
+  int listed;
   float nu;
   float shear;
   float factor;

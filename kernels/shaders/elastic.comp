@@ -1,9 +1,10 @@
 #version 430
 #extension GL_GOOGLE_include_directive : require
 
-// A step of the elastic energy for all sites of a level: for relax and residual an invocation goes down COLUMNS columns of
-// ROWS sites, so that each row is fetched once and what a cell does to its lower corners is kept; for the others an
-// invocation has a site. Arrays lie as backends/shared/elastic_device.hpp says.
+// A step of the elastic energy for all sites of a level: an invocation goes down ROWS sites, of COLUMNS columns for relax
+// and residual, so that each row is fetched once and what a cell does to its lower corners is kept, of two where a coarser
+// level is interpolated, and of one for the others. Or, of relax and residual, for the sites of a list, those beside masked
+// cells.
 
 #define real float
 #define HDM_FUNCTION
@@ -12,41 +13,41 @@
 
 #include "elastic_steps.h"
 
-// As ElasticKernel has them.
+// As ElasticKernel has them, and ElasticShape.
 #ifdef VULKAN
 #define samplerBuffer textureBuffer
 layout(constant_id = 0) const int work = 0;
 layout(constant_id = 1) const bool has_load = false;
 layout(constant_id = 2) const bool is_image = false;
-layout(constant_id = 3) const bool has_masked = false;
-layout(push_constant) uniform Parameters { int parameters[13]; };
-#else
+layout(constant_id = 3) const bool by_list = false;
+layout(local_size_x_id = 4) in;
+layout(constant_id = 5) const int ROWS = 1;
+const int LANES = int(gl_WorkGroupSize.x);
+layout(push_constant) uniform Parameters { int parameters[15]; };
+#else // supplied after #version
 const int work = STEP;
 const bool has_load = HAS_LOAD != 0;
 const bool is_image = IS_IMAGE != 0;
-const bool has_masked = HAS_MASKED != 0;
-layout(location = 0) uniform int parameters[13];
+const bool by_list = BY_LIST != 0;
+layout(local_size_x = LANES) in;
+layout(location = 0) uniform int parameters[15];
 #endif
-
 const int COLUMNS = ELASTIC_COLUMNS;
-const int ROWS = ELASTIC_ROWS;
-layout(local_size_x = ELASTIC_GROUP) in;
 
-layout(binding = 0) uniform samplerBuffer from;
-layout(binding = 1) uniform samplerBuffer second;
-layout(binding = 2, rg32f) uniform restrict writeonly imageBuffer stored;
-layout(binding = 3) uniform samplerBuffer moments;
-layout(binding = 4) uniform samplerBuffer more;
-layout(binding = 5) uniform samplerBuffer response;
-layout(binding = 6) uniform samplerBuffer matrices; // of ELASTIC_SOLVE the inverse: x and y of a column, a texel a site
+layout(binding = ELASTIC_STORED, rg32f) uniform restrict writeonly imageBuffer stored;
+layout(binding = ELASTIC_FROM) uniform samplerBuffer from;
+layout(binding = ELASTIC_SECOND) uniform samplerBuffer second;
+layout(binding = ELASTIC_MOMENTS) uniform samplerBuffer moments;
+layout(binding = ELASTIC_MORE) uniform samplerBuffer more;
+layout(binding = ELASTIC_RESPONSE) uniform samplerBuffer response;
+layout(binding = ELASTIC_MATRICES) uniform samplerBuffer matrices;
+layout(binding = ELASTIC_INVERSE) uniform samplerBuffer inverse;
+layout(binding = ELASTIC_TOUCHED) uniform samplerBuffer touched; // ElasticTouched
 
 #include "elastic/cell.inc"
 #include "elastic/site.inc"
 
-const int matrices_across = 64;
-vec4 matrix_at(vec2 place, int i) {
-  return texelFetch(matrices, (int(place.y) * matrices_across + int(place.x)) * 16 + i);
-}
+vec4 matrix_at(float number, int i) { return texelFetch(matrices, int(number) * 16 + i); }
 
 #include "elastic.glsl"
 
@@ -61,101 +62,19 @@ vec4 matrix_at(vec2 place, int i) {
 #define from_height parameters[7]
 #define second_first parameters[8]
 #define second_pitch parameters[9]
-#define ratio PoissonRatio(intBitsToFloat(parameters[10]), intBitsToFloat(parameters[11]))
-#define factor intBitsToFloat(parameters[12])
+#define listed_first parameters[10]
+#define listed parameters[11]
+#define ratio PoissonRatio(intBitsToFloat(parameters[12]), intBitsToFloat(parameters[13]))
+#define factor intBitsToFloat(parameters[14])
 
 vec2 from_at(int i) { return texelFetch(from, i).xy; }
 vec2 second_at(int i) { return texelFetch(second, i).xy; }
 void store(int i, vec2 value) { imageStore(stored, i, vec4(value, 0.0, 0.0)); }
+vec4 moments_at(int i) { return texelFetch(moments, i); }
+vec4 more_at(int i) { return texelFetch(more, i); }
+vec4 response_at(int i) { return texelFetch(response, i); }
 
-// The last thing that is done to a site.
-void finish_site(int at, int to, vec2 value, Force force) {
-  if (has_load) {
-    vec2 load = second_at(at);
-    force = residual_of(Force(load.x, load.y), force);
-  }
-  vec2 result = vec2(force.x, force.y);
-  if (work == ELASTIC_RELAX) {
-    result = relaxed_site(value, texelFetch(response, at), force);
-  } else if (is_image) {
-    result = free_parts(result, texelFetch(response, at));
-  }
-  store(to, result);
-}
-
-void sweep_columns(int left, int first_row) {
-  int end = min(first_row + ROWS, height);
-  int at = from_first + (first_row - 1) * from_pitch + left;
-  vec2 above[COLUMNS + 2]; // sites left - 1 ... left + COLUMNS of a row
-  vec2 below[COLUMNS + 2]; // and of the next
-  CellForces cells[COLUMNS + 1]; // between these rows; cell i is to the west of column i
-  Force from_west[COLUMNS];      // on the sites of `above`, by the cells above them
-  Force from_east[COLUMNS];
-  for (int i = 0; i < COLUMNS + 2; ++i) {
-    above[i] = from_at(at - 1 + i);
-  }
-  for (int i = 0; i < COLUMNS; ++i) {
-    from_west[i] = null_force();
-    from_east[i] = null_force();
-  }
-  for (int y = first_row - 1; y < end; ++y) {
-    for (int i = 0; i < COLUMNS + 2; ++i) {
-      below[i] = from_at(at + from_pitch - 1 + i);
-    }
-    for (int i = 0; i < COLUMNS + 1; ++i) {
-      cells[i] = forces_of_cell(texelFetch(moments, at - 1 + i), texelFetch(more, at - 1 + i).xy, above[i],
-                                above[i + 1], below[i], below[i + 1], ratio);
-    }
-    for (int i = 0; i < COLUMNS; ++i) {
-      if (y >= first_row && left + i < width) {
-        finish_site(at + i, first + y * pitch + left + i, above[i + 1],
-                    sum_of_cells(from_west[i], from_east[i], cells[i].top_right, cells[i + 1].top_left));
-      }
-      from_west[i] = cells[i].bottom_right;
-      from_east[i] = cells[i + 1].bottom_left;
-    }
-    for (int i = 0; i < COLUMNS + 2; ++i) {
-      above[i] = below[i];
-    }
-    at += from_pitch;
-  }
-}
-
-vec2 fine_at(int i) {
-  vec2 value = from_at(i);
-  return is_image ? free_parts(value, texelFetch(response, i)) : value;
-}
-vec2 restricted_row(int at) { return restricted_sites(fine_at(at - 1), fine_at(at), fine_at(at + 1)); }
-
-vec2 corrected_at(int x, int y) {
-  int at = from_first + y * from_pitch + x;
-  int north_west = second_first + y / 2 * second_pitch + x / 2;
-  int south_west = north_west + y % 2 * second_pitch;
-  int east = x % 2;
-  vec2 value = work == ELASTIC_CORRECT ? from_at(at) : vec2(0.0);
-  vec2 corrected = corrected_site(value, x % 2 == 1, y % 2 == 1, second_at(north_west), second_at(north_west + east),
-                                  second_at(south_west), second_at(south_west + east));
-  if (is_image) {
-    vec4 straight = texelFetch(response, at);
-    corrected.x = straight.x > 0.0 ? corrected.x : value.x;
-    corrected.y = straight.z > 0.0 ? corrected.y : value.y;
-  }
-  return corrected;
-}
-
-vec2 solved_at(int x, int y) {
-  int sites = width * height;
-  int row = y * width + x;
-  vec2 sum = vec2(0.0);
-  for (int site = 0; site < sites; ++site) {
-    vec2 load = from_at(from_first + site / width * from_pitch + site % width);
-    vec2 by_x = texelFetch(matrices, 2 * site * sites + row).xy;
-    vec2 by_y = texelFetch(matrices, (2 * site + 1) * sites + row).xy;
-    sum = vec2(with_term(sum.x, by_x.x, load.x), with_term(sum.y, by_x.y, load.x));
-    sum = vec2(with_term(sum.x, by_y.x, load.y), with_term(sum.y, by_y.y, load.y));
-  }
-  return sum;
-}
+#include "elastic_sites.glsl"
 
 // Of what is summed up, 0 beyond its border.
 real term_at(int x, int y) {
@@ -179,37 +98,48 @@ real sum_of_8(int x, int y) {
   return square_sum(sum_of_4(x, y), sum_of_4(x + 4, y), sum_of_4(x, y + 4), sum_of_4(x + 4, y + 4));
 }
 
-void main() {
-  int x = int(gl_GlobalInvocationID.x);
-  int y = int(gl_GlobalInvocationID.y);
-  if (work == ELASTIC_RELAX || work == ELASTIC_RESIDUAL) {
-    if (COLUMNS * x < width) {
-      sweep_columns(COLUMNS * x, ROWS * y);
-    }
-    return;
-  }
-  if (x >= width) {
-    return;
-  }
+vec2 result_at(int x, int y) {
   int at = from_first + y * from_pitch + x; // where from's sites are those of `to`
-  vec2 result = vec2(0.0);
   if (work == ELASTIC_RELAX_FROM_ZERO) {
-    vec2 load = from_at(at);
-    result = relaxed_site(vec2(0.0), texelFetch(response, at), Force(load.x, load.y));
-  } else if (work == ELASTIC_RESTRICT) {
-    int fine = from_first + 2 * y * from_pitch + 2 * x;
-    result = restricted_sites(restricted_row(fine - from_pitch), restricted_row(fine),
-                              restricted_row(fine + from_pitch));
-  } else if (work == ELASTIC_INTERPOLATE || work == ELASTIC_CORRECT) {
-    result = corrected_at(x, y);
-  } else if (work == ELASTIC_SOLVE) {
-    result = solved_at(x, y);
-  } else if (work == ELASTIC_ADVANCE) {
+    return relaxed_from_zero(at);
+  }
+  if (work == ELASTIC_RESTRICT) {
+    return restricted_at(x, y);
+  }
+  if (work == ELASTIC_SOLVE) {
+    return solved_at(x, y);
+  }
+  if (work == ELASTIC_ADVANCE) {
     vec2 value = from_at(at);
     vec2 direction = second_at(at);
-    result = vec2(advanced(value.x, factor, direction.x), advanced(value.y, factor, direction.y));
-  } else {
-    result = vec2(sum_of_8(8 * x, 8 * y), 0.0);
+    return vec2(advanced(value.x, factor, direction.x), advanced(value.y, factor, direction.y));
   }
-  store(first + y * pitch + x, result);
+  return vec2(sum_of_8(8 * x, 8 * y), 0.0);
+}
+
+void main() {
+  int x = int(gl_GlobalInvocationID.x);
+  int first_row = ROWS * int(gl_WorkGroupID.y);
+  int end = min(first_row + ROWS, height);
+  if (by_list) {
+    int number = int(gl_WorkGroupID.y) * ELASTIC_LIST_GROUPS * LANES + x;
+    if (number < listed) {
+      ivec2 site = ivec2(texelFetch(touched, listed_first + number).xy);
+      sweep_listed(site.x, site.y);
+    }
+  } else if (work == ELASTIC_RELAX || work == ELASTIC_RESIDUAL) {
+    if (COLUMNS * x < width) {
+      sweep_columns(COLUMNS * x, first_row, end);
+    }
+  } else if (work == ELASTIC_INTERPOLATE || work == ELASTIC_CORRECT) {
+    if (2 * x < width) {
+      for (int y = first_row; y < end; y += 2) {
+        correct_block(2 * x, y);
+      }
+    }
+  } else if (x < width) {
+    for (int y = first_row; y < end; ++y) {
+      store(first + y * pitch + x, result_at(x, y));
+    }
+  }
 }

@@ -12,9 +12,6 @@
 
 #include "elastic_steps.h"
 
-// As ElasticKernel has them.
-const bool has_masked = HAS_MASKED != 0;
-
 uniform sampler2DRect from;
 uniform sampler2DRect second;
 uniform sampler2DRect moments;
@@ -27,8 +24,10 @@ uniform vec4 numbers;           // the two of PoissonRatio, factor
 #include "elastic/cell.inc"
 #include "elastic/site.inc"
 
-vec4 matrix_at(vec2 place, int i) {
-  return texture2DRect(matrices, vec2(16.0 * place.x + float(i), place.y) + 0.5);
+// Rows of 64.
+vec4 matrix_at(float number, int i) {
+  float row = floor(number / 64.0);
+  return texture2DRect(matrices, vec2(16.0 * (number - 64.0 * row) + float(i), row) + 0.5);
 }
 
 #include "elastic.glsl"
@@ -37,7 +36,7 @@ vec4 matrix_at(vec2 place, int i) {
 vec2 value_at(vec2 p) { return texture2DRect(from, p).xy; }
 
 CellForces forces_of(vec2 p, vec2 top_left, vec2 top_right, vec2 bottom_left, vec2 bottom_right) {
-  return forces_of_cell(texture2DRect(moments, p), texture2DRect(more, p).xy, top_left, top_right, bottom_left,
+  return forces_of_cell(HAS_MASKED != 0, texture2DRect(moments, p), texture2DRect(more, p), top_left, top_right, bottom_left,
                         bottom_right, PoissonRatio(numbers.x, numbers.y));
 }
 

@@ -1,8 +1,7 @@
 // What kernels of the elastic energy do with what they have fetched, for every shading language. Compiled after cell.inc
 // and site.inc; the includer supplies
 //
-//   has_masked              constant bool: whether cells may be masked
-//   matrix_at(place, i)     vec4: texel i of the matrix at this column and row of the table (ElasticTexels)
+//   matrix_at(number, i)     vec4: texel i of the matrix of a masked cell (elastic_matrices())
 
 // Of a cell on its corners.
 struct CellForces {
@@ -21,27 +20,29 @@ Force more_masked_force(Force force, vec4 stiffness, vec2 moved) {
   return force;
 }
 
-// `moments` and `more` as ElasticTexels has them, displacements of the corners in reading order.
-CellForces forces_of_cell(vec4 moments, vec2 more, vec2 top_left, vec2 top_right, vec2 bottom_left, vec2 bottom_right,
-                          PoissonRatio ratio) {
+// `moments` and `more` as ElasticTexels has them, displacements of the corners in reading order. `may_be_masked` is a
+// constant.
+CellForces forces_of_cell(bool may_be_masked, vec4 moments, vec4 more, vec2 top_left, vec2 top_right, vec2 bottom_left,
+                          vec2 bottom_right, PoissonRatio ratio) {
   CellTension tension =
       cell_tension(CellMoments(moments.x, moments.y, moments.z, moments.w, more.x, more.y),
                    CellCorners(top_left.x, top_right.x, bottom_left.x, bottom_right.x),
                    CellCorners(top_left.y, top_right.y, bottom_left.y, bottom_right.y), ratio);
   CellForces forces = CellForces(force_on_top_left(tension), force_on_top_right(tension),
                                  force_on_bottom_left(tension), force_on_bottom_right(tension));
-  if (has_masked) {
+  if (may_be_masked) {
     // A loop, not a branch: rasterizers on the CPU execute both sides of a branch, but leave a loop when all are done.
-    int corner = moments.x < 0.0 ? 0 : 4;
+    int corner = more.z > 0.0 ? 0 : 4;
     if (corner == 0) {
       forces = CellForces(null_force(), null_force(), null_force(), null_force());
     }
     for (; corner < 4; ++corner) {
       vec2 moved = corner < 2 ? (corner == 0 ? top_left : top_right) : (corner == 2 ? bottom_left : bottom_right);
-      forces.top_left = more_masked_force(forces.top_left, matrix_at(moments.yz, corner), moved);
-      forces.top_right = more_masked_force(forces.top_right, matrix_at(moments.yz, 4 + corner), moved);
-      forces.bottom_left = more_masked_force(forces.bottom_left, matrix_at(moments.yz, 8 + corner), moved);
-      forces.bottom_right = more_masked_force(forces.bottom_right, matrix_at(moments.yz, 12 + corner), moved);
+      float number = more.z - 1.0;
+      forces.top_left = more_masked_force(forces.top_left, matrix_at(number, corner), moved);
+      forces.top_right = more_masked_force(forces.top_right, matrix_at(number, 4 + corner), moved);
+      forces.bottom_left = more_masked_force(forces.bottom_left, matrix_at(number, 8 + corner), moved);
+      forces.bottom_right = more_masked_force(forces.bottom_right, matrix_at(number, 12 + corner), moved);
     }
   }
   return forces;

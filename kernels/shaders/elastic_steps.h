@@ -12,7 +12,29 @@
 #define ELASTIC_PRODUCTS 8
 #define ELASTIC_SQUARES 9
 
-// Of elastic.comp: invocations of a group, along x; the sites of one invocation of relax and residual.
-#define ELASTIC_GROUP 32
+// Sites beside each other that an invocation of elastic.comp has in relax and residual; groups of a list of sites side by
+// side.
 #define ELASTIC_COLUMNS 2
-#define ELASTIC_ROWS 16
+#define ELASTIC_LIST_GROUPS 32768
+
+// Of elastic_coarse.comp: sites of an array, of which shared memory has three (32 KiB), and where they are not kept there;
+// steps in a dispatch.
+#define ELASTIC_SHARED_SITES 1360
+#define ELASTIC_COARSE_SITES 2720
+#define ELASTIC_COARSE_STEPS 24
+
+// Bindings of both: of Vulkan in one set, of OpenGL the units of images (the first four) and textures.
+#define ELASTIC_STORED 0
+#define ELASTIC_STORED_SECOND 1
+#define ELASTIC_STORED_THIRD 2
+#define ELASTIC_KEPT 3
+#define ELASTIC_FROM 4
+#define ELASTIC_SECOND 5
+#define ELASTIC_THIRD 6
+#define ELASTIC_MOMENTS 7
+#define ELASTIC_MORE 8
+#define ELASTIC_RESPONSE 9
+#define ELASTIC_MATRICES 10
+#define ELASTIC_INVERSE 11
+#define ELASTIC_TOUCHED 12
+#define ELASTIC_BINDINGS 13
