@@ -63,7 +63,7 @@ TEST_P(ElasticDevices, ComputeRandomLevelsAsScalarDoes) {
   for (std::uint64_t seed = 1; seed <= 250; ++seed) {
     std::mt19937_64 engine(seed);
     const auto below = [&](int end) { return static_cast<int>(engine() % static_cast<std::uint64_t>(end)); };
-    const Extent extent{1 + below(24), 1 + below(24)};
+    const Extent extent{1 + below(30), 1 + below(30)};
     const Tissue tissue = test::all_tissues.at(static_cast<std::size_t>(below(4)));
     const Held held = test::all_held.at(static_cast<std::size_t>(below(4)));
     const double contrast = std::pow(10.0, below(4));

@@ -1,5 +1,6 @@
 #include "test/r300/instruction_rows.hpp"
 
+#include "backends/gl/elastic_fragment.hpp"
 #include "backends/gl/objects.hpp"
 #include "harness/scene/method.hpp"
 #include "test/r300/scalar_operations.hpp"
@@ -8,6 +9,11 @@
 #include <fmt/format.h>
 #include <shaders/count_fragment.hpp>
 #include <shaders/sweep_fragment.hpp>
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <utility>
 
 namespace hdmbench::test {
 
@@ -46,6 +52,29 @@ StepSet some_steps(int count) {
     steps.push_back(static_cast<float>(i));
   }
   return StepSet(steps);
+}
+
+/// The passes of gl-fragment for the elastic energy.
+std::vector<InstructionRow> measure_elastic(ShaderCompiler& compiler) {
+  const std::array<std::pair<const char*, ElasticKernel>, 9> kernels{{
+      {"elastic, a sweep of the displacement", {.step = ElasticStep::relax}},
+      {"elastic, a sweep of a correction", {.step = ElasticStep::relax, .has_load = true}},
+      {"elastic, the same beside conditions",
+       {.step = ElasticStep::relax, .has_load = true, .masks = ElasticMasks::anyhow}},
+      {"elastic, the first sweep of a correction", {.step = ElasticStep::relax_from_zero}},
+      {"elastic, residuals of the image",
+       {.step = ElasticStep::residual, .has_load = true, .is_image = true}},
+      {"elastic, restriction", {.step = ElasticStep::restrict_sites}},
+      {"elastic, interpolation", {.step = ElasticStep::correct}},
+      {"elastic, the coarsest level", {.step = ElasticStep::solve}},
+      {"elastic, products of a sum", {.step = ElasticStep::products}},
+  }};
+  std::vector<InstructionRow> rows;
+  for (const auto& [name, kernel] : kernels) {
+    rows.push_back(
+        measure(compiler, {.group = "methods", .shader = name}, gl::elastic_fragment_text(kernel)));
+  }
+  return rows;
 }
 
 } // namespace
@@ -89,6 +118,7 @@ std::vector<InstructionRow> measure_methods(ShaderCompiler& compiler) {
       break;
     }
   }
+  std::ranges::move(measure_elastic(compiler), std::back_inserter(rows));
   return rows;
 }
 
@@ -132,7 +162,10 @@ std::vector<InstructionRow> measure_vectors(ShaderCompiler& compiler) {
 
 void add_second_opinions(std::vector<InstructionRow>& rows, Progress& progress) {
   for (InstructionRow& row : rows) {
-    row.scalar_operations = scalar_operations(row.source);
+    const std::optional<Resources>& resources = row.compilation.resources;
+    if (!resources || resources->flow_control == 0) { // operations of a loop cannot be counted
+      row.scalar_operations = scalar_operations(row.source);
+    }
     progress.advance(1.0);
   }
 }

@@ -25,8 +25,9 @@ struct InstructionRow {
 
 /// icm with 2 to 16 candidates, the largest number that a StepSet takes.
 [[nodiscard]] std::vector<InstructionRow> measure_candidates(ShaderCompiler& compiler);
-/// The methods that gl-fragment supports, and the count of changed sites; annealing, the longest of them,
-/// also with the most candidates that fit and with the first number that does not.
+/// The methods that gl-fragment supports, the count of changed sites, the passes of the elastic energy;
+/// annealing, the longest of them, also with the most candidates that fit and with the first number that does
+/// not.
 [[nodiscard]] std::vector<InstructionRow> measure_methods(ShaderCompiler& compiler);
 /// Vectors of 2 to 6 step sizes, written in several ways.
 [[nodiscard]] std::vector<InstructionRow> measure_vectors(ShaderCompiler& compiler);

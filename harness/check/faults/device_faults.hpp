@@ -24,6 +24,9 @@ enum class Pipeline { fragment, compute };
 /// find out which tiles sleep.
 [[nodiscard]] std::vector<DeviceFault> text_faults_between_sweeps(Pipeline pipeline);
 
+/// Mistakes in the text of the shaders of the elastic energy.
+[[nodiscard]] std::vector<DeviceFault> text_faults_of_elastic(Pipeline pipeline);
+
 /// Mistakes in the calls: sizes, formats, uniforms, bindings.
 [[nodiscard]] std::vector<DeviceFault> call_faults(Pipeline pipeline);
 

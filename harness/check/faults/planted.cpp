@@ -73,8 +73,9 @@ std::vector<Planted> all_planted(const Backend& carrier) {
   }
 #ifdef HDMBENCH_WITH_GL
   for (const Pipeline pipeline : pipelines()) {
-    for (const auto& faults : {device_controls(pipeline), text_faults(pipeline),
-                               text_faults_between_sweeps(pipeline), call_faults(pipeline)}) {
+    for (const auto& faults :
+         {device_controls(pipeline), text_faults(pipeline), text_faults_between_sweeps(pipeline),
+          text_faults_of_elastic(pipeline), call_faults(pipeline)}) {
       for (const DeviceFault& fault : faults) {
         list.push_back(plant(pipeline, fault));
       }
