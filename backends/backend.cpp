@@ -260,7 +260,8 @@ const Choice* Backend::choice(std::size_t index, Decision decision, const Sessio
   const std::lock_guard guard(measuring_);
   const auto [found, is_new] = choices_.try_emplace({index, decision});
   std::optional<Choice>& made = found->second;
-  if (made || (!is_new && !measures)) {
+  const bool asks_store = is_new && options.kept_choices != nullptr;
+  if (made || (!measures && !asks_store)) { // then the device is left alone
     return made ? &*made : nullptr;
   }
   const Variants all = ways(index, decision);
@@ -293,8 +294,11 @@ std::size_t Backend::way(std::size_t index, Decision decision, std::optional<std
     const Choice* const made = choice(index, decision, options, measures);
     return made != nullptr ? made->chosen : 0;
   }
+  if (*asked == 0) {
+    return 0;
+  }
   const std::vector<std::string> names = ways(index, decision).names;
-  if (*asked > 0 && *asked >= names.size()) {
+  if (*asked >= names.size()) {
     throw DeviceError(fmt::format("there is no {} {} here; from 0 on there are: {}",
                                   decision == Decision::sweeps ? "shape" : "variant", *asked,
                                   fmt::join(names, ", ")));

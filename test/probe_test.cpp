@@ -210,6 +210,34 @@ TEST(ProbeArithmetic, SeesLostNumbersAndLostTurns) {
   EXPECT_EQ(found.size(), 7U);
 }
 
+/// Scalar's sweeps; its driver refuses the program.
+class Refusing final : public Backend, public ArithmeticProgram {
+public:
+  [[nodiscard]] std::string_view name() const override { return "refusing"; }
+  [[nodiscard]] std::string_view description() const override { return ""; }
+  [[nodiscard]] std::vector<Device> devices() const override { return scalar_.front()->devices(); }
+  [[nodiscard]] std::string_view language() const override { return "a small language"; }
+  [[nodiscard]] std::vector<float> evaluate(std::size_t /*device*/,
+                                            std::span<const ArithmeticCase> /*cases*/) const override {
+    throw DeviceError("no loops here");
+  }
+
+private:
+  [[nodiscard]] std::unique_ptr<Session> do_open(std::size_t /*index*/,
+                                                 const SessionOptions& options) const override {
+    return scalar_.front()->open(options);
+  }
+
+  std::vector<std::unique_ptr<Backend>> scalar_ = make_backends();
+};
+
+TEST(ProbeArithmetic, ADriverThatRefusesTheProgramStillHasItsSweep) {
+  const std::vector<ProbeRow> rows = probe(Refusing(), {});
+  EXPECT_GT(rows.size(), 3U);
+  EXPECT_EQ(findings(rows), "a small language: a program of its own: no loops here");
+  EXPECT_THAT(expected_tier(rows), testing::StartsWith("bitwise"));
+}
+
 TEST(ProbeArithmetic, EveryLanguageThatIsHereHasAProgram) {
   for (const auto& backend : make_backends()) {
     if (backend->name() == "openmp") {

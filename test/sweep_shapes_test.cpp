@@ -41,28 +41,21 @@ protected:
     }
   }
 
-  Variants shapes_;
-  std::unique_ptr<Session> scalar_ = test::scalar().open({});
-};
-
-/// With tiles of every class, whole and cut off; and levels that are smaller than a tile.
-TEST_P(SweepShapesTest, HaveTheSameBits) {
-  for_each_shape([&](Session& session, const std::string& shape) {
+  /// With tiles of every class, whole and cut off; and levels that are smaller than a tile.
+  void expect_same_levels(Session& session, const std::string& shape) {
     std::uint64_t seed = 700;
     for (const Extent extent : {Extent{5, 3}, {131, 70}, {300, 97}}) {
       const auto problem = test::random_problem(extent, test::Texture::tie_rich, ++seed);
       test::expect_same_steps(*scalar_, session, problem.level, problem.start, {1, 2, 5},
                               fmt::format("{}: {} x {}, seed {}", shape, extent.width, extent.height, seed));
     }
-  });
-}
+  }
 
-/// Everything rests but what one site pulls at, at a corner where tiles of every shape meet: a tile that is
-/// not woken by its neighbour stays as it was.
-TEST_P(SweepShapesTest, HaveTheSameBitsWhereAChangeReachesOtherTiles) {
-  Level level = test::random_problem({256, 97}, test::Texture::tie_rich, 7).level;
-  level.penalty = 1000.0F;
-  for_each_shape([&](Session& session, const std::string& shape) {
+  /// Everything rests but what one site pulls at, at a corner where tiles of every shape meet: a tile that is
+  /// not woken by its neighbour stays as it was.
+  void expect_same_waking(Session& session, const std::string& shape) {
+    Level level = test::random_problem({256, 97}, test::Texture::tie_rich, 7).level;
+    level.penalty = 1000.0F;
     for (const std::array<int, 2> pulled : {std::array{127, 31}, {128, 32}}) {
       level.confidence = VectorField(level.extent);
       const std::size_t site = level.extent.index(pulled[0], pulled[1]);
@@ -72,6 +65,19 @@ TEST_P(SweepShapesTest, HaveTheSameBitsWhereAChangeReachesOtherTiles) {
       test::expect_same_steps(*scalar_, session, level, VectorField(level.extent), {1, 2, 3, 60},
                               fmt::format("{}: {}, {}", shape, pulled[0], pulled[1]));
     }
+  }
+
+  Variants shapes_;
+  std::unique_ptr<Session> scalar_ = test::scalar().open({});
+  const test::Problem whole_ = test::random_problem({257, 130}, test::Texture::tie_rich, 33);
+};
+
+TEST_P(SweepShapesTest, HaveTheSameBits) {
+  for_each_shape([&](Session& session, const std::string& shape) {
+    expect_same_levels(session, shape);
+    expect_same_waking(session, shape);
+    test::expect_same_solution(*scalar_, session, test::pyramid_of(whole_.level, Alignment::corner, 3),
+                               shape);
   });
 }
 
@@ -82,14 +88,6 @@ TEST_P(SweepShapesTest, HaveTheSameBitsWithAnotherRuleInAnotherOrder) {
     const auto session = backend().open({.device = {}, .shape = shape});
     test::expect_same_steps(*scalar_, *session, problem.level, problem.start, {4}, shapes_.names[shape]);
   }
-}
-
-TEST_P(SweepShapesTest, HaveTheSameBitsInAPyramid) {
-  const auto problem = test::random_problem({257, 130}, test::Texture::tie_rich, 33);
-  const Pyramid pyramid = test::pyramid_of(problem.level, Alignment::corner, 3);
-  for_each_shape([&](Session& session, const std::string& shape) {
-    test::expect_same_solution(*scalar_, session, pyramid, shape);
-  });
 }
 
 TEST_P(SweepShapesTest, OneThatIsNotThereIsRefused) {

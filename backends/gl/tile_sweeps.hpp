@@ -24,7 +24,7 @@ struct TileProgramKind {
   /// new set of candidates compiles nothing there.
   std::optional<std::array<float, 16>> steps{};
   std::size_t tile_class = general_class; ///< of kernels/specification/tile_class.inc
-  SweepShape shape{};
+  SweepShape shape = sweep_shapes.front();
   bool active = false; ///< whether it lists the tiles for the next sweep
 
   auto operator<=>(const TileProgramKind&) const = default;

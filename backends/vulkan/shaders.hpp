@@ -74,7 +74,7 @@ struct CoarseVariant {
 struct SweepVariant {
   ShaderConstants constants;
   std::size_t tile_class = general_class;
-  SweepShape shape{};
+  SweepShape shape = sweep_shapes.front();
   bool wakes = false; ///< what may change in the next sweep is put on the next list
 
   auto operator<=>(const SweepVariant&) const = default;
@@ -83,7 +83,7 @@ struct SweepVariant {
 /// What that of kernels/shaders/classify.vulkan.comp is made for.
 struct ClassifyVariant {
   std::size_t classes = 0; ///< a class_set()
-  SweepShape shape{};
+  SweepShape shape = sweep_shapes.front();
 
   auto operator<=>(const ClassifyVariant&) const = default;
 };

@@ -151,6 +151,28 @@ void judge(const Question& question, const VectorField& found, ProbeRow& row) {
                                               : ProbeAnswer::mixed;
 }
 
+std::size_t index_of(const Device& device, const std::vector<Device>& all) {
+  const auto same = [&](const Device& one) { return one.name == device.name && one.driver == device.driver; };
+  return static_cast<std::size_t>(std::ranges::find_if(all, same) - all.begin());
+}
+
+/// A driver that refuses the program has still answered by its sweep.
+std::vector<ProbeRow> arithmetic_rows(const ArithmeticProgram& program, std::size_t device) {
+  try {
+    return probe_arithmetic(program, device);
+  } catch (const DeviceError& error) {
+    return {{.program = std::string(program.language()),
+             .question = "a program of its own",
+             .as_specified = "runs",
+             .otherwise = error.what(),
+             .answer = ProbeAnswer::otherwise,
+             .telling = 1,
+             .specified = 0,
+             .other = 1,
+             .agreement_needs_it = false}};
+  }
+}
+
 } // namespace
 
 void list_fields(Fields& fields, ProbeRow& row) {
@@ -201,12 +223,7 @@ std::vector<ProbeRow> probe(const Backend& backend, const SessionOptions& option
     rows.push_back(std::move(row));
   }
   if (const auto* const program = dynamic_cast<const ArithmeticProgram*>(&backend)) {
-    const std::vector<Device> all = backend.devices();
-    const auto same = [&](const Device& one) {
-      return one.name == device.name && one.driver == device.driver;
-    };
-    const auto index = static_cast<std::size_t>(std::ranges::find_if(all, same) - all.begin());
-    for (ProbeRow& row : probe_arithmetic(*program, index)) {
+    for (ProbeRow& row : arithmetic_rows(*program, index_of(device, backend.devices()))) {
       row.backend = backend.name();
       row.device = device.name;
       row.driver = device.driver;
