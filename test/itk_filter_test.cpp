@@ -1,6 +1,7 @@
 #include "backends/registry.hpp"
 #include "harness/check/compare.hpp"
-#include "harness/solve/solve.hpp"
+#include "harness/scene/method.hpp"
+#include "harness/solve/methods/solver.hpp"
 #include "kernels/data/mean_energy.hpp"
 #include "test/itk_pipeline.hpp"
 
@@ -108,6 +109,23 @@ TEST_F(ItkFilter, EveryParameterReachesTheSolver) {
                            "DuringIterationUpdate: On", "Penalty: 3", "StepSet: fine", "Backend: scalar"}) {
     EXPECT_THAT(printed.str(), HasSubstr(line));
   }
+}
+
+TEST_F(ItkFilter, MinimisesTheElasticEnergy) {
+  Scene scene = problem.scene;
+  scene.poisson = 0.2;
+  use_method(scene, find_method(elastic_conjugate_gradients), 9);
+  const auto backends = make_backends();
+  Progress quiet(false);
+  const Solution expected = Solver(find_backend(backends, "openmp"), {}).solve(scene, quiet);
+  filter->SetNumberOfIterations(9);
+  filter->SetEnergy(EnergyModel::elastic);
+  filter->SetPoissonRatio(0.2);
+  EXPECT_SAME_BITS(expected.displacement, result());
+  filter->SetPoissonRatio(0.3);
+  EXPECT_GT(compare(expected.displacement, result()).sites, 0);
+  filter->SetPoissonRatio(0.6);
+  EXPECT_THROW(filter->Update(), itk::ExceptionObject);
 }
 
 TEST_F(ItkFilter, EveryBackendGivesTheSameBits) {

@@ -62,6 +62,7 @@ public:
   static_assert(TLabelImage::ImageDimension == 2 && std::is_integral_v<LabelType>,
                 "the labels are a 2-D image of integers");
 
+  using EnergyEnum = hdmbench::EnergyModel;
   using StopCriterionEnum = hdmbench::Stop;
   using AlignmentEnum = hdmbench::Alignment;
   /** Number of the level that is beyond every pyramid: start where it is coarsest. */
@@ -85,7 +86,17 @@ public:
   itkSetInputMacro(ConfidenceImage, ConfidenceImageType);
   itkGetInputMacro(ConfidenceImage, ConfidenceImageType);
 
-  /** Per level: exact with StopCriterionEnum::fixed, else at most. Default 50. */
+  /** What the field minimises: EnergyEnum::hdm (the thesis; default) or EnergyEnum::elastic, the strain energy
+   * of plane stress, as finite elements do. The latter begins with the observation, not with the input,
+   * prescribes a component where its confidence is 1 and pulls at it by a spring where it is below, and has
+   * no use for StopCriterion, Epsilon, StartLevel, Alignment, Penalty, StepSet and DuringIterationUpdate. */
+  itkSetEnumMacro(Energy, EnergyEnum);
+  itkGetEnumMacro(Energy, EnergyEnum);
+  /** Of all tissues, above -1 and at most 0.5; of the elastic energy. Default 0.3. */
+  itkSetMacro(PoissonRatio, double);
+  itkGetConstMacro(PoissonRatio, double);
+  /** Per level: exact with StopCriterionEnum::fixed, else at most. Of the elastic energy: steps of conjugate
+   * gradients at most; they end where only rounding is left. Default 50. */
   itkSetMacro(NumberOfIterations, int);
   itkGetConstMacro(NumberOfIterations, int);
   /** When a level ends: fixed (default), still (no site changed), energy (see Epsilon). */
@@ -158,6 +169,8 @@ private:
   AlignmentEnum m_Alignment = AlignmentEnum::corner;
   bool m_DuringIterationUpdate = false;
   double m_Penalty = 1000.0;
+  EnergyEnum m_Energy = EnergyEnum::hdm;
+  double m_PoissonRatio = 0.3;
   std::string m_StepSet = "default";
   std::string m_Backend = "openmp";
   std::string m_Device;

@@ -4,6 +4,8 @@
 #include "itkHDMRegularizationFilter.h"
 
 #include <backends/registry.hpp>
+#include <harness/scene/method.hpp>
+#include <harness/solve/methods/solver.hpp>
 #include <kernels/data/input_error.hpp>
 #include <kernels/data/mean_energy.hpp>
 
@@ -87,6 +89,9 @@ void HDMRegularizationFilter<TDisplacementField, TLabelImage>::VerifyPreconditio
   if (m_NumberOfIterations < 0 || m_StartLevel < 0 || !(m_Epsilon >= 0.0)) {
     itkExceptionMacro(<< "NumberOfIterations is " << m_NumberOfIterations << ", StartLevel " << m_StartLevel
                       << ", Epsilon " << m_Epsilon << ": none may be negative");
+  }
+  if (!(m_PoissonRatio > -1.0 && m_PoissonRatio <= 0.5)) {
+    itkExceptionMacro(<< "PoissonRatio is " << m_PoissonRatio << ", it must be above -1 and at most 0.5");
   }
   try {
     (void)hdmbench::StepSet::parse(m_StepSet);
@@ -238,6 +243,11 @@ hdmbench::Scene HDMRegularizationFilter<TDisplacementField, TLabelImage>::MakeSc
     full.modulus = this->ModuliOfLabels();
   }
   hdmbench::set_inverse_modulus(full);
+  if (m_Energy == EnergyEnum::elastic) {
+    scene.poisson = m_PoissonRatio;
+    hdmbench::use_method(scene, hdmbench::find_method(hdmbench::elastic_conjugate_gradients),
+                         m_NumberOfIterations);
+  }
   hdmbench::validate(full);
   hdmbench::validate(start, extent, "the displacement to be regularised");
   return scene;
@@ -251,7 +261,6 @@ HDMRegularizationFilter<TDisplacementField, TLabelImage>::Solve(const hdmbench::
   const auto backends = hdmbench::make_backends();
   const auto& backend = hdmbench::find_backend(backends, m_Backend);
   m_DeviceUsed = backend.device(options).name;
-  const auto session = backend.open(options);
   hdmbench::Progress progress([this](double done) {
     this->UpdateProgress(static_cast<float>(done));
     if (this->GetAbortGenerateData()) {
@@ -259,7 +268,7 @@ HDMRegularizationFilter<TDisplacementField, TLabelImage>::Solve(const hdmbench::
     }
   });
   progress.set_total(hdmbench::site_updates(scene));
-  return hdmbench::solve(scene, *session, progress);
+  return hdmbench::Solver(backend, options).solve(scene, progress);
 }
 
 template <typename TDisplacementField, typename TLabelImage>
@@ -287,6 +296,8 @@ void HDMRegularizationFilter<TDisplacementField, TLabelImage>::PrintSelf(std::os
     os << ' ' << +label << ": " << megapascal << " MPa";
   }
   os << '\n';
+  os << indent << "Energy: " << hdmbench::energy_names[static_cast<std::size_t>(m_Energy)] << '\n';
+  os << indent << "PoissonRatio: " << m_PoissonRatio << '\n';
   os << indent << "NumberOfIterations: " << m_NumberOfIterations << '\n';
   os << indent << "StopCriterion: " << static_cast<int>(m_StopCriterion) << '\n';
   os << indent << "Epsilon: " << m_Epsilon << '\n';
