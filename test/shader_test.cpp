@@ -1,6 +1,7 @@
 // What running on a rasterizer that never contracts cannot show: the shaders as texts and as SPIR-V.
 
 #include "backends/gl/context.hpp"
+#include "backends/gl/elastic_fragment.hpp"
 #include "backends/gl/fragment_programs.hpp"
 #include "backends/gl/tile_sweeps.hpp"
 #include "backends/registry.hpp"
@@ -14,6 +15,10 @@
 #include <shaders/coarse_levels_vulkan.hpp>
 #include <shaders/count_compute.hpp>
 #include <shaders/count_fragment.hpp>
+#include <shaders/elastic_coarse_compute.hpp>
+#include <shaders/elastic_coarse_vulkan.hpp>
+#include <shaders/elastic_compute.hpp>
+#include <shaders/elastic_vulkan.hpp>
 #include <shaders/project_compute.hpp>
 #include <shaders/project_fragment.hpp>
 #include <shaders/quad_vertex.hpp>
@@ -81,6 +86,23 @@ TEST(Shaders, AreStrictGlsl) {
       lint(folder, "tiles.vert", gl::assemble(sources::tiles_vertex, "#define POINTS 16\n#define ACTIVE\n")),
       0);
   EXPECT_EQ(lint(folder, "count.comp", gl::assemble(sources::count_compute, "")), 0);
+  for (int step = 0; step <= static_cast<int>(ElasticStep::squares); ++step) {
+    for (const auto masks : {ElasticMasks::none, ElasticMasks::anyhow, ElasticMasks::by_list}) {
+      const ElasticKernel kernel{.step = static_cast<ElasticStep>(step),
+                                 .has_load = step % 2 == 0,
+                                 .is_image = masks == ElasticMasks::none,
+                                 .masks = masks};
+      EXPECT_EQ(lint(folder, "elastic.frag", gl::elastic_fragment_text(kernel)), 0);
+      EXPECT_EQ(lint(folder, "elastic.comp",
+                     gl::assemble(sources::elastic_compute,
+                                  elastic_definitions(kernel) + "#define LANES 16\n#define ROWS 4\n")),
+                0);
+    }
+  }
+  EXPECT_EQ(lint(folder, "elastic_coarse.comp",
+                 gl::assemble(sources::elastic_coarse_compute,
+                              "#define LANES 16\n#define ROWS 4\n#define IN_SHARED 1\n")),
+            0);
   EXPECT_NE(lint(folder, "wrong.frag", "#version 120\nvoid main() { gl_FragColor = 1; }\n"), 0)
       << "the lint is blind";
 }
@@ -112,7 +134,9 @@ Arithmetic count_arithmetic(std::span<const std::uint32_t> words) {
 
 TEST(Shaders, VulkanMayNotContractAnyFloatOperation) {
   for (const std::span<const std::uint32_t> shader :
-       {std::span<const std::uint32_t>(sweep_vulkan), std::span<const std::uint32_t>(coarse_levels_vulkan)}) {
+       {std::span<const std::uint32_t>(sweep_vulkan), std::span<const std::uint32_t>(coarse_levels_vulkan),
+        std::span<const std::uint32_t>(elastic_vulkan),
+        std::span<const std::uint32_t>(elastic_coarse_vulkan)}) {
     const Arithmetic found = count_arithmetic(shader);
     EXPECT_GT(found.operations, 30);
     EXPECT_EQ(found.contractible, 0);

@@ -38,7 +38,7 @@ CellForces forces_of_cell(bool may_be_masked, vec4 moments, vec4 more, vec2 top_
     }
     for (; corner < 4; ++corner) {
       vec2 moved = corner < 2 ? (corner == 0 ? top_left : top_right) : (corner == 2 ? bottom_left : bottom_right);
-      float number = more.z - 1.0;
+      HDM_PRECISE float number = more.z - 1.0;
       forces.top_left = more_masked_force(forces.top_left, matrix_at(number, corner), moved);
       forces.top_right = more_masked_force(forces.top_right, matrix_at(number, 4 + corner), moved);
       forces.bottom_left = more_masked_force(forces.bottom_left, matrix_at(number, 8 + corner), moved);

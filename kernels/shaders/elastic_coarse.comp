@@ -122,7 +122,8 @@ Place place_of(int level) {
 
 // Column and row of item i of rows of `across`. By floats, exact for so few: whole numbers are divided slowly.
 ivec2 item(int i, int across) {
-  int row = int((float(i) + 0.5) / float(across));
+  HDM_PRECISE float middle = float(i) + 0.5;
+  int row = int(middle / float(across));
   return ivec2(i - row * across, row);
 }
 

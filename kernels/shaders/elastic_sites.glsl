@@ -65,7 +65,8 @@ void sweep_columns(int left, int first_row, int end) {
 // rasterizers on the CPU execute both sides. Displacements of the corners in reading order.
 Force masked_or(Force otherwise, float number, int corner, vec2 top_left, vec2 top_right, vec2 bottom_left,
                 vec2 bottom_right) {
-  float found = max(number - 1.0, 0.0);
+  HDM_PRECISE float before = number - 1.0;
+  float found = max(before, 0.0);
   Force force = more_masked_force(null_force(), matrix_at(found, 4 * corner), top_left);
   force = more_masked_force(force, matrix_at(found, 4 * corner + 1), top_right);
   force = more_masked_force(force, matrix_at(found, 4 * corner + 2), bottom_left);
