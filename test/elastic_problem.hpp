@@ -27,7 +27,7 @@ enum class Held {
   springs    ///< as scattered, but by springs of all stiffnesses, and the corners for good
 };
 inline constexpr std::array all_held{Held::border, Held::scattered, Held::supports, Held::regions,
-                               Held::springs};
+                                     Held::springs};
 
 /// The same for the same arguments on every machine; moduli from 1 to `contrast` MPa, targets up to 5 px.
 inline Level elastic_level(Extent extent, Tissue tissue, Held held, double contrast, std::uint64_t seed) {

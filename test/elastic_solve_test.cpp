@@ -64,7 +64,10 @@ TEST(ElasticSolve, ConvergesWhateverTheTissue) {
       for (const double contrast : {1.0, 10.0, 1000.0}) {
         for (const double poisson : {0.0, 0.3, 0.49}) {
           const Level level = elastic_level({49, 38}, tissue, held, contrast, 5);
-          const int steps = contrast == 1.0 ? (held == Held::springs ? 12 : 6) : contrast == 10.0 ? 10 : tissue == Tissue::layers ? 70 : 30;
+          const int steps = contrast == 1.0            ? (held == Held::springs ? 12 : 6)
+                            : contrast == 10.0         ? 10
+                            : tissue == Tissue::layers ? 70
+                                                       : 30;
           EXPECT_LT(solved(level, poisson, steps), 1e-4)
               << "tissue " << static_cast<int>(tissue) << ", held " << static_cast<int>(held) << ", contrast "
               << contrast << ", Poisson ratio " << poisson;

@@ -60,7 +60,8 @@ struct TouchedSites {
 
 class OpenClElastic final : public ElasticDevice {
 public:
-  explicit OpenClElastic(Queue queue) : queue_(std::move(queue)), lanes_(shapes_for(queue_.device()).front().lanes) {}
+  explicit OpenClElastic(Queue queue)
+      : queue_(std::move(queue)), lanes_(shapes_for(queue_.device()).front().lanes) {}
 
   void load(const ElasticHierarchy& hierarchy, const ElasticLayout& layout) override {
     require_fits(hierarchy, layout);

@@ -58,9 +58,10 @@ void ScheduleOverrides::add_to(CLI::App& command) {
   const auto* const group = "Instead of what the scene says";
   if (takes_elastic) {
     command
-        .add_option("--energy", energy,
-                    "What the displacement minimises: hdm (the thesis) or elastic (plane stress); a method of "
-                    "either brings its own")
+        .add_option(
+            "--energy", energy,
+            "What the displacement minimises: hdm (the thesis) or elastic (plane stress); a method of "
+            "either brings its own")
         ->transform(CLI::CheckedTransformer(energies))
         ->group(group);
   }
@@ -103,7 +104,6 @@ void ScheduleOverrides::add_to(CLI::App& command) {
           "alpha of the thesis, (3.17), above 0 and below 1: U = alpha prior + (1 - alpha) observation")
       ->group(group);
 }
-
 
 void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& other_method) const {
   const std::optional<std::string> chosen = other_method ? other_method : method;

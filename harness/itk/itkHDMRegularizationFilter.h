@@ -86,10 +86,11 @@ public:
   itkSetInputMacro(ConfidenceImage, ConfidenceImageType);
   itkGetInputMacro(ConfidenceImage, ConfidenceImageType);
 
-  /** What the field minimises: EnergyEnum::hdm (the thesis; default) or EnergyEnum::elastic, the strain energy
-   * of plane stress, as finite elements do. The latter begins with the observation, not with the input,
-   * prescribes a component where its confidence is 1 and pulls at it by a spring where it is below, and has
-   * no use for StopCriterion, Epsilon, StartLevel, Alignment, Penalty, StepSet and DuringIterationUpdate. */
+  /** What the field minimises: EnergyEnum::hdm (the thesis; default) or EnergyEnum::elastic, the strain
+   * energy of plane stress, as finite elements do. The latter begins with the observation, not with the
+   * input, prescribes a component where its confidence is 1 and pulls at it by a spring where it is below,
+   * and has no use for StopCriterion, Epsilon, StartLevel, Alignment, Penalty, StepSet and
+   * DuringIterationUpdate. */
   itkSetEnumMacro(Energy, EnergyEnum);
   itkGetEnumMacro(Energy, EnergyEnum);
   /** Of all tissues, above -1 and at most 0.5; of the elastic energy. Default 0.3. */

@@ -1,5 +1,5 @@
-// What a device does to all sites of a level in one go: steps of elastic.comp, elastic.frag and elastic.cl, and of
-// backends/shared/elastic_device.hpp, which says what each reads and writes.
+// What a device does to all sites of a level in one go: steps of elastic.comp, elastic.frag and elastic.cl,
+// and of backends/shared/elastic_device.hpp, which says what each reads and writes.
 
 #define ELASTIC_RELAX 0
 #define ELASTIC_RELAX_FROM_ZERO 1
@@ -12,13 +12,13 @@
 #define ELASTIC_PRODUCTS 8
 #define ELASTIC_SQUARES 9
 
-// Sites beside each other that an invocation of elastic.comp has in relax and residual; groups of a list of sites side by
-// side.
+// Sites beside each other that an invocation of elastic.comp has in relax and residual; groups of a list of
+// sites side by side.
 #define ELASTIC_COLUMNS 2
 #define ELASTIC_LIST_GROUPS 32768
 
-// Of elastic_coarse.comp: sites of an array, of which shared memory has three (32 KiB), and where they are not kept there;
-// steps in a dispatch.
+// Of elastic_coarse.comp: sites of an array, of which shared memory has three (32 KiB), and where they are
+// not kept there; steps in a dispatch.
 #define ELASTIC_SHARED_SITES 1360
 #define ELASTIC_COARSE_SITES 2720
 #define ELASTIC_COARSE_STEPS 24

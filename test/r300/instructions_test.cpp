@@ -139,7 +139,8 @@ TEST_F(Budget, EveryMethodFits) {
     EXPECT_TRUE(row.compilation.resources)
         << row.shader << " with " << row.candidates << ": " << row.compilation.refusal;
   }
-  EXPECT_EQ(rows.back().candidates, StepSet::maximum_count - 1) << "without the 0";
+  EXPECT_EQ(std::ranges::max(rows, {}, &InstructionRow::candidates).candidates, StepSet::maximum_count - 1)
+      << "annealing, without the 0";
 }
 
 // The two counts know nothing of each other: an instruction is a vector of three and a scalar operation at
