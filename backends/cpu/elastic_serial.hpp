@@ -3,7 +3,6 @@
 #include "backends/cpu/elastic_answers.hpp"
 
 #include <memory>
-#include <utility>
 
 namespace hdmbench {
 
@@ -81,29 +80,29 @@ private:
     }
   }
 
-  /// The field from answer(x, y) of all sites; the old one may be read meanwhile.
+  /// answer(x, y) of all sites.
   template <typename At>
-  void make(int level, ElasticField field, const At& answer) {
-    RingedField next;
-    next.require(grid(level));
+  [[nodiscard]] RingedField made(int level, const At& answer) const {
+    RingedField field;
+    field.require(grid(level));
     for_each_site(level, [&](int x, int y, std::size_t at) {
       const Answer site = answer(x, y);
-      next.x[at] = stored(site.x);
-      next.y[at] = stored(site.y);
+      field.x[at] = stored(site.x);
+      field.y[at] = stored(site.y);
     });
-    fields_.at(level, field) = std::move(next);
+    return field;
+  }
+
+  /// The field from answer(x, y); the old one may be read meanwhile.
+  template <typename At>
+  void make(int level, ElasticField field, const At& answer) {
+    fields_.at(level, field) = made(level, answer);
   }
 
   /// load of level + 1 from fine(x, y), which is stored on the way.
   template <typename Fine>
   void restrict_sites(int level, const Fine& fine) {
-    RingedField from;
-    from.require(grid(level));
-    for_each_site(level, [&](int x, int y, std::size_t at) {
-      const Answer site = fine(x, y);
-      from.x[at] = stored(site.x);
-      from.y[at] = stored(site.y);
-    });
+    const RingedField from = made(level, fine);
     make(level + 1, ElasticField::load, [&](int x, int y) {
       return answers_->restricted(level, x, y, [&](int i, int j) {
         const std::size_t at = grid(level).index(i, j);

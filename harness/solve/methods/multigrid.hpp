@@ -41,9 +41,9 @@ public:
   Multigrid(const Scene& scene, const Backend& backend, const SessionOptions& options,
             std::vector<std::unique_ptr<Session>>& sessions);
 
-  /// Largest over smallest modulus up to which estimates are believed: of 750 requests on 250 scenes of all
-  /// makes none was missed; up to 30 it was 4, up to 1000 60 of 870, some by a factor of 50: coarse levels
-  /// sample the moduli, and what they do not know of stalls without a sign.
+  /// Largest over smallest modulus up to which estimates are believed. Coarse levels sample the moduli;
+  /// beyond it, what they do not know of was seen to stall without a sign (test/promise_test holds what is
+  /// left).
   static constexpr double most_trusted_contrast = 10.0;
   [[nodiscard]] bool is_trusted() const { return is_trusted_; }
 

@@ -10,8 +10,8 @@ namespace hdmbench {
 /// How far a field is from its end, from how far the steps of conjugate gradients moved it. Later steps go
 /// on as the last ones did, and partly in the same direction: between their sum and the root of the sum of
 /// their squares, so that what is left is about 0.7 of the last step times sqrt(share / (1 - share)), where a
-/// step is `share` of the one before. The numbers are those that fit 400 scenes (test/promise_test); one in
-/// ten is more than a factor of 2 off, one in 200 more than 5: a slow part of the error can hide for some
+/// step is `share` of the one before. The numbers fit scenes with other seeds than those of
+/// test/promise_test, which prints how far off the estimates are: a slow part of the error can hide for some
 /// steps.
 class RemainingError {
 public:
@@ -36,8 +36,8 @@ public:
   /// Whether what is left is within `accuracy`, pixels, with a margin for an estimate that is wrong, a wider
   /// one after a first step.
   [[nodiscard]] bool is_within(double accuracy) const {
-    const double margin = moved_.size() == 1 ? 3.0 : 2.0;
-    return is_known() && 2.0 * estimate() <= accuracy && margin * moved_.back() <= accuracy;
+    const double margin = moved_.size() == 1 ? 6.0 : 4.0;
+    return is_known() && 3.0 * estimate() <= accuracy && margin * moved_.back() <= accuracy;
   }
 
 private:

@@ -28,6 +28,9 @@ constexpr double slow_contraction = 0.55;
 /// is within it.
 constexpr double caution = 2.0;
 
+/// The same where the field would come from a coarser level: nothing has been computed there yet.
+constexpr double caution_before_interpolation = 4.0;
+
 /// Float cannot say more in the end.
 constexpr int most_cycles = 25;
 
@@ -65,7 +68,7 @@ public:
     while (multigrid_.position() > 0 && !finished_) {
       if (!has_time_for(multigrid_.position() - 1)) {
         finish_by_interpolation("the time is up");
-      } else if (is_accurate(grid_error_) && !loses_conditions()) {
+      } else if (is_accurate(grid_error_, caution_before_interpolation) && !loses_conditions()) {
         finish_by_interpolation("the next level is expected to move the field by less than is asked for");
       } else {
         refine();
@@ -95,8 +98,8 @@ private:
         fmt::format("{} {} x {}: {}", scene_.name, extent.width, extent.height, plan_.steps.back().action));
   }
 
-  [[nodiscard]] bool is_accurate(double error) const {
-    return request_.accuracy && caution * error <= *request_.accuracy;
+  [[nodiscard]] bool is_accurate(double error, double margin = caution) const {
+    return request_.accuracy && margin * error <= *request_.accuracy;
   }
 
   /// Cost grows with the sites: those of `position` next, and for a coarse one the interpolation after it.

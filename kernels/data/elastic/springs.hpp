@@ -9,9 +9,8 @@ namespace hdmbench {
 
 /// How stiff the spring is that pulls a component to its target, in MPa times the thickness of the sheet, for
 /// a confidence above 0 and below 1: at 1/2 as stiff as the tissue of its site, so that an observation of
-/// confidence c and the tissue around share the way between them about as c to 1 - c. Where an observation
-/// has the standard deviation s and a force f, as large as the tissue's own, moves it by d: c = d / (d + s).
-/// From 1 on a component is prescribed.
+/// confidence c and the tissue around share the way between them about as c to 1 - c. From
+/// 1 on a component is prescribed.
 [[nodiscard]] inline double spring_stiffness(float modulus, float confidence) {
   const auto share = static_cast<double>(confidence);
   return static_cast<double>(modulus) * share / (1.0 - share);
