@@ -8,7 +8,6 @@
 #include "harness/solve/rms_difference.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/conditions.hpp"
-#include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -95,7 +94,7 @@ private:
   /// their differences say that the next finer one would not move the field by more than what is asked for.
   /// False where none is good enough.
   bool solve_sampled() {
-    if (has_springs(scene_.full)) {
+    if (plan_.survey.partly > 0.0) {
       return false; // a sampled spring would stand for as many as there are pixels a cell
     }
     VectorField before;

@@ -10,14 +10,14 @@ namespace {
 /// Returns the largest way, pixels.
 double put_on_targets(std::vector<float>& values, const std::vector<float>& target,
                       const std::vector<float>& confidence) {
-  double largest = 0.0;
+  float largest = 0.0F;
+#pragma omp parallel for simd reduction(max : largest)
   for (std::size_t i = 0; i < values.size(); ++i) {
-    if (confidence[i] > 0.0F) {
-      largest = std::max(largest, static_cast<double>(std::abs(target[i] - values[i])));
-      values[i] = target[i];
-    }
+    const bool observed = confidence[i] > 0.0F;
+    largest = std::max(largest, observed ? std::abs(target[i] - values[i]) : 0.0F);
+    values[i] = observed ? target[i] : values[i];
   }
-  return largest;
+  return static_cast<double>(largest);
 }
 
 } // namespace
