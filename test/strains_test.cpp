@@ -61,6 +61,8 @@ TEST(Strains, OfASiteAreTheMeanOverTheCellsAround) {
   EXPECT_FLOAT_EQ(across.xx.values[extent.index(4, 3)], 3.0F);
   EXPECT_NEAR(across.xx.values[extent.index(4, 0)], 0.5 * (1.0 - 1.0 / std::sqrt(3.0)), 1e-6)
       << "at a border the Gauss point of the only cell";
+  const Strains down = of([](double x, double y) { return Vector{0.0, x * y}; }, 0.0);
+  EXPECT_NEAR(down.yy.values[extent.index(0, 3)], 0.5 * (1.0 - 1.0 / std::sqrt(3.0)), 1e-6);
 }
 
 /// Inside a round inclusion the stress is the same everywhere.

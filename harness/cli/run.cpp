@@ -163,8 +163,10 @@ int run_scene(const Arguments& arguments, const std::string& line) {
   }
   progress.clear();
   Warnings warnings = inspected ? find_warnings(scene, solution) : Warnings{};
-  if (plan && plan->met) { // the error is what was asked for
-    std::erase_if(warnings, [](const Warning& warning) { return warning.kind == "not-converged"; });
+  if (plan && plan->met) { // the error is what was asked for, by a method of the plan's own
+    std::erase_if(warnings, [](const Warning& warning) {
+      return warning.kind == "not-converged" || warning.kind == "stalling-cycles";
+    });
   }
 
   const std::int64_t iterations = total_iterations(solution.levels);

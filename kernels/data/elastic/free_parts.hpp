@@ -6,9 +6,9 @@
 
 namespace hdmbench {
 
-/// A pixel whose modulus is a smaller share of the stiffest one's is void: its forces are within the rounding
-/// of the others, so nothing that it connects is held by it.
-inline constexpr float void_share = 1e-6F;
+/// A pixel whose modulus is a smaller share of the stiffest one's is void: added to it in float32 it changes
+/// no bit, so nobody can have meant it to hold anything.
+inline constexpr float void_share = 0x1p-24F;
 
 /// How a sheet, or a part of one, can move without straining: by (a - t y, b + t x) only. Known x in two
 /// rows, or known y in two columns, determine t.
