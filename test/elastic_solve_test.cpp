@@ -7,12 +7,14 @@
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/finite_elements.hpp"
+#include "test/elastic_checks.hpp"
 #include "test/elastic_problem.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <complex>
 
 namespace hdmbench {
 namespace {
@@ -141,6 +143,50 @@ TEST(ElasticSolve, EveryMethodAndBackendOfAScene) {
     }
   }
   EXPECT_LT(before, 1e-4);
+}
+
+/// Pixels between our field at rest and a curved one that is in balance without any force: Muskhelishvili's
+/// potentials phi = w^3 and psi = 0 of w = z / side. `kappa` is (3 - nu) / (1 + nu) where all is right.
+double smooth_error(int n, double poisson, double kappa) {
+  const double side = n - 1;
+  const ReferenceField exact = test::sampled({n, n}, [&](double x, double y) {
+    const std::complex<double> w(x / side - 0.5, y / side - 0.5);
+    const std::complex<double> moved = 10.0 * (kappa * w * w * w - 3.0 * w * std::conj(w * w));
+    return test::Vector{moved.real(), moved.imag()};
+  });
+  Level level{.extent = exact.extent,
+              .target = exact.to_float(),
+              .confidence = VectorField(exact.extent),
+              .modulus = ScalarField(exact.extent, 20.0F)};
+  for_each_site(level.extent, [&](int x, int y) {
+    const bool border = x == 0 || y == 0 || x + 1 == n || y + 1 == n;
+    const std::size_t at = level.extent.index(x, y);
+    level.confidence.x[at] = level.confidence.y[at] = border ? 1.0F : 0.0F;
+  });
+  set_inverse_modulus(level);
+  const auto session = open_session();
+  ElasticSolver solver(level, poisson, *session);
+  solver.full_multigrid();
+  for (int i = 0; i < 40 && !solver.conjugate_gradients().ended; ++i) {
+  }
+  return distance(solver.displacement(), exact);
+}
+
+TEST(ElasticSolve, ASmoothFieldIsMetWithOrderTwo) {
+  for (const double poisson : {0.0, 0.3, 0.49}) {
+    const double kappa = (3.0 - poisson) / (1.0 + poisson);
+    double coarser = smooth_error(17, poisson, kappa);
+    for (const int n : {33, 65}) {
+      const double finer = smooth_error(n, poisson, kappa);
+      EXPECT_GT(std::log2(coarser / finer), 1.9) << n << ", nu " << poisson;
+      EXPECT_LT(std::log2(coarser / finer), 2.1) << n << ", nu " << poisson;
+      coarser = finer;
+    }
+    EXPECT_LT(coarser, 2e-3);
+  }
+  const double plane_strain = 3.0 - 4.0 * 0.3;
+  EXPECT_LT(std::log2(smooth_error(17, 0.3, plane_strain) / smooth_error(33, 0.3, plane_strain)), 0.5)
+      << "a field that is not in balance";
 }
 
 TEST(ElasticSolve, EstimatesItsError) {
