@@ -11,7 +11,9 @@
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/solve/methods/robust_observations.hpp"
 #include "harness/solve/methods/solver.hpp"
+#include "harness/solve/planner/energy_choice.hpp"
 #include "harness/solve/solve.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/mean_energy.hpp"
@@ -96,7 +98,8 @@ double mean_energy_of(const Scene& scene, const VectorField& displacement) {
   if (scene.energy == EnergyModel::hdm) {
     return mean_energy(scene.full, displacement);
   }
-  const double twice = elastic_energy(elastic_problem(scene.full), ElementRule::plane_stress(scene.poisson),
+  const Level& level = scene.robust ? reweighted(scene.full, displacement, *scene.robust) : scene.full;
+  const double twice = elastic_energy(elastic_problem(level), ElementRule::plane_stress(scene.poisson),
                                       ReferenceField(displacement));
   return twice / 2.0 / static_cast<double>(scene.extent().sites());
 }
@@ -112,6 +115,9 @@ Warnings find_warnings(const Scene& scene, const Solution& solution) {
 /// InputError.
 void require_meaning(const Arguments& arguments) {
   const ScheduleOverrides& schedule = arguments.scene.schedule;
+  if (schedule.auto_energy && arguments.accuracy.empty()) {
+    throw InputError("--energy auto chooses by the accuracy that is asked for; give --accuracy");
+  }
   if (!arguments.asks() && arguments.explain) {
     throw InputError("--explain explains a plan; ask for one with --accuracy or --within");
   }
@@ -156,7 +162,10 @@ int run_scene(const Arguments& arguments, const std::string& line) {
   Solution solution;
   if (arguments.asks()) {
     std::vector<std::unique_ptr<Session>> sessions;
-    plan = solve_as_needed(scene, request, backend, arguments.scene.session, sessions, progress);
+    const SessionOptions& session = arguments.scene.session;
+    plan = arguments.scene.schedule.auto_energy
+               ? solve_by_either_energy(scene, request, backend, session, sessions, progress)
+               : solve_as_needed(scene, request, backend, session, sessions, progress);
     solution = plan->solution;
   } else {
     solution = Solver(backend, arguments.scene.session).solve(scene, progress, {.last_changed = inspected});
@@ -258,6 +267,7 @@ void add_run(CLI::App& program, const std::string& arguments, int& status) {
              "the displacement's magnitude and change of area as PNG; say what speaks against the result.");
   const auto own = std::make_shared<Arguments>();
   own->scene.schedule.takes_elastic = true;
+  own->scene.schedule.takes_auto_energy = true;
   own->scene.add_scene_to(*command);
   own->scene.add_backend_to(*command);
   command->add_option("--output", own->output, "Folder for the files, made if missing")

@@ -159,7 +159,7 @@ private:
   /// must come to the same field.
   void measure_requests() {
     for (const double asked :
-         options_.quick ? std::vector{1.0, 0.1} : std::vector{2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02}) {
+         options_.quick ? std::vector{1.0, 0.1} : std::vector{4.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02}) {
       Place& place = main_place(Update::coloured);
       TradeoffPoint& point = result_.points.emplace_back();
       point.method = requested_name;
