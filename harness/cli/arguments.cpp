@@ -128,7 +128,7 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
   }
   if (scene.energy == EnergyModel::elastic && !takes_elastic) {
     throw InputError(fmt::format("{} would have the elastic energy, which this command does not know; run, "
-                                 "verify, bench and tradeoff do",
+                                 "verify, bench, tradeoff and accuracy do",
                                  scene.name));
   }
   if ((scene.energy == EnergyModel::elastic || auto_energy) &&
