@@ -69,18 +69,25 @@ void Hold::add(const Level& level, int x, int y) {
 }
 
 std::string Hold::freedom() const {
+  if (!is_free()) {
+    return "";
+  }
   if (row_ < 0 || column_ < 0) {
     return fmt::format("can move in {}; a condition must give that component somewhere",
                        row_ < 0 ? 'x' : 'y');
   }
-  return turns_ ? fmt::format("can turn about x = {}, y = {}; give x in two rows or y in two columns",
-                              column_, row_)
-                : "";
+  return fmt::format("can turn about x = {}, y = {}; give x in two rows or y in two columns", column_, row_);
 }
 
 void require_parts_held(const Level& level) {
   const std::vector<float>& modulus = level.modulus.values;
-  const auto [softest, stiffest] = std::ranges::minmax(modulus);
+  float softest = modulus.front();
+  float stiffest = modulus.front();
+#pragma omp parallel for simd reduction(min : softest) reduction(max : stiffest)
+  for (std::size_t i = 0; i < modulus.size(); ++i) {
+    softest = std::min(softest, modulus[i]);
+    stiffest = std::max(stiffest, modulus[i]);
+  }
   const float least = void_share * stiffest;
   if (softest >= least) {
     return;
