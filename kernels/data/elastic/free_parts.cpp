@@ -13,6 +13,9 @@ namespace hdmbench {
 
 namespace {
 
+/// Below this many sites threads cost more than they bring.
+constexpr std::size_t sites_worth_threads = 1 << 15;
+
 /// Sets of sites that are joined one by one (union-find); a set is named by its first site.
 class Parts {
 public:
@@ -81,9 +84,10 @@ std::string Hold::freedom() const {
 
 void require_parts_held(const Level& level) {
   const std::vector<float>& modulus = level.modulus.values;
+  const bool large = modulus.size() > sites_worth_threads;
   float softest = modulus.front();
-  float stiffest = modulus.front();
-#pragma omp parallel for simd reduction(min : softest) reduction(max : stiffest)
+  float stiffest = softest;
+#pragma omp parallel for simd if (large) reduction(min : softest) reduction(max : stiffest)
   for (std::size_t i = 0; i < modulus.size(); ++i) {
     softest = std::min(softest, modulus[i]);
     stiffest = std::max(stiffest, modulus[i]);
