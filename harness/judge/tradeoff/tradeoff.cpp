@@ -169,7 +169,7 @@ private:
   void measure_requests(const Scene& scene, std::string_view name,
                         std::optional<double> poisson = std::nullopt) {
     for (const double asked :
-         options_.quick ? std::vector{1.0, 0.1} : std::vector{4.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02}) {
+         options_.quick ? std::vector{1.0, 0.1} : std::vector{5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02}) {
       Place& place = main_place(Update::coloured);
       TradeoffPoint& point = result_.points.emplace_back();
       point.method = name;
