@@ -86,9 +86,7 @@ public:
   RegistrationIteration improve(VectorField& displacement, int number) {
     const Evidence evidence = look(displacement, number);
     const Extent extent = sheet_.extent;
-    ElasticSolver solver(sheet_, poisson_, evidence.structure, displacement, evidence.pull, session_);
-    solver.full_multigrid();
-    const VectorField solution = solver.displacement();
+    const VectorField solution = regularised(displacement, evidence);
     double square = 0.0;
     for (std::size_t site = 0; site < extent.sites(); ++site) {
       const float step_x = solution.x[site] - displacement.x[site];
@@ -109,6 +107,36 @@ public:
   [[nodiscard]] double noise() const { return noise_; }
 
 private:
+  /// The displacement that neighbours agree on.
+  [[nodiscard]] VectorField regularised(const VectorField& displacement, const Evidence& evidence) const {
+    if (options_.gaussian > 0.0) {
+      return made_smooth(displacement, evidence);
+    }
+    ElasticSolver solver(sheet_, poisson_, evidence.structure, displacement, evidence.pull, session_);
+    solver.full_multigrid();
+    return solver.displacement();
+  }
+
+  /// Each site's own step, held as the elastic energy would by its modulus, then a Gaussian over all.
+  [[nodiscard]] VectorField made_smooth(const VectorField& displacement, const Evidence& evidence) const {
+    ScalarField along_x(sheet_.extent);
+    ScalarField along_y(sheet_.extent);
+    for (std::size_t site = 0; site < sheet_.extent.sites(); ++site) {
+      const float xx = evidence.structure.xx.values[site] + sheet_.modulus.values[site];
+      const float xy = evidence.structure.xy.values[site];
+      const float yy = evidence.structure.yy.values[site] + sheet_.modulus.values[site];
+      const float determinant = xx * yy - xy * xy;
+      along_x.values[site] =
+          displacement.x[site] + (yy * evidence.pull.x[site] - xy * evidence.pull.y[site]) / determinant;
+      along_y.values[site] =
+          displacement.y[site] + (xx * evidence.pull.y[site] - xy * evidence.pull.x[site]) / determinant;
+    }
+    VectorField result(sheet_.extent);
+    result.x = blurred(along_x, options_.gaussian).values;
+    result.y = blurred(along_y, options_.gaussian).values;
+    return result;
+  }
+
   [[nodiscard]] Evidence look(const VectorField& displacement, int number) const {
     const Extent extent = sheet_.extent;
     const ScalarField seen = pulled_back(target_, displacement);

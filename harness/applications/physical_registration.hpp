@@ -15,6 +15,7 @@ namespace hdmbench {
 
 /// Thesis Algorithm 5: `displacement` of a conventional registration, believed where it deserves it
 /// (confidence_of), is what is observed; the scene's moduli, its energy and its method decide about the rest.
+/// Where the pictures do not match inside `unseen` (the region) its moduli count less.
 /// Returns the solution and, in `confidence`, what was believed. Throws what Solver throws.
 [[nodiscard]] Solution make_physical(const ScalarField& source, const ScalarField& target,
                                      const VectorField& displacement, const ScalarField& unseen,
