@@ -65,6 +65,7 @@ void list_fields(Fields& fields, RunRow& row) {
   fields.if_any("plan", row.plan);
   fields.if_any("field", row.field);
   fields.if_any("pictures", row.pictures);
+  fields.if_any("strains", row.strains);
 }
 
 RunRow::PlanRow plan_row(const Scene& scene, const Request& request, const Plan& plan) {

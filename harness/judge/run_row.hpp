@@ -49,6 +49,7 @@ struct RunRow {
   std::optional<PlanRow> plan{};
   std::string field{}; ///< file of the displacement; empty: none was written
   std::optional<Pictures> pictures{};
+  std::vector<std::string> strains{}; ///< files of `run --strains`
 };
 
 void list_fields(Fields& fields, RunRow& row);

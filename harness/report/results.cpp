@@ -112,6 +112,9 @@ bool replaces(const InclusionRow& a, const InclusionRow& b) {
   return same_scene(a, b) && a.radius == b.radius && a.contrast == b.contrast && a.noise == b.noise &&
          a.seed == b.seed;
 }
+bool replaces(const ContinuumRow& a, const ContinuumRow& b) {
+  return a.width == b.width && a.height == b.height && a.contrast == b.contrast && a.energy == b.energy;
+}
 bool replaces(const FailingCallsRow& a, const FailingCallsRow& b) {
   return a.backend == b.backend && a.api == b.api && a.kind == b.kind;
 }
@@ -188,6 +191,8 @@ void add_file(Results& results, const ResultFile& file) {
     add_rows(results, results.inclusions, file);
   } else if (command == "accuracy") {
     add_rows(results, results.accuracy, file);
+  } else if (command == "continuum") {
+    add_rows(results, results.continuum, file);
   } else if (command == "atlas") {
     add_rows(results, results.atlas, file);
   } else if (command == "instructions") {

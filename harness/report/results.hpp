@@ -7,6 +7,7 @@
 #include "harness/check/verify_row.hpp"
 #include "harness/judge/accuracy/accuracy_row.hpp"
 #include "harness/judge/atlas/atlas_row.hpp"
+#include "harness/judge/continuum/continuum.hpp"
 #include "harness/judge/registration/registration_row.hpp"
 #include "harness/judge/registration/rivals.hpp"
 #include "harness/judge/run_row.hpp"
@@ -45,6 +46,7 @@ using AccuracyRow = From<hdmbench::AccuracyRow>;
 using AtlasRow = From<atlas::AtlasRow>;
 using BenchRow = From<hdmbench::BenchRow>;
 using ComparedRow = From<comparison::ComparedRow>;
+using ContinuumRow = From<hdmbench::ContinuumRow>;
 using DeviceRow = From<hdmbench::DeviceRow>;
 using EqualAccuracyRow = From<hdmbench::EqualAccuracyRow>;
 using FailingCallsRow = From<hdmbench::FailingCallsRow>;
@@ -77,6 +79,7 @@ struct Results {
   std::vector<RivalRow> rivals;
   std::vector<InclusionRow> inclusions;
   std::vector<AccuracyRow> accuracy;
+  std::vector<ContinuumRow> continuum;
   std::vector<AtlasRow> atlas;
   std::vector<InstructionsRow> instructions;
   std::vector<GoldenRow> golden;

@@ -1,7 +1,9 @@
 #include "harness/solve/methods/elastic.hpp"
 
 #include "harness/scene/method.hpp"
+#include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
+#include "harness/solve/methods/robust_observations.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/springs.hpp"
@@ -235,20 +237,18 @@ namespace {
 
 /// Pixels: a hundredth of the last place of the largest target. No step as small as this changes anything.
 double least_error(const VectorField& target) {
-  float largest = 0.0F;
-  for (const auto* const values : {&target.x, &target.y}) {
-    for (const float value : *values) {
-      largest = std::max(largest, std::abs(value));
-    }
-  }
-  return 0.01 * static_cast<double>(largest) * std::numeric_limits<float>::epsilon();
+  return 0.01 * largest_component(target) * std::numeric_limits<float>::epsilon();
 }
 
 } // namespace
 
 Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& progress,
                        const SolveOptions& options) {
-  ElasticSolver solver(scene.full, scene.poisson, session);
+  std::optional<RobustObservations> robust;
+  if (scene.robust) {
+    robust = find_robust_observations(scene, session, progress);
+  }
+  ElasticSolver solver(robust ? robust->level : scene.full, scene.poisson, session);
   const std::string& method = scene.schedule.method;
   const int effort = scene.schedule.iterations;
   const auto sites = static_cast<double>(scene.extent().sites());
@@ -276,8 +276,12 @@ Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& pr
     }
   }
   Solution solution;
-  solution.levels = solver.work();
-  solution.timings = solver.timings();
+  if (robust) {
+    solution.levels = std::move(robust->work);
+    solution.timings = robust->timings;
+  }
+  add_work(solution.levels, solver.work());
+  solution.timings.add(solver.timings());
   if (error.is_known()) {
     solution.estimated_error = error.estimate();
   }
