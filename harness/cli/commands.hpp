@@ -12,6 +12,9 @@ namespace hdmbench::commands {
 void add_devices(CLI::App& program, const std::string& arguments, int& status);
 void add_methods(CLI::App& program);
 void add_run(CLI::App& program, const std::string& arguments, int& status);
+void add_register(CLI::App& program, const std::string& arguments, int& status);
+void add_detect(CLI::App& program, const std::string& arguments, int& status);
+void add_rivals(CLI::App& program, const std::string& arguments, int& status);
 void add_verify(CLI::App& program, const std::string& arguments, int& status);
 void add_implementations(CLI::App& program, const std::string& arguments, int& status);
 void add_probe(CLI::App& program, const std::string& arguments);

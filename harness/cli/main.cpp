@@ -46,6 +46,9 @@ int run_program(int argc, char** argv) {
   commands::add_devices(program, arguments, status);
   commands::add_methods(program);
   commands::add_run(program, arguments, status);
+  commands::add_register(program, arguments, status);
+  commands::add_detect(program, arguments, status);
+  commands::add_rivals(program, arguments, status);
   commands::add_verify(program, arguments, status);
   commands::add_probe(program, arguments);
   commands::add_implementations(program, arguments, status);

@@ -45,6 +45,7 @@ std::string page_html(const report::Results& results) {
   html +=
       R"(<nav aria-label="Sections"><a href="#tradeoff">Speed and accuracy</a>
 <a href="#pictures">Displacement fields</a>
+<a href="#registration">Registration</a>
 <a href="#speed">Speed</a>
 <a href="#portability">Machines side by side</a>
 <a href="#agreement">Agreement</a>
@@ -65,6 +66,7 @@ std::string page_html(const report::Results& results) {
 )";
   html += report::tradeoff_section(results, anchors);
   html += report::pictures_section(results, anchors);
+  html += report::registration_section(results, anchors);
   html += report::speed_section(results, anchors);
   html += report::portability_section(results, anchors);
   html += report::agreement_section(results, anchors);

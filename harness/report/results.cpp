@@ -97,6 +97,21 @@ bool replaces(const AccuracyRow& a, const AccuracyRow& b) {
   return same_place(a, b) && a.variant == b.variant && a.poisson == b.poisson &&
          a.poisson_used == b.poisson_used;
 }
+bool replaces(const RegistrationRow& a, const RegistrationRow& b) {
+  return same_scene(a, b) && a.algorithm == b.algorithm && a.conventional == b.conventional &&
+         a.energy == b.energy;
+}
+bool replaces(const DetectionRow& a, const DetectionRow& b) {
+  return same_scene(a, b);
+}
+bool replaces(const RivalRow& a, const RivalRow& b) {
+  return same_scene(a, b) && a.planted == b.planted && a.amplitude == b.amplitude && a.noise == b.noise &&
+         a.other_gray == b.other_gray && a.seed == b.seed && a.method == b.method;
+}
+bool replaces(const InclusionRow& a, const InclusionRow& b) {
+  return same_scene(a, b) && a.radius == b.radius && a.contrast == b.contrast && a.noise == b.noise &&
+         a.seed == b.seed;
+}
 bool replaces(const ContinuumRow& a, const ContinuumRow& b) {
   return a.width == b.width && a.height == b.height && a.contrast == b.contrast && a.energy == b.energy;
 }
@@ -166,6 +181,14 @@ void add_file(Results& results, const ResultFile& file) {
     add_rows(results, results.compare, file);
   } else if (command == "run") {
     add_rows(results, results.run, file);
+  } else if (command == "register") {
+    add_rows(results, results.registrations, file);
+  } else if (command == "detect") {
+    add_rows(results, results.detections, file);
+  } else if (command == "rivals") {
+    add_rows(results, results.rivals, file);
+  } else if (command == "roc") {
+    add_rows(results, results.inclusions, file);
   } else if (command == "accuracy") {
     add_rows(results, results.accuracy, file);
   } else if (command == "continuum") {

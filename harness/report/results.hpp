@@ -8,6 +8,8 @@
 #include "harness/judge/accuracy/accuracy_row.hpp"
 #include "harness/judge/atlas/atlas_row.hpp"
 #include "harness/judge/continuum/continuum.hpp"
+#include "harness/judge/registration/registration_row.hpp"
+#include "harness/judge/registration/rivals.hpp"
 #include "harness/judge/run_row.hpp"
 #include "harness/judge/tradeoff/tradeoff_row.hpp"
 #include "harness/measure/bench_row.hpp"
@@ -53,6 +55,10 @@ using GoldenRow = From<hdmbench::GoldenRow>;
 using ImplementationRow = From<hdmbench::ImplementationRow>;
 using InstructionsRow = From<hdmbench::InstructionsRow>;
 using ProbeRow = From<hdmbench::ProbeRow>;
+using DetectionRow = From<hdmbench::DetectionRow>;
+using InclusionRow = From<hdmbench::InclusionRow>;
+using RegistrationRow = From<hdmbench::RegistrationRow>;
+using RivalRow = From<hdmbench::RivalRow>;
 using RunRow = From<hdmbench::RunRow>;
 using TradeoffRow = From<hdmbench::TradeoffRow>;
 using VerifyRow = From<hdmbench::VerifyRow>;
@@ -68,6 +74,10 @@ struct Results {
   std::vector<BenchRow> bench;
   std::vector<ComparedRow> compare;
   std::vector<RunRow> run;
+  std::vector<RegistrationRow> registrations;
+  std::vector<DetectionRow> detections;
+  std::vector<RivalRow> rivals;
+  std::vector<InclusionRow> inclusions;
   std::vector<AccuracyRow> accuracy;
   std::vector<ContinuumRow> continuum;
   std::vector<AtlasRow> atlas;

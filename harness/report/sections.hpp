@@ -38,6 +38,8 @@ namespace hdmbench::report {
 /// Interactive charts; the page needs tradeoff.js where there are results.
 [[nodiscard]] std::string tradeoff_section(const Results& results, Anchors& anchors);
 [[nodiscard]] std::string pictures_section(const Results& results, Anchors& anchors);
+/// register, detect, and both against planted truth.
+[[nodiscard]] std::string registration_section(const Results& results, Anchors& anchors);
 [[nodiscard]] std::string reading_section(const Results& results, Anchors& anchors);
 
 /// "<p>" saying that `command` makes what would stand here.

@@ -1,8 +1,8 @@
 #include "harness/judge/accuracy/accuracy.hpp"
 
 #include "backends/registry.hpp"
+#include "harness/applications/conventional_registration.hpp"
 #include "harness/check/compare.hpp"
-#include "harness/judge/registration/elastic_registration.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
@@ -295,8 +295,8 @@ private:
   /// The finite elements deform the picture, the registration has to find out how (thesis 5.11).
   void add_registration() {
     const VectorField truth = result_.truths.elastic.displacement.to_float();
-    RegistrationResult found =
-        register_elastically(scene_.picture, warp(scene_.picture, truth), {}, progress_);
+    const ConventionalRegistration found =
+        register_conventionally(scene_.picture, warp(scene_.picture, truth), {}, {}, progress_);
     JudgedField& row =
         add_field(std::string(registration_name), ReferenceField(found.displacement), found.seconds);
     row.grid = grid(row.field);

@@ -31,6 +31,42 @@ ElasticSolver::ElasticSolver(const Level& full, double poisson, ElasticSession& 
   if (sprung_) {
     load_springs(full, poisson);
   }
+  list_work();
+}
+
+ElasticSolver::ElasticSolver(const Level& full, double poisson, const SiteSprings& springs, VectorField start,
+                             const VectorField& pull, ElasticSession& session)
+    : session_(session), start_(std::move(start)), sprung_(true) {
+  const bool held = !springs.xx.values.empty();
+  timed(timings_.projection, [&] {
+    hierarchy_ = held ? make_elastic_hierarchy(full, poisson, springs)
+                      : make_elastic_hierarchy(full, poisson, Springs::none);
+  });
+  const Stopwatch watch(timings_.upload);
+  session_.load(hierarchy_);
+  session_.write(0, ElasticField::displacement, start_);
+  session_.forces(ElasticField::displacement, ElasticField::load);
+  VectorField load;
+  session_.read(0, ElasticField::load, load);
+  const double unit = force_unit(poisson);
+  for (std::size_t at = 0; at < full.extent.sites(); ++at) {
+    const double x = start_.x[at];
+    const double y = start_.y[at];
+    double along_x = pull.x[at];
+    double along_y = pull.y[at];
+    if (held) { // they pulled from 0
+      along_x += springs.xx.values[at] * x + springs.xy.values[at] * y;
+      along_y += springs.xy.values[at] * x + springs.yy.values[at] * y;
+    }
+    load.x[at] = full.confidence.x[at] >= 1.0F ? 0.0F : static_cast<float>(load.x[at] + unit * along_x);
+    load.y[at] = full.confidence.y[at] >= 1.0F ? 0.0F : static_cast<float>(load.y[at] + unit * along_y);
+  }
+  session_.write(0, ElasticField::load, load);
+  session_.write(0, ElasticField::displacement, VectorField(full.extent));
+  list_work();
+}
+
+void ElasticSolver::list_work() {
   for (int level = 0; level <= coarsest(); ++level) {
     const Extent extent = hierarchy_.levels[static_cast<std::size_t>(level)].grid.sites;
     work_.push_back({.level = level, .extent = extent});

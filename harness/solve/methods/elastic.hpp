@@ -23,6 +23,12 @@ public:
   /// observations pull with springs the session has the way from the extended conditions for displacement,
   /// and for its load what is left of their residual, which is made once and then followed.
   ElasticSolver(const Level& full, double poisson, ElasticSession& session);
+  /// What `pull` does (forces on sites that are not prescribed, MPa * pixel * thickness) to a sheet that is
+  /// displaced by `start` and held by `springs`, which are at rest there: the way w from start that solves
+  /// A (start + w) + springs w = pull. Prescribed components have the value that start has. Empty springs:
+  /// none, so conditions must hold the sheet. All must outlive this object.
+  ElasticSolver(const Level& full, double poisson, const SiteSprings& springs, VectorField start,
+                const VectorField& pull, ElasticSession& session);
 
   /// From the coarsest level to the finest, one W cycle each: the error of the result is of the size of the
   /// discretisation's. Without `on_image` the image only gets what the next level has.
@@ -43,6 +49,7 @@ public:
 
 private:
   void load_springs(const Level& full, double poisson);
+  void list_work();
   /// What corrections are made from: the residual of displacement.
   void find_load();
   /// Takes the correction of the image.
@@ -59,7 +66,7 @@ private:
   ElasticHierarchy hierarchy_;
   std::vector<LevelResult> work_;
   VectorField start_;         ///< extended conditions
-  bool sprung_ = false;       ///< the session has the way from start_
+  bool sprung_ = false;       ///< the session has the way from start_, and its load was made once
   float last_product_ = 0.0F; ///< load * correction of the last step of conjugate gradients; 0: none yet
   float last_factor_ = 0.0F;
 };

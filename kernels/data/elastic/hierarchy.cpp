@@ -1,7 +1,6 @@
 #include "kernels/data/elastic/hierarchy.hpp"
 
 #include "kernels/data/elastic/coarsest_inverse.hpp"
-#include "kernels/data/elastic/springs.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -237,10 +236,21 @@ void set_masked_cells(ElasticLevel& level, CellKinds& kinds, const Galerkin& gal
   }
 }
 
+/// The stiffness of a site's spring.
+struct SpringAt {
+  double xx = 0.0;
+  double xy = 0.0;
+  double yy = 0.0;
+
+  [[nodiscard]] bool is_none() const { return xx == 0.0 && xy == 0.0 && yy == 0.0; }
+};
+
 /// Springs of the image: each is a part of the matrix of the cell at the bottom right of its site, at the
-/// last row and column of the one before.
-CellKinds add_springs(ElasticLevel& image, const Level& full, const InFloat::PoissonRatio& ratio,
-                      double poisson) {
+/// last row and column of the one before. `spring_at` tells that of a site of the level.
+template <typename Spring>
+CellKinds add_springs(ElasticLevel& image, const InFloat::PoissonRatio& ratio, double poisson,
+                      const Spring& spring_at) {
+  const Extent sites = image.grid.sites;
   const Extent cells = image.grid.cells();
   CellKinds kinds{cells, std::vector<CellKind>(cells.sites(), CellKind::whole),
                   std::vector<std::uint32_t>(cells.sites())};
@@ -248,19 +258,16 @@ CellKinds add_springs(ElasticLevel& image, const Level& full, const InFloat::Poi
     return cells.index(std::min(x, cells.width - 1), std::min(y, cells.height - 1));
   };
   const auto for_each_spring = [&](const auto& call) {
-    for (int y = 0; y < full.extent.height; ++y) {
-      for (int x = 0; x < full.extent.width; ++x) {
-        const std::size_t at = full.extent.index(x, y);
-        if (is_spring(full.confidence.x[at])) {
-          call(x, y, 0, full.confidence.x[at]);
-        }
-        if (is_spring(full.confidence.y[at])) {
-          call(x, y, 1, full.confidence.y[at]);
+    for (int y = 0; y < sites.height; ++y) {
+      for (int x = 0; x < sites.width; ++x) {
+        const SpringAt spring = spring_at(sites.index(x, y));
+        if (!spring.is_none()) {
+          call(x, y, spring);
         }
       }
     }
   };
-  for_each_spring([&](int x, int y, int, float) { kinds.kind[cell_of(x, y)] = CellKind::masked; });
+  for_each_spring([&](int x, int y, const SpringAt&) { kinds.kind[cell_of(x, y)] = CellKind::masked; });
   std::vector<CellMatrix> matrices;
   for (int y = 0; y < cells.height; ++y) {
     image.masked.row_begin.push_back(image.masked.cells.size());
@@ -274,13 +281,16 @@ CellKinds add_springs(ElasticLevel& image, const Level& full, const InFloat::Poi
     }
   }
   image.masked.row_begin.push_back(image.masked.cells.size());
-  const double unit = 4.0 * (1.0 - poisson * poisson); // of all forces here, over that of finite elements
-  for_each_spring([&](int x, int y, int component, float confidence) {
+  const double unit = force_unit(poisson);
+  for_each_spring([&](int x, int y, const SpringAt& spring) {
     const int column = std::min(x, cells.width - 1);
     const int row = std::min(y, cells.height - 1);
-    const auto entry = static_cast<std::size_t>(2 * ((x - column) + 2 * (y - row)) + component);
-    matrices[kinds.index[cells.index(column, row)]][9 * entry] +=
-        unit * spring_stiffness(full.modulus.values[full.extent.index(x, y)], confidence);
+    const auto entry = static_cast<std::size_t>(2 * ((x - column) + 2 * (y - row)));
+    CellMatrix& matrix = matrices[kinds.index[cells.index(column, row)]];
+    matrix[9 * entry] += unit * spring.xx;
+    matrix[9 * entry + 1] += unit * spring.xy;
+    matrix[9 * entry + 8] += unit * spring.xy;
+    matrix[9 * entry + 9] += unit * spring.yy;
   });
   for (std::size_t i = 0; i < matrices.size(); ++i) {
     std::ranges::transform(matrices[i], image.masked.cells[i].stiffness.begin(),
@@ -358,9 +368,9 @@ std::vector<std::uint8_t> in_turn(const Prescribed& prescribed, const RingedGrid
   return components;
 }
 
-} // namespace
-
-ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson, Springs springs) {
+/// `spring_at` is null where there are no springs.
+template <typename Spring>
+ElasticHierarchy make_hierarchy(const Level& full, double poisson, const Spring* spring_at) {
   ElasticHierarchy hierarchy;
   hierarchy.ratio = InFloat::poisson_ratio(poisson);
   hierarchy.levels.push_back(empty_level(full.extent));
@@ -368,8 +378,8 @@ ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson, Sprin
   set_image_moments(hierarchy.levels.front(), full);
   CellKinds kinds;
   const bool has_cells = full.extent.width > 1 && full.extent.height > 1;
-  if (springs == Springs::pull && has_cells && has_springs(full)) {
-    kinds = add_springs(hierarchy.levels.front(), full, hierarchy.ratio, poisson);
+  if (spring_at != nullptr && has_cells) {
+    kinds = add_springs(hierarchy.levels.front(), hierarchy.ratio, poisson, *spring_at);
   }
   set_response(hierarchy.levels.front(), hierarchy.ratio, &prescribed);
   for (;;) {
@@ -398,6 +408,26 @@ ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson, Sprin
       coarsest, hierarchy.ratio,
       hierarchy.levels.size() == 1 ? in_turn(prescribed, coarsest.grid) : std::vector<std::uint8_t>{});
   return hierarchy;
+}
+
+} // namespace
+
+ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson, Springs springs) {
+  const auto spring_at = [&full](std::size_t at) {
+    const auto stiffness = [&](float confidence) {
+      return is_spring(confidence) ? spring_stiffness(full.modulus.values[at], confidence) : 0.0;
+    };
+    return SpringAt{stiffness(full.confidence.x[at]), 0.0, stiffness(full.confidence.y[at])};
+  };
+  return make_hierarchy(full, poisson, springs == Springs::pull && has_springs(full) ? &spring_at : nullptr);
+}
+
+ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson, const SiteSprings& springs) {
+  const auto spring_at = [&springs](std::size_t at) {
+    return SpringAt{static_cast<double>(springs.xx.values[at]), static_cast<double>(springs.xy.values[at]),
+                    static_cast<double>(springs.yy.values[at])};
+  };
+  return make_hierarchy(full, poisson, &spring_at);
 }
 
 } // namespace hdmbench

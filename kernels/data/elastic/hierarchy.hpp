@@ -1,6 +1,7 @@
 #pragma once
 
 #include "kernels/data/elastic/masked_cells.hpp"
+#include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/level.hpp"
 #include "kernels/specification/elastic/elastic.hpp"
 
@@ -76,5 +77,14 @@ enum class Springs {
 /// The same bits whatever the number of threads.
 [[nodiscard]] ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson,
                                                       Springs springs = Springs::pull);
+/// The same with `springs` in place of those that confidences below 1 make. A spring has no effect on a
+/// prescribed component.
+[[nodiscard]] ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson,
+                                                      const SiteSprings& springs);
+
+/// What the forces of sessions are, over those of finite elements of the same moduli.
+[[nodiscard]] inline double force_unit(double poisson) {
+  return 4.0 * (1.0 - poisson * poisson);
+}
 
 } // namespace hdmbench

@@ -16,6 +16,15 @@ namespace hdmbench {
   return static_cast<double>(modulus) * share / (1.0 - share);
 }
 
+/// A spring at every site that pulls it back to where it is at rest, in MPa times the thickness of the sheet.
+/// Its force is minus this times the way, so it may hold one direction more than another, as an edge of a
+/// picture does: symmetric and positive semidefinite.
+struct SiteSprings {
+  ScalarField xx;
+  ScalarField xy;
+  ScalarField yy;
+};
+
 /// Of an observation with a standard deviation of so many pixels, >= 0: its spring is 1 / deviation^2 times
 /// as stiff as the tissue of its site.
 [[nodiscard]] inline float confidence_of_deviation(double deviation) {

@@ -1,0 +1,45 @@
+#pragma once
+
+#include "harness/solve/progress.hpp"
+#include "kernels/data/field.hpp"
+
+#include <array>
+#include <string_view>
+
+namespace hdmbench {
+
+/// Non-rigid registrations as people use them, all of them ITK's.
+enum class Conventional {
+  b_splines, ///< Mattes mutual information, its gradient made smooth by cubic B-splines
+  gaussian,  ///< the same, made smooth by a Gaussian
+  demons,    ///< diffeomorphic demons on pictures with matched histograms
+};
+inline constexpr std::array<std::string_view, 3> conventional_names{"b-splines", "gaussian", "demons"};
+
+struct ConventionalOptions {
+  Conventional method = Conventional::b_splines;
+  int levels = 4;                ///< of the pictures, 1 ... 8; fewer where they are small
+  int iterations = 60;           ///< per level, at most; of demons half on the finest
+  double grid_spacing = 10.0;    ///< of the B-splines' control points, pixels of every level, >= 4
+  double smoothing = 3.0;        ///< standard deviation of the Gaussian of `gaussian`, pixels, > 0
+  double demons_smoothing = 2.5; ///< of the demons' displacement, pixels, > 0
+};
+
+struct ConventionalRegistration {
+  VectorField displacement; ///< pixels; tissue at x of the source is at x + d(x) of the target
+  double seconds = 0.0;
+};
+
+/// Finds d with target(x + d(x)) = source(x). Knows nothing of materials: where the source has no texture d
+/// is only smooth. One thread, every pixel a sample: the same bits each time. Where `unseen` is not 0 mutual
+/// information does not look (demons do); empty: everywhere. Advances `progress` by 1. Throws InputError as
+/// require_pair does, where an option is out of its range, ITK gives up, or the build has no ITK.
+[[nodiscard]] ConventionalRegistration
+register_conventionally(const ScalarField& source, const ScalarField& target, const ScalarField& unseen,
+                        const ConventionalOptions& options, Progress& progress);
+
+/// Throws InputError where the two cannot be registered: other sizes, a side below 16 pixels, a value that is
+/// not finite, a picture of one gray value.
+void require_pair(const ScalarField& source, const ScalarField& target);
+
+} // namespace hdmbench

@@ -1,0 +1,256 @@
+#include "harness/applications/iterated_registration.hpp"
+
+#include "harness/applications/conventional_registration.hpp"
+#include "harness/applications/gray_values.hpp"
+#include "harness/applications/picture.hpp"
+#include "harness/solve/methods/elastic.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+
+namespace hdmbench {
+
+namespace {
+
+constexpr int smallest_side = 24;    // pixels, of a level
+constexpr double longest_step = 4.0; // pixels of a level: beyond, the gradients know nothing
+constexpr double least_noise = 0.01; // of the contrast: what interpolation and halving cost
+constexpr double outlier = 3.0;      // standard deviations
+/// What happened in a region that is not looked at drives the rest, a growth or a resection: it does not
+/// resist as tissue does.
+constexpr float unseen_softness = 0.05F;
+constexpr double largest_spring = 1e3; // times the modulus of the site: no more than float can bear
+
+/// One level of the pictures.
+struct PictureLevel {
+  ScalarField source;
+  ScalarField target;
+  ScalarField modulus;
+  ScalarField unseen; ///< empty: none
+};
+
+/// What the pictures say about the next step, per site.
+struct Evidence {
+  SiteSprings structure;   ///< weighted gradient times gradient
+  VectorField pull;        ///< weighted gradient times difference
+  double difference = 0.0; ///< gray values
+  double outliers = 0.0;
+};
+
+/// Of the magnitudes of those that are seen and have structure; 0 without any.
+double robust_deviation(const ScalarField& differences, const VectorField& slope, const ScalarField& unseen) {
+  std::vector<float> magnitudes;
+  for (std::size_t site = 0; site < differences.values.size(); ++site) {
+    const bool seen = unseen.values.empty() || unseen.values[site] == 0.0F;
+    if (seen && std::abs(slope.x[site]) + std::abs(slope.y[site]) > 2.0F) {
+      magnitudes.push_back(std::abs(differences.values[site]));
+    }
+  }
+  if (magnitudes.empty()) {
+    return 0.0;
+  }
+  const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
+  std::ranges::nth_element(magnitudes, middle);
+  return static_cast<double>(*middle) / 0.6745;
+}
+
+/// What a Gaussian leaves of white noise.
+double noise_after_blur(double sigma) {
+  return sigma > 0.0 ? std::min(1.0, 1.0 / (2.0 * std::sqrt(M_PI) * sigma)) : 1.0;
+}
+
+class LevelRegistration {
+public:
+  LevelRegistration(const PictureLevel& pictures, double poisson, const IteratedOptions& options, int level,
+                    ElasticSession& session)
+      : pictures_(pictures), poisson_(poisson), options_(options), level_(level), session_(session),
+        source_(blurred(pictures.source, options.blur)), target_(blurred(pictures.target, options.blur)),
+        source_slope_(gradient(source_)), target_slope_(gradient(target_)) {
+    sheet_.extent = pictures.source.extent;
+    sheet_.modulus = pictures.modulus;
+    for (std::size_t site = 0; site < pictures.unseen.values.size(); ++site) {
+      if (pictures.unseen.values[site] > 0.0F) {
+        sheet_.modulus.values[site] *= unseen_softness;
+      }
+    }
+    sheet_.confidence = VectorField(sheet_.extent);
+    const auto [low, high] = std::ranges::minmax(pictures.source.values);
+    noise_ = std::max(noise_after_blur(options.blur) *
+                          std::hypot(noise_of(pictures.source), noise_of(pictures.target)),
+                      least_noise * static_cast<double>(high - low));
+  }
+
+  /// One iteration.
+  RegistrationIteration improve(VectorField& displacement, int number) {
+    const Evidence evidence = look(displacement, number);
+    const Extent extent = sheet_.extent;
+    const VectorField solution = regularised(displacement, evidence);
+    double square = 0.0;
+    for (std::size_t site = 0; site < extent.sites(); ++site) {
+      const float step_x = solution.x[site] - displacement.x[site];
+      const float step_y = solution.y[site] - displacement.y[site];
+      const float length = std::hypot(step_x, step_y);
+      const float share = length > longest_step ? static_cast<float>(longest_step) / length : 1.0F;
+      displacement.x[site] += share * step_x;
+      displacement.y[site] += share * step_y;
+      square += static_cast<double>(share * length) * static_cast<double>(share * length);
+    }
+    return {.level = level_,
+            .extent = extent,
+            .difference = evidence.difference,
+            .outliers = evidence.outliers,
+            .step = std::sqrt(square / static_cast<double>(extent.sites())) * (1 << level_)};
+  }
+
+  [[nodiscard]] double noise() const { return noise_; }
+
+private:
+  /// The displacement that neighbours agree on.
+  [[nodiscard]] VectorField regularised(const VectorField& displacement, const Evidence& evidence) const {
+    if (options_.gaussian > 0.0) {
+      return made_smooth(displacement, evidence);
+    }
+    ElasticSolver solver(sheet_, poisson_, evidence.structure, displacement, evidence.pull, session_);
+    solver.full_multigrid();
+    return solver.displacement();
+  }
+
+  /// Each site's own step, held as the elastic energy would by its modulus, then a Gaussian over all.
+  [[nodiscard]] VectorField made_smooth(const VectorField& displacement, const Evidence& evidence) const {
+    ScalarField along_x(sheet_.extent);
+    ScalarField along_y(sheet_.extent);
+    for (std::size_t site = 0; site < sheet_.extent.sites(); ++site) {
+      const float xx = evidence.structure.xx.values[site] + sheet_.modulus.values[site];
+      const float xy = evidence.structure.xy.values[site];
+      const float yy = evidence.structure.yy.values[site] + sheet_.modulus.values[site];
+      const float determinant = xx * yy - xy * xy;
+      along_x.values[site] =
+          displacement.x[site] + (yy * evidence.pull.x[site] - xy * evidence.pull.y[site]) / determinant;
+      along_y.values[site] =
+          displacement.y[site] + (xx * evidence.pull.y[site] - xy * evidence.pull.x[site]) / determinant;
+    }
+    VectorField result(sheet_.extent);
+    result.x = blurred(along_x, options_.gaussian).values;
+    result.y = blurred(along_y, options_.gaussian).values;
+    return result;
+  }
+
+  [[nodiscard]] Evidence look(const VectorField& displacement, int number) const {
+    const Extent extent = sheet_.extent;
+    const ScalarField seen = pulled_back(target_, displacement);
+    const ScalarField expected = with_values_of(source_, seen);
+    ScalarField differences(extent);
+    VectorField slope(extent);
+#pragma omp parallel for
+    for (int y = 0; y < extent.height; ++y) {
+      for (int x = 0; x < extent.width; ++x) {
+        const std::size_t site = extent.index(x, y);
+        const float to_x = static_cast<float>(x) + displacement.x[site];
+        const float to_y = static_cast<float>(y) + displacement.y[site];
+        differences.values[site] = expected.values[site] - seen.values[site];
+        slope.x[site] = 0.5F * (source_slope_.x[site] + sample(target_slope_.x, extent, to_x, to_y));
+        slope.y[site] = 0.5F * (source_slope_.y[site] + sample(target_slope_.y, extent, to_x, to_y));
+      }
+    }
+    Evidence evidence{{ScalarField(extent), ScalarField(extent), ScalarField(extent)}, VectorField(extent)};
+    // Early on what does not match has not been moved yet; later it is another thing.
+    const double deviation = std::max(robust_deviation(differences, slope, pictures_.unseen), noise_);
+    const double patience = level_ + (number < 2 ? 1.0 : 0.0);
+    const auto scale = static_cast<float>(outlier * deviation * std::exp2(patience));
+    const auto unit = static_cast<float>(1.0 / (options_.stiffness * noise_ * noise_));
+    double robust = 0.0;
+    double weights = 0.0;
+    double outliers = 0.0;
+    for (std::size_t site = 0; site < extent.sites(); ++site) {
+      const float ratio = differences.values[site] / scale;
+      const float match = 1.0F / ((1.0F + ratio * ratio) * (1.0F + ratio * ratio));
+      const bool seen_here = pictures_.unseen.values.empty() || pictures_.unseen.values[site] == 0.0F;
+      robust += static_cast<double>(match * differences.values[site] * differences.values[site]);
+      weights += static_cast<double>(match);
+      outliers += match < 0.5F ? 1.0 : 0.0;
+      if (!seen_here) {
+        continue;
+      }
+      const float slope_x = slope.x[site];
+      const float slope_y = slope.y[site];
+      const float most = static_cast<float>(largest_spring) * sheet_.modulus.values[site];
+      const float full = unit * match;
+      const float weight = std::min(full, most / std::max(slope_x * slope_x + slope_y * slope_y, 1e-6F));
+      evidence.structure.xx.values[site] = weight * slope_x * slope_x;
+      evidence.structure.xy.values[site] = weight * slope_x * slope_y;
+      evidence.structure.yy.values[site] = weight * slope_y * slope_y;
+      evidence.pull.x[site] = weight * slope_x * differences.values[site];
+      evidence.pull.y[site] = weight * slope_y * differences.values[site];
+    }
+    evidence.difference = std::sqrt(robust / weights);
+    evidence.outliers = outliers / static_cast<double>(extent.sites());
+    return evidence;
+  }
+
+  const PictureLevel& pictures_;
+  double poisson_;
+  const IteratedOptions& options_;
+  int level_;
+  ElasticSession& session_;
+  ScalarField source_; ///< blurred, as target_
+  ScalarField target_;
+  VectorField source_slope_;
+  VectorField target_slope_;
+  Level sheet_; ///< moduli without conditions
+  double noise_ = 0.0;
+};
+
+std::vector<PictureLevel> picture_levels(const ScalarField& source, const ScalarField& target,
+                                         const Scene& scene, const ScalarField& unseen, int most) {
+  std::vector<PictureLevel> levels{{source, target, scene.full.modulus, unseen}};
+  while (static_cast<int>(levels.size()) < most &&
+         std::min(levels.back().source.extent.width, levels.back().source.extent.height) >=
+             2 * smallest_side) {
+    const PictureLevel& fine = levels.back();
+    levels.push_back({halved(fine.source), halved(fine.target), halved_mean(fine.modulus),
+                      fine.unseen.values.empty() ? ScalarField{} : halved_mean(fine.unseen)});
+  }
+  return levels;
+}
+
+} // namespace
+
+IteratedRegistration register_iteratively(const ScalarField& source, const ScalarField& target,
+                                          const Scene& scene, const ScalarField& unseen,
+                                          const IteratedOptions& options, ElasticSession& session,
+                                          Progress& progress) {
+  require_pair(source, target);
+  const auto start = std::chrono::steady_clock::now();
+  const std::vector<PictureLevel> levels = picture_levels(source, target, scene, unseen, options.levels);
+  IteratedRegistration result;
+  VectorField displacement(levels.back().source.extent);
+  for (int level = static_cast<int>(levels.size()) - 1; level >= 0; --level) {
+    const PictureLevel& pictures = levels[static_cast<std::size_t>(level)];
+    if (displacement.extent != pictures.source.extent) {
+      displacement = doubled(displacement, pictures.source.extent);
+    }
+    LevelRegistration registration(pictures, scene.poisson, options, level, session);
+    result.converged = false;
+    for (int iteration = 0; iteration < options.iterations && !result.converged; ++iteration) {
+      progress.describe(fmt::format("register: {} x {}, iteration {}", displacement.extent.width,
+                                    displacement.extent.height, iteration + 1));
+      result.iterations.push_back(registration.improve(displacement, iteration));
+      result.converged =
+          iteration >= 2 && result.iterations.back().step < options.smallest_step * (1 << level);
+      progress.advance(static_cast<double>(displacement.extent.sites()));
+    }
+    result.noise = registration.noise();
+    VectorField shown = displacement;
+    for (int finer = level - 1; finer >= 0; --finer) {
+      shown = doubled(shown, levels[static_cast<std::size_t>(finer)].source.extent);
+    }
+    result.strip.push_back(std::move(shown));
+  }
+  result.displacement = std::move(displacement);
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+} // namespace hdmbench

@@ -1,0 +1,21 @@
+#include "harness/applications/conventional_registration.hpp"
+
+#include "harness/applications/minimise.hpp"
+#include "kernels/data/input_error.hpp"
+
+// What ITK would do, in a build without ITK (-DHDMBENCH_IMAGES=OFF).
+
+namespace hdmbench {
+
+ConventionalRegistration register_conventionally(const ScalarField&, const ScalarField&, const ScalarField&,
+                                                 const ConventionalOptions&, Progress&) {
+  throw MissingFile("conventional registration: this hdmbench was built without image support; install "
+                    "libinsighttoolkit5-dev and configure with -DHDMBENCH_IMAGES=ON");
+}
+
+Minimum minimise(const Objective&, const std::vector<double>&, double, int) {
+  throw MissingFile("L-BFGS: this hdmbench was built without image support; install libinsighttoolkit5-dev "
+                    "and configure with -DHDMBENCH_IMAGES=ON");
+}
+
+} // namespace hdmbench

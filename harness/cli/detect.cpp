@@ -1,0 +1,99 @@
+#include "harness/applications/detection.hpp"
+#include "harness/applications/iterated_registration.hpp"
+#include "harness/cli/commands.hpp"
+#include "harness/cli/pair_arguments.hpp"
+#include "harness/measure/result_file.hpp"
+#include "harness/report/table.hpp"
+#include "harness/scene/images/images.hpp"
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace hdmbench::commands {
+
+namespace {
+
+constexpr double strong = 4.0; // standard deviations that are full colour
+
+int run_detect(const PairArguments& arguments, const std::string& line) {
+  const PictureData data = arguments.load();
+  const auto registry = make_backends();
+  const Backend& backend = arguments.scene.choose(registry, data.scene);
+  const Device device = backend.device(arguments.scene.session);
+  arguments.require_output({"modulus.nrrd", "detection.nrrd"});
+  const auto session = backend.open_elastic(arguments.scene.session);
+  if (session == nullptr) {
+    throw InputError(fmt::format("{} has no elastic energy, which detect solves with", backend.name()));
+  }
+  Progress progress;
+  // The pictures are looked at inside the region too: it is the modulus there that is not known.
+  const IteratedRegistration registered =
+      register_iteratively(data.source, data.target, data.scene, {}, {}, *session, progress);
+  const Detection found =
+      detect_modulus(registered.displacement, data.region, data.scene, {}, *session, progress);
+  progress.clear();
+
+  DetectionRow row{.scene = data.scene.name,
+                   .width = data.scene.extent().width,
+                   .height = data.scene.extent().height,
+                   .backend = std::string(backend.name()),
+                   .device = device.name,
+                   .seconds = registered.seconds + found.seconds,
+                   .registration_seconds = registered.seconds,
+                   .region_sites =
+                       std::ranges::count_if(data.region.values, [](float v) { return v != 0.0F; }),
+                   .solutions = found.solutions,
+                   .noise = found.noise,
+                   .unexplained_before = found.unexplained_before,
+                   .unexplained = found.unexplained,
+                   .largest = found.largest,
+                   .x = found.x,
+                   .y = found.y};
+  const auto name = [&](const char* file) {
+    return arguments.json.empty() ? std::string(file) : arguments.beside_json(file);
+  };
+  write_scalar(arguments.output / "modulus.nrrd", found.modulus, data.scene.spacing);
+  write_scalar(arguments.output / "detection.nrrd", found.significance, data.scene.spacing);
+  row.modulus = name("modulus.nrrd");
+  row.detection = name("detection.nrrd");
+  write_png(arguments.output / "source.png", data.source);
+  write_signed_png(arguments.output / "detection.png", found.significance.extent, found.significance.values,
+                   strong);
+  row.pictures = {{.caption = "source", .file = name("source.png")},
+                  {.caption =
+                       "significance: red stiffer than the label says, blue softer, full at 4 standard "
+                       "deviations",
+                   .file = name("detection.png")}};
+
+  Table table({"", ""});
+  table.add({"sites of the region", std::to_string(row.region_sites)});
+  table.add({"noise of the displacement", fmt::format("{:.3g} px", row.noise)});
+  table.add({"unexplained by the labels' moduli", fmt::format("{:.3g} px", row.unexplained_before)});
+  table.add({"unexplained by those found", fmt::format("{:.3g} px", row.unexplained)});
+  table.add({"most significant", fmt::format("{:.1f} standard deviations at x = {}, y = {}: {}", row.largest,
+                                             row.x, row.y, row.largest > 0.0 ? "stiffer" : "softer")});
+  fmt::print("{}\n{}  {} solutions, {:.3g} s ({:.3g} of them the registration)\n  {}: MPa; beside it "
+             "detection.nrrd, standard deviations\n",
+             data.scene.title, table.text(), row.solutions, row.seconds, row.registration_seconds,
+             (arguments.output / "modulus.nrrd").string());
+  write_results(arguments.json, "detect", run_context(line, false),
+                nlohmann::json::array({to_json_row(row)}));
+  return success;
+}
+
+} // namespace
+
+void add_detect(CLI::App& program, const std::string& arguments, int& status) {
+  auto* command = program.add_subcommand(
+      "detect",
+      "Where is tissue stiffer or softer than its label says? (thesis Algorithm 7)\nRegisters the two "
+      "pictures, then finds the moduli in the region that explain the deformation.\nWrites "
+      "DIR/modulus.nrrd and DIR/detection.nrrd.");
+  const auto own = std::make_shared<PairArguments>();
+  own->add_to(*command, true);
+  command->callback([own, arguments, &status] { status = run_detect(*own, arguments); });
+}
+
+} // namespace hdmbench::commands

@@ -1,0 +1,151 @@
+#include "harness/cli/pair_arguments.hpp"
+
+#include "harness/applications/conventional_registration.hpp"
+#include "harness/measure/result_file.hpp"
+#include "harness/scene/file_output.hpp"
+#include "harness/scene/images/images.hpp"
+#include "harness/scene/sites.hpp"
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace hdmbench::commands {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double same_spacing = 0.01; // of a pixel: rounding in file headers
+
+void require_same(const fs::path& file, Extent extent, double spacing, const Scene& scene) {
+  if (extent != scene.extent()) {
+    throw InputError(fmt::format(
+        "{} is {} x {} pixels, the scene {} is {} x {}; crop or resample one of them", file.string(),
+        extent.width, extent.height, scene.name, scene.extent().width, scene.extent().height));
+  }
+  if (std::abs(spacing - scene.spacing) > same_spacing * scene.spacing) {
+    throw InputError(
+        fmt::format("{} has pixels of {:.4g} mm, the scene {} of {:.4g} mm; resample one of them",
+                    file.string(), spacing, scene.name, scene.spacing));
+  }
+}
+
+/// PNG and JPEG say nothing about millimetres.
+bool has_no_spacing(const fs::path& file) {
+  const std::string extension = file.extension().string();
+  return extension == ".png" || extension == ".jpg" || extension == ".jpeg";
+}
+
+ScalarField read_picture(const fs::path& file, const Scene& scene) {
+  Image<ScalarField> image = read_scalar(file);
+  require_same(file, image.pixels.extent, has_no_spacing(file) ? scene.spacing : image.spacing, scene);
+  return std::move(image.pixels);
+}
+
+/// Bright parts of both somewhere at the same place.
+void require_overlap(const ScalarField& source, const ScalarField& target) {
+  const auto bright_of = [](const ScalarField& picture) {
+    const auto [low, high] = std::ranges::minmax(picture.values);
+    return low + 0.2F * (high - low);
+  };
+  const float bright_source = bright_of(source);
+  const float bright_target = bright_of(target);
+  for (std::size_t site = 0; site < source.values.size(); ++site) {
+    if (source.values[site] > bright_source && target.values[site] > bright_target) {
+      return;
+    }
+  }
+  throw InputError("registration: the two pictures do not overlap, nothing bright is at one place in both; "
+                   "align them first");
+}
+
+} // namespace
+
+void PairArguments::add_to(CLI::App& command, bool needs_region) {
+  command.add_option("source", source, "The picture before, as the scene's labels have it")->required();
+  command.add_option("target", target, "The picture after, of the same size and spacing")->required();
+  command
+      .add_option("--scene", scene.scene, "Scene by name or TOML file: labels of the source, moduli, energy")
+      ->required();
+  auto* const roi = command.add_option("--roi", region,
+                                       "Mask of the region of interest, not 0 inside: there the pictures are "
+                                       "not believed");
+  if (needs_region) {
+    roi->required();
+  }
+  command.add_option("--size", scene.size, "Size of the scene: 300 (square) or 257x130");
+  scene.schedule.takes_elastic = true;
+  scene.schedule.add_to(command);
+  scene.add_backend_to(command);
+  command.add_option("--output", output, "Folder for the files, made if missing")->capture_default_str();
+  command.add_option("--json", json, "Write the result to this file");
+}
+
+PictureData PairArguments::load() const {
+  PictureData data;
+  data.scene = scene.load();
+  if (data.scene.labels.values.empty() ||
+      std::ranges::count(data.scene.labels.values, data.scene.labels.values.front()) ==
+          std::ssize(data.scene.labels.values)) {
+    throw InputError(
+        fmt::format("the scene {} has no labels, or one label everywhere: give it [image] labels "
+                    "and a [[tissue]] with a modulus for each",
+                    data.scene.name));
+  }
+  data.source = read_picture(source, data.scene);
+  data.target = read_picture(target, data.scene);
+  require_pair(data.source, data.target);
+  require_overlap(data.source, data.target);
+  const auto [low_source, high_source] = std::ranges::minmax(data.source.values);
+  const auto [low_target, high_target] = std::ranges::minmax(data.target.values);
+  const float low = std::min(low_source, low_target);
+  const float scale = 255.0F / (std::max(high_source, high_target) - low);
+  for (ScalarField* const picture : {&data.source, &data.target}) {
+    for (float& gray : picture->values) {
+      gray = (gray - low) * scale;
+    }
+  }
+  if (!region.empty()) {
+    data.region = read_picture(region, data.scene);
+    const auto inside = std::ranges::count_if(data.region.values, [](float value) { return value != 0.0F; });
+    if (inside == 0) {
+      throw InputError(fmt::format("{}: the region of interest is empty, every pixel is 0", region.string()));
+    }
+    if (inside == std::ssize(data.region.values)) {
+      throw InputError(
+          fmt::format("{}: the region of interest is the whole image; something around it must be "
+                      "known",
+                      region.string()));
+    }
+  }
+  return data;
+}
+
+void PairArguments::require_output(std::initializer_list<const char*> files) const {
+  require_results_writable(json);
+  std::error_code error;
+  fs::create_directories(output, error);
+  for (const char* const file : files) {
+    require_writable(output / file);
+  }
+}
+
+std::string PairArguments::beside_json(const std::string& name) const {
+  const fs::path folder = fs::proximate(output, fs::absolute(json).parent_path());
+  return (folder / name).lexically_normal().string();
+}
+
+ScalarField checkerboard(const ScalarField& a, const ScalarField& b) {
+  ScalarField board(a.extent);
+  const int side = std::max(8, a.extent.width / 8);
+  for_each_site(a.extent, [&](int x, int y) {
+    const std::size_t site = a.extent.index(x, y);
+    board.values[site] = (x / side + y / side) % 2 == 0 ? a.values[site] : b.values[site];
+  });
+  return board;
+}
+
+} // namespace hdmbench::commands

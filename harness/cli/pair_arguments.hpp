@@ -1,0 +1,42 @@
+#pragma once
+
+#include "harness/cli/arguments.hpp"
+#include "harness/judge/registration/registration_row.hpp"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace hdmbench::commands {
+
+/// Two pictures and what is known of them.
+struct PictureData {
+  Scene scene;
+  ScalarField source; ///< gray values of both 0 ... 255, on one scale
+  ScalarField target;
+  ScalarField region; ///< not 0: of interest; empty where none was asked for
+};
+
+/// Arguments of the commands that compare two pictures.
+struct PairArguments {
+  std::filesystem::path source;
+  std::filesystem::path target;
+  std::filesystem::path region; ///< empty: none
+  std::filesystem::path output = "hdmbench-output";
+  std::filesystem::path json;
+  SceneArguments scene;
+
+  void add_to(CLI::App& command, bool needs_region);
+  /// Throws InputError where the two, the scene and the region do not belong together: other sizes or
+  /// spacings, no overlap, one gray value, no labels, an empty region.
+  [[nodiscard]] PictureData load() const;
+  /// Makes the folder and sees that files can be written, before long work. Throws InputError.
+  void require_output(std::initializer_list<const char*> files) const;
+  /// How the result file names a file of the output folder.
+  [[nodiscard]] std::string beside_json(const std::string& name) const;
+};
+
+/// Squares of one picture and of the other in turn: where edges go on across them the two match.
+[[nodiscard]] ScalarField checkerboard(const ScalarField& a, const ScalarField& b);
+
+} // namespace hdmbench::commands

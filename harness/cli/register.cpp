@@ -1,0 +1,228 @@
+#include "harness/applications/conventional_registration.hpp"
+#include "harness/applications/iterated_registration.hpp"
+#include "harness/applications/physical_registration.hpp"
+#include "harness/applications/picture.hpp"
+#include "harness/check/compare.hpp"
+#include "harness/cli/commands.hpp"
+#include "harness/cli/pair_arguments.hpp"
+#include "harness/judge/diagnosis/folding.hpp"
+#include "harness/measure/result_file.hpp"
+#include "harness/report/table.hpp"
+#include "harness/scene/images/images.hpp"
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+
+namespace hdmbench::commands {
+
+namespace {
+
+struct Arguments {
+  PairArguments pair;
+  bool iterate = false;
+  std::string conventional{conventional_names.front()};
+};
+
+/// What a registration came to.
+struct Outcome {
+  VectorField displacement;
+  VectorField confidence;         ///< of Algorithm 5
+  std::vector<VectorField> strip; ///< of Algorithm 6
+  RegistrationRow row;
+};
+
+/// Into the output folder; the names go into the row.
+class Pictures {
+public:
+  Pictures(const PairArguments& arguments, RegistrationRow& row) : arguments_(arguments), row_(row) {}
+
+  void gray(const char* name, const char* caption, const ScalarField& picture) {
+    write_png(file(name, caption), picture);
+  }
+  void signed_values(const char* name, const char* caption, const ScalarField& values, double largest) {
+    write_signed_png(file(name, caption), values.extent, values.values, largest);
+  }
+
+private:
+  std::filesystem::path file(const std::string& name, const char* caption) {
+    const std::string png = name + ".png";
+    row_.pictures.push_back(
+        {.caption = caption, .file = arguments_.json.empty() ? png : arguments_.beside_json(png)});
+    return arguments_.output / png;
+  }
+
+  const PairArguments& arguments_;
+  RegistrationRow& row_;
+};
+
+ScalarField difference_of(const ScalarField& a, const ScalarField& b) {
+  ScalarField result(a.extent);
+  std::ranges::transform(a.values, b.values, result.values.begin(), std::minus<>());
+  return result;
+}
+
+void write_files(const Arguments& arguments, const PictureData& data, Outcome& outcome) {
+  const Extent extent = data.source.extent;
+  const ScalarField warped = warp(data.source, outcome.displacement);
+  Pictures pictures(arguments.pair, outcome.row);
+  pictures.gray("source", "source", data.source);
+  pictures.gray("target", "target", data.target);
+  pictures.gray("warped", "source, moved to the target", warped);
+  pictures.gray("checkerboard-before", "source and target in turn, before",
+                checkerboard(data.source, data.target));
+  pictures.gray("checkerboard-after", "the same, after", checkerboard(warped, data.target));
+  pictures.gray("grid", "grid, deformed",
+                warp(grid_picture(extent, grid_spacing(extent)), outcome.displacement));
+  constexpr double largest_difference = 128.0; // gray values
+  pictures.signed_values("difference-before", "target minus source: red brighter, blue darker",
+                         difference_of(data.target, data.source), largest_difference);
+  pictures.signed_values("difference-after", "the same, after", difference_of(data.target, warped),
+                         largest_difference);
+  pictures.signed_values("jacobian", "change of area: blue smaller (full: a fold), red larger",
+                         area_change_map(outcome.displacement), 1.0);
+  if (!outcome.confidence.x.empty()) {
+    ScalarField believed(extent);
+    for (std::size_t site = 0; site < extent.sites(); ++site) {
+      believed.values[site] = 255.0F * (outcome.confidence.x[site] + outcome.confidence.y[site]);
+    }
+    pictures.gray("confidence", "where the registration is believed: white most", believed);
+  }
+  for (std::size_t level = 0; level < outcome.strip.size(); ++level) {
+    pictures.gray(fmt::format("level-{}", level + 1).c_str(),
+                  fmt::format("after level {} of {}", level + 1, outcome.strip.size()).c_str(),
+                  warp(data.source, outcome.strip[level]));
+  }
+  write_displacement(arguments.pair.output / "displacement.nrrd", outcome.displacement, data.scene.spacing);
+  outcome.row.field =
+      arguments.pair.json.empty() ? "displacement.nrrd" : arguments.pair.beside_json("displacement.nrrd");
+}
+
+Outcome register_region(const Arguments& arguments, const PictureData& data, const Backend& backend,
+                        Progress& progress) {
+  ConventionalOptions options;
+  const auto* const found = std::ranges::find(conventional_names, arguments.conventional);
+  options.method = static_cast<Conventional>(found - conventional_names.begin());
+  progress.describe(fmt::format("register: ITK's {}", arguments.conventional));
+  const ConventionalRegistration first =
+      register_conventionally(data.source, data.target, data.region, options, progress);
+  Outcome outcome;
+  progress.describe(fmt::format("register: {} on {}", data.scene.name, backend.name()));
+  Solution solution = make_physical(data.source, data.target, first.displacement, data.region, data.scene,
+                                    backend, arguments.pair.scene.session, outcome.confidence, progress);
+  outcome.displacement = std::move(solution.displacement);
+  outcome.row.conventional = arguments.conventional;
+  outcome.row.conventional_seconds = first.seconds;
+  outcome.row.seconds = first.seconds + solution.timings.total();
+  outcome.row.energy = energy_names[static_cast<std::size_t>(data.scene.energy)];
+  return outcome;
+}
+
+Outcome register_iterated(const Arguments& arguments, const PictureData& data, const Backend& backend,
+                          Progress& progress) {
+  const auto session = backend.open_elastic(arguments.pair.scene.session);
+  if (session == nullptr) {
+    throw InputError(fmt::format("{} has no elastic energy, which --iterate solves with", backend.name()));
+  }
+  IteratedRegistration found =
+      register_iteratively(data.source, data.target, data.scene, data.region, {}, *session, progress);
+  Outcome outcome;
+  for (const RegistrationIteration& iteration : found.iterations) {
+    outcome.row.iterations.push_back({.level = iteration.level,
+                                      .width = iteration.extent.width,
+                                      .height = iteration.extent.height,
+                                      .difference = iteration.difference,
+                                      .outliers = iteration.outliers,
+                                      .step = iteration.step});
+  }
+  outcome.displacement = std::move(found.displacement);
+  outcome.strip = std::move(found.strip);
+  outcome.row.converged = found.converged;
+  outcome.row.seconds = found.seconds;
+  outcome.row.energy = energy_names[static_cast<std::size_t>(EnergyModel::elastic)];
+  return outcome;
+}
+
+void print_iterations(const RegistrationRow& row) {
+  Table table({"pictures", "iteration", "difference", "outliers", "step, px"});
+  int number = 0;
+  for (const RegistrationRow::Iteration& iteration : row.iterations) {
+    table.add({fmt::format("{} x {}", iteration.width, iteration.height), std::to_string(++number),
+               fmt::format("{:.3g}", iteration.difference),
+               fmt::format("{:.1f} %", 100.0 * iteration.outliers), fmt::format("{:.3g}", iteration.step)});
+  }
+  fmt::print("{}\n  {}\n\n", table.text(),
+             row.converged.value_or(false)
+                 ? "Converged: the last step moved nothing by more than its tolerance."
+                 : "Not converged: the last step still moved the tissue; look at the differences.");
+}
+
+int run_register(const Arguments& arguments, const std::string& line) {
+  const PictureData data = arguments.pair.load();
+  const auto registry = make_backends();
+  const Backend& backend = arguments.pair.scene.choose(registry, data.scene);
+  const Device device = backend.device(arguments.pair.scene.session);
+  arguments.pair.require_output({"displacement.nrrd", "warped.png"});
+  Progress progress;
+  Outcome outcome = arguments.iterate ? register_iterated(arguments, data, backend, progress)
+                                      : register_region(arguments, data, backend, progress);
+  progress.clear();
+  RegistrationRow& row = outcome.row;
+  row.scene = data.scene.name;
+  row.width = data.scene.extent().width;
+  row.height = data.scene.extent().height;
+  row.spacing = data.scene.spacing;
+  row.algorithm = registration_algorithms[arguments.iterate ? 1 : 0];
+  row.backend = std::string(backend.name());
+  row.device = device.name;
+  row.before = similarity(data.source, data.target);
+  row.after = similarity(data.source, pulled_back(data.target, outcome.displacement));
+  row.largest_displacement = largest_magnitude(outcome.displacement);
+  const ScalarField areas = least_area_ratios(outcome.displacement);
+  row.folds = std::ranges::count_if(areas.values, [](float ratio) { return !(ratio > 0.0F); });
+  write_files(arguments, data, outcome);
+
+  fmt::print("{}, {} x {} pixels of {:.4g} mm, {} energy on {} ({})\n\n", data.scene.title, row.width,
+             row.height, row.spacing, row.energy, row.backend, row.device);
+  if (arguments.iterate) {
+    print_iterations(row);
+  }
+  Table table({"", "before", "after"});
+  const auto add = [&](const char* what, double Similarity::*measure) {
+    table.add({what, fmt::format("{:.4g}", row.before.*measure), fmt::format("{:.4g}", row.after.*measure)});
+  };
+  add("mean squared difference", &Similarity::mean_squares);
+  add("correlation", &Similarity::correlation);
+  add("mutual information, bits", &Similarity::mutual_information);
+  fmt::print("{}\n  largest displacement {:.4g} px, {} folded cells, {:.3g} s{}\n", table.text(),
+             row.largest_displacement, row.folds, row.seconds,
+             row.conventional_seconds
+                 ? fmt::format(" ({:.3g} of them ITK's {})", *row.conventional_seconds, row.conventional)
+                 : "");
+  fmt::print("  {}: the displacement in millimetres; beside it {} pictures\n",
+             (arguments.pair.output / "displacement.nrrd").string(), row.pictures.size());
+  write_results(arguments.pair.json, "register", run_context(line, false),
+                nlohmann::json::array({to_json_row(row)}));
+  return row.converged.value_or(true) ? success : disagreement;
+}
+
+} // namespace
+
+void add_register(CLI::App& program, const std::string& arguments, int& status) {
+  auto* command = program.add_subcommand(
+      "register",
+      "Find the displacement between two pictures of one person, with the tissues' moduli (thesis "
+      "Algorithms 5 and 6).\nWrites DIR/displacement.nrrd and pictures before and after.");
+  const auto own = std::make_shared<Arguments>();
+  own->pair.add_to(*command, false);
+  command
+      ->add_option("--conventional", own->conventional,
+                   "ITK's registration that says what is observed: b-splines, gaussian or demons")
+      ->check(CLI::IsMember(std::vector<std::string>(conventional_names.begin(), conventional_names.end())))
+      ->capture_default_str();
+  command->add_flag("--iterate", own->iterate,
+                    "No ITK: estimate, solve with the elastic energy and look again, from coarse to fine; "
+                    "exit status 1 where it does not converge");
+  command->callback([own, arguments, &status] { status = run_register(*own, arguments); });
+}
+
+} // namespace hdmbench::commands

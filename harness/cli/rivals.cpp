@@ -1,0 +1,207 @@
+#include "harness/judge/registration/rivals.hpp"
+#include "backends/shared/elastic_session.hpp"
+#include "harness/cli/arguments.hpp"
+#include "harness/cli/commands.hpp"
+#include "harness/measure/median.hpp"
+#include "harness/measure/result_file.hpp"
+#include "harness/report/table.hpp"
+#include "harness/scene/images/images.hpp"
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+
+namespace hdmbench::commands {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  SceneArguments scene;
+  std::vector<std::string> kinds{planted_names.begin(), planted_names.end()};
+  std::vector<double> amplitudes{10.0};
+  std::vector<double> noises{0.03};
+  std::vector<std::uint32_t> seeds{1};
+  bool other_gray = false;
+  bool quick = false;
+  int detection = 0; ///< pairs of cases; 0: registration
+  double radius = 8.0;
+  double contrast = 3.0;
+  double field_noise = 0.01;
+  fs::path output;
+  fs::path json;
+};
+
+/// For `register` and `detect`.
+void write_pair(const fs::path& folder, const Scene& scene, const PlantedOptions& options) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  const PlantedPair pair = plant(scene, options);
+  write_scalar(folder / "source.nrrd", pair.source, scene.spacing);
+  write_scalar(folder / "target.nrrd", pair.target, scene.spacing);
+  write_scalar(folder / "region.nrrd", pair.region, scene.spacing);
+  write_vector(folder / "truth.nrrd", pair.truth, scene.spacing);
+  fmt::print("  {}: source, target, region and truth (pixels) of {}\n\n", folder.string(),
+             planted_names[static_cast<std::size_t>(options.kind)]);
+}
+
+void print_rows(const std::vector<RivalRow>& rows) {
+  const RivalRow& first = rows.front();
+  fmt::print("{}, {} x {}: {} of {:g} px, noise {:g} %{}, seed {}; RMSD to the truth in pixels\n\n",
+             first.scene, first.width, first.height, first.planted, first.amplitude, 100.0 * first.noise,
+             first.other_gray ? ", other gray values" : "", first.seed);
+  Table table({"method", "tissue", "95 %", "region", "interfaces", "Dice", "folds", "s"});
+  for (const RivalRow& row : rows) {
+    table.add({row.method, fmt::format("{:.3f}", row.tissue), fmt::format("{:.3f}", row.tissue_95),
+               fmt::format("{:.3f}", row.region), fmt::format("{:.3f}", row.interfaces),
+               fmt::format("{:.3f}", row.dice), std::to_string(row.folds),
+               fmt::format("{:.2f}", row.seconds)});
+  }
+  fmt::print("{}\n", table.text());
+}
+
+int compare(const Arguments& arguments, const Scene& scene, const Backend& backend, Progress& progress,
+            const std::string& line) {
+  nlohmann::json results = nlohmann::json::array();
+  for (const std::string& name : arguments.kinds) {
+    for (const double amplitude : arguments.amplitudes) {
+      for (const double noise : arguments.noises) {
+        for (const std::uint32_t seed : arguments.seeds) {
+          const PlantedOptions options{
+              .kind = static_cast<Planted>(std::ranges::find(planted_names, name) - planted_names.begin()),
+              .amplitude = amplitude,
+              .noise = noise,
+              .other_gray = arguments.other_gray,
+              .seed = seed};
+          if (!arguments.output.empty()) {
+            write_pair(arguments.output / name, scene, options);
+          }
+          const std::vector<RivalRow> rows =
+              compare_rivals(scene, options, !arguments.quick, backend, arguments.scene.session, progress);
+          progress.clear();
+          print_rows(rows);
+          for (const RivalRow& row : rows) {
+            results.push_back(to_json_row(row));
+          }
+        }
+      }
+    }
+  }
+  write_results(arguments.json, "rivals", run_context(line, arguments.quick), std::move(results));
+  return success;
+}
+
+int look(const Arguments& arguments, const Scene& scene, const Backend& backend, Progress& progress,
+         const std::string& line) {
+  const auto session = backend.open_elastic(arguments.scene.session);
+  progress.set_total(2.0 * arguments.detection);
+  progress.describe(fmt::format("rivals {}: planted inclusions", scene.name));
+  std::vector<InclusionRow> rows;
+  std::vector<double> distances;
+  std::vector<double> contrasts;
+  std::vector<double> seconds;
+  for (int number = 0; number < arguments.detection; ++number) {
+    for (const double contrast : {arguments.contrast, 1.0}) {
+      rows.push_back(look_for(scene,
+                              {.radius = arguments.radius,
+                               .contrast = contrast,
+                               .noise = arguments.field_noise,
+                               .seed = arguments.seeds.front() + static_cast<std::uint32_t>(number)},
+                              *session, progress));
+      seconds.push_back(rows.back().seconds);
+      if (contrast != 1.0) {
+        distances.push_back(rows.back().distance);
+        contrasts.push_back(rows.back().found_contrast);
+      }
+    }
+  }
+  progress.clear();
+  fmt::print(
+      "{}, {} x {}: {} cases with an inclusion of radius {:g} px and contrast {:g}, as many without; noise "
+      "{:g} % of the largest displacement\n\n",
+      scene.name, scene.extent().width, scene.extent().height, arguments.detection, arguments.radius,
+      arguments.contrast, 100.0 * arguments.field_noise);
+  Table table({"", ""});
+  table.add({"area under the ROC", fmt::format("{:.3f}", area_under_roc(rows).value_or(0.0))});
+  table.add({"error of the position, median", fmt::format("{:.2f} px", median(distances))});
+  table.add({"contrast found, median", fmt::format("{:.2f}", median(contrasts))});
+  table.add({"seconds, median", fmt::format("{:.2f}", median(seconds))});
+  fmt::print("{}", table.text());
+  nlohmann::json results = nlohmann::json::array();
+  for (const InclusionRow& row : rows) {
+    results.push_back(to_json_row(row));
+  }
+  write_results(arguments.json, "roc", run_context(line, arguments.quick), std::move(results));
+  return success;
+}
+
+int run_rivals(const Arguments& arguments, const std::string& line) {
+  if (arguments.detection < 0 || arguments.seeds.empty()) {
+    throw InputError("rivals: the number of cases must not be negative, and one seed is needed");
+  }
+  const Scene scene = arguments.scene.load();
+  const auto registry = make_backends();
+  const Backend& backend = arguments.scene.choose(registry, scene);
+  if (!backend.has_elastic()) {
+    throw InputError(fmt::format("{} has no elastic energy", backend.name()));
+  }
+  require_results_writable(arguments.json);
+  Progress progress;
+  return arguments.detection > 0 ? look(arguments, scene, backend, progress, line)
+                                 : compare(arguments, scene, backend, progress, line);
+}
+
+} // namespace
+
+void add_rivals(CLI::App& program, const std::string& arguments, int& status) {
+  auto* command = program.add_subcommand(
+      "rivals", "register and detect against planted truth, and what others do: finite elements deform a "
+                "slice,\nnoise is added, and every method has to find out how.");
+  const auto own = std::make_shared<Arguments>();
+  own->scene.scene = "brain";
+  command->add_option("scene", own->scene.scene, "Scene by name or TOML file")->capture_default_str();
+  command->add_option("--size", own->scene.size, "Image size: 300 (square) or 257x130");
+  own->scene.add_backend_to(*command);
+  command->add_option("--planted", own->kinds, "What deforms: growth, resection, pressure, with commas")
+      ->delimiter(',')
+      ->check(CLI::IsMember(std::vector<std::string>(planted_names.begin(), planted_names.end())));
+  command->add_option("--amplitudes", own->amplitudes, "Largest displacement, pixels, several with commas")
+      ->delimiter(',')
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
+  command->add_option("--noises", own->noises, "In the pictures, share of white, several with commas")
+      ->delimiter(',')
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  command->add_option("--seeds", own->seeds, "Of place, direction and noise, several with commas")
+      ->delimiter(',')
+      ->capture_default_str();
+  command->add_flag("--other-gray", own->other_gray,
+                    "The target has other gray values, as from another scanner");
+  command->add_flag("--quick", own->quick, "Without ITK's mutual information, and so without Algorithm 5");
+  command->add_option("--output", own->output,
+                      "Write the pictures of each pair to this folder, for register");
+  const auto* const group = "Detection";
+  command
+      ->add_option("--detection", own->detection,
+                   "So many cases with a hidden inclusion, and as many without")
+      ->group(group);
+  command->add_option("--radius", own->radius, "Of inclusions, pixels")
+      ->check(CLI::Range(1.0, 100.0))
+      ->group(group)
+      ->capture_default_str();
+  command->add_option("--contrast", own->contrast, "Their modulus over the label's")
+      ->check(CLI::Range(0.01, 100.0))
+      ->group(group)
+      ->capture_default_str();
+  command
+      ->add_option("--field-noise", own->field_noise,
+                   "Of the observed displacement, share of the largest one")
+      ->check(CLI::Range(0.0, 1.0))
+      ->group(group)
+      ->capture_default_str();
+  command->add_option("--json", own->json, "Write the results to this file");
+  command->callback([own, arguments, &status] { status = run_rivals(*own, arguments); });
+}
+
+} // namespace hdmbench::commands

@@ -1,0 +1,70 @@
+#include "harness/judge/registration/registration_row.hpp"
+
+#include "harness/scene/row_fields.hpp"
+
+namespace hdmbench {
+
+static void list_fields(Fields& fields, NamedPicture& picture) {
+  fields("caption", picture.caption);
+  fields("file", picture.file);
+}
+
+static void list_fields(Fields& fields, Similarity& similarity) {
+  fields("mean_squares", similarity.mean_squares);
+  fields("correlation", similarity.correlation);
+  fields("mutual_information", similarity.mutual_information);
+}
+
+static void list_fields(Fields& fields, RegistrationRow::Iteration& iteration) {
+  fields("level", iteration.level);
+  fields("width", iteration.width);
+  fields("height", iteration.height);
+  fields("difference", iteration.difference);
+  fields("outliers", iteration.outliers);
+  fields("step", iteration.step);
+}
+
+void list_fields(Fields& fields, RegistrationRow& row) {
+  fields("scene", row.scene);
+  fields("width", row.width);
+  fields("height", row.height);
+  fields("spacing", row.spacing);
+  fields("algorithm", OneOf{row.algorithm, registration_algorithms});
+  fields.if_any("conventional", row.conventional);
+  fields("energy", row.energy);
+  fields("backend", row.backend);
+  fields("device", row.device);
+  fields("seconds", NotNegative{row.seconds});
+  fields.if_any("conventional_seconds", row.conventional_seconds);
+  fields.if_any("converged", row.converged);
+  fields("before", row.before);
+  fields("after", row.after);
+  fields("folds", row.folds);
+  fields("largest_displacement", row.largest_displacement);
+  fields.if_any("iterations", row.iterations);
+  fields.if_any("field", row.field);
+  fields.if_any("pictures", row.pictures);
+}
+
+void list_fields(Fields& fields, DetectionRow& row) {
+  fields("scene", row.scene);
+  fields("width", row.width);
+  fields("height", row.height);
+  fields("backend", row.backend);
+  fields("device", row.device);
+  fields("seconds", NotNegative{row.seconds});
+  fields("registration_seconds", NotNegative{row.registration_seconds});
+  fields("region_sites", row.region_sites);
+  fields("solutions", row.solutions);
+  fields("noise", row.noise);
+  fields("unexplained_before", row.unexplained_before);
+  fields("unexplained", row.unexplained);
+  fields("largest", row.largest);
+  fields("x", row.x);
+  fields("y", row.y);
+  fields.if_any("modulus", row.modulus);
+  fields.if_any("detection", row.detection);
+  fields.if_any("pictures", row.pictures);
+}
+
+} // namespace hdmbench

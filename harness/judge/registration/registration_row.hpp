@@ -1,0 +1,83 @@
+#pragma once
+
+#include "harness/applications/iterated_registration.hpp"
+#include "harness/applications/similarity.hpp"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace hdmbench {
+
+class Fields;
+
+/// A picture that a command wrote, for the page.
+struct NamedPicture {
+  std::string caption;
+  std::string file; ///< relative to the result file
+};
+
+/// How `register` registers: thesis Algorithm 5 and 6.
+inline constexpr std::array<std::string_view, 2> registration_algorithms{"region", "iterated"};
+
+/// The row of `register`.
+struct RegistrationRow {
+  struct Iteration {
+    int level = 0;
+    std::int64_t width = 0;
+    std::int64_t height = 0;
+    double difference = 0.0; ///< gray values of 255
+    double outliers = 0.0;   ///< share
+    double step = 0.0;       ///< pixels
+  };
+  std::string scene;
+  std::int64_t width = 0;
+  std::int64_t height = 0;
+  double spacing = 1.0; ///< millimetres per pixel
+  std::string algorithm;
+  std::string conventional{}; ///< of Algorithm 5
+  std::string energy{};
+  std::string backend{};
+  std::string device{};
+  double seconds = 0.0;
+  std::optional<double> conventional_seconds{}; ///< part of seconds
+  std::optional<bool> converged{};              ///< of Algorithm 6
+  Similarity before{};
+  Similarity after{};
+  std::int64_t folds = 0;            ///< cells of four sites that are turned over
+  double largest_displacement = 0.0; ///< pixels
+  std::vector<Iteration> iterations{};
+  std::string field{};
+  std::vector<NamedPicture> pictures{};
+};
+
+void list_fields(Fields& fields, RegistrationRow& row);
+
+/// The row of `detect`.
+struct DetectionRow {
+  std::string scene;
+  std::int64_t width = 0;
+  std::int64_t height = 0;
+  std::string backend;
+  std::string device;
+  double seconds = 0.0;              ///< in all
+  double registration_seconds = 0.0; ///< part of them
+  std::int64_t region_sites = 0;
+  std::int64_t solutions = 0; ///< of the elastic problem
+  double noise = 0.0;         ///< of the displacement, pixels
+  double unexplained_before = 0.0;
+  double unexplained = 0.0; ///< pixels, RMS
+  double largest = 0.0;     ///< significance, standard deviations
+  std::int64_t x = 0;
+  std::int64_t y = 0;
+  std::string modulus{};
+  std::string detection{};
+  std::vector<NamedPicture> pictures{};
+};
+
+void list_fields(Fields& fields, DetectionRow& row);
+
+} // namespace hdmbench

@@ -1,0 +1,293 @@
+#include "harness/judge/registration/rivals.hpp"
+
+#include "harness/applications/conventional_registration.hpp"
+#include "harness/applications/detection.hpp"
+#include "harness/applications/iterated_registration.hpp"
+#include "harness/applications/physical_registration.hpp"
+#include "harness/judge/diagnosis/folding.hpp"
+#include "harness/scene/method.hpp"
+#include "harness/scene/row_fields.hpp"
+#include "harness/scene/sites.hpp"
+#include "harness/solve/methods/solver.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+
+namespace hdmbench {
+
+namespace {
+
+/// Sites of tissue with another label within 2 pixels.
+std::vector<bool> near_interfaces(const LabelField& labels) {
+  const Extent extent = labels.extent;
+  std::vector<bool> near(extent.sites());
+  for_each_site(extent, [&](int x, int y) {
+    const std::size_t site = extent.index(x, y);
+    for (int j = std::max(y - 2, 0); j <= std::min(y + 2, extent.height - 1); ++j) {
+      for (int i = std::max(x - 2, 0); i <= std::min(x + 2, extent.width - 1); ++i) {
+        near[site] = near[site] || labels.values[extent.index(i, j)] != labels.values[site];
+      }
+    }
+  });
+  return near;
+}
+
+/// Where each label's sites are said to land, against where they do, to the nearest pixel.
+double dice_of(const VectorField& displacement, const VectorField& truth, const LabelField& labels) {
+  const Extent extent = labels.extent;
+  const auto moved = [&](const VectorField& by) {
+    std::vector<int> landed(extent.sites(), -1);
+    for_each_site(extent, [&](int x, int y) {
+      const std::size_t site = extent.index(x, y);
+      const auto column = static_cast<int>(std::lround(static_cast<float>(x) + by.x[site]));
+      const auto row = static_cast<int>(std::lround(static_cast<float>(y) + by.y[site]));
+      if (column >= 0 && row >= 0 && column < extent.width && row < extent.height) {
+        landed[extent.index(column, row)] = labels.values[site];
+      }
+    });
+    return landed;
+  };
+  const std::vector<int> found = moved(displacement);
+  const std::vector<int> wanted = moved(truth);
+  struct Count {
+    double found = 0.0, wanted = 0.0, both = 0.0;
+  };
+  std::map<int, Count> counts;
+  for (std::size_t site = 0; site < extent.sites(); ++site) {
+    if (found[site] >= 0 && wanted[site] >= 0) { // pixels that nothing landed on say nothing
+      counts[found[site]].found += 1.0;
+      counts[wanted[site]].wanted += 1.0;
+      counts[found[site]].both += found[site] == wanted[site] ? 1.0 : 0.0;
+    }
+  }
+  counts.erase(0);
+  double sum = 0.0;
+  for (const auto& [label, count] : counts) {
+    sum += 2.0 * count.both / (count.found + count.wanted);
+  }
+  return counts.empty() ? 0.0 : sum / static_cast<double>(counts.size());
+}
+
+/// Of finite elements inside the region, had the registration made no error outside.
+VectorField given_outside(const Scene& scene, const PlantedPair& pair, const Backend& backend,
+                          const SessionOptions& session, Progress& progress) {
+  Scene given = scene;
+  given.start.reset();
+  given.full.target = pair.truth;
+  given.full.confidence = VectorField(scene.extent());
+  for (std::size_t site = 0; site < scene.extent().sites(); ++site) {
+    const float known = pair.region.values[site] == 0.0F ? 1.0F : 0.0F;
+    given.full.confidence.x[site] = known;
+    given.full.confidence.y[site] = known;
+  }
+  Solver solver(backend, session);
+  return solver.solve(given, progress).displacement;
+}
+
+} // namespace
+
+void list_fields(Fields& fields, RegistrationError& error) {
+  fields("tissue", error.tissue);
+  fields("tissue_95", error.tissue_95);
+  fields("region", error.region);
+  fields("interfaces", error.interfaces);
+  fields("dice", error.dice);
+  fields("folds", error.folds);
+}
+
+void list_fields(Fields& fields, RivalRow& row) {
+  fields("scene", row.scene);
+  fields("width", row.width);
+  fields("height", row.height);
+  fields("planted", OneOf{row.planted, planted_names});
+  fields("amplitude", row.amplitude);
+  fields("noise", row.noise);
+  fields("other_gray", row.other_gray);
+  fields("seed", row.seed);
+  fields("method", row.method);
+  fields("knows_region", row.knows_region);
+  fields("seconds", NotNegative{row.seconds});
+  list_fields(fields, static_cast<RegistrationError&>(row));
+}
+
+void list_fields(Fields& fields, InclusionRow& row) {
+  fields("scene", row.scene);
+  fields("width", row.width);
+  fields("height", row.height);
+  fields("radius", row.radius);
+  fields("contrast", row.contrast);
+  fields("noise", row.noise);
+  fields("seed", row.seed);
+  fields("score", row.score);
+  fields("distance", row.distance);
+  fields("found_contrast", row.found_contrast);
+  fields("seconds", NotNegative{row.seconds});
+}
+
+RegistrationError error_of(const VectorField& displacement, const PlantedPair& pair,
+                           const LabelField& labels) {
+  struct Mean {
+    double sum = 0.0, sites = 0.0;
+    [[nodiscard]] double root() const { return sites > 0.0 ? std::sqrt(sum / sites) : 0.0; }
+    void add(double square) {
+      sum += square;
+      sites += 1.0;
+    }
+  };
+  const Extent extent = labels.extent;
+  const std::vector<bool> near = near_interfaces(labels);
+  Mean tissue, region, interfaces;
+  std::vector<double> all;
+  for (std::size_t site = 0; site < extent.sites(); ++site) {
+    if (labels.values[site] <= 0) {
+      continue;
+    }
+    const double x = static_cast<double>(displacement.x[site]) - static_cast<double>(pair.truth.x[site]);
+    const double y = static_cast<double>(displacement.y[site]) - static_cast<double>(pair.truth.y[site]);
+    const double square = x * x + y * y;
+    tissue.add(square);
+    all.push_back(std::sqrt(square));
+    if (pair.region.values[site] != 0.0F) {
+      region.add(square);
+    }
+    if (near[site]) {
+      interfaces.add(square);
+    }
+  }
+  RegistrationError error{.tissue = tissue.root(),
+                          .region = region.root(),
+                          .interfaces = interfaces.root(),
+                          .dice = dice_of(displacement, pair.truth, labels)};
+  if (!all.empty()) {
+    const auto most = all.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(all.size() - 1));
+    std::ranges::nth_element(all, most);
+    error.tissue_95 = *most;
+  }
+  const ScalarField areas = least_area_ratios(displacement);
+  for_each_site(areas.extent, [&](int x, int y) {
+    error.folds += labels.values[extent.index(x, y)] > 0 && !(areas.values[areas.extent.index(x, y)] > 0.0F);
+  });
+  return error;
+}
+
+std::vector<RivalRow> compare_rivals(const Scene& scene, const PlantedOptions& planted, bool slow,
+                                     const Backend& backend, const SessionOptions& session,
+                                     Progress& progress) {
+  Scene elastic = scene;
+  if (elastic.energy != EnergyModel::elastic) {
+    use_method(elastic, usual_method(EnergyModel::elastic));
+  }
+  const auto what = planted_names[static_cast<std::size_t>(planted.kind)];
+  progress.describe(fmt::format("rivals {}: {}", scene.name, what));
+  const PlantedPair pair = plant(scene, planted);
+  const bool looks_different = planted.kind != Planted::pressure;
+  const ScalarField unseen = looks_different ? pair.region : ScalarField{};
+  std::vector<RivalRow> rows;
+  const auto add = [&](std::string_view method, const VectorField& displacement, double seconds,
+                       bool knows_region) {
+    RivalRow row;
+    static_cast<RegistrationError&>(row) = error_of(displacement, pair, scene.labels);
+    row.scene = scene.name;
+    row.width = scene.extent().width;
+    row.height = scene.extent().height;
+    row.planted = what;
+    row.amplitude = planted.amplitude;
+    row.noise = planted.noise;
+    row.other_gray = planted.other_gray;
+    row.seed = planted.seed;
+    row.method = method;
+    row.knows_region = knows_region;
+    row.seconds = seconds;
+    rows.push_back(row);
+    progress.advance(1.0);
+  };
+  Progress silent(false);
+  add(not_registered, VectorField(scene.extent()), 0.0, false);
+  for (const Conventional method : {Conventional::b_splines, Conventional::gaussian, Conventional::demons}) {
+    const std::string_view name = conventional_names[static_cast<std::size_t>(method)];
+    const bool is_demons = method == Conventional::demons;
+    if (!slow && !is_demons) {
+      continue;
+    }
+    progress.describe(fmt::format("rivals {}: {}, ITK's {}", scene.name, what, name));
+    const ConventionalRegistration found =
+        register_conventionally(pair.source, pair.target, unseen, {.method = method}, silent);
+    add(fmt::format("ITK {}", name), found.displacement, found.seconds, looks_different && !is_demons);
+    if (method == Conventional::b_splines) {
+      VectorField confidence;
+      const Solution solution = make_physical(pair.source, pair.target, found.displacement, pair.region,
+                                              elastic, backend, session, confidence, silent);
+      add(algorithm_5, solution.displacement, found.seconds + solution.timings.total(), true);
+    }
+  }
+  progress.describe(fmt::format("rivals {}: {}, Algorithm 6", scene.name, what));
+  const auto elastic_session = backend.open_elastic(session);
+  const auto iterated = [&](const IteratedOptions& options) {
+    return register_iteratively(pair.source, pair.target, elastic, unseen, options, *elastic_session, silent);
+  };
+  const IteratedRegistration ours = iterated({});
+  add(algorithm_6, ours.displacement, ours.seconds, looks_different);
+  const IteratedRegistration gaussian =
+      iterated({.iterations = 60, .stiffness = 0.3, .gaussian = 2.0, .smallest_step = 0.01});
+  add(gaussian_6, gaussian.displacement, gaussian.seconds, looks_different);
+  add(truth_outside, given_outside(elastic, pair, backend, session, silent), 0.0, true);
+  return rows;
+}
+
+InclusionRow look_for(const Scene& scene, const PlantedInclusion& inclusion, ElasticSession& session,
+                      Progress& progress) {
+  const PlantedField field = plant(scene, inclusion);
+  Progress silent(false);
+  const Detection found = detect_modulus(field.observed, field.region, scene, {}, session, silent);
+  progress.advance(1.0);
+  InclusionRow row{.scene = scene.name,
+                   .width = scene.extent().width,
+                   .height = scene.extent().height,
+                   .radius = inclusion.radius,
+                   .contrast = inclusion.contrast,
+                   .noise = inclusion.noise,
+                   .seed = inclusion.seed,
+                   .score = std::abs(found.largest),
+                   .seconds = found.seconds};
+  // The centre of all that is at least half as significant as the most significant site.
+  double weight = 0.0, sum_x = 0.0, sum_y = 0.0;
+  std::vector<double> ratios;
+  for_each_site(scene.extent(), [&](int x, int y) {
+    const std::size_t site = scene.extent().index(x, y);
+    const auto significance = static_cast<double>(found.significance.values[site]);
+    if (significance * found.largest > 0.0 && std::abs(significance) >= 0.5 * std::abs(found.largest)) {
+      weight += std::abs(significance);
+      sum_x += std::abs(significance) * x;
+      sum_y += std::abs(significance) * y;
+    }
+    if (field.region.values[site] != 0.0F && std::hypot(x - field.x, y - field.y) <= inclusion.radius) {
+      ratios.push_back(static_cast<double>(found.modulus.values[site]) /
+                       static_cast<double>(scene.full.modulus.values[site]));
+    }
+  });
+  row.distance = weight > 0.0 ? std::hypot(sum_x / weight - field.x, sum_y / weight - field.y) : 0.0;
+  if (!ratios.empty()) {
+    const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+    std::ranges::nth_element(ratios, middle);
+    row.found_contrast = *middle;
+  }
+  return row;
+}
+
+std::optional<double> area_under_roc(std::span<const InclusionRow> rows) {
+  double pairs = 0.0;
+  double right = 0.0;
+  for (const InclusionRow& with : rows) {
+    for (const InclusionRow& without : rows) {
+      if (with.contrast != 1.0 && without.contrast == 1.0) {
+        pairs += 1.0;
+        right += with.score > without.score ? 1.0 : with.score == without.score ? 0.5 : 0.0;
+      }
+    }
+  }
+  return pairs > 0.0 ? std::optional(right / pairs) : std::nullopt;
+}
+
+} // namespace hdmbench

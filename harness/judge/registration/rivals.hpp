@@ -1,0 +1,84 @@
+#pragma once
+
+#include "backends/backend.hpp"
+#include "harness/judge/registration/planted.hpp"
+#include "harness/solve/progress.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace hdmbench {
+
+class Fields;
+
+/// What a displacement is worth where the true one is known. Pixels, root of the mean of |d - truth|^2.
+struct RegistrationError {
+  double tissue = 0.0;     ///< over sites of label > 0
+  double tissue_95 = 0.0;  ///< 95 % of them are nearer than this
+  double region = 0.0;     ///< over the region of interest
+  double interfaces = 0.0; ///< within 2 pixels of another label
+  double dice = 0.0;       ///< of the labels, moved by it and by the truth, their mean
+  std::int64_t folds = 0;  ///< cells of tissue that are turned over
+};
+void list_fields(Fields& fields, RegistrationError& error);
+
+[[nodiscard]] RegistrationError error_of(const VectorField& displacement, const PlantedPair& pair,
+                                         const LabelField& labels);
+
+/// A row of `rivals`: one way to register one planted pair.
+struct RivalRow : RegistrationError {
+  std::string scene;
+  std::int64_t width = 0;
+  std::int64_t height = 0;
+  std::string planted; ///< of planted_names
+  double amplitude = 0.0;
+  double noise = 0.0;
+  bool other_gray = false;
+  std::int64_t seed = 0;
+  std::string method;
+  bool knows_region = false; ///< was told where the region of interest is
+  double seconds = 0.0;
+};
+void list_fields(Fields& fields, RivalRow& row);
+
+inline constexpr std::string_view not_registered = "no registration";
+inline constexpr std::string_view algorithm_5 = "Algorithm 5 after b-splines";
+inline constexpr std::string_view algorithm_6 = "Algorithm 6";
+inline constexpr std::string_view gaussian_6 = "Algorithm 6, Gaussian in place of the elastic energy";
+inline constexpr std::string_view truth_outside = "the truth given outside the region";
+
+/// Every way in one run. All but demons are told the region where something looks different afterwards
+/// (growth, resection). The scene's moduli and Poisson's ratio are those of the solver. Without `slow` ITK's
+/// mutual information, and with it Algorithm 5, is left out.
+[[nodiscard]] std::vector<RivalRow> compare_rivals(const Scene& scene, const PlantedOptions& planted,
+                                                   bool slow, const Backend& backend,
+                                                   const SessionOptions& session, Progress& progress);
+
+/// A row of `roc`: one planted inclusion, or none.
+struct InclusionRow {
+  std::string scene;
+  std::int64_t width = 0;
+  std::int64_t height = 0;
+  double radius = 0.0;
+  double contrast = 1.0; ///< 1: nothing was hidden
+  double noise = 0.0;    ///< share of the largest displacement
+  std::int64_t seed = 0;
+  double score = 0.0;          ///< magnitude of the most significant site, standard deviations
+  double distance = 0.0;       ///< of the weighted centre of what was found from the inclusion's, pixels
+  double found_contrast = 1.0; ///< median over the inclusion
+  double seconds = 0.0;
+};
+void list_fields(Fields& fields, InclusionRow& row);
+
+[[nodiscard]] InclusionRow look_for(const Scene& scene, const PlantedInclusion& inclusion,
+                                    ElasticSession& session, Progress& progress);
+
+/// The probability that a case with an inclusion scores higher than one without: the area under the ROC.
+/// None where either is missing.
+[[nodiscard]] std::optional<double> area_under_roc(std::span<const InclusionRow> rows);
+
+} // namespace hdmbench

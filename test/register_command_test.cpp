@@ -1,0 +1,158 @@
+// register and detect as a user types them: files, exit status, what they refuse.
+
+#include "harness/judge/registration/planted.hpp"
+#include "harness/scene/images/images.hpp"
+#include "harness/scene/sites.hpp"
+#include "test/image_files.hpp"
+#include "test/program.hpp"
+#include "test/temporary_folder.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <fstream>
+
+namespace hdmbench {
+namespace {
+
+using testing::HasSubstr;
+
+/// A disc of tissue in a folder: labels, source, target moved by two pixels, a region.
+class RegisterCommand : public testing::Test {
+protected:
+  static constexpr int side = 64;
+
+  void SetUp() override {
+    if (!have_images()) {
+      GTEST_SKIP() << "built without ITK (HDMBENCH_IMAGES=OFF)";
+    }
+    const Extent extent{side, side};
+    ScalarField source(extent);
+    ScalarField target(extent);
+    ScalarField region(extent);
+    LabelField labels{extent, std::vector<int>(extent.sites())};
+    const auto gray = [](double x, double y) {
+      const double radius = std::hypot(x - 32, y - 32);
+      return static_cast<float>((120.0 + 60.0 * std::sin(0.6 * x) * std::cos(0.5 * y)) /
+                                (1.0 + std::exp(2.0 * (radius - 24.0))));
+    };
+    for_each_site(extent, [&](int x, int y) {
+      const std::size_t site = extent.index(x, y);
+      source.values[site] = gray(x, y);
+      target.values[site] = gray(x - 1.5, y + 0.5);
+      labels.values[site] = std::hypot(x - 32, y - 32) < 25 ? 1 : 0;
+      region.values[site] = std::hypot(x - 34, y - 30) < 8 ? 1.0F : 0.0F;
+    });
+    write_scalar(file("source.nrrd"), source, 1.0);
+    write_scalar(file("target.nrrd"), target, 1.0);
+    write_scalar(file("region.nrrd"), region, 1.0);
+    write_scalar(file("empty.nrrd"), ScalarField(extent), 1.0);
+    write_scalar(file("everywhere.nrrd"), ScalarField(extent, 1.0F), 1.0);
+    write_scalar(file("constant.nrrd"), ScalarField(extent, 9.0F), 1.0);
+    write_scalar(file("coarse.nrrd"), target, 2.0);
+    write_scalar(file("small.nrrd"), ScalarField({32, 32}), 1.0);
+    ScalarField left(extent);
+    ScalarField right(extent);
+    for (int y = 20; y < 40; ++y) {
+      left.values[extent.index(5, y)] = 200.0F;
+      right.values[extent.index(50, y)] = 200.0F;
+    }
+    write_scalar(file("left.nrrd"), left, 1.0);
+    write_scalar(file("right.nrrd"), right, 1.0);
+    write_labels(file("labels.nrrd"), labels, 1.0);
+    // A volume of two slices, as other programs write it.
+    std::ofstream volume(file("volume.nrrd"), std::ios::binary);
+    volume << "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 64 64 2\nencoding: raw\n\n"
+           << std::string(std::size_t{64} * 64 * 2, 'x');
+    std::ofstream(file("scene.toml")) << R"([image]
+labels = "labels.nrrd"
+picture = "source.nrrd"
+[[tissue]]
+label = 0
+name = "outside"
+modulus = 10.0
+[[tissue]]
+label = 1
+name = "tissue"
+modulus = 20.0
+)";
+    write_scalar(file("modulus.nrrd"), ScalarField(extent, 20.0F), 1.0);
+    std::ofstream(file("unlabelled.toml")) << "[image]\nmodulus = \"modulus.nrrd\"\n";
+  }
+
+  [[nodiscard]] std::filesystem::path file(const std::string& name) const { return folder_.path() / name; }
+  [[nodiscard]] std::string command(const std::string& name, const std::string& source,
+                                    const std::string& target, const std::string& rest = "",
+                                    const std::string& scene = "scene.toml") const {
+    return name + " " + file(source).string() + " " + file(target).string() + " --scene " +
+           file(scene).string() + " --output " + file("out").string() + " " + rest;
+  }
+  [[nodiscard]] std::string region(const std::string& name = "region.nrrd") const {
+    return "--roi " + file(name).string();
+  }
+
+private:
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(RegisterCommand, WritesAFieldPicturesAndARow) {
+  for (const std::string how : {"--iterate", "--conventional demons --energy elastic"}) {
+    SCOPED_TRACE(how);
+    test::expect_run(0,
+                     command("register", "source.nrrd", "target.nrrd",
+                             how + " " + region() + " --json " + file("row.json").string()),
+                     HasSubstr("mutual information"));
+    const nlohmann::json row = test::read_json(file("row.json"))["results"][0];
+    EXPECT_EQ(row["field"], "out/displacement.nrrd");
+    EXPECT_GT(row["after"]["correlation"], row["before"]["correlation"]);
+    EXPECT_EQ(row["folds"], 0);
+    for (const auto& picture : row["pictures"]) {
+      EXPECT_TRUE(std::filesystem::exists(file(picture["file"].get<std::string>())));
+    }
+    const Image<VectorField> field = read_vector(file("out/displacement.nrrd"));
+    EXPECT_NEAR(field.pixels.x[field.pixels.extent.index(32, 20)], 1.5F, 0.4F);
+    EXPECT_NEAR(field.pixels.y[field.pixels.extent.index(32, 20)], -0.5F, 0.4F);
+  }
+}
+
+TEST_F(RegisterCommand, DetectWritesModulusAndSignificance) {
+  test::expect_run(0, command("detect", "source.nrrd", "target.nrrd", region()),
+                   HasSubstr("standard deviations"));
+  const ScalarField modulus = read_scalar(file("out/modulus.nrrd")).pixels;
+  const ScalarField significance = read_scalar(file("out/detection.nrrd")).pixels;
+  EXPECT_EQ(modulus.values[modulus.extent.index(2, 2)], 10.0F);
+  EXPECT_EQ(significance.values[significance.extent.index(2, 2)], 0.0F);
+  EXPECT_NE(significance.values[significance.extent.index(34, 30)], 0.0F);
+}
+
+TEST_F(RegisterCommand, BadInputIsASentenceAndStatusTwo) {
+  struct Case {
+    std::string arguments;
+    const char* message;
+  };
+  const std::vector<Case> cases{
+      {command("register", "source.nrrd", "small.nrrd"), "is 32 x 32 pixels, the scene scene is 64 x 64"},
+      {command("register", "source.nrrd", "coarse.nrrd"), "has pixels of 2 mm"},
+      {command("register", "left.nrrd", "right.nrrd"), "do not overlap"},
+      {command("register", "source.nrrd", "constant.nrrd"), "no contrast to register by"},
+      {command("register", "source.nrrd", "volume.nrrd"), "slice"},
+      {command("register", "source.nrrd", "missing.nrrd"), "missing.nrrd"},
+      {command("register", "source.nrrd", "target.nrrd", "", "unlabelled.toml"), "has no labels"},
+      {command("register", "source.nrrd", "target.nrrd", region("empty.nrrd")),
+       "region of interest is empty"},
+      {command("register", "source.nrrd", "target.nrrd", region("everywhere.nrrd")), "whole image"},
+      {command("register", "source.nrrd", "target.nrrd", "--conventional magic"), "magic"},
+      {command("detect", "source.nrrd", "target.nrrd"), "--roi is required"},
+      {command("detect", "source.nrrd", "target.nrrd", region("empty.nrrd")), "region of interest is empty"},
+  };
+  for (const Case& bad : cases) {
+    test::expect_run(2, bad.arguments, HasSubstr(bad.message));
+    EXPECT_FALSE(std::filesystem::exists(file("out/displacement.nrrd")));
+    EXPECT_FALSE(std::filesystem::exists(file("out/modulus.nrrd")));
+  }
+}
+
+} // namespace
+} // namespace hdmbench
