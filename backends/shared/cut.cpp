@@ -118,6 +118,9 @@ std::vector<Transfer> halo_transfers(const Cut& cut) {
 
 void copy(const Rectangle& part, std::span<const float> from, const Rectangle& from_sites,
           std::span<float> to, const Rectangle& to_sites) {
+  if (part.width == 0) {
+    return; // where then is outside of both
+  }
   for (int y = part.top; y < part.top + part.height; ++y) {
     const auto at = [&](const Rectangle& sites) {
       return static_cast<std::ptrdiff_t>(sites.extent().index(part.left - sites.left, y - sites.top));
