@@ -46,6 +46,17 @@ static void list_fields(Fields& fields, RunRow::PlanRow& plan) {
   fields.if_any("estimated_px", plan.estimated_px);
 }
 
+void list_fields(Fields& fields, RankRow& row) {
+  fields("machine", row.machine);
+  fields("backend", row.backend);
+  fields("device", row.device);
+  fields("threads", row.threads);
+  fields("sites", row.sites);
+  fields("messages", row.messages);
+  fields("bytes", row.bytes);
+  fields("peak_memory", row.peak_memory);
+}
+
 void list_fields(Fields& fields, RunRow& row) {
   fields("scene", row.scene);
   fields("title", row.title);
@@ -65,6 +76,8 @@ void list_fields(Fields& fields, RunRow& row) {
   fields.if_any("plan", row.plan);
   fields.if_any("field", row.field);
   fields.if_any("pictures", row.pictures);
+  fields.if_any("ranks", row.ranks);
+  fields.if_any("by_rank", row.by_rank);
 }
 
 RunRow::PlanRow plan_row(const Scene& scene, const Request& request, const Plan& plan) {

@@ -12,6 +12,20 @@ namespace hdmbench {
 
 class Fields;
 
+/// What one rank did of a run on several.
+struct RankRow {
+  std::string machine;
+  std::string backend;
+  std::string device;
+  std::int64_t threads = 0;     ///< of its own, 0: its driver decides
+  std::int64_t sites = 0;       ///< that it owns of the full resolution
+  std::int64_t messages = 0;    ///< that it sent
+  std::int64_t bytes = 0;       ///< in these
+  std::int64_t peak_memory = 0; ///< bytes; 0: the system does not tell
+};
+
+void list_fields(Fields& fields, RankRow& row);
+
 /// The row of `run`: what came out of one solution. Paths are relative to the result file.
 struct RunRow {
   struct Pictures { ///< empty: not written
@@ -49,6 +63,8 @@ struct RunRow {
   std::optional<PlanRow> plan{};
   std::string field{}; ///< file of the displacement; empty: none was written
   std::optional<Pictures> pictures{};
+  std::optional<std::int64_t> ranks{}; ///< none: one process
+  std::vector<RankRow> by_rank{};
 };
 
 void list_fields(Fields& fields, RunRow& row);

@@ -262,7 +262,7 @@ private:
       pieces.sweep(uncounted);
       if (uncounted < level.sweeps) {
         pieces.sweep_and_count();
-        result.changed = ranks_.sum(pieces.changed());
+        result.changed = halos_.sum(pieces.changed());
       }
       result.sweeps = level.sweeps;
       return;
@@ -272,7 +272,7 @@ private:
       moved = 0;
       for (int i = 0; i < together; ++i) {
         pieces.sweep_and_count();
-        result.changed = ranks_.sum(pieces.changed());
+        result.changed = halos_.sum(pieces.changed());
         moved += result.changed;
       }
       result.sweeps += together;
@@ -297,7 +297,7 @@ private:
 
 LevelShare Sharing::operator()(Extent extent) const {
   const auto worth = static_cast<int>(std::clamp<std::size_t>(
-      extent.sites() / std::max<std::size_t>(fewest_sites, 1), 1, static_cast<std::size_t>(ranks)));
+      extent.sites() / std::max<std::size_t>(fewest_sites, 1), 1, static_cast<std::size_t>(pieces)));
   LevelShare share;
   for (int count = worth; share.cut.pieces.empty(); --count) {
     share.cut = cut_image(extent, count, halo);
@@ -351,9 +351,8 @@ RankedPyramid ranked_pyramid(ScenePart part) {
 }
 
 RankedSolution solve_on_ranks(RankedPyramid pyramid, const Sharing& sharing, Ranks& ranks, Exchange& halos,
-                              Session& session, bool counted, Progress& progress) {
+                              Session& session, bool counted, const Session::Advance& advance) {
   const std::vector<PyramidLevel> levels = pyramid.levels;
-  const double together = sweeps_per_iteration(pyramid.part);
   RankedSolver solver(std::move(pyramid), sharing, ranks, halos, session);
   std::vector<RankedLevel> done;
   for (std::size_t i = 0; i < levels.size(); ++i) {
@@ -361,7 +360,9 @@ RankedSolution solve_on_ranks(RankedPyramid pyramid, const Sharing& sharing, Ran
     done.push_back(
         timed(seconds, [&] { return solver.compute(levels[i], i + 1 == levels.size(), counted); }));
     done.back().seconds = seconds;
-    progress.advance(static_cast<double>(levels[i].extent.sites()) * levels[i].sweeps / together);
+    if (advance) {
+      advance(static_cast<double>(levels[i].extent.sites()) * levels[i].sweeps);
+    }
   }
   return solver.take(std::move(done));
 }

@@ -3,7 +3,6 @@
 #include "backends/backend.hpp"
 #include "harness/ranks/message_passing.hpp"
 #include "harness/scene/scene_part.hpp"
-#include "harness/solve/progress.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -20,7 +19,8 @@ struct LevelShare {
 
 /// The rule by which all levels are shared out, the same on every rank.
 struct Sharing {
-  int ranks = 1;
+  int ranks = 1;  ///< that there are
+  int pieces = 1; ///< at most, of any level; ranks beyond stay idle
   /// A level goes to as many ranks as get so many sites each, at least to one: below, a message costs more
   /// than the sweeps that it saves. 128 x 128.
   std::size_t fewest_sites = std::size_t{1} << 14;
@@ -53,8 +53,8 @@ struct RankedLevel {
   int sweeps = 0;
   std::int64_t renewals = 0; ///< of the halos
   std::int64_t changed = 0;  ///< sites over all ranks, by the last sweep, where that was counted
-  Traffic before;            ///< by this rank, to bring the level to its ranks
-  Traffic halos;             ///< by this rank, to renew halos
+  Traffic before{};          ///< by this rank, to bring the level to its ranks
+  Traffic halos{};           ///< by this rank, to renew halos
   double seconds = 0.0;
 };
 
@@ -66,9 +66,10 @@ struct RankedSolution {
 
 /// All levels, each on as many ranks as it is worth; every rank computes its piece on its own `session`, of
 /// any backend. The bits of one rank. Collective. `halos`: what brings halos, usually the ranks themselves;
-/// `counted`: RankedLevel::changed. Throws what Session and Ranks throw.
+/// `counted`: RankedLevel::changed; `advance` is told the image's site updates after each level. Throws what
+/// Session and Ranks throw.
 [[nodiscard]] RankedSolution solve_on_ranks(RankedPyramid pyramid, const Sharing& sharing, Ranks& ranks,
                                             Exchange& halos, Session& session, bool counted,
-                                            Progress& progress);
+                                            const Session::Advance& advance = {});
 
 } // namespace hdmbench
