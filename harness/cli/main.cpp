@@ -1,6 +1,7 @@
 #include "backends/backend.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
+#include "harness/ranks/launch.hpp"
 #include "harness/ranks/message_passing.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -142,6 +143,7 @@ int run_and_explain(int argc, char** argv) {
 } // namespace
 
 int main(int argc, char** argv) {
+  watch_over_rank(commands::bad_input);
   keep_standard_streams();
   std::signal(SIGXFSZ, SIG_IGN); // a file that grows beyond its limit is then an error as any other
   const int status = run_and_explain(argc, argv);

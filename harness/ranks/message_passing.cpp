@@ -1,6 +1,6 @@
 #include "harness/ranks/message_passing.hpp"
 
-#include "harness/ranks/launched_together.hpp"
+#include "harness/ranks/launch.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-#include "harness/ranks/launched_together.hpp"
+#include "harness/ranks/launch.hpp"
 #include "harness/ranks/message_passing.hpp"
 #include "kernels/data/input_error.hpp"
 
