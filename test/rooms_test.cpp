@@ -30,8 +30,8 @@ constexpr std::array rooms{
     Room{"backends/registry.", 7},     Room{"reference/", 8},       Room{"harness/scene/", 9},
     Room{"harness/solve/", 10},        Room{"harness/check/", 11},  Room{"harness/check/faults/", 12},
     Room{"harness/measure/", 13},      Room{"harness/judge/", 14},  Room{"harness/report/", 15},
-    Room{"harness/tools/", 16},        Room{"harness/web/", 17},    Room{"harness/cli/", 18},
-    Room{"harness/itk/", 19},
+    Room{"harness/tools/", 16},        Room{"harness/web/", 17},    Room{"harness/ranks/", 18},
+    Room{"harness/cli/", 19},          Room{"harness/itk/", 20},
 };
 
 /// Arrows that the heights would allow and that are wrong all the same: what is built without the other.

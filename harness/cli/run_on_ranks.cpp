@@ -41,19 +41,35 @@ std::vector<RankRow> gather(const RankRow& own, Ranks& ranks) {
   return rows;
 }
 
-/// Halos of all ranks together. Collective.
-void print_levels(const std::vector<RankedLevel>& levels, int sweeps_together, Ranks& ranks) {
-  Table table({"size", "iterations", "still moving", "ranks", "halo", "renewals", "messages", "bytes"});
+/// Collective.
+std::vector<SharedLevelRow> rows_of(const std::vector<RankedLevel>& levels, Ranks& ranks) {
+  std::vector<SharedLevelRow> rows;
   for (const RankedLevel& level : levels) {
-    const std::int64_t messages = ranks.sum(level.halos.messages);
-    const std::int64_t bytes = ranks.sum(level.halos.bytes);
-    table.add({fmt::format("{} x {}", level.extent.width, level.extent.height),
-               std::to_string(level.sweeps / sweeps_together), fmt::format("{} sites", level.changed),
-               std::to_string(level.pieces), std::to_string(level.halo), std::to_string(level.renewals),
-               grouped(messages), grouped(bytes)});
+    const auto pieces = static_cast<std::int64_t>(level.pieces);
+    rows.push_back({.width = level.extent.width,
+                    .height = level.extent.height,
+                    .columns = level.columns,
+                    .rows = pieces / level.columns,
+                    .halo = level.halo,
+                    .sweeps = level.sweeps,
+                    .changed = level.changed,
+                    .renewals = level.renewals,
+                    .messages = ranks.sum(level.halos.messages),
+                    .bytes = ranks.sum(level.halos.bytes)});
   }
-  fmt::print("{}  halo: rows that a rank computes beyond its own; messages and bytes: of all ranks, to renew "
-             "halos\n",
+  return rows;
+}
+
+void print_levels(const std::vector<SharedLevelRow>& levels, int sweeps_together) {
+  Table table({"size", "iterations", "still moving", "pieces", "halo", "renewals", "messages", "bytes"});
+  for (const SharedLevelRow& level : levels) {
+    table.add({fmt::format("{} x {}", level.width, level.height),
+               std::to_string(level.sweeps / sweeps_together), fmt::format("{} sites", level.changed),
+               fmt::format("{} x {}", level.columns, level.rows), std::to_string(level.halo),
+               std::to_string(level.renewals), grouped(level.messages), grouped(level.bytes)});
+  }
+  fmt::print("{}  pieces: columns x rows, each on a rank of its own; halo: sites that a rank computes beyond "
+             "its own;\n  messages and bytes: of all ranks, to renew halos\n",
              table.text());
 }
 
@@ -142,12 +158,13 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
                         .bytes = traffic.bytes,
                         .peak_memory = static_cast<std::int64_t>(memory.bytes().value_or(0))},
                        ranks);
-  fmt::print("{}\n{} x {} pixels of {:.4g} mm, {} on {} ranks ({})\n\n", scene.title, scene.extent().width,
-             scene.extent().height, scene.spacing, method_name(scene), ranks.size(), arguments.backend);
-  print_levels(solution.levels, together, ranks);
+  row.shared_levels = rows_of(solution.levels, ranks);
   if (!ranks.is_first()) {
     return success;
   }
+  fmt::print("{}\n{} x {} pixels of {:.4g} mm, {} on {} ranks ({})\n\n", scene.title, scene.extent().width,
+             scene.extent().height, scene.spacing, method_name(scene), ranks.size(), arguments.backend);
+  print_levels(row.shared_levels, together);
   print_ranks(row.by_rank);
   fmt::print("\n  largest displacement {:.4g} px, {} iterations in {:.3g} s\n", largest, iterations, seconds);
   if (made_whole) {

@@ -57,6 +57,19 @@ void list_fields(Fields& fields, RankRow& row) {
   fields("peak_memory", row.peak_memory);
 }
 
+void list_fields(Fields& fields, SharedLevelRow& row) {
+  fields("width", row.width);
+  fields("height", row.height);
+  fields("columns", row.columns);
+  fields("rows", row.rows);
+  fields("halo", row.halo);
+  fields("sweeps", row.sweeps);
+  fields("changed", row.changed);
+  fields("renewals", row.renewals);
+  fields("messages", row.messages);
+  fields("bytes", row.bytes);
+}
+
 void list_fields(Fields& fields, RunRow& row) {
   fields("scene", row.scene);
   fields("title", row.title);
@@ -78,6 +91,7 @@ void list_fields(Fields& fields, RunRow& row) {
   fields.if_any("pictures", row.pictures);
   fields.if_any("ranks", row.ranks);
   fields.if_any("by_rank", row.by_rank);
+  fields.if_any("shared_levels", row.shared_levels);
 }
 
 RunRow::PlanRow plan_row(const Scene& scene, const Request& request, const Plan& plan) {

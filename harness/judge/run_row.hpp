@@ -26,6 +26,22 @@ struct RankRow {
 
 void list_fields(Fields& fields, RankRow& row);
 
+/// A level as several ranks shared it out; messages and bytes are those of all ranks, to renew halos.
+struct SharedLevelRow {
+  std::int64_t width = 0;
+  std::int64_t height = 0;
+  std::int64_t columns = 1; ///< of pieces
+  std::int64_t rows = 1;
+  std::int64_t halo = 0; ///< sites
+  std::int64_t sweeps = 0;
+  std::int64_t changed = 0; ///< sites, by the last sweep
+  std::int64_t renewals = 0;
+  std::int64_t messages = 0;
+  std::int64_t bytes = 0;
+};
+
+void list_fields(Fields& fields, SharedLevelRow& row);
+
 /// The row of `run`: what came out of one solution. Paths are relative to the result file.
 struct RunRow {
   struct Pictures { ///< empty: not written
@@ -65,6 +81,7 @@ struct RunRow {
   std::optional<Pictures> pictures{};
   std::optional<std::int64_t> ranks{}; ///< none: one process
   std::vector<RankRow> by_rank{};
+  std::vector<SharedLevelRow> shared_levels{};
 };
 
 void list_fields(Fields& fields, RunRow& row);

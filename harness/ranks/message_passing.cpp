@@ -43,8 +43,8 @@ int count_of(std::size_t elements) {
 
 class MpiFile final : public SharedFile {
 public:
-  MpiFile(MPI_Comm ranks, const std::filesystem::path& file) : name_(file.string()) {
-    check(MPI_File_open(ranks, name_.c_str(), MPI_MODE_CREATE | MPI_MODE_WRONLY, MPI_INFO_NULL, &file_));
+  explicit MpiFile(const std::filesystem::path& file) : name_(file.string()) {
+    check(MPI_File_open(MPI_COMM_SELF, name_.c_str(), MPI_MODE_WRONLY, MPI_INFO_NULL, &file_));
   }
   ~MpiFile() override {
     if (file_ != MPI_FILE_NULL) {
@@ -169,7 +169,7 @@ public:
   }
 
   std::unique_ptr<SharedFile> open(const std::filesystem::path& file) override {
-    return std::make_unique<MpiFile>(MPI_COMM_WORLD, file);
+    return std::make_unique<MpiFile>(file);
   }
 
   void give_way() const override {

@@ -18,7 +18,8 @@ struct Traffic {
   std::int64_t bytes = 0;
 };
 
-/// A file that every rank writes its own parts of, by MPI-IO. Throws InputError in the words of MPI.
+/// A file that is there and that every rank writes its own parts of, by MPI-IO, each for itself: so that one
+/// that fails keeps no other one waiting. Throws InputError in the words of MPI.
 class SharedFile {
 public:
   SharedFile() = default;
@@ -26,9 +27,8 @@ public:
   SharedFile& operator=(const SharedFile&) = delete;
   virtual ~SharedFile() = default;
 
-  /// By this rank alone.
   virtual void write_at(std::uint64_t offset, std::span<const std::byte> bytes) = 0;
-  /// By all ranks together; what was written is then in the file.
+  /// What was written is then in the file.
   virtual void close() = 0;
 };
 
@@ -57,7 +57,6 @@ public:
   [[nodiscard]] virtual std::vector<std::string> gather(const std::string& own) = 0;
   /// Collective.
   [[nodiscard]] virtual double largest(double own) = 0;
-  /// Collective: creates the file, or opens it.
   [[nodiscard]] virtual std::unique_ptr<SharedFile> open(const std::filesystem::path& file) = 0;
   /// By exchange(), so far.
   [[nodiscard]] virtual Traffic traffic() const = 0;

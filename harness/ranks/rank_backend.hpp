@@ -25,7 +25,7 @@ public:
 
   /// "openmp", without the ranks.
   [[nodiscard]] const std::string& backends() const { return backends_; }
-  [[nodiscard]] int ranks() const { return sharing_.ranks; }
+  [[nodiscard]] int ranks() const { return sharing_.pieces; }
 
 private:
   std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions& options) const override;

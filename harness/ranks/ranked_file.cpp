@@ -37,7 +37,6 @@ void reserve(const std::filesystem::path& file, std::uint64_t bytes) {
   }
 }
 
-/// Collective.
 void write_own(const std::filesystem::path& file, const std::string& header, Extent extent,
                const Rectangle& owned, const VectorField& displacement, double spacing, Ranks& ranks) {
   const std::unique_ptr<SharedFile> shared = ranks.open(file);

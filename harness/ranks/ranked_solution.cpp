@@ -143,6 +143,7 @@ public:
     RankedLevel result{.extent = level.extent};
     LevelShare share = sharing_(level.extent);
     result.pieces = share.cut.pieces.size();
+    result.columns = share.cut.columns;
     result.halo = result.pieces > 1 ? share.cut.halo : 0;
     const Traffic at_first = ranks_.traffic();
     const bool has_piece = rank_ < result.pieces;

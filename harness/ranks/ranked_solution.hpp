@@ -49,7 +49,8 @@ void require_shareable(const Scene& scene);
 struct RankedLevel {
   Extent extent;
   std::size_t pieces = 1;
-  int halo = 0; ///< 0: in one piece
+  int columns = 1; ///< of pieces
+  int halo = 0;    ///< 0: in one piece
   int sweeps = 0;
   std::int64_t renewals = 0; ///< of the halos
   std::int64_t changed = 0;  ///< sites over all ranks, by the last sweep, where that was counted
