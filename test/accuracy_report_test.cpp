@@ -42,6 +42,17 @@ TEST_F(AccuracyReport, TheVerdictHasItsFigures) {
   EXPECT_THAT(box, HasSubstr("in 6 decompositions; the worst remainder is 0.0e+00 px²."));
 }
 
+TEST_F(AccuracyReport, MethodsOfTheElasticEnergyHaveLines) {
+  json row = accuracy_row("conjugate-gradients", "openmp");
+  row.update({{"energy", "elastic"}, {"rmsd_to_fem", 2.5e-6}});
+  json wrong = row;
+  wrong["energy"] = "plastic";
+  EXPECT_THAT(error_of(document("accuracy", rows(wrong))), HasSubstr("must be one of: none, hdm, elastic"));
+  const std::string page = page_of(rows(fem_row(0.3), row));
+  EXPECT_THAT(page, HasSubstr("elastic, conjugate gradients"));
+  EXPECT_THAT(page, HasSubstr("2.5e-06<small>free 0.875</small>"));
+}
+
 TEST_F(AccuracyReport, AStepBeyondTheBoundIsBad) {
   json results = accuracy_rows();
   results[1]["arithmetic"]["resynchronised"].update({{"beyond_bound", 2}, {"largest_gap_over_bound", 1.75}});

@@ -3,8 +3,10 @@
 
 #include "harness/judge/accuracy/accuracy.hpp"
 
+#include "harness/check/faults/elastic_faults.hpp"
 #include "harness/check/faults/faulty_backend.hpp"
 #include "harness/scene/images/images.hpp"
+#include "harness/scene/method.hpp"
 #include "kernels/data/input_error.hpp"
 #include "test/sessions.hpp"
 
@@ -13,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <tuple>
 
 namespace hdmbench {
@@ -193,6 +196,58 @@ TEST(Accuracy, OfABackendWithOtherBitsIsNotValid) {
   ASSERT_NE(row, accuracy.rows.end());
   EXPECT_FALSE(row->valid);
   EXPECT_THAT(row->status, testing::HasSubstr("sites differ from scalar"));
+}
+
+Scene elastic_scene(Extent size) {
+  Scene scene = load_scene("circular", {.size = size});
+  use_method(scene, usual_method(EnergyModel::elastic));
+  return scene;
+}
+
+/// Pixels from finite elements with the scene's Poisson ratio: what each method is for.
+TEST(Accuracy, OfTheElasticEnergyIsDistanceFromFiniteElements) {
+  const SceneAccuracy accuracy = measure(elastic_scene({96, 80}), true);
+  const std::map<std::string, std::pair<double, double>> bounds{
+      {"full-multigrid", {1e-3, 0.1}}, {"conjugate-gradients", {1e-8, 1e-4}}, {"sweeps", {0.5, 30.0}}};
+  std::map<std::string, Deviations> first;
+  for (const JudgedField& row : accuracy.rows) {
+    if (!bounds.contains(row.method)) {
+      continue;
+    }
+    if (row.field.x.empty()) {
+      EXPECT_TRUE(row.status.starts_with("skipped")) << row.status;
+      continue;
+    }
+    EXPECT_TRUE(row.valid) << row.method << " on " << row.backend << ": " << row.status;
+    EXPECT_EQ(row.energy, EnergyModel::elastic);
+    EXPECT_TRUE(row.decompositions.empty());
+    const auto& [low, high] = bounds.at(row.method);
+    EXPECT_GT(row.deviations.to_fem, low) << row.method;
+    EXPECT_LT(row.deviations.to_fem, high) << row.method;
+    EXPECT_GT(row.deviations.to_fem_no_poisson, 0.1) << "another Poisson ratio is another answer";
+    EXPECT_EQ(first.try_emplace(row.method, row.deviations).first->second.to_fem, row.deviations.to_fem)
+        << row.backend;
+  }
+  EXPECT_EQ(first.size(), bounds.size());
+}
+
+TEST(Accuracy, OfAnElasticFieldWithOtherBitsIsNotValid) {
+  const std::vector<faults::Fault> all = faults::elastic_faults();
+  const auto fault = std::ranges::find(all, "elastic-poisson-ratio", &faults::Fault::name);
+  ASSERT_NE(fault, all.end());
+  const faults::FaultyBackend faulty(test::scalar(), *fault);
+  const Backend* const backends[] = {&test::scalar(), &faulty};
+  const SceneAccuracy accuracy =
+      measure_accuracy(elastic_scene({20, 20}), backends, {.repeats = 1, .quick = true}, test::silent());
+  int seen = 0;
+  for (const JudgedField& row : accuracy.rows) {
+    if (row.backend == fault->name) {
+      ++seen;
+      EXPECT_FALSE(row.valid) << row.method;
+      EXPECT_THAT(row.status, testing::HasSubstr("sites differ from scalar"));
+    }
+  }
+  EXPECT_EQ(seen, 3);
 }
 
 TEST(Accuracy, OfASceneInWhichEverythingIsPrescribed) {

@@ -1,4 +1,5 @@
 #include "harness/judge/atlas/atlas.hpp"
+#include "harness/scene/method.hpp"
 #include "test/sessions.hpp"
 
 #include <fmt/format.h>
@@ -104,6 +105,18 @@ const std::vector<Pinned> pins{
     {"fold-over", "icm", 3, 15, 0.0, 30},
     {"fold-over", "closed-form", 15, 30, 0.0, 30},
     {"poisson", "fixed point", 0, 0.3, 0.15, 0.35},
+    {"elastic-contrast", "full-multigrid", NAN, NAN, 1e-5, 0.1},
+    {"elastic-contrast", "conjugate-gradients", NAN, NAN, 1e-5, 1e-6},
+    {"elastic-poisson", "full-multigrid", NAN, NAN, 0.01, 1e-3},
+    {"elastic-poisson", "conjugate-gradients", NAN, NAN, 1e-5, 1e-8},
+    {"elastic-layers", "full-multigrid", 1, 100, 1e-5, 2},
+    {"elastic-layers", "conjugate-gradients", NAN, NAN, 1e-5, 0.02},
+    {"elastic-layers-2", "full-multigrid", 1, 100, 1e-5, 2},
+    {"elastic-layers-2", "30 steps", NAN, NAN, 1e-5, 1e-3},
+    {"elastic-supports", "full-multigrid", NAN, NAN, 0.05, 1e-4},
+    {"elastic-supports", "conjugate-gradients", NAN, NAN, 1e-5, 1e-8},
+    {"elastic-free-body", "full-multigrid", NAN, NAN, 1e-5, 0.05},
+    {"elastic-free-body", "30 steps", NAN, NAN, 1e-5, 1e-7},
 };
 
 void expect_pinned() {
@@ -117,6 +130,36 @@ TEST(Atlas, EveryEntryIsPinned) {
     EXPECT_TRUE(std::ranges::any_of(pins, [&](const Pinned& pinned) { return pinned.entry == entry.name; }) ||
                 entry.name == "undetermined")
         << entry.name;
+  }
+}
+
+/// The last value of the knob has no answer, and no method gives one.
+TEST(Atlas, WhatNothingHoldsIsRefusedByEveryElasticMethod) {
+  for (const auto& [entry, refusal] :
+       {std::pair{"elastic-supports",
+                  "at 1: the conditions leave the elastic sheet free to move: all 96 x 96 "
+                  "sites can turn about"},
+        std::pair{"elastic-free-body",
+                  "at 1e-08: no condition holds a part of the tissue, 1089 pixels at x = "
+                  "32 ... 64, y = 32 ... 64"}}) {
+    const EntryResult& result = result_of(entry);
+    for (const SeriesResult& series : result.series) {
+      EXPECT_EQ(series.points.size() + 1, result.entry->quick_knobs.size()) << entry << ", " << series.name;
+      EXPECT_TRUE(series.absence.starts_with(refusal))
+          << entry << ", " << series.name << ": " << series.absence;
+    }
+  }
+}
+
+TEST(Atlas, TheRowSaysWhichEnergy) {
+  for (const Entry& entry : entries()) {
+    EXPECT_EQ(entry.energy, entry.name.starts_with("elastic-") ? "elastic" : "hdm") << entry.name;
+    for (const Series& series : entry.series) {
+      if (series.method != fixed_point_method && series.method != finite_elements_method) {
+        EXPECT_EQ(energy_names[static_cast<std::size_t>(find_method(series.method).energy)], entry.energy)
+            << entry.name << ", " << series.name;
+      }
+    }
   }
 }
 

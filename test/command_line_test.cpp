@@ -11,6 +11,7 @@
 
 #include <array>
 #include <iterator>
+#include <map>
 #include <set>
 
 namespace hdmbench {
@@ -341,6 +342,23 @@ TEST(CommandLine, AccuracyWritesEveryMethodWithItsDistancesFromTheTruths) {
                            {"icm", "sequential", "fixed-point", "fem", "fem-coarse", "interpolation"}));
   test::expect_run(0, "report " + folder.path().string() + " --output " +
                           (folder.path() / "report.html").string());
+}
+
+TEST(CommandLine, AccuracyOfTheElasticEnergySaysWhichEnergy) {
+  const test::TemporaryFolder folder;
+  const std::string file = (folder.path() / "accuracy.json").string();
+  test::expect_run(0, "accuracy square --size 40 --energy elastic --quick --backends openmp --json " + file,
+                   HasSubstr("conjugate-gradients on openmp"));
+  std::map<std::string, std::string> energies;
+  const nlohmann::json document = read_json(file);
+  for (const nlohmann::json& row : document["results"]) {
+    energies[row["method"]] = row["energy"];
+  }
+  const std::map<std::string, std::string> expected{
+      {"fem", "elastic"},        {"fem-coarse", "elastic"},     {"fixed-point", "hdm"},
+      {"interpolation", "none"}, {"full-multigrid", "elastic"}, {"conjugate-gradients", "elastic"},
+      {"sweeps", "elastic"}};
+  EXPECT_EQ(energies, expected);
 }
 
 TEST(CommandLine, AccuracyRefusesWhatHasNoTruth) {

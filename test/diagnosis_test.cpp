@@ -3,6 +3,7 @@
 #include "harness/judge/accuracy/deviation.hpp"
 #include "harness/judge/diagnosis/folding.hpp"
 #include "harness/judge/diagnosis/rest.hpp"
+#include "harness/scene/method.hpp"
 #include "reference/fixed_point.hpp"
 #include "test/plain_scene.hpp"
 #include "test/program.hpp"
@@ -229,6 +230,24 @@ TEST(BeforeTheRun, WithoutZeroAmongTheCandidatesNothingRests) {
   EXPECT_FALSE(has(diagnose(scene), "never-rests"));
   scene.full.steps = StepSet::parse("thesis");
   EXPECT_TRUE(has(diagnose(scene), "never-rests"));
+}
+
+TEST(BeforeTheRun, OfTheElasticEnergyConflictsAndStallingCyclesAreTold) {
+  Scene scene = load_scene("square", {.size = Extent{24, 24}});
+  use_method(scene, find_method(elastic_full_multigrid));
+  EXPECT_FALSE(has(diagnose(scene), "stalling-cycles"));
+  scene.full.modulus.values[scene.extent().index(3, 4)] *= 101.0F;
+  EXPECT_TRUE(has(diagnose(scene), "stalling-cycles"));
+  use_method(scene, find_method(elastic_conjugate_gradients));
+  EXPECT_FALSE(has(diagnose(scene), "stalling-cycles"));
+  const std::size_t before = sites_of(diagnose(scene), "conflict");
+  for (const int x : {10, 11}) {
+    const std::size_t at = scene.extent().index(x, 12);
+    scene.full.confidence.x[at] = 1.0F;
+    scene.full.target.x[at] = x == 10 ? 2.0F : -2.0F;
+  }
+  EXPECT_EQ(sites_of(diagnose(scene), "conflict"), before + 1U);
+  EXPECT_EQ(diagnose(scene).size(), 1U) << "what is about the thesis's energy is not said";
 }
 
 TEST(Folding, TheLeastDeterminantOfACellIsAtACorner) {

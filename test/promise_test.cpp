@@ -4,7 +4,7 @@
 #include "harness/judge/accuracy/deviation.hpp"
 #include "harness/judge/accuracy/truths.hpp"
 #include "harness/scene/method.hpp"
-#include "harness/solve/planner/planner.hpp"
+#include "harness/solve/planner/energy_choice.hpp"
 #include "reference/finite_elements.hpp"
 #include "reference/fixed_point.hpp"
 #include "test/sessions.hpp"
@@ -95,6 +95,59 @@ TEST(Promise, OfTheElasticEnergyIsKept) {
   EXPECT_GE(promises.share_within(2.0), 0.6); // most end after one step, which tells little of the next
   EXPECT_GE(promises.share_within(5.0), 0.97);
   EXPECT_GE(promises.share_below(2.0), 0.93);
+}
+
+/// Large enough for a plan to solve sampled images, and be content with one. The truth is the same energy's,
+/// to far less than what is asked for: the test above sets that against finite elements.
+TEST(Promise, OfTheElasticEnergyIsKeptBySampledImages) {
+  std::vector<std::unique_ptr<Session>> none;
+  Promises promises;
+  int sampled = 0;
+  for (std::uint64_t seed = first_seed; seed < first_seed + 60; ++seed) {
+    test::VariedScene varied = test::varied_scene(seed, 1000.0, 128, 256);
+    use_method(varied.scene, usual_method(EnergyModel::elastic));
+    const auto plan = [&](double asked) {
+      return solve_as_needed(varied.scene, {.accuracy = asked}, test::find("openmp"), {}, none,
+                             test::silent());
+    };
+    const ReferenceField truth(plan(1e-4).solution.displacement);
+    for (const double asked : {4.0, 1.0, 0.25}) {
+      const Plan made = plan(asked);
+      if (made.steps.back().action == "interpolation") {
+        ++sampled;
+        promises.add(varied, asked, made, truth);
+      }
+    }
+  }
+  promises.print("elastic, sampled images");
+  EXPECT_GT(sampled, 20);
+  EXPECT_EQ(promises.broken(), 0);
+  EXPECT_GE(promises.share_below(2.0), 0.85);
+}
+
+/// Where the plan chooses the energy the promise is the elastic one's: a distance from finite elements.
+TEST(Promise, OfTheEnergyThatIsChosenIsKept) {
+  std::vector<std::unique_ptr<Session>> sessions;
+  Promises promises;
+  std::array<int, 2> chosen{};
+  for (std::uint64_t seed = first_seed; seed < first_seed + 100; ++seed) {
+    const test::VariedScene varied = test::varied_scene(seed);
+    const ReferenceField truth = solve_finite_elements(elastic_problem(varied.scene.full),
+                                                       ElementRule::plane_stress(varied.scene.poisson));
+    for (const double asked : {3.0, 1.0, 0.3}) {
+      Scene scene = varied.scene;
+      const Plan plan = solve_by_either_energy(scene, {.accuracy = asked}, test::find("openmp"), {}, sessions,
+                                               test::silent());
+      ++chosen.at(static_cast<std::size_t>(scene.energy));
+      promises.add(varied, asked, plan, truth);
+    }
+  }
+  promises.print("either energy");
+  fmt::print("the thesis's {} times, the elastic one {} times\n", chosen[0], chosen[1]);
+  EXPECT_GT(chosen[0], 30);
+  EXPECT_GT(chosen[1], 30);
+  EXPECT_EQ(promises.unmet(), 0);
+  EXPECT_EQ(promises.broken(), 0);
 }
 
 /// Estimates of cycles up to a contrast of 10, and a factorisation beyond.

@@ -8,6 +8,7 @@
 #include "harness/check/verify_row.hpp"
 #include "harness/judge/accuracy/accuracy_row.hpp"
 #include "harness/judge/atlas/atlas_row.hpp"
+#include "harness/judge/continuum/continuum.hpp"
 #include "harness/judge/run_row.hpp"
 #include "harness/judge/tradeoff/tradeoff_row.hpp"
 #include "harness/measure/bench_row.hpp"
@@ -104,6 +105,7 @@ TEST(ResultRows, WhatIsCommittedIsWrittenAgainWithoutALoss) {
       {"accuracy", expect_nothing_lost<AccuracyRow>},
       {"atlas", expect_nothing_lost<atlas::AtlasRow>},
       {"bench", expect_nothing_lost<BenchRow>},
+      {"continuum", expect_nothing_lost<ContinuumRow>},
       {"devices", expect_nothing_lost<DeviceRow>},
       {"failing-calls", expect_nothing_lost<FailingCallsRow>},
       {"faults", expect_nothing_lost<FaultRow>},

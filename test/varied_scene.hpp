@@ -21,7 +21,7 @@ enum class Make { blobs, cells, layers, noise };
 /// A scene that no setting was tuned on. Tissues as blobs, Voronoi cells, wavy layers or noise, of 2 to 6
 /// moduli that spread over `contrast` (2 ... 1000); smooth conditions on one to four sides; every second one
 /// has observations scattered over 2 % of its sites as well, smooth in themselves, that the tissue need not
-/// agree with. The same for the same seed on every machine.
+/// agree with. Sides of fewest_pixels ... most_pixels. The same for the same seed on every machine.
 struct VariedScene {
   Make make = Make::blobs;
   double contrast = 1.0;
@@ -29,7 +29,8 @@ struct VariedScene {
   Scene scene;
 };
 
-inline VariedScene varied_scene(std::uint64_t seed, double most_contrast = 1000.0) {
+inline VariedScene varied_scene(std::uint64_t seed, double most_contrast = 1000.0, int fewest_pixels = 32,
+                                int most_pixels = 72) {
   std::mt19937_64 engine(7919 * seed + 13);
   const auto uniform = [&](double low, double high) {
     return low + (high - low) * static_cast<double>(engine() >> 11) * 0x1p-53;
@@ -40,7 +41,7 @@ inline VariedScene varied_scene(std::uint64_t seed, double most_contrast = 1000.
   varied.make = static_cast<Make>(seed % 4);
   varied.scattered = seed / 4 % 2 == 1;
   varied.contrast = std::pow(10.0, uniform(std::log10(2.0), std::log10(most_contrast)));
-  const Extent extent{whole(32, 72), whole(32, 72)};
+  const Extent extent{whole(fewest_pixels, most_pixels), whole(fewest_pixels, most_pixels)};
   Scene& scene = varied.scene;
   scene.name = fmt::format("varied_scene({})", seed);
   scene.source = scene.name;

@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -38,6 +39,9 @@ bool is_registered(const Scene& scene) {
 constexpr double rounding_of_squares = 1e-10;
 
 std::string pixels(double value) {
+  if (std::abs(value) < 1e-3) {
+    return value == 0.0 ? "0" : fmt::format("{:.1e}", value);
+  }
   return fmt::format("{:.{}f}", value, value < 0.1 ? 4 : value < 10.0 ? 3 : 2);
 }
 
@@ -124,7 +128,9 @@ void print_decompositions(const SceneAccuracy& accuracy) {
                  fmt::format("{:.1e}", parts.remainder())});
     }
   }
-  fmt::print("\n{}", table.text());
+  if (before != nullptr) {
+    fmt::print("\n{}", table.text());
+  }
 }
 
 void print_arithmetic(const SceneAccuracy& accuracy) {
@@ -171,7 +177,9 @@ bool is_sound(const SceneAccuracy& accuracy) {
 int run_accuracy(Arguments& arguments, const std::string& line) {
   require_results_writable(arguments.json);
   if (arguments.schedule.method || !arguments.methods.empty()) {
-    throw InputError("accuracy measures icm; leave out --method and --methods (bench takes them)");
+    throw InputError(
+        "accuracy measures icm, and with --energy elastic all its methods; leave out --method and "
+        "--methods (bench takes them)");
   }
   if (arguments.schedule.update || arguments.schedule.stop || arguments.schedule.epsilon) {
     throw InputError(
@@ -184,6 +192,10 @@ int run_accuracy(Arguments& arguments, const std::string& line) {
   const auto registry = make_backends();
   const std::vector<const Backend*> backends = arguments.choose(registry);
   const std::vector<Scene> scenes = arguments.load_scenes(scenes_by_default());
+  const auto is_elastic = [](const Scene& scene) { return scene.energy == EnergyModel::elastic; };
+  if (arguments.schedule.iterations && std::ranges::any_of(scenes, is_elastic)) {
+    throw InputError("accuracy takes every elastic method at its usual effort; leave out --iterations");
+  }
   const std::filesystem::path folder =
       arguments.json.empty() ? "" : std::filesystem::absolute(arguments.json).parent_path();
   AccuracyOptions options{.session = arguments.session,
@@ -225,6 +237,7 @@ void add_accuracy(CLI::App& program, const std::string& arguments, int& status) 
       "step\n"
       "is not explained by rounding.");
   const auto own = std::make_shared<Arguments>();
+  own->schedule.takes_elastic = true;
   own->add_to(*command);
   leave_out_of_help(*command, {"--method", "--methods", "--update", "--stop", "--epsilon"});
   command->add_option("--repeat", own->repeats, "Samples of the seconds")

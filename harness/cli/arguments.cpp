@@ -25,6 +25,7 @@ const std::map<std::string, Update> updates{{"simultaneous", Update::simultaneou
                                             {"coloured", Update::coloured},
                                             {"four-coloured", Update::four_coloured}};
 
+constexpr const char* automatic = "auto";
 const std::map<std::string, EnergyModel> energies{{"hdm", EnergyModel::hdm},
                                                   {"elastic", EnergyModel::elastic}};
 
@@ -58,11 +59,24 @@ void ScheduleOverrides::add_to(CLI::App& command) {
   const auto* const group = "Instead of what the scene says";
   if (takes_elastic) {
     command
+        .add_option_function<std::string>(
+            "--energy",
+            [this](const std::string& name) {
+              auto_energy = name == automatic;
+              energy = auto_energy ? std::nullopt : std::optional(energies.at(name));
+            },
+            fmt::format("What the displacement minimises: hdm (the thesis) or elastic (plane stress); a "
+                        "method of either brings its own{}",
+                        takes_auto_energy ? "; auto: what --accuracy needs" : ""))
+        ->check(CLI::IsMember(takes_auto_energy ? std::vector<std::string>{"hdm", "elastic", automatic}
+                                                : std::vector<std::string>{"hdm", "elastic"}))
+        ->group(group);
+    command
         .add_option(
-            "--energy", energy,
-            "What the displacement minimises: hdm (the thesis) or elastic (plane stress); a method of "
-            "either brings its own")
-        ->transform(CLI::CheckedTransformer(energies))
+            "--robust", robust,
+            "Of the elastic energy: observations with a confidence below 1 that are further away than "
+            "this many pixels are forgiven")
+        ->check(CLI::PositiveNumber)
         ->group(group);
   }
   command.add_option("--method", method, "How the scene is solved (see methods)")->group(group);
@@ -114,14 +128,19 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
   }
   if (scene.energy == EnergyModel::elastic && !takes_elastic) {
     throw InputError(fmt::format("{} would have the elastic energy, which this command does not know; run, "
-                                 "verify, bench and tradeoff do",
+                                 "verify, bench, tradeoff and accuracy do",
                                  scene.name));
   }
-  if (scene.energy == EnergyModel::elastic &&
+  if ((scene.energy == EnergyModel::elastic || auto_energy) &&
       (start_level || epsilon || alignment || penalty || prior_weight)) {
     throw InputError("the elastic energy has levels of its own and prescribes what is observed; leave out "
                      "--start-level, --epsilon, --alignment, --penalty and --prior-weight");
   }
+  if (robust && scene.energy == EnergyModel::hdm && !auto_energy) {
+    throw InputError("the thesis's energy takes the absolute value of every observation, which forgives; "
+                     "--robust is for --energy elastic");
+  }
+  scene.robust = robust ? robust : scene.robust;
   MethodOptions options{.iterations = iterations, .update = update, .relaxation = relaxation, .seed = seed};
   if (steps) {
     options.steps = StepSet::parse(*steps);
@@ -175,9 +194,11 @@ std::string ScheduleOverrides::text(const std::optional<std::string>& other_meth
   add_name("--alignment", alignment, alignments);
   add_name("--update", update, updates);
   add_name("--energy", energy, energies);
+  add("--energy", auto_energy ? std::optional(automatic) : std::nullopt);
   add("--steps", steps ? std::optional(shell_word(*steps)) : std::nullopt);
   add("--penalty", penalty);
   add("--prior-weight", prior_weight);
+  add("--robust", robust);
   return result;
 }
 

@@ -20,8 +20,10 @@ enum ExitStatus : int { success = 0, disagreement = 1, bad_input = 2 };
 
 /// What the user may change about every scene's schedule.
 struct ScheduleOverrides {
-  bool takes_elastic = false; ///< whether the command knows EnergyModel::elastic; say so before add_to()
+  bool takes_elastic = false;     ///< whether the command knows EnergyModel::elastic; say so before add_to()
+  bool takes_auto_energy = false; ///< whether --energy auto is one of its values, likewise
   std::optional<EnergyModel> energy;
+  bool auto_energy = false;          ///< the plan chooses; energy is none
   std::optional<std::string> method; ///< harness/scene/method.hpp
   std::optional<int> iterations;
   std::optional<double> relaxation;
@@ -35,6 +37,7 @@ struct ScheduleOverrides {
   std::optional<std::string> steps;
   std::optional<double> penalty;
   std::optional<double> prior_weight;
+  std::optional<double> robust; ///< Scene::robust
 
   void add_to(CLI::App& command);
   /// With `other_method` in place of `method`, where there is one. Throws InputError.

@@ -73,23 +73,27 @@ void print(const atlas::EntryResult& result) {
   std::vector<const atlas::SeriesResult*> present;
   std::vector<Table::Column> columns{{std::string(entry.knob)}};
   for (const atlas::SeriesResult& series : result.series) {
-    if (series.absence.empty()) {
+    if (!series.points.empty()) {
       present.push_back(&series);
       columns.push_back({series.name + "  "});
-    } else {
+    }
+    if (!series.absence.empty()) {
       line(series.points.empty() ? "not there" : "refuses",
            fmt::format("{}: {}", series.name, series.absence));
     }
   }
   columns.push_back("<warned of");
   Table table(columns);
-  const std::size_t values = present.empty() ? 0 : present.front()->points.size();
-  for (std::size_t i = 0; i < values; ++i) {
-    std::vector<std::string> cells{fmt::format("{:.6g}", present.front()->points[i].knob)};
+  const auto length = [](const atlas::SeriesResult* series) { return series->points.size(); };
+  const auto longest = std::ranges::max_element(present, {}, length);
+  for (std::size_t i = 0; longest != present.end() && i < (*longest)->points.size(); ++i) {
+    std::vector<std::string> cells{fmt::format("{:.6g}", (*longest)->points[i].knob)};
     std::vector<const atlas::Point*> points;
     for (const atlas::SeriesResult* const series : present) {
-      points.push_back(&series->points[i]);
-      cells.push_back(figure(series->points[i]));
+      if (i < series->points.size()) {
+        points.push_back(&series->points[i]);
+      }
+      cells.push_back(i < series->points.size() ? figure(series->points[i]) : "refused");
     }
     cells.push_back(warned(entry, points));
     table.add(std::move(cells));

@@ -23,6 +23,7 @@ void add_probe(CLI::App& program, const std::string& arguments);
 void add_browser(CLI::App& program, const std::string& arguments);
 void add_golden(CLI::App& program, const std::string& arguments, int& status);
 void add_accuracy(CLI::App& program, const std::string& arguments, int& status);
+void add_continuum(CLI::App& program, const std::string& arguments, int& status);
 void add_faults(CLI::App& program, const std::string& arguments, int& status, Ranks* ranks);
 void add_atlas(CLI::App& program, const std::string& arguments);
 void add_tradeoff(CLI::App& program, const std::string& arguments, int& status);

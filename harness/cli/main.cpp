@@ -88,6 +88,7 @@ int run_program(int argc, char** argv, Ranks* ranks) {
   commands::add_golden(program, arguments, status);
   commands::add_bench(program, arguments, status);
   commands::add_accuracy(program, arguments, status);
+  commands::add_continuum(program, arguments, status);
   commands::add_atlas(program, arguments);
   commands::add_tradeoff(program, arguments, status);
   commands::add_browser(program, arguments);

@@ -3,6 +3,7 @@
 #include "harness/cli/commands.hpp"
 #include "harness/cli/plan_text.hpp"
 #include "harness/cli/run_on_ranks.hpp"
+#include "harness/cli/strain_images.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/diagnosis/folding.hpp"
 #include "harness/judge/run_row.hpp"
@@ -11,7 +12,9 @@
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/solve/methods/robust_observations.hpp"
 #include "harness/solve/methods/solver.hpp"
+#include "harness/solve/planner/energy_choice.hpp"
 #include "harness/solve/solve.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/mean_energy.hpp"
@@ -36,6 +39,7 @@ struct Arguments {
   std::string within;   ///< "10ms"; empty: not asked for
   bool explain = false;
   std::size_t sites_per_rank = 0; ///< of run_on_ranks.hpp
+  bool strains = false;
 
   [[nodiscard]] bool asks() const { return !accuracy.empty() || !within.empty(); }
   /// Throws InputError.
@@ -96,7 +100,8 @@ double mean_energy_of(const Scene& scene, const VectorField& displacement) {
   if (scene.energy == EnergyModel::hdm) {
     return mean_energy(scene.full, displacement);
   }
-  const double twice = elastic_energy(elastic_problem(scene.full), ElementRule::plane_stress(scene.poisson),
+  const Level& level = scene.robust ? reweighted(scene.full, displacement, *scene.robust) : scene.full;
+  const double twice = elastic_energy(elastic_problem(level), ElementRule::plane_stress(scene.poisson),
                                       ReferenceField(displacement));
   return twice / 2.0 / static_cast<double>(scene.extent().sites());
 }
@@ -112,6 +117,9 @@ Warnings find_warnings(const Scene& scene, const Solution& solution) {
 /// InputError.
 void require_meaning(const Arguments& arguments) {
   const ScheduleOverrides& schedule = arguments.scene.schedule;
+  if (schedule.auto_energy && arguments.accuracy.empty()) {
+    throw InputError("--energy auto chooses by the accuracy that is asked for; give --accuracy");
+  }
   if (!arguments.asks() && arguments.explain) {
     throw InputError("--explain explains a plan; ask for one with --accuracy or --within");
   }
@@ -127,8 +135,8 @@ void require_meaning(const Arguments& arguments) {
 int run_scene(const Arguments& arguments, const std::string& line, Ranks* ranks) {
   require_meaning(arguments);
   if (ranks != nullptr) {
-    if (arguments.asks()) {
-      throw InputError("--accuracy and --within run in one process: leave out mpirun");
+    if (arguments.asks() || arguments.strains) {
+      throw InputError("--accuracy, --within and --strains run in one process: leave out mpirun");
     }
     return run_scene_on_ranks(
         arguments.scene,
@@ -141,6 +149,11 @@ int run_scene(const Arguments& arguments, const std::string& line, Ranks* ranks)
   Scene scene = arguments.scene.load();
   if (arguments.asks() && scene.energy == EnergyModel::hdm) {
     use_method(scene, find_method("multigrid"));
+  }
+  if (arguments.strains && !(have_images() && is_inspected(scene.extent()))) {
+    throw InputError(have_images() ? "--strains is for images of at most 4096 x 4096 sites"
+                                   : "--strains needs image support, which this build has not "
+                                     "(-DHDMBENCH_IMAGES=ON)");
   }
   const auto registry = make_backends();
   const Backend& backend = arguments.scene.choose(registry, scene);
@@ -160,15 +173,20 @@ int run_scene(const Arguments& arguments, const std::string& line, Ranks* ranks)
   Solution solution;
   if (arguments.asks()) {
     std::vector<std::unique_ptr<Session>> sessions;
-    plan = solve_as_needed(scene, request, backend, arguments.scene.session, sessions, progress);
+    const SessionOptions& session = arguments.scene.session;
+    plan = arguments.scene.schedule.auto_energy
+               ? solve_by_either_energy(scene, request, backend, session, sessions, progress)
+               : solve_as_needed(scene, request, backend, session, sessions, progress);
     solution = plan->solution;
   } else {
     solution = Solver(backend, arguments.scene.session).solve(scene, progress, {.last_changed = inspected});
   }
   progress.clear();
   Warnings warnings = inspected ? find_warnings(scene, solution) : Warnings{};
-  if (plan && plan->met) { // the error is what was asked for
-    std::erase_if(warnings, [](const Warning& warning) { return warning.kind == "not-converged"; });
+  if (plan && plan->met) { // the error is what was asked for, by a method of the plan's own
+    std::erase_if(warnings, [](const Warning& warning) {
+      return warning.kind == "not-converged" || warning.kind == "stalling-cycles";
+    });
   }
 
   const std::int64_t iterations = total_iterations(solution.levels);
@@ -226,12 +244,16 @@ int run_scene(const Arguments& arguments, const std::string& line, Ranks* ranks)
                  row.pictures->grid, row.pictures->magnitude, row.pictures->jacobian);
     }
     fmt::print("\n");
+    if (arguments.strains) {
+      row.strains = write_strain_images(scene, solution.displacement, arguments.output);
+    }
     if (!arguments.json.empty()) {
       const fs::path folder = fs::proximate(arguments.output, fs::absolute(arguments.json).parent_path());
       const auto beside_json = [&](const std::string& name) {
         return (folder / name).lexically_normal().string();
       };
       row.field = beside_json(field);
+      std::ranges::transform(row.strains, row.strains.begin(), beside_json);
       if (row.pictures) {
         RunRow::Pictures& names = *row.pictures;
         for (std::string* const name :
@@ -256,10 +278,13 @@ void add_run(CLI::App& program, const std::string& arguments, int& status, Ranks
              "the displacement's magnitude and change of area as PNG; say what speaks against the result.");
   const auto own = std::make_shared<Arguments>();
   own->scene.schedule.takes_elastic = true;
+  own->scene.schedule.takes_auto_energy = true;
   own->scene.add_scene_to(*command);
   own->scene.add_backend_to(*command);
   command->add_option("--output", own->output, "Folder for the files, made if missing")
       ->capture_default_str();
+  command->add_flag("--strains", own->strains,
+                    "Write strains, von Mises stress and change of area as well, as NRRD and PNG");
   command->add_option("--json", own->json, "Write the result to this file");
   const auto* const group = "No more than the scene needs";
   command

@@ -92,6 +92,7 @@ void list_fields(Fields& fields, RunRow& row) {
   fields.if_any("ranks", row.ranks);
   fields.if_any("by_rank", row.by_rank);
   fields.if_any("shared_levels", row.shared_levels);
+  fields.if_any("strains", row.strains);
 }
 
 RunRow::PlanRow plan_row(const Scene& scene, const Request& request, const Plan& plan) {

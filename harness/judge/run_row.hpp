@@ -82,6 +82,7 @@ struct RunRow {
   std::optional<std::int64_t> ranks{}; ///< none: one process
   std::vector<RankRow> by_rank{};
   std::vector<SharedLevelRow> shared_levels{};
+  std::vector<std::string> strains{}; ///< files of `run --strains`
 };
 
 void list_fields(Fields& fields, RunRow& row);

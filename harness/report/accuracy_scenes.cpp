@@ -1,6 +1,7 @@
 #include "harness/report/accuracy_scenes.hpp"
 
 #include "harness/report/plot_style.hpp"
+#include "harness/scene/method.hpp"
 
 #include <fmt/format.h>
 
@@ -29,13 +30,17 @@ struct MethodText {
   std::string_view hint;
   std::size_t colour;
 };
-constexpr std::array<MethodText, 7> method_texts{{
+constexpr std::array<MethodText, 10> method_texts{{
     {"sequential", "ICM, in place", "until nothing moves: the thesis's CPU program", 3},
     {"icm", "ICM, simultaneous", "a fixed number of iterations: the thesis's GPU program", 2},
     {"fixed-point", "fixed point", "every site at its own minimum: what ICM aims at", 1},
     {"fem", "FEM", "plane stress, nodes at the sites", 0},
     {"fem-coarse", "FEM, 60\u00A0×\u00A060", "as many elements as the thesis had", 5},
     {"interpolation", "interpolation", "between the conditions; knows no material", 4},
+    {elastic_full_multigrid, "elastic, full multigrid", "finite elements' energy, a cycle on each level", 7},
+    {elastic_conjugate_gradients, "elastic, conjugate gradients", "after that, its cycle as preconditioner",
+     7},
+    {elastic_sweeps, "elastic, sweeps", "on the full resolution alone", 7},
     {"b-spline", "B-spline registration", "of the pictures; knows no material", 6},
 }};
 

@@ -51,7 +51,7 @@ struct AccuracyScene {
 /// In the order of the files.
 [[nodiscard]] std::vector<AccuracyScene> accuracy_scenes(const Results& results, const std::string& machine);
 
-/// In the order of tables: sequential, icm, fixed-point, fem, fem-coarse, interpolation, b-spline.
+/// In the order of tables: of the thesis's energy, finite elements, rivals, of the elastic energy.
 [[nodiscard]] const std::vector<std::string>& accuracy_methods();
 
 /// "ICM, in place", "FEM, ν = 0.3"; plain text.

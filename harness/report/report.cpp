@@ -51,6 +51,7 @@ std::string page_html(const report::Results& results) {
 <a href="#implementations">What runs where</a>
 <a href="#arithmetic">Arithmetic of the devices</a>
 <a href="#accuracy">Accuracy</a>
+<a href="#continuum">Pixels and continuum</a>
 <a href="#failures">Failure atlas</a>
 <a href="#golden">Golden hashes</a>
 <a href="#faults">Planted faults</a>
@@ -70,6 +71,7 @@ std::string page_html(const report::Results& results) {
   html += report::implementations_section(results, anchors);
   html += report::probe_section(results, anchors);
   html += report::accuracy_section(results, anchors);
+  html += report::continuum_section(results, anchors);
   html += report::atlas_section(results, anchors);
   html += report::golden_section(results, anchors);
   html += report::faults_section(results, anchors);

@@ -97,6 +97,9 @@ bool replaces(const AccuracyRow& a, const AccuracyRow& b) {
   return same_place(a, b) && a.variant == b.variant && a.poisson == b.poisson &&
          a.poisson_used == b.poisson_used;
 }
+bool replaces(const ContinuumRow& a, const ContinuumRow& b) {
+  return a.width == b.width && a.height == b.height && a.contrast == b.contrast && a.energy == b.energy;
+}
 bool replaces(const FailingCallsRow& a, const FailingCallsRow& b) {
   return a.backend == b.backend && a.api == b.api && a.kind == b.kind;
 }
@@ -165,6 +168,8 @@ void add_file(Results& results, const ResultFile& file) {
     add_rows(results, results.run, file);
   } else if (command == "accuracy") {
     add_rows(results, results.accuracy, file);
+  } else if (command == "continuum") {
+    add_rows(results, results.continuum, file);
   } else if (command == "atlas") {
     add_rows(results, results.atlas, file);
   } else if (command == "instructions") {

@@ -7,6 +7,7 @@
 #include "harness/check/verify_row.hpp"
 #include "harness/judge/accuracy/accuracy_row.hpp"
 #include "harness/judge/atlas/atlas_row.hpp"
+#include "harness/judge/continuum/continuum.hpp"
 #include "harness/judge/run_row.hpp"
 #include "harness/judge/tradeoff/tradeoff_row.hpp"
 #include "harness/measure/bench_row.hpp"
@@ -43,6 +44,7 @@ using AccuracyRow = From<hdmbench::AccuracyRow>;
 using AtlasRow = From<atlas::AtlasRow>;
 using BenchRow = From<hdmbench::BenchRow>;
 using ComparedRow = From<comparison::ComparedRow>;
+using ContinuumRow = From<hdmbench::ContinuumRow>;
 using DeviceRow = From<hdmbench::DeviceRow>;
 using EqualAccuracyRow = From<hdmbench::EqualAccuracyRow>;
 using FailingCallsRow = From<hdmbench::FailingCallsRow>;
@@ -67,6 +69,7 @@ struct Results {
   std::vector<ComparedRow> compare;
   std::vector<RunRow> run;
   std::vector<AccuracyRow> accuracy;
+  std::vector<ContinuumRow> continuum;
   std::vector<AtlasRow> atlas;
   std::vector<InstructionsRow> instructions;
   std::vector<GoldenRow> golden;

@@ -80,7 +80,7 @@ std::string sentence(std::string_view label, const std::string& text) {
 
 std::string entry_html(const Results& results, const AtlasRow& row, Anchors& anchors) {
   const std::string id = anchors.unique("atlas " + row.entry);
-  std::string html = sentence("Why.", row.mechanism);
+  std::string html = sentence("Energy.", row.energy) + sentence("Why.", row.mechanism);
   const std::string plot = atlas_figure(row, id + '_');
   html += "<div class=\"pair\">\n";
   if (!plot.empty()) {

@@ -27,6 +27,8 @@ namespace hdmbench::report {
 [[nodiscard]] std::string compare_section(const Results& results, Anchors& anchors);
 /// Tables and figures against the truths; needs gnuplot where there are profiles or convergence.
 [[nodiscard]] std::string accuracy_section(const Results& results, Anchors& anchors);
+/// How far finite elements on pixels are from the continuum.
+[[nodiscard]] std::string continuum_section(const Results& results, Anchors& anchors);
 /// Where the methods fail; needs gnuplot where there are results.
 [[nodiscard]] std::string atlas_section(const Results& results, Anchors& anchors);
 /// The thesis's limit of 512 operations.

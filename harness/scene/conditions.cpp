@@ -1,6 +1,7 @@
 #include "harness/scene/scene_content.hpp"
 
 #include "harness/scene/outline.hpp"
+#include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <algorithm>
@@ -34,6 +35,15 @@ Condition read_condition(TomlReader& table) {
                       .outward = table.optional_number("outward"),
                       .closing = table.number("closing", 0.0),
                       .confidence = static_cast<float>(table.number("confidence", 1.0))};
+  if (const std::optional<double> deviation = table.optional_number("deviation")) {
+    if (table.has("confidence")) {
+      table.fail("deviation", "cannot stand beside confidence");
+    }
+    if (!(*deviation >= 0.0 && std::isfinite(*deviation))) {
+      table.fail("deviation", "must be at least 0 (pixels)");
+    }
+    condition.confidence = confidence_of_deviation(*deviation);
+  }
   table.finish();
   if (!(condition.confidence >= 0.0F && condition.confidence <= 1.0F)) {
     table.fail("confidence", "must be within 0 ... 1");

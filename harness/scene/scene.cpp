@@ -7,6 +7,7 @@
 #include "harness/scene/scene_content.hpp"
 #include "harness/scene/scene_part.hpp"
 #include "harness/scene/toml_reader.hpp"
+#include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -127,11 +128,25 @@ void read_vector_images(TomlReader& image, const Files& file, std::optional<Exte
       require_extent(image, key, into.extent, full.extent);
     }
   };
-  if (image.has("target") != image.has("confidence")) {
-    image.fail("target", "and confidence: give both images or none");
+  if (image.has("target") != (image.has("confidence") || image.has("deviation"))) {
+    image.fail("target", "and confidence (or deviation): give both images or none");
+  }
+  if (image.has("confidence") && image.has("deviation")) {
+    image.fail("deviation", "cannot stand beside confidence");
   }
   read("target", full.target);
   read("confidence", full.confidence);
+  if (image.has("deviation")) {
+    read("deviation", full.confidence);
+    for (std::vector<float>* const values : {&full.confidence.x, &full.confidence.y}) {
+      std::ranges::transform(*values, values->begin(), [&](float deviation) {
+        if (deviation < 0.0F || std::isnan(deviation)) {
+          image.fail("deviation", "has a value below 0 (pixels)");
+        }
+        return confidence_of_deviation(static_cast<double>(deviation)); // 0 of an infinite one
+      });
+    }
+  }
   if (image.has("start")) {
     read("start", start.emplace());
   }
@@ -254,6 +269,10 @@ ScenePart build(const toml::table& root, const std::string& name, const std::str
   scene.poisson = reader.number("poisson", scene.poisson);
   if (!(scene.poisson > -1.0 && scene.poisson <= 0.5)) {
     reader.fail("poisson", "must lie in (-1, 0.5]");
+  }
+  scene.robust = reader.optional_number("robust");
+  if (scene.robust && !(*scene.robust > 0.0)) {
+    reader.fail("robust", "must be above 0 (pixels)");
   }
   scene.energy = static_cast<EnergyModel>(reader.choice("energy", energy_names, 0));
   TomlReader schedule = reader.table("schedule");

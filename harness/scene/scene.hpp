@@ -101,6 +101,9 @@ struct Scene {
   EnergyModel energy = EnergyModel::hdm; ///< changed by use_method
   double poisson =
       0.3; ///< Poisson's ratio of all tissues, for finite elements and elastic energy; HDM has none
+  /// Of the elastic energy: a spring's pull grows up to a way of about so many pixels and stays as strong
+  /// beyond (harness/solve/methods/robust_observations.hpp). > 0; none: it grows without end.
+  std::optional<double> robust{};
   /// Declared, and checked by verify: every intermediate of every sweep is exact in float32, so that no
   /// compiler's choice of operations can change a bit.
   bool exact = false;

@@ -22,6 +22,12 @@ struct Timings {
   double readback = 0.0; ///< read
 
   [[nodiscard]] double total() const { return projection + upload + compute + readback; }
+  void add(const Timings& other) {
+    projection += other.projection;
+    upload += other.upload;
+    compute += other.compute;
+    readback += other.readback;
+  }
 };
 
 struct LevelResult {

@@ -5,6 +5,8 @@
 #include "harness/judge/registration/elastic_registration.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/level_sequence.hpp"
+#include "harness/scene/method.hpp"
+#include "harness/solve/methods/solver.hpp"
 #include "kernels/data/mean_energy.hpp"
 #include "reference/interpolation.hpp"
 
@@ -46,6 +48,10 @@ public:
 
   SceneAccuracy run() {
     add_truths();
+    if (scene_.energy == EnergyModel::elastic) {
+      add_elastic_methods();
+      return std::move(result_);
+    }
     const std::size_t first = result_.rows.size();
     const Scene icm = gpu_design(scene_);
     for (const Backend* backend : backends_) {
@@ -112,16 +118,22 @@ private:
     const Truths& truths = result_.truths;
     JudgedField& elastic = add_field("fem", truths.elastic.displacement, truths.elastic.seconds);
     elastic.poisson_used = truths.elastic.poisson;
+    elastic.energy = EnergyModel::elastic;
     add_profiles(elastic);
     elastic.grid = grid(elastic.field);
     JudgedField& no_poisson =
         add_field("fem", truths.elastic_no_poisson.displacement, truths.elastic_no_poisson.seconds);
     no_poisson.poisson_used = 0.0;
+    no_poisson.energy = EnergyModel::elastic;
     add_profiles(no_poisson);
     constexpr int thesis_elements = 60;
     FiniteElements coarse = coarse_finite_elements(scene_, thesis_elements, scene_.poisson);
-    add_field("fem-coarse", std::move(coarse.displacement), coarse.seconds).poisson_used = coarse.poisson;
-    add_profiles(add_field("fixed-point", truths.fixed_point.displacement, truths.fixed_point_seconds));
+    JudgedField& few = add_field("fem-coarse", std::move(coarse.displacement), coarse.seconds);
+    few.poisson_used = coarse.poisson;
+    few.energy = EnergyModel::elastic;
+    JudgedField& rest = add_field("fixed-point", truths.fixed_point.displacement, truths.fixed_point_seconds);
+    rest.energy = EnergyModel::hdm;
+    add_profiles(rest);
     const auto start = std::chrono::steady_clock::now();
     ReferenceField interpolated = interpolate_conditions(scene_.full);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -133,12 +145,18 @@ private:
     row.method = method_name(scene);
     row.backend = backend.name();
     progress_.describe(fmt::format("accuracy {}: {} on {}", scene_.name, row.method, row.backend));
+    row.energy = scene.energy;
+    if (const std::string why = why_not_solved(scene, backend); !why.empty()) {
+      row.valid = false;
+      row.status = fmt::format("skipped: {} {}", backend.name(), why);
+      return row;
+    }
     try {
       row.device = backend.device(options_.session);
-      const auto session = backend.open(options_.session);
+      Solver solver(backend, options_.session);
       Solution solution;
       for (int i = 0; i < repeats; ++i) {
-        solution = solve(scene, *session, progress_, {.last_changed = true});
+        solution = solver.solve(scene, progress_, {.last_changed = true});
         row.seconds.push_back(solution.timings.total());
       }
       check_bits(row, solution.displacement);
@@ -150,6 +168,9 @@ private:
       return row;
     }
     judge(row);
+    if (scene.energy == EnergyModel::elastic) { // whose minimum is no fixed point of the thesis's
+      return row;
+    }
     for (const FiniteElements* fem : {&result_.truths.elastic_no_poisson, &result_.truths.elastic}) {
       row.decompositions.push_back(
           {fem->poisson, decompose(row.field, result_.truths.fixed_point.displacement, fem->displacement)});
@@ -158,7 +179,7 @@ private:
   }
 
   void check_bits(JudgedField& row, const VectorField& found) {
-    if (row.method != "icm") {
+    if (row.method == "sequential") {
       return;
     }
     if (expected_.extent != found.extent) {
@@ -170,6 +191,19 @@ private:
       row.valid = false;
       row.status = fmt::format("{} sites differ from {}, by up to {:.3g} px", apart.sites,
                                backends_.front()->name(), apart.largest);
+    }
+  }
+
+  void add_elastic_methods() {
+    for (const Method& method : elastic_methods()) {
+      Scene scene = scene_;
+      use_method(scene, method);
+      expected_ = VectorField();
+      const std::size_t first = result_.rows.size();
+      for (const Backend* const backend : backends_) {
+        add_solution(scene, *backend, options_.repeats);
+      }
+      add_profiles(result_.rows[first]);
     }
   }
 

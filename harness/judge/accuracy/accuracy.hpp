@@ -33,11 +33,13 @@ struct GridFigure {
 
 /// One field against the truths.
 struct JudgedField {
-  std::string method;  ///< icm, sequential, fixed-point, fem, fem-coarse, interpolation or b-spline
-  std::string variant; ///< what differs from the scene's own schedule; empty: nothing
-  std::string note;    ///< for people: what the variant shows, or how the run ended
+  /// icm, sequential, fixed-point, fem, fem-coarse, interpolation, b-spline, or one of elastic_methods()
+  std::string method;
+  std::string variant;                ///< what differs from the scene's own schedule; empty: nothing
+  std::string note;                   ///< for people: what the variant shows, or how the run ended
+  std::optional<EnergyModel> energy;  ///< that it minimises; none: interpolation, registration
   std::optional<double> poisson_used; ///< of a finite element solution
-  std::string backend;                ///< of icm and sequential
+  std::string backend;                ///< of icm, sequential and the elastic methods
   Device device;
   std::string status = "ok"; ///< else why there is no result
   /// A result, finite, and the bits of scalar where a backend computed it; of a registration, one that found
@@ -45,8 +47,8 @@ struct JudgedField {
   bool valid = true;
   std::vector<double> seconds; ///< raw samples
   std::vector<LevelResult> levels;
-  ReferenceField field; ///< empty without a result
-  double mean_energy = 0.0;
+  ReferenceField field;     ///< empty without a result
+  double mean_energy = 0.0; ///< the thesis's, of any field
   Deviations deviations;
   struct Split {
     double poisson = 0.0;
@@ -82,9 +84,9 @@ inline constexpr std::string_view registration_name = "b-spline";
 /// long, or is farther from the truth than no displacement at all. Empty where neither holds.
 [[nodiscard]] std::string why_astray(const ReferenceField& found, const ReferenceField& truth);
 
-/// Solves the scene by every method and measures each field against the truths. The first backend is the
-/// reference for bits; it also runs the sequential method. Throws InputError as find_truths does; a backend
-/// that is not there becomes a row without result.
+/// Solves the scene by every method of its energy and measures each field against the truths. The first
+/// backend is the reference for bits; it also runs the sequential method. Throws InputError as find_truths
+/// does; a backend that is not there becomes a row without result.
 [[nodiscard]] SceneAccuracy measure_accuracy(const Scene& scene, std::span<const Backend* const> backends,
                                              const AccuracyOptions& options, Progress& progress);
 

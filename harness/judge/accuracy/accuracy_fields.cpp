@@ -2,6 +2,7 @@
 
 #include "harness/judge/accuracy/accuracy_row.hpp"
 
+#include "harness/scene/method.hpp"
 #include "harness/scene/row_fields.hpp"
 
 #include <fmt/format.h>
@@ -171,8 +172,12 @@ static void require_consistent(const AccuracyRow::Grid& grid) {
 }
 
 void list_fields(Fields& fields, AccuracyRow& row) {
-  static constexpr std::array<std::string_view, 7> methods{
-      "icm", "sequential", "fixed-point", "fem", "fem-coarse", "interpolation", "b-spline"};
+  static constexpr std::array<std::string_view, 10> methods{
+      "icm",         "sequential",           "fixed-point",
+      "fem",         "fem-coarse",           "interpolation",
+      "b-spline",    elastic_full_multigrid, elastic_conjugate_gradients,
+      elastic_sweeps};
+  static constexpr std::array<std::string_view, 3> energies{"none", energy_names[0], energy_names[1]};
   fields("scene", row.scene);
   fields("title", row.title);
   fields("width", row.width);
@@ -181,6 +186,7 @@ void list_fields(Fields& fields, AccuracyRow& row) {
   fields("method", OneOf{row.method, methods});
   fields.newer("variant", row.variant);
   fields.newer("note", row.note);
+  fields.newer("energy", OneOf{row.energy, energies});
   fields.newer("backend", row.backend);
   fields.newer("device", row.device);
   fields("status", row.status);

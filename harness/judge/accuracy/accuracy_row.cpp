@@ -113,6 +113,8 @@ AccuracyRow row_of(const Scene& scene, const Truths& truths, const JudgedField& 
                   .method = judged.method,
                   .variant = judged.variant,
                   .note = judged.note,
+                  .energy = std::string(
+                      judged.energy ? energy_names.at(static_cast<std::size_t>(*judged.energy)) : "none"),
                   .backend = judged.backend,
                   .device = judged.device.name,
                   .status = judged.status,

@@ -83,6 +83,8 @@ struct AccuracyRow {
   std::string method{};
   std::string variant{};
   std::string note{};
+  /// That the field minimises: of energy_names, or "none" (interpolation, registration, a file of before).
+  std::string energy = "none";
   std::string backend{}; ///< empty for truths and rivals
   std::string device{};
   std::string status{};                 ///< "ok", else why there is no result

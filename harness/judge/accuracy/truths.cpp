@@ -1,6 +1,7 @@
 #include "harness/judge/accuracy/truths.hpp"
 
 #include "harness/scene/sites.hpp"
+#include "kernels/data/input_error.hpp"
 #include "kernels/data/pyramid.hpp"
 #include "reference/finite_elements.hpp"
 #include "reference/thesis_icm.hpp"
@@ -84,6 +85,9 @@ void find_regions(const Level& level, Truths& truths) {
 
 Truths find_truths(const Scene& scene, Progress& progress) {
   Truths truths;
+  if (scene.robust) {
+    throw InputError(fmt::format("{} forgives observations (robust); the truths here do not", scene.name));
+  }
   progress.describe(fmt::format("accuracy {}: finite elements, Poisson ratio {}", scene.name, scene.poisson));
   truths.elastic = find_finite_elements(scene, scene.poisson);
   progress.describe(fmt::format("accuracy {}: finite elements, Poisson ratio 0", scene.name));

@@ -124,7 +124,7 @@ EntryResult run_entry(const Entry& entry, const Backend& backend, bool quick, Pr
           result.picture = draw(*wanted, problem, outcome.displacement);
         }
       } catch (const InputError& error) {
-        into.absence = error.what();
+        into.absence = into.points.empty() ? error.what() : fmt::format("at {:.6g}: {}", knob, error.what());
       }
     }
     progress.advance(1.0);

@@ -32,6 +32,7 @@ static void list_fields(Fields& fields, AtlasRow::PictureFile& picture) {
 void list_fields(Fields& fields, AtlasRow& row) {
   fields("entry", row.entry);
   fields("title", row.title);
+  fields.newer("energy", OneOf{row.energy, energy_names});
   fields("mechanism", row.mechanism);
   fields("knob", row.knob);
   fields("measure", row.measure);
@@ -71,6 +72,7 @@ AtlasRow atlas_row(const EntryResult& result, const std::filesystem::path& json_
   const Entry& entry = *result.entry;
   AtlasRow row{.entry = std::string(entry.name),
                .title = std::string(entry.title),
+               .energy = std::string(entry.energy),
                .mechanism = std::string(entry.mechanism),
                .knob = std::string(entry.knob),
                .measure = std::string(entry.measure),

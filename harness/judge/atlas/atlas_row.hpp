@@ -23,6 +23,7 @@ struct AtlasRow {
   };
   std::string entry;
   std::string title;
+  std::string energy = std::string(energy_names[0]); ///< of energy_names
   std::string mechanism;
   std::string knob;
   std::string measure;

@@ -13,8 +13,8 @@ namespace hdmbench::atlas {
 const std::vector<Entry>& entries() {
   static const std::vector<Entry> all = [] {
     std::vector<Entry> joined;
-    for (auto* const group :
-         {pyramid_entries, step_entries, material_entries, condition_entries, model_entries}) {
+    for (auto* const group : {pyramid_entries, step_entries, material_entries, condition_entries,
+                              model_entries, elastic_entries}) {
       std::ranges::move(group(), std::back_inserter(joined));
     }
     return joined;

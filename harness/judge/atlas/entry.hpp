@@ -53,14 +53,15 @@ struct PictureWanted {
 };
 
 struct Entry {
-  std::string_view name;      ///< as on the command line: "start-level"
-  std::string_view title;     ///< one line
-  std::string_view mechanism; ///< one sentence: why
-  std::string_view knob;      ///< its name and unit
-  std::string_view measure;   ///< what is measured, and its unit
-  double limit = 0.0;         ///< a value above it is a failure
-  std::string_view seen_by;   ///< how the user or the program notices
-  std::string_view survivor;  ///< the setting that does not fail
+  std::string_view name;                     ///< as on the command line: "start-level"
+  std::string_view title;                    ///< one line
+  std::string_view energy = energy_names[0]; ///< that its series minimise
+  std::string_view mechanism;                ///< one sentence: why
+  std::string_view knob;                     ///< its name and unit
+  std::string_view measure;                  ///< what is measured, and its unit
+  double limit = 0.0;                        ///< a value above it is a failure
+  std::string_view seen_by;                  ///< how the user or the program notices
+  std::string_view survivor;                 ///< the setting that does not fail
   /// Kinds of warnings (harness/judge/diagnosis) of which every failure brings one at least, and the healthy
   /// end none; empty where nothing that a run knows tells a failure from a success.
   std::vector<std::string_view> warnings{};

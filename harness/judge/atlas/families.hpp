@@ -43,5 +43,6 @@ void hold(Scene& scene, int x, int y, float dx, float dy);
 [[nodiscard]] std::vector<Entry> material_entries();
 [[nodiscard]] std::vector<Entry> condition_entries();
 [[nodiscard]] std::vector<Entry> model_entries();
+[[nodiscard]] std::vector<Entry> elastic_entries();
 
 } // namespace hdmbench::atlas

@@ -11,6 +11,8 @@ namespace hdmbench {
 Warnings diagnose(const Scene& scene) {
   Warnings warnings;
   if (scene.energy == EnergyModel::elastic) { // the rest is about sweeps and levels of the thesis's energy
+    diagnosis::check_conflicts(scene, warnings);
+    diagnosis::check_elastic_cycles(scene, warnings);
     return warnings;
   }
   diagnosis::check_conditions(scene, warnings);

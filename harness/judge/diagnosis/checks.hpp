@@ -52,9 +52,11 @@ struct StepSizes {
 [[nodiscard]] std::string place(Extent extent, std::size_t site);
 
 // Before the run.
-void check_conditions(const Scene& scene, Warnings& warnings); ///< undetermined, conflict, weak-penalty
-void check_pyramid(const Scene& scene, Warnings& warnings);    ///< out-of-reach, too-few-steps, lost-...
-void check_numbers(const Scene& scene, Warnings& warnings);    ///< the rest
+void check_conditions(const Scene& scene, Warnings& warnings);     ///< undetermined, conflict, weak-penalty
+void check_conflicts(const Scene& scene, Warnings& warnings);      ///< conflict, part of check_conditions
+void check_pyramid(const Scene& scene, Warnings& warnings);        ///< out-of-reach, too-few-steps, lost-...
+void check_numbers(const Scene& scene, Warnings& warnings);        ///< the rest
+void check_elastic_cycles(const Scene& scene, Warnings& warnings); ///< stalling-cycles
 
 // After the run; the field is finite.
 void check_folding(const VectorField& displacement, Warnings& warnings); ///< fold-over, near-fold

@@ -25,6 +25,32 @@ void check_undetermined(const Scene& scene, const Component& component, Warnings
   }
 }
 
+/// A condition holds while K c / 2 >= |g|, half the derivative of the prior by its component. In one
+/// material every neighbour pulls with the weight (1 + r) r + (1 + k) = 4; a site on the edge of a uniform
+/// slope of G px per site has three neighbours on one side only and so |g| = 3 * 4 * G = 12 G. G is at least
+/// the range of the targets over the width of the image.
+void check_weak_penalty(const Scene& scene, const Component& component, Warnings& warnings) {
+  const Range range = target_range(component);
+  if (component.thickness < 2 || range.width() <= 0.0) {
+    return;
+  }
+  const double slope = range.width() / (component.thickness - 1);
+  const double needed = 2.0 * 12.0 * slope;
+  const auto certain = static_cast<std::size_t>(std::ranges::count(component.confidence, 1.0F));
+  if (certain > 0 && static_cast<double>(scene.full.penalty) < needed) {
+    warnings.push_back(
+        {"weak-penalty",
+         fmt::format("K = {:.4g} cannot hold conditions {:.4g} px apart in {}: a mean slope of {:.3g} px per "
+                     "pixel pulls with {:.3g} where K offers {:.3g}, so certain conditions give way",
+                     static_cast<double>(scene.full.penalty), range.width(), component.name, slope, needed,
+                     static_cast<double>(scene.full.penalty)),
+         fmt::format("--penalty {:.0f} or more, if these conditions are to be met", std::ceil(10.0 * needed)),
+         certain});
+  }
+}
+
+} // namespace
+
 /// Along a component's own direction the site at t + 1 lands behind the one at t where the target falls by a
 /// pixel or more, and a hole wider than a pixel opens where it rises by more than one; across it, a step of
 /// more than a pixel shears neighbours apart.
@@ -68,32 +94,6 @@ void check_conflicts(const Scene& scene, Warnings& warnings) {
          "smooth the targets or lower their confidence; no field can follow them", folds + tears});
   }
 }
-
-/// A condition holds while K c / 2 >= |g|, half the derivative of the prior by its component. In one
-/// material every neighbour pulls with the weight (1 + r) r + (1 + k) = 4; a site on the edge of a uniform
-/// slope of G px per site has three neighbours on one side only and so |g| = 3 * 4 * G = 12 G. G is at least
-/// the range of the targets over the width of the image.
-void check_weak_penalty(const Scene& scene, const Component& component, Warnings& warnings) {
-  const Range range = target_range(component);
-  if (component.thickness < 2 || range.width() <= 0.0) {
-    return;
-  }
-  const double slope = range.width() / (component.thickness - 1);
-  const double needed = 2.0 * 12.0 * slope;
-  const auto certain = static_cast<std::size_t>(std::ranges::count(component.confidence, 1.0F));
-  if (certain > 0 && static_cast<double>(scene.full.penalty) < needed) {
-    warnings.push_back(
-        {"weak-penalty",
-         fmt::format("K = {:.4g} cannot hold conditions {:.4g} px apart in {}: a mean slope of {:.3g} px per "
-                     "pixel pulls with {:.3g} where K offers {:.3g}, so certain conditions give way",
-                     static_cast<double>(scene.full.penalty), range.width(), component.name, slope, needed,
-                     static_cast<double>(scene.full.penalty)),
-         fmt::format("--penalty {:.0f} or more, if these conditions are to be met", std::ceil(10.0 * needed)),
-         certain});
-  }
-}
-
-} // namespace
 
 void check_conditions(const Scene& scene, Warnings& warnings) {
   for (const Component& component : components(scene)) {

@@ -20,6 +20,7 @@ namespace hdmbench {
 ///   stiff-boundary   moduli so different that a boundary moves by no candidate
 ///   contrast         moduli so different that float32 loses or overflows
 ///   never-rests      0 is no candidate
+///   stalling-cycles  elastic: moduli so different that cycles alone stall
 [[nodiscard]] Warnings diagnose(const Scene& scene);
 
 /// What the field itself says, `solution` being the scene's: again the work of a few sweeps.

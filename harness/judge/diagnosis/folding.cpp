@@ -1,6 +1,7 @@
 #include "harness/judge/diagnosis/folding.hpp"
 
 #include "harness/judge/diagnosis/checks.hpp"
+#include "harness/judge/diagnosis/gradient.hpp"
 #include "harness/scene/sites.hpp"
 
 #include <fmt/format.h>
@@ -16,24 +17,14 @@ ScalarField least_area_ratios(const VectorField& displacement) {
     return {};
   }
   ScalarField ratios({extent.width - 1, extent.height - 1});
-  const auto difference = [](const std::vector<float>& of, std::size_t from, std::size_t to) {
-    return static_cast<double>(of[to]) - static_cast<double>(of[from]);
-  };
   for (int y = 0; y + 1 < extent.height; ++y) {
     for (int x = 0; x + 1 < extent.width; ++x) {
       double least = 0.0;
       for (const int corner : {0, 1, 2, 3}) {
-        const int row = y + corner / 2;
-        const int column = x + corner % 2;
-        const std::size_t left = extent.index(x, row);
-        const std::size_t right = extent.index(x + 1, row);
-        const std::size_t above = extent.index(column, y);
-        const std::size_t below = extent.index(column, y + 1);
-        const double determinant =
-            (1.0 + difference(displacement.x, left, right)) *
-                (1.0 + difference(displacement.y, above, below)) -
-            difference(displacement.x, above, below) * difference(displacement.y, left, right);
-        least = corner == 0 ? determinant : std::min(least, determinant);
+        const double ratio =
+            gradient_in_cell(displacement, x, y, corner % 2 == 0 ? -1.0 : 1.0, corner / 2 == 0 ? -1.0 : 1.0)
+                .area_ratio();
+        least = corner == 0 ? ratio : std::min(least, ratio);
       }
       ratios.values[ratios.extent.index(x, y)] = static_cast<float>(least);
     }

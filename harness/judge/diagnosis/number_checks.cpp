@@ -1,4 +1,5 @@
 #include "harness/judge/diagnosis/checks.hpp"
+#include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
 
 #include <fmt/format.h>
@@ -159,6 +160,20 @@ void check_contrast(const Scene& scene, Warnings& warnings) {
 }
 
 } // namespace
+
+/// Layers two pixels thin: from a ratio of 10,000 on, cycles leave pixels while they move nothing any more.
+void check_elastic_cycles(const Scene& scene, Warnings& warnings) {
+  constexpr double most = 100.0;
+  const Contrast contrast = largest_contrast(scene.full);
+  if (contrast.ratio > most && scene.schedule.method == elastic_full_multigrid) {
+    warnings.push_back(
+        {"stalling-cycles",
+         fmt::format("tissue is {:.4g} times stiffer than its neighbour at {}: from {:.0f} on cycles by "
+                     "themselves can stall far from the end, and estimate too small a distance",
+                     contrast.ratio, place(scene.extent(), contrast.site), most),
+         "--method conjugate-gradients, or --accuracy"});
+  }
+}
 
 void check_numbers(const Scene& scene, Warnings& warnings) {
   check_swamping_penalty(scene, warnings);

@@ -2,6 +2,7 @@
 
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
+#include "harness/solve/methods/robust_observations.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/springs.hpp"
@@ -212,7 +213,11 @@ double least_error(const VectorField& target) {
 
 Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& progress,
                        const SolveOptions& options) {
-  ElasticSolver solver(scene.full, scene.poisson, session);
+  std::optional<RobustObservations> robust;
+  if (scene.robust) {
+    robust = find_robust_observations(scene, session, progress);
+  }
+  ElasticSolver solver(robust ? robust->level : scene.full, scene.poisson, session);
   const std::string& method = scene.schedule.method;
   const int effort = scene.schedule.iterations;
   const auto sites = static_cast<double>(scene.extent().sites());
@@ -240,8 +245,12 @@ Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& pr
     }
   }
   Solution solution;
-  solution.levels = solver.work();
-  solution.timings = solver.timings();
+  if (robust) {
+    solution.levels = std::move(robust->work);
+    solution.timings = robust->timings;
+  }
+  add_work(solution.levels, solver.work());
+  solution.timings.add(solver.timings());
   if (error.is_known()) {
     solution.estimated_error = error.estimate();
   }

@@ -3,6 +3,7 @@
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/multigrid.hpp"
 #include "harness/solve/planner/elastic_planner.hpp"
+#include "harness/solve/planner/sampled_image.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/fixed_point.hpp"
@@ -174,36 +175,15 @@ private:
     note(extent, "cycle", "coarser levels are not expected to be good enough", moved, grid_error_);
   }
 
-  /// What the interpolation puts on the full resolution, with how far it is from the targets there.
-  struct Interpolation {
-    VectorField field;
-    double largest_gap = 0.0; ///< pixels
-  };
-
-  [[nodiscard]] Interpolation interpolate() const {
-    Interpolation result{
-        .field = prolongate(multigrid_.field().to_float(), multigrid_.extent(0), scene_.schedule.alignment)};
-    const Level& full = scene_.full;
-    const auto impose = [&](std::vector<float>& values, const std::vector<float>& target,
-                            const std::vector<float>& confidence) {
-      for (std::size_t i = 0; i < values.size(); ++i) {
-        if (confidence[i] > 0.0F) {
-          result.largest_gap =
-              std::max(result.largest_gap, static_cast<double>(std::abs(target[i] - values[i])));
-          values[i] = target[i];
-        }
-      }
-    };
-    impose(result.field.x, full.target.x, full.confidence.x);
-    impose(result.field.y, full.target.y, full.confidence.y);
-    return result;
+  [[nodiscard]] Interpolated interpolate() const {
+    return interpolate_to_image(multigrid_.field().to_float(), scene_.full, scene_.schedule.alignment);
   }
 
   /// A condition that the coarse level does not know would be met by nobody.
   [[nodiscard]] bool loses_conditions() const { return interpolate().largest_gap > *request_.accuracy; }
 
   void finish_by_interpolation(const char* reason) {
-    Interpolation interpolation = interpolate();
+    Interpolated interpolation = interpolate();
     error_ = std::hypot(grid_error_, interpolation.largest_gap * gap_share);
     plan_.solution.displacement = std::move(interpolation.field);
     finished_ = true;

@@ -1,5 +1,6 @@
 #include "kernels/data/elastic/conditions.hpp"
 
+#include "kernels/data/elastic/free_parts.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -102,8 +103,6 @@ std::vector<float> extended(Extent extent, const std::vector<float>& target,
   return std::move(levels.front().value);
 }
 
-constexpr const char* free_to_move = "the conditions leave the elastic sheet free to move: ";
-
 } // namespace
 
 void require_held(const Level& level) {
@@ -111,33 +110,17 @@ void require_held(const Level& level) {
     throw InputError(fmt::format("the elastic energy needs at least 2 x 2 pixels, the image is {} x {}",
                                  level.extent.width, level.extent.height));
   }
-  // A sheet moves without straining by (a - t y, b + t x) only. Known x in two rows, or known y in two
-  // columns, determine t.
-  int row = -1;    // of a known x
-  int column = -1; // of a known y
-  bool turns = true;
+  Hold hold;
   for (int y = 0; y < level.extent.height; ++y) {
     for (int x = 0; x < level.extent.width; ++x) {
-      const std::size_t at = level.extent.index(x, y);
-      if (level.confidence.x[at] > 0.0F) {
-        turns = turns && (row < 0 || row == y);
-        row = y;
-      }
-      if (level.confidence.y[at] > 0.0F) {
-        turns = turns && (column < 0 || column == x);
-        column = x;
-      }
+      hold.add(level, x, y);
     }
   }
-  if (row < 0 || column < 0) {
-    throw InputError(fmt::format("{}all {} x {} sites can move in {}; a condition must give that component "
-                                 "somewhere",
-                                 free_to_move, level.extent.width, level.extent.height, row < 0 ? 'x' : 'y'));
+  if (const std::string freedom = hold.freedom(); !freedom.empty()) {
+    throw InputError(fmt::format("the conditions leave the elastic sheet free to move: all {} x {} sites {}",
+                                 level.extent.width, level.extent.height, freedom));
   }
-  if (turns) {
-    throw InputError(fmt::format("{}it can turn about x = {}, y = {}; give x in two rows or y in two columns",
-                                 free_to_move, column, row));
-  }
+  require_parts_held(level);
 }
 
 VectorField extended_conditions(const Level& level) {

@@ -5,8 +5,8 @@
 namespace hdmbench {
 
 /// Throws InputError where the elastic energy has no unique minimum on `level`, and says what is missing and
-/// where: an image that is not at least 2 x 2, a sheet that can move or turn as a whole. Every part of the
-/// sheet that prescribed sites cut off touches two of them, so no other part can be free.
+/// where: an image that is not at least 2 x 2, a sheet that can move or turn as a whole, or a part of it with
+/// void around (free_parts.hpp). Every part that prescribed sites cut off touches two of them and is held.
 void require_held(const Level& level);
 
 /// A displacement to begin with (pixels): the targets where a component is observed, means of them

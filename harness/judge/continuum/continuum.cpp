@@ -1,0 +1,136 @@
+#include "harness/judge/continuum/continuum.hpp"
+
+#include "harness/judge/accuracy/deviation.hpp"
+#include "harness/scene/method.hpp"
+#include "harness/scene/row_fields.hpp"
+#include "harness/solve/methods/solver.hpp"
+#include "reference/circular_inclusion.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace hdmbench {
+
+namespace {
+
+/// So long that a change in float32 would be seen, and that no case of the tests needs as many.
+constexpr int steps_to_rest = 200;
+
+constexpr double poisson = 0.3;
+constexpr double stretch = 50.0;         // pixels, as the thesis moves borders
+constexpr double radius_share = 0.2;     // of the image's side
+constexpr double modulus_outside = 20.0; // MPa
+
+Distance distance(const ReferenceField& a, const ReferenceField& b) {
+  const ReferenceField apart = difference(a, b);
+  Distance result{.rmsd = rmsd(a, b)};
+  for (std::size_t i = 0; i < apart.x.size(); ++i) {
+    result.largest = std::max(result.largest, std::hypot(apart.x[i], apart.y[i]));
+  }
+  return result;
+}
+
+/// The problem as a scene has it: float32.
+Scene scene_of(const ElasticProblem& problem) {
+  Scene scene;
+  scene.name = "circular-inclusion";
+  scene.poisson = poisson;
+  scene.full = {.extent = problem.extent,
+                .target = problem.prescribed.to_float(),
+                .confidence = VectorField(problem.extent),
+                .modulus = ScalarField(problem.extent)};
+  for (std::size_t i = 0; i < problem.extent.sites(); ++i) {
+    const bool held = problem.fixed_x[i] != 0;
+    scene.full.confidence.x[i] = scene.full.confidence.y[i] = held ? 1.0F : 0.0F;
+    scene.full.modulus.values[i] = static_cast<float>(problem.modulus[i]);
+    if (!held) { // known to the judge only
+      scene.full.target.x[i] = scene.full.target.y[i] = 0.0F;
+    }
+  }
+  set_inverse_modulus(scene.full);
+  return scene;
+}
+
+} // namespace
+
+static void list_fields(Fields& fields, Distance& distance) {
+  fields("rmsd", NotNegative{distance.rmsd});
+  fields("largest", NotNegative{distance.largest});
+}
+
+void list_fields(Fields& fields, ContinuumRow& row) {
+  fields("energy", OneOf{row.energy, energy_names});
+  fields("width", row.width);
+  fields("height", row.height);
+  fields("contrast", NotNegative{row.contrast});
+  fields("poisson", row.poisson);
+  fields("stretch", row.stretch);
+  fields("backend", row.backend);
+  fields("device", row.device);
+  fields("method", row.method);
+  fields("discretisation", row.discretisation);
+  fields("algebraic", row.algebraic);
+  fields("rounding", row.rounding);
+  fields("total", row.total);
+  fields("order", row.order);
+}
+
+void require_consistent(const ContinuumRow& row) {
+  constexpr double rounding_of_sums = 1.0 + 1e-9;
+  for (const auto& [key, apart] :
+       {std::pair{"discretisation", row.discretisation}, std::pair{"algebraic", row.algebraic},
+        std::pair{"rounding", row.rounding}, std::pair{"total", row.total}}) {
+    refuse_if(apart.rmsd > rounding_of_sums * apart.largest, key,
+              "has an RMSD of {} above the largest distance, {}", apart.rmsd, apart.largest);
+  }
+  const double parts = row.discretisation.rmsd + row.algebraic.rmsd;
+  refuse_if(row.total.rmsd > rounding_of_sums * parts, "total",
+            "is {}, more than discretisation and algebraic error together, {}", row.total.rmsd, parts);
+}
+
+std::vector<ContinuumRow> measure_continuum(double contrast, std::span<const int> sides,
+                                            const Backend& backend, const SessionOptions& options,
+                                            Progress& progress) {
+  std::vector<ContinuumRow> rows;
+  Solver solver(backend, options);
+  Progress silent(false);
+  for (const int side : sides) {
+    progress.describe(fmt::format("continuum: contrast {:.6g}, {} x {}", contrast, side, side));
+    const ElasticProblem exact = CircularInclusion({.radius = radius_share * (side - 1),
+                                                    .modulus_inside = contrast * modulus_outside,
+                                                    .modulus_outside = modulus_outside,
+                                                    .poisson = poisson,
+                                                    .stretch = stretch / (side - 1)})
+                                     .on_pixels(side);
+    Scene scene = scene_of(exact);
+    const ReferenceField fem =
+        solve_finite_elements(elastic_problem(scene.full), ElementRule::plane_stress(poisson));
+    use_method(scene, usual_method(EnergyModel::elastic));
+    const ReferenceField ours(solver.solve(scene, silent).displacement);
+    ContinuumRow row{.width = side,
+                     .height = side,
+                     .contrast = contrast,
+                     .poisson = poisson,
+                     .stretch = stretch,
+                     .backend = std::string(backend.name()),
+                     .device = backend.device(options).name,
+                     .method = scene.schedule.method,
+                     .discretisation = distance(fem, exact.prescribed),
+                     .algebraic = distance(ours, fem),
+                     .total = distance(ours, exact.prescribed)};
+    use_method(scene, find_method(elastic_conjugate_gradients), steps_to_rest);
+    row.rounding = distance(ReferenceField(solver.solve(scene, silent).displacement), fem);
+    if (!rows.empty()) {
+      const ContinuumRow& first = rows.front();
+      row.order = std::log(first.discretisation.rmsd / row.discretisation.rmsd) /
+                  std::log(static_cast<double>(side) / static_cast<double>(first.width));
+    }
+    rows.push_back(row);
+    progress.advance(static_cast<double>(side) * side);
+  }
+  return rows;
+}
+
+} // namespace hdmbench

@@ -1,0 +1,117 @@
+#include "harness/solve/planner/energy_choice.hpp"
+
+#include "harness/scene/method.hpp"
+#include "harness/solve/planner/sampled_image.hpp"
+#include "harness/solve/rms_difference.hpp"
+#include "harness/solve/stopwatch.hpp"
+#include "kernels/data/elastic/springs.hpp"
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <string>
+
+namespace hdmbench {
+
+namespace {
+
+/// Sites a side of the image on which the energies are compared: some milliseconds.
+constexpr int compared_sites = 96;
+
+/// What the energies' own solutions may be wrong by on it, as a share of the accuracy asked for.
+constexpr double share_of_comparison = 0.1;
+
+/// The thesis's energy may end this share of the accuracy away from finite elements.
+constexpr double share_of_model = 0.5;
+
+constexpr const char* truth = "finite elements";
+constexpr double least_seconds = 1e-9; ///< a request must be above 0
+
+Scene sampled_scene(const Scene& scene) {
+  Scene sampled = scene;
+  const int longer = std::max(scene.extent().width, scene.extent().height);
+  const int stride = (longer + compared_sites - 1) / compared_sites;
+  sampled.full = sample_level(scene.full, sampled_extent(scene.extent(), stride), scene.schedule.alignment);
+  sampled.start.reset();
+  return sampled;
+}
+
+struct Comparison {
+  Extent extent{};         ///< of the image it was made on
+  double difference = 0.0; ///< RMS of the way between the energies' displacements, pixels
+  bool enough = false;     ///< the thesis's energy is
+  std::string reason{};
+};
+
+Comparison compare(const Scene& scene, double accuracy, const Backend& backend, const SessionOptions& options,
+                   std::vector<std::unique_ptr<Session>>& sessions, Progress& progress) {
+  Scene sampled = sampled_scene(scene);
+  const auto solve_by = [&](const Method& method) {
+    use_method(sampled, method);
+    return solve_as_needed(sampled, {.accuracy = share_of_comparison * accuracy}, backend, options, sessions,
+                           progress);
+  };
+  const Plan elastic = solve_by(usual_method(EnergyModel::elastic));
+  const Plan simple = solve_by(find_method("multigrid"));
+  Comparison result{.extent = sampled.extent(),
+                    .difference =
+                        rms_difference(elastic.solution.displacement, simple.solution.displacement)};
+  result.enough = simple.met && elastic.met && result.difference <= share_of_model * accuracy;
+  result.reason = !simple.met
+                      ? std::string("the thesis's energy promises nothing here: the elastic one")
+                      : fmt::format("the thesis's energy ends {:.2g} px from the elastic one, which {}",
+                                    result.difference, result.enough ? "is near enough" : "is taken");
+  return result;
+}
+
+} // namespace
+
+Plan solve_by_either_energy(Scene& scene, const Request& request, const Backend& backend,
+                            const SessionOptions& options, std::vector<std::unique_ptr<Session>>& sessions,
+                            Progress& progress) {
+  if (!request.accuracy) {
+    throw InputError("no accuracy is asked for, by which to choose an energy");
+  }
+  const Clock clock;
+  const bool sprung = has_springs(scene.full);
+  const Comparison comparison =
+      sprung ? Comparison{.reason = "uncertain observations are springs of the elastic energy"}
+             : compare(scene, *request.accuracy, backend, options, sessions, progress);
+  std::vector<PlanStep> steps{{.extent = sprung ? scene.extent() : comparison.extent,
+                               .action = "energy",
+                               .reason = comparison.reason,
+                               .moved = comparison.difference,
+                               .expected_error = std::numeric_limits<double>::infinity(),
+                               .seconds = clock.seconds()}};
+  const auto solve = [&](const Method& method, std::optional<double> accuracy) {
+    const double begin = clock.seconds();
+    use_method(scene, method);
+    Request left{.accuracy = accuracy};
+    if (request.seconds) {
+      left.seconds = std::max(*request.seconds - begin, least_seconds);
+    }
+    Plan plan = solve_as_needed(scene, left, backend, options, sessions, progress);
+    for (PlanStep& step : plan.steps) {
+      step.seconds += begin;
+    }
+    steps.insert(steps.end(), plan.steps.begin(), plan.steps.end());
+    plan.steps = steps;
+    return plan;
+  };
+  if (comparison.enough) {
+    Plan plan = solve(find_method("multigrid"), (1.0 - share_of_model) * *request.accuracy);
+    if (plan.met) {
+      *plan.solution.estimated_error += comparison.difference;
+      conclude(plan, request, clock.seconds(), truth);
+      return plan;
+    }
+  }
+  Plan plan = solve(usual_method(EnergyModel::elastic), request.accuracy);
+  conclude(plan, request, clock.seconds(), truth);
+  return plan;
+}
+
+} // namespace hdmbench

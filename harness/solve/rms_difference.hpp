@@ -1,0 +1,20 @@
+#pragma once
+
+#include "kernels/data/field.hpp"
+
+#include <cmath>
+
+namespace hdmbench {
+
+/// Of two fields of one extent: the root of the mean square of the distance, pixels.
+[[nodiscard]] inline double rms_difference(const VectorField& a, const VectorField& b) {
+  double squares = 0.0;
+  for (std::size_t i = 0; i < a.x.size(); ++i) {
+    const auto x = static_cast<double>(a.x[i]) - static_cast<double>(b.x[i]);
+    const auto y = static_cast<double>(a.y[i]) - static_cast<double>(b.y[i]);
+    squares += x * x + y * y;
+  }
+  return std::sqrt(squares / static_cast<double>(a.x.size()));
+}
+
+} // namespace hdmbench

@@ -1,0 +1,139 @@
+// Observations that are wrong: the elastic energy with springs whose pull stops growing.
+
+#include "harness/judge/accuracy/deviation.hpp"
+#include "harness/scene/method.hpp"
+#include "harness/solve/methods/robust_observations.hpp"
+#include "harness/solve/methods/solver.hpp"
+#include "harness/solve/planner/planner.hpp"
+#include "kernels/data/elastic/springs.hpp"
+#include "kernels/data/input_error.hpp"
+#include "reference/finite_elements.hpp"
+#include "test/sessions.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace hdmbench {
+namespace {
+
+/// The square scene with its conditions, and its solution observed at a quarter of all other sites, 0.1 px
+/// off; a fifth of these by 10 to 20 px more.
+struct Observed {
+  Scene scene = load_scene("square", {.size = Extent{61, 47}});
+  VectorField truth;
+
+  explicit Observed(std::uint64_t seed) {
+    use_method(scene, usual_method(EnergyModel::elastic));
+    truth = Solver(test::scalar(), {}).solve(scene, test::silent()).displacement;
+    std::mt19937_64 engine(seed);
+    std::normal_distribution<float> noise(0.0F, 0.1F);
+    std::uniform_real_distribution<float> uniform(0.0F, 1.0F);
+    Level& full = scene.full;
+    for (std::size_t site = 0; site < full.extent.sites(); ++site) {
+      if (full.confidence.x[site] == 0.0F && full.confidence.y[site] == 0.0F && uniform(engine) < 0.25F) {
+        const float wrong = uniform(engine) < 0.2F ? 10.0F + 10.0F * uniform(engine) : 0.0F;
+        full.target.x[site] = truth.x[site] + noise(engine) + wrong;
+        full.target.y[site] = truth.y[site] + noise(engine) - wrong;
+        full.confidence.x[site] = full.confidence.y[site] = confidence_of_deviation(2.0);
+      }
+    }
+  }
+
+  [[nodiscard]] double error(std::optional<double> forgiven) {
+    scene.robust = forgiven;
+    const VectorField field = Solver(test::find("openmp"), {}).solve(scene, test::silent()).displacement;
+    return rmsd(ReferenceField(field), ReferenceField(truth));
+  }
+};
+
+TEST(RobustObservations, ForgiveOutliers) {
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    Observed observed(seed);
+    const double plain = observed.error(std::nullopt);
+    const double robust = observed.error(0.3);
+    EXPECT_GT(plain, 1.0) << "seed " << seed;
+    EXPECT_LT(robust, 0.15 * plain) << "seed " << seed;
+    EXPECT_LT(robust, 0.6) << "seed " << seed;
+    EXPECT_NEAR(observed.error(1e4), plain, 1e-3 * plain) << "nothing is that far away, seed " << seed;
+  }
+}
+
+/// Finite elements in double, with the springs as they count in the end, come to the same field.
+TEST(RobustObservations, SettleAtTheMinimum) {
+  Observed observed(4);
+  Scene& scene = observed.scene;
+  scene.robust = 0.3;
+  const auto session = test::find("openmp").open_elastic({});
+  const RobustObservations robust = find_robust_observations(scene, *session, test::silent());
+  EXPECT_LT(robust.moved, 1e-3 * 0.3);
+  use_method(scene, find_method(elastic_conjugate_gradients), 30);
+  const VectorField field = Solver(test::find("openmp"), {}).solve(scene, test::silent()).displacement;
+  const ReferenceField again =
+      solve_finite_elements(elastic_problem(reweighted(scene.full, field, *scene.robust)),
+                            ElementRule::plane_stress(scene.poisson));
+  EXPECT_LT(rmsd(ReferenceField(field), again), 0.01 * *scene.robust);
+}
+
+/// The derivative of forgiven^2 (sqrt(1 + (r / forgiven)^2) - 1), by differences.
+TEST(RobustObservations, PullAsTheirEnergySays) {
+  Level level;
+  level.extent = {2, 1};
+  level.target = level.confidence = VectorField(level.extent);
+  level.confidence.x = {0.3F, 1.0F};
+  level.confidence.y = {0.0F, 1.0F};
+  const double forgiven = 0.7;
+  const auto energy = [&](double r) {
+    return forgiven * forgiven * (std::sqrt(1.0 + r * r / (forgiven * forgiven)) - 1.0);
+  };
+  for (const float way : {0.01F, 0.5F, 0.7F, 3.0F, 40.0F}) {
+    level.target.x = {way, way};
+    const Level weighed = reweighted(level, VectorField(level.extent), forgiven);
+    const double stiffness =
+        spring_stiffness(1.0F, weighed.confidence.x[0]) / spring_stiffness(1.0F, level.confidence.x[0]);
+    const double r = static_cast<double>(way);
+    const double slope = (energy(r + 1e-4) - energy(r - 1e-4)) / 2e-4;
+    EXPECT_NEAR(stiffness * r / slope, 1.0, 1e-4) << way;
+    EXPECT_EQ(weighed.confidence.x[1], 1.0F) << "prescribed";
+    EXPECT_EQ(weighed.confidence.y[0], 0.0F) << "not observed";
+  }
+}
+
+TEST(RobustObservations, AreTheSameBitsOnEveryBackend) {
+  Observed observed(5);
+  observed.scene.robust = 0.3;
+  const auto field = [&](const Backend& backend) {
+    return Solver(backend, {}).solve(observed.scene, test::silent()).displacement;
+  };
+  const VectorField expected = field(test::scalar());
+  for (const auto& backend : test::backends()) {
+    try {
+      const VectorField other = field(*backend);
+      EXPECT_EQ(compare(expected, other).sites, 0) << backend->name();
+    } catch (const DeviceError& error) {
+      fmt::print("{} is not here: {}\n", backend->name(), error.what());
+    }
+  }
+}
+
+TEST(RobustObservations, ArePlanned) {
+  Observed observed(6);
+  observed.scene.robust = 0.3;
+  std::vector<std::unique_ptr<Session>> none;
+  const Plan plan =
+      solve_as_needed(observed.scene, {.accuracy = 0.01}, test::find("openmp"), {}, none, test::silent());
+  EXPECT_TRUE(plan.met) << plan.outcome;
+  EXPECT_EQ(plan.steps.front().action, "observations");
+  EXPECT_LT(rmsd(ReferenceField(plan.solution.displacement), ReferenceField(observed.truth)), 0.25);
+}
+
+TEST(RobustObservations, NeedSome) {
+  Scene scene = load_scene("square", {.size = Extent{33, 33}});
+  use_method(scene, usual_method(EnergyModel::elastic));
+  scene.robust = 0.5;
+  EXPECT_THROW((void)Solver(test::scalar(), {}).solve(scene, test::silent()), InputError);
+}
+
+} // namespace
+} // namespace hdmbench
