@@ -211,7 +211,8 @@ TEST_F(RankProgram, ErrorsEndAllWithStatusTwoAndOneSentence) {
   expect_refusal("run square --nonsense" + out, "--nonsense");
   expect_refusal("run square --size 20 --energy elastic" + out, "the elastic energy runs on one rank");
   expect_refusal("run square --size 20 --backend openmp+none" + out, "there is no backend \"none\"");
-  expect_refusal("bench", "bench runs in one process");
+  expect_refusal("golden", "golden runs in one process");
+  expect_refusal("bench", "bench --scaling strong");
   expect_refusal("run square --size 20 --output " + folder_.write("file", "").string(),
                  "is a file, not a folder");
   EXPECT_EQ(files_in(path("out")), 0U);
@@ -245,6 +246,25 @@ TEST_F(RankProgram, AFileThatCannotBeWrittenLeavesNothing) {
   EXPECT_EQ(files_in(path("out")), 0U);
   test::expect_run(2, run, HasSubstr("(rank 1)"), with_second(run, small));
   EXPECT_EQ(files_in(path("out")), 0U);
+}
+
+TEST_F(RankProgram, ScalingIsMeasuredAndModelled) {
+  test::expect_run(0, "bench --scaling strong square --size 256 --repeat 1 --json " + path("scaling.json"),
+                   AllOf(HasSubstr("modelled"), HasSubstr("Modelled, not measured: 65536 x 65536")),
+                   on_ranks(2));
+  const nlohmann::json rows = test::read_json(path("scaling.json"))["results"];
+  ASSERT_EQ(rows.size(), 2U + 15U); // measured, modelled
+  EXPECT_EQ(rows[0]["messages"], 0);
+  EXPECT_GT(rows[1]["messages"], 0);
+  EXPECT_EQ(rows[1]["seconds"].size(), 1U);
+  double before = rows[2]["modelled_seconds"];
+  EXPECT_GT(before, rows[1]["modelled_seconds"]);
+  for (std::size_t i = 3; i < 7; ++i) { // up to 16 ranks a large image scales
+    EXPECT_LT(rows[i]["modelled_seconds"], before);
+    before = rows[i]["modelled_seconds"];
+  }
+  test::expect_run(0, "bench --scaling weak square --size 192 --repeat 1", HasSubstr("weak scaling"),
+                   on_ranks(2));
 }
 
 TEST_F(RankProgram, OneProcessStartedByMpirunIsAlone) {

@@ -27,7 +27,7 @@ void add_continuum(CLI::App& program, const std::string& arguments, int& status)
 void add_faults(CLI::App& program, const std::string& arguments, int& status, Ranks* ranks);
 void add_atlas(CLI::App& program, const std::string& arguments);
 void add_tradeoff(CLI::App& program, const std::string& arguments, int& status);
-void add_bench(CLI::App& program, const std::string& arguments, int& status);
+void add_bench(CLI::App& program, const std::string& arguments, int& status, Ranks* ranks);
 void add_report(CLI::App& program, int& status);
 void add_export(CLI::App& program);
 void add_fem_to_image(CLI::App& program);

@@ -60,7 +60,7 @@ void keep_silent(const Ranks* ranks) {
 
 /// Among ranks, other commands would do the same work several times, and write the same files.
 void require_for_ranks(std::string_view command, const Ranks* ranks) {
-  constexpr std::array<std::string_view, 3> shared{"run", "verify", "faults"};
+  constexpr std::array<std::string_view, 4> shared{"run", "verify", "faults", "bench"};
   if (ranks != nullptr && std::ranges::find(shared, command) == shared.end()) {
     throw InputError(
         fmt::format("{} runs in one process; mpirun is for {}", command, fmt::join(shared, ", ")));
@@ -86,7 +86,7 @@ int run_program(int argc, char** argv, Ranks* ranks) {
   commands::add_implementations(program, arguments, status);
   commands::add_faults(program, arguments, status, ranks);
   commands::add_golden(program, arguments, status);
-  commands::add_bench(program, arguments, status);
+  commands::add_bench(program, arguments, status, ranks);
   commands::add_accuracy(program, arguments, status);
   commands::add_continuum(program, arguments, status);
   commands::add_atlas(program, arguments);
