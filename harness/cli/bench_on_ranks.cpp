@@ -133,7 +133,7 @@ private:
   [[nodiscard]] ScenePart load(Extent extent, int count) const {
     const auto rank = static_cast<std::size_t>(ranks_.rank());
     ScenePart part = load_scene_part(scene_, {.size = extent},
-                                     [&](Extent whole) { return sharing_of(count)(whole).owned[rank]; });
+                                     [&](Extent whole) { return sharing_of(count)(whole).loaded[rank]; });
     arguments_.schedule.apply(part.scene);
     require_shareable(part.scene);
     return part;

@@ -103,7 +103,7 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
   const Backend& backend = backend_of_rank(registry, arguments.backend, ranks.rank());
   const SessionOptions options = options_of_rank(arguments.session, backend, ranks);
   const Device device = backend.device(options);
-  ScenePart part = arguments.load_part([&](Extent extent) { return sharing(extent).owned[rank]; });
+  ScenePart part = arguments.load_part([&](Extent extent) { return sharing(extent).loaded[rank]; });
   const Scene scene = part.scene;
   require_shareable(scene);
   const bool made_whole = part.made_whole;

@@ -396,7 +396,7 @@ void Crew::load_pyramid_here(Member& member, Message& message, const Given& give
     level.sweeps = message.get<int>();
   }
   member.share = member.sharing(member.extent);
-  hand_out_fields(member.extent, member.share.owned, given.level, false,
+  hand_out_fields(member.extent, member.share.loaded, given.level, false,
                   static_cast<std::size_t>(pyramid.part.energy->inputs), pyramid.part);
   if (member.fault.in_level) {
     member.fault.in_level(pyramid.part, static_cast<std::size_t>(ranks_.rank()));

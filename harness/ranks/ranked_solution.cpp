@@ -39,16 +39,18 @@ public:
     return {.left = left, .top = top, .width = width, .height = height};
   }
 
-  /// Their values.
-  [[nodiscard]] std::vector<float> operator()(std::span<const float> values, const Rectangle& part) const {
+  /// Their values, of an array of the sites `held`, which has those of `part`.
+  [[nodiscard]] std::vector<float> operator()(std::span<const float> values, const Rectangle& held,
+                                              const Rectangle& part) const {
     const Rectangle own = sites(part);
-    std::vector<float> result;
-    result.reserve(own.extent().sites());
+    std::vector<int> columns(columns_.begin() + own.left, columns_.begin() + own.left + own.width);
+    std::ranges::for_each(columns, [&](int& column) { column -= held.left; });
+    std::vector<float> result(own.extent().sites());
+    float* to = result.data();
     for (int y = own.top; y < own.top + own.height; ++y) {
-      const int row = rows_[static_cast<std::size_t>(y)] - part.top;
-      for (int x = own.left; x < own.left + own.width; ++x) {
-        result.push_back(values[part.extent().index(columns_[static_cast<std::size_t>(x)] - part.left, row)]);
-      }
+      const float* const row =
+          values.data() + held.extent().index(0, rows_[static_cast<std::size_t>(y)] - held.top);
+      to = std::ranges::transform(columns, to, [row](int column) { return row[column]; }).out;
     }
     return result;
   }
@@ -93,20 +95,52 @@ public:
   }
 
 private:
+  /// A coarse row at all fine columns.
+  struct WideRow {
+    int row = -1;
+    std::vector<float> values{};
+  };
+
+  /// As Projection (kernels/data/pyramid.hpp) does it: first along x, which rows share, then along y.
   void project(const std::vector<float>& coarse, const Rectangle& part, std::vector<float>& fine) const {
+    if (fine.empty()) {
+      return;
+    }
     const Rectangle from = sites(part);
-#pragma omp parallel for if (fine.size() > 1U << 17U)
-    for (int y = 0; y < part.height; ++y) {
-      const Interpolation& row = rows_[static_cast<std::size_t>(part.top + y)];
-      const float* const upper = coarse.data() + from.extent().index(0, row.first - from.top);
-      const float* const lower = coarse.data() + from.extent().index(0, row.second - from.top);
-      float* const to = fine.data() + part.extent().index(0, y);
-      for (int x = 0; x < part.width; ++x) {
-        const Interpolation& column = columns_[static_cast<std::size_t>(part.left + x)];
-        const int west = column.first - from.left;
-        const int east = column.second - from.left;
-        to[x] = projection::projected(upper[west], upper[east], lower[west], lower[east], column.weight,
-                                      row.weight);
+    const auto first = columns_.begin() + part.left;
+    const std::vector<Interpolation> columns(first, first + part.width);
+    const auto widen = [&](int row, WideRow& wide) {
+      if (wide.row == row) {
+        return;
+      }
+      wide.row = row;
+      wide.values.resize(columns.size());
+      const float* const values = coarse.data() + from.extent().index(0, row - from.top);
+      std::ranges::transform(columns, wide.values.begin(), [&](const Interpolation& column) {
+        return projection::interpolated(values[column.first - from.left], values[column.second - from.left],
+                                        column.weight);
+      });
+    };
+#pragma omp parallel if (fine.size() > 1U << 17U)
+    {
+      WideRow above;
+      WideRow below;
+#pragma omp for schedule(static)
+      for (int y = 0; y < part.height; ++y) {
+        const Interpolation& between = rows_[static_cast<std::size_t>(part.top + y)];
+        if (above.row != between.first && below.row == between.first) {
+          std::swap(above, below);
+        }
+        widen(between.first, above);
+        widen(between.second, below);
+        const float* const upper = above.values.data();
+        const float* const lower = below.values.data();
+        float* const to = fine.data() + part.extent().index(0, y);
+        const float weight = between.weight;
+#pragma omp simd
+        for (int x = 0; x < part.width; ++x) {
+          to[x] = projection::interpolated(upper[x], lower[x], weight);
+        }
       }
     }
   }
@@ -137,7 +171,7 @@ class RankedSolver {
 public:
   RankedSolver(RankedPyramid pyramid, const Sharing& sharing, Ranks& ranks, Exchange& halos, Session& session)
       : pyramid_(std::move(pyramid)), sharing_(sharing), ranks_(ranks), halos_(halos), session_(session),
-        rank_(static_cast<std::size_t>(ranks.rank())), full_(sharing(pyramid_.extent).owned) {}
+        rank_(static_cast<std::size_t>(ranks.rank())), full_(sharing(pyramid_.extent)) {}
 
   RankedLevel compute(const PyramidLevel& level, bool is_last, bool counted) {
     RankedLevel result{.extent = level.extent};
@@ -191,20 +225,17 @@ public:
   }
 
 private:
-  /// What this rank loads of the level. After the last one nobody needs the full image.
+  /// What this rank loads of the level.
   Level sample(const PyramidLevel& level, const LevelShare& share, bool is_last) {
     const RankedSampler sampler(pyramid_.extent, level.extent, pyramid_.alignment);
     const std::vector<Rectangle> held =
-        each(full_, [&](const Rectangle& part) { return sampler.sites(part); });
+        each(full_.owned, [&](const Rectangle& part) { return sampler.sites(part); });
     const auto fetch = [&](std::vector<float>& values) {
-      const std::vector<float> sampled =
-          sampler.is_full() ? std::vector<float>{} : sampler(values, full_[rank_]);
-      std::vector<float> fetched =
-          redistribute(ranks_, rank_, held, share.loaded, sampler.is_full() ? values : sampled);
-      if (is_last) {
-        std::vector<float>().swap(values);
+      if (sampler.is_full()) { // what is here already; after the last level nobody needs it
+        return is_last ? std::move(values) : values;
       }
-      return fetched;
+      return redistribute(ranks_, rank_, held, share.loaded,
+                          sampler(values, full_.loaded[rank_], full_.owned[rank_]));
     };
     Level& full = pyramid_.part;
     Level result = without_fields(full);
@@ -286,12 +317,12 @@ private:
   Exchange& halos_;
   Session& session_;
   std::size_t rank_;
-  std::vector<Rectangle> full_; ///< who holds what of the full image
-  Extent extent_{};             ///< of the level computed before
-  LevelShare share_;            ///< the same
-  VectorField field_;           ///< of it, what this rank owns
-  VectorField start_;           ///< at the sites that this rank loads of the level
-  VectorField start_before_;    ///< of the level computed before
+  LevelShare full_;          ///< of the full image
+  Extent extent_{};          ///< of the level computed before
+  LevelShare share_;         ///< the same
+  VectorField field_;        ///< of it, what this rank owns
+  VectorField start_;        ///< at the sites that this rank loads of the level
+  VectorField start_before_; ///< of the level computed before
 };
 
 } // namespace

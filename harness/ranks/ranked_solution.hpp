@@ -32,7 +32,7 @@ struct Sharing {
 /// A pyramid of which every rank holds a part.
 struct RankedPyramid {
   Extent extent;                    ///< of the image
-  Level part;                       ///< this rank's own sites of the full resolution
+  Level part;                       ///< the sites of the full resolution that this rank loads
   std::optional<VectorField> start; ///< of the same sites; none on all ranks: the null field
   Alignment alignment = Alignment::corner;
   std::vector<PyramidLevel> levels; ///< in the order they are computed; the last has the image's extent
