@@ -64,6 +64,17 @@ TEST_F(ContinuumReport, ShowsTheErrorsApart) {
   EXPECT_THAT(page, HasSubstr("0.15<small>0.75</small>"));
 }
 
+TEST_F(ContinuumReport, ShowsTheFinestMeshAndFoldsTheOthers) {
+  json larger = continuum_row();
+  larger.update({{"width", 300}, {"height", 300}});
+  const std::string page = page_of(rows(larger, continuum_row()));
+  const std::size_t fold = page.find("<summary>All sizes</summary>");
+  ASSERT_NE(fold, std::string::npos);
+  EXPECT_EQ(occurrences(page, "300\u00A0×\u00A0300"), 2U);
+  EXPECT_LT(page.find("300\u00A0×\u00A0300"), fold);
+  EXPECT_GT(page.find("50\u00A0×\u00A050"), fold);
+}
+
 TEST_F(ContinuumReport, ContradictionsAreRefused) {
   expect_refused({{"/total/rmsd", 0.16, "more than discretisation and algebraic error together"},
                   {"/algebraic/largest", 0.03, "above the largest distance"},

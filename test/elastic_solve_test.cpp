@@ -146,12 +146,13 @@ TEST(ElasticSolve, EveryMethodAndBackendOfAScene) {
 }
 
 /// Pixels between our field at rest and a curved one that is in balance without any force: Muskhelishvili's
-/// potentials phi = w^3 and psi = 0 of w = z / side. `kappa` is (3 - nu) / (1 + nu) where all is right.
+/// potentials phi = w^5 and psi = 0 of w = z / side (a cubic one is met exactly at the nodes). `kappa` is (3
+/// - nu) / (1 + nu) where all is right.
 double smooth_error(int n, double poisson, double kappa) {
   const double side = n - 1;
   const ReferenceField exact = test::sampled({n, n}, [&](double x, double y) {
     const std::complex<double> w(x / side - 0.5, y / side - 0.5);
-    const std::complex<double> moved = 10.0 * (kappa * w * w * w - 3.0 * w * std::conj(w * w));
+    const std::complex<double> moved = 50.0 * (kappa * std::pow(w, 5) - 5.0 * w * std::conj(std::pow(w, 4)));
     return test::Vector{moved.real(), moved.imag()};
   });
   Level level{.extent = exact.extent,

@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
+#include <map>
+
 namespace hdmbench::report {
 
 namespace {
@@ -9,6 +13,20 @@ namespace {
 std::string cell(const Distance& distance) {
   return fmt::format("<td class=\"number\">{:.2g}<small>{:.2g}</small></td>", distance.rmsd,
                      distance.largest);
+}
+
+/// The largest image of each contrast.
+std::vector<ContinuumRow> finest(const std::vector<ContinuumRow>& rows) {
+  std::map<double, ContinuumRow> best;
+  for (const ContinuumRow& row : rows) {
+    const auto known = best.find(row.contrast);
+    if (known == best.end() || known->second.width < row.width) {
+      best[row.contrast] = row;
+    }
+  }
+  std::vector<ContinuumRow> result;
+  std::ranges::transform(best, std::back_inserter(result), [](const auto& entry) { return entry.second; });
+  return result;
 }
 
 std::string table(const std::vector<ContinuumRow>& rows) {
@@ -37,7 +55,9 @@ these finite elements. <b>float32</b>: the same when no step changes our field a
 discretisation buys nothing.</p>
 )"};
   return section(results, results.continuum, anchors, text,
-                 [](const std::string&, const std::vector<ContinuumRow>& rows) { return table(rows); });
+                 [](const std::string&, const std::vector<ContinuumRow>& rows) {
+                   return table(finest(rows)) + folded("All sizes", table(rows));
+                 });
 }
 
 } // namespace hdmbench::report

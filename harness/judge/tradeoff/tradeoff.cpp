@@ -6,6 +6,7 @@
 #include "harness/judge/tradeoff/rivals.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/planner/planner.hpp"
 #include "kernels/data/input_error.hpp"
@@ -26,16 +27,6 @@ namespace {
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-double largest_component(const VectorField& field) {
-  double largest = 0.0;
-  for (const auto* component : {&field.x, &field.y}) {
-    for (const float value : *component) {
-      largest = std::max(largest, std::abs(static_cast<double>(value)));
-    }
-  }
-  return largest;
 }
 
 void fail(TradeoffPoint& point, PointStatus status, std::string reason) {

@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <iterator>
 #include <limits>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -14,7 +12,7 @@ namespace hdmbench {
 namespace {
 
 /// A survey looks at this many sites a side at most: shares need no more, and it must cost less than a sweep.
-constexpr int most_per_side = 97;
+constexpr int most_per_side = 49;
 
 /// Indices spread evenly over an axis, both ends among them.
 std::vector<int> spread(int sites) {
@@ -87,45 +85,16 @@ double share_of_uniform_sites(const Level& level) {
   return share(uniform, columns.size() * rows.size());
 }
 
-/// The observed sites of a component.
-struct Observed {
-  std::int64_t count = 0;
-  std::int64_t partly = 0;                            ///< with a confidence below 1
-  float low = std::numeric_limits<float>::infinity(); ///< of their targets, pixels
-  float high = -std::numeric_limits<float>::infinity();
-};
-
-Observed observed_of(const std::vector<float>& target, const std::vector<float>& confidence) {
-  std::int64_t count = 0;
-  std::int64_t partly = 0;
-  constexpr float infinity = std::numeric_limits<float>::infinity();
-  float low = infinity;
-  float high = -infinity;
-#pragma omp parallel for simd reduction(+ : count, partly) reduction(min : low) reduction(max : high)
-  for (std::size_t i = 0; i < target.size(); ++i) {
-    const bool observed = confidence[i] > 0.0F;
-    count += observed ? 1 : 0;
-    partly += observed && confidence[i] < 1.0F ? 1 : 0;
-    low = std::min(low, observed ? target[i] : infinity);
-    high = std::max(high, observed ? target[i] : -infinity);
-  }
-  return {.count = count, .partly = partly, .low = low, .high = high};
-}
-
-std::pair<double, double> range_of(const std::vector<float>& values) {
-  float low = values.front();
-  float high = values.front();
-#pragma omp parallel for simd reduction(min : low) reduction(max : high)
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    low = std::min(low, values[i]);
-    high = std::max(high, values[i]);
-  }
-  return {static_cast<double>(low), static_cast<double>(high)};
-}
-
 } // namespace
 
-std::size_t Survey::fair_start() const {
+std::vector<Resolution> resolutions(const Scene& scene, std::span<const Extent> extents) {
+  std::vector<Resolution> levels;
+  std::ranges::transform(extents, std::back_inserter(levels),
+                         [&](Extent extent) { return resolution_of(scene, extent); });
+  return levels;
+}
+
+std::size_t fair_start(std::span<const Resolution> levels) {
   std::size_t fair = 0;
   while (fair + 1 < levels.size() && levels[fair + 1].is_fair()) {
     ++fair;
@@ -133,22 +102,33 @@ std::size_t Survey::fair_start() const {
   return fair;
 }
 
-Survey survey(const Scene& scene, std::span<const Extent> extents) {
+Survey survey(const Scene& scene) {
   const Level& full = scene.full;
   Survey result;
-  const Observed x = observed_of(full.target.x, full.confidence.x);
-  const Observed y = observed_of(full.target.y, full.confidence.y);
-  std::tie(result.smallest_modulus, result.largest_modulus) = range_of(full.modulus.values);
-  const auto components = 2.0 * static_cast<double>(full.extent.sites());
-  result.observed = static_cast<double>(x.count + y.count) / components;
-  result.partly = static_cast<double>(x.partly + y.partly) / components;
-  if (x.count + y.count > 0) {
-    result.smallest_target = static_cast<double>(std::min(x.low, y.low));
-    result.largest_target = static_cast<double>(std::max(x.high, y.high));
+  const auto [smallest, largest] = std::ranges::minmax(full.modulus.values);
+  result.smallest_modulus = static_cast<double>(smallest);
+  result.largest_modulus = static_cast<double>(largest);
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  std::size_t observed = 0;
+  std::size_t partly = 0;
+  for (const auto& [target, confidence] :
+       {std::pair{&full.target.x, &full.confidence.x}, std::pair{&full.target.y, &full.confidence.y}}) {
+    for (std::size_t i = 0; i < target->size(); ++i) {
+      if ((*confidence)[i] > 0.0F) {
+        ++observed;
+        partly += (*confidence)[i] < 1.0F ? 1 : 0;
+        low = std::min(low, static_cast<double>((*target)[i]));
+        high = std::max(high, static_cast<double>((*target)[i]));
+      }
+    }
   }
+  const auto components = 2.0 * static_cast<double>(full.extent.sites());
+  result.observed = static_cast<double>(observed) / components;
+  result.partly = static_cast<double>(partly) / components;
+  result.smallest_target = observed > 0 ? low : 0.0;
+  result.largest_target = observed > 0 ? high : 0.0;
   result.uniform = share_of_uniform_sites(full);
-  std::ranges::transform(extents, std::back_inserter(result.levels),
-                         [&](Extent extent) { return resolution_of(scene, extent); });
   return result;
 }
 

@@ -13,6 +13,9 @@ namespace hdmbench {
 
 namespace {
 
+/// Below this many sites threads cost more than they bring.
+constexpr std::size_t sites_worth_threads = 1 << 15;
+
 /// Sets of sites that are joined one by one (union-find); a set is named by its first site.
 class Parts {
 public:
@@ -69,18 +72,26 @@ void Hold::add(const Level& level, int x, int y) {
 }
 
 std::string Hold::freedom() const {
+  if (!is_free()) {
+    return "";
+  }
   if (row_ < 0 || column_ < 0) {
     return fmt::format("can move in {}; a condition must give that component somewhere",
                        row_ < 0 ? 'x' : 'y');
   }
-  return turns_ ? fmt::format("can turn about x = {}, y = {}; give x in two rows or y in two columns",
-                              column_, row_)
-                : "";
+  return fmt::format("can turn about x = {}, y = {}; give x in two rows or y in two columns", column_, row_);
 }
 
 void require_parts_held(const Level& level) {
   const std::vector<float>& modulus = level.modulus.values;
-  const auto [softest, stiffest] = std::ranges::minmax(modulus);
+  const bool large = modulus.size() > sites_worth_threads;
+  float softest = modulus.front();
+  float stiffest = softest;
+#pragma omp parallel for simd if (large) reduction(min : softest) reduction(max : stiffest)
+  for (std::size_t i = 0; i < modulus.size(); ++i) {
+    softest = std::min(softest, modulus[i]);
+    stiffest = std::max(stiffest, modulus[i]);
+  }
   const float least = void_share * stiffest;
   if (softest >= least) {
     return;
