@@ -31,8 +31,8 @@ constexpr std::array rooms{
     Room{"harness/solve/", 10},        Room{"harness/applications/", 11},
     Room{"harness/check/", 12},        Room{"harness/check/faults/", 13},
     Room{"harness/measure/", 14},      Room{"harness/judge/", 15},  Room{"harness/report/", 16},
-    Room{"harness/tools/", 17},        Room{"harness/web/", 18},    Room{"harness/cli/", 19},
-    Room{"harness/itk/", 20},
+    Room{"harness/tools/", 17},        Room{"harness/web/", 18},    Room{"harness/ranks/", 19},
+    Room{"harness/cli/", 20},          Room{"harness/itk/", 21},
 };
 
 /// Arrows that the heights would allow and that are wrong all the same: what is built without the other.

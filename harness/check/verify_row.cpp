@@ -72,6 +72,7 @@ void list_fields(Fields& fields, VerifyRow& row) {
   fields("tier", row.tier);
   fields("verdict", row.verdict);
   fields("reason", row.reason);
+  fields.if_any("ranks", row.ranks);
   if (row.mode == Mode::windows) {
     fields.newer("coverage", row.coverage);
     fields.newer("pyramids", row.pyramids);

@@ -18,6 +18,7 @@ struct VerifyRow : Comparison {
   std::string method{};                    ///< method_name(); empty in files of before
   std::vector<WindowedLevel> coverage{};   ///< of Mode::windows: what was looked at
   std::vector<WindowedPyramid> pyramids{}; ///< of Mode::windows
+  std::optional<std::int64_t> ranks{};     ///< that computed it together; none: one process
 };
 
 void list_fields(Fields& fields, VerifyRow& row);

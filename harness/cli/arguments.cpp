@@ -214,13 +214,19 @@ void SceneArguments::add_backend_to(CLI::App& command) {
 }
 
 Scene SceneArguments::load() const {
-  SceneOptions options;
-  if (!size.empty()) {
-    options.size = parse_size(size);
-  }
-  Scene loaded = load_scene(scene, options);
+  Scene loaded = load_scene(scene, options());
   schedule.apply(loaded);
   return loaded;
+}
+
+ScenePart SceneArguments::load_part(const ChoosePart& part) const {
+  ScenePart loaded = load_scene_part(scene, options(), part);
+  schedule.apply(loaded.scene);
+  return loaded;
+}
+
+SceneOptions SceneArguments::options() const {
+  return {.size = size.empty() ? std::nullopt : std::optional(parse_size(size))};
 }
 
 const Backend& SceneArguments::choose(const std::vector<std::unique_ptr<Backend>>& registry,
@@ -235,7 +241,14 @@ const Backend& SceneArguments::choose(const std::vector<std::unique_ptr<Backend>
 
 std::string CommonArguments::repeat(std::string_view command, const Scene& scene,
                                     std::string_view backend) const {
+  const std::size_t on = backend.find(" on "); // "openmp on 4 ranks"
+  const bool ranks = on != std::string_view::npos;
   std::string line = fmt::format("hdmbench {}", command);
+  if (ranks) {
+    const std::string_view count = backend.substr(on + 4);
+    line = fmt::format("mpirun -n {} {}", count.substr(0, count.find(' ')), line);
+    backend = backend.substr(0, on);
+  }
   if (!scene.source.empty()) {
     line += fmt::format(" {} --size {}x{}", shell_word(scene.source), scene.extent().width,
                         scene.extent().height);

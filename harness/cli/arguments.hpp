@@ -2,6 +2,7 @@
 
 #include "backends/registry.hpp"
 #include "harness/scene/scene.hpp"
+#include "harness/scene/scene_part.hpp"
 
 #include <CLI/CLI.hpp>
 
@@ -61,10 +62,15 @@ struct SceneArguments {
 
   /// The scene at its size with its schedule. Throws InputError.
   [[nodiscard]] Scene load() const;
+  /// The same, of whose fields only a part is kept.
+  [[nodiscard]] ScenePart load_part(const ChoosePart& part) const;
   /// The backend, which lives as long as the registry. Throws InputError where it is unknown or cannot update
   /// as the scene wants.
   [[nodiscard]] const Backend& choose(const std::vector<std::unique_ptr<Backend>>& registry,
                                       const Scene& scene_to_solve) const;
+
+private:
+  [[nodiscard]] SceneOptions options() const;
 };
 
 /// One scene to load.

@@ -2,6 +2,7 @@
 
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/bench_compare.hpp"
+#include "harness/cli/bench_on_ranks.hpp"
 #include "harness/cli/commands.hpp"
 #include "harness/measure/bench_row.hpp"
 #include "harness/measure/choices.hpp"
@@ -322,7 +323,7 @@ int run_bench(Arguments& arguments, const std::string& line) {
 
 } // namespace
 
-void add_bench(CLI::App& program, const std::string& arguments, int& status) {
+void add_bench(CLI::App& program, const std::string& arguments, int& status, Ranks* ranks) {
   auto* command = program.add_subcommand(
       "bench",
       "Time whole solutions on every backend: Tables 5.2, 5.4, 5.6 and 5.8 of the thesis by default.\n"
@@ -342,8 +343,10 @@ void add_bench(CLI::App& program, const std::string& arguments, int& status) {
       ->delimiter(',')
       ->check(CLI::IsMember({"dense", "active"}))
       ->capture_default_str();
-  command->add_flag("--scaling,--threads-sweep", own->scaling,
-                    "Backends with threads of their own run with 1, 2, 4 ... of them, too");
+  command->add_flag(
+      "--scaling,--threads-sweep", own->scaling,
+      "Backends with threads of their own run with 1, 2, 4 ... of them, too; with mpirun, followed "
+      "by strong or weak: 1, 2, 4 ... ranks");
   command->add_flag("--no-ceilings", own->no_ceilings,
                     "Do not measure what the devices can do at most: a second or two less for each");
   command->add_option("--reference", own->reference,
@@ -351,7 +354,11 @@ void add_bench(CLI::App& program, const std::string& arguments, int& status) {
                       "none for images larger than 4096 x 4096)");
   const auto comparison = std::make_shared<CompareArguments>();
   comparison->add_to(*command);
-  command->callback([own, comparison, command, arguments, &status] {
+  command->callback([own, comparison, command, arguments, &status, ranks] {
+    if (ranks != nullptr) {
+      status = bench_scaling_on_ranks(*own, own->scaling, own->repeats, arguments, *ranks);
+      return;
+    }
     const int repeats = command->count("--repeat") > 0 ? own->repeats : 0;
     status = comparison->wanted() ? compare_benches(*comparison, *command, arguments, repeats, own->json)
                                   : run_bench(*own, arguments);

@@ -2,6 +2,8 @@
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
 #include "harness/measure/result_file.hpp"
+#include "harness/ranks/crew.hpp"
+#include "harness/ranks/rank_faults.hpp"
 #include "harness/report/table.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -31,8 +33,7 @@ struct Arguments {
 };
 
 /// Those that were named, or all. Throws InputError for a name that none has.
-std::vector<Planted> chosen(const std::vector<std::string>& names, const Backend& carrier) {
-  std::vector<Planted> all = faults::all_planted(carrier);
+std::vector<Planted> chosen(const std::vector<std::string>& names, std::vector<Planted> all) {
   for (const std::string& name : names) {
     if (std::ranges::find(all, name, &Planted::name) == all.end()) {
       throw InputError(fmt::format("there is no fault \"{}\"; hdmbench faults --list names them", name));
@@ -147,6 +148,7 @@ void print_tables(const std::vector<Trial>& trials, const std::vector<TrialScene
   print_layer("mistakes of a session", faults::Layer::session);
   print_layer("mistakes in the shaders", faults::Layer::shader);
   print_layer("mistakes in the calls to the driver", faults::Layer::driver);
+  print_layer("mistakes in what ranks tell each other", faults::Layer::ranks);
   print_some("mistakes that concern other methods than icm", "caught",
              [&](const Planted& planted) { return !is_control(planted) && planted.method != "icm"; });
 }
@@ -181,10 +183,9 @@ bool print_sum(const std::vector<Trial>& trials, const std::vector<TrialScene>& 
   return std::ranges::all_of(trials, &Trial::as_expected);
 }
 
-int run_faults(const Arguments& arguments, const std::string& line) {
-  const auto registry = make_backends();
-  const Backend& carrier = find_backend(registry, arguments.backend);
-  const std::vector<Planted> list = chosen(arguments.faults, carrier);
+/// `list`: what is planted.
+int try_faults(const Arguments& arguments, const std::vector<Planted>& list, const Backend& reference,
+               const std::string& line) {
   if (arguments.list) {
     print_list(list);
     return success;
@@ -202,7 +203,7 @@ int run_faults(const Arguments& arguments, const std::string& line) {
   std::vector<Trial> trials;
   nlohmann::json rows = nlohmann::json::array();
   for (const Planted& planted : list) {
-    trials.push_back(faults::try_out(planted, *registry.front(), scenes, progress));
+    trials.push_back(faults::try_out(planted, reference, scenes, progress));
     rows.push_back(to_json_row(fault_row(trials.back(), scenes)));
   }
   progress.clear();
@@ -214,13 +215,37 @@ int run_faults(const Arguments& arguments, const std::string& line) {
   return good ? success : disagreement;
 }
 
+int run_faults(const Arguments& arguments, const std::string& line) {
+  const auto registry = make_backends();
+  const Backend& carrier = find_backend(registry, arguments.backend);
+  return try_faults(arguments, chosen(arguments.faults, faults::all_planted(carrier)), *registry.front(),
+                    line);
+}
+
+/// What ranks tell each other, with a mistake.
+int run_faults_on_ranks(const Arguments& arguments, const std::string& line, Ranks& ranks) {
+  const auto registry = make_backends();
+  Crew crew(ranks, registry, {});
+  if (!ranks.is_first()) {
+    crew.serve();
+    return success;
+  }
+  const std::vector<Planted> list =
+      chosen(arguments.faults, faults::planted_on_ranks(crew, backend_of_rank(registry, arguments.backend, 0),
+                                                        arguments.backend, ranks.size()));
+  const int status = try_faults(arguments, list, *registry.front(), line);
+  crew.dismiss();
+  return status;
+}
+
 } // namespace
 
-void add_faults(CLI::App& program, const std::string& arguments, int& status) {
+void add_faults(CLI::App& program, const std::string& arguments, int& status, Ranks* ranks) {
   auto* command = program.add_subcommand(
       "faults",
       "Check the checker: plant mistakes into sessions, shaders and driver calls, one at a time, and "
       "see that verify\ndisagrees on one scene at least; and that it lets through what is no mistake.\n"
+      "mpirun -n R hdmbench faults: mistakes in what ranks tell each other.\n"
       "Exit status 1 if a fault is caught nowhere, or a control is not let through.");
   const auto own = std::make_shared<Arguments>();
   command->add_option("scenes", own->scenes, "Scenes by name or TOML file (none: small ones made for this)");
@@ -233,7 +258,9 @@ void add_faults(CLI::App& program, const std::string& arguments, int& status) {
       ->capture_default_str();
   command->add_flag("--brief", own->brief, "Only what did not go as expected, and the sum");
   command->add_option("--json", own->json, "Write the results to this file");
-  command->callback([own, arguments, &status] { status = run_faults(*own, arguments); });
+  command->callback([own, arguments, &status, ranks] {
+    status = ranks != nullptr ? run_faults_on_ranks(*own, arguments, *ranks) : run_faults(*own, arguments);
+  });
 }
 
 } // namespace hdmbench::commands

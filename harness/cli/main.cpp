@@ -1,16 +1,24 @@
 #include "backends/backend.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
+#include "harness/ranks/launch.hpp"
+#include "harness/ranks/message_passing.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <build_information.hpp>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <csignal>
 #include <cstdio>
+#include <iostream>
+#include <memory>
+#include <sstream>
 #include <string>
 
 namespace {
@@ -27,14 +35,41 @@ void keep_standard_streams() {
   }
 }
 
-/// fmt::print throws where standard error cannot be written to.
-int refuse(std::string_view why) {
-  std::fputs(fmt::format("hdmbench: {}\n", why).c_str(), stderr);
+/// fmt::print throws where standard error cannot be written to. Among ranks it ends all of them.
+int refuse(std::string_view why, Ranks* ranks) {
+  const bool says_who = ranks != nullptr && !ranks->is_first();
+  if (ranks != nullptr) {
+    ranks->give_way();
+  }
+  std::fputs(says_who ? fmt::format("hdmbench: rank {}: {}\n", ranks->rank(), why).c_str()
+                      : fmt::format("hdmbench: {}\n", why).c_str(),
+             stderr);
+  if (ranks != nullptr) {
+    std::fflush(stdout);
+    ranks->end_all(commands::bad_input);
+  }
   return commands::bad_input;
 }
 
+/// Results come from the first rank.
+void keep_silent(const Ranks* ranks) {
+  if (ranks != nullptr && !ranks->is_first() && std::freopen("/dev/null", "w", stdout) == nullptr) {
+    throw InputError("/dev/null cannot be opened");
+  }
+}
+
+/// Among ranks, other commands would do the same work several times, and write the same files.
+void require_for_ranks(std::string_view command, const Ranks* ranks) {
+  constexpr std::array<std::string_view, 4> shared{"run", "verify", "faults", "bench"};
+  if (ranks != nullptr && std::ranges::find(shared, command) == shared.end()) {
+    throw InputError(
+        fmt::format("{} runs in one process; mpirun is for {}", command, fmt::join(shared, ", ")));
+  }
+}
+
 /// Throws what the commands throw.
-int run_program(int argc, char** argv) {
+int run_program(int argc, char** argv, Ranks* ranks) {
+  keep_silent(ranks);
   const std::string arguments = commands::command_line(argc, argv);
   int status = commands::success;
   CLI::App program(
@@ -45,16 +80,16 @@ int run_program(int argc, char** argv) {
   program.require_subcommand(1);
   commands::add_devices(program, arguments, status);
   commands::add_methods(program);
-  commands::add_run(program, arguments, status);
+  commands::add_run(program, arguments, status, ranks);
   commands::add_register(program, arguments, status);
   commands::add_detect(program, arguments, status);
   commands::add_rivals(program, arguments, status);
-  commands::add_verify(program, arguments, status);
+  commands::add_verify(program, arguments, status, ranks);
   commands::add_probe(program, arguments);
   commands::add_implementations(program, arguments, status);
-  commands::add_faults(program, arguments, status);
+  commands::add_faults(program, arguments, status, ranks);
   commands::add_golden(program, arguments, status);
-  commands::add_bench(program, arguments, status);
+  commands::add_bench(program, arguments, status, ranks);
   commands::add_accuracy(program, arguments, status);
   commands::add_continuum(program, arguments, status);
   commands::add_atlas(program, arguments);
@@ -77,39 +112,47 @@ int run_program(int argc, char** argv) {
       throw InputError(fmt::format("there is no command \"{}\"; hdmbench --help lists them", argv[1]));
     }
     if (!named.empty()) {
+      require_for_ranks(argv[1], ranks);
       commands::require_whole_lists(*named.front(), {argv + 2, argv + argc});
     }
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return program.exit(error) == 0 ? commands::success : commands::bad_input;
+    std::ostringstream unread;
+    const bool speaks = ranks == nullptr || ranks->is_first();
+    const int code = program.exit(error, std::cout, speaks ? std::cerr : unread);
+    return code == 0 ? commands::success : commands::bad_input;
   }
   return status;
 }
 
 int run_and_explain(int argc, char** argv) {
+  std::unique_ptr<Ranks> ranks;
+  const auto refuse_all = [&](std::string_view why) { return refuse(why, ranks.get()); };
   try {
-    return run_program(argc, argv);
+    ranks = Ranks::of_this_process();
+    return run_program(argc, argv, ranks.get());
   } catch (const InputError& error) {
-    return refuse(error.what());
+    return refuse_all(error.what());
   } catch (const DeviceError& error) {
-    return refuse(error.what());
+    return refuse_all(error.what());
   } catch (const std::bad_alloc&) {
-    return refuse("out of memory");
+    return refuse_all("out of memory");
   } catch (const std::exception& error) {
     // fmt::print throws where standard output cannot be written to: main() says so.
     return std::ferror(stdout) != 0 ? commands::bad_input
-                                    : refuse(fmt::format("internal error: {}", error.what()));
+                                    : refuse_all(fmt::format("internal error: {}", error.what()));
   }
 }
 
 } // namespace
 
 int main(int argc, char** argv) {
+  watch_over_rank(commands::bad_input);
   keep_standard_streams();
   std::signal(SIGXFSZ, SIG_IGN); // a file that grows beyond its limit is then an error as any other
   const int status = run_and_explain(argc, argv);
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-    return refuse("standard output cannot be written to (disk full, or closed?)");
+    return refuse("standard output cannot be written to (disk full, or closed?)", nullptr);
   }
   return status;
 }

@@ -2,6 +2,7 @@
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
 #include "harness/cli/plan_text.hpp"
+#include "harness/cli/run_on_ranks.hpp"
 #include "harness/cli/strain_images.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/diagnosis/folding.hpp"
@@ -37,6 +38,7 @@ struct Arguments {
   std::string accuracy; ///< "0.2px"; empty: not asked for
   std::string within;   ///< "10ms"; empty: not asked for
   bool explain = false;
+  std::size_t sites_per_rank = 0; ///< of run_on_ranks.hpp
   bool strains = false;
 
   [[nodiscard]] bool asks() const { return !accuracy.empty() || !within.empty(); }
@@ -130,8 +132,17 @@ void require_meaning(const Arguments& arguments) {
   }
 }
 
-int run_scene(const Arguments& arguments, const std::string& line) {
+int run_scene(const Arguments& arguments, const std::string& line, Ranks* ranks) {
   require_meaning(arguments);
+  if (ranks != nullptr) {
+    if (arguments.asks() || arguments.strains) {
+      throw InputError("--accuracy, --within and --strains run in one process: leave out mpirun");
+    }
+    return run_scene_on_ranks(
+        arguments.scene,
+        {.output = arguments.output, .json = arguments.json, .sites_per_rank = arguments.sites_per_rank},
+        line, *ranks);
+  }
   const Request request = arguments.request();
   Progress progress;
   progress.describe(fmt::format("prepare {}", arguments.scene.scene));
@@ -260,7 +271,7 @@ int run_scene(const Arguments& arguments, const std::string& line) {
 
 } // namespace
 
-void add_run(CLI::App& program, const std::string& arguments, int& status) {
+void add_run(CLI::App& program, const std::string& arguments, int& status, Ranks* ranks) {
   auto* command = program.add_subcommand(
       "run", "Solve one scene; write the displacement as NRRD, and the "
              "picture before and after, the deformed grid and\n"
@@ -287,7 +298,14 @@ void add_run(CLI::App& program, const std::string& arguments, int& status) {
       ->add_option("--within", own->within, "The time there is, as 10ms or 2s: the best field and its error")
       ->group(group);
   command->add_flag("--explain", own->explain, "Print the plan, step by step, and why")->group(group);
-  command->callback([own, arguments, &status] { status = run_scene(*own, arguments); });
+  command
+      ->add_option(
+          "--sites-per-rank", own->sites_per_rank,
+          "With mpirun: a level goes to as many ranks as get so many sites each, 0: 16384; --backend "
+          "is then one for all, or as openmp+vulkan-compute each rank's in turn, and --device may be "
+          "by-rank")
+      ->group("Several processes (mpirun -n 4 hdmbench run ...)");
+  command->callback([own, arguments, &status, ranks] { status = run_scene(*own, arguments, ranks); });
 }
 
 } // namespace hdmbench::commands

@@ -7,12 +7,14 @@
 #include "harness/cli/commands.hpp"
 #include "harness/cli/verify_windows.hpp"
 #include "harness/measure/result_file.hpp"
+#include "harness/ranks/rank_backend.hpp"
 #include "harness/report/grouped.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/joined.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/solve.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
@@ -271,15 +273,10 @@ void print_findings(std::span<const Backend* const> backends, const std::vector<
   }
 }
 
-int run_verify(const CommonArguments& arguments, Tier required, const std::string& line) {
-  if (!arguments.json.empty()) {
-    require_writable(arguments.json);
-  }
-  const auto registry = make_backends();
-  const std::vector<const Backend*> backends = arguments.choose(registry);
+/// Backends and scenes, judged and printed. `backends`: the reference first.
+int verify_scenes(const CommonArguments& arguments, Tier required, const std::string& line,
+                  const std::vector<const Backend*>& backends, const std::vector<Scene>& scenes) {
   Progress progress;
-  progress.describe("prepare the scenes");
-  const std::vector<Scene> scenes = scenes_to_verify(arguments);
   VerifyOptions options{.session = arguments.session, .iteration_limit = std::nullopt};
   if (arguments.quick) {
     options.iteration_limit = quick_iterations;
@@ -299,7 +296,13 @@ int run_verify(const CommonArguments& arguments, Tier required, const std::strin
     print_scene(scene, comparisons, arguments);
     std::fflush(stdout); // into a pipe too: the next scene may take long
     for (const Comparison& comparison : comparisons) {
-      rows.push_back(to_json_row(verify_row(scene, comparison)));
+      VerifyRow row = verify_row(scene, comparison);
+      const auto compared = std::ranges::find(backends, comparison.backend, &Backend::name);
+      if (const auto* const shared = dynamic_cast<const RankBackend*>(*compared)) {
+        row.backend = shared->backends();
+        row.ranks = shared->ranks();
+      }
+      rows.push_back(to_json_row(row));
       all.push_back(comparison);
     }
   }
@@ -323,9 +326,70 @@ int run_verify(const CommonArguments& arguments, Tier required, const std::strin
   return failing > 0 ? disagreement : success;
 }
 
+int run_verify(const CommonArguments& arguments, Tier required, const std::string& line) {
+  if (!arguments.json.empty()) {
+    require_writable(arguments.json);
+  }
+  const auto registry = make_backends();
+  return verify_scenes(arguments, required, line, arguments.choose(registry), scenes_to_verify(arguments));
+}
+
+/// Without those that several ranks cannot compute, which it names.
+std::vector<Scene> scenes_for_ranks(const CommonArguments& arguments) {
+  std::vector<Scene> scenes = scenes_to_verify(arguments);
+  std::erase_if(scenes, [](const Scene& scene) {
+    std::string_view why;
+    if (scene.energy == EnergyModel::elastic) {
+      why = "the elastic energy runs on one rank";
+    } else if (scene.schedule.rule == Rule::annealing) {
+      why = "annealing draws its random numbers by column and row";
+    } else if (scene.full.update == Update::sequential) {
+      why = "sequential updates cross the image in one sweep";
+    }
+    if (!why.empty()) {
+      fmt::print("{}, {}, is left out: {}\n", scene.name, method_name(scene), why);
+    }
+    return !why.empty();
+  });
+  return scenes;
+}
+
+/// Every backend on 1, 2, ... ranks, against scalar on the first one.
+int run_verify_on_ranks(const CommonArguments& arguments, Tier required, const std::string& line,
+                        Ranks& ranks) {
+  const auto registry = make_backends();
+  Crew crew(ranks, registry, arguments.session);
+  if (!ranks.is_first()) {
+    crew.serve();
+    return success;
+  }
+  if (!arguments.json.empty()) {
+    require_writable(arguments.json);
+  }
+  std::vector<std::string> names = arguments.backends;
+  for (std::size_t i = 0; i < registry.size() && arguments.backends.empty(); ++i) {
+    names.emplace_back(registry[i]->name());
+  }
+  // Levels are shared out down to 8 x 8 sites a rank: below, one after the other has fewer ranks.
+  constexpr std::size_t fewest_sites = 64;
+  std::vector<std::unique_ptr<RankBackend>> shared;
+  std::vector<const Backend*> backends{registry.front().get()};
+  for (const std::string& name : names) {
+    for (int pieces = 1; pieces <= ranks.size(); ++pieces) {
+      shared.push_back(std::make_unique<RankBackend>(
+          crew, backend_of_rank(registry, name, 0), name,
+          Sharing{.ranks = ranks.size(), .pieces = pieces, .fewest_sites = fewest_sites}));
+      backends.push_back(shared.back().get());
+    }
+  }
+  const int status = verify_scenes(arguments, required, line, backends, scenes_for_ranks(arguments));
+  crew.dismiss();
+  return status;
+}
+
 } // namespace
 
-void add_verify(CLI::App& program, const std::string& arguments, int& status) {
+void add_verify(CLI::App& program, const std::string& arguments, int& status, Ranks* ranks) {
   auto* command = program.add_subcommand(
       "verify",
       "Run every backend beside scalar and compare all sites after every iteration, bit for bit.\n"
@@ -334,6 +398,7 @@ void add_verify(CLI::App& program, const std::string& arguments, int& status) {
       "A site that differs is certified where a bound of rounding, derived from the operations at\n"
       "that site, explains the difference; never on a scene whose arithmetic is exact.\n"
       "Without scenes: all of them, the other methods, and three sizes that meet the backends' tiles.\n"
+      "mpirun -n R hdmbench verify: every backend, or mixture as openmp+vulkan-compute, on 1 ... R ranks.\n"
       "Exit status 1 if a backend disagrees or a scene could not have shown it.");
   const auto own = std::make_shared<CommonArguments>();
   own->schedule.takes_elastic = true;
@@ -346,12 +411,20 @@ void add_verify(CLI::App& program, const std::string& arguments, int& status) {
       ->capture_default_str();
   const auto windows = std::make_shared<WindowArguments>();
   windows->add_to(*command);
-  command->callback([own, required, windows, arguments, &status] {
+  command->callback([own, required, windows, arguments, &status, ranks] {
+    const Tier tier = *required == "bitwise" ? Tier::bitwise : Tier::certified;
+    if (ranks != nullptr) {
+      if (windows->windows > 0) {
+        throw InputError("verify --windows runs in one process: leave out mpirun");
+      }
+      status = run_verify_on_ranks(*own, tier, arguments, *ranks);
+      return;
+    }
     if (windows->windows > 0) {
       status = run_verify_windows(*own, *windows, arguments);
       return;
     }
-    status = run_verify(*own, *required == "bitwise" ? Tier::bitwise : Tier::certified, arguments);
+    status = run_verify(*own, tier, arguments);
   });
 }
 

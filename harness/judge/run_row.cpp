@@ -46,6 +46,30 @@ static void list_fields(Fields& fields, RunRow::PlanRow& plan) {
   fields.if_any("estimated_px", plan.estimated_px);
 }
 
+void list_fields(Fields& fields, RankRow& row) {
+  fields("machine", row.machine);
+  fields("backend", row.backend);
+  fields("device", row.device);
+  fields("threads", row.threads);
+  fields("sites", row.sites);
+  fields("messages", row.messages);
+  fields("bytes", row.bytes);
+  fields("peak_memory", row.peak_memory);
+}
+
+void list_fields(Fields& fields, SharedLevelRow& row) {
+  fields("width", row.width);
+  fields("height", row.height);
+  fields("columns", row.columns);
+  fields("rows", row.rows);
+  fields("halo", row.halo);
+  fields("sweeps", row.sweeps);
+  fields("changed", row.changed);
+  fields("renewals", row.renewals);
+  fields("messages", row.messages);
+  fields("bytes", row.bytes);
+}
+
 void list_fields(Fields& fields, RunRow& row) {
   fields("scene", row.scene);
   fields("title", row.title);
@@ -65,6 +89,9 @@ void list_fields(Fields& fields, RunRow& row) {
   fields.if_any("plan", row.plan);
   fields.if_any("field", row.field);
   fields.if_any("pictures", row.pictures);
+  fields.if_any("ranks", row.ranks);
+  fields.if_any("by_rank", row.by_rank);
+  fields.if_any("shared_levels", row.shared_levels);
   fields.if_any("strains", row.strains);
 }
 

@@ -12,6 +12,36 @@ namespace hdmbench {
 
 class Fields;
 
+/// What one rank did of a run on several.
+struct RankRow {
+  std::string machine;
+  std::string backend;
+  std::string device;
+  std::int64_t threads = 0;     ///< of its own, 0: its driver decides
+  std::int64_t sites = 0;       ///< that it owns of the full resolution
+  std::int64_t messages = 0;    ///< that it sent
+  std::int64_t bytes = 0;       ///< in these
+  std::int64_t peak_memory = 0; ///< bytes; 0: the system does not tell
+};
+
+void list_fields(Fields& fields, RankRow& row);
+
+/// A level as several ranks shared it out; messages and bytes are those of all ranks, to renew halos.
+struct SharedLevelRow {
+  std::int64_t width = 0;
+  std::int64_t height = 0;
+  std::int64_t columns = 1; ///< of pieces
+  std::int64_t rows = 1;
+  std::int64_t halo = 0; ///< sites
+  std::int64_t sweeps = 0;
+  std::int64_t changed = 0; ///< sites, by the last sweep
+  std::int64_t renewals = 0;
+  std::int64_t messages = 0;
+  std::int64_t bytes = 0;
+};
+
+void list_fields(Fields& fields, SharedLevelRow& row);
+
 /// The row of `run`: what came out of one solution. Paths are relative to the result file.
 struct RunRow {
   struct Pictures { ///< empty: not written
@@ -49,6 +79,9 @@ struct RunRow {
   std::optional<PlanRow> plan{};
   std::string field{}; ///< file of the displacement; empty: none was written
   std::optional<Pictures> pictures{};
+  std::optional<std::int64_t> ranks{}; ///< none: one process
+  std::vector<RankRow> by_rank{};
+  std::vector<SharedLevelRow> shared_levels{};
   std::vector<std::string> strains{}; ///< files of `run --strains`
 };
 

@@ -98,22 +98,23 @@ bool is_at(Where where, int x, int y, Extent extent) {
 }
 
 /// On one side, or away from the image centre by `outward` pixels.
-void apply_on_border(const Condition& condition, Level& level) {
-  const Extent extent = level.extent;
+void apply_on_border(const Condition& condition, Extent extent, const Rectangle& part, Level& level) {
   const double centre_x = 0.5 * (extent.width - 1);
   const double centre_y = 0.5 * (extent.height - 1);
-  for (int y = 0; y < extent.height; ++y) {
+  for (int y = part.top; y < part.top + part.height; ++y) {
     const bool whole_row = y == 0 || y == extent.height - 1;
-    for (int x = 0; x < extent.width; x += whole_row ? 1 : std::max(1, extent.width - 1)) {
+    for (int x = part.left; x < part.left + part.width; ++x) {
       if (!is_at(condition.where, x, y, extent)) {
+        x = whole_row ? x : std::max(x, extent.width - 2);
         continue;
       }
+      const std::size_t site = part.extent().index(x - part.left, y - part.top);
       if (condition.outward) {
         const double distance = std::hypot(x - centre_x, y - centre_y);
         const double scale = distance > 0.0 ? *condition.outward / distance : 0.0;
-        set(condition, extent.index(x, y), (x - centre_x) * scale, (y - centre_y) * scale, level);
+        set(condition, site, (x - centre_x) * scale, (y - centre_y) * scale, level);
       } else {
-        set(condition, extent.index(x, y), condition.dx, condition.dy, level);
+        set(condition, site, condition.dx, condition.dy, level);
       }
     }
   }
@@ -134,7 +135,7 @@ double distance_to_border(double x, double y, double nx, double ny, Extent exten
 /// Thesis 5.12: everything outside is known. `outward` pixels along the normal at the outline, falling
 /// linearly along the normal to 0 at the image border.
 void apply_outside(TomlReader& scene, const Condition& condition, const LabelField& labels, Level& level) {
-  const Extent extent = level.extent;
+  const Extent extent = labels.extent;
   std::vector<bool> inside(extent.sites());
   std::transform(labels.values.begin(), labels.values.end(), inside.begin(),
                  [](int label) { return label != 0; });
@@ -174,13 +175,14 @@ void apply_outside(TomlReader& scene, const Condition& condition, const LabelFie
 
 } // namespace
 
-void apply_conditions(TomlReader& scene, const LabelField& labels, Level& level) {
+void apply_conditions(TomlReader& scene, const LabelField& labels, Extent extent, const Rectangle& part,
+                      Level& level) {
   for (TomlReader& table : scene.tables("condition")) {
     const Condition condition = read_condition(table);
     if (condition.where == Where::outside) {
       apply_outside(scene, condition, labels, level);
     } else {
-      apply_on_border(condition, level);
+      apply_on_border(condition, extent, part, level);
     }
   }
 }

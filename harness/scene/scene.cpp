@@ -5,6 +5,7 @@
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/scene_content.hpp"
+#include "harness/scene/scene_part.hpp"
 #include "harness/scene/toml_reader.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
@@ -17,6 +18,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <utility>
 
 namespace hdmbench {
 
@@ -186,15 +188,27 @@ void read_exact(TomlReader& reader, const SceneOptions& options, Scene& scene) {
   }
 }
 
-Scene build(const toml::table& root, const std::string& name, const std::string& file_name, const Files& file,
-            const SceneOptions& options) {
+/// Whether a condition is on what is outside, which takes the whole image.
+bool has_outside(const toml::table& root) {
+  const toml::array* const conditions = root["condition"].as_array();
+  return conditions != nullptr && std::ranges::any_of(*conditions, [](const toml::node& condition) {
+           const toml::table* const table = condition.as_table();
+           return table != nullptr && (*table)["where"].value<std::string>() == "outside";
+         });
+}
+
+ScenePart build(const toml::table& root, const std::string& name, const std::string& file_name,
+                const Files& file, const SceneOptions& options, const ChoosePart& choose_part) {
   TomlReader reader(root, file_name, "");
-  Scene scene;
+  ScenePart result;
+  Scene& scene = result.scene;
   scene.name = name;
   scene.title = reader.text("title", name);
   const std::optional<Extent> size = read_size(reader, options);
+  result.made_whole = !size || !(reader.has("shape") || reader.has("random")) || has_outside(root);
   if (size) {
-    require_memory(*size);
+    result.sites = result.made_whole ? all_of(*size) : choose_part(*size);
+    require_memory(result.sites.extent());
   }
 
   constexpr std::array<std::string_view, 4> sources{"shape", "image", "brain", "random"};
@@ -213,30 +227,35 @@ Scene build(const toml::table& root, const std::string& name, const std::string&
     if (reader.has("brain")) {
       content = read_brain_content(brain, reader, file, *size);
     } else if (reader.has("random")) {
-      content.labels = {*size, std::vector<int>(size->sites(), 1)};
-      content.modulus = ScalarField(*size);
+      const Extent made = result.sites.extent();
+      content.labels = {made, std::vector<int>(made.sites(), 1)};
+      content.modulus = ScalarField(made);
     } else {
-      content = read_shapes_content(reader, *size);
+      content = read_shapes_content(reader, *size, result.sites);
     }
   }
 
   const Extent extent = content.modulus.extent;
+  const Extent image_extent = size.value_or(extent);
+  if (!size) {
+    result.sites = all_of(extent);
+  }
   Level& full = scene.full;
-  full.extent = extent;
+  full.extent = image_extent;
   full.target = VectorField(extent);
   full.confidence = VectorField(extent);
   full.modulus = std::move(content.modulus);
   if (reader.has("random")) {
     TomlReader random = reader.table("random");
-    fill_randomly(random, full, scene.start.emplace(extent));
-    if (is_inspected(extent)) {
+    fill_randomly(random, image_extent, result.sites, full, scene.start.emplace(extent));
+    if (is_inspected(extent) && extent == image_extent) {
       content.picture = full.modulus;
       stretch(content.picture);
     }
   }
   read_vector_images(image, file, size, full, scene.start);
   image.finish();
-  apply_conditions(reader, content.labels, full);
+  apply_conditions(reader, content.labels, image_extent, result.sites, full);
   if (content.segmented && is_inspected(extent)) {
     scene.labels = std::move(content.labels);
   }
@@ -262,7 +281,42 @@ Scene build(const toml::table& root, const std::string& name, const std::string&
   reader.finish();
   set_inverse_modulus(full);
   scene.picture = std::move(content.picture);
-  return scene;
+  return result;
+}
+
+/// The scene, its fields still in scene.full, and validated.
+ScenePart load(const std::string& scene, const SceneOptions& options, const ChoosePart& choose_part) {
+  if (options.size && (options.size->width < 1 || options.size->height < 1)) {
+    throw InputError(fmt::format("the size {} x {} is not possible, each side must be at least 1",
+                                 options.size->width, options.size->height));
+  }
+  const auto* const shipped = std::ranges::find(scene_texts::all, scene, &scene_texts::Text::name);
+  std::string text;
+  std::string file_name = scene;
+  Files files{fs::path()};
+  std::string name = scene;
+  if (shipped != scene_texts::all.end()) {
+    text = shipped->text;
+    file_name += ".toml";
+  } else {
+    const fs::path path(scene);
+    if (!fs::exists(path)) {
+      throw MissingFile(fmt::format("there is no scene and no file \"{}\"; the shipped scenes are {}", scene,
+                                    fmt::join(shipped_scenes(), ", ")));
+    }
+    text = read_file(path);
+    files = Files(path.parent_path());
+    name = path.stem().string();
+  }
+  try {
+    const toml::table root = toml::parse(text, file_name);
+    ScenePart result = build(root, name, file_name, files, options, choose_part);
+    result.scene.source = scene;
+    return result;
+  } catch (const toml::parse_error& error) {
+    throw InputError(
+        fmt::format("{}:{}: {}", file_name, error.source().begin.line, std::string(error.description())));
+  }
 }
 
 } // namespace
@@ -324,38 +378,33 @@ std::vector<std::string> shipped_scenes() {
 }
 
 Scene load_scene(const std::string& scene, const SceneOptions& options) {
-  if (options.size && (options.size->width < 1 || options.size->height < 1)) {
-    throw InputError(fmt::format("the size {} x {} is not possible, each side must be at least 1",
-                                 options.size->width, options.size->height));
-  }
-  const auto* const shipped = std::ranges::find(scene_texts::all, scene, &scene_texts::Text::name);
-  std::string text;
-  std::string file_name = scene;
-  Files files{fs::path()};
-  std::string name = scene;
-  if (shipped != scene_texts::all.end()) {
-    text = shipped->text;
-    file_name += ".toml";
-  } else {
-    const fs::path path(scene);
-    if (!fs::exists(path)) {
-      throw MissingFile(fmt::format("there is no scene and no file \"{}\"; the shipped scenes are {}", scene,
-                                    fmt::join(shipped_scenes(), ", ")));
+  ScenePart whole = load(scene, options, all_of);
+  validate(whole.scene.full);
+  return std::move(whole.scene);
+}
+
+ScenePart load_scene_part(const std::string& scene, const SceneOptions& options, const ChoosePart& part) {
+  ScenePart result = load(scene, options, part);
+  Level& whole = result.scene.full;
+  const Extent extent = whole.extent;
+  result.full = std::move(whole);
+  whole = without_fields(result.full);
+  whole.extent = extent;
+  result.full.extent = result.sites.extent();
+  result.start = std::exchange(result.scene.start, std::nullopt);
+  result.scene.picture = {};
+  result.scene.labels = {};
+  if (const Rectangle wanted = part(extent); wanted != result.sites) {
+    result.full = part_of(result.full, wanted);
+    if (result.start) {
+      result.start = part_of(*result.start, wanted);
     }
-    text = read_file(path);
-    files = Files(path.parent_path());
-    name = path.stem().string();
+    result.sites = wanted;
   }
-  try {
-    const toml::table root = toml::parse(text, file_name);
-    Scene result = build(root, name, file_name, files, options);
-    result.source = scene;
+  if (result.full.extent.sites() > 0) {
     validate(result.full);
-    return result;
-  } catch (const toml::parse_error& error) {
-    throw InputError(
-        fmt::format("{}:{}: {}", file_name, error.source().begin.line, std::string(error.description())));
   }
+  return result;
 }
 
 } // namespace hdmbench

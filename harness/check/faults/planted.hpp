@@ -26,11 +26,12 @@ enum class Layer {
   session, ///< between verify and any backend's Session
   shader,  ///< into the text of a real backend's shader, on its way to the driver
   driver,  ///< into the calls of a real backend to its driver
+  ranks,   ///< into what ranks tell each other
 };
 
 /// What results call them, in the order of the enumerators.
 inline constexpr std::array<std::string_view, 3> expected_names{"disagree", "let through", "either"};
-inline constexpr std::array<std::string_view, 3> layer_names{"session", "shader", "driver"};
+inline constexpr std::array<std::string_view, 4> layer_names{"session", "shader", "driver", "ranks"};
 
 [[nodiscard]] constexpr const auto& names_of(Expected) {
   return expected_names;

@@ -1,5 +1,6 @@
 #include "harness/scene/images/images.hpp"
 
+#include "harness/scene/displacement_file.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/images/pixels.hpp"
 
@@ -139,13 +140,17 @@ itk::ImageIOBase::Pointer format_of_values(const std::filesystem::path& file) {
   throw unwritable(file, "the name of a field must end in .nrrd or .mha");
 }
 
+void require_spacing(const std::filesystem::path& file, double spacing) {
+  if (!(spacing > 0.0) || !std::isfinite(spacing)) {
+    throw unwritable(file, fmt::format("a pixel of {} mm", spacing));
+  }
+}
+
 /// W x H x 1.
 template <typename Pixel>
 typename itk::Image<Pixel, 3>::Pointer allocate_values(const std::filesystem::path& file, Extent extent,
                                                        double spacing) {
-  if (!(spacing > 0.0) || !std::isfinite(spacing)) {
-    throw unwritable(file, fmt::format("a pixel of {} mm", spacing));
-  }
+  require_spacing(file, spacing);
   using Field = itk::Image<Pixel, 3>;
   auto field = allocate<Field>(extent);
   typename Field::SpacingType spacings;
@@ -159,19 +164,18 @@ typename itk::Image<Pixel, 3>::Pointer allocate_values(const std::filesystem::pa
 void write_displacement(const std::filesystem::path& file, const VectorField& displacement, double spacing) {
   const auto format = format_of_values(file);
   validate(displacement, displacement.extent, "the displacement to write");
-  const auto field = allocate_values<itk::Vector<float, 3>>(file, displacement.extent, spacing);
-  const auto millimetres = [spacing](float pixels) { return static_cast<float>(pixels * spacing); };
-  auto* const values = field->GetBufferPointer();
-  for (std::size_t site = 0; site < displacement.extent.sites(); ++site) {
-    values[site][0] = millimetres(displacement.x[site]);
-    values[site][1] = millimetres(displacement.y[site]);
-    values[site][2] = 0.0F;
+  if (file.extension() == ".nrrd") { // ranks write their parts of such a file, too, so it is not ITK's
+    require_spacing(file, spacing);
+    return write_displacement_file(file, displacement, spacing);
   }
-  // An ITK or Slicer transform maps the other way, from the deformed image back: who opens the file must be
-  // told.
+  const auto field = allocate_values<itk::Vector<float, 3>>(file, displacement.extent, spacing);
+  const std::vector<float> values =
+      displacement_values(displacement, 0, displacement.extent.sites(), spacing);
+  std::ranges::copy(values, field->GetBufferPointer()->GetDataPointer());
   auto& keys = field->GetMetaDataDictionary();
-  itk::EncapsulateMetaData<std::string>(keys, "hdmbench mapping", "forward: tissue at x moves to x + d(x)");
-  itk::EncapsulateMetaData<std::string>(keys, "hdmbench unit", "millimetre");
+  for (const auto& [key, text] : displacement_keys) {
+    itk::EncapsulateMetaData<std::string>(keys, std::string(key), std::string(text));
+  }
   write_file(file, field.GetPointer(), format);
 }
 

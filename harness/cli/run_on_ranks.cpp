@@ -1,0 +1,185 @@
+#include "harness/cli/run_on_ranks.hpp"
+
+#include "harness/check/compare.hpp"
+#include "harness/judge/run_row.hpp"
+#include "harness/measure/memory_use.hpp"
+#include "harness/measure/result_file.hpp"
+#include "harness/ranks/crew.hpp"
+#include "harness/ranks/ranked_file.hpp"
+#include "harness/ranks/ranked_solution.hpp"
+#include "harness/report/grouped.hpp"
+#include "harness/report/table.hpp"
+#include "harness/scene/file_output.hpp"
+#include "harness/scene/row_fields.hpp"
+#include "harness/solve/solve.hpp"
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+namespace hdmbench::commands {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string machine_name() {
+  std::array<char, 256> name{};
+  return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
+}
+
+/// Of all ranks, by rank, on the first one; collective.
+std::vector<RankRow> gather(const RankRow& own, Ranks& ranks) {
+  std::vector<RankRow> rows;
+  for (const std::string& text : ranks.gather(to_json_row(own).dump())) {
+    read_json_row(nlohmann::json::parse(text), {.file = "of a rank"}, rows.emplace_back());
+  }
+  return rows;
+}
+
+/// Collective.
+std::vector<SharedLevelRow> rows_of(const std::vector<RankedLevel>& levels, Ranks& ranks) {
+  std::vector<SharedLevelRow> rows;
+  for (const RankedLevel& level : levels) {
+    const auto pieces = static_cast<std::int64_t>(level.pieces);
+    rows.push_back({.width = level.extent.width,
+                    .height = level.extent.height,
+                    .columns = level.columns,
+                    .rows = pieces / level.columns,
+                    .halo = level.halo,
+                    .sweeps = level.sweeps,
+                    .changed = level.changed,
+                    .renewals = level.renewals,
+                    .messages = ranks.sum(level.halos.messages),
+                    .bytes = ranks.sum(level.halos.bytes)});
+  }
+  return rows;
+}
+
+void print_levels(const std::vector<SharedLevelRow>& levels, int sweeps_together) {
+  Table table({"size", "iterations", "still moving", "pieces", "halo", "renewals", "messages", "bytes"});
+  for (const SharedLevelRow& level : levels) {
+    table.add({fmt::format("{} x {}", level.width, level.height),
+               std::to_string(level.sweeps / sweeps_together), fmt::format("{} sites", level.changed),
+               fmt::format("{} x {}", level.columns, level.rows), std::to_string(level.halo),
+               std::to_string(level.renewals), grouped(level.messages), grouped(level.bytes)});
+  }
+  fmt::print("{}  pieces: columns x rows, each on a rank of its own; halo: sites that a rank computes beyond "
+             "its own;\n  messages and bytes: of all ranks, to renew halos\n",
+             table.text());
+}
+
+void print_ranks(const std::vector<RankRow>& rows) {
+  Table table(
+      {"rank", "<machine", "<backend", "<device", "threads", "own sites", "messages", "MB sent", "peak MB"});
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const RankRow& row = rows[i];
+    table.add(
+        {std::to_string(i), row.machine, row.backend, row.device,
+         row.threads > 0 ? std::to_string(row.threads) : "-", grouped(row.sites), grouped(row.messages),
+         fmt::format("{:.2f}", static_cast<double>(row.bytes) / 1e6),
+         row.peak_memory > 0 ? fmt::format("{:.0f}", static_cast<double>(row.peak_memory) / 1e6) : "-"});
+  }
+  fmt::print("\n{}", table.text());
+}
+
+} // namespace
+
+int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& rank_arguments,
+                       const std::string& line, Ranks& ranks) {
+  const PeakMemory memory;
+  Progress progress(ranks.is_first());
+  progress.describe(fmt::format("prepare {}", arguments.scene));
+  Sharing sharing{.ranks = ranks.size(), .pieces = ranks.size()};
+  if (rank_arguments.sites_per_rank > 0) {
+    sharing.fewest_sites = rank_arguments.sites_per_rank;
+  }
+  const auto rank = static_cast<std::size_t>(ranks.rank());
+  const auto registry = make_backends();
+  const Backend& backend = backend_of_rank(registry, arguments.backend, ranks.rank());
+  const SessionOptions options = options_of_rank(arguments.session, backend, ranks);
+  const Device device = backend.device(options);
+  ScenePart part = arguments.load_part([&](Extent extent) { return sharing(extent).loaded[rank]; });
+  const Scene scene = part.scene;
+  require_shareable(scene);
+  const bool made_whole = part.made_whole;
+  const fs::path file = rank_arguments.output / (scene.name + ".nrrd");
+  if (ranks.is_first()) {
+    require_results_writable(rank_arguments.json);
+    std::error_code error;
+    fs::create_directories(rank_arguments.output, error);
+    require_writable(file);
+  }
+
+  const int together = sweeps_per_iteration(scene.full);
+  progress.set_total(site_updates(scene), WorkUnit::site_updates);
+  progress.describe(fmt::format("run {} on {} ranks", scene.name, ranks.size()));
+  const auto session = backend.open(options);
+  const RankedSolution solution =
+      solve_on_ranks(ranked_pyramid(std::move(part)), sharing, ranks, ranks, *session, true,
+                     [&](double site_updates) { progress.advance(site_updates / together); });
+  progress.describe(fmt::format("write {}", file.string()));
+  write_displacement_on_ranks(file, scene.extent(), solution.owned, solution.displacement, scene.spacing,
+                              ranks);
+  progress.clear();
+
+  const double largest = ranks.largest(largest_magnitude(solution.displacement));
+  std::int64_t iterations = 0;
+  double own_seconds = 0.0;
+  for (const RankedLevel& level : solution.levels) {
+    iterations += level.sweeps / together;
+    own_seconds += level.seconds;
+  }
+  const double seconds = ranks.largest(own_seconds);
+  const Traffic traffic = ranks.traffic();
+  RunRow row{.scene = scene.name,
+             .title = scene.title,
+             .width = scene.extent().width,
+             .height = scene.extent().height,
+             .backend = arguments.backend,
+             .device = device.name,
+             .method = method_name(scene),
+             .seconds = seconds,
+             .levels = std::ssize(solution.levels),
+             .iterations = iterations,
+             .largest_displacement = largest,
+             .spacing = scene.spacing,
+             .ranks = ranks.size()};
+  row.by_rank = gather({.machine = machine_name(),
+                        .backend = std::string(backend.name()),
+                        .device = device.name,
+                        .threads = backend.threads(options),
+                        .sites = static_cast<std::int64_t>(solution.owned.extent().sites()),
+                        .messages = traffic.messages,
+                        .bytes = traffic.bytes,
+                        .peak_memory = static_cast<std::int64_t>(memory.bytes().value_or(0))},
+                       ranks);
+  row.shared_levels = rows_of(solution.levels, ranks);
+  if (!ranks.is_first()) {
+    return success;
+  }
+  fmt::print("{}\n{} x {} pixels of {:.4g} mm, {} on {} ranks ({})\n\n", scene.title, scene.extent().width,
+             scene.extent().height, scene.spacing, method_name(scene), ranks.size(), arguments.backend);
+  print_levels(row.shared_levels, together);
+  print_ranks(row.by_rank);
+  fmt::print("\n  largest displacement {:.4g} px, {} iterations in {:.3g} s\n", largest, iterations, seconds);
+  if (made_whole) {
+    fmt::print("  Every rank had the whole scene in memory while it was made: it comes from an image, or a "
+               "condition is on what is outside.\n");
+  }
+  fmt::print("  Not diagnosed, and no pictures: no rank has the whole image.\n"
+             "  {}: the displacement in millimetres\n",
+             file.string());
+  if (!rank_arguments.json.empty()) {
+    row.field = fs::proximate(file, fs::absolute(rank_arguments.json).parent_path()).string();
+  }
+  write_results(rank_arguments.json, "run", run_context(line, false),
+                nlohmann::json::array({to_json_row(row)}));
+  return success;
+}
+
+} // namespace hdmbench::commands

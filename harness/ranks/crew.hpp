@@ -1,0 +1,95 @@
+#pragma once
+
+#include "harness/ranks/message_passing.hpp"
+#include "harness/ranks/rank_faults.hpp"
+#include "harness/ranks/ranked_solution.hpp"
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace hdmbench {
+
+/// Which device a rank opens: "by-rank" is the one that has the rank's number among the ranks of its machine,
+/// from the first one on again where there are fewer. Threads that nobody asked for: the machine's, shared
+/// out. Throws DeviceError.
+[[nodiscard]] SessionOptions options_of_rank(SessionOptions asked, const Backend& backend,
+                                             const Ranks& ranks);
+
+/// "openmp", or "openmp+vulkan-compute": the backend of each rank in turn, from the first one on again.
+/// Throws InputError where one is unknown.
+[[nodiscard]] const Backend& backend_of_rank(const std::vector<std::unique_ptr<Backend>>& registry,
+                                             std::string_view names, int rank);
+
+/// Sessions that all ranks have together, commanded by the first one: it has the levels and fields, hands out
+/// to each rank its part, and collects them. So what knows nothing of ranks, as verify, can run them. Errors
+/// of another rank end all. On the first rank errors are InputError, in the words of what failed: the others
+/// then wait for it in vain.
+class Crew {
+public:
+  /// All must outlive it. `session` as options_of_rank() has them.
+  Crew(Ranks& ranks, const std::vector<std::unique_ptr<Backend>>& registry, SessionOptions session);
+  ~Crew(); ///< without a word to the others: dismiss() them
+  Crew(const Crew&) = delete;
+  Crew& operator=(const Crew&) = delete;
+
+  /// On all ranks but the first one: obeys until dismiss().
+  void serve();
+
+  // On the first rank, what a Session does. `fault`: a name of rank_faults(), or empty.
+  int open(std::string_view backends, Work work, const Sharing& sharing, std::string_view fault);
+  void close(int session) noexcept;
+  void load(int session, const Level& level);
+  void write(int session, const VectorField& displacement);
+  void step(int session, int sweeps);
+  void read(int session, VectorField& displacement);
+  [[nodiscard]] std::int64_t changed(int session);
+  void load(int session, const Pyramid& pyramid);
+  void solve(int session, const Session::Advance& advance);
+  void dismiss();
+
+  [[nodiscard]] int ranks() const { return ranks_.size(); }
+
+private:
+  enum class Order { open, close, load, write, step, read, changed, load_pyramid, solve, dismiss };
+  class Message;
+  /// What a rank has of a session.
+  struct Member;
+  /// What only the first rank has.
+  struct Given {
+    const Level* level = nullptr;
+    const VectorField* field = nullptr;
+    VectorField* result = nullptr;
+    const Session::Advance* advance = nullptr;
+  };
+
+  /// On the first rank: to all, and done here, too.
+  void command(Message message, const Given& given);
+  /// On every rank; false after the last order.
+  bool obey(Message& message, const Given& given);
+  void open_here(int session, Message& message);
+  void load_here(Member& member, Message& message, const Given& given);
+  void write_here(Member& member, const Given& given);
+  void read_here(Member& member, const Given& given);
+  void load_pyramid_here(Member& member, Message& message, const Given& given);
+  void solve_here(Member& member, const Given& given);
+  /// What a rank gets of an array that the first one has.
+  [[nodiscard]] std::vector<float> hand_out(Extent extent, std::span<const Rectangle> wanted,
+                                            const std::vector<float>* whole);
+  void hand_out_fields(Extent extent, std::span<const Rectangle> wanted, const Level* whole, bool curvature,
+                       std::size_t inputs, Level& part);
+
+  Ranks& ranks_;
+  const std::vector<std::unique_ptr<Backend>>& registry_;
+  SessionOptions session_;
+  std::map<int, std::unique_ptr<Member>> members_;
+  int next_ = 0;
+  std::int64_t changed_ = 0; ///< answer to the last Order::changed
+  bool is_broken_ = false;   ///< an order failed here: the others no longer listen
+};
+
+} // namespace hdmbench

@@ -1,0 +1,152 @@
+#include "harness/ranks/rank_faults.hpp"
+
+#include "harness/ranks/rank_backend.hpp"
+
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+#include <tuple>
+
+namespace hdmbench::faults {
+
+namespace {
+
+/// `sites` without the row or column that is farthest from `from`, on one side of it.
+Rectangle without_farthest(Rectangle sites, const Rectangle& from) {
+  if (sites.top >= from.top + from.height) {
+    sites.height -= 1;
+  } else if (sites.top + sites.height <= from.top) {
+    sites.top += 1;
+    sites.height -= 1;
+  } else if (sites.left >= from.left + from.width) {
+    sites.width -= 1;
+  } else {
+    sites.left += 1;
+    sites.width -= 1;
+  }
+  return sites;
+}
+
+/// What goes wrong first of a halo is not brought.
+void shorten(std::vector<Parcel>& arrived, std::span<const Transfer> ways) {
+  for (Parcel& parcel : arrived) {
+    const Transfer& way = parcel.way;
+    const auto back = std::ranges::find_if(
+        ways, [&](const Transfer& other) { return other.from == way.to && other.to == way.from; });
+    const Rectangle kept = without_farthest(way.sites, back->sites);
+    const std::size_t whole = way.sites.extent().sites();
+    const std::size_t part = kept.extent().sites();
+    const std::size_t arrays = parcel.values.size() / whole;
+    Parcel shorter{.way = {way.from, way.to, kept}, .values = std::vector<float>(arrays * part)};
+    for (std::size_t i = 0; i < arrays; ++i) {
+      copy(kept, std::span(parcel.values).subspan(i * whole, whole), way.sites,
+           std::span(shorter.values).subspan(i * part, part), kept);
+    }
+    parcel = std::move(shorter);
+  }
+}
+
+/// What the exchange before brought; at first what is right.
+class Stale {
+public:
+  void operator()(std::vector<Parcel>& arrived, std::span<const Transfer> /*ways*/) {
+    for (Parcel& parcel : arrived) {
+      const Rectangle& sites = parcel.way.sites;
+      auto& before = before_[{parcel.way.from, sites.left, sites.top, sites.width, sites.height}];
+      const std::vector<float> now = parcel.values;
+      parcel.values = before.empty() ? now : before;
+      before = now;
+    }
+  }
+
+private:
+  std::map<std::tuple<std::size_t, int, int, int, int>, std::vector<float>> before_;
+};
+
+/// Two neighbours change places.
+void swap_neighbours(std::vector<Parcel>& arrived, std::span<const Transfer> /*ways*/) {
+  if (arrived.size() < 2) {
+    return;
+  }
+  const auto take = [](std::vector<float>& to, const std::vector<float>& from) {
+    for (std::size_t i = 0; i < to.size(); ++i) {
+      to[i] = from[i % from.size()];
+    }
+  };
+  const std::vector<float> first = arrived[0].values;
+  take(arrived[0].values, arrived[1].values);
+  take(arrived[1].values, first);
+}
+
+} // namespace
+
+std::vector<RankFault> rank_faults() {
+  return {
+      {.name = "halo-one-row-short",
+       .what = "the row of a halo that goes wrong first is old",
+       .in_halos = shorten},
+      {.name = "stale-halo", .what = "a halo is that of the exchange before", .in_halos = Stale()},
+      {.name = "swapped-neighbours",
+       .what = "the halos of two neighbours have changed places",
+       .ranks = 3,
+       .in_halos = swap_neighbours},
+      {.name = "other-penalty",
+       .what = "the second rank has another K",
+       .in_level = [](Level& level, std::size_t rank) { level.penalty *= rank == 1 ? 2.0F : 1.0F; }},
+      {.name = "count-of-a-rank-missing",
+       .what = "the second rank's changed sites are not counted",
+       .in_count = [](std::int64_t count, std::size_t rank) { return rank == 1 ? 0 : count; }},
+  };
+}
+
+RankFault find_rank_fault(std::string_view name) {
+  if (name.empty()) {
+    return {};
+  }
+  const std::vector<RankFault> all = rank_faults();
+  const auto found = std::ranges::find(all, name, &RankFault::name);
+  if (found == all.end()) {
+    throw std::out_of_range("there is no such fault of ranks");
+  }
+  return *found;
+}
+
+std::vector<Parcel> FaultyExchange::exchange(std::span<const Transfer> ways, std::vector<Parcel> leaving,
+                                             int arrays) {
+  std::vector<Parcel> arrived = sound_.exchange(ways, std::move(leaving), arrays);
+  if (fault_.in_halos) {
+    fault_.in_halos(arrived, ways);
+  }
+  return arrived;
+}
+
+std::int64_t FaultyExchange::sum(std::int64_t own) {
+  return sound_.sum(fault_.in_count ? fault_.in_count(own, rank_) : own);
+}
+
+std::vector<Planted> planted_on_ranks(Crew& crew, const Backend& first, std::string_view backends,
+                                      int ranks) {
+  const auto planted = [&](const std::string& name, const std::string& what, Expected expected) {
+    const std::string fault = expected == Expected::let_through ? "" : name;
+    // As small as a piece can be, so that small scenes are cut, too.
+    const Sharing sharing{.pieces = ranks, .fewest_sites = 1};
+    return Planted{.name = name,
+                   .what = what,
+                   .backend = std::string(backends),
+                   .layer = Layer::ranks,
+                   .on_cpu = first.threads({}) > 0,
+                   .expected = expected,
+                   .make = [&crew, &first, sharing, fault, names = std::string(backends)](const Scene&) {
+                     return std::make_unique<RankBackend>(crew, first, names, sharing, fault);
+                   }};
+  };
+  std::vector<Planted> list{planted("sound", "no mistake", Expected::let_through)};
+  for (const RankFault& fault : rank_faults()) {
+    if (ranks >= fault.ranks) {
+      list.push_back(planted(fault.name, fault.what, Expected::disagree));
+    }
+  }
+  return list;
+}
+
+} // namespace hdmbench::faults

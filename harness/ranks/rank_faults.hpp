@@ -1,0 +1,60 @@
+#pragma once
+
+#include "backends/shared/piece_sweeps.hpp"
+#include "harness/check/faults/planted.hpp"
+
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace hdmbench {
+
+class Crew;
+
+namespace faults {
+
+/// A mistake that ranks could make, planted between the sweeps of a piece and what brings its halos.
+struct RankFault {
+  std::string name;
+  std::string what; ///< one line for people
+  int ranks = 2;    ///< with fewer it cannot be planted
+  /// Spoils what arrived for a halo; `ways` are all that lead from and to its piece, and others.
+  std::function<void(std::vector<Parcel>&, std::span<const Transfer> ways)> in_halos{};
+  /// Spoils this rank's count of changed sites.
+  std::function<std::int64_t(std::int64_t, std::size_t rank)> in_count{};
+  /// Spoils the piece of a level that this rank loads.
+  std::function<void(Level&, std::size_t rank)> in_level{};
+};
+
+[[nodiscard]] std::vector<RankFault> rank_faults();
+
+/// Without effect where the name is empty. Throws std::out_of_range.
+[[nodiscard]] RankFault find_rank_fault(std::string_view name);
+
+/// `sound` with the fault.
+class FaultyExchange final : public Exchange {
+public:
+  FaultyExchange(Exchange& sound, RankFault fault, std::size_t rank)
+      : sound_(sound), fault_(std::move(fault)), rank_(rank) {}
+  bool is_here(std::size_t piece) const override { return sound_.is_here(piece); }
+  std::vector<Parcel> exchange(std::span<const Transfer> ways, std::vector<Parcel> leaving,
+                               int arrays) override;
+  std::int64_t sum(std::int64_t own) override;
+
+private:
+  Exchange& sound_;
+  RankFault fault_;
+  std::size_t rank_;
+};
+
+/// A control without a mistake, and all faults that so many ranks can have, on `backends` (backend_of_rank).
+/// The crew must outlive the list.
+[[nodiscard]] std::vector<Planted> planted_on_ranks(Crew& crew, const Backend& first,
+                                                    std::string_view backends, int ranks);
+
+} // namespace faults
+
+} // namespace hdmbench

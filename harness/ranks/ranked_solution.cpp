@@ -1,0 +1,402 @@
+#include "harness/ranks/ranked_solution.hpp"
+
+#include "harness/ranks/redistribution.hpp"
+#include "harness/scene/level_sequence.hpp"
+#include "harness/solve/solve.hpp"
+#include "harness/solve/stopwatch.hpp"
+#include "kernels/data/input_error.hpp"
+#include "kernels/specification/projection.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <utility>
+
+namespace hdmbench {
+
+namespace {
+
+/// The indices of an axis from `first` on, `count` of them, that `indices` (rising) has: where they begin,
+/// and how many.
+std::pair<int, int> indices_within(const std::vector<int>& indices, int first, int count) {
+  const auto begin = std::ranges::lower_bound(indices, first);
+  const auto end = std::ranges::lower_bound(indices, first + count);
+  return {static_cast<int>(begin - indices.begin()), static_cast<int>(end - begin)};
+}
+
+/// A level that samples the full image, of which each rank holds what it owns.
+class RankedSampler {
+public:
+  RankedSampler(Extent full, Extent level, Alignment alignment)
+      : columns_(sampled_indices(level.width, full.width, alignment)),
+        rows_(sampled_indices(level.height, full.height, alignment)), is_full_(full == level) {}
+
+  /// The sites of the level that sample one of `part`.
+  [[nodiscard]] Rectangle sites(const Rectangle& part) const {
+    const auto [left, width] = indices_within(columns_, part.left, part.width);
+    const auto [top, height] = indices_within(rows_, part.top, part.height);
+    return {.left = left, .top = top, .width = width, .height = height};
+  }
+
+  /// Their values, of an array of the sites `held`, which has those of `part`.
+  [[nodiscard]] std::vector<float> operator()(std::span<const float> values, const Rectangle& held,
+                                              const Rectangle& part) const {
+    const Rectangle own = sites(part);
+    std::vector<int> columns(columns_.begin() + own.left, columns_.begin() + own.left + own.width);
+    std::ranges::for_each(columns, [&](int& column) { column -= held.left; });
+    std::vector<float> result(own.extent().sites());
+    float* to = result.data();
+    for (int y = own.top; y < own.top + own.height; ++y) {
+      const float* const row =
+          values.data() + held.extent().index(0, rows_[static_cast<std::size_t>(y)] - held.top);
+      to = std::ranges::transform(columns, to, [row](int column) { return row[column]; }).out;
+    }
+    return result;
+  }
+
+  [[nodiscard]] bool is_full() const { return is_full_; }
+
+private:
+  std::vector<int> columns_;
+  std::vector<int> rows_;
+  bool is_full_;
+};
+
+/// What prolongation reads of the coarse level for `fine` sites of an axis from `first` on.
+std::pair<int, int> coarse_range(const std::vector<Interpolation>& axis, int first, int count) {
+  if (count == 0) {
+    return {0, 0};
+  }
+  const int begin = axis[static_cast<std::size_t>(first)].first;
+  return {begin, axis[static_cast<std::size_t>(first + count - 1)].second + 1 - begin};
+}
+
+/// prolongate() for a part of the fine level.
+class RankedProjection {
+public:
+  RankedProjection(Extent coarse, Extent fine, Alignment alignment)
+      : columns_(interpolations(coarse.width, fine.width, alignment)),
+        rows_(interpolations(coarse.height, fine.height, alignment)) {}
+
+  /// The coarse sites that it reads for the fine sites `part`.
+  [[nodiscard]] Rectangle sites(const Rectangle& part) const {
+    const auto [left, width] = coarse_range(columns_, part.left, part.width);
+    const auto [top, height] = coarse_range(rows_, part.top, part.height);
+    return {.left = left, .top = top, .width = width, .height = height};
+  }
+
+  /// `coarse` has sites(part).
+  [[nodiscard]] VectorField operator()(const VectorField& coarse, const Rectangle& part) const {
+    VectorField fine(part.extent());
+    project(coarse.x, part, fine.x);
+    project(coarse.y, part, fine.y);
+    return fine;
+  }
+
+private:
+  /// A coarse row at all fine columns.
+  struct WideRow {
+    int row = -1;
+    std::vector<float> values{};
+  };
+
+  /// As Projection (kernels/data/pyramid.hpp) does it: first along x, which rows share, then along y.
+  void project(const std::vector<float>& coarse, const Rectangle& part, std::vector<float>& fine) const {
+    if (fine.empty()) {
+      return;
+    }
+    const Rectangle from = sites(part);
+    const auto first = columns_.begin() + part.left;
+    const std::vector<Interpolation> columns(first, first + part.width);
+    const auto widen = [&](int row, WideRow& wide) {
+      if (wide.row == row) {
+        return;
+      }
+      wide.row = row;
+      wide.values.resize(columns.size());
+      const float* const values = coarse.data() + from.extent().index(0, row - from.top);
+      std::ranges::transform(columns, wide.values.begin(), [&](const Interpolation& column) {
+        return projection::interpolated(values[column.first - from.left], values[column.second - from.left],
+                                        column.weight);
+      });
+    };
+#pragma omp parallel if (fine.size() > 1U << 17U)
+    {
+      WideRow above;
+      WideRow below;
+#pragma omp for schedule(static)
+      for (int y = 0; y < part.height; ++y) {
+        const Interpolation& between = rows_[static_cast<std::size_t>(part.top + y)];
+        if (above.row != between.first && below.row == between.first) {
+          std::swap(above, below);
+        }
+        widen(between.first, above);
+        widen(between.second, below);
+        const float* const upper = above.values.data();
+        const float* const lower = below.values.data();
+        float* const to = fine.data() + part.extent().index(0, y);
+        const float weight = between.weight;
+#pragma omp simd
+        for (int x = 0; x < part.width; ++x) {
+          to[x] = projection::interpolated(upper[x], lower[x], weight);
+        }
+      }
+    }
+  }
+
+  std::vector<Interpolation> columns_;
+  std::vector<Interpolation> rows_;
+};
+
+template <typename Call>
+std::vector<Rectangle> each(const std::vector<Rectangle>& parts, const Call& call) {
+  std::vector<Rectangle> result;
+  std::ranges::transform(parts, std::back_inserter(result), call);
+  return result;
+}
+
+template <typename Operation>
+void combine(VectorField& field, const VectorField& other, const Operation& operation) {
+  std::ranges::transform(field.x, other.x, field.x.begin(), operation);
+  std::ranges::transform(field.y, other.y, field.y.begin(), operation);
+}
+
+Traffic operator-(const Traffic& now, const Traffic& before) {
+  return {now.messages - before.messages, now.bytes - before.bytes};
+}
+
+/// Computes the levels of a pyramid one after the other.
+class RankedSolver {
+public:
+  RankedSolver(RankedPyramid pyramid, const Sharing& sharing, Ranks& ranks, Exchange& halos, Session& session)
+      : pyramid_(std::move(pyramid)), sharing_(sharing), ranks_(ranks), halos_(halos), session_(session),
+        rank_(static_cast<std::size_t>(ranks.rank())), full_(sharing(pyramid_.extent)) {}
+
+  RankedLevel compute(const PyramidLevel& level, bool is_last, bool counted) {
+    RankedLevel result{.extent = level.extent};
+    LevelShare share = sharing_(level.extent);
+    result.pieces = share.cut.pieces.size();
+    result.columns = share.cut.columns;
+    result.halo = result.pieces > 1 ? share.cut.halo : 0;
+    const Traffic at_first = ranks_.traffic();
+    const bool has_piece = rank_ < result.pieces;
+    {
+      Level piece = sample(level, share, is_last); // whose memory the sweeps may need
+      if (has_piece) {
+        session_.load(piece);
+      }
+    }
+    {
+      const VectorField first = begin(level.extent, share);
+      if (has_piece) {
+        session_.write(first);
+      }
+    }
+    result.before = ranks_.traffic() - at_first;
+
+    std::vector<PieceSweeps::Own> own;
+    if (has_piece) {
+      own.push_back({rank_, &session_});
+    }
+    PieceSweeps pieces(share.cut, std::move(own), halos_);
+    pieces.written();
+    sweep(level, counted, pieces, result);
+    result.renewals = pieces.renewals();
+    result.halos = ranks_.traffic() - at_first;
+    result.halos = result.halos - result.before;
+
+    field_ = {};
+    if (has_piece) {
+      session_.read(field_);
+    }
+    if (result.pieces > 1 && has_piece) {
+      VectorField owned(share.owned[rank_].extent());
+      copy(share.owned[rank_], field_, share.loaded[rank_], owned, share.owned[rank_]);
+      field_ = std::move(owned);
+    }
+    extent_ = level.extent;
+    share_ = std::move(share);
+    return result;
+  }
+
+  RankedSolution take(std::vector<RankedLevel> levels) {
+    return {.owned = share_.owned[rank_], .displacement = std::move(field_), .levels = std::move(levels)};
+  }
+
+private:
+  /// What this rank loads of the level.
+  Level sample(const PyramidLevel& level, const LevelShare& share, bool is_last) {
+    const RankedSampler sampler(pyramid_.extent, level.extent, pyramid_.alignment);
+    const std::vector<Rectangle> held =
+        each(full_.owned, [&](const Rectangle& part) { return sampler.sites(part); });
+    const auto fetch = [&](std::vector<float>& values) {
+      if (sampler.is_full()) { // what is here already; after the last level nobody needs it
+        return is_last ? std::move(values) : values;
+      }
+      return redistribute(ranks_, rank_, held, share.loaded,
+                          sampler(values, full_.loaded[rank_], full_.owned[rank_]));
+    };
+    Level& full = pyramid_.part;
+    Level result = without_fields(full);
+    result.strengths = level.strengths;
+    result.extent = share.loaded[rank_].extent();
+    const auto fetch_field = [&](auto& from, auto& to) {
+      to.extent = result.extent;
+      if constexpr (requires { from.values; }) {
+        to.values = fetch(from.values);
+      } else {
+        to.x = fetch(from.x);
+        to.y = fetch(from.y);
+      }
+    };
+    fetch_field(full.target, result.target);
+    fetch_field(full.confidence, result.confidence);
+    fetch_field(full.modulus, result.modulus);
+    fetch_field(full.inverse_modulus, result.inverse_modulus);
+    for (ScalarField& input : full.inputs) {
+      fetch_field(input, result.inputs.emplace_back());
+    }
+    if (pyramid_.start) {
+      start_before_ = std::move(start_);
+      start_.extent = result.extent;
+      start_.x = fetch(pyramid_.start->x);
+      start_.y = fetch(pyramid_.start->y);
+    }
+    return result;
+  }
+
+  /// What the level begins with (LevelSequence::begin()), at the sites that this rank loads.
+  VectorField begin(Extent level, const LevelShare& share) {
+    if (extent_ == Extent{}) {
+      return pyramid_.start ? start_ : VectorField(share.loaded[rank_].extent());
+    }
+    if (pyramid_.start) {
+      VectorField own(field_.extent);
+      copy(share_.owned[rank_], start_before_, share_.loaded[rank_], own, share_.owned[rank_]);
+      combine(field_, own, std::minus());
+    }
+    const RankedProjection projection(extent_, level, pyramid_.alignment);
+    const std::vector<Rectangle> wanted =
+        each(share.loaded, [&](const Rectangle& part) { return projection.sites(part); });
+    VectorField first =
+        projection(redistribute(ranks_, rank_, share_.owned, wanted, field_), share.loaded[rank_]);
+    if (pyramid_.start) {
+      combine(first, start_, std::plus());
+    }
+    return first;
+  }
+
+  void sweep(const PyramidLevel& level, bool counted, PieceSweeps& pieces, RankedLevel& result) {
+    const int together = sweeps_per_iteration(pyramid_.part);
+    if (!pyramid_.until_still) {
+      const int uncounted = counted ? std::max(0, level.sweeps - 1) : level.sweeps;
+      pieces.sweep(uncounted);
+      if (uncounted < level.sweeps) {
+        pieces.sweep_and_count();
+        result.changed = halos_.sum(pieces.changed());
+      }
+      result.sweeps = level.sweeps;
+      return;
+    }
+    std::int64_t moved = 1;
+    while (moved > 0 && result.sweeps < level.sweeps) {
+      moved = 0;
+      for (int i = 0; i < together; ++i) {
+        pieces.sweep_and_count();
+        result.changed = halos_.sum(pieces.changed());
+        moved += result.changed;
+      }
+      result.sweeps += together;
+    }
+  }
+
+  RankedPyramid pyramid_;
+  const Sharing& sharing_;
+  Ranks& ranks_;
+  Exchange& halos_;
+  Session& session_;
+  std::size_t rank_;
+  LevelShare full_;          ///< of the full image
+  Extent extent_{};          ///< of the level computed before
+  LevelShare share_;         ///< the same
+  VectorField field_;        ///< of it, what this rank owns
+  VectorField start_;        ///< at the sites that this rank loads of the level
+  VectorField start_before_; ///< of the level computed before
+};
+
+} // namespace
+
+LevelShare Sharing::operator()(Extent extent) const {
+  const auto worth = static_cast<int>(std::clamp<std::size_t>(
+      extent.sites() / std::max<std::size_t>(fewest_sites, 1), 1, static_cast<std::size_t>(pieces)));
+  LevelShare share;
+  for (int count = worth; share.cut.pieces.empty(); --count) {
+    share.cut = cut_image(extent, count, halo);
+  }
+  share.owned.resize(static_cast<std::size_t>(ranks));
+  share.loaded.resize(share.owned.size());
+  for (std::size_t i = 0; i < share.cut.pieces.size(); ++i) {
+    share.owned[i] = share.cut.pieces[i].owned;
+    share.loaded[i] = share.cut.pieces[i].loaded;
+  }
+  return share;
+}
+
+void require_shareable(const Scene& scene) {
+  const auto refuse = [&](std::string_view what) {
+    throw InputError(fmt::format(
+        "{} runs on one rank; several compute icm in simultaneous, coloured and four-coloured order "
+        "(--method icm), with a fixed number of iterations or until sites are still",
+        what));
+  };
+  if (scene.energy == EnergyModel::elastic) {
+    refuse("the elastic energy");
+  }
+  if (scene.schedule.rule != Rule::steps || scene.schedule.cycle != Cycle::one_way ||
+      scene.schedule.mean_modulus || scene.full.update == Update::sequential) {
+    refuse(method_name(scene));
+  }
+  if (scene.schedule.stop == Stop::energy) {
+    refuse("a level that ends by its mean energy");
+  }
+}
+
+RankedPyramid ranked_pyramid(ScenePart part) {
+  const Scene& scene = part.scene;
+  RankedPyramid pyramid{.extent = scene.extent(),
+                        .part = std::move(part.full),
+                        .start = std::move(part.start),
+                        .alignment = scene.schedule.alignment,
+                        .levels = {},
+                        .until_still = scene.schedule.stop == Stop::still};
+  pyramid.part.penalty = scene.full.penalty; // what the command line may have changed
+  pyramid.part.steps = scene.full.steps;
+  pyramid.part.update = scene.full.update;
+  pyramid.part.rule = scene.full.rule;
+  const LevelSequence levels(scene);
+  for (const int level : levels.order()) {
+    pyramid.levels.push_back({.extent = levels.extent(level),
+                              .sweeps = levels.iterations(level) * sweeps_per_iteration(scene.full)});
+  }
+  return pyramid;
+}
+
+RankedSolution solve_on_ranks(RankedPyramid pyramid, const Sharing& sharing, Ranks& ranks, Exchange& halos,
+                              Session& session, bool counted, const Session::Advance& advance) {
+  const std::vector<PyramidLevel> levels = pyramid.levels;
+  RankedSolver solver(std::move(pyramid), sharing, ranks, halos, session);
+  std::vector<RankedLevel> done;
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    double seconds = 0.0;
+    done.push_back(
+        timed(seconds, [&] { return solver.compute(levels[i], i + 1 == levels.size(), counted); }));
+    done.back().seconds = seconds;
+    if (advance) {
+      advance(static_cast<double>(levels[i].extent.sites()) * levels[i].sweeps);
+    }
+  }
+  return solver.take(std::move(done));
+}
+
+} // namespace hdmbench

@@ -1,0 +1,76 @@
+#pragma once
+
+#include "backends/backend.hpp"
+#include "harness/ranks/message_passing.hpp"
+#include "harness/scene/scene_part.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace hdmbench {
+
+/// How a level is shared out among ranks.
+struct LevelShare {
+  Cut cut;                       ///< piece i is rank i's; ranks beyond the pieces have nothing
+  std::vector<Rectangle> owned;  ///< by rank; without sites where it has no piece
+  std::vector<Rectangle> loaded; ///< the same with the halo
+};
+
+/// The rule by which all levels are shared out, the same on every rank.
+struct Sharing {
+  int ranks = 1;  ///< that there are
+  int pieces = 1; ///< at most, of any level; ranks beyond stay idle
+  /// A level goes to as many ranks as get so many sites each, at least to one: below, a message costs more
+  /// than the sweeps that it saves. 128 x 128.
+  std::size_t fewest_sites = std::size_t{1} << 14;
+  int halo = 0; ///< as of cut_image()
+
+  [[nodiscard]] LevelShare operator()(Extent extent) const;
+};
+
+/// A pyramid of which every rank holds a part.
+struct RankedPyramid {
+  Extent extent;                    ///< of the image
+  Level part;                       ///< the sites of the full resolution that this rank loads
+  std::optional<VectorField> start; ///< of the same sites; none on all ranks: the null field
+  Alignment alignment = Alignment::corner;
+  std::vector<PyramidLevel> levels; ///< in the order they are computed; the last has the image's extent
+  bool until_still = false;         ///< a level ends when no site changed in an iteration
+};
+
+/// Throws InputError where the scene's schedule cannot be computed on ranks yet, and says what can.
+void require_shareable(const Scene& scene);
+
+/// Of a scene that is shareable; takes the fields of the part.
+[[nodiscard]] RankedPyramid ranked_pyramid(ScenePart part);
+
+/// What ranks did on a level.
+struct RankedLevel {
+  Extent extent;
+  std::size_t pieces = 1;
+  int columns = 1; ///< of pieces
+  int halo = 0;    ///< 0: in one piece
+  int sweeps = 0;
+  std::int64_t renewals = 0; ///< of the halos
+  std::int64_t changed = 0;  ///< sites over all ranks, by the last sweep, where that was counted
+  Traffic before{};          ///< by this rank, to bring the level to its ranks
+  Traffic halos{};           ///< by this rank, to renew halos
+  double seconds = 0.0;
+};
+
+struct RankedSolution {
+  Rectangle owned;
+  VectorField displacement; ///< of the sites that are owned, pixels
+  std::vector<RankedLevel> levels;
+};
+
+/// All levels, each on as many ranks as it is worth; every rank computes its piece on its own `session`, of
+/// any backend. The bits of one rank. Collective. `halos`: what brings halos, usually the ranks themselves;
+/// `counted`: RankedLevel::changed; `advance` is told the image's site updates after each level. Throws what
+/// Session and Ranks throw.
+[[nodiscard]] RankedSolution solve_on_ranks(RankedPyramid pyramid, const Sharing& sharing, Ranks& ranks,
+                                            Exchange& halos, Session& session, bool counted,
+                                            const Session::Advance& advance = {});
+
+} // namespace hdmbench

@@ -1,0 +1,277 @@
+// Several processes against one: files byte for byte, every sweep bit by bit, errors that end all of them.
+// Skipped where the build has no MPI.
+
+#include "harness/ranks/ranked_solution.hpp"
+#include "harness/scene/scene_part.hpp"
+#include "test/program.hpp"
+#include "test/temporary_folder.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <sstream>
+
+namespace hdmbench {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+// Root in a container, more ranks than processors.
+const std::string launcher =
+    "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 '" HDMBENCH_MPIEXEC "' --oversubscribe ";
+
+std::string on_ranks(int ranks) {
+  return fmt::format("{}-n {}", launcher, ranks);
+}
+
+std::string bytes(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+std::size_t files_in(const fs::path& folder) {
+  return fs::exists(folder) ? static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), {})) : 0;
+}
+
+class RankProgram : public testing::Test {
+protected:
+  void SetUp() override {
+    if (std::string_view(HDMBENCH_MPIEXEC).empty()) {
+      GTEST_SKIP() << "this build has no MPI (-DHDMBENCH_MPI=ON, libopenmpi-dev)";
+    }
+  }
+
+  [[nodiscard]] std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
+
+  test::TemporaryFolder folder_;
+};
+
+TEST(ScenePart, HasTheValuesOfTheWhole) {
+  constexpr Extent extent{61, 47};
+  for (const char* const name : {"square", "circular", "circular-radial", "tie-rich", "random"}) {
+    const Scene whole = load_scene(name, {.size = extent});
+    for (const Rectangle part : {Rectangle{0, 0, 61, 47}, Rectangle{0, 0, 20, 12}, Rectangle{20, 12, 41, 35},
+                                 Rectangle{0, 46, 61, 1}, Rectangle{60, 0, 1, 47}, Rectangle{}}) {
+      const ScenePart found = load_scene_part(name, {.size = extent}, [&](Extent) { return part; });
+      const Level expected = part_of(whole.full, part);
+      EXPECT_EQ(found.scene.extent(), extent);
+      EXPECT_EQ(found.full.modulus.values, expected.modulus.values) << name;
+      EXPECT_EQ(found.full.inverse_modulus.values, expected.inverse_modulus.values) << name;
+      EXPECT_EQ(found.full.target.x, expected.target.x) << name;
+      EXPECT_EQ(found.full.target.y, expected.target.y) << name;
+      EXPECT_EQ(found.full.confidence.x, expected.confidence.x) << name;
+      EXPECT_EQ(found.full.confidence.y, expected.confidence.y) << name;
+      ASSERT_EQ(found.start.has_value(), whole.start.has_value()) << name;
+      if (whole.start) {
+        EXPECT_EQ(found.start->x, part_of(*whole.start, part).x) << name;
+      }
+    }
+  }
+}
+
+TEST(Sharing, GoesToFewerRanksWhereALevelIsSmall) {
+  const Sharing sharing{.ranks = 7, .pieces = 6, .fewest_sites = 100};
+  const auto pieces = [&](Extent extent) { return sharing(extent).cut.pieces.size(); };
+  EXPECT_EQ(pieces({1, 1}), 1U);
+  EXPECT_EQ(pieces({16, 16}), 2U);
+  EXPECT_EQ(pieces({24, 24}), 5U);
+  EXPECT_EQ(pieces({64, 64}), 6U);
+  EXPECT_EQ(pieces({3, 900}), 6U);
+  const Sharing finest{.ranks = 6, .pieces = 6, .fewest_sites = 1};
+  EXPECT_EQ(finest({5, 5}).cut.pieces.size(), 4U) << "a piece has 4 sites along a cut, but for the last one";
+  EXPECT_EQ(finest({5, 5}).owned[3], (Rectangle{4, 4, 1, 1}));
+  EXPECT_EQ(finest({5, 5}).owned[5].extent().sites(), 0U) << "an idle rank";
+}
+
+TEST_F(RankProgram, WritesTheFileOfOneProcessByteForByte) {
+  struct Case {
+    const char* scene;
+    const char* arguments;
+    int ranks;
+  };
+  constexpr std::array cases{Case{"square", "--size 97x101", 2},
+                             Case{"random", "--size 45x31 --update coloured", 3},
+                             Case{"tie-rich", "--size 33x5", 4}, // one row on two of the ranks
+                             Case{"random", "--size 64x40 --steps fine --alignment center", 6},
+                             Case{"circular-radial", "--size 50 --stop still", 4},
+                             Case{"square", "--size 7x3 --update four-coloured", 6}}; // four are idle
+  for (const Case& one : cases) {
+    const std::string run = fmt::format("run {} {} --output ", one.scene, one.arguments);
+    test::expect_run(0, run + path("one") + " --backend scalar");
+    test::expect_run(0, run + path("many") + " --backend openmp --sites-per-rank 1",
+                     HasSubstr(fmt::format("on {} ranks (openmp)", one.ranks)), on_ranks(one.ranks));
+    const std::string name = fmt::format("/{}.nrrd", one.scene);
+    EXPECT_TRUE(bytes(path("one") + name) == bytes(path("many") + name)) << run << one.ranks << " ranks";
+    EXPECT_EQ(files_in(path("many")), 1U);
+    fs::remove_all(path("many"));
+  }
+}
+
+TEST_F(RankProgram, MixedBackendsHaveTheSameBits) {
+  test::expect_run(0, "run circular --size 48x40 --backend scalar --output " + path("one"));
+  test::expect_run(0,
+                   "run circular --size 48x40 --backend openmp+vulkan-compute+gl-fragment --sites-per-rank 1 "
+                   "--device by-rank --output " +
+                       path("many") + " --json " + path("run.json"),
+                   HasSubstr("vulkan-compute"), on_ranks(3));
+  EXPECT_TRUE(bytes(path("one/circular.nrrd")) == bytes(path("many/circular.nrrd")));
+  const nlohmann::json row = test::read_json(path("run.json"))["results"][0];
+  EXPECT_EQ(row["ranks"], 3);
+  EXPECT_EQ(row["by_rank"][1]["backend"], "vulkan-compute");
+  EXPECT_EQ(row["by_rank"][2]["backend"], "gl-fragment");
+}
+
+/// The formula in harness/ranks/README.md.
+TEST_F(RankProgram, SendsAsManyMessagesAndBytesAsTheFormulaSays) {
+  for (const auto& [size, ranks] :
+       {std::pair{"300x260", 2}, std::pair{"256x256", 4}, std::pair{"96x400", 6}}) {
+    test::expect_run(0,
+                     fmt::format("run square --size {} --sites-per-rank 1024 --output {} --json {}", size,
+                                 path("out"), path("run.json")),
+                     testing::_, on_ranks(ranks));
+    const nlohmann::json row = test::read_json(path("run.json"))["results"][0];
+    std::int64_t shared = 0;
+    for (const nlohmann::json& level : row["shared_levels"]) {
+      const auto number = [&](const char* key) { return level[key].get<std::int64_t>(); };
+      const std::int64_t columns = number("columns");
+      const std::int64_t rows = number("rows");
+      const std::int64_t halo = number("halo");
+      if (columns * rows == 1) {
+        EXPECT_EQ(number("messages"), 0);
+        continue;
+      }
+      ++shared;
+      const std::int64_t renewals = (number("sweeps") + halo - 1) / halo - 1;
+      const std::int64_t neighbours =
+          2 * ((columns - 1) * rows + columns * (rows - 1) + 2 * (columns - 1) * (rows - 1));
+      const std::int64_t sites =
+          (number("width") + 2 * halo * (columns - 1)) * (number("height") + 2 * halo * (rows - 1)) -
+          number("width") * number("height");
+      EXPECT_EQ(number("renewals"), renewals) << level;
+      EXPECT_EQ(number("messages"), renewals * neighbours) << level;
+      EXPECT_EQ(number("bytes"), renewals * sites * 8) << level;
+    }
+    EXPECT_GT(shared, 1) << size;
+  }
+}
+
+TEST_F(RankProgram, VerifyComparesEverySweepOnEveryNumberOfRanks) {
+  for (const int ranks : {2, 6}) {
+    test::expect_run(0,
+                     "verify square random --size 21x13 --backends scalar,openmp --iterations 12 --json " +
+                         path("verify.json"),
+                     AllOf(HasSubstr(fmt::format("openmp on {} ranks", ranks)), HasSubstr("0 disagree")),
+                     on_ranks(ranks));
+    const nlohmann::json results = test::read_json(path("verify.json"))["results"];
+    std::vector<int> counts(7);
+    for (const nlohmann::json& row : results) {
+      EXPECT_EQ(row["sites_differing"], 0) << row;
+      EXPECT_EQ(row["counts_differing"], 0) << row;
+      EXPECT_TRUE(row["verdict"] == "agree" || row["mode"] == "active")
+          << row; // where nothing is ever at rest
+      ++counts.at(row["ranks"].get<std::size_t>());
+    }
+    for (int i = 1; i <= ranks; ++i) {
+      EXPECT_GT(counts[static_cast<std::size_t>(i)], 0) << i;
+    }
+  }
+  test::expect_run(
+      0, "verify random --size 21x13 --backends openmp+vulkan-compute,gl-fragment --iterations 8",
+      AllOf(HasSubstr("openmp+vulkan-compute on 3 ranks"), HasSubstr("0 disagree")), on_ranks(3));
+  test::expect_run(0, "verify random --size 21x13 --backends openmp --methods closed-form,annealing --quick",
+                   AllOf(HasSubstr("annealing, is left out"), HasSubstr("0 disagree")), on_ranks(2));
+}
+
+TEST_F(RankProgram, PlantedFaultsAreSeen) {
+  test::expect_run(
+      0, "faults",
+      AllOf(HasSubstr("4 of 4 planted faults caught, 1 of 1 controls let through"), HasSubstr("stale-halo")),
+      on_ranks(2));
+  test::expect_run(0, "faults random exact-pyramid",
+                   AllOf(HasSubstr("5 of 5 planted faults caught, 1 of 1 controls let through"),
+                         HasSubstr("swapped-neighbours")),
+                   on_ranks(4));
+}
+
+TEST_F(RankProgram, ErrorsEndAllWithStatusTwoAndOneSentence) {
+  const auto expect_refusal = [&](const std::string& arguments, const char* words) {
+    const test::Outcome outcome = test::expect_run(2, arguments, HasSubstr(words), on_ranks(3));
+    const std::size_t first = outcome.output.find(words);
+    EXPECT_EQ(outcome.output.find(words, first + 1), std::string::npos) << "said twice: " << outcome.output;
+  };
+  const std::string out = " --output " + path("out");
+  expect_refusal("run nowhere" + out, "there is no scene and no file \"nowhere\"");
+  expect_refusal("run square --nonsense" + out, "--nonsense");
+  expect_refusal("run square --size 20 --energy elastic" + out, "the elastic energy runs on one rank");
+  expect_refusal("run square --size 20 --backend openmp+none" + out, "there is no backend \"none\"");
+  expect_refusal("golden", "golden runs in one process");
+  expect_refusal("bench", "bench --scaling strong");
+  expect_refusal("run square --size 20 --output " + folder_.write("file", "").string(),
+                 "is a file, not a folder");
+  EXPECT_EQ(files_in(path("out")), 0U);
+}
+
+/// Two ranks, of which the second one is started by these words of a shell: "$0" "$@" are the program's.
+std::string with_second(const std::string& arguments, const std::string& words) {
+  return launcher + "-n 1 '" HDMBENCH_PROGRAM "' " + arguments + " : -n 1 sh -c '" + words + "'";
+}
+
+TEST_F(RankProgram, AnErrorOfOneRankHasItsWords) {
+  const std::string run = "run square --size 2000 --output " + path("out");
+  test::expect_run(2, run, HasSubstr("rank 1: out of memory"),
+                   with_second(run, "ulimit -v 200000; exec \"$0\" \"$@\""));
+  EXPECT_EQ(files_in(path("out")), 0U);
+}
+
+TEST_F(RankProgram, AKilledRankIsNamedAndEndsAll) {
+  const std::string run = "run square --size 1000 --iterations 1000000 --output " + path("out");
+  test::expect_run(2, run, HasSubstr("rank 1 was ended by signal 9 (Killed)"),
+                   with_second(run,
+                               "\"$0\" \"$@\" & watching=$!; sleep 1; "
+                               "kill -9 $(cat /proc/$watching/task/$watching/children); wait $watching"));
+  EXPECT_EQ(files_in(path("out")), 0U);
+}
+
+TEST_F(RankProgram, AFileThatCannotBeWrittenLeavesNothing) {
+  const std::string run = "run square --size 1000 --iterations 1 --output " + path("out");
+  const std::string small = "ulimit -f 4000; exec \"$0\" \"$@\""; // half of the file
+  test::expect_run(2, run, HasSubstr("File too large"), launcher + "-n 2 sh -c '" + small + "'");
+  EXPECT_EQ(files_in(path("out")), 0U);
+  test::expect_run(2, run, HasSubstr("(rank 1)"), with_second(run, small));
+  EXPECT_EQ(files_in(path("out")), 0U);
+}
+
+TEST_F(RankProgram, ScalingIsMeasuredAndModelled) {
+  test::expect_run(0, "bench --scaling strong square --size 256 --repeat 1 --json " + path("scaling.json"),
+                   AllOf(HasSubstr("modelled"), HasSubstr("Modelled, not measured: 65536 x 65536")),
+                   on_ranks(2));
+  const nlohmann::json rows = test::read_json(path("scaling.json"))["results"];
+  ASSERT_EQ(rows.size(), 2U + 15U); // measured, modelled
+  EXPECT_EQ(rows[0]["messages"], 0);
+  EXPECT_GT(rows[1]["messages"], 0);
+  EXPECT_EQ(rows[1]["seconds"].size(), 1U);
+  double before = rows[2]["modelled_seconds"];
+  EXPECT_GT(before, rows[1]["modelled_seconds"]);
+  for (std::size_t i = 3; i < 7; ++i) { // up to 16 ranks a large image scales
+    EXPECT_LT(rows[i]["modelled_seconds"], before);
+    before = rows[i]["modelled_seconds"];
+  }
+  test::expect_run(0, "bench --scaling weak square --size 192 --repeat 1", HasSubstr("weak scaling"),
+                   on_ranks(2));
+}
+
+TEST_F(RankProgram, OneProcessStartedByMpirunIsAlone) {
+  test::expect_run(0, "run square --size 20 --output " + path("out"), HasSubstr("square-before.png"),
+                   on_ranks(1));
+  test::expect_run(0, "--version", testing::_, on_ranks(2));
+}
+
+} // namespace
+} // namespace hdmbench
