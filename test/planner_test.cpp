@@ -139,16 +139,17 @@ TEST_F(PlannerTest, RefusesNonsense) {
 TEST(Survey, CountsWhatASceneIsMadeOf) {
   const Scene scene = scene_at("square", 97);
   const std::vector<Extent> extents{{97, 97}, {33, 33}, {4, 4}};
-  const Survey found = survey(scene, extents);
+  const Survey found = survey(scene);
   EXPECT_EQ(found.smallest_modulus, 10.0);
   EXPECT_EQ(found.largest_modulus, 20.0);
   EXPECT_EQ(found.smallest_target, -50.0);
   EXPECT_EQ(found.largest_target, 50.0);
   EXPECT_NEAR(found.observed, 4.0 * 97.0 / (2.0 * 97.0 * 97.0), 1e-12);
-  EXPECT_EQ(found.levels.front().materials, 1.0);
-  EXPECT_EQ(found.levels.front().conditions, 1.0);
-  EXPECT_GT(found.levels[1].materials, found.levels[2].materials);
-  EXPECT_EQ(found.fair_start(), 1U);
+  const std::vector<Resolution> levels = resolutions(scene, extents);
+  EXPECT_EQ(levels.front().materials, 1.0);
+  EXPECT_EQ(levels.front().conditions, 1.0);
+  EXPECT_GT(levels[1].materials, levels[2].materials);
+  EXPECT_EQ(fair_start(levels), 1U);
 }
 
 } // namespace

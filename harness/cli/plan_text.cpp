@@ -7,6 +7,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <span>
 
 namespace hdmbench {
 
@@ -35,14 +36,14 @@ std::string scene_text(const Scene& scene, const Survey& survey) {
                             survey.partly > 0.0 ? ", some of them uncertain" : "");
 }
 
-std::string levels_text(const Survey& survey) {
+std::string levels_text(std::span<const Resolution> levels) {
   Table table({"size", "materials shown", "conditions shown", "<"});
-  for (std::size_t i = survey.levels.size(); i-- > 0;) {
-    const Resolution& level = survey.levels[i];
+  for (std::size_t i = levels.size(); i-- > 0;) {
+    const Resolution& level = levels[i];
     table.add({size_text(level.extent), percent(level.materials), percent(level.conditions),
-               i == survey.fair_start()  ? "the plan starts here"
-               : i > survey.fair_start() ? "only to correct finer levels"
-                                         : ""});
+               i == fair_start(levels)  ? "the plan starts here"
+               : i > fair_start(levels) ? "only to correct finer levels"
+                                        : ""});
   }
   return table.text();
 }
@@ -69,7 +70,8 @@ std::string_view leading_number(const std::string& text, double& value) {
 } // namespace
 
 std::string plan_text(const Scene& scene, const Request& request, const Plan& plan) {
-  std::string text = scene_text(scene, plan.survey);
+  const Survey found = survey(scene);
+  std::string text = scene_text(scene, found);
   if (scene.energy == EnergyModel::elastic) {
     return text + "  What was done; error: expected distance from finite elements, RMS:\n\n" +
            steps_text(plan);
@@ -77,12 +79,12 @@ std::string plan_text(const Scene& scene, const Request& request, const Plan& pl
   text += "  Closed form throughout: a candidate of 0.1 px stops paying where the field is smooth, long "
           "before that\n"
           "  is met. Which levels show the scene:\n\n" +
-          levels_text(plan.survey) +
+          levels_text(plan.levels) +
           "\n  What was done; error: expected distance from the fixed point, RMS:\n\n" + steps_text(plan);
   text += fmt::format(
       "\n  The observation is computed only at runs of sites that have one: {} of the components. "
       "Work in all: {:.3g} sweeps\n  over the full resolution.\n",
-      percent(plan.survey.observed), fine_sweep_equivalents(plan));
+      percent(found.observed), fine_sweep_equivalents(plan));
   if (request.accuracy && !plan.met) {
     text += "  The request is not met: more time, a coarser request, or a look at the warnings below.\n";
   }

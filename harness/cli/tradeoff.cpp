@@ -24,7 +24,7 @@ namespace {
 
 struct Arguments : CommonArguments {
   int repeats = 3;
-  std::string at = "0.35px";
+  std::vector<std::string> at{"0.35px", "0.01px"};
   bool all = false;
 };
 
@@ -83,19 +83,20 @@ std::string without_numbers(std::string reason) {
 
 /// One line per status and kind of reason, with the first reason of that kind.
 void print_requests(const SceneTradeoff& tradeoff) {
-  Table table({"asked px", "estimated", "reached", "fine sweeps", "seconds"});
+  Table table({"asked px", "<from", "estimated", "reached", "fine sweeps", "seconds"});
   bool any = false;
   for (const TradeoffPoint& point : tradeoff.points) {
     if (point.asked && !point.seconds.empty()) {
       any = true;
-      table.add({fmt::format("{:.3g}", *point.asked), point.estimated ? pixels_text(*point.estimated) : "",
-                 pixels_text(point.deviations.to_fixed_point),
+      table.add({fmt::format("{:.3g}", *point.asked),
+                 point.poisson_used ? fmt::format("FEM nu {:.2g}", *point.poisson_used)
+                                    : std::string("fixed point"),
+                 point.estimated ? pixels_text(*point.estimated) : "", pixels_text(reached(point)),
                  fmt::format("{:.3g}", *point.fine_sweep_equivalents), seconds_text(median(point.seconds))});
     }
   }
   if (any) {
-    fmt::print("\n  run --accuracy: RMSD to the fixed point as asked for, as estimated and as it is\n\n{}",
-               table.text());
+    fmt::print("\n  run --accuracy: RMSD as asked for, as estimated and as it is\n\n{}", table.text());
   }
 }
 
@@ -146,11 +147,13 @@ void print_equal_accuracy(const EqualAccuracy& equal) {
     }
     return;
   }
-  fmt::print("  At {:.3g} px to FEM nu 0: {}, {} on {} is the fastest, {} s;\n    {};\n    {};\n    {}.\n",
-             equal.target, equal.ours->method, equal.ours->effort, equal.ours->backend,
-             seconds_text(median(equal.ours->seconds)), ratio_text("direct FEM", equal.direct),
-             ratio_text("FEM by conjugate gradients", equal.iterative),
-             ratio_text("FEM on a coarse mesh", equal.coarse));
+  fmt::print(
+      "  At {:.3g} px to FEM nu 0: {}, {} on {} is the fastest, {} s;\n    {};\n    {};\n    {};\n    {}.\n",
+      equal.target, equal.ours->method, equal.ours->effort, equal.ours->backend,
+      seconds_text(median(equal.ours->seconds)), ratio_text("direct FEM", equal.direct),
+      ratio_text("FEM by conjugate gradients", equal.iterative),
+      ratio_text("FEM by multigrid of others", equal.multigrid),
+      ratio_text("FEM on a coarse mesh", equal.coarse));
 }
 
 /// The line that repeats a point: `run` solves by methods, this command by rivals.
@@ -173,7 +176,8 @@ std::string repeat(const Arguments& arguments, const Scene& scene, std::string_v
 }
 
 int run_tradeoff(Arguments& arguments, const std::string& line) {
-  const double target = parse_pixels(arguments.at);
+  std::vector<double> targets;
+  std::ranges::transform(arguments.at, std::back_inserter(targets), parse_pixels);
   require_results_writable(arguments.json);
   const ScheduleOverrides& given = arguments.schedule;
   if (given.method || given.iterations || given.update || given.steps) {
@@ -206,10 +210,11 @@ int run_tradeoff(Arguments& arguments, const std::string& line) {
               return repeat(arguments, scene, method, effort, backend);
             },
         .request_command =
-            [&](double asked, std::string_view backend) {
-              return fmt::format("hdmbench run {} --size {}x{} --accuracy {}px --explain --backend {}{}",
-                                 shell_word(scene.source), scene.extent().width, scene.extent().height, asked,
-                                 backend, arguments.schedule.text());
+            [&](std::string_view method, double asked, std::string_view backend) {
+              return fmt::format("hdmbench run {} --size {}x{}{} --accuracy {}px --explain --backend {}{}",
+                                 shell_word(scene.source), scene.extent().width, scene.extent().height,
+                                 method == requested_elastic_name ? " --energy elastic" : "", asked, backend,
+                                 arguments.schedule.text());
             }};
     const SceneTradeoff tradeoff = measure_tradeoff(scene, backends, options, progress);
     progress.clear();
@@ -218,16 +223,19 @@ int run_tradeoff(Arguments& arguments, const std::string& line) {
     fmt::print("\n{}, {} x {}: {} points, {} of them without a result{}\n", scene.name, scene.extent().width,
                scene.extent().height, tradeoff.points.size(), failures,
                arguments.all ? "" : " (--all lists them)");
-    const EqualAccuracy equal = compare_at(tradeoff.points, target);
     print_points(tradeoff, arguments.all);
-    print_equal_accuracy(equal);
+    for (const double target : targets) {
+      print_equal_accuracy(compare_at(tradeoff.points, target));
+    }
     print_requests(tradeoff);
     print_failures(tradeoff);
     std::fflush(stdout); // into a pipe too: the next scene may take long
     for (const TradeoffPoint& point : tradeoff.points) {
       rows.push_back(to_json_row(tradeoff_row(scene, point)));
     }
-    rows.push_back(to_json_row(equal_accuracy_row(scene, equal)));
+    for (const double target : targets) {
+      rows.push_back(to_json_row(equal_accuracy_row(scene, compare_at(tradeoff.points, target))));
+    }
     verified = verified && std::ranges::none_of(tradeoff.points, [](const TradeoffPoint& point) {
                  return point.status == PointStatus::unverified;
                });
@@ -249,7 +257,8 @@ void add_tradeoff(CLI::App& program, const std::string& arguments, int& status) 
   own->schedule.takes_elastic = true;
   own->add_to(*command);
   leave_out_of_help(*command, {"--method", "--iterations", "--update", "--steps"});
-  command->add_option("--at", own->at, "Accuracy at which the fastest are compared: RMSD to FEM with nu 0")
+  command->add_option("--at", own->at, "Accuracies at which the fastest are compared: RMSD to FEM with nu 0")
+      ->delimiter(',')
       ->capture_default_str();
   command->add_option("--repeat", own->repeats, "Samples per point, fewer where they take long")
       ->check(CLI::Range(1, 1'000'000))

@@ -184,15 +184,15 @@ std::string equal_accuracy_table(const std::vector<EqualAccuracyRow>& rows) {
   if (rows.empty()) {
     return {};
   }
-  std::string html =
-      table_start("accuracy", {"At equal accuracy", "Our fastest", ">Seconds", ">Faster than direct FEM",
-                               ">Faster than FEM by CG", ">Faster than coarse FEM"});
+  std::string html = table_start("accuracy", {"At equal accuracy", "Our fastest", ">Seconds",
+                                              ">Faster than direct FEM", ">Faster than FEM by CG",
+                                              ">Faster than FEM by multigrid", ">Faster than coarse FEM"});
   for (const EqualAccuracyRow& row : rows) {
     html += fmt::format("<tr><th scope=\"row\">{}<small>{}, at most {:.3g} px to FEM, ν = 0</small></th>",
                         escape(row.scene), size_text(row.width, row.height), row.target);
     if (!row.ours) {
       html += fmt::format(
-          "<td colspan=\"5\" class=\"faint\">{}</td></tr>\n",
+          "<td colspan=\"6\" class=\"faint\">{}</td></tr>\n",
           row.nearest ? fmt::format("No method is that near; the nearest is {:.3g} px away.", *row.nearest)
                       : "No method has a result.");
       continue;
@@ -200,7 +200,8 @@ std::string equal_accuracy_table(const std::vector<EqualAccuracyRow>& rows) {
     html += fmt::format("<td>{}<small>{}, {}</small></td><td class=\"number\">{}</td>",
                         escape(row.ours->method), escape(row.ours->effort), escape(row.ours->backend),
                         seconds_text(row.ours->seconds_median)) +
-            ratio_cell(row.direct) + ratio_cell(row.iterative) + ratio_cell(row.coarse) + "</tr>\n";
+            ratio_cell(row.direct) + ratio_cell(row.iterative) + ratio_cell(row.multigrid) +
+            ratio_cell(row.coarse) + "</tr>\n";
   }
   return html + std::string(table_end) +
          "<p class=\"empty\">Below 1 the rival is faster. Beneath a ratio: the least and the most that the "
@@ -208,18 +209,26 @@ std::string equal_accuracy_table(const std::vector<EqualAccuracyRow>& rows) {
          "allow.</p>\n";
 }
 
-/// A column per scene, a row per accuracy asked for.
+/// What a request is for, as of TradeoffPoint.
+std::optional<double> reached(const TradeoffRow& row) {
+  return !row.poisson_used ? row.to_fixed_point : *row.poisson_used == 0.0 ? row.to_fem_nu0 : row.to_fem;
+}
+
+/// A column per scene and energy, a row per accuracy asked for.
 std::string requests_table(const std::vector<TradeoffScene>& scenes) {
   std::vector<std::string> head{">Asked, px"};
-  std::map<double, std::map<std::size_t, const TradeoffRow*>, std::greater<>> asked;
-  std::vector<std::size_t> columns;
-  for (std::size_t i = 0; i < scenes.size(); ++i) {
-    for (const TradeoffRow& row : scenes[i].rows) {
+  std::map<double, std::map<std::string, const TradeoffRow*>, std::greater<>> asked;
+  std::vector<std::string> columns;
+  for (const TradeoffScene& scene : scenes) {
+    for (const TradeoffRow& row : scene.rows) {
       if (row.asked) {
-        asked[*row.asked][i] = &row;
-        if (columns.empty() || columns.back() != i) {
-          columns.push_back(i);
-          head.push_back(fmt::format(">{}", escape(scenes[i].name)));
+        std::string column = row.poisson_used
+                                 ? fmt::format("{}, elastic, ν = {:.2g}", scene.name, *row.poisson_used)
+                                 : scene.name;
+        asked[*row.asked][column] = &row;
+        if (columns.empty() || columns.back() != column) {
+          head.push_back(fmt::format(">{}", escape(column)));
+          columns.push_back(std::move(column));
         }
       }
     }
@@ -230,16 +239,16 @@ std::string requests_table(const std::vector<TradeoffScene>& scenes) {
   std::string html = table_start("accuracy", {head.begin(), head.end()});
   for (const auto& [pixels, rows] : asked) {
     html += fmt::format("<tr><th scope=\"row\" class=\"number\">{:.3g}</th>", pixels);
-    for (const std::size_t column : columns) {
+    for (const std::string& column : columns) {
       const auto found = rows.find(column);
-      if (found == rows.end() || !found->second->to_fixed_point) {
+      if (found == rows.end() || !reached(*found->second)) {
         html += "<td class=\"number faint\">no result</td>";
         continue;
       }
       const TradeoffRow& row = *found->second;
       html += fmt::format(
           "<td class=\"number\"><b{}>{:.2g}</b><small>estimated {:.2g}; {:.3g} sweeps, {} s</small></td>",
-          row.status == PointStatus::ok ? "" : " class=\"disagree\"", *row.to_fixed_point,
+          row.status == PointStatus::ok ? "" : " class=\"disagree\"", *reached(row),
           row.estimated.value_or(0.0), row.fine_sweep_equivalents.value_or(0.0),
           row.seconds_median ? seconds_text(*row.seconds_median) : "");
     }
@@ -248,8 +257,9 @@ std::string requests_table(const std::vector<TradeoffScene>& scenes) {
   return html + std::string(table_end) +
          "<p class=\"empty\">No more than the scene needs: <code>run --accuracy</code> chooses levels and "
          "cycles by the "
-         "accuracy asked for. RMSD to the fixed point in pixels, as it is and as the run itself estimates "
-         "it.</p>\n";
+         "accuracy asked for. RMSD to the fixed point, or of the elastic energy to finite elements, in "
+         "pixels, as it is and "
+         "as the run itself estimates it.</p>\n";
 }
 
 std::string machine_html(const Results& results, const std::string& machine,

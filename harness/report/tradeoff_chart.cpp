@@ -25,14 +25,31 @@ struct Colour {
   std::string_view method;
   std::string_view digits;
 };
-/// The thesis's candidates in blues and greens, minimisers in warm colours, rivals in grays.
+/// The thesis's candidates in blues and greens, minimisers in warm colours, the elastic energy's methods in
+/// pinks, rivals in grays.
 constexpr std::array method_colours{
-    Colour{"icm", "0067a8"},           Colour{"icm-6", "3f9bd8"},      Colour{"icm-thesis-steps", "7b8fb5"},
-    Colour{"sequential", "00795a"},    Colour{"coloured", "4f8f00"},   Colour{"four-coloured", "8a9a1c"},
-    Colour{"closed-form", "c66a00"},   Colour{"cascade", "c4122f"},    Colour{"annealing", "8c6239"},
-    Colour{"multigrid", "6a2fc0"},     Colour{"krylov", "b8298f"},     Colour{"fem", "111418"},
-    Colour{"fem-cg", "4d545c"},        Colour{"fem-coarse", "7d858e"}, Colour{"fixed-point", "2f5f6b"},
+    Colour{"icm", "0067a8"},
+    Colour{"icm-6", "3f9bd8"},
+    Colour{"icm-thesis-steps", "7b8fb5"},
+    Colour{"sequential", "00795a"},
+    Colour{"coloured", "4f8f00"},
+    Colour{"four-coloured", "8a9a1c"},
+    Colour{"closed-form", "c66a00"},
+    Colour{"cascade", "c4122f"},
+    Colour{"annealing", "8c6239"},
+    Colour{"multigrid", "6a2fc0"},
+    Colour{"krylov", "b8298f"},
+    Colour{"fem", "111418"},
+    Colour{"fem-cg", "4d545c"},
+    Colour{"fem-coarse", "7d858e"},
+    Colour{"fixed-point", "2f5f6b"},
     Colour{"interpolation", "94876f"},
+    Colour{"fem-amg", "5a6f8c"},
+    Colour{"as-needed", "b07a00"},
+    Colour{"full-multigrid", "e0218a"},
+    Colour{"conjugate-gradients", "8f0f56"},
+    Colour{"sweeps", "d78fb4"},
+    Colour{"as-needed-elastic", "0b8f88"},
 };
 
 constexpr std::array<std::string_view, 7> shapes{

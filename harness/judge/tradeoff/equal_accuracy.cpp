@@ -55,6 +55,7 @@ EqualAccuracy compare_at(std::span<const TradeoffPoint> points, double target) {
   }
   result.direct = ratio_of(result.ours, fastest(points, target, is_rival("fem")));
   result.iterative = ratio_of(result.ours, fastest(points, target, is_rival("fem-cg")));
+  result.multigrid = ratio_of(result.ours, fastest(points, target, is_rival("fem-amg")));
   result.coarse = ratio_of(result.ours, fastest(points, target, is_rival("fem-coarse")));
   return result;
 }

@@ -22,6 +22,7 @@ struct EqualAccuracy {
   double nearest = 0.0;                  ///< RMSD of the most accurate method, pixels; infinite: none
   std::optional<SpeedRatio> direct{};    ///< finite elements with ratio 0 by factorisation
   std::optional<SpeedRatio> iterative{}; ///< the fastest by conjugate gradients that reaches the target
+  std::optional<SpeedRatio> multigrid{}; ///< the fastest by multigrid of others that does
   std::optional<SpeedRatio> coarse{};    ///< the fastest on a coarse mesh that does
 };
 

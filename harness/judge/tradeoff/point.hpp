@@ -21,6 +21,8 @@ enum class PointStatus {
 
 /// The method name of points for which an accuracy was requested (harness/solve/planner/).
 inline constexpr std::string_view requested_name = "as-needed";
+/// The same of the elastic energy.
+inline constexpr std::string_view requested_elastic_name = "as-needed-elastic";
 
 /// In results, in the order of the enumerators.
 inline constexpr std::array<std::string_view, 4> status_names{"ok", "unverified", "failed", "skipped"};
@@ -50,8 +52,17 @@ struct TradeoffPoint {
   std::optional<double>
       fine_sweep_equivalents;        ///< site updates over sites of the full image; none for rivals
   std::optional<double> asked{};     ///< of requested_name: the accuracy asked for, pixels
-  std::optional<double> estimated{}; ///< RMSD to the fixed point as the method itself estimates it, pixels
+  std::optional<double> estimated{}; ///< as reached() and as the method itself estimates it, pixels
   bool is_on_front = false; ///< median seconds against RMSD to FEM nu 0, over all points of status ok
 };
+
+/// What a request is for: RMSD to finite elements with the Poisson ratio used, to the fixed point where none
+/// was; pixels.
+[[nodiscard]] inline double reached(const TradeoffPoint& point) {
+  const Deviations& deviations = point.deviations;
+  return !point.poisson_used          ? deviations.to_fixed_point
+         : *point.poisson_used == 0.0 ? deviations.to_fem_no_poisson
+                                      : deviations.to_fem;
+}
 
 } // namespace hdmbench

@@ -1,5 +1,6 @@
 #include "harness/judge/tradeoff/rivals.hpp"
 
+#include "reference/elastic_amg.hpp"
 #include "reference/elastic_krylov.hpp"
 #include "reference/fixed_point.hpp"
 #include "reference/interpolation.hpp"
@@ -36,6 +37,18 @@ void add_finite_elements(const Scene& scene, const FiniteElements& truth, bool q
                                                               ElementRule::plane_stress(poisson), tolerance)
                          .displacement;
                    }});
+  }
+  if (has_algebraic_multigrid()) {
+    for (const double tolerance : tolerances(quick)) {
+      all.push_back({.name = "fem-amg",
+                     .effort = fmt::format("tolerance {:g}", tolerance),
+                     .poisson = poisson,
+                     .solve = [&scene, poisson, tolerance] {
+                       return solve_finite_elements_by_multigrid(
+                                  elastic_problem(scene.full), ElementRule::plane_stress(poisson), tolerance)
+                           .displacement;
+                     }});
+    }
   }
   const int longer = std::max(scene.extent().width, scene.extent().height);
   for (const int elements : {30, 60, 120}) {

@@ -14,8 +14,8 @@
 namespace hdmbench {
 
 /// What else solves a scene. Names beside those of the methods.
-inline constexpr std::array<std::string_view, 5> rival_names{"fem", "fem-cg", "fem-coarse", "fixed-point",
-                                                             "interpolation"};
+inline constexpr std::array<std::string_view, 6> rival_names{"fem",        "fem-cg",      "fem-amg",
+                                                             "fem-coarse", "fixed-point", "interpolation"};
 
 /// One setting of a rival.
 struct Rival {
@@ -28,8 +28,9 @@ struct Rival {
 };
 
 /// All settings of the rivals in the order of their names: finite elements factorised and by conjugate
-/// gradients, with Poisson ratio 0 and the scene's, coarse finite elements, the fixed point by factorisation,
-/// interpolation of the conditions. Both must outlive them.
+/// gradients, and by multigrid of others where the build has it, with Poisson ratio 0 and the scene's, coarse
+/// finite elements, the fixed point by factorisation, interpolation of the conditions. Both must outlive
+/// them.
 [[nodiscard]] std::vector<Rival> rivals(const Scene& scene, const Truths& truths, bool quick);
 
 } // namespace hdmbench

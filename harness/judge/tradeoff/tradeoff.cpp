@@ -6,10 +6,12 @@
 #include "harness/judge/tradeoff/rivals.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/planner/planner.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/mean_energy.hpp"
+#include "reference/elastic_amg.hpp"
 
 #include <fmt/format.h>
 
@@ -25,16 +27,6 @@ namespace {
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-double largest_component(const VectorField& field) {
-  double largest = 0.0;
-  for (const auto* component : {&field.x, &field.y}) {
-    for (const float value : *component) {
-      largest = std::max(largest, std::abs(static_cast<double>(value)));
-    }
-  }
-  return largest;
 }
 
 void fail(TradeoffPoint& point, PointStatus status, std::string reason) {
@@ -68,7 +60,11 @@ public:
       places_.emplace_back(*backend, options.session);
     }
     for (const std::string& name : options.methods) {
-      if (name != requested_name && std::ranges::find(rival_names, name) == rival_names.end()) {
+      if (name == "fem-amg" && !has_algebraic_multigrid()) {
+        throw InputError("this build has no fem-amg; configure with -DHDMBENCH_PETSC=ON (Debian: petsc-dev)");
+      }
+      if (name != requested_name && name != requested_elastic_name &&
+          std::ranges::find(rival_names, name) == rival_names.end()) {
         (void)find_method(name); // throws
       }
     }
@@ -88,13 +84,21 @@ public:
     }
     for (const Method& method : elastic_methods()) {
       if (is_wanted(method.name)) {
-        for (const double poisson : {0.0, scene_.poisson}) { // as finite elements, against which it stands
+        for (const double poisson : poisson_ratios()) {
           measure_method(method, poisson);
         }
       }
     }
-    if (is_wanted(requested_name)) {
-      measure_requests();
+    if (is_wanted(requested_name) && scene_.energy == EnergyModel::hdm) {
+      measure_requests(scene_, requested_name);
+    }
+    if (is_wanted(requested_elastic_name)) {
+      for (const double poisson : poisson_ratios()) {
+        Scene scene = scene_;
+        use_method(scene, usual_method(EnergyModel::elastic));
+        scene.poisson = poisson;
+        measure_requests(scene, requested_elastic_name, poisson);
+      }
     }
     for (const Rival& rival : rivals(scene_, result_.truths, options_.quick)) {
       if (is_wanted(rival.name)) {
@@ -108,6 +112,11 @@ public:
 private:
   [[nodiscard]] bool is_wanted(std::string_view name) const {
     return options_.methods.empty() || std::ranges::find(options_.methods, name) != options_.methods.end();
+  }
+
+  /// Of the elastic energy: as finite elements, against which it stands.
+  [[nodiscard]] std::vector<double> poisson_ratios() const {
+    return scene_.poisson == 0.0 ? std::vector{0.0} : std::vector{0.0, scene_.poisson};
   }
 
   [[nodiscard]] int repeats() const { return options_.quick ? 1 : options_.repeats; }
@@ -157,25 +166,27 @@ private:
 
   /// What `run --accuracy` gives. Without a limit of time a plan depends on the scene alone, so the reference
   /// must come to the same field.
-  void measure_requests() {
+  void measure_requests(const Scene& scene, std::string_view name,
+                        std::optional<double> poisson = std::nullopt) {
     for (const double asked :
          options_.quick ? std::vector{1.0, 0.1} : std::vector{4.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02}) {
       Place& place = main_place(Update::coloured);
       TradeoffPoint& point = result_.points.emplace_back();
-      point.method = requested_name;
+      point.method = name;
+      point.poisson_used = poisson;
       point.effort = fmt::format("{:.3g} px asked", asked);
       point.is_usual = asked == 0.1;
       point.backend = place.backend.name();
       point.device = place.device;
       point.asked = asked;
-      point.command = options_.request_command ? options_.request_command(asked, point.backend) : "";
+      point.command = options_.request_command ? options_.request_command(name, asked, point.backend) : "";
       progress_.describe(fmt::format("tradeoff {}: {}", scene_.name, point.effort));
       Plan plan;
       try {
         Progress silent(false);
         const auto solve = [&] {
-          plan = solve_as_needed(scene_, {.accuracy = asked}, place.backend, options_.session, sessions_,
-                                 silent);
+          plan =
+              solve_as_needed(scene, {.accuracy = asked}, place.backend, options_.session, sessions_, silent);
         };
         solve(); // sessions are opened
         sample(point, [&] {
@@ -200,7 +211,7 @@ private:
       expected_ = VectorField();
       try {
         Progress silent(false);
-        expected_ = solve_as_needed(scene_, {.accuracy = asked}, places_.front().backend, options_.session,
+        expected_ = solve_as_needed(scene, {.accuracy = asked}, places_.front().backend, options_.session,
                                     reference_sessions_, silent)
                         .solution.displacement;
       } catch (const std::exception& error) {

@@ -102,6 +102,7 @@ void list_fields(Fields& fields, EqualAccuracyRow& row) {
   fields("ours", row.ours);
   fields("direct", row.direct);
   fields("iterative", row.iterative);
+  fields.newer("multigrid", row.multigrid);
   fields("coarse", row.coarse);
 }
 
@@ -144,6 +145,7 @@ EqualAccuracyRow equal_accuracy_row(const Scene& scene, const EqualAccuracy& equ
   }
   row.direct = rival_of(equal.direct);
   row.iterative = rival_of(equal.iterative);
+  row.multigrid = rival_of(equal.multigrid);
   row.coarse = rival_of(equal.coarse);
   return row;
 }

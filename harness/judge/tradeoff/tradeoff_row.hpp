@@ -82,6 +82,7 @@ struct EqualAccuracyRow : TradeoffScene {
   std::optional<Ours> ours{};
   std::optional<Rival> direct{};
   std::optional<Rival> iterative{};
+  std::optional<Rival> multigrid{};
   std::optional<Rival> coarse{};
 };
 

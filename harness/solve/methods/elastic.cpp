@@ -1,6 +1,7 @@
 #include "harness/solve/methods/elastic.hpp"
 
 #include "harness/scene/method.hpp"
+#include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/methods/robust_observations.hpp"
 #include "harness/solve/stopwatch.hpp"
@@ -200,13 +201,7 @@ namespace {
 
 /// Pixels: a hundredth of the last place of the largest target. No step as small as this changes anything.
 double least_error(const VectorField& target) {
-  float largest = 0.0F;
-  for (const auto* const values : {&target.x, &target.y}) {
-    for (const float value : *values) {
-      largest = std::max(largest, std::abs(value));
-    }
-  }
-  return 0.01 * static_cast<double>(largest) * std::numeric_limits<float>::epsilon();
+  return 0.01 * largest_component(target) * std::numeric_limits<float>::epsilon();
 }
 
 } // namespace

@@ -1,8 +1,8 @@
 #include "harness/solve/methods/robust_observations.hpp"
 
+#include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
-#include "harness/solve/rms_difference.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 

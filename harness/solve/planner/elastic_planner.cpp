@@ -1,11 +1,11 @@
 #include "harness/solve/planner/elastic_planner.hpp"
 
+#include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/methods/robust_observations.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/planner/sampled_image.hpp"
-#include "harness/solve/rms_difference.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/springs.hpp"
@@ -60,7 +60,7 @@ public:
   Planner(const Scene& scene, const Request& request, ElasticSession& session, Progress& progress)
       : scene_(scene), request_(request), session_(session), progress_(progress),
         extents_(sampled_extents(scene.extent())) {
-    plan_.survey = survey(scene, extents_);
+    plan_.levels = resolutions(scene, extents_);
   }
 
   Plan run() {
@@ -95,14 +95,14 @@ private:
   /// their differences say that the next finer one would not move the field by more than what is asked for.
   /// False where none is good enough.
   bool solve_sampled() {
-    if (has_springs(scene_.full)) {
-      return false; // a sampled spring would stand for as many as there are pixels a cell
-    }
     VectorField before;
     double moved_before = 0.0;
-    for (std::size_t at = plan_.survey.fair_start(); at > 0; --at) {
+    for (std::size_t at = fair_start(plan_.levels); at > 0; --at) {
       const Extent extent = extents_[at];
       const Level sampled = sample_level(scene_.full, extent, alignment);
+      if (has_springs(sampled)) {
+        return false; // a sampled spring would stand for as many as there are pixels a cell
+      }
       if (!is_held(sampled)) {
         continue;
       }
@@ -140,7 +140,11 @@ private:
 
   /// False where the image has conditions that the sampled one does not know and that matter.
   bool take_interpolation(const VectorField& coarse, double error, bool no_time) {
+    require_held(scene_.full);
     Interpolated interpolated = interpolate_to_image(coarse, scene_.full, alignment);
+    if (interpolated.has_springs) {
+      return false;
+    }
     const double with_gap = std::hypot(error, interpolated.largest_gap * gap_share);
     if (!no_time && caution_before_interpolation * with_gap > *request_.accuracy) {
       return false;
@@ -195,8 +199,7 @@ private:
     }
     plan_.solution.displacement = solver.displacement();
     add_work(solver);
-    const double largest =
-        std::max(std::abs(plan_.survey.smallest_target), std::abs(plan_.survey.largest_target));
+    const double largest = largest_component(plan_.solution.displacement);
     if (error.is_known()) {
       // No field was seen closer to the truth than this, whatever the moduli.
       plan_.solution.estimated_error =
@@ -224,7 +227,6 @@ Plan solve_elastic_as_needed(const Scene& scene, const Request& request, const B
   if (const std::string why = why_not_solved(scene, backend); !why.empty()) {
     throw InputError(fmt::format("{} {}; use --backend scalar", backend.name(), why));
   }
-  require_held(scene.full);
   const auto session = backend.open_elastic(options);
   return Planner(scene, request, *session, progress).run();
 }

@@ -1,8 +1,8 @@
 #include "harness/solve/planner/energy_choice.hpp"
 
 #include "harness/scene/method.hpp"
+#include "harness/solve/field_norms.hpp"
 #include "harness/solve/planner/sampled_image.hpp"
-#include "harness/solve/rms_difference.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"

@@ -1,6 +1,7 @@
 #include "harness/solve/planner/planner.hpp"
 
 #include "harness/scene/method.hpp"
+#include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/multigrid.hpp"
 #include "harness/solve/planner/elastic_planner.hpp"
 #include "harness/solve/planner/sampled_image.hpp"
@@ -56,7 +57,7 @@ public:
     for (int position = 0; position <= multigrid_.coarsest(); ++position) {
       extents.push_back(multigrid_.extent(position));
     }
-    plan_.survey = survey(scene_, extents);
+    plan_.levels = resolutions(scene_, extents);
   }
 
   Plan run() {
@@ -115,8 +116,8 @@ private:
 
   /// The coarsest level that shows what the scene is made of is solved with the help of all below it.
   void begin() {
-    const auto start = static_cast<int>(plan_.survey.fair_start());
-    const Resolution& level = plan_.survey.levels[static_cast<std::size_t>(start)];
+    const auto start = static_cast<int>(fair_start(plan_.levels));
+    const Resolution& level = plan_.levels[static_cast<std::size_t>(start)];
     multigrid_.start(start, scene_.start_at(multigrid_.extent(start)));
     const double moved = solve_level();
     grid_error_ = moved; // the field itself: no other level says better yet
@@ -219,9 +220,8 @@ private:
 
   /// Of the field to float: the mean of a quantum's square is a twelfth.
   [[nodiscard]] double rounding() const {
-    const double largest =
-        std::max(std::abs(plan_.survey.smallest_target), std::abs(plan_.survey.largest_target));
-    return largest * std::numeric_limits<float>::epsilon() / std::sqrt(12.0);
+    return largest_component(plan_.solution.displacement) * std::numeric_limits<float>::epsilon() /
+           std::sqrt(12.0);
   }
 
   template <typename Call>

@@ -34,8 +34,8 @@ struct PlanStep {
 
 /// A field as accurate as requested, at no more cost than that takes, and how it was found.
 struct Plan {
-  Solution solution; ///< with estimated_error, where there is one
-  Survey survey;
+  Solution solution;              ///< with estimated_error, where there is one
+  std::vector<Resolution> levels; ///< that it could choose from, the full resolution first
   std::vector<PlanStep> steps;
   bool met = false;    ///< the estimate is within the accuracy, the clock within the seconds
   std::string outcome; ///< one sentence for people

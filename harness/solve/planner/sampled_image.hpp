@@ -15,6 +15,7 @@ namespace hdmbench {
 struct Interpolated {
   VectorField field;        ///< pixels; components with a confidence above 0 are on their targets
   double largest_gap = 0.0; ///< pixels, of such a target to what was interpolated there
+  bool has_springs = false; ///< such a component has a confidence below 1
 };
 
 [[nodiscard]] Interpolated interpolate_to_image(const VectorField& coarse, const Level& full,

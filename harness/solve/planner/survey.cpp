@@ -4,6 +4,8 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <utility>
+#include <vector>
 
 namespace hdmbench {
 
@@ -85,7 +87,14 @@ double share_of_uniform_sites(const Level& level) {
 
 } // namespace
 
-std::size_t Survey::fair_start() const {
+std::vector<Resolution> resolutions(const Scene& scene, std::span<const Extent> extents) {
+  std::vector<Resolution> levels;
+  std::ranges::transform(extents, std::back_inserter(levels),
+                         [&](Extent extent) { return resolution_of(scene, extent); });
+  return levels;
+}
+
+std::size_t fair_start(std::span<const Resolution> levels) {
   std::size_t fair = 0;
   while (fair + 1 < levels.size() && levels[fair + 1].is_fair()) {
     ++fair;
@@ -93,7 +102,7 @@ std::size_t Survey::fair_start() const {
   return fair;
 }
 
-Survey survey(const Scene& scene, std::span<const Extent> extents) {
+Survey survey(const Scene& scene) {
   const Level& full = scene.full;
   Survey result;
   const auto [smallest, largest] = std::ranges::minmax(full.modulus.values);
@@ -120,8 +129,6 @@ Survey survey(const Scene& scene, std::span<const Extent> extents) {
   result.smallest_target = observed > 0 ? low : 0.0;
   result.largest_target = observed > 0 ? high : 0.0;
   result.uniform = share_of_uniform_sites(full);
-  std::ranges::transform(extents, std::back_inserter(result.levels),
-                         [&](Extent extent) { return resolution_of(scene, extent); });
   return result;
 }
 

@@ -17,23 +17,24 @@ struct Resolution {
   [[nodiscard]] bool is_fair() const { return materials >= 0.9 && conditions >= 0.5; }
 };
 
-/// What a scene asks of a solver, from its fields alone.
+/// `extents`: the full resolution first, then ever coarser. Shares are of at most 97 x 97 sites spread over
+/// the image: it costs less than a sweep.
+[[nodiscard]] std::vector<Resolution> resolutions(const Scene& scene, std::span<const Extent> extents);
+
+/// Position in `levels` of the coarsest one that is a fair start, all finer ones being fair too.
+[[nodiscard]] std::size_t fair_start(std::span<const Resolution> levels);
+
+/// What a scene asks of a solver, for people, from all of its sites.
 struct Survey {
   double smallest_modulus = 0.0; ///< MPa
   double largest_modulus = 0.0;
   double smallest_target = 0.0; ///< of the observed components, pixels
   double largest_target = 0.0;
-  double observed = 0.0;          ///< share of all components with confidence > 0
-  double partly = 0.0;            ///< share of all components with 0 < confidence < 1
-  double uniform = 0.0;           ///< share of the sites whose 3 x 3 has one modulus
-  std::vector<Resolution> levels; ///< one for each of survey()'s extents
-
-  /// Position in `levels` of the coarsest one that is a fair start, all finer ones being fair too.
-  [[nodiscard]] std::size_t fair_start() const;
+  double observed = 0.0; ///< share of all components with confidence > 0
+  double partly = 0.0;   ///< share of all components with 0 < confidence < 1
+  double uniform = 0.0;  ///< share of the sites whose 3 x 3 has one modulus, of at most 97 x 97
 };
 
-/// `extents`: the full resolution first, then ever coarser. Shares are of at most 97 x 97 sites spread over
-/// the image: a survey costs less than a sweep.
-[[nodiscard]] Survey survey(const Scene& scene, std::span<const Extent> extents);
+[[nodiscard]] Survey survey(const Scene& scene);
 
 } // namespace hdmbench

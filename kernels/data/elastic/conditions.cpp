@@ -111,7 +111,7 @@ void require_held(const Level& level) {
                                  level.extent.width, level.extent.height));
   }
   Hold hold;
-  for (int y = 0; y < level.extent.height; ++y) {
+  for (int y = 0; y < level.extent.height && hold.is_free(); ++y) {
     for (int x = 0; x < level.extent.width; ++x) {
       hold.add(level, x, y);
     }

@@ -72,13 +72,14 @@ void Hold::add(const Level& level, int x, int y) {
 }
 
 std::string Hold::freedom() const {
+  if (!is_free()) {
+    return "";
+  }
   if (row_ < 0 || column_ < 0) {
     return fmt::format("can move in {}; a condition must give that component somewhere",
                        row_ < 0 ? 'x' : 'y');
   }
-  return turns_ ? fmt::format("can turn about x = {}, y = {}; give x in two rows or y in two columns",
-                              column_, row_)
-                : "";
+  return fmt::format("can turn about x = {}, y = {}; give x in two rows or y in two columns", column_, row_);
 }
 
 void require_parts_held(const Level& level) {

@@ -16,8 +16,8 @@ namespace hdmbench {
   return static_cast<double>(modulus) * share / (1.0 - share);
 }
 
-/// Of an observation with a standard deviation of so many pixels, >= 0: its spring is 1 / deviation^2 times as
-/// stiff as the tissue of its site.
+/// Of an observation with a standard deviation of so many pixels, >= 0: its spring is 1 / deviation^2 times
+/// as stiff as the tissue of its site.
 [[nodiscard]] inline float confidence_of_deviation(double deviation) {
   return static_cast<float>(1.0 / (1.0 + deviation * deviation));
 }

@@ -2,6 +2,7 @@
 
 #include "kernels/data/field.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace hdmbench {
@@ -15,6 +16,17 @@ namespace hdmbench {
     squares += x * x + y * y;
   }
   return std::sqrt(squares / static_cast<double>(a.x.size()));
+}
+
+/// |component|, pixels; 0 of an empty field.
+[[nodiscard]] inline double largest_component(const VectorField& field) {
+  float largest = 0.0F;
+  for (const auto* const component : {&field.x, &field.y}) {
+    for (const float value : *component) {
+      largest = std::max(largest, std::abs(value));
+    }
+  }
+  return static_cast<double>(largest);
 }
 
 } // namespace hdmbench
