@@ -1,8 +1,9 @@
 // What `run --accuracy` promises: an estimate that is honest and a cost that follows the request.
 
-#include "harness/solve/planner/planner.hpp"
-
 #include "harness/judge/accuracy/deviation.hpp"
+#include "harness/solve/planner/planner.hpp"
+#include "harness/solve/planner/sampled_image.hpp"
+#include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/fixed_point.hpp"
 #include "test/random_scene.hpp"
@@ -150,6 +151,39 @@ TEST(Survey, CountsWhatASceneIsMadeOf) {
   EXPECT_EQ(levels.front().conditions, 1.0);
   EXPECT_GT(levels[1].materials, levels[2].materials);
   EXPECT_EQ(fair_start(levels), 1U);
+}
+
+/// In one pass what prolongate() and a look at every site do.
+TEST(SampledImage, IsInterpolatedAndPutOnTheTargets) {
+  for (const Extent extent : {Extent{1, 1}, Extent{67, 5}, Extent{300, 170}}) {
+    Scene scene = load_scene("random", {.size = extent});
+    Level& full = scene.full;
+    const VectorField coarse = sample_field(full.target, sampled_extent(extent, 4), Alignment::corner);
+    VectorField expected = prolongate(coarse, extent, Alignment::corner);
+    double gap = 0.0;
+    const auto impose = [&](std::vector<float>& values, const std::vector<float>& target,
+                            const std::vector<float>& confidence) {
+      for (std::size_t i = 0; i < values.size(); ++i) {
+        if (confidence[i] > 0.0F) {
+          gap = std::max(gap, static_cast<double>(std::abs(target[i] - values[i])));
+          values[i] = target[i];
+        }
+      }
+    };
+    impose(expected.x, full.target.x, full.confidence.x);
+    impose(expected.y, full.target.y, full.confidence.y);
+    const Interpolated found = interpolate_to_image(coarse, full, Alignment::corner);
+    EXPECT_EQ(found.field.x, expected.x);
+    EXPECT_EQ(found.field.y, expected.y);
+    EXPECT_EQ(found.largest_gap, gap);
+    EXPECT_EQ(found.has_springs, has_springs(full));
+  }
+}
+
+TEST(SampledImage, HasSquareCells) {
+  EXPECT_EQ(sampled_extent({300, 300}, 4), (Extent{76, 76}));
+  EXPECT_EQ(sampled_extent({257, 130}, 8), (Extent{33, 17}));
+  EXPECT_EQ(sampled_extent({5, 1}, 1), (Extent{5, 1}));
 }
 
 } // namespace

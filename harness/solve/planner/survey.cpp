@@ -12,7 +12,7 @@ namespace hdmbench {
 namespace {
 
 /// A survey looks at this many sites a side at most: shares need no more, and it must cost less than a sweep.
-constexpr int most_per_side = 97;
+constexpr int most_per_side = 49;
 
 /// Indices spread evenly over an axis, both ends among them.
 std::vector<int> spread(int sites) {

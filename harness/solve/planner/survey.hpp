@@ -17,7 +17,7 @@ struct Resolution {
   [[nodiscard]] bool is_fair() const { return materials >= 0.9 && conditions >= 0.5; }
 };
 
-/// `extents`: the full resolution first, then ever coarser. Shares are of at most 97 x 97 sites spread over
+/// `extents`: the full resolution first, then ever coarser. Shares are of at most 49 x 49 sites spread over
 /// the image: it costs less than a sweep.
 [[nodiscard]] std::vector<Resolution> resolutions(const Scene& scene, std::span<const Extent> extents);
 
@@ -32,7 +32,7 @@ struct Survey {
   double largest_target = 0.0;
   double observed = 0.0; ///< share of all components with confidence > 0
   double partly = 0.0;   ///< share of all components with 0 < confidence < 1
-  double uniform = 0.0;  ///< share of the sites whose 3 x 3 has one modulus, of at most 97 x 97
+  double uniform = 0.0;  ///< share of the sites whose 3 x 3 has one modulus, of at most 49 x 49
 };
 
 [[nodiscard]] Survey survey(const Scene& scene);
