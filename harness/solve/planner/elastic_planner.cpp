@@ -27,6 +27,9 @@ constexpr int most_steps = 100;
 /// A sampled image has more sites a side than this.
 constexpr int fewest_sites = 16;
 
+/// Sites a side by which a sampled image is judged; a sampled image of a large one takes no longer.
+constexpr int looked_at = 33;
+
 /// The interpolation of a sampled image is taken when this many times its expected error is within the
 /// request: between two levels there is one difference, and it can be small by chance.
 constexpr double caution_before_interpolation = 4.0;
@@ -60,7 +63,7 @@ public:
   Planner(const Scene& scene, const Request& request, ElasticSession& session, Progress& progress)
       : scene_(scene), request_(request), session_(session), progress_(progress),
         extents_(sampled_extents(scene.extent())) {
-    plan_.levels = resolutions(scene, extents_);
+    plan_.levels = resolutions(scene, extents_, looked_at);
   }
 
   Plan run() {

@@ -11,12 +11,9 @@ namespace hdmbench {
 
 namespace {
 
-/// A survey looks at this many sites a side at most: shares need no more, and it must cost less than a sweep.
-constexpr int most_per_side = 49;
-
 /// Indices spread evenly over an axis, both ends among them.
-std::vector<int> spread(int sites) {
-  const int count = std::min(sites, most_per_side);
+std::vector<int> spread(int sites, int most) {
+  const int count = std::min(sites, most);
   std::vector<int> indices(static_cast<std::size_t>(count), 0);
   for (int i = 0; i < count && count > 1; ++i) {
     indices[static_cast<std::size_t>(i)] =
@@ -39,11 +36,11 @@ double share(std::size_t part, std::size_t all) {
   return all == 0 ? 1.0 : static_cast<double>(part) / static_cast<double>(all);
 }
 
-Resolution resolution_of(const Scene& scene, Extent extent) {
+Resolution resolution_of(const Scene& scene, Extent extent, int per_side) {
   const Level& full = scene.full;
   const Alignment alignment = scene.schedule.alignment;
-  const std::vector<int> columns = spread(full.extent.width);
-  const std::vector<int> rows = spread(full.extent.height);
+  const std::vector<int> columns = spread(full.extent.width, per_side);
+  const std::vector<int> rows = spread(full.extent.height, per_side);
   const std::vector<int> to_columns = representatives(columns, extent.width, full.extent.width, alignment);
   const std::vector<int> to_rows = representatives(rows, extent.height, full.extent.height, alignment);
   std::size_t same_modulus = 0;
@@ -68,8 +65,8 @@ Resolution resolution_of(const Scene& scene, Extent extent) {
 double share_of_uniform_sites(const Level& level) {
   const Extent extent = level.extent;
   std::size_t uniform = 0;
-  const std::vector<int> columns = spread(extent.width);
-  const std::vector<int> rows = spread(extent.height);
+  const std::vector<int> columns = spread(extent.width, usual_per_side);
+  const std::vector<int> rows = spread(extent.height, usual_per_side);
   for (const int y : rows) {
     for (const int x : columns) {
       const float own = level.modulus.values[extent.index(x, y)];
@@ -87,10 +84,10 @@ double share_of_uniform_sites(const Level& level) {
 
 } // namespace
 
-std::vector<Resolution> resolutions(const Scene& scene, std::span<const Extent> extents) {
+std::vector<Resolution> resolutions(const Scene& scene, std::span<const Extent> extents, int per_side) {
   std::vector<Resolution> levels;
   std::ranges::transform(extents, std::back_inserter(levels),
-                         [&](Extent extent) { return resolution_of(scene, extent); });
+                         [&](Extent extent) { return resolution_of(scene, extent, per_side); });
   return levels;
 }
 

@@ -17,9 +17,13 @@ struct Resolution {
   [[nodiscard]] bool is_fair() const { return materials >= 0.9 && conditions >= 0.5; }
 };
 
-/// `extents`: the full resolution first, then ever coarser. Shares are of at most 49 x 49 sites spread over
-/// the image: it costs less than a sweep.
-[[nodiscard]] std::vector<Resolution> resolutions(const Scene& scene, std::span<const Extent> extents);
+/// Shares are of so many sites a side: they need no more, and must cost less than a sweep.
+inline constexpr int usual_per_side = 97;
+
+/// `extents`: the full resolution first, then ever coarser. Shares are of at most per_side x per_side sites
+/// spread over the image.
+[[nodiscard]] std::vector<Resolution> resolutions(const Scene& scene, std::span<const Extent> extents,
+                                                  int per_side = usual_per_side);
 
 /// Position in `levels` of the coarsest one that is a fair start, all finer ones being fair too.
 [[nodiscard]] std::size_t fair_start(std::span<const Resolution> levels);
@@ -32,7 +36,7 @@ struct Survey {
   double largest_target = 0.0;
   double observed = 0.0; ///< share of all components with confidence > 0
   double partly = 0.0;   ///< share of all components with 0 < confidence < 1
-  double uniform = 0.0;  ///< share of the sites whose 3 x 3 has one modulus, of at most 49 x 49
+  double uniform = 0.0;  ///< share of the sites whose 3 x 3 has one modulus, of at most 97 x 97
 };
 
 [[nodiscard]] Survey survey(const Scene& scene);
