@@ -194,9 +194,8 @@ private:
   int solutions_ = 0;
 };
 
-/// Of a component, pixels: the least that interpolation costs.
-double displacement_noise(const VectorField& field) {
-  constexpr double least = 0.005;
+/// Of a component, pixels.
+double displacement_noise(const VectorField& field, double least) {
   ScalarField component(field.extent);
   component.values = field.x;
   const double along_x = noise_of(component);
@@ -218,7 +217,7 @@ Detection detect_modulus(const VectorField& observed, const ScalarField& region,
   Search search(observed, region, scene, options, session);
   const Extent window = search.window().extent;
   Detection result;
-  result.noise = displacement_noise(search.observed());
+  result.noise = displacement_noise(search.observed(), options.least_noise);
   const VectorField expected = search.expected(search.observed());
   result.unexplained_before = search.distance(expected, search.observed());
   progress.describe("detect: the modulus that explains the deformation");

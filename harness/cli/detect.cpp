@@ -17,7 +17,14 @@ namespace {
 
 constexpr double strong = 4.0; // standard deviations that are full colour
 
-int run_detect(const PairArguments& arguments, const std::string& line) {
+/// What is wrong with the displacement of a good registration, about, pixels.
+constexpr double usual_error = 0.1;
+
+struct Arguments : PairArguments {
+  DetectionOptions detection{.least_noise = usual_error};
+};
+
+int run_detect(const Arguments& arguments, const std::string& line) {
   const PictureData data = arguments.load();
   const auto registry = make_backends();
   const Backend& backend = arguments.scene.choose(registry, data.scene);
@@ -31,8 +38,8 @@ int run_detect(const PairArguments& arguments, const std::string& line) {
   // The pictures are looked at inside the region too: it is the modulus there that is not known.
   const IteratedRegistration registered =
       register_iteratively(data.source, data.target, data.scene, {}, {}, *session, progress);
-  const Detection found =
-      detect_modulus(registered.displacement, data.region, data.scene, {}, *session, progress);
+  const Detection found = detect_modulus(registered.displacement, data.region, data.scene,
+                                         arguments.detection, *session, progress);
   progress.clear();
 
   DetectionRow row{.scene = data.scene.name,
@@ -91,8 +98,13 @@ void add_detect(CLI::App& program, const std::string& arguments, int& status) {
       "Where is tissue stiffer or softer than its label says? (thesis Algorithm 7)\nRegisters the two "
       "pictures, then finds the moduli in the region that explain the deformation.\nWrites "
       "DIR/modulus.nrrd and DIR/detection.nrrd.");
-  const auto own = std::make_shared<PairArguments>();
+  const auto own = std::make_shared<Arguments>();
   own->add_to(*command, true);
+  command
+      ->add_option("--noise", own->detection.least_noise,
+                   "Of the displacement that the registration finds, pixels: significance is counted in it")
+      ->check(CLI::Range(0.001, 100.0))
+      ->capture_default_str();
   command->callback([own, arguments, &status] { status = run_detect(*own, arguments); });
 }
 

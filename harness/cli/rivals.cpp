@@ -159,6 +159,7 @@ void add_rivals(CLI::App& program, const std::string& arguments, int& status) {
                 "slice,\nnoise is added, and every method has to find out how.");
   const auto own = std::make_shared<Arguments>();
   own->scene.scene = "brain";
+  own->scene.schedule.takes_elastic = true;
   command->add_option("scene", own->scene.scene, "Scene by name or TOML file")->capture_default_str();
   command->add_option("--size", own->scene.size, "Image size: 300 (square) or 257x130");
   own->scene.add_backend_to(*command);
