@@ -270,11 +270,23 @@ TEST_F(SceneFile, AnUnknownKeyIsAnsweredWithAllThatAreUnderstood) {
   EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8, 6]\npenalti = 1.0"),
               AllOf(HasSubstr("penalti is not a key"),
                     HasSubstr("those understood are brain, condition, energy, exact, image, penalty, "
-                              "poisson, prior_weight, random, schedule, shape, size, spacing, steps, tissue, "
-                              "title")));
+                              "poisson, prior_weight, random, robust, schedule, shape, size, spacing, steps, "
+                              "tissue, title")));
   EXPECT_THAT(refusal_with("[[shape]]", "[schedule]\niteration = 1\n[[shape]]"),
               HasSubstr("those understood are alignment, epsilon, iterations, method, relaxation, seed, "
                         "start_level, stop, temperatures, update"));
+}
+
+TEST_F(SceneFile, AnObservationHasAConfidenceOrADeviation) {
+  EXPECT_THAT(refusal_with("dx = -5.0", "dx = -5.0\nconfidence = 0.5\ndeviation = 1.0"),
+              HasSubstr("cannot stand beside confidence"));
+  EXPECT_THAT(refusal_with("dx = -5.0", "dx = -5.0\ndeviation = -1.0"), HasSubstr("at least 0 (pixels)"));
+  EXPECT_THAT(refusal_with("size = [8, 6]", "size = [8, 6]\nrobust = 0.0"),
+              HasSubstr("must be above 0 (pixels)"));
+  std::string text(good);
+  text += "deviation = 2.0\n";
+  const Scene scene = load_scene(folder_.write("deviation.toml", text).string());
+  EXPECT_EQ(scene.full.confidence.x.front(), 0.2F) << "a spring a quarter as stiff as the tissue";
 }
 
 TEST_F(SceneFile, AModulusMustHaveAnInverse) {
