@@ -168,8 +168,8 @@ private:
   /// must come to the same field.
   void measure_requests(const Scene& scene, std::string_view name,
                         std::optional<double> poisson = std::nullopt) {
-    for (const double asked :
-         options_.quick ? std::vector{1.0, 0.1} : std::vector{5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02}) {
+    for (const double asked : options_.quick ? std::vector{1.0, 0.1}
+                                             : std::vector{5.0, 2.0, 1.0, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02}) {
       Place& place = main_place(Update::coloured);
       TradeoffPoint& point = result_.points.emplace_back();
       point.method = name;
