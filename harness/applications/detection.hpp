@@ -14,8 +14,8 @@ struct DetectionOptions {
   int iterations = 40; ///< of L-BFGS
   int repetitions = 6; ///< fields of noise that significance is made from
   std::uint32_t seed = 1;
-  /// Of the observed displacement, standard deviation of a component, pixels: at least so much, where it looks
-  /// smoother than it is certain, as what registrations find does.
+  /// Of the observed displacement, standard deviation of a component, pixels: at least so much, where it
+  /// looks smoother than it is certain, as what registrations find does.
   double least_noise = 0.005;
 };
 
