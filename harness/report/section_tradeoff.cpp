@@ -221,7 +221,7 @@ std::string requests_table(const std::vector<TradeoffScene>& scenes) {
   std::vector<std::string> columns;
   for (const TradeoffScene& scene : scenes) {
     for (const TradeoffRow& row : scene.rows) {
-      if (row.asked) {
+      if (row.asked && row.poisson_used != 0.0) { // with the scene's ratio, as people have it
         std::string column = row.poisson_used
                                  ? fmt::format("{}, elastic, ν = {:.2g}", scene.name, *row.poisson_used)
                                  : scene.name;
