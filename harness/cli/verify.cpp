@@ -106,6 +106,10 @@ std::string verdict_of(Modes modes) {
 
 /// Which modes are not compared on any backend, and how much of the work active may leave out.
 void print_remarks(const Scene& scene, const std::vector<Comparison>& comparisons) {
+  if (scene.robust) {
+    fmt::print("  observations are forgiven by solving again with other springs: followed is the first "
+               "solution\n");
+  }
   for (const Mode mode : {Mode::active, Mode::pyramid}) {
     if (const std::string reason = why_left_out(mode, scene); !reason.empty()) {
       fmt::print("  {} is not compared: {}\n", name_of(mode), reason);
