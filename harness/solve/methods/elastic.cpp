@@ -30,6 +30,8 @@ ElasticSolver::ElasticSolver(const Level& full, double poisson, ElasticSession& 
   }
   if (sprung_) {
     load_springs(full, poisson);
+  } else {
+    start_ = VectorField(); // the session has it, and in large images its 8 bytes a site count
   }
   list_work();
 }

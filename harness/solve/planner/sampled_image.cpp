@@ -1,6 +1,7 @@
 #include "harness/solve/planner/sampled_image.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <span>
 
@@ -28,28 +29,47 @@ constexpr std::size_t block = 64;
 
 constexpr std::size_t sites_worth_threads = 1 << 15;
 
+/// Pixels: no smaller gap is worth asking whether it was known.
+constexpr float smallest_gap = 1e-3F;
+
 /// A row of one component. `is_known(i)`: the coarse field knew of an observation next to site i.
 template <typename IsKnown>
 Imposed put_on_targets(std::span<float> values, const float* target, const float* confidence,
                        const IsKnown& is_known) {
-  Imposed result;
+  Imposed result{.largest_unknown_gap = smallest_gap};
+  std::array<float, block> gaps{};
   for (std::size_t first = 0; first < values.size(); first += block) {
-    const std::size_t end = std::min(first + block, values.size());
+    const std::size_t count = std::min(block, values.size() - first);
+    float* const value = values.data() + first;
     float most = 0.0F;
 #pragma omp simd reduction(max : most)
-    for (std::size_t i = first; i < end; ++i) {
-      most = std::max(most, confidence[i]);
+    for (std::size_t i = 0; i < count; ++i) {
+      most = std::max(most, confidence[first + i]);
     }
-    for (std::size_t i = first; i < end && most > 0.0F; ++i) {
-      if (confidence[i] > 0.0F) {
-        const float gap = std::abs(target[i] - values[i]);
-        result.squares += static_cast<double>(gap) * static_cast<double>(gap);
-        ++result.count;
-        if (gap > result.largest_unknown_gap && !is_known(i)) {
-          result.largest_unknown_gap = gap;
-        }
-        result.has_springs = result.has_springs || confidence[i] < 1.0F;
-        values[i] = target[i];
+    if (most == 0.0F) {
+      continue;
+    }
+    float squares = 0.0F;
+    float observed = 0.0F;
+    float least = 1.0F;
+    float largest = 0.0F;
+#pragma omp simd reduction(+ : squares, observed) reduction(min : least) reduction(max : largest)
+    for (std::size_t i = 0; i < count; ++i) {
+      const float own = confidence[first + i];
+      const float to = own > 0.0F ? target[first + i] : value[i];
+      gaps[i] = std::abs(to - value[i]);
+      squares += gaps[i] * gaps[i];
+      observed += own > 0.0F ? 1.0F : 0.0F;
+      least = std::min(least, own > 0.0F ? own : 1.0F);
+      largest = std::max(largest, gaps[i]);
+      value[i] = to;
+    }
+    result.squares += static_cast<double>(squares);
+    result.count += static_cast<std::size_t>(observed);
+    result.has_springs = result.has_springs || least < 1.0F;
+    for (std::size_t i = 0; i < count && largest > result.largest_unknown_gap; ++i) {
+      if (gaps[i] > result.largest_unknown_gap && !is_known(first + i)) {
+        result.largest_unknown_gap = gaps[i];
       }
     }
   }
@@ -210,7 +230,9 @@ Interpolated interpolate_to_image(const VectorField& coarse, const Level& sample
   if (imposed.count > 0) {
     result.gap = std::sqrt(2.0 * imposed.squares / static_cast<double>(imposed.count)); // two a site
   }
-  result.largest_unknown_gap = static_cast<double>(imposed.largest_unknown_gap);
+  if (imposed.largest_unknown_gap > smallest_gap) {
+    result.largest_unknown_gap = static_cast<double>(imposed.largest_unknown_gap);
+  }
   result.has_springs = imposed.has_springs;
   return result;
 }
