@@ -5,12 +5,14 @@
 #include "harness/measure/memory_use.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/ranks/crew.hpp"
+#include "harness/ranks/elastic_solution.hpp"
 #include "harness/ranks/ranked_file.hpp"
 #include "harness/ranks/ranked_solution.hpp"
 #include "harness/report/grouped.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/row_fields.hpp"
+#include "harness/solve/methods/solver.hpp"
 #include "harness/solve/solve.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -87,6 +89,28 @@ void print_ranks(const std::vector<RankRow>& rows) {
   fmt::print("\n{}", table.text());
 }
 
+Sharing sharing_of(const Ranks& ranks, std::size_t fewest_sites, const RankArguments& arguments) {
+  return {.ranks = ranks.size(),
+          .pieces = ranks.size(),
+          .fewest_sites = arguments.sites_per_rank > 0 ? arguments.sites_per_rank : fewest_sites};
+}
+
+RankedSolution solve(ScenePart part, const Backend& backend, const SessionOptions& options,
+                     const Sharing& sharing, Ranks& ranks, Progress& progress) {
+  if (part.scene.energy == EnergyModel::elastic) {
+    if (const std::string why = why_not_solved(part.scene, backend); !why.empty()) {
+      throw InputError(fmt::format("{} {}", backend.name(), why));
+    }
+    RankedElastic steps(share_elastic(part.scene.extent(), sharing), ranks, ranks,
+                        [&] { return backend.open_elastic(options); });
+    return solve_elastic_on_ranks(part, steps, ranks, progress);
+  }
+  const int together = sweeps_per_iteration(part.scene.full);
+  const auto session = backend.open(options);
+  return solve_on_ranks(ranked_pyramid(std::move(part)), sharing, ranks, ranks, *session, true,
+                        [&](double site_updates) { progress.advance(site_updates / together); });
+}
+
 } // namespace
 
 int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& rank_arguments,
@@ -94,16 +118,25 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
   const PeakMemory memory;
   Progress progress(ranks.is_first());
   progress.describe(fmt::format("prepare {}", arguments.scene));
-  Sharing sharing{.ranks = ranks.size(), .pieces = ranks.size()};
-  if (rank_arguments.sites_per_rank > 0) {
-    sharing.fewest_sites = rank_arguments.sites_per_rank;
-  }
   const auto rank = static_cast<std::size_t>(ranks.rank());
   const auto registry = make_backends();
   const Backend& backend = backend_of_rank(registry, arguments.backend, ranks.rank());
   const SessionOptions options = options_of_rank(arguments.session, backend, ranks);
   const Device device = backend.device(options);
-  ScenePart part = arguments.load_part([&](Extent extent) { return sharing(extent).loaded[rank]; });
+  EnergyModel energy = arguments.schedule.energy.value_or(EnergyModel::hdm);
+  Sharing sharing;
+  const auto load = [&] {
+    const bool elastic = energy == EnergyModel::elastic;
+    sharing = sharing_of(ranks, elastic ? elastic_sites_per_rank : Sharing{}.fewest_sites, rank_arguments);
+    return arguments.load_part([&](Extent extent) {
+      return elastic ? share_elastic(extent, sharing).image().loaded[rank] : sharing(extent).loaded[rank];
+    });
+  };
+  ScenePart part = load();
+  if (part.scene.energy != energy) { // by its method
+    energy = part.scene.energy;
+    part = load();
+  }
   const Scene scene = part.scene;
   require_shareable(scene);
   const bool made_whole = part.made_whole;
@@ -118,10 +151,7 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
   const int together = sweeps_per_iteration(scene.full);
   progress.set_total(site_updates(scene), WorkUnit::site_updates);
   progress.describe(fmt::format("run {} on {} ranks", scene.name, ranks.size()));
-  const auto session = backend.open(options);
-  const RankedSolution solution =
-      solve_on_ranks(ranked_pyramid(std::move(part)), sharing, ranks, ranks, *session, true,
-                     [&](double site_updates) { progress.advance(site_updates / together); });
+  const RankedSolution solution = solve(std::move(part), backend, options, sharing, ranks, progress);
   progress.describe(fmt::format("write {}", file.string()));
   write_displacement_on_ranks(file, scene.extent(), solution.owned, solution.displacement, scene.spacing,
                               ranks);

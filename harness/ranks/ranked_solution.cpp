@@ -347,11 +347,15 @@ void require_shareable(const Scene& scene) {
   const auto refuse = [&](std::string_view what) {
     throw InputError(fmt::format(
         "{} runs on one rank; several compute icm in simultaneous, coloured and four-coloured order "
-        "(--method icm), with a fixed number of iterations or until sites are still",
+        "(--method icm), with a fixed number of iterations or until sites are still, and all methods of the "
+        "elastic energy (--energy elastic)",
         what));
   };
   if (scene.energy == EnergyModel::elastic) {
-    refuse("the elastic energy");
+    if (scene.robust) {
+      refuse("--robust, which solves again and again,");
+    }
+    return;
   }
   if (scene.schedule.rule != Rule::steps || scene.schedule.cycle != Cycle::one_way ||
       scene.schedule.mean_modulus || scene.full.update == Update::sequential) {
