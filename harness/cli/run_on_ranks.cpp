@@ -1,11 +1,12 @@
 #include "harness/cli/run_on_ranks.hpp"
 
 #include "harness/check/compare.hpp"
+#include "harness/cli/rank_rows.hpp"
 #include "harness/judge/run_row.hpp"
 #include "harness/measure/memory_use.hpp"
 #include "harness/measure/result_file.hpp"
-#include "harness/ranks/crew.hpp"
 #include "harness/ranks/elastic_solution.hpp"
+#include "harness/ranks/rank_devices.hpp"
 #include "harness/ranks/ranked_file.hpp"
 #include "harness/ranks/ranked_solution.hpp"
 #include "harness/report/grouped.hpp"
@@ -17,10 +18,8 @@
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <optional>
 
 namespace hdmbench::commands {
@@ -28,20 +27,6 @@ namespace hdmbench::commands {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string machine_name() {
-  std::array<char, 256> name{};
-  return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
-}
-
-/// Of all ranks, by rank, on the first one; collective.
-std::vector<RankRow> gather(const RankRow& own, Ranks& ranks) {
-  std::vector<RankRow> rows;
-  for (const std::string& text : ranks.gather(to_json_row(own).dump())) {
-    read_json_row(nlohmann::json::parse(text), {.file = "of a rank"}, rows.emplace_back());
-  }
-  return rows;
-}
 
 /// Collective.
 std::vector<SharedLevelRow> rows_of(const std::vector<RankedLevel>& levels, Ranks& ranks) {
@@ -179,15 +164,15 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
              .largest_displacement = largest,
              .spacing = scene.spacing,
              .ranks = ranks.size()};
-  row.by_rank = gather({.machine = machine_name(),
-                        .backend = std::string(backend.name()),
-                        .device = device.name,
-                        .threads = backend.threads(options),
-                        .sites = static_cast<std::int64_t>(solution.owned.extent().sites()),
-                        .messages = traffic.messages,
-                        .bytes = traffic.bytes,
-                        .peak_memory = static_cast<std::int64_t>(memory.bytes().value_or(0))},
-                       ranks);
+  row.by_rank = gather_rows<RankRow>({{.machine = machine_name(),
+                                       .backend = std::string(backend.name()),
+                                       .device = device.name,
+                                       .threads = backend.threads(options),
+                                       .sites = static_cast<std::int64_t>(solution.owned.extent().sites()),
+                                       .messages = traffic.messages,
+                                       .bytes = traffic.bytes,
+                                       .peak_memory = static_cast<std::int64_t>(memory.bytes().value_or(0))}},
+                                     ranks);
   row.shared_levels = rows_of(solution.levels, ranks);
   if (!ranks.is_first()) {
     return success;
