@@ -197,7 +197,8 @@ int bench_scaling_on_ranks(CommonArguments arguments, bool scaling, int repeats,
   }
   constexpr Extent large{65536, 65536};
   std::vector<ScalingRow> modelled;
-  for (int count = 1; count <= 1 << 14; count *= 2) {
+  constexpr int most = 10'000;
+  for (const int count : counts_up_to(most)) {
     modelled.push_back(bench.modelled(large, count));
   }
   const RankRates& rates = bench.rates();
@@ -205,10 +206,14 @@ int bench_scaling_on_ranks(CommonArguments arguments, bool scaling, int repeats,
       "{} scaling, {} on 1 ... {} ranks of this run; medians of {} samples, without making the scene\n", kind,
       bench.backends(), ranks.size(), repeats);
   print_measured(measured);
-  fmt::print("  a rank while all work: {:.1f} Msites/s of sweeps, {:.1f} loaded, {:.1f} read and written; a "
-             "message: {:.1f} us, {:.2f} GB/s\n",
-             rates.sweep / 1e6, rates.load / 1e6, rates.copy / 1e6, rates.latency * 1e6,
-             rates.bandwidth / 1e9);
+  for (const PieceRates& piece : rates.pieces) {
+    fmt::print(
+        "  a rank with {} sites while all work: {:.1f} Msites/s of sweeps, {:.1f} loaded, {:.1f} read and "
+        "written\n",
+        grouped(static_cast<std::int64_t>(piece.sites)), piece.sweep / 1e6, piece.load / 1e6,
+        piece.copy / 1e6);
+  }
+  fmt::print("  a message: {:.1f} us, {:.2f} GB/s\n", rates.latency * 1e6, rates.bandwidth / 1e9);
   print_modelled(modelled);
   nlohmann::json rows = nlohmann::json::array();
   for (const auto* const list : {&measured, &modelled}) {

@@ -29,7 +29,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Collective.
-std::vector<SharedLevelRow> rows_of(const std::vector<RankedLevel>& levels, Ranks& ranks) {
+std::vector<SharedLevelRow> rows_of(const std::vector<RankedLevel>& levels, bool counted, Ranks& ranks) {
   std::vector<SharedLevelRow> rows;
   for (const RankedLevel& level : levels) {
     const auto pieces = static_cast<std::int64_t>(level.pieces);
@@ -39,7 +39,7 @@ std::vector<SharedLevelRow> rows_of(const std::vector<RankedLevel>& levels, Rank
                     .rows = pieces / level.columns,
                     .halo = level.halo,
                     .sweeps = level.sweeps,
-                    .changed = level.changed,
+                    .changed = counted ? std::optional(level.changed) : std::nullopt,
                     .renewals = level.renewals,
                     .messages = ranks.sum(level.halos.messages),
                     .bytes = ranks.sum(level.halos.bytes)});
@@ -47,17 +47,18 @@ std::vector<SharedLevelRow> rows_of(const std::vector<RankedLevel>& levels, Rank
   return rows;
 }
 
-void print_levels(const std::vector<SharedLevelRow>& levels, int sweeps_together) {
+void print_levels(const std::vector<SharedLevelRow>& levels, int sweeps_together, bool is_elastic) {
   Table table({"size", "iterations", "still moving", "pieces", "halo", "renewals", "messages", "bytes"});
   for (const SharedLevelRow& level : levels) {
     table.add({fmt::format("{} x {}", level.width, level.height),
-               std::to_string(level.sweeps / sweeps_together), fmt::format("{} sites", level.changed),
+               std::to_string(level.sweeps / sweeps_together),
+               level.changed ? fmt::format("{} sites", *level.changed) : "-",
                fmt::format("{} x {}", level.columns, level.rows), std::to_string(level.halo),
                std::to_string(level.renewals), grouped(level.messages), grouped(level.bytes)});
   }
   fmt::print("{}  pieces: columns x rows, each on a rank of its own; halo: sites that a rank computes beyond "
-             "its own;\n  messages and bytes: of all ranks, to renew halos\n",
-             table.text());
+             "its own;\n  messages and bytes: of all ranks, to renew halos{}\n",
+             table.text(), is_elastic ? ", and to a level in one piece and back" : "");
 }
 
 void print_ranks(const std::vector<RankRow>& rows) {
@@ -133,7 +134,8 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
     require_writable(file);
   }
 
-  const int together = sweeps_per_iteration(scene.full);
+  const bool is_elastic = scene.energy == EnergyModel::elastic;
+  const int together = is_elastic ? 1 : sweeps_per_iteration(scene.full);
   progress.set_total(site_updates(scene), WorkUnit::site_updates);
   progress.describe(fmt::format("run {} on {} ranks", scene.name, ranks.size()));
   const RankedSolution solution = solve(std::move(part), backend, options, sharing, ranks, progress);
@@ -158,6 +160,7 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
              .backend = arguments.backend,
              .device = device.name,
              .method = method_name(scene),
+             .energy = std::string(energy_names[static_cast<std::size_t>(scene.energy)]),
              .seconds = seconds,
              .levels = std::ssize(solution.levels),
              .iterations = iterations,
@@ -173,13 +176,13 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
                                        .bytes = traffic.bytes,
                                        .peak_memory = static_cast<std::int64_t>(memory.bytes().value_or(0))}},
                                      ranks);
-  row.shared_levels = rows_of(solution.levels, ranks);
+  row.shared_levels = rows_of(solution.levels, !is_elastic, ranks);
   if (!ranks.is_first()) {
     return success;
   }
   fmt::print("{}\n{} x {} pixels of {:.4g} mm, {} on {} ranks ({})\n\n", scene.title, scene.extent().width,
              scene.extent().height, scene.spacing, method_name(scene), ranks.size(), arguments.backend);
-  print_levels(row.shared_levels, together);
+  print_levels(row.shared_levels, together, is_elastic);
   print_ranks(row.by_rank);
   fmt::print("\n  largest displacement {:.4g} px, {} iterations in {:.3g} s\n", largest, iterations, seconds);
   if (made_whole) {

@@ -122,12 +122,16 @@ std::vector<RankFault> rank_faults() {
                  .what = "the second rank's changed sites are not counted",
                  .in_count = [](std::int64_t count, std::size_t rank) { return rank == 1 ? 0 : count; }});
   std::ranges::transform(in_halos, std::back_inserter(all), elastic);
+  // Cycles renew a halo while a row of it is left; sweeps without springs use it up. Where several levels are
+  // cut it is so wide on the image that a mistake on its rim rounds away.
+  RankFault& one_row_short = all.at(all.size() - in_halos.size());
+  one_row_short.method = elastic_sweeps;
+  one_row_short.fewest_sites = 300;
   all.push_back(elastic({.name = "other-modulus",
-                         .what = "a pixel of the second rank is stiffer by the last digit",
+                         .what = "the second rank's tissue is stiffer by the last digit",
                          .in_level = [](Level& level, std::size_t rank) {
-                           if (rank == 1) {
-                             float& middle = level.modulus.values.at(level.modulus.values.size() / 2);
-                             middle = std::nextafter(middle, 2.0F * middle);
+                           for (float& modulus : level.modulus.values) {
+                             modulus = rank == 1 ? std::nextafter(modulus, 2.0F * modulus) : modulus;
                            }
                          }}));
   all.push_back(elastic({.name = "sum-in-rank-order",
@@ -165,29 +169,29 @@ std::int64_t FaultyExchange::sum(std::int64_t own) {
 
 std::vector<Planted> planted_on_ranks(Crew& crew, const Backend& first, std::string_view backends,
                                       int ranks) {
-  const auto planted = [&](const std::string& name, const std::string& what, Expected expected,
-                           const std::string& method) {
-    const std::string fault = expected == Expected::let_through ? "" : name;
-    // As small as a piece can be, so that small scenes are cut, too.
-    const Sharing sharing{.pieces = ranks, .fewest_sites = 1};
-    return Planted{.name = name,
-                   .what = what,
+  const auto planted = [&](const RankFault& one, Expected expected) {
+    const std::string fault = expected == Expected::let_through ? "" : one.name;
+    // As small as a piece can be, so that small scenes are cut, too; and halos as narrow.
+    const Sharing sharing{
+        .pieces = ranks, .fewest_sites = one.fewest_sites, .halo = one.method == "icm" ? 0 : 2};
+    return Planted{.name = one.name,
+                   .what = one.what,
                    .backend = std::string(backends),
                    .layer = Layer::ranks,
                    .on_cpu = first.threads({}) > 0,
                    .expected = expected,
-                   .method = method,
+                   .method = one.method,
                    .bitwise = first.threads({}) > 0,
                    .make = [&crew, &first, sharing, fault, names = std::string(backends)](const Scene&) {
                      return std::make_unique<RankBackend>(crew, first, names, sharing, fault);
                    }};
   };
-  std::vector<Planted> list{planted("sound", "no mistake", Expected::let_through, "icm"),
-                            planted("elastic-sound", "no mistake", Expected::let_through,
-                                    std::string(elastic_conjugate_gradients))};
+  const RankFault none{.name = "sound", .what = "no mistake"};
+  std::vector<Planted> list{planted(none, Expected::let_through),
+                            planted(elastic(none), Expected::let_through)};
   for (const RankFault& fault : rank_faults()) {
     if (ranks >= fault.ranks) {
-      list.push_back(planted(fault.name, fault.what, Expected::disagree, fault.method));
+      list.push_back(planted(fault, Expected::disagree));
     }
   }
   return list;

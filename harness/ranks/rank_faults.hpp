@@ -29,7 +29,8 @@ struct RankFault {
   std::function<void(std::vector<Parcel>&)> in_sums{};
   /// Spoils the piece of a level that this rank loads.
   std::function<void(Level&, std::size_t rank)> in_level{};
-  std::string method = "icm"; ///< that it concerns
+  std::string method = "icm";   ///< that it concerns
+  std::size_t fewest_sites = 1; ///< Sharing::fewest_sites that it is tried with
 };
 
 [[nodiscard]] std::vector<RankFault> rank_faults();

@@ -155,6 +155,7 @@ std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names, std:
     scenes.push_back(by_method(random, method));
   }
   scenes.push_back(by_method(square, elastic_conjugate_gradients));
+  scenes.push_back(by_method(square, elastic_sweeps));
   scenes.push_back(pulled_by_2_px(square));
   scenes.push_back(sleeping_tiles());
   scenes.push_back(with_denormals(square));
