@@ -264,7 +264,7 @@ TEST_F(RankProgram, SendsForTheElasticEnergyWhatTheFormulaSays) {
       const std::int64_t sites = number("width") * number("height");
       if (columns * rows == 1) {
         EXPECT_EQ(number("messages"), number("renewals") * (ranks - 1)) << level;
-        EXPECT_LT(number("bytes"), number("renewals") * sites * 2 * 8) << level;
+        EXPECT_LE(number("bytes"), number("renewals") * sites * 2 * 8) << level;
         in_one_piece += number("messages") > 0 ? 1 : 0;
         continue;
       }
@@ -309,7 +309,7 @@ TEST_F(RankProgram, VerifyComparesEverySweepOnEveryNumberOfRanks) {
       "verify random " + sprung +
           " --size 45x31 --energy elastic --method conjugate-gradients --iterations 1 --backends "
           "scalar,openmp",
-      AllOf(HasSubstr("openmp on 6 ranks"), HasSubstr("24 comparisons with scalar agree to the "
+      AllOf(HasSubstr("openmp on 6 ranks"), HasSubstr("48 comparisons with scalar agree to the "
                                                       "bit, 0 are certified, 0 disagree")),
       on_ranks(6));
   test::expect_run(

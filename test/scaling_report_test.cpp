@@ -28,7 +28,7 @@ protected:
 TEST_F(ScalingReport, SaysHowFarTheModelIsOff) {
   const std::string page =
       page_of(rows(scaling_row(1, {0.5, 0.4, 0.6}, 0.45), scaling_row(2, {0.2, 0.2, 0.3}, 0.25)));
-  EXPECT_THAT(page, AllOf(HasSubstr("-10 %"), HasSubstr("+25 %"), HasSubstr("&lt;square&gt;"),
+  EXPECT_THAT(page, AllOf(HasSubstr("+12 %"), HasSubstr("+25 %"), HasSubstr("&lt;square&gt;"),
                           HasSubstr("2.50"), Not(HasSubstr("id=\"ranks-model\""))));
 }
 

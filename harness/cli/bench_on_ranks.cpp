@@ -64,12 +64,13 @@ public:
       throw InputError("the image is too small: a rank has nothing to compute; give a larger --size");
     }
     outline_ = part.scene;
-    rates_ = hdmbench::measure_rates(part.full, *session_, ranks_);
+    rates_ = hdmbench::measure_rates(part.full, *session_, ranks_, AtWork::all);
+    rates_alone_ = hdmbench::measure_rates(part.full, *session_, ranks_, AtWork::first);
   }
 
   [[nodiscard]] ScalingRow measure(int count, int repeats) {
     const Extent extent = kind_ == "weak" ? scaled(size_, std::sqrt(count)) : size_;
-    ScalingRow row = modelled(extent, count);
+    ScalingRow row = modelled(extent, count, count == 1 ? rates_alone_ : rates_);
     const Sharing sharing = sharing_of(count);
     for (int i = 0; i < repeats; ++i) {
       const Traffic before = ranks_.traffic();
@@ -86,7 +87,7 @@ public:
     return row;
   }
 
-  [[nodiscard]] ScalingRow modelled(Extent extent, int count) const {
+  [[nodiscard]] ScalingRow modelled(Extent extent, int count, const RankRates& rates) const {
     const Sharing sharing{.ranks = count, .pieces = count};
     return {.scene = scene_,
             .scaling = kind_,
@@ -95,7 +96,7 @@ public:
             .width = extent.width,
             .height = extent.height,
             .seconds = {},
-            .modelled_seconds = predicted_seconds(levels_of(outline_, extent), sharing, rates_)};
+            .modelled_seconds = predicted_seconds(levels_of(outline_, extent), sharing, rates)};
   }
 
   [[nodiscard]] const RankRates& rates() const { return rates_; }
@@ -124,11 +125,12 @@ private:
   std::unique_ptr<Session> session_;
   Scene outline_; ///< without fields
   RankRates rates_;
+  RankRates rates_alone_; ///< of a rank that has the machine for itself
 };
 
 void print_measured(const std::vector<ScalingRow>& rows) {
-  Table table({"ranks", "size", "seconds", "speed-up", "efficiency", "modelled", "it is off by", "messages",
-               "MB sent"});
+  Table table({"ranks", "size", "seconds", "speed-up", "efficiency", "fastest", "modelled", "it is off by",
+               "messages", "MB sent"});
   const double one = median(rows.front().seconds);
   for (const ScalingRow& row : rows) {
     const double seconds = median(row.seconds);
@@ -138,6 +140,7 @@ void print_measured(const std::vector<ScalingRow>& rows) {
     table.add({std::to_string(row.ranks), fmt::format("{} x {}", row.width, row.height),
                fmt::format("{:.4f}", seconds), fmt::format("{:.2f}", speed_up),
                fmt::format("{:.0f} %", 100.0 * speed_up / static_cast<double>(row.ranks)),
+               fmt::format("{:.4f}", std::ranges::min(row.seconds)),
                fmt::format("{:.4f}", row.modelled_seconds),
                fmt::format("{:+.0f} %", 100.0 * model_error(row)), grouped(row.messages),
                fmt::format("{:.2f}", static_cast<double>(row.bytes) / 1e6)});
@@ -199,7 +202,7 @@ int bench_scaling_on_ranks(CommonArguments arguments, bool scaling, int repeats,
   std::vector<ScalingRow> modelled;
   constexpr int most = 10'000;
   for (const int count : counts_up_to(most)) {
-    modelled.push_back(bench.modelled(large, count));
+    modelled.push_back(bench.modelled(large, count, bench.rates()));
   }
   const RankRates& rates = bench.rates();
   fmt::print(
@@ -208,10 +211,10 @@ int bench_scaling_on_ranks(CommonArguments arguments, bool scaling, int repeats,
   print_measured(measured);
   for (const PieceRates& piece : rates.pieces) {
     fmt::print(
-        "  a rank with {} sites while all work: {:.1f} Msites/s of sweeps, {:.1f} loaded, {:.1f} read and "
-        "written\n",
-        grouped(static_cast<std::int64_t>(piece.sites)), piece.sweep / 1e6, piece.load / 1e6,
-        piece.copy / 1e6);
+        "  a rank with {} sites while all work: {:.1f} Msites/s of sweeps, {:.1f} sampled, {:.1f} projected, "
+        "{:.1f} loaded, {:.1f} read and written\n",
+        grouped(static_cast<std::int64_t>(piece.sites)), piece.sweep / 1e6, piece.sample / 1e6,
+        piece.project / 1e6, piece.load / 1e6, piece.copy / 1e6);
   }
   fmt::print("  a message: {:.1f} us, {:.2f} GB/s\n", rates.latency * 1e6, rates.bandwidth / 1e9);
   print_modelled(modelled);

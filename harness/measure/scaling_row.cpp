@@ -1,8 +1,8 @@
 #include "harness/measure/scaling_row.hpp"
 
-#include "harness/measure/median.hpp"
 #include "harness/scene/row_fields.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -23,7 +23,7 @@ void list_fields(Fields& fields, ScalingRow& row) {
 }
 
 double model_error(const ScalingRow& row) {
-  return row.modelled_seconds / median(row.seconds) - 1.0;
+  return row.modelled_seconds / std::ranges::min(row.seconds) - 1.0;
 }
 
 WorthRanks worth_ranks(const std::vector<ScalingRow>& modelled) {

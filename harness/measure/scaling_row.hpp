@@ -24,8 +24,8 @@ struct ScalingRow {
 
 void list_fields(Fields& fields, ScalingRow& row);
 
-/// By how much the model is off, as a share of the median of what was measured: 0.1 is 10 % too long. The row
-/// has samples.
+/// By how much the model is off, as a share of the fastest sample: 0.1 is 10 % too long. The rates it takes
+/// are the best that were measured, too. The row has samples.
 [[nodiscard]] double model_error(const ScalingRow& row);
 
 /// Of modelled rows with rising numbers of ranks: the last number worth it, beyond which twice as many save

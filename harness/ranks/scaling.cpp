@@ -1,5 +1,6 @@
 #include "harness/ranks/scaling.hpp"
 
+#include "harness/ranks/ranked_resampling.hpp"
 #include "harness/solve/stopwatch.hpp"
 
 #include <algorithm>
@@ -31,31 +32,49 @@ double exchange_seconds(Ranks& ranks, int sites, int repeats) {
   return ranks.largest(ranks.rank() < 2 ? samples[static_cast<std::size_t>(repeats / 2)] : 0.0);
 }
 
-/// Of the slowest rank, all at once; the median of several.
+/// Of the slowest rank, all at once; the best of several, as other work on the machine only adds.
 template <typename Call>
-double slowest(Ranks& ranks, const Call& call) {
-  std::array<double, 5> samples{};
+double slowest(Ranks& ranks, AtWork at_work, const Call& call) {
+  std::array<double, 9> samples{};
   for (double& sample : samples) {
     (void)ranks.largest(0.0); // all begin together
     const Clock clock;
-    call();
+    if (at_work == AtWork::all || ranks.is_first()) {
+      call();
+    }
     sample = ranks.largest(clock.seconds());
   }
-  std::ranges::nth_element(samples, samples.begin() + samples.size() / 2);
-  return samples[samples.size() / 2];
+  return std::ranges::min(samples);
 }
 
-PieceRates measure_piece(const Level& piece, Session& session, Ranks& ranks) {
+// What RankedSolver makes of the image, and of the level before.
+void sample(const Level& image, Extent level) {
+  const RankedSampler sampler(image.extent, level, Alignment::corner);
+  const Rectangle all = all_of(image.extent);
+  for (const auto* const values : {&image.target.x, &image.target.y, &image.confidence.x, &image.confidence.y,
+                                   &image.modulus.values, &image.inverse_modulus.values}) {
+    (void)sampler(*values, all, all);
+  }
+}
+void project(Extent level) {
+  const Extent coarse{(level.width + 1) / 2, (level.height + 1) / 2};
+  (void)RankedProjection(coarse, level, Alignment::corner)(VectorField(coarse), all_of(level));
+}
+
+PieceRates measure_piece(const Level& image, const Level& piece, Session& session, Ranks& ranks,
+                         AtWork at_work) {
   constexpr int sweeps = 20;
   PieceRates rates{.sites = static_cast<double>(piece.extent.sites())};
   VectorField field(piece.extent);
   session.load(piece); // the first time is slower: shaders are compiled, memory is new
   session.write(field);
   session.step(2);
-  rates.load = rates.sites / slowest(ranks, [&] { session.load(piece); });
+  rates.sample = rates.sites / slowest(ranks, at_work, [&] { sample(image, piece.extent); });
+  rates.project = rates.sites / slowest(ranks, at_work, [&] { project(piece.extent); });
+  rates.load = rates.sites / slowest(ranks, at_work, [&] { session.load(piece); });
   session.write(field);
-  rates.sweep = sweeps * rates.sites / slowest(ranks, [&] { session.step(sweeps); });
-  rates.copy = rates.sites / slowest(ranks, [&] {
+  rates.sweep = sweeps * rates.sites / slowest(ranks, at_work, [&] { session.step(sweeps); });
+  rates.copy = rates.sites / slowest(ranks, at_work, [&] {
                  session.read(field);
                  session.write(field);
                });
@@ -69,13 +88,13 @@ const PieceRates& RankRates::of(double sites) const {
       pieces, {}, [&](const PieceRates& piece) { return std::abs(std::log(piece.sites / sites)); });
 }
 
-RankRates measure_rates(const Level& sample, Session& session, Ranks& ranks) {
+RankRates measure_rates(const Level& sample, Session& session, Ranks& ranks, AtWork at_work) {
   RankRates rates;
   Rectangle part = all_of(sample.extent);
   // Down to pieces that no rank would get.
   constexpr double smallest = 4096.0;
   do {
-    rates.pieces.push_back(measure_piece(part_of(sample, part), session, ranks));
+    rates.pieces.push_back(measure_piece(sample, part_of(sample, part), session, ranks, at_work));
     part.width = (part.width + 1) / 2;
     part.height = (part.height + 1) / 2;
   } while (-ranks.largest(-static_cast<double>(part.extent().sites())) >= smallest);
@@ -104,7 +123,9 @@ double predicted_seconds(std::span<const PyramidLevel> levels, const Sharing& sh
     const double messages = columns * rows - 1; // of a piece in the middle
     const double renewals = pieces > 1 ? std::ceil(static_cast<double>(level.sweeps) / cut.halo) - 1.0 : 0.0;
     const PieceRates& piece = rates.of(sites);
-    seconds += sites / piece.load + sites / piece.copy + level.sweeps * sites / piece.sweep +
+    seconds += level.extent == levels.back().extent ? 0.0 : sites / piece.sample;
+    seconds += sites / piece.project + sites / piece.load + sites / piece.copy +
+               level.sweeps * sites / piece.sweep +
                std::max(0.0, renewals) *
                    (sites / piece.copy + messages * rates.latency + halo_bytes / rates.bandwidth);
   }
