@@ -1,6 +1,7 @@
 // Several processes against one: files byte for byte, every sweep bit by bit, errors that end all of them.
 // Skipped where the build has no MPI.
 
+#include "harness/ranks/elastic_share.hpp"
 #include "harness/ranks/ranked_solution.hpp"
 #include "harness/scene/scene_part.hpp"
 #include "test/program.hpp"
@@ -90,6 +91,32 @@ TEST(Sharing, GoesToFewerRanksWhereALevelIsSmall) {
   EXPECT_EQ(finest({5, 5}).owned[5].extent().sites(), 0U) << "an idle rank";
 }
 
+/// Cells of a part are whole on every level only where it ends one site after a multiple, or with the image.
+TEST(ElasticSharing, CutsAtMultiplesOfTheCoarsening) {
+  for (const Extent image : {Extent{61, 47}, Extent{130, 9}, Extent{200, 300}, Extent{33, 129}}) {
+    for (const int ranks : {1, 2, 3, 4, 6}) {
+      const ElasticShare share = share_elastic(image, {.ranks = ranks, .pieces = ranks, .fewest_sites = 1});
+      const int granule = 1 << share.cut_levels();
+      EXPECT_EQ(share.cut_levels() > 0, ranks > 1);
+      for (int level = 0; level <= share.cut_levels(); ++level) {
+        const Extent sites = share.levels[static_cast<std::size_t>(level)];
+        std::size_t owned = 0;
+        for (const Piece& piece : share.share(level).cut.pieces) {
+          owned += piece.owned.extent().sites();
+          EXPECT_EQ(intersection(piece.owned, piece.loaded), piece.owned);
+          EXPECT_EQ(intersection(piece.loaded, all_of(sites)), piece.loaded);
+          const Rectangle& part = piece.loaded;
+          const int right = part.left + part.width;
+          EXPECT_EQ(part.left % (granule >> level), 0);
+          EXPECT_EQ(part.top % (granule >> level), 0);
+          EXPECT_TRUE(right == sites.width || (right - 1) % (granule >> level) == 0) << right;
+        }
+        EXPECT_EQ(owned, sites.sites());
+      }
+    }
+  }
+}
+
 TEST_F(RankProgram, WritesTheFileOfOneProcessByteForByte) {
   struct Case {
     const char* scene;
@@ -101,7 +128,8 @@ TEST_F(RankProgram, WritesTheFileOfOneProcessByteForByte) {
                              Case{"tie-rich", "--size 33x5", 4}, // one row on two of the ranks
                              Case{"random", "--size 64x40 --steps fine --alignment center", 6},
                              Case{"circular-radial", "--size 50 --stop still", 4},
-                             Case{"square", "--size 7x3 --update four-coloured", 6}}; // four are idle
+                             Case{"square", "--size 7x3 --update four-coloured", 6}, // four are idle
+                             Case{"random", "--size 61x47 --method closed-form", 4}};
   for (const Case& one : cases) {
     const std::string run = fmt::format("run {} {} --output ", one.scene, one.arguments);
     test::expect_run(0, run + path("one") + " --backend scalar");
@@ -112,6 +140,60 @@ TEST_F(RankProgram, WritesTheFileOfOneProcessByteForByte) {
     EXPECT_EQ(files_in(path("many")), 1U);
     fs::remove_all(path("many"));
   }
+}
+
+/// Prescribed components and springs, on cells of all kinds.
+constexpr const char* springs = R"(title = "springs and conditions"
+size = [61, 47]
+penalty = 100.0
+[schedule]
+iterations = 30
+[random]
+seed = 5
+modulus = [1.0, 100.0]
+displacement = 20.0
+observed = 0.1
+confidences = [0.25, 0.5, 1.0]
+)";
+
+TEST_F(RankProgram, ElasticFilesAreThoseOfOneProcess) {
+  const std::string sprung = folder_.write("springs.toml", springs).string();
+  struct Case {
+    std::string scene;
+    const char* arguments;
+    int ranks;
+  };
+  const std::array cases{Case{"random", "--size 61x47 --method conjugate-gradients --iterations 2", 2},
+                         Case{"square", "--size 97x101", 3},
+                         Case{"circular-radial", "--size 33x129 --method sweeps --iterations 5", 4},
+                         Case{"tie-rich", "--size 33x5", 4}, // one row on two of the ranks
+                         Case{"random", "--size 66x50 --method full-multigrid --iterations 3", 6},
+                         Case{sprung, "--method conjugate-gradients --iterations 2", 4},
+                         Case{sprung, "--size 40x90 --method sweeps --iterations 4", 3},
+                         Case{"square", "--size 7x3", 6}}; // all but one are idle
+  for (const Case& one : cases) {
+    const std::string run = fmt::format("run {} --energy elastic {} --output ", one.scene, one.arguments);
+    test::expect_run(0, run + path("one") + " --backend scalar");
+    test::expect_run(0, run + path("many") + " --backend openmp --sites-per-rank 1", testing::_,
+                     on_ranks(one.ranks));
+    const std::string name = fs::path(one.scene).stem().string() + ".nrrd";
+    const std::string expected = bytes(path("one/" + name));
+    EXPECT_FALSE(expected.empty());
+    EXPECT_TRUE(expected == bytes(path("many/" + name))) << run << one.ranks << " ranks";
+    fs::remove_all(path("many"));
+  }
+  test::expect_run(0, "run random --size 40x30 --energy elastic --backend scalar --output " + path("one"));
+  test::expect_run(0,
+                   "run random --size 40x30 --energy elastic --sites-per-rank 1 --output " + path("many") +
+                       " --backend openmp+vulkan-compute+gl-fragment+gl-compute",
+                   testing::_, on_ranks(4));
+  EXPECT_TRUE(bytes(path("one/random.nrrd")) == bytes(path("many/random.nrrd")));
+}
+
+TEST_F(RankProgram, DevicesNamesThoseOfEachRank) {
+  const test::Outcome outcome =
+      test::expect_run(0, "devices", AllOf(HasSubstr("openmp"), HasSubstr("by-rank")), on_ranks(2));
+  EXPECT_THAT(outcome.output, testing::ContainsRegex("\n +1 .*openmp"));
 }
 
 TEST_F(RankProgram, MixedBackendsHaveTheSameBits) {
@@ -162,6 +244,45 @@ TEST_F(RankProgram, SendsAsManyMessagesAndBytesAsTheFormulaSays) {
   }
 }
 
+/// The same of the elastic energy. Below the cut levels, loads go to the first rank and corrections come.
+TEST_F(RankProgram, SendsForTheElasticEnergyWhatTheFormulaSays) {
+  for (const auto& [size, ranks] :
+       {std::pair{"300x260", 2}, std::pair{"256x256", 4}, std::pair{"96x400", 6}}) {
+    test::expect_run(0,
+                     fmt::format("run square --energy elastic --method conjugate-gradients --iterations 2 "
+                                 "--size {} --sites-per-rank 1024 --output {} --json {}",
+                                 size, path("out"), path("run.json")),
+                     testing::_, on_ranks(ranks));
+    const nlohmann::json row = test::read_json(path("run.json"))["results"][0];
+    std::int64_t shared = 0;
+    std::int64_t in_one_piece = 0;
+    for (const nlohmann::json& level : row["shared_levels"]) {
+      const auto number = [&](const char* key) { return level[key].get<std::int64_t>(); };
+      const std::int64_t columns = number("columns");
+      const std::int64_t rows = number("rows");
+      const std::int64_t both_halos = 2 * number("halo") + 1;
+      const std::int64_t sites = number("width") * number("height");
+      if (columns * rows == 1) {
+        EXPECT_EQ(number("messages"), number("renewals") * (ranks - 1)) << level;
+        EXPECT_LE(number("bytes"), number("renewals") * sites * 2 * 8) << level;
+        in_one_piece += number("messages") > 0 ? 1 : 0;
+        continue;
+      }
+      ++shared;
+      const std::int64_t neighbours =
+          2 * ((columns - 1) * rows + columns * (rows - 1) + 2 * (columns - 1) * (rows - 1));
+      const std::int64_t halos =
+          (number("width") + both_halos * (columns - 1)) * (number("height") + both_halos * (rows - 1)) -
+          sites;
+      EXPECT_GT(number("renewals"), 0) << level;
+      EXPECT_EQ(number("messages"), number("renewals") * neighbours) << level;
+      EXPECT_EQ(number("bytes"), number("renewals") * halos * 8) << level;
+    }
+    EXPECT_GT(shared, 1) << size;
+    EXPECT_EQ(in_one_piece, 1) << size;
+  }
+}
+
 TEST_F(RankProgram, VerifyComparesEverySweepOnEveryNumberOfRanks) {
   for (const int ranks : {2, 6}) {
     test::expect_run(0,
@@ -182,6 +303,15 @@ TEST_F(RankProgram, VerifyComparesEverySweepOnEveryNumberOfRanks) {
       EXPECT_GT(counts[static_cast<std::size_t>(i)], 0) << i;
     }
   }
+  const std::string sprung = folder_.write("springs.toml", springs).string();
+  test::expect_run(
+      0,
+      "verify random " + sprung +
+          " --size 45x31 --energy elastic --method conjugate-gradients --iterations 1 --backends "
+          "scalar,openmp",
+      AllOf(HasSubstr("openmp on 6 ranks"), HasSubstr("48 comparisons with scalar agree to the "
+                                                      "bit, 0 are certified, 0 disagree")),
+      on_ranks(6));
   test::expect_run(
       0, "verify random --size 21x13 --backends openmp+vulkan-compute,gl-fragment --iterations 8",
       AllOf(HasSubstr("openmp+vulkan-compute on 3 ranks"), HasSubstr("0 disagree")), on_ranks(3));
@@ -190,12 +320,12 @@ TEST_F(RankProgram, VerifyComparesEverySweepOnEveryNumberOfRanks) {
 }
 
 TEST_F(RankProgram, PlantedFaultsAreSeen) {
-  test::expect_run(
-      0, "faults",
-      AllOf(HasSubstr("4 of 4 planted faults caught, 1 of 1 controls let through"), HasSubstr("stale-halo")),
-      on_ranks(2));
-  test::expect_run(0, "faults random exact-pyramid",
-                   AllOf(HasSubstr("5 of 5 planted faults caught, 1 of 1 controls let through"),
+  test::expect_run(0, "faults",
+                   AllOf(HasSubstr("8 of 8 planted faults caught, 2 of 2 controls let through"),
+                         HasSubstr("elastic-stale-halo"), HasSubstr("elastic-sum-in-rank-order")),
+                   on_ranks(2));
+  test::expect_run(0, "faults",
+                   AllOf(HasSubstr("10 of 10 planted faults caught, 2 of 2 controls let through"),
                          HasSubstr("swapped-neighbours")),
                    on_ranks(4));
 }
@@ -209,7 +339,12 @@ TEST_F(RankProgram, ErrorsEndAllWithStatusTwoAndOneSentence) {
   const std::string out = " --output " + path("out");
   expect_refusal("run nowhere" + out, "there is no scene and no file \"nowhere\"");
   expect_refusal("run square --nonsense" + out, "--nonsense");
-  expect_refusal("run square --size 20 --energy elastic" + out, "the elastic energy runs on one rank");
+  expect_refusal("run square --size 20 --method cascade" + out, "cascade runs on one rank");
+  expect_refusal("run square --size 20 --method closed-form --relaxation 1.5" + out,
+                 "a relaxation above 1, with which a level may diverge");
+  expect_refusal("run square --size 20 --energy elastic --robust 1" + out, "--robust, which solves again");
+  expect_refusal("run tie-rich --size 1x20 --energy elastic" + out, "at least 2 x 2 pixels");
+  expect_refusal("devices --measure", "tell of one process");
   expect_refusal("run square --size 20 --backend openmp+none" + out, "there is no backend \"none\"");
   expect_refusal("golden", "golden runs in one process");
   expect_refusal("bench", "bench --scaling strong");

@@ -17,6 +17,7 @@
 #include "harness/measure/implementations.hpp"
 #include "harness/measure/instructions_row.hpp"
 #include "harness/measure/result_file.hpp"
+#include "harness/measure/scaling_row.hpp"
 #include "test/refusal.hpp"
 
 #include <gmock/gmock.h>
@@ -116,6 +117,7 @@ TEST(ResultRows, WhatIsCommittedIsWrittenAgainWithoutALoss) {
       {"probe", expect_nothing_lost<ProbeRow>},
       {"run", expect_nothing_lost<RunRow>},
       {"rivals", expect_nothing_lost<RivalRow>},
+      {"scaling", expect_nothing_lost<ScalingRow>},
       {"tradeoff", expect_nothing_lost<TradeoffRow>},
       {"verify", expect_nothing_lost<VerifyRow>}};
   std::set<std::string> seen;

@@ -44,21 +44,26 @@ public:
     return levels_.at(static_cast<std::size_t>(level))[index_of(field)];
   }
 
-  void write(const RingedGrid& grid, int level, ElasticField field, const VectorField& values) {
+  /// Values of the sites `part` of the level.
+  void write(const RingedGrid& grid, int level, ElasticField field, const Rectangle& part,
+             const VectorField& values) {
     RingedField& to = at(level, field);
-    for (int y = 0; y < grid.sites.height; ++y) {
-      const std::size_t from = grid.sites.index(0, y);
-      std::copy_n(values.x.data() + from, grid.sites.width, to.x.data() + grid.index(0, y));
-      std::copy_n(values.y.data() + from, grid.sites.width, to.y.data() + grid.index(0, y));
+    for (int y = 0; y < part.height; ++y) {
+      const std::size_t from = part.extent().index(0, y);
+      const std::size_t first = grid.index(part.left, part.top + y);
+      std::copy_n(values.x.data() + from, part.width, to.x.data() + first);
+      std::copy_n(values.y.data() + from, part.width, to.y.data() + first);
     }
   }
-  void read(const RingedGrid& grid, int level, ElasticField field, VectorField& values) const {
+  void read(const RingedGrid& grid, int level, ElasticField field, const Rectangle& part,
+            VectorField& values) const {
     const RingedField& from = at(level, field);
-    values = VectorField(grid.sites);
-    for (int y = 0; y < grid.sites.height; ++y) {
-      const std::size_t to = grid.sites.index(0, y);
-      std::copy_n(from.x.data() + grid.index(0, y), grid.sites.width, values.x.data() + to);
-      std::copy_n(from.y.data() + grid.index(0, y), grid.sites.width, values.y.data() + to);
+    values = VectorField(part.extent());
+    for (int y = 0; y < part.height; ++y) {
+      const std::size_t to = part.extent().index(0, y);
+      const std::size_t first = grid.index(part.left, part.top + y);
+      std::copy_n(from.x.data() + first, part.width, values.x.data() + to);
+      std::copy_n(from.y.data() + first, part.width, values.y.data() + to);
     }
   }
 

@@ -37,10 +37,16 @@ public:
     sums_.resize(std::max<std::size_t>(1, hierarchy.levels.front().grid.sites.sites() / 2 + 2 * widest()));
   }
   void write(int level, ElasticField field, const VectorField& values) override {
-    fields_.write(level_at(level).grid, level, field, values);
+    write_part(level, field, all_of(level_at(level).grid.sites), values);
   }
   void read(int level, ElasticField field, VectorField& values) const override {
-    fields_.read(level_at(level).grid, level, field, values);
+    read_part(level, field, all_of(level_at(level).grid.sites), values);
+  }
+  void write_part(int level, ElasticField field, const Rectangle& part, const VectorField& values) override {
+    fields_.write(level_at(level).grid, level, field, part, values);
+  }
+  void read_part(int level, ElasticField field, const Rectangle& part, VectorField& values) const override {
+    fields_.read(level_at(level).grid, level, field, part, values);
   }
 
   void relax(int level, ElasticField field) override {
@@ -161,24 +167,42 @@ public:
   }
 
   float dot(ElasticField first, ElasticField second) const override {
+    Extent squares = product_squares(first, second);
+    while (squares.sites() > 1) {
+      squares = add_squares(squares);
+    }
+    return sums_.front();
+  }
+  ScalarField dot_squares(ElasticField first, ElasticField second, int height) const override {
+    if (height == 0) {
+      return ElasticSession::dot_squares(first, second, height);
+    }
+    ScalarField result;
+    result.extent = product_squares(first, second);
+    for (int done = 1; done < height; ++done) {
+      result.extent = add_squares(result.extent);
+    }
+    result.values.assign(sums_.begin(), sums_.begin() + static_cast<std::ptrdiff_t>(result.extent.sites()));
+    return result;
+  }
+
+private:
+  /// The first level of the tree into sums_.
+  [[nodiscard]] Extent product_squares(ElasticField first, ElasticField second) const {
     const RingedGrid& grid = level_at(0).grid;
     const RingedField& a = fields_.at(0, first);
     const RingedField& b = fields_.at(0, second);
     // The ring is 0: what sticks out of an image of odd sides.
-    Extent squares{(grid.sites.width + 1) / 2, (grid.sites.height + 1) / 2};
+    const Extent squares{(grid.sites.width + 1) / 2, (grid.sites.height + 1) / 2};
     in_bands(squares.height, grid.sites, [&](Band band, ElasticBand& /*work*/) {
       for (int y = band.first; y < band.last; ++y) {
         rows_.product_squares(squares.width, row_of(grid, a, 2 * y), row_of(grid, b, 2 * y), grid.pitch,
                               sums_.data() + squares.index(0, y));
       }
     });
-    while (squares.sites() > 1) {
-      squares = add_squares(squares);
-    }
-    return sums_.front();
+    return squares;
   }
 
-private:
   [[nodiscard]] const ElasticLevel& level_at(int level) const {
     return hierarchy_->levels.at(static_cast<std::size_t>(level));
   }

@@ -25,10 +25,16 @@ public:
     answers_ = std::make_unique<Answers>(hierarchy, fields_);
   }
   void write(int level, ElasticField field, const VectorField& values) override {
-    fields_.write(grid(level), level, field, values);
+    write_part(level, field, all_of(grid(level).sites), values);
   }
   void read(int level, ElasticField field, VectorField& values) const override {
-    fields_.read(grid(level), level, field, values);
+    read_part(level, field, all_of(grid(level).sites), values);
+  }
+  void write_part(int level, ElasticField field, const Rectangle& part, const VectorField& values) override {
+    fields_.write(grid(level), level, field, part, values);
+  }
+  void read_part(int level, ElasticField field, const Rectangle& part, VectorField& values) const override {
+    fields_.read(grid(level), level, field, part, values);
   }
 
   void relax(int level, ElasticField field) override {

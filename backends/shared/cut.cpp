@@ -8,20 +8,19 @@ namespace hdmbench {
 
 namespace {
 
-/// Of cuts and halos, in sites: a multiple of the two colours along an axis.
-constexpr int granule = 4;
 /// Wide enough for the thesis's 50 iterations a level without a renewal.
 constexpr int widest_halo = 64;
 
-int granules(int sites) {
+int granules(int sites, int granule) {
   return (sites + granule - 1) / granule;
 }
 
 /// Where the pieces of an axis begin, and its end; no piece is empty.
-std::vector<int> bounds(int sites, int pieces) {
+std::vector<int> bounds(int sites, int pieces, int granule) {
   std::vector<int> result;
   for (int i = 0; i <= pieces; ++i) {
-    result.push_back(std::min(sites, granule * static_cast<int>(1LL * granules(sites) * i / pieces)));
+    result.push_back(
+        std::min(sites, granule * static_cast<int>(1LL * granules(sites, granule) * i / pieces)));
   }
   return result;
 }
@@ -37,12 +36,13 @@ Rectangle with_halo(const Rectangle& owned, int halo, Extent extent) {
 }
 
 /// Columns of the `count` pieces whose cuts are the shortest; 0 where no piece may be that small.
-int columns_of(Extent extent, int count) {
+int columns_of(Extent extent, int count, int granule) {
   int best = 0;
   long long shortest = std::numeric_limits<long long>::max();
   for (int columns = 1; columns <= count; ++columns) {
     const int rows = count / columns;
-    if (columns * rows != count || granules(extent.width) < columns || granules(extent.height) < rows) {
+    if (columns * rows != count || granules(extent.width, granule) < columns ||
+        granules(extent.height, granule) < rows) {
       continue;
     }
     const long long length = (columns - 1LL) * extent.height + (rows - 1LL) * extent.width;
@@ -69,17 +69,17 @@ Rectangle intersection(const Rectangle& a, const Rectangle& b) {
           .height = std::max(0, std::min(a.top + a.height, b.top + b.height) - top)};
 }
 
-Cut cut_image(Extent extent, int count, int halo) {
-  const int columns = columns_of(extent, count);
+Cut cut_image(Extent extent, int count, int halo, int granule) {
+  const int columns = columns_of(extent, count, granule);
   if (columns == 0) {
     return {};
   }
   const int rows = count / columns;
-  const std::vector<int> xs = bounds(extent.width, columns);
-  const std::vector<int> ys = bounds(extent.height, rows);
+  const std::vector<int> xs = bounds(extent.width, columns, granule);
+  const std::vector<int> ys = bounds(extent.height, rows, granule);
   const int smallest = std::min(columns > 1 ? extent.width / columns : extent.height / rows,
                                 rows > 1 ? extent.height / rows : extent.width / columns);
-  const int an_eighth = std::clamp(smallest / 8 / granule * granule, granule, widest_halo);
+  const int an_eighth = std::clamp(smallest / 8 / granule * granule, granule, std::max(granule, widest_halo));
   Cut cut{.pieces = {}, .columns = columns, .halo = halo > 0 ? halo : an_eighth};
   for (std::size_t row = 0; row + 1 < ys.size(); ++row) {
     for (std::size_t column = 0; column + 1 < xs.size(); ++column) {

@@ -40,11 +40,11 @@ struct Cut {
   int halo = 0;
 };
 
-/// `count` >= 1 pieces, in as many columns and rows as make the cuts shortest. Cuts and halos are at
-/// multiples of 4, so that the colours of an update are the same in a piece as in the image. Without pieces
-/// where one would own less than 4 sites along a cut. `halo`: its width, a multiple of 4; 0: an eighth of the
-/// shortest piece, 4 to 64.
-[[nodiscard]] Cut cut_image(Extent extent, int count, int halo = 0);
+/// `count` >= 1 pieces, in as many columns and rows as make the cuts shortest. Cuts are at multiples of
+/// `granule` sites, by default such that the colours of an update are the same in a piece as in the image.
+/// Without pieces where one would own less along a cut; the last one may. `halo`: its width, a multiple of
+/// that; 0: an eighth of the shortest piece, 4 to 64 where `granule` is 4.
+[[nodiscard]] Cut cut_image(Extent extent, int count, int halo = 0, int granule = 4);
 
 /// What one piece holds and another one wants.
 struct Transfer {

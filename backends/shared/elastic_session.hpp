@@ -1,5 +1,6 @@
 #pragma once
 
+#include "backends/shared/cut.hpp"
 #include "kernels/data/elastic/hierarchy.hpp"
 #include "kernels/data/field.hpp"
 
@@ -15,19 +16,16 @@ enum class ElasticField {
 };
 inline constexpr std::size_t elastic_fields = 5;
 
-/// Computes with the elastic energy, one step of a method at a time, in the arithmetic and the order of
-/// kernels/specification/elastic. Levels are numbered as in the hierarchy. Fields stay where the session
-/// computes, but for write() and read(); a field is 0 until it is written or computed. Not thread-safe.
-class ElasticSession {
+/// One step of a method at a time, in the arithmetic and the order of kernels/specification/elastic. Levels
+/// are numbered as in the hierarchy. Fields stay where they are computed, but for write() and read(); a field
+/// is 0 until it is written or computed. Not thread-safe.
+class ElasticSteps {
 public:
-  ElasticSession() = default;
-  ElasticSession(const ElasticSession&) = delete;
-  ElasticSession& operator=(const ElasticSession&) = delete;
-  virtual ~ElasticSession() = default;
+  ElasticSteps() = default;
+  ElasticSteps(const ElasticSteps&) = delete;
+  ElasticSteps& operator=(const ElasticSteps&) = delete;
+  virtual ~ElasticSteps() = default;
 
-  /// Makes room for the fields. `hierarchy` must stay as it is until the next load(); it may be read in
-  /// place.
-  virtual void load(const ElasticHierarchy& hierarchy) = 0;
   /// Values of the level's extent.
   virtual void write(int level, ElasticField field, const VectorField& values) = 0;
   virtual void read(int level, ElasticField field, VectorField& values) const = 0;
@@ -56,5 +54,24 @@ public:
   /// On the image: the sum over all components of first * second, by a tree of 2 x 2 squares (site.inc).
   [[nodiscard]] virtual float dot(ElasticField first, ElasticField second) const = 0;
 };
+
+/// Computes with the elastic energy.
+class ElasticSession : public ElasticSteps {
+public:
+  /// Makes room for the fields. `hierarchy` must stay as it is until the next load(); it may be read in
+  /// place.
+  virtual void load(const ElasticHierarchy& hierarchy) = 0;
+
+  // For who has a part of an image here. As long as a session has no better way, whole fields are written and
+  // read.
+  /// Values of the sites `part` of the level.
+  virtual void write_part(int level, ElasticField field, const Rectangle& part, const VectorField& values);
+  virtual void read_part(int level, ElasticField field, const Rectangle& part, VectorField& values) const;
+  /// The level of the tree of dot() whose squares have 2^height sites a side.
+  [[nodiscard]] virtual ScalarField dot_squares(ElasticField first, ElasticField second, int height) const;
+};
+
+/// The next level of the tree: sums of 2 x 2.
+[[nodiscard]] ScalarField square_sums(const ScalarField& sums);
 
 } // namespace hdmbench

@@ -200,6 +200,14 @@ std::string why_left_out(Mode mode, const Scene& scene) {
   return {};
 }
 
+void excuse_nothing(Comparison& comparison) {
+  if (comparison.verdict == Verdict::certified) {
+    comparison.uncertified += std::exchange(comparison.certified_ties, 0);
+    comparison.verdict = Verdict::disagree;
+    comparison.tier = Tier::none;
+  }
+}
+
 std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
                                std::span<const Backend* const> backends, const VerifyOptions& options,
                                Progress& progress) {

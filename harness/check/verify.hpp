@@ -117,6 +117,9 @@ struct VerifyOptions {
   std::optional<int> iteration_limit; ///< per level, for a shorter run
 };
 
+/// Of a backend that has to have the reference's bits: what rounding explains is wrong all the same.
+void excuse_nothing(Comparison& comparison);
+
 /// Why a mode does not apply to the scene on any backend, as a part of a sentence; empty: it is compared.
 /// active where another rule or order of sites lets every site change in every sweep; pyramid where something
 /// wants the host between the levels (LevelSequence::pyramid()).

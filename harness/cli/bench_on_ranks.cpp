@@ -2,7 +2,8 @@
 
 #include "harness/measure/median.hpp"
 #include "harness/measure/result_file.hpp"
-#include "harness/ranks/crew.hpp"
+#include "harness/measure/scaling_row.hpp"
+#include "harness/ranks/rank_devices.hpp"
 #include "harness/ranks/scaling.hpp"
 #include "harness/report/grouped.hpp"
 #include "harness/report/table.hpp"
@@ -19,33 +20,6 @@
 namespace hdmbench::commands {
 
 namespace {
-
-/// One row of `bench --scaling` on ranks.
-struct ScalingRow {
-  std::string scene;
-  std::string scaling; ///< "strong" or "weak"
-  std::string backend;
-  std::int64_t ranks = 0;
-  std::int64_t width = 0;
-  std::int64_t height = 0;
-  std::vector<double> seconds; ///< raw samples of the slowest rank; empty: modelled only
-  double modelled_seconds = 0.0;
-  std::int64_t messages = 0; ///< of all ranks, in one solution
-  std::int64_t bytes = 0;
-};
-
-void list_fields(Fields& fields, ScalingRow& row) {
-  fields("scene", row.scene);
-  fields("scaling", row.scaling);
-  fields("backend", row.backend);
-  fields("ranks", row.ranks);
-  fields("width", row.width);
-  fields("height", row.height);
-  fields("seconds", row.seconds);
-  fields("modelled_seconds", row.modelled_seconds);
-  fields("messages", row.messages);
-  fields("bytes", row.bytes);
-}
 
 /// 1, 2, 4 ... and all.
 std::vector<int> counts_up_to(int ranks) {
@@ -90,12 +64,13 @@ public:
       throw InputError("the image is too small: a rank has nothing to compute; give a larger --size");
     }
     outline_ = part.scene;
-    rates_ = hdmbench::measure_rates(part.full, *session_, ranks_);
+    rates_ = hdmbench::measure_rates(part.full, *session_, ranks_, AtWork::all);
+    rates_alone_ = hdmbench::measure_rates(part.full, *session_, ranks_, AtWork::first);
   }
 
   [[nodiscard]] ScalingRow measure(int count, int repeats) {
     const Extent extent = kind_ == "weak" ? scaled(size_, std::sqrt(count)) : size_;
-    ScalingRow row = modelled(extent, count);
+    ScalingRow row = modelled(extent, count, count == 1 ? rates_alone_ : rates_);
     const Sharing sharing = sharing_of(count);
     for (int i = 0; i < repeats; ++i) {
       const Traffic before = ranks_.traffic();
@@ -112,7 +87,7 @@ public:
     return row;
   }
 
-  [[nodiscard]] ScalingRow modelled(Extent extent, int count) const {
+  [[nodiscard]] ScalingRow modelled(Extent extent, int count, const RankRates& rates) const {
     const Sharing sharing{.ranks = count, .pieces = count};
     return {.scene = scene_,
             .scaling = kind_,
@@ -121,7 +96,7 @@ public:
             .width = extent.width,
             .height = extent.height,
             .seconds = {},
-            .modelled_seconds = predicted_seconds(levels_of(outline_, extent), sharing, rates_)};
+            .modelled_seconds = predicted_seconds(levels_of(outline_, extent), sharing, rates)};
   }
 
   [[nodiscard]] const RankRates& rates() const { return rates_; }
@@ -150,10 +125,12 @@ private:
   std::unique_ptr<Session> session_;
   Scene outline_; ///< without fields
   RankRates rates_;
+  RankRates rates_alone_; ///< of a rank that has the machine for itself
 };
 
 void print_measured(const std::vector<ScalingRow>& rows) {
-  Table table({"ranks", "size", "seconds", "speed-up", "efficiency", "modelled", "messages", "MB sent"});
+  Table table({"ranks", "size", "seconds", "speed-up", "efficiency", "fastest", "modelled", "it is off by",
+               "messages", "MB sent"});
   const double one = median(rows.front().seconds);
   for (const ScalingRow& row : rows) {
     const double seconds = median(row.seconds);
@@ -163,30 +140,28 @@ void print_measured(const std::vector<ScalingRow>& rows) {
     table.add({std::to_string(row.ranks), fmt::format("{} x {}", row.width, row.height),
                fmt::format("{:.4f}", seconds), fmt::format("{:.2f}", speed_up),
                fmt::format("{:.0f} %", 100.0 * speed_up / static_cast<double>(row.ranks)),
-               fmt::format("{:.4f}", row.modelled_seconds), grouped(row.messages),
+               fmt::format("{:.4f}", std::ranges::min(row.seconds)),
+               fmt::format("{:.4f}", row.modelled_seconds),
+               fmt::format("{:+.0f} %", 100.0 * model_error(row)), grouped(row.messages),
                fmt::format("{:.2f}", static_cast<double>(row.bytes) / 1e6)});
   }
   fmt::print("{}", table.text());
 }
 
-/// The number of ranks beyond which twice as many save less than a tenth.
 void print_modelled(const std::vector<ScalingRow>& rows) {
   Table table({"ranks", "seconds", "speed-up", "efficiency"});
   const double one = rows.front().modelled_seconds;
-  std::int64_t last_worth = rows.front().ranks;
-  bool worth = true;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const double speed_up = one / rows[i].modelled_seconds;
-    table.add({std::to_string(rows[i].ranks), fmt::format("{:.4g}", rows[i].modelled_seconds),
+  for (const ScalingRow& row : rows) {
+    const double speed_up = one / row.modelled_seconds;
+    table.add({std::to_string(row.ranks), fmt::format("{:.4g}", row.modelled_seconds),
                fmt::format("{:.1f}", speed_up),
-               fmt::format("{:.0f} %", 100.0 * speed_up / static_cast<double>(rows[i].ranks))});
-    worth = worth && (i == 0 || rows[i].modelled_seconds < 0.9 * rows[i - 1].modelled_seconds);
-    last_worth = worth ? rows[i].ranks : last_worth;
+               fmt::format("{:.0f} %", 100.0 * speed_up / static_cast<double>(row.ranks))});
   }
+  const WorthRanks worth = worth_ranks(rows);
   fmt::print("\nModelled, not measured: {} x {}, every rank and the network as fast as here\n{}"
              "  twice as many ranks save less than a tenth beyond {}{}\n",
-             rows.front().width, rows.front().height, table.text(), last_worth,
-             worth ? ", or later: the table ends" : "");
+             rows.front().width, rows.front().height, table.text(), worth.ranks,
+             worth.ends ? "" : ", or later: the table ends");
 }
 
 } // namespace
@@ -225,18 +200,23 @@ int bench_scaling_on_ranks(CommonArguments arguments, bool scaling, int repeats,
   }
   constexpr Extent large{65536, 65536};
   std::vector<ScalingRow> modelled;
-  for (int count = 1; count <= 1 << 14; count *= 2) {
-    modelled.push_back(bench.modelled(large, count));
+  constexpr int most = 10'000;
+  for (const int count : counts_up_to(most)) {
+    modelled.push_back(bench.modelled(large, count, bench.rates()));
   }
   const RankRates& rates = bench.rates();
   fmt::print(
       "{} scaling, {} on 1 ... {} ranks of this run; medians of {} samples, without making the scene\n", kind,
       bench.backends(), ranks.size(), repeats);
   print_measured(measured);
-  fmt::print("  a rank while all work: {:.1f} Msites/s of sweeps, {:.1f} loaded, {:.1f} read and written; a "
-             "message: {:.1f} us, {:.2f} GB/s\n",
-             rates.sweep / 1e6, rates.load / 1e6, rates.copy / 1e6, rates.latency * 1e6,
-             rates.bandwidth / 1e9);
+  for (const PieceRates& piece : rates.pieces) {
+    fmt::print(
+        "  a rank with {} sites while all work: {:.1f} Msites/s of sweeps, {:.1f} sampled, {:.1f} projected, "
+        "{:.1f} loaded, {:.1f} read and written\n",
+        grouped(static_cast<std::int64_t>(piece.sites)), piece.sweep / 1e6, piece.sample / 1e6,
+        piece.project / 1e6, piece.load / 1e6, piece.copy / 1e6);
+  }
+  fmt::print("  a message: {:.1f} us, {:.2f} GB/s\n", rates.latency * 1e6, rates.bandwidth / 1e9);
   print_modelled(modelled);
   nlohmann::json rows = nlohmann::json::array();
   for (const auto* const list : {&measured, &modelled}) {

@@ -14,7 +14,7 @@ class Ranks;
 /// is alone; commands without it run alone.
 namespace hdmbench::commands {
 
-void add_devices(CLI::App& program, const std::string& arguments, int& status);
+void add_devices(CLI::App& program, const std::string& arguments, int& status, Ranks* ranks);
 void add_methods(CLI::App& program);
 void add_run(CLI::App& program, const std::string& arguments, int& status, Ranks* ranks);
 void add_register(CLI::App& program, const std::string& arguments, int& status);

@@ -1,10 +1,14 @@
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
+#include "harness/cli/rank_rows.hpp"
+#include "harness/judge/run_row.hpp"
 #include "harness/measure/device_row.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/measure/result_file.hpp"
+#include "harness/ranks/rank_devices.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/file_output.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
@@ -38,6 +42,36 @@ void add_choice(Table& table, const DeviceRow& row, const Choice& choice) {
                choice.options[i].name, fmt::format("{:.3f} ms", median(choice.options[i].seconds) * 1e3),
                mark});
   }
+}
+
+/// What each rank takes of each backend with --device by-rank. Of a backend without one, why.
+void list_devices_of_ranks(const Arguments& arguments, Ranks& ranks) {
+  if (arguments.measures || !arguments.json.empty()) {
+    throw InputError("devices --measure and --json tell of one process: leave out mpirun");
+  }
+  std::vector<RankRow> own;
+  for (const auto& backend : make_backends()) {
+    RankRow& row = own.emplace_back(
+        RankRow{.machine = machine_name(), .backend = std::string(backend->name()), .device = {}});
+    try {
+      const SessionOptions options = options_of_rank({.device = "by-rank"}, *backend, ranks);
+      const Device device = backend->device(options);
+      row.device = fmt::format("{}, {}", device.name, device.driver);
+      row.threads = backend->threads(options);
+    } catch (const DeviceError& error) {
+      row.device = fmt::format("not there: {}", error.what());
+    }
+  }
+  const std::vector<RankRow> rows = gather_rows(own, ranks);
+  Table table({"rank", "<machine", "<backend", "threads", "<device and driver"});
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    table.add({std::to_string(i / own.size()), rows[i].machine, rows[i].backend,
+               rows[i].threads > 0 ? std::to_string(rows[i].threads) : "-", rows[i].device});
+  }
+  fmt::print(
+      "{}  --device by-rank: the ranks of a machine take its devices in turn, and share its processors "
+      "out\n",
+      table.text());
 }
 
 void list_devices(const Arguments& arguments, const std::string& line) {
@@ -95,16 +129,19 @@ void list_devices(const Arguments& arguments, const std::string& line) {
 
 } // namespace
 
-void add_devices(CLI::App& program, const std::string& arguments, int& /*status*/) {
+void add_devices(CLI::App& program, const std::string& arguments, int& /*status*/, Ranks* ranks) {
   auto* command =
-      program.add_subcommand("devices", "List every backend with its devices, or why it is not there");
+      program.add_subcommand("devices", "List every backend with its devices, or why it is not there.\n"
+                                        "mpirun -n R hdmbench devices: which one each rank takes.");
   const auto own = std::make_shared<Arguments>();
   command->add_option("--json", own->json, "Write the list to this file");
   command->add_flag(
       "--measure", own->measures,
       "Measure, too, which way each device computes fastest: compiles shaders for it, takes seconds");
   add_choice_cache_to(*command, own->session);
-  command->callback([own, arguments] { list_devices(*own, arguments); });
+  command->callback([own, arguments, ranks] {
+    ranks != nullptr ? list_devices_of_ranks(*own, *ranks) : list_devices(*own, arguments);
+  });
 }
 
 } // namespace hdmbench::commands

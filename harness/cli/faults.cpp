@@ -3,6 +3,7 @@
 #include "harness/cli/commands.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/ranks/crew.hpp"
+#include "harness/ranks/rank_devices.hpp"
 #include "harness/ranks/rank_faults.hpp"
 #include "harness/report/table.hpp"
 #include "kernels/data/input_error.hpp"

@@ -60,7 +60,7 @@ void keep_silent(const Ranks* ranks) {
 
 /// Among ranks, other commands would do the same work several times, and write the same files.
 void require_for_ranks(std::string_view command, const Ranks* ranks) {
-  constexpr std::array<std::string_view, 4> shared{"run", "verify", "faults", "bench"};
+  constexpr std::array<std::string_view, 5> shared{"run", "verify", "faults", "bench", "devices"};
   if (ranks != nullptr && std::ranges::find(shared, command) == shared.end()) {
     throw InputError(
         fmt::format("{} runs in one process; mpirun is for {}", command, fmt::join(shared, ", ")));
@@ -78,7 +78,7 @@ int run_program(int argc, char** argv, Ranks* ranks) {
       "hdmbench");
   program.set_version_flag("--version", std::string(build::version));
   program.require_subcommand(1);
-  commands::add_devices(program, arguments, status);
+  commands::add_devices(program, arguments, status, ranks);
   commands::add_methods(program);
   commands::add_run(program, arguments, status, ranks);
   commands::add_register(program, arguments, status);

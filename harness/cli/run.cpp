@@ -301,7 +301,8 @@ void add_run(CLI::App& program, const std::string& arguments, int& status, Ranks
   command
       ->add_option(
           "--sites-per-rank", own->sites_per_rank,
-          "With mpirun: a level goes to as many ranks as get so many sites each, 0: 16384; --backend "
+          "With mpirun: a level goes to as many ranks as get so many sites each, 0: 16384, of the elastic "
+          "energy 4096; --backend "
           "is then one for all, or as openmp+vulkan-compute each rank's in turn, and --device may be "
           "by-rank")
       ->group("Several processes (mpirun -n 4 hdmbench run ...)");

@@ -1,24 +1,25 @@
 #include "harness/cli/run_on_ranks.hpp"
 
 #include "harness/check/compare.hpp"
+#include "harness/cli/rank_rows.hpp"
 #include "harness/judge/run_row.hpp"
 #include "harness/measure/memory_use.hpp"
 #include "harness/measure/result_file.hpp"
-#include "harness/ranks/crew.hpp"
+#include "harness/ranks/elastic_solution.hpp"
+#include "harness/ranks/rank_devices.hpp"
 #include "harness/ranks/ranked_file.hpp"
 #include "harness/ranks/ranked_solution.hpp"
 #include "harness/report/grouped.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/row_fields.hpp"
+#include "harness/solve/methods/solver.hpp"
 #include "harness/solve/solve.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <optional>
 
 namespace hdmbench::commands {
@@ -27,22 +28,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string machine_name() {
-  std::array<char, 256> name{};
-  return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
-}
-
-/// Of all ranks, by rank, on the first one; collective.
-std::vector<RankRow> gather(const RankRow& own, Ranks& ranks) {
-  std::vector<RankRow> rows;
-  for (const std::string& text : ranks.gather(to_json_row(own).dump())) {
-    read_json_row(nlohmann::json::parse(text), {.file = "of a rank"}, rows.emplace_back());
-  }
-  return rows;
-}
-
 /// Collective.
-std::vector<SharedLevelRow> rows_of(const std::vector<RankedLevel>& levels, Ranks& ranks) {
+std::vector<SharedLevelRow> rows_of(const std::vector<RankedLevel>& levels, bool counted, Ranks& ranks) {
   std::vector<SharedLevelRow> rows;
   for (const RankedLevel& level : levels) {
     const auto pieces = static_cast<std::int64_t>(level.pieces);
@@ -52,7 +39,7 @@ std::vector<SharedLevelRow> rows_of(const std::vector<RankedLevel>& levels, Rank
                     .rows = pieces / level.columns,
                     .halo = level.halo,
                     .sweeps = level.sweeps,
-                    .changed = level.changed,
+                    .changed = counted ? std::optional(level.changed) : std::nullopt,
                     .renewals = level.renewals,
                     .messages = ranks.sum(level.halos.messages),
                     .bytes = ranks.sum(level.halos.bytes)});
@@ -60,17 +47,18 @@ std::vector<SharedLevelRow> rows_of(const std::vector<RankedLevel>& levels, Rank
   return rows;
 }
 
-void print_levels(const std::vector<SharedLevelRow>& levels, int sweeps_together) {
+void print_levels(const std::vector<SharedLevelRow>& levels, int sweeps_together, bool is_elastic) {
   Table table({"size", "iterations", "still moving", "pieces", "halo", "renewals", "messages", "bytes"});
   for (const SharedLevelRow& level : levels) {
     table.add({fmt::format("{} x {}", level.width, level.height),
-               std::to_string(level.sweeps / sweeps_together), fmt::format("{} sites", level.changed),
+               std::to_string(level.sweeps / sweeps_together),
+               level.changed ? fmt::format("{} sites", *level.changed) : "-",
                fmt::format("{} x {}", level.columns, level.rows), std::to_string(level.halo),
                std::to_string(level.renewals), grouped(level.messages), grouped(level.bytes)});
   }
   fmt::print("{}  pieces: columns x rows, each on a rank of its own; halo: sites that a rank computes beyond "
-             "its own;\n  messages and bytes: of all ranks, to renew halos\n",
-             table.text());
+             "its own;\n  messages and bytes: of all ranks, to renew halos{}\n",
+             table.text(), is_elastic ? ", and to a level in one piece and back" : "");
 }
 
 void print_ranks(const std::vector<RankRow>& rows) {
@@ -87,6 +75,28 @@ void print_ranks(const std::vector<RankRow>& rows) {
   fmt::print("\n{}", table.text());
 }
 
+Sharing sharing_of(const Ranks& ranks, std::size_t fewest_sites, const RankArguments& arguments) {
+  return {.ranks = ranks.size(),
+          .pieces = ranks.size(),
+          .fewest_sites = arguments.sites_per_rank > 0 ? arguments.sites_per_rank : fewest_sites};
+}
+
+RankedSolution solve(ScenePart part, const Backend& backend, const SessionOptions& options,
+                     const Sharing& sharing, Ranks& ranks, Progress& progress) {
+  if (part.scene.energy == EnergyModel::elastic) {
+    if (const std::string why = why_not_solved(part.scene, backend); !why.empty()) {
+      throw InputError(fmt::format("{} {}", backend.name(), why));
+    }
+    RankedElastic steps(share_elastic(part.scene.extent(), sharing), ranks, ranks,
+                        [&] { return backend.open_elastic(options); });
+    return solve_elastic_on_ranks(part, steps, ranks, progress);
+  }
+  const int together = sweeps_per_iteration(part.scene.full);
+  const auto session = backend.open(options);
+  return solve_on_ranks(ranked_pyramid(std::move(part)), sharing, ranks, ranks, *session, true,
+                        [&](double site_updates) { progress.advance(site_updates / together); });
+}
+
 } // namespace
 
 int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& rank_arguments,
@@ -94,16 +104,25 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
   const PeakMemory memory;
   Progress progress(ranks.is_first());
   progress.describe(fmt::format("prepare {}", arguments.scene));
-  Sharing sharing{.ranks = ranks.size(), .pieces = ranks.size()};
-  if (rank_arguments.sites_per_rank > 0) {
-    sharing.fewest_sites = rank_arguments.sites_per_rank;
-  }
   const auto rank = static_cast<std::size_t>(ranks.rank());
   const auto registry = make_backends();
   const Backend& backend = backend_of_rank(registry, arguments.backend, ranks.rank());
   const SessionOptions options = options_of_rank(arguments.session, backend, ranks);
   const Device device = backend.device(options);
-  ScenePart part = arguments.load_part([&](Extent extent) { return sharing(extent).loaded[rank]; });
+  EnergyModel energy = arguments.schedule.energy.value_or(EnergyModel::hdm);
+  Sharing sharing;
+  const auto load = [&] {
+    const bool elastic = energy == EnergyModel::elastic;
+    sharing = sharing_of(ranks, elastic ? elastic_sites_per_rank : Sharing{}.fewest_sites, rank_arguments);
+    return arguments.load_part([&](Extent extent) {
+      return elastic ? share_elastic(extent, sharing).image().loaded[rank] : sharing(extent).loaded[rank];
+    });
+  };
+  ScenePart part = load();
+  if (part.scene.energy != energy) { // by its method
+    energy = part.scene.energy;
+    part = load();
+  }
   const Scene scene = part.scene;
   require_shareable(scene);
   const bool made_whole = part.made_whole;
@@ -115,13 +134,11 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
     require_writable(file);
   }
 
-  const int together = sweeps_per_iteration(scene.full);
+  const bool is_elastic = scene.energy == EnergyModel::elastic;
+  const int together = is_elastic ? 1 : sweeps_per_iteration(scene.full);
   progress.set_total(site_updates(scene), WorkUnit::site_updates);
   progress.describe(fmt::format("run {} on {} ranks", scene.name, ranks.size()));
-  const auto session = backend.open(options);
-  const RankedSolution solution =
-      solve_on_ranks(ranked_pyramid(std::move(part)), sharing, ranks, ranks, *session, true,
-                     [&](double site_updates) { progress.advance(site_updates / together); });
+  const RankedSolution solution = solve(std::move(part), backend, options, sharing, ranks, progress);
   progress.describe(fmt::format("write {}", file.string()));
   write_displacement_on_ranks(file, scene.extent(), solution.owned, solution.displacement, scene.spacing,
                               ranks);
@@ -143,28 +160,29 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
              .backend = arguments.backend,
              .device = device.name,
              .method = method_name(scene),
+             .energy = std::string(energy_names[static_cast<std::size_t>(scene.energy)]),
              .seconds = seconds,
              .levels = std::ssize(solution.levels),
              .iterations = iterations,
              .largest_displacement = largest,
              .spacing = scene.spacing,
              .ranks = ranks.size()};
-  row.by_rank = gather({.machine = machine_name(),
-                        .backend = std::string(backend.name()),
-                        .device = device.name,
-                        .threads = backend.threads(options),
-                        .sites = static_cast<std::int64_t>(solution.owned.extent().sites()),
-                        .messages = traffic.messages,
-                        .bytes = traffic.bytes,
-                        .peak_memory = static_cast<std::int64_t>(memory.bytes().value_or(0))},
-                       ranks);
-  row.shared_levels = rows_of(solution.levels, ranks);
+  row.by_rank = gather_rows<RankRow>({{.machine = machine_name(),
+                                       .backend = std::string(backend.name()),
+                                       .device = device.name,
+                                       .threads = backend.threads(options),
+                                       .sites = static_cast<std::int64_t>(solution.owned.extent().sites()),
+                                       .messages = traffic.messages,
+                                       .bytes = traffic.bytes,
+                                       .peak_memory = static_cast<std::int64_t>(memory.bytes().value_or(0))}},
+                                     ranks);
+  row.shared_levels = rows_of(solution.levels, !is_elastic, ranks);
   if (!ranks.is_first()) {
     return success;
   }
   fmt::print("{}\n{} x {} pixels of {:.4g} mm, {} on {} ranks ({})\n\n", scene.title, scene.extent().width,
              scene.extent().height, scene.spacing, method_name(scene), ranks.size(), arguments.backend);
-  print_levels(row.shared_levels, together);
+  print_levels(row.shared_levels, together, is_elastic);
   print_ranks(row.by_rank);
   fmt::print("\n  largest displacement {:.4g} px, {} iterations in {:.3g} s\n", largest, iterations, seconds);
   if (made_whole) {

@@ -8,6 +8,7 @@
 #include "harness/cli/verify_windows.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/ranks/rank_backend.hpp"
+#include "harness/ranks/rank_devices.hpp"
 #include "harness/report/grouped.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/file_output.hpp"
@@ -279,6 +280,11 @@ void print_findings(std::span<const Backend* const> backends, const std::vector<
   }
 }
 
+/// The one of this name; null where it runs in one process.
+const RankBackend* rank_backend(const std::vector<const Backend*>& backends, std::string_view name) {
+  return dynamic_cast<const RankBackend*>(*std::ranges::find(backends, name, &Backend::name));
+}
+
 /// Backends and scenes, judged and printed. `backends`: the reference first.
 int verify_scenes(const CommonArguments& arguments, Tier required, const std::string& line,
                   const std::vector<const Backend*>& backends, const std::vector<Scene>& scenes) {
@@ -296,15 +302,20 @@ int verify_scenes(const CommonArguments& arguments, Tier required, const std::st
   nlohmann::json rows = nlohmann::json::array();
   std::vector<Comparison> all;
   for (const Scene& scene : scenes) {
-    const std::vector<Comparison> comparisons =
+    std::vector<Comparison> comparisons =
         verify(scene, *backends.front(), std::span(backends).subspan(1), options, progress);
     progress.clear();
+    for (Comparison& comparison : comparisons) {
+      const RankBackend* const shared = rank_backend(backends, comparison.backend);
+      if (shared != nullptr && shared->has_bits_of_scalar()) {
+        excuse_nothing(comparison);
+      }
+    }
     print_scene(scene, comparisons, arguments);
     std::fflush(stdout); // into a pipe too: the next scene may take long
     for (const Comparison& comparison : comparisons) {
       VerifyRow row = verify_row(scene, comparison);
-      const auto compared = std::ranges::find(backends, comparison.backend, &Backend::name);
-      if (const auto* const shared = dynamic_cast<const RankBackend*>(*compared)) {
+      if (const RankBackend* const shared = rank_backend(backends, comparison.backend)) {
         row.backend = shared->backends();
         row.ranks = shared->ranks();
       }
@@ -345,8 +356,8 @@ std::vector<Scene> scenes_for_ranks(const CommonArguments& arguments) {
   std::vector<Scene> scenes = scenes_to_verify(arguments);
   std::erase_if(scenes, [](const Scene& scene) {
     std::string_view why;
-    if (scene.energy == EnergyModel::elastic) {
-      why = "the elastic energy runs on one rank";
+    if (scene.robust) {
+      why = "--robust solves again and again, on one rank";
     } else if (scene.schedule.rule == Rule::annealing) {
       why = "annealing draws its random numbers by column and row";
     } else if (scene.full.update == Update::sequential) {

@@ -26,7 +26,8 @@ struct RankRow {
 
 void list_fields(Fields& fields, RankRow& row);
 
-/// A level as several ranks shared it out; messages and bytes are those of all ranks, to renew halos.
+/// A level as several ranks shared it out; messages and bytes are those of all ranks, to renew halos. Of the
+/// elastic energy's first level in one piece: to bring loads there and corrections back, `renewals` times.
 struct SharedLevelRow {
   std::int64_t width = 0;
   std::int64_t height = 0;
@@ -34,7 +35,7 @@ struct SharedLevelRow {
   std::int64_t rows = 1;
   std::int64_t halo = 0; ///< sites
   std::int64_t sweeps = 0;
-  std::int64_t changed = 0; ///< sites, by the last sweep
+  std::optional<std::int64_t> changed{}; ///< sites, by the last sweep; none where nobody counts
   std::int64_t renewals = 0;
   std::int64_t messages = 0;
   std::int64_t bytes = 0;

@@ -1,14 +1,12 @@
 #pragma once
 
+#include "harness/ranks/crew_member.hpp"
+#include "harness/ranks/elastic_crew.hpp"
 #include "harness/ranks/message_passing.hpp"
-#include "harness/ranks/rank_faults.hpp"
-#include "harness/ranks/ranked_solution.hpp"
+#include "harness/ranks/rank_message.hpp"
 
 #include <map>
 #include <memory>
-#include <optional>
-#include <span>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -31,7 +29,7 @@ namespace hdmbench {
 /// then wait for it in vain.
 class Crew {
 public:
-  /// All must outlive it. `session` as options_of_rank() has them.
+  /// All must outlive it. `session` as options_of_rank() (rank_devices.hpp) has them.
   Crew(Ranks& ranks, const std::vector<std::unique_ptr<Backend>>& registry, SessionOptions session);
   ~Crew(); ///< without a word to the others: dismiss() them
   Crew(const Crew&) = delete;
@@ -41,7 +39,8 @@ public:
   void serve();
 
   // On the first rank, what a Session does. `fault`: a name of rank_faults(), or empty.
-  int open(std::string_view backends, Work work, const Sharing& sharing, std::string_view fault);
+  int open(EnergyModel energy, std::string_view backends, Work work, const Sharing& sharing,
+           std::string_view fault);
   void close(int session) noexcept;
   void load(int session, const Level& level);
   void write(int session, const VectorField& displacement);
@@ -50,45 +49,44 @@ public:
   [[nodiscard]] std::int64_t changed(int session);
   void load(int session, const Pyramid& pyramid);
   void solve(int session, const Session::Advance& advance);
+  // What an ElasticSession does.
+  void load(int session, const ElasticHierarchy& hierarchy);
+  float call(int session, const ElasticOrder& order, const VectorField* field = nullptr,
+             VectorField* result = nullptr);
   void dismiss();
 
   [[nodiscard]] int ranks() const { return ranks_.size(); }
 
 private:
-  enum class Order { open, close, load, write, step, read, changed, load_pyramid, solve, dismiss };
-  class Message;
-  /// What a rank has of a session.
-  struct Member;
-  /// What only the first rank has.
-  struct Given {
-    const Level* level = nullptr;
-    const VectorField* field = nullptr;
-    VectorField* result = nullptr;
-    const Session::Advance* advance = nullptr;
+  enum class Order {
+    open,
+    close,
+    load,
+    write,
+    step,
+    read,
+    changed,
+    load_pyramid,
+    solve,
+    load_elastic,
+    call_elastic,
+    dismiss
   };
 
   /// On the first rank: to all, and done here, too.
-  void command(Message message, const Given& given);
+  void command(RankMessage message, const CrewGiven& given);
   /// On every rank; false after the last order.
-  bool obey(Message& message, const Given& given);
-  void open_here(int session, Message& message);
-  void load_here(Member& member, Message& message, const Given& given);
-  void write_here(Member& member, const Given& given);
-  void read_here(Member& member, const Given& given);
-  void load_pyramid_here(Member& member, Message& message, const Given& given);
-  void solve_here(Member& member, const Given& given);
-  /// What a rank gets of an array that the first one has.
-  [[nodiscard]] std::vector<float> hand_out(Extent extent, std::span<const Rectangle> wanted,
-                                            const std::vector<float>* whole);
-  void hand_out_fields(Extent extent, std::span<const Rectangle> wanted, const Level* whole, bool curvature,
-                       std::size_t inputs, Level& part);
+  bool obey(RankMessage& message, const CrewGiven& given);
+  void open_here(int session, RankMessage& message);
 
   Ranks& ranks_;
   const std::vector<std::unique_ptr<Backend>>& registry_;
   SessionOptions session_;
-  std::map<int, std::unique_ptr<Member>> members_;
+  std::map<int, CrewMember> members_;
+  std::map<int, ElasticCrewMember> elastic_members_;
   int next_ = 0;
   std::int64_t changed_ = 0; ///< answer to the last Order::changed
+  float value_ = 0.0F;       ///< answer to the last Order::call_elastic
   bool is_broken_ = false;   ///< an order failed here: the others no longer listen
 };
 

@@ -22,13 +22,19 @@ public:
     return update != Update::sequential && first_.supports(update);
   }
   std::vector<Device> devices() const override { return first_.devices(); }
+  bool has_elastic() const override { return first_.has_elastic(); }
 
   /// "openmp", without the ranks.
   [[nodiscard]] const std::string& backends() const { return backends_; }
   [[nodiscard]] int ranks() const { return sharing_.pieces; }
+  /// Whether no rounding excuses a difference: what processors compute has the bits of scalar.
+  [[nodiscard]] bool has_bits_of_scalar() const { return first_.threads({}) > 0; }
 
 private:
   std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions& options) const override;
+
+  std::unique_ptr<ElasticSession> do_open_elastic(std::size_t index,
+                                                  const SessionOptions& options) const override;
 
   Crew& crew_;
   const Backend& first_;

@@ -25,8 +25,12 @@ struct RankFault {
   std::function<void(std::vector<Parcel>&, std::span<const Transfer> ways)> in_halos{};
   /// Spoils this rank's count of changed sites.
   std::function<std::int64_t(std::int64_t, std::size_t rank)> in_count{};
+  /// Spoils what the first rank got of a sum.
+  std::function<void(std::vector<Parcel>&)> in_sums{};
   /// Spoils the piece of a level that this rank loads.
   std::function<void(Level&, std::size_t rank)> in_level{};
+  std::string method = "icm";   ///< that it concerns
+  std::size_t fewest_sites = 1; ///< Sharing::fewest_sites that it is tried with
 };
 
 [[nodiscard]] std::vector<RankFault> rank_faults();

@@ -1,11 +1,11 @@
 #include "harness/ranks/ranked_solution.hpp"
 
+#include "harness/ranks/ranked_resampling.hpp"
 #include "harness/ranks/redistribution.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/solve/solve.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/input_error.hpp"
-#include "kernels/specification/projection.hpp"
 
 #include <fmt/format.h>
 
@@ -16,138 +16,6 @@
 namespace hdmbench {
 
 namespace {
-
-/// The indices of an axis from `first` on, `count` of them, that `indices` (rising) has: where they begin,
-/// and how many.
-std::pair<int, int> indices_within(const std::vector<int>& indices, int first, int count) {
-  const auto begin = std::ranges::lower_bound(indices, first);
-  const auto end = std::ranges::lower_bound(indices, first + count);
-  return {static_cast<int>(begin - indices.begin()), static_cast<int>(end - begin)};
-}
-
-/// A level that samples the full image, of which each rank holds what it owns.
-class RankedSampler {
-public:
-  RankedSampler(Extent full, Extent level, Alignment alignment)
-      : columns_(sampled_indices(level.width, full.width, alignment)),
-        rows_(sampled_indices(level.height, full.height, alignment)), is_full_(full == level) {}
-
-  /// The sites of the level that sample one of `part`.
-  [[nodiscard]] Rectangle sites(const Rectangle& part) const {
-    const auto [left, width] = indices_within(columns_, part.left, part.width);
-    const auto [top, height] = indices_within(rows_, part.top, part.height);
-    return {.left = left, .top = top, .width = width, .height = height};
-  }
-
-  /// Their values, of an array of the sites `held`, which has those of `part`.
-  [[nodiscard]] std::vector<float> operator()(std::span<const float> values, const Rectangle& held,
-                                              const Rectangle& part) const {
-    const Rectangle own = sites(part);
-    std::vector<int> columns(columns_.begin() + own.left, columns_.begin() + own.left + own.width);
-    std::ranges::for_each(columns, [&](int& column) { column -= held.left; });
-    std::vector<float> result(own.extent().sites());
-    float* to = result.data();
-    for (int y = own.top; y < own.top + own.height; ++y) {
-      const float* const row =
-          values.data() + held.extent().index(0, rows_[static_cast<std::size_t>(y)] - held.top);
-      to = std::ranges::transform(columns, to, [row](int column) { return row[column]; }).out;
-    }
-    return result;
-  }
-
-  [[nodiscard]] bool is_full() const { return is_full_; }
-
-private:
-  std::vector<int> columns_;
-  std::vector<int> rows_;
-  bool is_full_;
-};
-
-/// What prolongation reads of the coarse level for `fine` sites of an axis from `first` on.
-std::pair<int, int> coarse_range(const std::vector<Interpolation>& axis, int first, int count) {
-  if (count == 0) {
-    return {0, 0};
-  }
-  const int begin = axis[static_cast<std::size_t>(first)].first;
-  return {begin, axis[static_cast<std::size_t>(first + count - 1)].second + 1 - begin};
-}
-
-/// prolongate() for a part of the fine level.
-class RankedProjection {
-public:
-  RankedProjection(Extent coarse, Extent fine, Alignment alignment)
-      : columns_(interpolations(coarse.width, fine.width, alignment)),
-        rows_(interpolations(coarse.height, fine.height, alignment)) {}
-
-  /// The coarse sites that it reads for the fine sites `part`.
-  [[nodiscard]] Rectangle sites(const Rectangle& part) const {
-    const auto [left, width] = coarse_range(columns_, part.left, part.width);
-    const auto [top, height] = coarse_range(rows_, part.top, part.height);
-    return {.left = left, .top = top, .width = width, .height = height};
-  }
-
-  /// `coarse` has sites(part).
-  [[nodiscard]] VectorField operator()(const VectorField& coarse, const Rectangle& part) const {
-    VectorField fine(part.extent());
-    project(coarse.x, part, fine.x);
-    project(coarse.y, part, fine.y);
-    return fine;
-  }
-
-private:
-  /// A coarse row at all fine columns.
-  struct WideRow {
-    int row = -1;
-    std::vector<float> values{};
-  };
-
-  /// As Projection (kernels/data/pyramid.hpp) does it: first along x, which rows share, then along y.
-  void project(const std::vector<float>& coarse, const Rectangle& part, std::vector<float>& fine) const {
-    if (fine.empty()) {
-      return;
-    }
-    const Rectangle from = sites(part);
-    const auto first = columns_.begin() + part.left;
-    const std::vector<Interpolation> columns(first, first + part.width);
-    const auto widen = [&](int row, WideRow& wide) {
-      if (wide.row == row) {
-        return;
-      }
-      wide.row = row;
-      wide.values.resize(columns.size());
-      const float* const values = coarse.data() + from.extent().index(0, row - from.top);
-      std::ranges::transform(columns, wide.values.begin(), [&](const Interpolation& column) {
-        return projection::interpolated(values[column.first - from.left], values[column.second - from.left],
-                                        column.weight);
-      });
-    };
-#pragma omp parallel if (fine.size() > 1U << 17U)
-    {
-      WideRow above;
-      WideRow below;
-#pragma omp for schedule(static)
-      for (int y = 0; y < part.height; ++y) {
-        const Interpolation& between = rows_[static_cast<std::size_t>(part.top + y)];
-        if (above.row != between.first && below.row == between.first) {
-          std::swap(above, below);
-        }
-        widen(between.first, above);
-        widen(between.second, below);
-        const float* const upper = above.values.data();
-        const float* const lower = below.values.data();
-        float* const to = fine.data() + part.extent().index(0, y);
-        const float weight = between.weight;
-#pragma omp simd
-        for (int x = 0; x < part.width; ++x) {
-          to[x] = projection::interpolated(upper[x], lower[x], weight);
-        }
-      }
-    }
-  }
-
-  std::vector<Interpolation> columns_;
-  std::vector<Interpolation> rows_;
-};
 
 template <typename Call>
 std::vector<Rectangle> each(const std::vector<Rectangle>& parts, const Call& call) {
@@ -257,6 +125,9 @@ private:
     for (ScalarField& input : full.inputs) {
       fetch_field(input, result.inputs.emplace_back());
     }
+    if (needs_inverse_curvature(result.rule)) { // wrong on the outermost rim, as the first sweep is there
+      set_inverse_curvature(result);
+    }
     if (pyramid_.start) {
       start_before_ = std::move(start_);
       start_.extent = result.extent;
@@ -347,15 +218,25 @@ void require_shareable(const Scene& scene) {
   const auto refuse = [&](std::string_view what) {
     throw InputError(fmt::format(
         "{} runs on one rank; several compute icm in simultaneous, coloured and four-coloured order "
-        "(--method icm), with a fixed number of iterations or until sites are still",
+        "and the closed form, with a fixed number of iterations or until sites are still, and all methods "
+        "of the elastic energy",
         what));
   };
   if (scene.energy == EnergyModel::elastic) {
-    refuse("the elastic energy");
+    if (scene.robust) {
+      refuse("--robust, which solves again and again,");
+    }
+    return;
   }
-  if (scene.schedule.rule != Rule::steps || scene.schedule.cycle != Cycle::one_way ||
-      scene.schedule.mean_modulus || scene.full.update == Update::sequential) {
+  const Schedule& schedule = scene.schedule;
+  const bool known_rule = schedule.rule == Rule::steps || schedule.rule == Rule::closed_form;
+  if (!known_rule || schedule.cycle != Cycle::one_way || schedule.mean_modulus ||
+      scene.full.update == Update::sequential) {
     refuse(method_name(scene));
+  }
+  if (schedule.rule == Rule::closed_form &&
+      (schedule.relaxation.factor > 1.0 || schedule.relaxation.reach > 0.0)) {
+    refuse("a relaxation above 1, with which a level may diverge and is then computed again,");
   }
   if (scene.schedule.stop == Stop::energy) {
     refuse("a level that ends by its mean energy");
@@ -373,11 +254,12 @@ RankedPyramid ranked_pyramid(ScenePart part) {
   pyramid.part.penalty = scene.full.penalty; // what the command line may have changed
   pyramid.part.steps = scene.full.steps;
   pyramid.part.update = scene.full.update;
-  pyramid.part.rule = scene.full.rule;
+  pyramid.part.rule = scene.schedule.rule;
   const LevelSequence levels(scene);
   for (const int level : levels.order()) {
     pyramid.levels.push_back({.extent = levels.extent(level),
-                              .sweeps = levels.iterations(level) * sweeps_per_iteration(scene.full)});
+                              .sweeps = levels.iterations(level) * sweeps_per_iteration(scene.full),
+                              .strengths = levels.strengths(level)});
   }
   return pyramid;
 }

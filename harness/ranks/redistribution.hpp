@@ -13,7 +13,7 @@ namespace hdmbench {
                                               std::span<const Rectangle> held,
                                               std::span<const Rectangle> wanted, std::span<const float> own);
 
-/// Both components.
+/// Both components, in one message.
 [[nodiscard]] VectorField redistribute(Exchange& exchange, std::size_t rank, std::span<const Rectangle> held,
                                        std::span<const Rectangle> wanted, const VectorField& own);
 

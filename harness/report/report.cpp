@@ -47,6 +47,7 @@ std::string page_html(const report::Results& results) {
 <a href="#pictures">Displacement fields</a>
 <a href="#registration">Registration</a>
 <a href="#speed">Speed</a>
+<a href="#ranks">Several ranks</a>
 <a href="#portability">Machines side by side</a>
 <a href="#agreement">Agreement</a>
 <a href="#implementations">What runs where</a>
@@ -68,6 +69,7 @@ std::string page_html(const report::Results& results) {
   html += report::pictures_section(results, anchors);
   html += report::registration_section(results, anchors);
   html += report::speed_section(results, anchors);
+  html += report::scaling_section(results, anchors);
   html += report::portability_section(results, anchors);
   html += report::agreement_section(results, anchors);
   html += report::implementations_section(results, anchors);

@@ -125,6 +125,10 @@ bool replaces(const TradeoffRow& a, const TradeoffRow& b) {
 bool replaces(const EqualAccuracyRow& a, const EqualAccuracyRow& b) {
   return same_scene(a, b) && a.target == b.target && a.poisson == b.poisson;
 }
+// The model's inputs are measured anew in every run.
+bool replaces(const ScalingRow& a, const ScalingRow& b) {
+  return a.scene == b.scene && a.scaling == b.scaling && a.backend == b.backend;
+}
 bool replaces(const FaultRow& a, const FaultRow& b) {
   return a.fault == b.fault && a.backend == b.backend;
 }
@@ -181,6 +185,8 @@ void add_file(Results& results, const ResultFile& file) {
     add_rows(results, results.compare, file);
   } else if (command == "run") {
     add_rows(results, results.run, file);
+  } else if (command == "scaling") {
+    add_rows(results, results.scaling, file);
   } else if (command == "register") {
     add_rows(results, results.registrations, file);
   } else if (command == "detect") {

@@ -18,6 +18,7 @@
 #include "harness/measure/device_row.hpp"
 #include "harness/measure/implementations.hpp"
 #include "harness/measure/instructions_row.hpp"
+#include "harness/measure/scaling_row.hpp"
 
 #include <cstddef>
 #include <filesystem>
@@ -60,6 +61,7 @@ using InclusionRow = From<hdmbench::InclusionRow>;
 using RegistrationRow = From<hdmbench::RegistrationRow>;
 using RivalRow = From<hdmbench::RivalRow>;
 using RunRow = From<hdmbench::RunRow>;
+using ScalingRow = From<hdmbench::ScalingRow>;
 using TradeoffRow = From<hdmbench::TradeoffRow>;
 using VerifyRow = From<hdmbench::VerifyRow>;
 
@@ -74,6 +76,7 @@ struct Results {
   std::vector<BenchRow> bench;
   std::vector<ComparedRow> compare;
   std::vector<RunRow> run;
+  std::vector<ScalingRow> scaling;
   std::vector<RegistrationRow> registrations;
   std::vector<DetectionRow> detections;
   std::vector<RivalRow> rivals;

@@ -21,6 +21,8 @@ namespace hdmbench::report {
 [[nodiscard]] std::string golden_section(const Results& results, Anchors& anchors);
 /// Tables and plots; needs gnuplot where there are valid timings.
 [[nodiscard]] std::string speed_section(const Results& results, Anchors& anchors);
+/// Several ranks, measured and modelled; needs gnuplot where there are results.
+[[nodiscard]] std::string scaling_section(const Results& results, Anchors& anchors);
 /// Machines side by side, and the performance portability of each backend.
 [[nodiscard]] std::string portability_section(const Results& results, Anchors& anchors);
 /// Timings before and after a change; needs gnuplot where there are any.

@@ -102,6 +102,10 @@ int LevelSequence::iterations(int level) const {
   return static_cast<int>(std::min({std::round(grown), std::max<double>(most, schedule.iterations), 1e9}));
 }
 
+std::vector<float> LevelSequence::strengths(int level) const {
+  return sweep_strengths(scene_, iterations(level), extent(level));
+}
+
 std::optional<Pyramid> LevelSequence::pyramid() const {
   const Schedule& schedule = scene_.schedule;
   if (schedule.stop != Stop::fixed || has_start_ || schedule.mean_modulus ||
@@ -113,7 +117,7 @@ std::optional<Pyramid> LevelSequence::pyramid() const {
   for (const int level : order_) {
     pyramid.levels.push_back({.extent = extent(level),
                               .sweeps = iterations(level) * sweeps,
-                              .strengths = sweep_strengths(scene_, iterations(level), extent(level))});
+                              .strengths = strengths(level)});
   }
   return pyramid;
 }
@@ -123,7 +127,7 @@ void LevelSequence::prepare(int level, Level& sampled) const {
   if (needs_inverse_curvature(sampled.rule)) {
     set_inverse_curvature(sampled);
   }
-  sampled.strengths = sweep_strengths(scene_, iterations(level), extent(level));
+  sampled.strengths = strengths(level);
 }
 
 const Level& LevelSequence::sample(int level) {

@@ -20,6 +20,8 @@ public:
   [[nodiscard]] Extent extent(int level) const { return extents_[static_cast<std::size_t>(level)]; }
   /// How many the schedule gives a level, exact or at most (Stop).
   [[nodiscard]] int iterations(int level) const;
+  /// Level::strengths of its sweeps.
+  [[nodiscard]] std::vector<float> strengths(int level) const;
 
   /// The whole sequence in one piece, where nothing on the way asks for the host: a fixed number of
   /// iterations, a null start, nearest moduli, no curvatures. Valid as long as the scene.

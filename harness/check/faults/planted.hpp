@@ -63,6 +63,7 @@ struct Planted {
       false; ///< computed by the processor's own instructions, denormal numbers as IEEE 754 has them
   Expected expected = Expected::disagree;
   std::string method = "icm"; ///< that it concerns: it is tried on scenes solved that way only; empty: on all
+  bool bitwise = false;       ///< rounding excuses no difference: it has to have the bits of the reference
   std::size_t variant = 0;    ///< SessionOptions::variant that it is tried with
   Part part = Part::sweep;
   /// The backend for one scene; the scene must outlive it. DeviceError on

@@ -11,29 +11,58 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <limits>
 
 namespace hdmbench {
 
+namespace {
+
+std::vector<Extent> extents(const ElasticHierarchy& hierarchy) {
+  std::vector<Extent> result;
+  std::ranges::transform(hierarchy.levels, std::back_inserter(result),
+                         [](const ElasticLevel& level) { return level.grid.sites; });
+  return result;
+}
+
+} // namespace
+
 ElasticSolver::ElasticSolver(const Level& full, double poisson, ElasticSession& session) : session_(session) {
-  {
-    const Stopwatch watch(timings_.projection);
+  timed(timings_.projection, [&] {
     require_held(full);
-    sprung_ = has_springs(full);
-    hierarchy_ = make_elastic_hierarchy(full, poisson, Springs::none);
     start_ = extended_conditions(full);
-  }
-  {
+  });
+  sprung_ = has_springs(full);
+  load([&](Springs springs) {
+    timed(timings_.projection, [&] { hierarchy_ = make_elastic_hierarchy(full, poisson, springs); });
     const Stopwatch watch(timings_.upload);
-    session_.load(hierarchy_);
-    session_.write(0, ElasticField::displacement, start_);
-  }
-  if (sprung_) {
-    load_springs(full, poisson);
-  } else {
+    session.load(hierarchy_);
+  });
+  list_work(extents(hierarchy_));
+}
+
+ElasticSolver::ElasticSolver(ElasticSteps& steps, const std::function<void(Springs)>& load_sheet,
+                             const std::vector<Extent>& levels, VectorField start, bool sprung)
+    : session_(steps), start_(std::move(start)), sprung_(sprung) {
+  load(load_sheet);
+  list_work(levels);
+}
+
+void ElasticSolver::load(const std::function<void(Springs)>& load_sheet) {
+  load_sheet(Springs::none);
+  timed(timings_.upload, [&] { session_.write(0, ElasticField::displacement, start_); });
+  if (!sprung_) {
     start_ = VectorField(); // the session has it, and in large images its 8 bytes a site count
+    return;
   }
-  list_work();
+  VectorField load;
+  timed(timings_.compute, [&] {
+    session_.forces(ElasticField::displacement, ElasticField::load); // springs are at rest there
+    session_.read(0, ElasticField::load, load);
+  });
+  load_sheet(Springs::pull);
+  const Stopwatch watch(timings_.upload);
+  session_.write(0, ElasticField::load, load);
 }
 
 ElasticSolver::ElasticSolver(const Level& full, double poisson, const SiteSprings& springs, VectorField start,
@@ -45,7 +74,7 @@ ElasticSolver::ElasticSolver(const Level& full, double poisson, const SiteSpring
                       : make_elastic_hierarchy(full, poisson, Springs::none);
   });
   const Stopwatch watch(timings_.upload);
-  session_.load(hierarchy_);
+  session.load(hierarchy_);
   session_.write(0, ElasticField::displacement, start_);
   session_.forces(ElasticField::displacement, ElasticField::load);
   VectorField load;
@@ -65,27 +94,13 @@ ElasticSolver::ElasticSolver(const Level& full, double poisson, const SiteSpring
   }
   session_.write(0, ElasticField::load, load);
   session_.write(0, ElasticField::displacement, VectorField(full.extent));
-  list_work();
+  list_work(extents(hierarchy_));
 }
 
-void ElasticSolver::list_work() {
-  for (int level = 0; level <= coarsest(); ++level) {
-    const Extent extent = hierarchy_.levels[static_cast<std::size_t>(level)].grid.sites;
-    work_.push_back({.level = level, .extent = extent});
+void ElasticSolver::list_work(const std::vector<Extent>& levels) {
+  for (const Extent extent : levels) {
+    work_.push_back({.level = static_cast<int>(work_.size()), .extent = extent});
   }
-}
-
-void ElasticSolver::load_springs(const Level& full, double poisson) {
-  VectorField load;
-  {
-    const Stopwatch watch(timings_.compute);
-    session_.forces(ElasticField::displacement, ElasticField::load); // springs are at rest there
-    session_.read(0, ElasticField::load, load);
-  }
-  timed(timings_.projection, [&] { hierarchy_ = make_elastic_hierarchy(full, poisson); });
-  const Stopwatch watch(timings_.upload);
-  session_.load(hierarchy_);
-  session_.write(0, ElasticField::load, load);
 }
 
 void ElasticSolver::find_load() {
@@ -185,7 +200,7 @@ void ElasticSolver::sweep() {
 }
 
 double ElasticSolver::root_mean_square(float square) const {
-  const auto components = 2.0 * static_cast<double>(hierarchy_.levels.front().grid.sites.sites());
+  const auto components = 2.0 * static_cast<double>(work_.front().extent.sites());
   return std::sqrt(std::max(0.0, static_cast<double>(square)) / components);
 }
 
@@ -237,14 +252,39 @@ VectorField ElasticSolver::displacement() const {
   return field;
 }
 
-namespace {
-
-/// Pixels: a hundredth of the last place of the largest target. No step as small as this changes anything.
-double least_error(const VectorField& target) {
-  return 0.01 * largest_component(target) * std::numeric_limits<float>::epsilon();
+ElasticMethod elastic_method(const Schedule& schedule, double largest) {
+  // A hundredth of the last place of the largest target.
+  return {.name = schedule.method,
+          .effort = schedule.iterations,
+          .least_error = 0.01 * largest * std::numeric_limits<float>::epsilon()};
 }
 
-} // namespace
+std::optional<double> follow(const ElasticMethod& method, ElasticSolver& solver, double sites,
+                             Progress& progress) {
+  if (method.name == elastic_sweeps) {
+    for (int done = 0; done < method.effort; ++done) {
+      solver.sweep();
+      progress.advance(sites);
+    }
+    return std::nullopt;
+  }
+  const bool gradients = method.name == elastic_conjugate_gradients;
+  solver.full_multigrid(gradients || method.effort > 0);
+  const int steps = gradients ? method.effort : method.effort - 1; // the first cycle is full multigrid's own
+  RemainingError error;
+  for (int done = 0; done < steps; ++done) {
+    const ElasticSolver::Step step = gradients ? solver.conjugate_gradients() : solver.cycle();
+    progress.advance(sites);
+    if (step.ended) {
+      break;
+    }
+    error.add(std::sqrt(2.0) * step.change); // of sites, from that of components
+    if (error.estimate() < method.least_error) {
+      break;
+    }
+  }
+  return error.is_known() ? std::optional(error.estimate()) : std::nullopt;
+}
 
 Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& progress,
                        const SolveOptions& options) {
@@ -253,32 +293,9 @@ Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& pr
     robust = find_robust_observations(scene, session, progress);
   }
   ElasticSolver solver(robust ? robust->level : scene.full, scene.poisson, session);
-  const std::string& method = scene.schedule.method;
-  const int effort = scene.schedule.iterations;
-  const auto sites = static_cast<double>(scene.extent().sites());
-  RemainingError error;
-  const double least = least_error(scene.full.target);
-  if (method == elastic_sweeps) {
-    for (int done = 0; done < effort; ++done) {
-      solver.sweep();
-      progress.advance(sites);
-    }
-  } else {
-    const bool gradients = method == elastic_conjugate_gradients;
-    solver.full_multigrid(gradients || effort > 0);
-    const int steps = gradients ? effort : effort - 1; // the first cycle is full multigrid's own
-    for (int done = 0; done < steps; ++done) {
-      const ElasticSolver::Step step = gradients ? solver.conjugate_gradients() : solver.cycle();
-      progress.advance(sites);
-      if (step.ended) {
-        break;
-      }
-      error.add(std::sqrt(2.0) * step.change); // of sites, from that of components
-      if (error.estimate() < least) {
-        break;
-      }
-    }
-  }
+  const ElasticMethod method = elastic_method(scene.schedule, largest_component(scene.full.target));
+  const std::optional<double> error =
+      follow(method, solver, static_cast<double>(scene.extent().sites()), progress);
   Solution solution;
   if (robust) {
     solution.levels = std::move(robust->work);
@@ -286,9 +303,7 @@ Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& pr
   }
   add_work(solution.levels, solver.work());
   solution.timings.add(solver.timings());
-  if (error.is_known()) {
-    solution.estimated_error = error.estimate();
-  }
+  solution.estimated_error = error;
   {
     const Stopwatch watch(solution.timings.readback);
     solution.displacement = solver.displacement();

@@ -5,6 +5,9 @@
 #include "harness/solve/progress.hpp"
 #include "harness/solve/solve.hpp"
 
+#include <functional>
+#include <optional>
+#include <string>
 #include <vector>
 
 namespace hdmbench {
@@ -30,6 +33,12 @@ public:
   ElasticSolver(const Level& full, double poisson, const SiteSprings& springs, VectorField start,
                 const VectorField& pull, ElasticSession& session);
 
+  /// The same where somebody else has made the hierarchy: `load` loads it into what takes `steps`, with
+  /// springs or without. `levels` are their extents, the image's first; `start` the extended conditions, of
+  /// whatever sites are written and read there. `sprung`: observations pull with springs.
+  ElasticSolver(ElasticSteps& steps, const std::function<void(Springs)>& load,
+                const std::vector<Extent>& levels, VectorField start, bool sprung);
+
   /// From the coarsest level to the finest, one W cycle each: the error of the result is of the size of the
   /// discretisation's. Without `on_image` the image only gets what the next level has.
   void full_multigrid(bool on_image = true);
@@ -48,20 +57,21 @@ public:
   [[nodiscard]] const Timings& timings() const { return timings_; }
 
 private:
-  void load_springs(const Level& full, double poisson);
-  void list_work();
+  /// What is to be computed, with start_.
+  void load(const std::function<void(Springs)>& load_sheet);
+  void list_work(const std::vector<Extent>& levels);
   /// What corrections are made from: the residual of displacement.
   void find_load();
   /// Takes the correction of the image.
   void take_correction();
-  [[nodiscard]] int coarsest() const { return static_cast<int>(hierarchy_.levels.size()) - 1; }
+  [[nodiscard]] int coarsest() const { return static_cast<int>(work_.size()) - 1; }
   [[nodiscard]] double root_mean_square(float square) const;
   void improve(int level, ElasticField field, bool from_zero);
   void restrict_residual(int level, ElasticField field);
   void relax(int level, ElasticField field);
   void forces(ElasticField of, ElasticField to);
 
-  ElasticSession& session_;
+  ElasticSteps& session_;
   Timings timings_;
   ElasticHierarchy hierarchy_;
   std::vector<LevelResult> work_;
@@ -70,6 +80,18 @@ private:
   float last_product_ = 0.0F; ///< load * correction of the last step of conjugate gradients; 0: none yet
   float last_factor_ = 0.0F;
 };
+
+/// The method that a schedule names.
+struct ElasticMethod {
+  std::string name;
+  int effort = 0;           ///< Schedule::iterations
+  double least_error = 0.0; ///< pixels: no step as small as this changes anything
+};
+/// `largest`: of the targets, pixels.
+[[nodiscard]] ElasticMethod elastic_method(const Schedule& schedule, double largest);
+/// Takes its steps, each of `sites` of progress. The error that is left, pixels, where the method tells.
+std::optional<double> follow(const ElasticMethod& method, ElasticSolver& solver, double sites,
+                             Progress& progress);
 
 /// The scene by the method that its schedule names. Throws as ElasticSolver does.
 [[nodiscard]] Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& progress,

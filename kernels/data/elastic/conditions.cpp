@@ -1,29 +1,34 @@
 #include "kernels/data/elastic/conditions.hpp"
 
-#include "kernels/data/elastic/free_parts.hpp"
+#include "kernels/data/elastic/cell_kinds.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace hdmbench {
 
 namespace {
 
-/// Below this many sites threads cost more than they bring.
-constexpr std::size_t sites_worth_threads = 1 << 15;
+/// The mean of all that is known, where nothing else is.
+void fill(Known& coarsest) {
+  double weight = 0.0;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < coarsest.value.size(); ++i) {
+    weight += static_cast<double>(coarsest.weight[i]);
+    sum += static_cast<double>(coarsest.weight[i]) * static_cast<double>(coarsest.value[i]);
+  }
+  for (std::size_t i = 0; i < coarsest.value.size(); ++i) {
+    if (coarsest.weight[i] <= 0.0F && weight > 0.0) {
+      coarsest.value[i] = static_cast<float>(sum / weight);
+    }
+  }
+}
 
-/// A component on a level of averages: what is known of it and how well, 0 ... 1.
-struct Known {
-  Extent extent;
-  std::vector<float> value;
-  std::vector<float> weight;
+} // namespace
 
-  explicit Known(Extent extent_) : extent(extent_), value(extent_.sites()), weight(extent_.sites()) {}
-};
-
-/// The mean over the 3 x 3 sites around each second one, nearer ones counting more.
 Known averaged(const Known& fine) {
   Known coarse({fine.extent.width / 2 + 1, fine.extent.height / 2 + 1});
 #pragma omp parallel for if (fine.extent.sites() > sites_worth_threads)
@@ -48,7 +53,6 @@ Known averaged(const Known& fine) {
   return coarse;
 }
 
-/// What a level does not know well enough comes from the averages.
 void fill(Known& fine, const Known& coarse) {
 #pragma omp parallel for if (fine.extent.sites() > sites_worth_threads)
   for (int y = 0; y < fine.extent.height; ++y) {
@@ -69,65 +73,58 @@ void fill(Known& fine, const Known& coarse) {
   }
 }
 
-/// The mean of all that is known, where nothing else is.
-void fill(Known& coarsest) {
-  double weight = 0.0;
-  double sum = 0.0;
-  for (std::size_t i = 0; i < coarsest.value.size(); ++i) {
-    weight += static_cast<double>(coarsest.weight[i]);
-    sum += static_cast<double>(coarsest.weight[i]) * static_cast<double>(coarsest.value[i]);
-  }
-  for (std::size_t i = 0; i < coarsest.value.size(); ++i) {
-    if (coarsest.weight[i] <= 0.0F && weight > 0.0) {
-      coarsest.value[i] = static_cast<float>(sum / weight);
-    }
-  }
-}
-
-std::vector<float> extended(Extent extent, const std::vector<float>& target,
-                            const std::vector<float>& confidence) {
-  std::vector<Known> levels;
-  Known& finest = levels.emplace_back(extent);
+Known known_component(Extent extent, const std::vector<float>& target, const std::vector<float>& confidence) {
+  Known known(extent);
   for (std::size_t i = 0; i < extent.sites(); ++i) {
     const bool prescribed = confidence[i] > 0.0F;
-    finest.weight[i] = prescribed ? 1.0F : 0.0F;
-    finest.value[i] = prescribed ? target[i] : 0.0F;
+    known.weight[i] = prescribed ? 1.0F : 0.0F;
+    known.value[i] = prescribed ? target[i] : 0.0F;
   }
-  while (levels.back().extent.width > 2 || levels.back().extent.height > 2) {
-    levels.push_back(averaged(levels.back()));
-  }
-  fill(levels.back());
-  for (std::size_t level = levels.size() - 1; level > 0; --level) {
-    fill(levels[level - 1], levels[level]);
-  }
-  return std::move(levels.front().value);
+  return known;
 }
 
-} // namespace
+void extend(Known& known) {
+  if (known.extent.width <= 2 && known.extent.height <= 2) {
+    fill(known);
+    return;
+  }
+  Known coarse = averaged(known);
+  extend(coarse);
+  fill(known, coarse);
+}
+
+void require_held(Extent image, const Hold& hold) {
+  if (image.width < 2 || image.height < 2) {
+    throw InputError(fmt::format("the elastic energy needs at least 2 x 2 pixels, the image is {} x {}",
+                                 image.width, image.height));
+  }
+  if (const std::string freedom = hold.freedom(); !freedom.empty()) {
+    throw InputError(fmt::format("the conditions leave the elastic sheet free to move: all {} x {} sites {}",
+                                 image.width, image.height, freedom));
+  }
+}
 
 void require_held(const Level& level) {
-  if (level.extent.width < 2 || level.extent.height < 2) {
-    throw InputError(fmt::format("the elastic energy needs at least 2 x 2 pixels, the image is {} x {}",
-                                 level.extent.width, level.extent.height));
-  }
   Hold hold;
   for (int y = 0; y < level.extent.height && hold.is_free(); ++y) {
     for (int x = 0; x < level.extent.width; ++x) {
       hold.add(level, x, y);
     }
   }
-  if (const std::string freedom = hold.freedom(); !freedom.empty()) {
-    throw InputError(fmt::format("the conditions leave the elastic sheet free to move: all {} x {} sites {}",
-                                 level.extent.width, level.extent.height, freedom));
-  }
+  require_held(level.extent, hold);
   require_parts_held(level);
 }
 
 VectorField extended_conditions(const Level& level) {
   VectorField field;
   field.extent = level.extent;
-  field.x = extended(level.extent, level.target.x, level.confidence.x);
-  field.y = extended(level.extent, level.target.y, level.confidence.y);
+  const auto extended = [&](const std::vector<float>& target, const std::vector<float>& confidence) {
+    Known known = known_component(level.extent, target, confidence);
+    extend(known);
+    return std::move(known.value);
+  };
+  field.x = extended(level.target.x, level.confidence.x);
+  field.y = extended(level.target.y, level.confidence.y);
   return field;
 }
 

@@ -62,13 +62,21 @@ struct Part {
 void Hold::add(const Level& level, int x, int y) {
   const std::size_t at = level.extent.index(x, y);
   if (level.confidence.x[at] > 0.0F) {
-    turns_ = turns_ && (row_ < 0 || row_ == y);
-    row_ = y;
+    know_x(y);
   }
   if (level.confidence.y[at] > 0.0F) {
-    turns_ = turns_ && (column_ < 0 || column_ == x);
-    column_ = x;
+    know_y(x);
   }
+}
+
+void Hold::know_x(int row) {
+  turns_ = turns_ && (row_ < 0 || row_ == row);
+  row_ = row;
+}
+
+void Hold::know_y(int column) {
+  turns_ = turns_ && (column_ < 0 || column_ == column);
+  column_ = column;
 }
 
 std::string Hold::freedom() const {

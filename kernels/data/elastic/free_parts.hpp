@@ -16,6 +16,9 @@ class Hold {
 public:
   /// Takes the conditions of a site.
   void add(const Level& level, int x, int y);
+  /// x is known somewhere in this row, y in this column.
+  void know_x(int row);
+  void know_y(int column);
   [[nodiscard]] bool is_free() const { return row_ < 0 || column_ < 0 || turns_; }
   /// "can move in x", "can turn about x = 3, y = 4"; empty: it is held.
   [[nodiscard]] std::string freedom() const;

@@ -1,9 +1,12 @@
 #include "kernels/data/elastic/hierarchy.hpp"
 
+#include "kernels/data/elastic/cell_kinds.hpp"
 #include "kernels/data/elastic/coarsest_inverse.hpp"
+#include "kernels/data/elastic/hierarchy_part.hpp"
 
 #include <algorithm>
 #include <cstdint>
+#include <utility>
 
 namespace hdmbench {
 
@@ -11,53 +14,11 @@ namespace {
 
 using InFloat = ElasticInFloat;
 
-/// Below this many sites threads cost more than they bring.
-constexpr std::size_t sites_worth_threads = 1 << 15;
-
 /// Where |xx yy - xy^2| is less than this share of xx yy, the two components of a site move as one.
 constexpr float least_determinant = 1e-6F;
 
-/// What a coarser level has to know of a level's cells.
-enum class CellKind : std::uint8_t {
-  whole,  ///< described by its moments, no basis function of it cut
-  masked, ///< in the list of masked cells
-  empty   ///< nothing of it can move, or there is nothing of it
-};
-
-/// A level's cells without a ring; `index` of a masked one in the list.
-struct CellKinds {
-  Extent extent;
-  std::vector<CellKind> kind;
-  std::vector<std::uint32_t> index;
-};
-
-/// Not 0 where a component is prescribed, with the grid's ring, which is not.
-struct Prescribed {
-  std::array<std::vector<std::uint8_t>, 2> component;
-
-  Prescribed(const Level& full, const RingedGrid& grid) {
-    for (std::size_t xy = 0; xy < 2; ++xy) {
-      component[xy].resize(grid.size());
-      const std::vector<float>& confidence = xy == 0 ? full.confidence.x : full.confidence.y;
-      for (int y = 0; y < full.extent.height; ++y) {
-        const float* const from = confidence.data() + full.extent.index(0, y);
-        std::transform(from, from + full.extent.width, component[xy].data() + grid.index(0, y),
-                       [](float value) -> std::uint8_t { return value >= 1.0F ? 1 : 0; });
-      }
-    }
-  }
-};
-
-ElasticLevel empty_level(Extent sites) {
-  ElasticLevel level;
-  level.grid = RingedGrid(sites);
-  for (auto& values : level.moments) {
-    values.resize(level.grid.size());
-  }
-  for (auto& values : level.response) {
-    values.resize(level.grid.size());
-  }
-  return level;
+constexpr Extent half_as_many(Extent sites) {
+  return {sites.width / 2 + 1, sites.height / 2 + 1};
 }
 
 void set_cell(ElasticLevel& level, std::size_t index, const InFloat::CellMoments& cell) {
@@ -98,62 +59,6 @@ void set_parent_moments(ElasticLevel& level, const ElasticLevel& fine) {
       set_cell(level, level.grid.index(x, y), sum);
     }
   }
-}
-
-/// Of the first coarse level: a cell is cut where any of the 3 x 3 sites in it has a prescribed component.
-CellKinds kinds_below_image(Extent cells, const Prescribed& prescribed, const RingedGrid& grid) {
-  CellKinds kinds{cells, std::vector<CellKind>(cells.sites(), CellKind::whole), {}};
-#pragma omp parallel for if (grid.sites.sites() > sites_worth_threads)
-  for (int y = 0; y < cells.height; ++y) {
-    for (int x = 0; x < cells.width; ++x) {
-      int sites = 0;
-      int held = 0; // components
-      for (int j = 2 * y; j <= std::min(2 * y + 2, grid.sites.height - 1); ++j) {
-        for (int i = 2 * x; i <= std::min(2 * x + 2, grid.sites.width - 1); ++i) {
-          const std::size_t at = grid.index(i, j);
-          held += prescribed.component[0][at] + prescribed.component[1][at];
-          ++sites;
-        }
-      }
-      if (held > 0) {
-        kinds.kind[cells.index(x, y)] = held == 2 * sites ? CellKind::empty : CellKind::masked;
-      }
-    }
-  }
-  return kinds;
-}
-
-/// Nor has a cell moments with a child that has a spring.
-void mask_above(CellKinds& kinds, const CellKinds& image) {
-  for (int y = 0; y < image.extent.height; ++y) {
-    for (int x = 0; x < image.extent.width; ++x) {
-      if (image.kind[image.extent.index(x, y)] == CellKind::masked) {
-        kinds.kind[kinds.extent.index(x / 2, y / 2)] = CellKind::masked;
-      }
-    }
-  }
-}
-
-/// Of the other ones: cut where a child is.
-CellKinds kinds_below(Extent cells, const CellKinds& fine) {
-  CellKinds kinds{cells, std::vector<CellKind>(cells.sites(), CellKind::whole), {}};
-  for (int y = 0; y < cells.height; ++y) {
-    for (int x = 0; x < cells.width; ++x) {
-      bool whole = true;
-      bool empty = true;
-      for (int j = 2 * y; j < std::min(2 * y + 2, fine.extent.height); ++j) {
-        for (int i = 2 * x; i < std::min(2 * x + 2, fine.extent.width); ++i) {
-          const CellKind child = fine.kind[fine.extent.index(i, j)];
-          whole = whole && child == CellKind::whole;
-          empty = empty && child == CellKind::empty;
-        }
-      }
-      if (!whole) {
-        kinds.kind[cells.index(x, y)] = empty ? CellKind::empty : CellKind::masked;
-      }
-    }
-  }
-  return kinds;
 }
 
 /// The children's matrices between the functions that may move. `prescribed` is null but on the image, whose
@@ -368,58 +273,96 @@ std::vector<std::uint8_t> in_turn(const Prescribed& prescribed, const RingedGrid
   return components;
 }
 
-/// `spring_at` is null where there are no springs.
-template <typename Spring>
-ElasticHierarchy make_hierarchy(const Level& full, double poisson, const Spring* spring_at) {
-  ElasticHierarchy hierarchy;
-  hierarchy.ratio = InFloat::poisson_ratio(poisson);
-  hierarchy.levels.push_back(empty_level(full.extent));
-  const Prescribed prescribed(full, hierarchy.levels.front().grid);
-  set_image_moments(hierarchy.levels.front(), full);
-  CellKinds kinds;
-  const bool has_cells = full.extent.width > 1 && full.extent.height > 1;
-  if (spring_at != nullptr && has_cells) {
-    kinds = add_springs(hierarchy.levels.front(), hierarchy.ratio, poisson, *spring_at);
-  }
-  set_response(hierarchy.levels.front(), hierarchy.ratio, &prescribed);
-  for (;;) {
-    const ElasticLevel& fine = hierarchy.levels.back();
-    const Extent cells = fine.grid.cells();
-    if (std::max(cells.width, cells.height) <= most_coarsest_cells) {
-      break;
+/// Makes levels, each from the one before.
+class HierarchyMaker {
+public:
+  /// `spring_at` is null where there are no springs.
+  template <typename Spring>
+  HierarchyMaker(const Level& full, double poisson, const Spring* spring_at) {
+    hierarchy_.ratio = InFloat::poisson_ratio(poisson);
+    ElasticLevel& image = hierarchy_.levels.emplace_back(empty_level(full.extent));
+    prescribed_.emplace(full, image.grid);
+    set_image_moments(image, full);
+    const bool has_cells = full.extent.width > 1 && full.extent.height > 1;
+    if (spring_at != nullptr && has_cells) {
+      kinds_ = add_springs(image, hierarchy_.ratio, poisson, *spring_at);
     }
-    const bool is_image = hierarchy.levels.size() == 1;
-    const Extent coarse_cells{(cells.width + 1) / 2, (cells.height + 1) / 2};
-    ElasticLevel level = empty_level({coarse_cells.width + 1, coarse_cells.height + 1});
+    set_response(image, hierarchy_.ratio, &*prescribed_);
+  }
+  /// From a level that is not the image and has its cells.
+  HierarchyMaker(ElasticHierarchy above, ElasticLevel level, CellKinds kinds)
+      : hierarchy_(std::move(above)), kinds_(std::move(kinds)) {
+    set_response(level, hierarchy_.ratio, nullptr);
+    hierarchy_.levels.push_back(std::move(level));
+  }
+
+  [[nodiscard]] bool has_coarser() const {
+    return coarser_elastic_sites(hierarchy_.levels.back().grid.sites).has_value();
+  }
+  void add_coarser() {
+    const ElasticLevel& fine = hierarchy_.levels.back();
+    const bool is_image = hierarchy_.levels.size() == 1;
+    ElasticLevel level = empty_level(half_as_many(fine.grid.sites));
+    const Extent cells = level.grid.cells();
     set_parent_moments(level, fine);
-    CellKinds coarse_kinds =
-        is_image ? kinds_below_image(coarse_cells, prescribed, fine.grid) : kinds_below(coarse_cells, kinds);
-    if (is_image && !kinds.kind.empty()) {
-      mask_above(coarse_kinds, kinds);
+    CellKinds kinds =
+        is_image ? kinds_below_image(cells, *prescribed_, fine.grid) : kinds_below(cells, kinds_);
+    if (is_image && !kinds_.kind.empty()) {
+      mask_above(kinds, kinds_);
     }
-    set_masked_cells(level, coarse_kinds,
-                     Galerkin(fine, kinds, hierarchy.ratio, is_image ? &prescribed : nullptr));
-    set_response(level, hierarchy.ratio, nullptr);
-    kinds = std::move(coarse_kinds);
-    hierarchy.levels.push_back(std::move(level));
+    set_masked_cells(level, kinds,
+                     Galerkin(fine, kinds_, hierarchy_.ratio, is_image ? &*prescribed_ : nullptr));
+    set_response(level, hierarchy_.ratio, nullptr);
+    kinds_ = std::move(kinds);
+    hierarchy_.levels.push_back(std::move(level));
   }
-  const ElasticLevel& coarsest = hierarchy.levels.back();
-  hierarchy.coarsest_inverse = coarsest_inverse(
-      coarsest, hierarchy.ratio,
-      hierarchy.levels.size() == 1 ? in_turn(prescribed, coarsest.grid) : std::vector<std::uint8_t>{});
-  return hierarchy;
-}
 
-} // namespace
+  /// All that are coarser, and the inverse of the last.
+  [[nodiscard]] ElasticHierarchy take_all() {
+    while (has_coarser()) {
+      add_coarser();
+    }
+    const ElasticLevel& coarsest = hierarchy_.levels.back();
+    hierarchy_.coarsest_inverse = coarsest_inverse(
+        coarsest, hierarchy_.ratio,
+        hierarchy_.levels.size() == 1 ? in_turn(*prescribed_, coarsest.grid) : std::vector<std::uint8_t>{});
+    return std::move(hierarchy_);
+  }
+  /// Those that there are.
+  [[nodiscard]] ElasticPart take_part() { return {std::move(hierarchy_), std::move(kinds_)}; }
 
-ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson, Springs springs) {
-  const auto spring_at = [&full](std::size_t at) {
+private:
+  ElasticHierarchy hierarchy_;
+  std::optional<Prescribed> prescribed_; ///< none where the first level is not the image
+  CellKinds kinds_;                      ///< of the last level
+};
+
+/// The springs that confidences below 1 make.
+auto springs_of(const Level& full) {
+  return [&full](std::size_t at) {
     const auto stiffness = [&](float confidence) {
       return is_spring(confidence) ? spring_stiffness(full.modulus.values[at], confidence) : 0.0;
     };
     return SpringAt{stiffness(full.confidence.x[at]), 0.0, stiffness(full.confidence.y[at])};
   };
-  return make_hierarchy(full, poisson, springs == Springs::pull && has_springs(full) ? &spring_at : nullptr);
+}
+
+HierarchyMaker maker_of(const Level& full, double poisson, Springs springs) {
+  const auto spring_at = springs_of(full);
+  return {full, poisson, springs == Springs::pull && has_springs(full) ? &spring_at : nullptr};
+}
+
+} // namespace
+
+std::optional<Extent> coarser_elastic_sites(Extent sites) {
+  const bool is_coarsest = std::max(sites.width, sites.height) - 1 <= most_coarsest_cells;
+  return is_coarsest ? std::nullopt : std::optional(half_as_many(sites));
+}
+
+ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson, Springs springs) {
+  ElasticHierarchy hierarchy = maker_of(full, poisson, springs).take_all();
+  hierarchy.origin = {.image = &full, .poisson = poisson, .springs = springs};
+  return hierarchy;
 }
 
 ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson, const SiteSprings& springs) {
@@ -427,7 +370,41 @@ ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson, const
     return SpringAt{static_cast<double>(springs.xx.values[at]), static_cast<double>(springs.xy.values[at]),
                     static_cast<double>(springs.yy.values[at])};
   };
-  return make_hierarchy(full, poisson, &spring_at);
+  return HierarchyMaker(full, poisson, &spring_at).take_all();
+}
+
+ElasticPart make_elastic_part(const Level& part, double poisson, Springs springs, int levels) {
+  HierarchyMaker maker = maker_of(part, poisson, springs);
+  for (int level = 1; level < levels; ++level) {
+    maker.add_coarser();
+  }
+  ElasticPart result = maker.take_part();
+  constexpr Extent least{2, 2};
+  result.hierarchy.levels.push_back(empty_level(least));
+  result.hierarchy.coarsest_inverse.resize(4 * least.sites() * least.sites());
+  return result;
+}
+
+ElasticLevel empty_level(Extent sites) {
+  ElasticLevel level;
+  level.grid = RingedGrid(sites);
+  for (auto& values : level.moments) {
+    values.resize(level.grid.size());
+  }
+  for (auto& values : level.response) {
+    values.resize(level.grid.size());
+  }
+  return level;
+}
+
+ElasticHierarchy make_coarse_elastic(ElasticLevel finest, CellKinds kinds,
+                                     const ElasticInFloat::PoissonRatio& ratio, int number) {
+  ElasticHierarchy above;
+  above.ratio = ratio;
+  for (int level = 0; level < number; ++level) {
+    above.levels.push_back(empty_level({finest.grid.sites.width, 2}));
+  }
+  return HierarchyMaker(std::move(above), std::move(finest), std::move(kinds)).take_all();
 }
 
 } // namespace hdmbench

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 namespace hdmbench {
@@ -50,6 +51,19 @@ struct ElasticLevel {
   }
 };
 
+/// What becomes of observed components with a confidence below 1 (springs.hpp).
+enum class Springs {
+  pull, ///< towards 0: the unknown is the way from the targets
+  none  ///< they are free
+};
+
+/// What a hierarchy was made of.
+struct ElasticOrigin {
+  const Level* image = nullptr; ///< null: of something else, as springs of one's own
+  double poisson = 0.0;
+  Springs springs = Springs::none;
+};
+
 /// A sheet with its conditions on all levels, exact: the energy of a coarse field is that of its bilinear
 /// interpolation, 0 at components that are prescribed (Galerkin). Coarse site (x, y) is fine site (2x, 2y).
 struct ElasticHierarchy {
@@ -57,6 +71,8 @@ struct ElasticHierarchy {
   std::vector<ElasticLevel> levels; ///< the image first; at least one
   /// Displacements of the coarsest level from its load, x and y of each site in turn: column by column.
   std::vector<float> coarsest_inverse;
+  /// For who makes parts of it again; whoever keeps the hierarchy need not keep the image.
+  ElasticOrigin origin{};
 };
 
 /// How far a sweep goes towards the minimum of each site. On the image no wave has more than 3.25 times the
@@ -67,11 +83,8 @@ inline constexpr double elastic_relaxation = 0.6;
 /// No more cells a side on the coarsest level, which is solved by a matrix.
 inline constexpr int most_coarsest_cells = 6;
 
-/// What becomes of observed components with a confidence below 1 (springs.hpp).
-enum class Springs {
-  pull, ///< towards 0: the unknown is the way from the targets
-  none  ///< they are free
-};
+/// Of the next level; none after the coarsest.
+[[nodiscard]] std::optional<Extent> coarser_elastic_sites(Extent sites);
 
 /// The components with confidence 1 are prescribed. The level is assumed to be valid; poisson in (-1, 0.5].
 /// The same bits whatever the number of threads.

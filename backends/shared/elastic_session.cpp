@@ -1,0 +1,50 @@
+#include "backends/shared/elastic_session.hpp"
+
+namespace hdmbench {
+
+void ElasticSession::write_part(int level, ElasticField field, const Rectangle& part,
+                                const VectorField& values) {
+  VectorField whole;
+  read(level, field, whole);
+  copy(part, values, part, whole, all_of(whole.extent));
+  write(level, field, whole);
+}
+
+void ElasticSession::read_part(int level, ElasticField field, const Rectangle& part,
+                               VectorField& values) const {
+  VectorField whole;
+  read(level, field, whole);
+  values = part_of(whole, part);
+}
+
+ScalarField ElasticSession::dot_squares(ElasticField first, ElasticField second, int height) const {
+  VectorField a;
+  VectorField b;
+  read(0, first, a);
+  read(0, second, b);
+  ScalarField sums(a.extent);
+  for (std::size_t at = 0; at < sums.values.size(); ++at) {
+    sums.values[at] = ElasticInFloat::site_product(a.x[at], b.x[at], a.y[at], b.y[at]);
+  }
+  for (int done = 0; done < height; ++done) {
+    sums = square_sums(sums);
+  }
+  return sums;
+}
+
+ScalarField square_sums(const ScalarField& sums) {
+  const Extent extent = sums.extent;
+  const auto value = [&](int x, int y) {
+    return x < extent.width && y < extent.height ? sums.values[extent.index(x, y)] : 0.0F;
+  };
+  ScalarField next(Extent{(extent.width + 1) / 2, (extent.height + 1) / 2});
+  for (int y = 0; y < next.extent.height; ++y) {
+    for (int x = 0; x < next.extent.width; ++x) {
+      next.values[next.extent.index(x, y)] = ElasticInFloat::square_sum(
+          value(2 * x, 2 * y), value(2 * x + 1, 2 * y), value(2 * x, 2 * y + 1), value(2 * x + 1, 2 * y + 1));
+    }
+  }
+  return next;
+}
+
+} // namespace hdmbench
