@@ -27,7 +27,9 @@ struct Arguments {
   int detection = 0; ///< pairs of cases; 0: registration
   double radius = 8.0;
   double contrast = 3.0;
-  double field_noise = 0.01;
+  std::optional<double> detection_noise;
+  bool pictures = false;
+  bool spread = false;
   fs::path output;
   fs::path json;
 };
@@ -100,31 +102,48 @@ int look(const Arguments& arguments, const Scene& scene, const Backend& backend,
   std::vector<double> distances;
   std::vector<double> contrasts;
   std::vector<double> seconds;
+  const double noise = arguments.detection_noise.value_or(arguments.pictures ? PlantedOptions{}.noise
+                                                                             : PlantedInclusion{}.noise);
   for (int number = 0; number < arguments.detection; ++number) {
-    for (const double contrast : {arguments.contrast, 1.0}) {
-      rows.push_back(look_for(scene,
-                              {.radius = arguments.radius,
-                               .contrast = contrast,
-                               .noise = arguments.field_noise,
-                               .seed = arguments.seeds.front() + static_cast<std::uint32_t>(number)},
-                              *session, progress));
+    const auto seed = arguments.seeds.front() + static_cast<std::uint32_t>(number);
+    PlantedInclusion inclusion =
+        arguments.spread
+            ? any_inclusion(seed)
+            : PlantedInclusion{.radius = arguments.radius, .contrast = arguments.contrast, .seed = seed};
+    inclusion.noise = noise;
+    for (const double contrast : {inclusion.contrast, 1.0}) {
+      inclusion.contrast = contrast;
+      rows.push_back(look_for(scene, inclusion, arguments.pictures, *session, progress));
+      rows.back().spread = arguments.spread;
       seconds.push_back(rows.back().seconds);
       if (contrast != 1.0) {
         distances.push_back(rows.back().distance);
-        contrasts.push_back(rows.back().found_contrast);
+        contrasts.push_back(rows.back().found_contrast / contrast);
       }
     }
   }
   progress.clear();
-  fmt::print(
-      "{}, {} x {}: {} cases with an inclusion of radius {:g} px and contrast {:g}, as many without; noise "
-      "{:g} % of the largest displacement\n\n",
-      scene.name, scene.extent().width, scene.extent().height, arguments.detection, arguments.radius,
-      arguments.contrast, 100.0 * arguments.field_noise);
+  fmt::print("{}, {} x {}: {} cases with an inclusion of {}, as many without; noise {:g} % of {}\n\n",
+             scene.name, scene.extent().width, scene.extent().height, arguments.detection,
+             arguments.spread
+                 ? "radius 3 to 15 px and contrast 1.5 to 10"
+                 : fmt::format("radius {:g} px and contrast {:g}", arguments.radius, arguments.contrast),
+             100.0 * noise, arguments.pictures ? "white, in the pictures" : "the largest displacement");
+  const auto more_than_chance = [&](bool hidden) {
+    return std::ranges::count_if(rows, [&](const InclusionRow& row) {
+      return (row.contrast != 1.0) == hidden && row.score > row.by_chance;
+    });
+  };
   Table table({"", ""});
   table.add({"area under the ROC", fmt::format("{:.3f}", area_under_roc(rows).value_or(0.0))});
+  table.add({"the same, had the place been known",
+             fmt::format("{:.3f}", area_under_roc(rows, &InclusionRow::place_score).value_or(0.0))});
+  table.add({"more than chance, with an inclusion",
+             fmt::format("{} of {}", more_than_chance(true), arguments.detection)});
+  table.add(
+      {"more than chance, without", fmt::format("{} of {}", more_than_chance(false), arguments.detection)});
   table.add({"error of the position, median", fmt::format("{:.2f} px", median(distances))});
-  table.add({"contrast found, median", fmt::format("{:.2f}", median(contrasts))});
+  table.add({"contrast found over the true one, median", fmt::format("{:.2f}", median(contrasts))});
   table.add({"seconds, median", fmt::format("{:.2f}", median(seconds))});
   fmt::print("{}", table.text());
   nlohmann::json results = nlohmann::json::array();
@@ -196,11 +215,20 @@ void add_rivals(CLI::App& program, const std::string& arguments, int& status) {
       ->group(group)
       ->capture_default_str();
   command
-      ->add_option("--field-noise", own->field_noise,
-                   "Of the observed displacement, share of the largest one")
+      ->add_flag("--spread", own->spread, "Radius 3 to 15 pixels and contrast 1.5 to 10, another each case")
+      ->group(group);
+  command
+      ->add_flag("--pictures", own->pictures,
+                 "The displacement is not given: Algorithm 6 finds it in pictures that do not show the "
+                 "inclusion")
+      ->group(group);
+  command
+      ->add_option(
+          "--field-noise", own->detection_noise,
+          "Of the observed displacement, share of the largest one: 0.01; of pictures, share of white: "
+          "0.03")
       ->check(CLI::Range(0.0, 1.0))
-      ->group(group)
-      ->capture_default_str();
+      ->group(group);
   command->add_option("--json", own->json, "Write the results to this file");
   command->callback([own, arguments, &status] { status = run_rivals(*own, arguments); });
 }

@@ -60,4 +60,8 @@ struct PlantedField {
 /// Pressure of the skull, as above.
 [[nodiscard]] PlantedField plant(const Scene& scene, const PlantedInclusion& options);
 
+/// The pictures before and after a planted field; `noise` as of PlantedOptions.
+[[nodiscard]] PlantedPair pictures_of(const Scene& scene, const PlantedField& field, double noise,
+                                      std::uint32_t seed);
+
 } // namespace hdmbench
