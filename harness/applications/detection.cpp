@@ -243,7 +243,7 @@ Detection detect_modulus(const ScalarField& source, const ScalarField& target, c
   require_simulations(options.pairs);
   const RegionSheet sheet(region, scene, session);
   Search search(sheet, sheet.part_of(registered), options, progress);
-  const ScalarField like_target = with_values_of(source, pulled_back(target, registered));
+  const ScalarField like_target = with_values_of(source, pulled_back(target, registered), {});
   const double source_noise = noise_of(source);
   const double target_noise = noise_of(target);
   Progress silent(false);

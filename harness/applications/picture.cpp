@@ -104,6 +104,24 @@ ScalarField halved_mean(const ScalarField& field) {
   return result;
 }
 
+void blend_moduli(ScalarField& modulus, const ScalarField& region, float resistance) {
+  double sum = 0.0;
+  double sites = 0.0;
+  for (std::size_t site = 0; site < region.values.size(); ++site) {
+    if (region.values[site] != 0.0F) {
+      sum += static_cast<double>(modulus.values[site]);
+      sites += 1.0;
+    }
+  }
+  const auto mean = static_cast<float>(sum / std::max(sites, 1.0));
+  for (std::size_t site = 0; site < region.values.size(); ++site) {
+    if (region.values[site] != 0.0F) {
+      float& value = modulus.values[site];
+      value = resistance * (mean + resistance * (value - mean));
+    }
+  }
+}
+
 VectorField doubled(const VectorField& displacement, Extent extent) {
   VectorField result(extent);
   for_each_site(extent, [&](int x, int y) {

@@ -5,6 +5,7 @@
 #include "harness/applications/iterated_registration.hpp"
 #include "harness/applications/noise.hpp"
 #include "harness/applications/physical_registration.hpp"
+#include "harness/applications/picture.hpp"
 #include "harness/judge/diagnosis/folding.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/row_fields.hpp"
@@ -72,8 +73,8 @@ double dice_of(const VectorField& displacement, const VectorField& truth, const 
 }
 
 /// Of finite elements inside the region, had the registration made no error outside.
-VectorField given_outside(const Scene& scene, const PlantedPair& pair, const Backend& backend,
-                          const SessionOptions& session, Progress& progress) {
+VectorField given_outside(const Scene& scene, const PlantedPair& pair, bool looks_different,
+                          const Backend& backend, const SessionOptions& session, Progress& progress) {
   Scene given = scene;
   given.start.reset();
   given.full.target = pair.truth;
@@ -82,6 +83,10 @@ VectorField given_outside(const Scene& scene, const PlantedPair& pair, const Bac
     const float known = pair.region.values[site] == 0.0F ? 1.0F : 0.0F;
     given.full.confidence.x[site] = known;
     given.full.confidence.y[site] = known;
+  }
+  if (looks_different) {
+    blend_moduli(given.full.modulus, pair.region, 0.05F); // as Algorithm 6 does
+    set_inverse_modulus(given.full);
   }
   Solver solver(backend, session);
   return solver.solve(given, progress).displacement;
@@ -237,7 +242,7 @@ std::vector<RivalRow> compare_rivals(const Scene& scene, const PlantedOptions& p
   const IteratedRegistration gaussian =
       iterated({.iterations = 60, .stiffness = 0.3, .gaussian = 2.0, .smallest_step = 0.01});
   add(gaussian_6, gaussian.displacement, gaussian.seconds, looks_different);
-  add(truth_outside, given_outside(elastic, pair, backend, session, silent), 0.0, true);
+  add(truth_outside, given_outside(elastic, pair, looks_different, backend, session, silent), 0.0, true);
   return rows;
 }
 
