@@ -14,6 +14,8 @@ namespace {
 
 constexpr int margin = 6;           // sites around the region that are looked at
 constexpr float held_gently = 0.1F; // confidence of what is smoothed before it is prescribed
+/// The same of label 0, which is not tissue: whatever moves it acts there, it is in no equilibrium.
+constexpr float held_outside = 0.99F;
 
 } // namespace
 
@@ -93,6 +95,12 @@ Level RegionSheet::with_border(const VectorField& observed) const {
   Level level = sheet_;
   level.target = observed;
   level.confidence = VectorField(extent(), held_gently);
+  for (std::size_t site = 0; site < extent().sites(); ++site) {
+    if (labels_[site] == 0) {
+      level.confidence.x[site] = held_outside;
+      level.confidence.y[site] = held_outside;
+    }
+  }
   ElasticSolver solver(level, poisson_, session_);
   solver.full_multigrid();
   level.target = solver.displacement();
