@@ -281,8 +281,8 @@ TEST(Detection, FindsAStiffSpotAndNoneWhereThereIsNone) {
   const Scene scene = small_brain(96);
   const auto session = test::find("openmp").open_elastic({});
   const auto row = [&](double contrast) {
-    return look_for(scene, {.radius = 7.0, .contrast = contrast, .amplitude = 8.0, .seed = seed}, false,
-                    *session, test::silent());
+    return look_for(scene, scene, {.radius = 7.0, .contrast = contrast, .amplitude = 8.0, .seed = seed},
+                    false, *session, test::silent());
   };
   const InclusionRow with = row(4.0);
   const InclusionRow without = row(1.0);

@@ -1,7 +1,7 @@
-#include "harness/judge/registration/rivals.hpp"
 #include "backends/shared/elastic_session.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
+#include "harness/judge/registration/knobs.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
@@ -24,6 +24,7 @@ struct Arguments {
   std::vector<std::uint32_t> seeds{1};
   bool other_gray = false;
   bool quick = false;
+  int knobs = 0;     ///< cases of each value; 0: registration
   int detection = 0; ///< pairs of cases; 0: registration
   double radius = 8.0;
   double contrast = 3.0;
@@ -113,7 +114,7 @@ int look(const Arguments& arguments, const Scene& scene, const Backend& backend,
     inclusion.noise = noise;
     for (const double contrast : {inclusion.contrast, 1.0}) {
       inclusion.contrast = contrast;
-      rows.push_back(look_for(scene, inclusion, arguments.pictures, *session, progress));
+      rows.push_back(look_for(scene, scene, inclusion, arguments.pictures, *session, progress));
       rows.back().spread = arguments.spread;
       seconds.push_back(rows.back().seconds);
       if (contrast != 1.0) {
@@ -154,6 +155,35 @@ int look(const Arguments& arguments, const Scene& scene, const Backend& backend,
   return success;
 }
 
+int turn(const Arguments& arguments, const Scene& scene, const Backend& backend, Progress& progress,
+         const std::string& line) {
+  const auto session = backend.open_elastic(arguments.scene.session);
+  const std::vector<KnobRow> rows = turn_knobs(scene, arguments.knobs, *session, progress);
+  progress.clear();
+  fmt::print(
+      "{}, {} x {}: {} cases of each value\n\nAlgorithm 6, a resection: error in pixels, what warns\n\n",
+      scene.name, scene.extent().width, scene.extent().height, arguments.knobs);
+  Table registered({"knob", "value", "tissue", "region", "outliers", "not converged", "folded"});
+  Table detected({"knob", "value", "area under the ROC", "found", "where nothing is", "position, px"});
+  nlohmann::json results = nlohmann::json::array();
+  for (const KnobRow& row : rows) {
+    if (row.tissue) {
+      registered.add({row.knob, fmt::format("{:g}", row.value), fmt::format("{:.3f}", *row.tissue),
+                      fmt::format("{:.3f}", *row.region), fmt::format("{:.1f} %", 100.0 * *row.outliers),
+                      std::to_string(*row.not_converged), std::to_string(*row.folded)});
+    } else {
+      detected.add({row.knob, fmt::format("{:g}", row.value), fmt::format("{:.3f}", row.area.value_or(0.5)),
+                    fmt::format("{} of {}", *row.found, row.cases),
+                    fmt::format("{} of {}", *row.mistaken, row.cases), fmt::format("{:.2f}", *row.distance)});
+    }
+    results.push_back(to_json_row(row));
+  }
+  fmt::print("{}\nAlgorithm 7: inclusions in a displacement, more than chance found\n\n{}", registered.text(),
+             detected.text());
+  write_results(arguments.json, "knobs", run_context(line, arguments.quick), std::move(results));
+  return success;
+}
+
 int run_rivals(const Arguments& arguments, const std::string& line) {
   if (arguments.detection < 0 || arguments.seeds.empty()) {
     throw InputError("rivals: the number of cases must not be negative, and one seed is needed");
@@ -166,6 +196,9 @@ int run_rivals(const Arguments& arguments, const std::string& line) {
   }
   require_results_writable(arguments.json);
   Progress progress;
+  if (arguments.knobs > 0) {
+    return turn(arguments, scene, backend, progress, line);
+  }
   return arguments.detection > 0 ? look(arguments, scene, backend, progress, line)
                                  : compare(arguments, scene, backend, progress, line);
 }
@@ -201,6 +234,11 @@ void add_rivals(CLI::App& program, const std::string& arguments, int& status) {
   command->add_flag("--quick", own->quick, "Without ITK's mutual information, and so without Algorithm 5");
   command->add_option("--output", own->output,
                       "Write the pictures of each pair to this folder, for register");
+  command
+      ->add_option("--knobs", own->knobs,
+                   "Where Algorithms 6 and 7 break: noise, sizes, contrast, wrong moduli and labels, so many "
+                   "cases of each value")
+      ->check(CLI::Range(1, 1000));
   const auto* const group = "Detection";
   command
       ->add_option("--detection", own->detection,

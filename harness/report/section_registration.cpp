@@ -155,12 +155,48 @@ std::string roc_html(std::span<const hdmbench::InclusionRow> rows) {
              more_than_chance(false), std::ssize(rows) - with, median(distances));
 }
 
+std::string knobs_html(const std::vector<KnobRow>& rows) {
+  std::string registered;
+  std::string detected;
+  for (const KnobRow& row : rows) {
+    const std::string start =
+        fmt::format("<tr><th scope=\"row\">{}</th><td>{:g}</td>", escape(row.knob), row.value);
+    if (row.tissue) {
+      registered +=
+          start + fmt::format("<td>{:.3f}</td><td>{:.3f}</td><td>{:.1f} %</td><td>{} of {}</td>"
+                              "<td>{} of {}</td></tr>\n",
+                              *row.tissue, row.region.value_or(0.0), 100.0 * row.outliers.value_or(0.0),
+                              row.not_converged.value_or(0), row.cases, row.folded.value_or(0), row.cases);
+    } else {
+      detected += start + fmt::format("<td>{}</td><td>{} of {}</td><td>{} of {}</td><td>{:.2f}</td></tr>\n",
+                                      row.area ? fmt::format("{:.3f}", *row.area) : "not known",
+                                      row.found.value_or(0), row.cases, row.mistaken.value_or(0), row.cases,
+                                      row.distance.value_or(0.0));
+    }
+  }
+  std::string html;
+  if (!registered.empty()) {
+    html += "<p>Algorithm 6 on a resection, and what warns: sites that do not match, no convergence, "
+            "folds.</p>\n" +
+            table_start("plain", {"knob", ">value", ">tissue, px", ">region, px", ">outliers",
+                                  ">not converged", ">with folds"}) +
+            registered + std::string(table_end);
+  }
+  if (!detected.empty()) {
+    html += "<p>Algorithm 7 on displacements, and how often it finds something where nothing is.</p>\n" +
+            table_start("plain", {"knob", ">value", ">area under the ROC", ">found", ">where nothing is",
+                                  ">position, px"}) +
+            detected + std::string(table_end);
+  }
+  return html;
+}
+
 } // namespace
 
 std::string registration_section(const Results& results, Anchors& anchors) {
   std::string html =
       "<section>\n" + heading(2, anchors.unique("registration"), "Registration and hidden stiffness");
-  if (results.registrations.empty() && results.rivals.empty()) {
+  if (results.registrations.empty() && results.rivals.empty() && results.inclusions.empty()) {
     html += no_data("registrations", "register SOURCE TARGET --scene S");
   }
   for (const RegistrationRow& row : results.registrations) {
@@ -192,6 +228,10 @@ std::string registration_section(const Results& results, Anchors& anchors) {
     if (!curves.empty()) {
       html += heading(3, anchors.unique("roc"), "Hidden inclusions, and cases without");
       html += "<div class=\"pictures\">\n" + curves + "</div>\n";
+    }
+    const std::vector<KnobRow> knobs = results.of(results.knobs, machine);
+    if (!knobs.empty()) {
+      html += heading(3, anchors.unique("knobs"), "Where it breaks") + knobs_html(knobs);
     }
   }
   return html + "</section>\n";

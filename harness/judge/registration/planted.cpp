@@ -16,8 +16,7 @@ namespace hdmbench {
 
 namespace {
 
-constexpr double mesh_width = 0.8;  // pixels
-constexpr double disc_share = 0.07; // radius of growth and resection over the image's width
+constexpr double mesh_width = 0.8; // pixels
 
 using Way = std::array<double, 2>; // pixels
 
@@ -211,7 +210,7 @@ PlantedPair plant(const Scene& scene, const PlantedOptions& options) {
   require_anatomy(scene);
   const Extent extent = scene.extent();
   GaussianNoise random(options.seed);
-  const double radius = disc_share * extent.width;
+  const double radius = options.region_share * extent.width;
   const ScalarField depth = depth_of(scene.labels);
   const Place middle = middle_of(scene.labels);
   const bool grows = options.kind == Planted::growth;
@@ -251,7 +250,7 @@ PlantedField plant(const Scene& scene, const PlantedInclusion& options) {
   require_anatomy(scene);
   const Extent extent = scene.extent();
   GaussianNoise random(options.seed);
-  const double region_radius = 0.13 * extent.width;
+  const double region_radius = options.region_share * extent.width;
   const Place middle = middle_of(scene.labels);
   const Place centre = random_place(depth_of(scene.labels), region_radius * 0.7, 1e6, random);
   const double angle = 2.0 * M_PI * random.uniform();

@@ -256,7 +256,7 @@ PlantedInclusion any_inclusion(std::uint32_t seed) {
   return inclusion;
 }
 
-InclusionRow look_for(const Scene& scene, const PlantedInclusion& inclusion, bool pictures,
+InclusionRow look_for(const Scene& scene, const Scene& told, const PlantedInclusion& inclusion, bool pictures,
                       ElasticSession& session, Progress& progress) {
   PlantedInclusion planted = inclusion;
   planted.noise = pictures ? 0.0 : inclusion.noise;
@@ -265,12 +265,12 @@ InclusionRow look_for(const Scene& scene, const PlantedInclusion& inclusion, boo
   const DetectionOptions quick{.repetitions = 0};
   const auto detect = [&] {
     if (!pictures) {
-      return detect_modulus(field.observed, field.region, scene, quick, session, silent);
+      return detect_modulus(field.observed, field.region, told, quick, session, silent);
     }
     const PlantedPair pair = pictures_of(scene, field, inclusion.noise, inclusion.seed);
     const IteratedRegistration registered =
-        register_iteratively(pair.source, pair.target, scene, {}, {}, session, silent);
-    Detection found = detect_modulus(pair.source, pair.target, registered.displacement, field.region, scene,
+        register_iteratively(pair.source, pair.target, told, {}, {}, session, silent);
+    Detection found = detect_modulus(pair.source, pair.target, registered.displacement, field.region, told,
                                      quick, session, silent);
     found.seconds += registered.seconds;
     return found;

@@ -48,6 +48,7 @@ void list_fields(Fields& fields, RivalRow& row);
 inline constexpr std::string_view not_registered = "no registration";
 inline constexpr std::string_view algorithm_5 = "Algorithm 5 after b-splines";
 inline constexpr std::string_view algorithm_6 = "Algorithm 6";
+inline constexpr std::string_view algorithm_7 = "Algorithm 7";
 inline constexpr std::string_view gaussian_6 = "Algorithm 6, Gaussian in place of the elastic energy";
 inline constexpr std::string_view truth_outside = "the truth given outside the region";
 
@@ -82,9 +83,10 @@ void list_fields(Fields& fields, InclusionRow& row);
 /// Of a radius of 3 to 15 pixels and a contrast of 1.5 to 10, even on a logarithmic scale, by the seed.
 [[nodiscard]] PlantedInclusion any_inclusion(std::uint32_t seed);
 
-/// In the displacement, or with `pictures` in pictures that have its noise.
-[[nodiscard]] InclusionRow look_for(const Scene& scene, const PlantedInclusion& inclusion, bool pictures,
-                                    ElasticSession& session, Progress& progress);
+/// In the displacement, or with `pictures` in pictures that have its noise. `told` is the scene as the search
+/// knows it.
+[[nodiscard]] InclusionRow look_for(const Scene& scene, const Scene& told, const PlantedInclusion& inclusion,
+                                    bool pictures, ElasticSession& session, Progress& progress);
 
 /// One point of the receiver operating characteristic.
 struct RocPoint {
