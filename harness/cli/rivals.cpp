@@ -36,16 +36,14 @@ struct Arguments {
 };
 
 /// For `register` and `detect`.
-void write_pair(const fs::path& folder, const Scene& scene, const PlantedOptions& options) {
+void write_pair(const fs::path& folder, const Scene& scene, const PlantedPair& pair, std::string_view what) {
   std::error_code error;
   fs::create_directories(folder, error);
-  const PlantedPair pair = plant(scene, options);
   write_scalar(folder / "source.nrrd", pair.source, scene.spacing);
   write_scalar(folder / "target.nrrd", pair.target, scene.spacing);
   write_scalar(folder / "region.nrrd", pair.region, scene.spacing);
   write_vector(folder / "truth.nrrd", pair.truth, scene.spacing);
-  fmt::print("  {}: source, target, region and truth (pixels) of {}\n\n", folder.string(),
-             planted_names[static_cast<std::size_t>(options.kind)]);
+  fmt::print("  {}: source, target, region and truth (pixels) of {}\n\n", folder.string(), what);
 }
 
 void print_rows(const std::vector<RivalRow>& rows) {
@@ -77,7 +75,7 @@ int compare(const Arguments& arguments, const Scene& scene, const Backend& backe
               .other_gray = arguments.other_gray,
               .seed = seed};
           if (!arguments.output.empty()) {
-            write_pair(arguments.output / name, scene, options);
+            write_pair(arguments.output / name, scene, plant(scene, options), name);
           }
           const std::vector<RivalRow> rows =
               compare_rivals(scene, options, !arguments.quick, backend, arguments.scene.session, progress);
@@ -112,6 +110,13 @@ int look(const Arguments& arguments, const Scene& scene, const Backend& backend,
             ? any_inclusion(seed)
             : PlantedInclusion{.radius = arguments.radius, .contrast = arguments.contrast, .seed = seed};
     inclusion.noise = noise;
+    if (number == 0 && arguments.pictures && !arguments.output.empty()) {
+      PlantedInclusion exact = inclusion;
+      exact.noise = 0.0;
+      const PlantedField field = plant(scene, exact);
+      write_pair(arguments.output / "inclusion", scene, pictures_of(scene, field, noise, seed),
+                 fmt::format("an inclusion at x = {:.1f}, y = {:.1f}", field.x, field.y));
+    }
     for (const double contrast : {inclusion.contrast, 1.0}) {
       inclusion.contrast = contrast;
       rows.push_back(look_for(scene, scene, inclusion, arguments.pictures, *session, progress));
@@ -232,8 +237,10 @@ void add_rivals(CLI::App& program, const std::string& arguments, int& status) {
   command->add_flag("--other-gray", own->other_gray,
                     "The target has other gray values, as from another scanner");
   command->add_flag("--quick", own->quick, "Without ITK's mutual information, and so without Algorithm 5");
-  command->add_option("--output", own->output,
-                      "Write the pictures of each pair to this folder, for register");
+  command->add_option(
+      "--output", own->output,
+      "Write the pictures of each pair to this folder, for register; with --pictures those of the "
+      "first inclusion, for detect");
   command
       ->add_option("--knobs", own->knobs,
                    "Where Algorithms 6 and 7 break: noise, sizes, contrast, wrong moduli and labels, so many "
