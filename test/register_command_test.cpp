@@ -118,8 +118,12 @@ TEST_F(RegisterCommand, WritesAFieldPicturesAndARow) {
 }
 
 TEST_F(RegisterCommand, DetectWritesModulusAndSignificance) {
-  test::expect_run(0, command("detect", "source.nrrd", "target.nrrd", region()),
-                   HasSubstr("standard deviations"));
+  test::expect_run(
+      0, command("detect", "source.nrrd", "target.nrrd", region() + " --json " + file("row.json").string()),
+      HasSubstr("standard deviations"));
+  const nlohmann::json row = test::read_json(file("row.json"))["results"][0];
+  EXPECT_GT(row["position_deviation"], 0.0);
+  EXPECT_GT(row["contrast_deviation"], 0.0);
   const ScalarField modulus = read_scalar(file("out/modulus.nrrd")).pixels;
   const ScalarField significance = read_scalar(file("out/detection.nrrd")).pixels;
   EXPECT_EQ(modulus.values[modulus.extent.index(2, 2)], 10.0F);

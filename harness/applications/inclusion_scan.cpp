@@ -257,7 +257,9 @@ Inclusion InclusionScan::fit(Inclusion start, double noise) const {
     }
   }
   Inclusion found = disc_of(at);
-  const Eigen::Matrix4d covariance = noise * noise * (normal + 1e-9 * Eigen::Matrix4d::Identity()).inverse();
+  // Not Eigen's inverse(): its 4 x 4 has wrong signs under -fno-signed-zeros.
+  const Eigen::Matrix4d covariance =
+      noise * noise * (normal + 1e-9 * Eigen::Matrix4d::Identity()).ldlt().solve(Eigen::Matrix4d::Identity());
   found.position_deviation = std::sqrt(std::max(covariance(0, 0) + covariance(1, 1), 0.0));
   found.logarithm_deviation = std::sqrt(std::max(covariance(3, 3), 0.0));
   return found;
