@@ -118,8 +118,12 @@ TEST_F(RegisterCommand, WritesAFieldPicturesAndARow) {
 }
 
 TEST_F(RegisterCommand, DetectWritesModulusAndSignificance) {
-  test::expect_run(0, command("detect", "source.nrrd", "target.nrrd", region()),
-                   HasSubstr("standard deviations"));
+  test::expect_run(
+      0, command("detect", "source.nrrd", "target.nrrd", region() + " --json " + file("row.json").string()),
+      HasSubstr("standard deviations"));
+  const nlohmann::json row = test::read_json(file("row.json"))["results"][0];
+  EXPECT_GT(row["position_deviation"], 0.0);
+  EXPECT_GT(row["contrast_deviation"], 0.0);
   const ScalarField modulus = read_scalar(file("out/modulus.nrrd")).pixels;
   const ScalarField significance = read_scalar(file("out/detection.nrrd")).pixels;
   EXPECT_EQ(modulus.values[modulus.extent.index(2, 2)], 10.0F);
@@ -145,6 +149,15 @@ TEST_F(RegisterCommand, BadInputIsASentenceAndStatusTwo) {
       {command("register", "source.nrrd", "target.nrrd", region("everywhere.nrrd")), "whole image"},
       {command("register", "source.nrrd", "target.nrrd", "--conventional magic"), "magic"},
       {command("detect", "source.nrrd", "target.nrrd"), "--roi is required"},
+      {command("detect", "source.nrrd", "small.nrrd", region()),
+       "is 32 x 32 pixels, the scene scene is 64 x 64"},
+      {command("detect", "source.nrrd", "coarse.nrrd", region()), "has pixels of 2 mm"},
+      {command("detect", "left.nrrd", "right.nrrd", region()), "do not overlap"},
+      {command("detect", "source.nrrd", "constant.nrrd", region()), "no contrast to register by"},
+      {command("detect", "source.nrrd", "volume.nrrd", region()), "slice"},
+      {command("detect", "source.nrrd", "target.nrrd", region(), "unlabelled.toml"), "has no labels"},
+      {command("detect", "source.nrrd", "target.nrrd", region("everywhere.nrrd")), "whole image"},
+      {command("detect", "source.nrrd", "target.nrrd", region() + " --simulations 2"), "--simulations"},
       {command("detect", "source.nrrd", "target.nrrd", region("empty.nrrd")), "region of interest is empty"},
   };
   for (const Case& bad : cases) {
@@ -152,6 +165,15 @@ TEST_F(RegisterCommand, BadInputIsASentenceAndStatusTwo) {
     EXPECT_FALSE(std::filesystem::exists(file("out/displacement.nrrd")));
     EXPECT_FALSE(std::filesystem::exists(file("out/modulus.nrrd")));
   }
+}
+
+TEST_F(RegisterCommand, AnInterruptedRunLeavesNothing) {
+  // So many simulations take minutes.
+  const test::Outcome stopped =
+      test::hdmbench(command("detect", "source.nrrd", "target.nrrd", region() + " --simulations 1000"),
+                     "timeout --signal INT 1");
+  EXPECT_EQ(stopped.status, 124) << stopped.output;
+  EXPECT_TRUE(!std::filesystem::exists(file("out")) || std::filesystem::is_empty(file("out")));
 }
 
 } // namespace

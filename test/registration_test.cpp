@@ -153,9 +153,24 @@ TEST(GrayValues, AreThoseOfTheOtherPicture) {
   for (float& gray : other.values) {
     gray = 0.8F * gray + 30.0F;
   }
-  const ScalarField mapped = with_values_of(picture, other);
+  const ScalarField mapped = with_values_of(picture, other, {});
   EXPECT_LT(similarity(mapped, other).mean_squares, 0.01 * similarity(picture, other).mean_squares);
   EXPECT_GT(similarity(picture, other).mean_squares, 25.0);
+}
+
+TEST(GrayValues, WhatIsNotSeenSaysNothing) {
+  const ScalarField picture = textured({80, 70});
+  ScalarField other = picture;
+  ScalarField unseen(picture.extent);
+  for_each_site(picture.extent, [&](int x, int y) {
+    const std::size_t site = picture.extent.index(x, y);
+    if (std::hypot(x - 40, y - 35) < 15.0) {
+      unseen.values[site] = 1.0F;
+      other.values[site] = 0.0F;
+    }
+  });
+  EXPECT_EQ(with_values_of(picture, other, unseen).values, picture.values);
+  EXPECT_NE(with_values_of(picture, other, {}).values, picture.values);
 }
 
 TEST(Picture, TheNoiseOfAPictureIsFound) {
@@ -230,6 +245,19 @@ TEST(IteratedRegistration, FindsWhatFiniteElementsDid) {
   EXPECT_LT(after.tissue, smooth.tissue) << "the physics is of no use; seed " << seed;
 }
 
+TEST(IteratedRegistration, ARegionThatGrowsPushesTheTissueAroundIt) {
+  const Scene scene = small_brain(128);
+  const PlantedPair pair =
+      plant(scene, PlantedOptions{.kind = Planted::growth, .amplitude = 5.0, .seed = seed});
+  const auto session = test::find("openmp").open_elastic({});
+  const IteratedRegistration found =
+      register_iteratively(pair.source, pair.target, scene, pair.region, {}, *session, test::silent());
+  const RegistrationError before = error_of(VectorField(scene.extent()), pair, scene.labels);
+  const RegistrationError after = error_of(found.displacement, pair, scene.labels);
+  EXPECT_LT(after.tissue, 0.25 * before.tissue) << "seed " << seed;
+  EXPECT_LT(after.region, 0.25 * before.region);
+}
+
 TEST(IteratedRegistration, GivesTheSameBitsOnEveryBackend) {
   const Scene scene = small_brain(64);
   const PlantedPair pair = plant(scene, PlantedOptions{.amplitude = 3.0, .seed = seed});
@@ -253,8 +281,8 @@ TEST(Detection, FindsAStiffSpotAndNoneWhereThereIsNone) {
   const Scene scene = small_brain(96);
   const auto session = test::find("openmp").open_elastic({});
   const auto row = [&](double contrast) {
-    return look_for(scene, {.radius = 7.0, .contrast = contrast, .amplitude = 8.0, .seed = seed}, *session,
-                    test::silent());
+    return look_for(scene, scene, {.radius = 7.0, .contrast = contrast, .amplitude = 8.0, .seed = seed},
+                    false, *session, test::silent());
   };
   const InclusionRow with = row(4.0);
   const InclusionRow without = row(1.0);

@@ -9,7 +9,7 @@
 #include "harness/judge/accuracy/accuracy_row.hpp"
 #include "harness/judge/atlas/atlas_row.hpp"
 #include "harness/judge/continuum/continuum.hpp"
-#include "harness/judge/registration/rivals.hpp"
+#include "harness/judge/registration/knobs.hpp"
 #include "harness/judge/run_row.hpp"
 #include "harness/judge/tradeoff/tradeoff_row.hpp"
 #include "harness/measure/bench_row.hpp"
@@ -116,8 +116,10 @@ TEST(ResultRows, WhatIsCommittedIsWrittenAgainWithoutALoss) {
       {"instructions", expect_nothing_lost<InstructionsRow>},
       {"probe", expect_nothing_lost<ProbeRow>},
       {"run", expect_nothing_lost<RunRow>},
+      {"knobs", expect_nothing_lost<KnobRow>},
       {"rivals", expect_nothing_lost<RivalRow>},
       {"scaling", expect_nothing_lost<ScalingRow>},
+      {"roc", expect_nothing_lost<InclusionRow>},
       {"tradeoff", expect_nothing_lost<TradeoffRow>},
       {"verify", expect_nothing_lost<VerifyRow>}};
   std::set<std::string> seen;

@@ -1,206 +1,222 @@
 #include "harness/applications/detection.hpp"
 
+#include "harness/applications/gray_values.hpp"
+#include "harness/applications/inclusion_scan.hpp"
 #include "harness/applications/minimise.hpp"
-#include "harness/applications/modulus_problem.hpp"
 #include "harness/applications/noise.hpp"
 #include "harness/applications/picture.hpp"
-#include "harness/scene/sites.hpp"
-#include "harness/solve/methods/elastic.hpp"
+#include "harness/scene/images/images.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
 #include <chrono>
 #include <cmath>
+#include <functional>
 
 namespace hdmbench {
 
 namespace {
 
-constexpr int margin = 6;                 // sites around the region that are looked at
 constexpr double largest_logarithm = 3.0; // moduli are at most 20 times another than the labels say
+constexpr double first_logarithm = 0.5;   // of the disc, before it is fitted
 constexpr double smallest_jump = 0.03;    // of log modulus: below, total variation is quadratic
 constexpr double pull_to_labels = 0.02;
-constexpr double least_deviation = 0.03; // of log modulus
-constexpr float held_gently = 0.1F;      // confidence of what is smoothed before it is prescribed
-constexpr double wide = 3.0;             // what deviations are averaged over, standard deviation, pixels
+constexpr double least_noise = 1e-3; // pixels: what a displacement is worth that has no noise
+constexpr int fewest_simulations = 3;
+constexpr double wide = 3.0; // what deviations are averaged over, standard deviation, pixels
 
-/// A part of the image around the region.
-struct Window {
-  int left = 0;
-  int top = 0;
-  Extent extent;
-  Extent image;
-
-  [[nodiscard]] std::size_t site_of_image(int x, int y) const { return image.index(left + x, top + y); }
-};
-
-Window window_of(const ScalarField& region) {
-  int left = region.extent.width;
-  int top = region.extent.height;
-  int right = -1;
-  int bottom = -1;
-  for_each_site(region.extent, [&](int x, int y) {
-    if (region.values[region.extent.index(x, y)] != 0.0F) {
-      left = std::min(left, x);
-      right = std::max(right, x);
-      top = std::min(top, y);
-      bottom = std::max(bottom, y);
+/// The total variation of the logarithms, 0 outside the region, and a weak pull to 0. Adds its derivative.
+double add_variation(const RegionSheet& sheet, double smoothness, std::span<const double> at,
+                     std::span<double> derivative) {
+  const Extent extent = sheet.extent();
+  const auto value = [&](int x, int y) {
+    const int index = sheet.index(extent.index(x, y));
+    return index < 0 ? 0.0 : at[static_cast<std::size_t>(index)];
+  };
+  const auto add = [&](int x, int y, double slope) {
+    const int index = sheet.index(extent.index(x, y));
+    if (index >= 0) {
+      derivative[static_cast<std::size_t>(index)] += slope;
     }
-  });
-  if (right < 0) {
-    throw InputError("detection: the region of interest is empty, no pixel of the mask is above 0");
+  };
+  double sum = 0.0;
+  for (int y = 0; y + 1 < extent.height; ++y) {
+    for (int x = 0; x + 1 < extent.width; ++x) {
+      const double here = value(x, y);
+      const double across = value(x + 1, y) - here;
+      const double down = value(x, y + 1) - here;
+      const double length = std::sqrt(across * across + down * down + smallest_jump * smallest_jump);
+      sum += smoothness * (length - smallest_jump);
+      const double slope = smoothness / length;
+      add(x + 1, y, slope * across);
+      add(x, y + 1, slope * down);
+      add(x, y, -slope * (across + down));
+    }
   }
-  left = std::max(left - margin, 0);
-  top = std::max(top - margin, 0);
-  right = std::min(right + margin, region.extent.width - 1);
-  bottom = std::min(bottom + margin, region.extent.height - 1);
-  return {left, top, {right - left + 1, bottom - top + 1}, region.extent};
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    sum += 0.5 * pull_to_labels * at[i] * at[i];
+    derivative[i] += pull_to_labels * at[i];
+  }
+  return sum;
 }
 
-class Search {
-public:
-  Search(const VectorField& observed, const ScalarField& region, const Scene& scene,
-         const DetectionOptions& options, ElasticSession& session)
-      : options_(options), poisson_(scene.poisson), window_(window_of(region)), session_(session) {
-    const Extent extent = window_.extent;
-    sheet_.extent = extent;
-    sheet_.modulus = ScalarField(extent);
-    sheet_.target = VectorField(extent);
-    sheet_.confidence = VectorField(extent);
-    observed_ = VectorField(extent);
-    index_.assign(extent.sites(), -1);
-    for_each_site(extent, [&](int x, int y) {
-      const std::size_t site = extent.index(x, y);
-      const std::size_t from = window_.site_of_image(x, y);
-      sheet_.modulus.values[site] = scene.full.modulus.values[from];
-      observed_.x[site] = observed.x[from];
-      observed_.y[site] = observed.y[from];
-      if (region.values[from] != 0.0F) {
-        index_[site] = static_cast<int>(unknown_.size());
-        unknown_.push_back(site);
-      }
-    });
-    if (unknown_.size() == extent.sites()) {
-      throw InputError(
-          "detection: the region of interest is the whole image; something around it must be known");
-    }
-  }
-
-  [[nodiscard]] const Window& window() const { return window_; }
-  [[nodiscard]] const std::vector<std::size_t>& unknown() const { return unknown_; }
-  [[nodiscard]] const VectorField& observed() const { return observed_; }
-  [[nodiscard]] int solutions() const { return solutions_; }
-
-  /// What the labels' moduli make of the border.
-  [[nodiscard]] VectorField expected(const VectorField& observed) {
-    const Level level = with_border(observed);
-    ModulusProblem problem(level, poisson_, unknown_, session_);
-    ++solutions_;
-    return problem.displacement(std::vector<double>(unknown_.size()));
-  }
-
-  /// log(modulus / label's) of the unknown sites that explains `observed`.
-  [[nodiscard]] std::vector<double> explain(const VectorField& observed, double noise, double& unexplained) {
-    const Level level = with_border(observed);
-    ModulusProblem problem(level, poisson_, unknown_, session_);
-    const double weight = 1.0 / (noise * noise);
-    const Minimum minimum = minimise(
-        [&](std::span<const double> at, std::span<double> derivative) {
-          const double misfit = problem.misfit(at, observed, derivative);
-          solutions_ += 2;
-          for (double& slope : derivative) {
-            slope *= weight;
-          }
-          return weight * misfit + add_variation(at, derivative);
-        },
-        std::vector<double>(unknown_.size()), largest_logarithm, options_.iterations);
-    const VectorField found = problem.displacement(minimum.at);
-    unexplained = distance(found, observed);
-    return minimum.at;
-  }
-
-  /// RMS over the unknown sites, pixels.
-  [[nodiscard]] double distance(const VectorField& a, const VectorField& b) const {
-    double sum = 0.0;
-    for (const std::size_t site : unknown_) {
-      sum += std::pow(static_cast<double>(a.x[site]) - static_cast<double>(b.x[site]), 2) +
-             std::pow(static_cast<double>(a.y[site]) - static_cast<double>(b.y[site]), 2);
-    }
-    return std::sqrt(sum / static_cast<double>(unknown_.size()));
-  }
-
-private:
-  /// The window with the observed displacement prescribed outside the region, but for most of its noise:
-  /// springs hold it to a sheet as the labels say.
-  [[nodiscard]] Level with_border(const VectorField& observed) {
-    Level level = sheet_;
-    level.target = observed;
-    level.confidence = VectorField(level.extent, held_gently);
-    ElasticSolver solver(level, poisson_, session_);
-    solver.full_multigrid();
-    ++solutions_;
-    level.target = solver.displacement();
-    for (std::size_t site = 0; site < level.extent.sites(); ++site) {
-      const float known = index_[site] < 0 ? 1.0F : 0.0F;
-      level.confidence.x[site] = known;
-      level.confidence.y[site] = known;
-    }
-    return level;
-  }
-
-  /// The total variation of the logarithms, 0 outside the region, and a weak pull to 0. Adds its derivative.
-  double add_variation(std::span<const double> at, std::span<double> derivative) const {
-    const Extent extent = window_.extent;
-    const auto value = [&](int x, int y) {
-      const int index = index_[extent.index(x, y)];
-      return index < 0 ? 0.0 : at[static_cast<std::size_t>(index)];
-    };
-    const auto add = [&](int x, int y, double slope) {
-      const int index = index_[extent.index(x, y)];
-      if (index >= 0) {
-        derivative[static_cast<std::size_t>(index)] += slope;
-      }
-    };
-    double sum = 0.0;
-    for (int y = 0; y + 1 < extent.height; ++y) {
-      for (int x = 0; x + 1 < extent.width; ++x) {
-        const double here = value(x, y);
-        const double across = value(x + 1, y) - here;
-        const double down = value(x, y + 1) - here;
-        const double length = std::sqrt(across * across + down * down + smallest_jump * smallest_jump);
-        sum += options_.smoothness * (length - smallest_jump);
-        const double slope = options_.smoothness / length;
-        add(x + 1, y, slope * across);
-        add(x, y + 1, slope * down);
-        add(x, y, -slope * (across + down));
-      }
-    }
-    for (std::size_t i = 0; i < at.size(); ++i) {
-      sum += 0.5 * pull_to_labels * at[i] * at[i];
-      derivative[i] += pull_to_labels * at[i];
-    }
-    return sum;
-  }
-
-  const DetectionOptions& options_;
-  double poisson_;
-  Window window_;
-  ElasticSession& session_;
-  Level sheet_;
-  VectorField observed_;
-  std::vector<std::size_t> unknown_; ///< sites of the window
-  std::vector<int> index_;           ///< of a site among the unknown, -1
-  int solutions_ = 0;
+struct Explanation {
+  std::vector<double> logarithms; ///< log(modulus / label's) of the inside sites
+  VectorField displacement;
 };
 
+Explanation explain(const RegionSheet& sheet, const VectorField& observed, double noise,
+                    const DetectionOptions& options) {
+  const Level level = sheet.with_border(observed);
+  ModulusProblem problem(level, sheet.poisson(), sheet.inside(), sheet.session());
+  const double weight = 1.0 / (noise * noise);
+  Minimum minimum = minimise(
+      [&](std::span<const double> at, std::span<double> derivative) {
+        const double misfit = problem.misfit(at, observed, derivative);
+        for (double& slope : derivative) {
+          slope *= weight;
+        }
+        return weight * misfit + add_variation(sheet, options.smoothness, at, derivative);
+      },
+      std::vector<double>(sheet.inside().size()), largest_logarithm, options.iterations);
+  VectorField displacement = problem.displacement(minimum.at);
+  return {std::move(minimum.at), std::move(displacement)};
+}
+
 /// Of a component, pixels.
-double displacement_noise(const VectorField& field, double least) {
+double white_noise_of(const VectorField& field) {
   ScalarField component(field.extent);
   component.values = field.x;
   const double along_x = noise_of(component);
   component.values = field.y;
-  return std::max(std::sqrt(0.5 * (along_x * along_x + std::pow(noise_of(component), 2))), least);
+  return std::max(std::sqrt(0.5 * (along_x * along_x + std::pow(noise_of(component), 2))), least_noise);
+}
+
+void add_noise(std::vector<float>& values, double deviation, GaussianNoise& random) {
+  for (float& value : values) {
+    value += static_cast<float>(deviation * random());
+  }
+}
+
+VectorField with_noise(VectorField field, double deviation, GaussianNoise& random) {
+  add_noise(field.x, deviation, random);
+  add_noise(field.y, deviation, random);
+  return field;
+}
+
+/// One detection, of a displacement in the part of the image around the region.
+class Search {
+public:
+  Search(const RegionSheet& sheet, VectorField observed, const DetectionOptions& options, Progress& progress)
+      : sheet_(sheet), observed_(std::move(observed)), options_(options), progress_(progress),
+        random_(options.seed), scan_(sheet, observed_), expected_(labelled_displacement()) {}
+
+  /// The observed border continued by the labels' moduli.
+  [[nodiscard]] const VectorField& expected() const { return expected_; }
+  /// The same with what is not known of the tissue a little different.
+  [[nodiscard]] VectorField nothing_hidden() { return scan_.nothing_hidden(random_); }
+  [[nodiscard]] GaussianNoise& random() { return random_; }
+
+  /// `count` scans of what `simulate` gives.
+  [[nodiscard]] std::vector<InclusionScan::Scores> scans(int count,
+                                                         const std::function<VectorField()>& simulate) {
+    std::vector<InclusionScan::Scores> result;
+    for (int number = 0; number < count; ++number) {
+      progress_.describe(
+          fmt::format("detect: what is found where nothing is hidden, {} of {}", number + 1, count));
+      result.push_back(scan_.scores(simulate()));
+      progress_.advance(1.0);
+    }
+    return result;
+  }
+
+  [[nodiscard]] double deviation_ratio(std::span<const InclusionScan::Scores> these,
+                                       std::span<const InclusionScan::Scores> those) const {
+    return hdmbench::deviation_ratio(sheet_, these, those);
+  }
+
+  /// `noise`: of the displacement, pixels; white noise that makes scores as uncertain as they are.
+  [[nodiscard]] Detection finish(const Scene& scene, std::span<const InclusionScan::Scores> nothing,
+                                 double noise) {
+    ScanResult scan = measure_scan(sheet_, scan_.scores(observed_), nothing);
+    progress_.describe("detect: the modulus that explains the deformation");
+    const Explanation found = explain(sheet_, observed_, noise, options_);
+    const auto width = static_cast<std::size_t>(sheet_.extent().width);
+    const Inclusion disc = scan_.fit({.x = static_cast<double>(scan.site % width),
+                                      .y = static_cast<double>(scan.site / width),
+                                      .radius = scan.radius,
+                                      .logarithm = std::copysign(first_logarithm, scan.largest)},
+                                     noise);
+    const std::size_t corner = sheet_.site_of_image(0);
+    const auto image_width = static_cast<std::size_t>(scene.extent().width);
+    Detection result{.modulus = scene.full.modulus,
+                     .deviation = ScalarField(scene.extent()),
+                     .significance = ScalarField(scene.extent()),
+                     .noise = noise,
+                     .unexplained_before = sheet_.distance(expected_, observed_),
+                     .unexplained = sheet_.distance(found.displacement, observed_),
+                     .largest = scan.largest,
+                     .x = static_cast<double>(corner % image_width) + disc.x,
+                     .y = static_cast<double>(corner / image_width) + disc.y,
+                     .contrast = std::exp(disc.logarithm),
+                     .radius = disc.radius,
+                     .position_deviation = disc.position_deviation,
+                     .contrast_deviation = disc.logarithm_deviation,
+                     .by_chance = std::move(scan.by_chance)};
+    const ScalarField deviation = deviation_of(found, noise);
+    for (std::size_t i = 0; i < sheet_.inside().size(); ++i) {
+      const std::size_t site = sheet_.inside()[i];
+      const std::size_t at = sheet_.site_of_image(site);
+      result.modulus.values[at] *= static_cast<float>(std::exp(found.logarithms[i]));
+      result.deviation.values[at] = deviation.values[site];
+      result.significance.values[at] = scan.significance.values[site];
+    }
+    return result;
+  }
+
+private:
+  [[nodiscard]] VectorField labelled_displacement() const {
+    const Level level = sheet_.with_border(observed_);
+    return ModulusProblem(level, sheet_.poisson(), sheet_.inside(), sheet_.session())
+        .displacement(std::vector<double>(sheet_.inside().size()));
+  }
+
+  /// Of the logarithms, if the moduli that were found are the true ones.
+  [[nodiscard]] ScalarField deviation_of(const Explanation& found, double noise) {
+    ScalarField square(sheet_.extent());
+    for (int repetition = 0; repetition < options_.repetitions; ++repetition) {
+      progress_.describe(
+          fmt::format("detect: how sure the modulus is, {} of {}", repetition + 1, options_.repetitions));
+      const Explanation again =
+          explain(sheet_, with_noise(found.displacement, noise, random_), noise, options_);
+      for (std::size_t i = 0; i < again.logarithms.size(); ++i) {
+        square.values[sheet_.inside()[i]] +=
+            static_cast<float>(std::pow(again.logarithms[i] - found.logarithms[i], 2) / options_.repetitions);
+      }
+      progress_.advance(1.0);
+    }
+    ScalarField deviation = blurred(square, wide);
+    for (float& value : deviation.values) {
+      value = std::sqrt(std::max(value, 0.0F));
+    }
+    return deviation;
+  }
+
+  const RegionSheet& sheet_;
+  VectorField observed_;
+  const DetectionOptions& options_;
+  Progress& progress_;
+  GaussianNoise random_;
+  InclusionScan scan_;
+  VectorField expected_;
+};
+
+void require_simulations(int simulations) {
+  if (simulations < fewest_simulations) {
+    throw InputError(fmt::format("detection: {} simulations say nothing about chance, at least {} are needed",
+                                 simulations, fewest_simulations));
+  }
 }
 
 } // namespace
@@ -208,63 +224,44 @@ double displacement_noise(const VectorField& field, double least) {
 Detection detect_modulus(const VectorField& observed, const ScalarField& region, const Scene& scene,
                          const DetectionOptions& options, ElasticSession& session, Progress& progress) {
   const auto start = std::chrono::steady_clock::now();
-  if (region.extent != scene.extent() || observed.extent != scene.extent()) {
-    throw InputError(
-        fmt::format("detection: the scene is {} x {} pixels, the region {} x {}, the displacement {} x {}",
-                    scene.extent().width, scene.extent().height, region.extent.width, region.extent.height,
-                    observed.extent.width, observed.extent.height));
-  }
-  Search search(observed, region, scene, options, session);
-  const Extent window = search.window().extent;
-  Detection result;
-  result.noise = displacement_noise(search.observed(), options.least_noise);
-  const VectorField expected = search.expected(search.observed());
-  result.unexplained_before = search.distance(expected, search.observed());
-  progress.describe("detect: the modulus that explains the deformation");
-  const std::vector<double> found = search.explain(search.observed(), result.noise, result.unexplained);
-  progress.advance(1.0);
+  require_simulations(options.fields);
+  const RegionSheet sheet(region, scene, session);
+  const VectorField part = sheet.part_of(observed);
+  const double noise = white_noise_of(part);
+  Search search(sheet, part, options, progress);
+  const auto nothing = search.scans(
+      options.fields, [&] { return with_noise(search.nothing_hidden(), noise, search.random()); });
+  Detection result = search.finish(scene, nothing, noise);
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
 
-  // What is found where there is nothing but noise.
-  ScalarField square(window);
-  GaussianNoise random(options.seed);
-  for (int repetition = 0; repetition < options.repetitions; ++repetition) {
-    progress.describe(
-        fmt::format("detect: what noise alone would find, {} of {}", repetition + 1, options.repetitions));
-    VectorField noisy = expected;
-    for (std::size_t site = 0; site < window.sites(); ++site) {
-      noisy.x[site] += static_cast<float>(result.noise * random());
-      noisy.y[site] += static_cast<float>(result.noise * random());
-    }
-    double ignored = 0.0;
-    const std::vector<double> by_noise = search.explain(noisy, result.noise, ignored);
-    for (std::size_t i = 0; i < by_noise.size(); ++i) {
-      square.values[search.unknown()[i]] +=
-          static_cast<float>(by_noise[i] * by_noise[i] / options.repetitions);
-    }
-    progress.advance(1.0);
-  }
-  square = blurred(square, wide);
-
-  result.modulus = scene.full.modulus;
-  result.deviation = ScalarField(scene.extent());
-  result.significance = ScalarField(scene.extent());
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    const std::size_t site = search.unknown()[i];
-    const auto width = static_cast<std::size_t>(window.width);
-    const std::size_t at =
-        search.window().site_of_image(static_cast<int>(site % width), static_cast<int>(site / width));
-    const double deviation =
-        std::sqrt(static_cast<double>(square.values[site]) + least_deviation * least_deviation);
-    result.modulus.values[at] *= static_cast<float>(std::exp(found[i]));
-    result.deviation.values[at] = static_cast<float>(deviation);
-    result.significance.values[at] = static_cast<float>(found[i] / deviation);
-    if (std::abs(found[i] / deviation) > std::abs(result.largest)) {
-      result.largest = found[i] / deviation;
-      result.x = static_cast<int>(at) % scene.extent().width;
-      result.y = static_cast<int>(at) / scene.extent().width;
-    }
-  }
-  result.solutions = search.solutions();
+Detection detect_modulus(const ScalarField& source, const ScalarField& target, const VectorField& registered,
+                         const ScalarField& region, const Scene& scene, const DetectionOptions& options,
+                         ElasticSession& session, Progress& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  require_simulations(options.pairs);
+  const RegionSheet sheet(region, scene, session);
+  Search search(sheet, sheet.part_of(registered), options, progress);
+  const ScalarField like_target = with_values_of(source, pulled_back(target, registered), {});
+  const double source_noise = noise_of(source);
+  const double target_noise = noise_of(target);
+  Progress silent(false);
+  const auto nothing = search.scans(options.pairs, [&] {
+    ScalarField again = source;
+    VectorField moves = registered;
+    sheet.put_back(search.nothing_hidden(), moves);
+    ScalarField moved_again = warp(like_target, moves);
+    add_noise(again.values, source_noise, search.random());
+    add_noise(moved_again.values, target_noise, search.random());
+    return sheet.part_of(
+        register_iteratively(again, moved_again, scene, {}, {}, session, silent).displacement);
+  });
+  // What white noise of one pixel does to scores tells how much of it the registration's error is worth.
+  const auto of_white_noise =
+      search.scans(options.pairs, [&] { return with_noise(search.expected(), 1.0, search.random()); });
+  Detection result =
+      search.finish(scene, nothing, std::max(search.deviation_ratio(nothing, of_white_noise), least_noise));
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
 }

@@ -1,10 +1,12 @@
 #pragma once
 
 #include "backends/shared/elastic_session.hpp"
+#include "harness/applications/iterated_registration.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/solve/progress.hpp"
 
 #include <cstdint>
+#include <vector>
 
 namespace hdmbench {
 
@@ -12,35 +14,51 @@ struct DetectionOptions {
   double smoothness =
       4.0;             ///< weight of the total variation of log modulus against squared differences / noise^2
   int iterations = 40; ///< of L-BFGS
-  int repetitions = 6; ///< fields of noise that significance is made from
+  int fields = 40;     ///< displacements with noise and nothing hidden, which significance is measured by
+  int pairs = 19;      ///< the same of simulated pictures: each is registered. At least 3, as fields
+  int repetitions = 6; ///< with new noise, which the uncertainty of the modulus is made from
   std::uint32_t seed = 1;
-  /// Of the observed displacement, standard deviation of a component, pixels: at least so much, where it
-  /// looks smoother than it is certain, as what registrations find does.
-  double least_noise = 0.005;
 };
 
 struct Detection {
-  ScalarField modulus;      ///< MPa; outside the region that of the labels
-  ScalarField deviation;    ///< standard deviation of log modulus by noise, 0 outside the region
-  ScalarField significance; ///< log(modulus / label's) in standard deviations: above 0 stiffer, below softer
-  double noise = 0.0;       ///< of the displacement, standard deviation of a component, pixels
+  ScalarField modulus;   ///< MPa; outside the region that of the labels
+  ScalarField deviation; ///< standard deviation of log modulus by noise, 0 outside the region
+  /// Of the most significant disc around each site, standard deviations of what is found where nothing is
+  /// hidden: above 0 stiffer than the label says, below softer.
+  ScalarField significance;
+  double noise = 0.0; ///< of the displacement, standard deviation of a component, pixels
   double unexplained_before =
       0.0;                  ///< RMS difference to the observed displacement with the labels' moduli, pixels
   double unexplained = 0.0; ///< the same with the moduli that were found
-  double largest = 0.0;     ///< significance of largest magnitude ...
-  int x = 0;                ///< ... and where
-  int y = 0;
-  int solutions = 0; ///< of the elastic problem
+  double largest = 0.0;     ///< significance of largest magnitude
+  double x = 0.0;           ///< of the centre of the disc that explains the displacement best, pixels
+  double y = 0.0;
+  double contrast = 1.0;           ///< of that disc, modulus over the label's
+  double radius = 0.0;             ///< of it, pixels
+  double position_deviation = 0.0; ///< of x, y by noise, standard deviation, pixels
+  double contrast_deviation = 0.0; ///< of the logarithm of the contrast
+  /// Its magnitude in each simulation in which nothing is hidden: where one of them comes near, the above may
+  /// be chance.
+  std::vector<double> by_chance;
   double seconds = 0.0;
 };
 
-/// Thesis Algorithm 7: in `region` (not 0) the modulus is not what labels say. Finds the moduli whose
-/// deformation is the observed one (pixels, on the scene's grid): prescribed outside the region, compared
-/// inside. Least squares over the noise plus total variation of the logarithm, by L-BFGS with the gradient of
-/// the adjoint. The same is done with `repetitions` fields in which nothing is hidden but noise: what they
-/// find is what significance is measured by. Throws InputError for an empty region, or one that leaves the
-/// sheet free.
+/// Thesis Algorithm 7: in `region` (not 0) the modulus is not what labels say. What of the observed
+/// displacement (pixels, on the scene's grid) the labels' moduli leave unexplained is searched for the
+/// pattern of a stiffer or softer disc, of any place and of several sizes; how much of it is chance is
+/// measured by the same search where nothing is hidden but white noise. The moduli that explain the
+/// displacement are least squares over the noise plus total variation of the logarithm, by L-BFGS with the
+/// gradient of the adjoint. Throws InputError for an empty region, or one that leaves the sheet free.
 [[nodiscard]] Detection detect_modulus(const VectorField& observed, const ScalarField& region,
+                                       const Scene& scene, const DetectionOptions& options,
+                                       ElasticSession& session, Progress& progress);
+
+/// The same from two pictures and what Algorithm 6 made of them. The error of a registration is no white
+/// noise: it is the same over many pixels, and a bias. So chance is measured by `pairs` of pictures in which
+/// nothing is hidden: the source, moved by the registration as the labels' moduli continue it into the
+/// region, with gray values and noise as the target has, is registered again.
+[[nodiscard]] Detection detect_modulus(const ScalarField& source, const ScalarField& target,
+                                       const VectorField& registered, const ScalarField& region,
                                        const Scene& scene, const DetectionOptions& options,
                                        ElasticSession& session, Progress& progress);
 

@@ -5,7 +5,7 @@
 
 namespace hdmbench {
 
-ScalarField with_values_of(const ScalarField& source, const ScalarField& target) {
+ScalarField with_values_of(const ScalarField& source, const ScalarField& target, const ScalarField& unseen) {
   constexpr std::size_t bins = 24;
   constexpr double enough = 20.0; // sites of a bin, for a mean
   const auto [low, high] = std::ranges::minmax(source.values);
@@ -21,6 +21,9 @@ ScalarField with_values_of(const ScalarField& source, const ScalarField& target)
   std::array<double, bins> weight{};
   std::array<double, bins> sum{};
   for (std::size_t site = 0; site < source.values.size(); ++site) {
+    if (!unseen.values.empty() && unseen.values[site] != 0.0F) {
+      continue;
+    }
     const auto [bin, past] = position(source.values[site]);
     const auto share = static_cast<double>(past);
     const double change = static_cast<double>(target.values[site]) - static_cast<double>(source.values[site]);
@@ -36,7 +39,7 @@ ScalarField with_values_of(const ScalarField& source, const ScalarField& target)
     total += weight[bin];
     change += sum[bin];
   }
-  const double everywhere = change / total;
+  const double everywhere = total > 0.0 ? change / total : 0.0;
   std::array<float, bins> shift{};
   double last = everywhere;
   for (std::size_t bin = 0; bin < bins; ++bin) {

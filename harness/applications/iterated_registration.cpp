@@ -3,10 +3,13 @@
 #include "harness/applications/conventional_registration.hpp"
 #include "harness/applications/gray_values.hpp"
 #include "harness/applications/picture.hpp"
+#include "harness/scene/sites.hpp"
 #include "harness/solve/methods/elastic.hpp"
 
+#include <Eigen/Dense>
 #include <fmt/format.h>
 
+#include <array>
 #include <chrono>
 #include <cmath>
 
@@ -19,9 +22,14 @@ constexpr double longest_step = 4.0; // pixels of a level: beyond, the gradients
 constexpr double least_noise = 0.01; // of the contrast: what interpolation and halving cost
 constexpr double outlier = 3.0;      // standard deviations
 /// What happened in a region that is not looked at drives the rest, a growth or a resection: it does not
-/// resist as tissue does.
+/// resist as tissue does, and is one tissue.
 constexpr float unseen_softness = 0.05F;
-constexpr double largest_spring = 1e3; // times the modulus of the site: no more than float can bear
+/// The region drives where its forces take away so much of the elastic energy.
+constexpr double driving_share = 0.5;
+constexpr double resistance_to_driving = 0.01; // of the energy that the forces put in: less is no information
+constexpr float driving_stress = 30.0F;        // MPa: of the size of moduli; any other gives the same
+constexpr int drive_steps = 1;                 // of conjugate gradients: forces are made once a level
+constexpr double largest_spring = 1e3;         // times the modulus of the site: no more than float can bear
 
 /// One level of the pictures.
 struct PictureLevel {
@@ -70,12 +78,10 @@ public:
         source_slope_(gradient(source_)), target_slope_(gradient(target_)) {
     sheet_.extent = pictures.source.extent;
     sheet_.modulus = pictures.modulus;
-    for (std::size_t site = 0; site < pictures.unseen.values.size(); ++site) {
-      if (pictures.unseen.values[site] > 0.0F) {
-        sheet_.modulus.values[site] *= unseen_softness;
-      }
-    }
     sheet_.confidence = VectorField(sheet_.extent);
+    if (options.gaussian == 0.0) {
+      set_drives();
+    }
     const auto [low, high] = std::ranges::minmax(pictures.source.values);
     noise_ = std::max(noise_after_blur(options.blur) *
                           std::hypot(noise_of(pictures.source), noise_of(pictures.target)),
@@ -107,6 +113,44 @@ public:
   [[nodiscard]] double noise() const { return noise_; }
 
 private:
+  /// Forces of the region on the tissue around it, as if it were stretched along x, along y, or sheared, and
+  /// what each does alone.
+  struct Drive {
+    VectorField force;        ///< MPa * pixel * thickness
+    VectorField displacement; ///< where the border of the image is held
+  };
+
+  void set_drives() {
+    if (std::ranges::none_of(pictures_.unseen.values, [](float value) { return value > 0.0F; })) {
+      return;
+    }
+    blend_moduli(sheet_.modulus, pictures_.unseen, unseen_softness);
+    const Extent extent = sheet_.extent;
+    Level held = sheet_;
+    held.target = VectorField(extent);
+    for_each_site(extent, [&](int x, int y) {
+      if (x == 0 || y == 0 || x == extent.width - 1 || y == extent.height - 1) {
+        held.confidence.x[extent.index(x, y)] = 1.0F;
+        held.confidence.y[extent.index(x, y)] = 1.0F;
+      }
+    });
+    const VectorField inward = gradient(blurred(pictures_.unseen, 1.0));
+    for (const auto& [xx, yy, xy] :
+         {std::array{1.0F, 0.0F, 0.0F}, std::array{0.0F, 1.0F, 0.0F}, std::array{0.0F, 0.0F, 1.0F}}) {
+      Drive drive{VectorField(extent), VectorField(extent)};
+      for (std::size_t site = 0; site < extent.sites(); ++site) {
+        drive.force.x[site] = -driving_stress * (xx * inward.x[site] + xy * inward.y[site]);
+        drive.force.y[site] = -driving_stress * (xy * inward.x[site] + yy * inward.y[site]);
+      }
+      ElasticSolver solver(held, poisson_, SiteSprings{}, VectorField(extent), drive.force, session_);
+      solver.full_multigrid();
+      for (int step = 0; step < drive_steps && !solver.conjugate_gradients().ended; ++step) {
+      }
+      drive.displacement = solver.displacement();
+      drives_.push_back(std::move(drive));
+    }
+  }
+
   /// The displacement that neighbours agree on.
   [[nodiscard]] VectorField regularised(const VectorField& displacement, const Evidence& evidence) const {
     if (options_.gaussian > 0.0) {
@@ -114,7 +158,73 @@ private:
     }
     ElasticSolver solver(sheet_, poisson_, evidence.structure, displacement, evidence.pull, session_);
     solver.full_multigrid();
-    return solver.displacement();
+    VectorField solution = solver.displacement();
+    if (!drives_.empty()) {
+      drive(solution, displacement, evidence);
+    }
+    return solution;
+  }
+
+  /// The elastic energy of what the region does to the tissue around it is no reason to do less of it. With
+  /// U the displacements by the drives' forces F alone, energy counts from U a instead of from 0:
+  ///     minimise  1/2 (d - U a)' A (d - U a) + springs(d)  over d and a,
+  /// so d(a) = d(0) + W a with (A + springs) W = F, and F'(U - W) a = F' d(0).
+  void drive(VectorField& solution, const VectorField& start, const Evidence& evidence) const {
+    std::array<VectorField, drive_count> responses;
+    Eigen::Matrix<double, drive_count, drive_count> matrix;
+    Eigen::Vector<double, drive_count> wanted;
+    for (std::size_t i = 0; i < drive_count; ++i) {
+      ElasticSolver solver(sheet_, poisson_, evidence.structure, VectorField(sheet_.extent), drives_[i].force,
+                           session_);
+      solver.full_multigrid();
+      responses[i] = solver.displacement();
+    }
+    for (std::size_t i = 0; i < drive_count; ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      const VectorField& force = drives_[i].force;
+      wanted[row] = product(force, solution);
+      for (std::size_t j = 0; j < drive_count; ++j) {
+        matrix(row, static_cast<Eigen::Index>(j)) =
+            product(force, drives_[j].displacement) - product(force, responses[j]);
+      }
+      matrix(row, row) += resistance_to_driving * product(force, drives_[i].displacement);
+    }
+    matrix = (0.5 * (matrix + matrix.transpose())).eval();
+    const Eigen::Vector<double, drive_count> amounts = matrix.ldlt().solve(wanted);
+    if (!(wanted.dot(amounts) >= driving_share * twice_energy(solution, start, evidence))) {
+      return;
+    }
+    for (std::size_t i = 0; i < drive_count; ++i) {
+      const auto amount = static_cast<float>(amounts[static_cast<Eigen::Index>(i)]);
+      for (std::size_t site = 0; site < solution.x.size(); ++site) {
+        solution.x[site] += amount * responses[i].x[site];
+        solution.y[site] += amount * responses[i].y[site];
+      }
+    }
+  }
+
+  [[nodiscard]] static double product(const VectorField& a, const VectorField& b) {
+    double sum = 0.0;
+    for (std::size_t site = 0; site < a.x.size(); ++site) {
+      sum += static_cast<double>(a.x[site]) * static_cast<double>(b.x[site]) +
+             static_cast<double>(a.y[site]) * static_cast<double>(b.y[site]);
+    }
+    return sum;
+  }
+
+  /// Of the sheet: what pull and springs do, which A d balances.
+  [[nodiscard]] static double twice_energy(const VectorField& solution, const VectorField& start,
+                                           const Evidence& evidence) {
+    VectorField force = evidence.pull;
+    for (std::size_t site = 0; site < force.x.size(); ++site) {
+      const float way_x = solution.x[site] - start.x[site];
+      const float way_y = solution.y[site] - start.y[site];
+      force.x[site] -=
+          evidence.structure.xx.values[site] * way_x + evidence.structure.xy.values[site] * way_y;
+      force.y[site] -=
+          evidence.structure.xy.values[site] * way_x + evidence.structure.yy.values[site] * way_y;
+    }
+    return product(force, solution);
   }
 
   /// Each site's own step, held as the elastic energy would by its modulus, then a Gaussian over all.
@@ -140,7 +250,7 @@ private:
   [[nodiscard]] Evidence look(const VectorField& displacement, int number) const {
     const Extent extent = sheet_.extent;
     const ScalarField seen = pulled_back(target_, displacement);
-    const ScalarField expected = with_values_of(source_, seen);
+    const ScalarField expected = with_values_of(source_, seen, pictures_.unseen);
     ScalarField differences(extent);
     VectorField slope(extent);
 #pragma omp parallel for
@@ -199,6 +309,8 @@ private:
   VectorField source_slope_;
   VectorField target_slope_;
   Level sheet_; ///< moduli without conditions
+  static constexpr std::size_t drive_count = 3;
+  std::vector<Drive> drives_; ///< none without a region
   double noise_ = 0.0;
 };
 

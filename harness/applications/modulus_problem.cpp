@@ -80,18 +80,9 @@ VectorField ModulusProblem::displacement(std::span<const double> logarithms) {
   return solver.displacement();
 }
 
-double ModulusProblem::misfit(std::span<const double> logarithms, const VectorField& observed,
-                              std::span<double> derivative) {
-  const VectorField found = displacement(logarithms);
-  VectorField pull(level_.extent);
-  double sum = 0.0;
-  for (const std::size_t site : unknown_) {
-    pull.x[site] = found.x[site] - observed.x[site];
-    pull.y[site] = found.y[site] - observed.y[site];
-    sum += static_cast<double>(pull.x[site]) * static_cast<double>(pull.x[site]) +
-           static_cast<double>(pull.y[site]) * static_cast<double>(pull.y[site]);
-  }
-  ElasticSolver solver(level_, poisson_, SiteSprings{}, VectorField(level_.extent), pull, session_);
+void ModulusProblem::slopes(const VectorField& found, const VectorField& difference,
+                            std::span<double> derivative) {
+  ElasticSolver solver(level_, poisson_, SiteSprings{}, VectorField(level_.extent), difference, session_);
   solver.full_multigrid();
   for (int step = 0; step < steps && !solver.conjugate_gradients().ended; ++step) {
   }
@@ -103,6 +94,20 @@ double ModulusProblem::misfit(std::span<const double> logarithms, const VectorFi
     derivative[i] = -static_cast<double>(level_.modulus.values[unknown_[i]]) *
                     energy_of_site(adjoint, found, x, y, poisson_);
   }
+}
+
+double ModulusProblem::misfit(std::span<const double> logarithms, const VectorField& observed,
+                              std::span<double> derivative) {
+  const VectorField found = displacement(logarithms);
+  VectorField difference(level_.extent);
+  double sum = 0.0;
+  for (const std::size_t site : unknown_) {
+    difference.x[site] = found.x[site] - observed.x[site];
+    difference.y[site] = found.y[site] - observed.y[site];
+    sum += static_cast<double>(difference.x[site]) * static_cast<double>(difference.x[site]) +
+           static_cast<double>(difference.y[site]) * static_cast<double>(difference.y[site]);
+  }
+  slopes(found, difference, derivative);
   return 0.5 * sum;
 }
 

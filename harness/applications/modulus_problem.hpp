@@ -19,8 +19,12 @@ public:
 
   /// The displacement with the moduli times exp(logarithms), one per unknown site.
   [[nodiscard]] VectorField displacement(std::span<const double> logarithms);
+  /// The derivative of the sum of difference * displacement over all sites (pixels^2) by the logarithms, at
+  /// those of the last displacement(), which gave `found`: one solution more, as the elastic operator is
+  /// symmetric.
+  void slopes(const VectorField& found, const VectorField& difference, std::span<double> derivative);
   /// Half the sum of squared differences of the displacement and `observed` over the unknown sites, pixels^2,
-  /// and its derivative by the logarithms: one solution more, as the elastic operator is symmetric.
+  /// and its derivative by the logarithms.
   [[nodiscard]] double misfit(std::span<const double> logarithms, const VectorField& observed,
                               std::span<double> derivative);
 

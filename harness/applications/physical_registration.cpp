@@ -24,10 +24,11 @@ struct Evidence {
   float noise = 0.0F; ///< variance, gray values^2
 };
 
-Evidence evidence_of(const ScalarField& source, const ScalarField& target, const VectorField& displacement) {
+Evidence evidence_of(const ScalarField& source, const ScalarField& target, const VectorField& displacement,
+                     const ScalarField& unseen) {
   const ScalarField smooth = blurred(source, blur);
   const ScalarField seen = pulled_back(blurred(target, blur), displacement);
-  const ScalarField expected = with_values_of(smooth, seen);
+  const ScalarField expected = with_values_of(smooth, seen, unseen);
   const VectorField slope = gradient(smooth);
   Evidence evidence{ScalarField(source.extent), ScalarField(source.extent), ScalarField(source.extent)};
   for (std::size_t site = 0; site < source.values.size(); ++site) {
@@ -69,7 +70,7 @@ float resistance_of(const Evidence& evidence, const ScalarField& region) {
 
 VectorField confidence_of(const ScalarField& source, const ScalarField& target,
                           const VectorField& displacement, const ScalarField& unseen) {
-  const Evidence evidence = evidence_of(source, target, displacement);
+  const Evidence evidence = evidence_of(source, target, displacement, unseen);
   VectorField confidence(source.extent);
   for (std::size_t site = 0; site < source.values.size(); ++site) {
     if (!unseen.values.empty() && unseen.values[site] != 0.0F) {
@@ -95,12 +96,8 @@ Solution make_physical(const ScalarField& source, const ScalarField& target, con
   observed.full.target = displacement;
   observed.full.confidence = confidence_of(source, target, displacement, unseen);
   confidence = observed.full.confidence;
-  const float resistance = resistance_of(evidence_of(source, target, displacement), unseen);
-  for (std::size_t site = 0; site < unseen.values.size(); ++site) {
-    if (unseen.values[site] != 0.0F) {
-      observed.full.modulus.values[site] *= resistance;
-    }
-  }
+  blend_moduli(observed.full.modulus, unseen,
+               resistance_of(evidence_of(source, target, displacement, unseen), unseen));
   set_inverse_modulus(observed.full);
   Solver solver(backend, session);
   return solver.solve(observed, progress);

@@ -24,6 +24,7 @@ std::vector<float> gaussian(double sigma) {
 }
 
 constexpr double blur_before_halving = 1.0; // pixels
+constexpr std::size_t sites_worth_threads = std::size_t{1} << 14;
 
 } // namespace
 
@@ -36,7 +37,7 @@ ScalarField blurred(const ScalarField& picture, double sigma) {
   const int reach = static_cast<int>(weights.size()) / 2;
   ScalarField across(extent);
   ScalarField result(extent);
-#pragma omp parallel for
+#pragma omp parallel for if (extent.sites() > sites_worth_threads)
   for (int y = 0; y < extent.height; ++y) {
     const float* const from = &picture.values[extent.index(0, y)];
     for (int x = 0; x < extent.width; ++x) {
@@ -47,7 +48,7 @@ ScalarField blurred(const ScalarField& picture, double sigma) {
       across.values[extent.index(x, y)] = sum;
     }
   }
-#pragma omp parallel for
+#pragma omp parallel for if (extent.sites() > sites_worth_threads)
   for (int y = 0; y < extent.height; ++y) {
     float* const to = &result.values[extent.index(0, y)];
     for (int i = -reach; i <= reach; ++i) {
@@ -63,7 +64,7 @@ ScalarField blurred(const ScalarField& picture, double sigma) {
 VectorField gradient(const ScalarField& picture) {
   const Extent extent = picture.extent;
   VectorField result(extent);
-#pragma omp parallel for
+#pragma omp parallel for if (extent.sites() > sites_worth_threads)
   for (int y = 0; y < extent.height; ++y) {
     for (int x = 0; x < extent.width; ++x) {
       const int left = std::max(x - 1, 0);
@@ -103,6 +104,24 @@ ScalarField halved_mean(const ScalarField& field) {
   return result;
 }
 
+void blend_moduli(ScalarField& modulus, const ScalarField& region, float resistance) {
+  double sum = 0.0;
+  double sites = 0.0;
+  for (std::size_t site = 0; site < region.values.size(); ++site) {
+    if (region.values[site] != 0.0F) {
+      sum += static_cast<double>(modulus.values[site]);
+      sites += 1.0;
+    }
+  }
+  const auto mean = static_cast<float>(sum / std::max(sites, 1.0));
+  for (std::size_t site = 0; site < region.values.size(); ++site) {
+    if (region.values[site] != 0.0F) {
+      float& value = modulus.values[site];
+      value = resistance * (mean + resistance * (value - mean));
+    }
+  }
+}
+
 VectorField doubled(const VectorField& displacement, Extent extent) {
   VectorField result(extent);
   for_each_site(extent, [&](int x, int y) {
@@ -118,7 +137,7 @@ VectorField doubled(const VectorField& displacement, Extent extent) {
 ScalarField pulled_back(const ScalarField& picture, const VectorField& displacement) {
   const Extent extent = picture.extent;
   ScalarField result(extent);
-#pragma omp parallel for
+#pragma omp parallel for if (extent.sites() > sites_worth_threads)
   for (int y = 0; y < extent.height; ++y) {
     for (int x = 0; x < extent.width; ++x) {
       const std::size_t site = extent.index(x, y);

@@ -34,6 +34,11 @@ namespace hdmbench {
 /// The mean of the four sites from (2x, 2y) on: for moduli and masks.
 [[nodiscard]] ScalarField halved_mean(const ScalarField& field);
 
+/// Where something happened that the labels do not know, a growth or a resection, their moduli say little:
+/// where `region` is not 0 each becomes `resistance` times what lies between the region's mean (resistance 0)
+/// and itself (1).
+void blend_moduli(ScalarField& modulus, const ScalarField& region, float resistance);
+
 /// A displacement (pixels) of an image half the size, in pixels of this one.
 [[nodiscard]] VectorField doubled(const VectorField& displacement, Extent extent);
 

@@ -17,11 +17,8 @@ namespace {
 
 constexpr double strong = 4.0; // standard deviations that are full colour
 
-/// What is wrong with the displacement of a good registration, about, pixels.
-constexpr double usual_error = 0.1;
-
 struct Arguments : PairArguments {
-  DetectionOptions detection{.least_noise = usual_error};
+  DetectionOptions detection;
 };
 
 int run_detect(const Arguments& arguments, const std::string& line) {
@@ -29,7 +26,7 @@ int run_detect(const Arguments& arguments, const std::string& line) {
   const auto registry = make_backends();
   const Backend& backend = arguments.scene.choose(registry, data.scene);
   const Device device = backend.device(arguments.scene.session);
-  arguments.require_output({"modulus.nrrd", "detection.nrrd"});
+  arguments.require_output({"modulus.nrrd", "deviation.nrrd", "detection.nrrd"});
   const auto session = backend.open_elastic(arguments.scene.session);
   if (session == nullptr) {
     throw InputError(fmt::format("{} has no elastic energy, which detect solves with", backend.name()));
@@ -38,8 +35,8 @@ int run_detect(const Arguments& arguments, const std::string& line) {
   // The pictures are looked at inside the region too: it is the modulus there that is not known.
   const IteratedRegistration registered =
       register_iteratively(data.source, data.target, data.scene, {}, {}, *session, progress);
-  const Detection found = detect_modulus(registered.displacement, data.region, data.scene,
-                                         arguments.detection, *session, progress);
+  const Detection found = detect_modulus(data.source, data.target, registered.displacement, data.region,
+                                         data.scene, arguments.detection, *session, progress);
   progress.clear();
 
   DetectionRow row{.scene = data.scene.name,
@@ -51,19 +48,28 @@ int run_detect(const Arguments& arguments, const std::string& line) {
                    .registration_seconds = registered.seconds,
                    .region_sites =
                        std::ranges::count_if(data.region.values, [](float v) { return v != 0.0F; }),
-                   .solutions = found.solutions,
+                   .simulations = std::ssize(found.by_chance),
+                   .as_much_by_chance = std::ranges::count_if(
+                       found.by_chance, [&](double most) { return most >= std::abs(found.largest); }),
+                   .largest_by_chance = std::ranges::max(found.by_chance),
                    .noise = found.noise,
                    .unexplained_before = found.unexplained_before,
                    .unexplained = found.unexplained,
                    .largest = found.largest,
                    .x = found.x,
-                   .y = found.y};
+                   .y = found.y,
+                   .radius = found.radius,
+                   .contrast = found.contrast,
+                   .position_deviation = found.position_deviation,
+                   .contrast_deviation = found.contrast_deviation};
   const auto name = [&](const char* file) {
     return arguments.json.empty() ? std::string(file) : arguments.beside_json(file);
   };
   write_scalar(arguments.output / "modulus.nrrd", found.modulus, data.scene.spacing);
   write_scalar(arguments.output / "detection.nrrd", found.significance, data.scene.spacing);
+  write_scalar(arguments.output / "deviation.nrrd", found.deviation, data.scene.spacing);
   row.modulus = name("modulus.nrrd");
+  row.deviation = name("deviation.nrrd");
   row.detection = name("detection.nrrd");
   write_png(arguments.output / "source.png", data.source);
   write_signed_png(arguments.output / "detection.png", found.significance.extent, found.significance.values,
@@ -76,15 +82,25 @@ int run_detect(const Arguments& arguments, const std::string& line) {
 
   Table table({"", ""});
   table.add({"sites of the region", std::to_string(row.region_sites)});
-  table.add({"noise of the displacement", fmt::format("{:.3g} px", row.noise)});
+  table.add({"error of the displacement, as white noise", fmt::format("{:.3g} px", row.noise)});
   table.add({"unexplained by the labels' moduli", fmt::format("{:.3g} px", row.unexplained_before)});
   table.add({"unexplained by those found", fmt::format("{:.3g} px", row.unexplained)});
-  table.add({"most significant", fmt::format("{:.1f} standard deviations at x = {}, y = {}: {}", row.largest,
-                                             row.x, row.y, row.largest > 0.0 ? "stiffer" : "softer")});
-  fmt::print("{}\n{}  {} solutions, {:.3g} s ({:.3g} of them the registration)\n  {}: MPa; beside it "
-             "detection.nrrd, standard deviations\n",
-             data.scene.title, table.text(), row.solutions, row.seconds, row.registration_seconds,
-             (arguments.output / "modulus.nrrd").string());
+  table.add({"most significant", fmt::format("{:.1f} standard deviations", row.largest)});
+  table.add({"by chance", fmt::format("as much in {} of {} simulations with nothing hidden, at most {:.1f}",
+                                      row.as_much_by_chance, row.simulations, row.largest_by_chance)});
+  table.add(
+      {"explained best by", fmt::format("a disc at x = {:.1f}, y = {:.1f} (+- {:.1f}), radius {:.1f} px",
+                                        row.x, row.y, row.position_deviation, row.radius)});
+  table.add({"of", fmt::format("{:.2f} times the label's modulus ({:.2f} ... {:.2f})", row.contrast,
+                               row.contrast * std::exp(-row.contrast_deviation),
+                               row.contrast * std::exp(row.contrast_deviation))});
+  fmt::print("{}\n\n{}\n  {}\n\n  {:.3g} s ({:.3g} of them the registration)\n  {}: MPa; beside it "
+             "deviation.nrrd, the "
+             "standard deviation of its logarithm, and detection.nrrd, standard deviations\n",
+             data.scene.title, table.text(),
+             row.as_much_by_chance == 0 ? "More than chance found: tissue there is not as its label says."
+                                        : "Nothing that chance does not find as well.",
+             row.seconds, row.registration_seconds, (arguments.output / "modulus.nrrd").string());
   write_results(arguments.json, "detect", run_context(line, false),
                 nlohmann::json::array({to_json_row(row)}));
   return success;
@@ -101,9 +117,10 @@ void add_detect(CLI::App& program, const std::string& arguments, int& status) {
   const auto own = std::make_shared<Arguments>();
   own->add_to(*command, true);
   command
-      ->add_option("--noise", own->detection.least_noise,
-                   "Of the displacement that the registration finds, pixels: significance is counted in it")
-      ->check(CLI::Range(0.001, 100.0))
+      ->add_option("--simulations", own->detection.pairs,
+                   "Pairs of pictures with nothing hidden that are registered too: what is found in them is "
+                   "chance")
+      ->check(CLI::Range(3, 1000))
       ->capture_default_str();
   command->callback([own, arguments, &status] { status = run_detect(*own, arguments); });
 }

@@ -1,7 +1,7 @@
-#include "harness/judge/registration/rivals.hpp"
 #include "backends/shared/elastic_session.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
+#include "harness/judge/registration/knobs.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
@@ -24,25 +24,26 @@ struct Arguments {
   std::vector<std::uint32_t> seeds{1};
   bool other_gray = false;
   bool quick = false;
+  int knobs = 0;     ///< cases of each value; 0: registration
   int detection = 0; ///< pairs of cases; 0: registration
   double radius = 8.0;
   double contrast = 3.0;
-  double field_noise = 0.01;
+  std::optional<double> detection_noise;
+  bool pictures = false;
+  bool spread = false;
   fs::path output;
   fs::path json;
 };
 
 /// For `register` and `detect`.
-void write_pair(const fs::path& folder, const Scene& scene, const PlantedOptions& options) {
+void write_pair(const fs::path& folder, const Scene& scene, const PlantedPair& pair, std::string_view what) {
   std::error_code error;
   fs::create_directories(folder, error);
-  const PlantedPair pair = plant(scene, options);
   write_scalar(folder / "source.nrrd", pair.source, scene.spacing);
   write_scalar(folder / "target.nrrd", pair.target, scene.spacing);
   write_scalar(folder / "region.nrrd", pair.region, scene.spacing);
   write_vector(folder / "truth.nrrd", pair.truth, scene.spacing);
-  fmt::print("  {}: source, target, region and truth (pixels) of {}\n\n", folder.string(),
-             planted_names[static_cast<std::size_t>(options.kind)]);
+  fmt::print("  {}: source, target, region and truth (pixels) of {}\n\n", folder.string(), what);
 }
 
 void print_rows(const std::vector<RivalRow>& rows) {
@@ -74,7 +75,7 @@ int compare(const Arguments& arguments, const Scene& scene, const Backend& backe
               .other_gray = arguments.other_gray,
               .seed = seed};
           if (!arguments.output.empty()) {
-            write_pair(arguments.output / name, scene, options);
+            write_pair(arguments.output / name, scene, plant(scene, options), name);
           }
           const std::vector<RivalRow> rows =
               compare_rivals(scene, options, !arguments.quick, backend, arguments.scene.session, progress);
@@ -100,31 +101,55 @@ int look(const Arguments& arguments, const Scene& scene, const Backend& backend,
   std::vector<double> distances;
   std::vector<double> contrasts;
   std::vector<double> seconds;
+  const double noise = arguments.detection_noise.value_or(arguments.pictures ? PlantedOptions{}.noise
+                                                                             : PlantedInclusion{}.noise);
   for (int number = 0; number < arguments.detection; ++number) {
-    for (const double contrast : {arguments.contrast, 1.0}) {
-      rows.push_back(look_for(scene,
-                              {.radius = arguments.radius,
-                               .contrast = contrast,
-                               .noise = arguments.field_noise,
-                               .seed = arguments.seeds.front() + static_cast<std::uint32_t>(number)},
-                              *session, progress));
+    const auto seed = arguments.seeds.front() + static_cast<std::uint32_t>(number);
+    PlantedInclusion inclusion =
+        arguments.spread
+            ? any_inclusion(seed)
+            : PlantedInclusion{.radius = arguments.radius, .contrast = arguments.contrast, .seed = seed};
+    inclusion.noise = noise;
+    if (number == 0 && arguments.pictures && !arguments.output.empty()) {
+      PlantedInclusion exact = inclusion;
+      exact.noise = 0.0;
+      const PlantedField field = plant(scene, exact);
+      write_pair(arguments.output / "inclusion", scene, pictures_of(scene, field, noise, seed),
+                 fmt::format("an inclusion at x = {:.1f}, y = {:.1f}", field.x, field.y));
+    }
+    for (const double contrast : {inclusion.contrast, 1.0}) {
+      inclusion.contrast = contrast;
+      rows.push_back(look_for(scene, scene, inclusion, arguments.pictures, *session, progress));
+      rows.back().spread = arguments.spread;
       seconds.push_back(rows.back().seconds);
       if (contrast != 1.0) {
         distances.push_back(rows.back().distance);
-        contrasts.push_back(rows.back().found_contrast);
+        contrasts.push_back(rows.back().found_contrast / contrast);
       }
     }
   }
   progress.clear();
-  fmt::print(
-      "{}, {} x {}: {} cases with an inclusion of radius {:g} px and contrast {:g}, as many without; noise "
-      "{:g} % of the largest displacement\n\n",
-      scene.name, scene.extent().width, scene.extent().height, arguments.detection, arguments.radius,
-      arguments.contrast, 100.0 * arguments.field_noise);
+  fmt::print("{}, {} x {}: {} cases with an inclusion of {}, as many without; noise {:g} % of {}\n\n",
+             scene.name, scene.extent().width, scene.extent().height, arguments.detection,
+             arguments.spread
+                 ? "radius 3 to 15 px and contrast 1.5 to 10"
+                 : fmt::format("radius {:g} px and contrast {:g}", arguments.radius, arguments.contrast),
+             100.0 * noise, arguments.pictures ? "white, in the pictures" : "the largest displacement");
+  const auto more_than_chance = [&](bool hidden) {
+    return std::ranges::count_if(rows, [&](const InclusionRow& row) {
+      return (row.contrast != 1.0) == hidden && row.score > row.by_chance;
+    });
+  };
   Table table({"", ""});
   table.add({"area under the ROC", fmt::format("{:.3f}", area_under_roc(rows).value_or(0.0))});
+  table.add({"the same, had the place been known",
+             fmt::format("{:.3f}", area_under_roc(rows, &InclusionRow::place_score).value_or(0.0))});
+  table.add({"more than chance, with an inclusion",
+             fmt::format("{} of {}", more_than_chance(true), arguments.detection)});
+  table.add(
+      {"more than chance, without", fmt::format("{} of {}", more_than_chance(false), arguments.detection)});
   table.add({"error of the position, median", fmt::format("{:.2f} px", median(distances))});
-  table.add({"contrast found, median", fmt::format("{:.2f}", median(contrasts))});
+  table.add({"contrast found over the true one, median", fmt::format("{:.2f}", median(contrasts))});
   table.add({"seconds, median", fmt::format("{:.2f}", median(seconds))});
   fmt::print("{}", table.text());
   nlohmann::json results = nlohmann::json::array();
@@ -132,6 +157,35 @@ int look(const Arguments& arguments, const Scene& scene, const Backend& backend,
     results.push_back(to_json_row(row));
   }
   write_results(arguments.json, "roc", run_context(line, arguments.quick), std::move(results));
+  return success;
+}
+
+int turn(const Arguments& arguments, const Scene& scene, const Backend& backend, Progress& progress,
+         const std::string& line) {
+  const auto session = backend.open_elastic(arguments.scene.session);
+  const std::vector<KnobRow> rows = turn_knobs(scene, arguments.knobs, *session, progress);
+  progress.clear();
+  fmt::print(
+      "{}, {} x {}: {} cases of each value\n\nAlgorithm 6, a resection: error in pixels, what warns\n\n",
+      scene.name, scene.extent().width, scene.extent().height, arguments.knobs);
+  Table registered({"knob", "value", "tissue", "region", "outliers", "not converged", "folded"});
+  Table detected({"knob", "value", "area under the ROC", "found", "where nothing is", "position, px"});
+  nlohmann::json results = nlohmann::json::array();
+  for (const KnobRow& row : rows) {
+    if (row.tissue) {
+      registered.add({row.knob, fmt::format("{:g}", row.value), fmt::format("{:.3f}", *row.tissue),
+                      fmt::format("{:.3f}", *row.region), fmt::format("{:.1f} %", 100.0 * *row.outliers),
+                      std::to_string(*row.not_converged), std::to_string(*row.folded)});
+    } else {
+      detected.add({row.knob, fmt::format("{:g}", row.value), fmt::format("{:.3f}", row.area.value_or(0.5)),
+                    fmt::format("{} of {}", *row.found, row.cases),
+                    fmt::format("{} of {}", *row.mistaken, row.cases), fmt::format("{:.2f}", *row.distance)});
+    }
+    results.push_back(to_json_row(row));
+  }
+  fmt::print("{}\nAlgorithm 7: inclusions in a displacement, more than chance found\n\n{}", registered.text(),
+             detected.text());
+  write_results(arguments.json, "knobs", run_context(line, arguments.quick), std::move(results));
   return success;
 }
 
@@ -147,6 +201,9 @@ int run_rivals(const Arguments& arguments, const std::string& line) {
   }
   require_results_writable(arguments.json);
   Progress progress;
+  if (arguments.knobs > 0) {
+    return turn(arguments, scene, backend, progress, line);
+  }
   return arguments.detection > 0 ? look(arguments, scene, backend, progress, line)
                                  : compare(arguments, scene, backend, progress, line);
 }
@@ -180,8 +237,15 @@ void add_rivals(CLI::App& program, const std::string& arguments, int& status) {
   command->add_flag("--other-gray", own->other_gray,
                     "The target has other gray values, as from another scanner");
   command->add_flag("--quick", own->quick, "Without ITK's mutual information, and so without Algorithm 5");
-  command->add_option("--output", own->output,
-                      "Write the pictures of each pair to this folder, for register");
+  command->add_option(
+      "--output", own->output,
+      "Write the pictures of each pair to this folder, for register; with --pictures those of the "
+      "first inclusion, for detect");
+  command
+      ->add_option("--knobs", own->knobs,
+                   "Where Algorithms 6 and 7 break: noise, sizes, contrast, wrong moduli and labels, so many "
+                   "cases of each value")
+      ->check(CLI::Range(1, 1000));
   const auto* const group = "Detection";
   command
       ->add_option("--detection", own->detection,
@@ -196,11 +260,20 @@ void add_rivals(CLI::App& program, const std::string& arguments, int& status) {
       ->group(group)
       ->capture_default_str();
   command
-      ->add_option("--field-noise", own->field_noise,
-                   "Of the observed displacement, share of the largest one")
+      ->add_flag("--spread", own->spread, "Radius 3 to 15 pixels and contrast 1.5 to 10, another each case")
+      ->group(group);
+  command
+      ->add_flag("--pictures", own->pictures,
+                 "The displacement is not given: Algorithm 6 finds it in pictures that do not show the "
+                 "inclusion")
+      ->group(group);
+  command
+      ->add_option(
+          "--field-noise", own->detection_noise,
+          "Of the observed displacement, share of the largest one: 0.01; of pictures, share of white: "
+          "0.03")
       ->check(CLI::Range(0.0, 1.0))
-      ->group(group)
-      ->capture_default_str();
+      ->group(group);
   command->add_option("--json", own->json, "Write the results to this file");
   command->callback([own, arguments, &status] { status = run_rivals(*own, arguments); });
 }

@@ -110,7 +110,10 @@ bool replaces(const RivalRow& a, const RivalRow& b) {
 }
 bool replaces(const InclusionRow& a, const InclusionRow& b) {
   return same_scene(a, b) && a.radius == b.radius && a.contrast == b.contrast && a.noise == b.noise &&
-         a.seed == b.seed;
+         a.pictures == b.pictures && a.spread == b.spread && a.seed == b.seed;
+}
+bool replaces(const KnobRow& a, const KnobRow& b) {
+  return same_scene(a, b) && a.algorithm == b.algorithm && a.knob == b.knob && a.value == b.value;
 }
 bool replaces(const ContinuumRow& a, const ContinuumRow& b) {
   return a.width == b.width && a.height == b.height && a.contrast == b.contrast && a.energy == b.energy;
@@ -195,6 +198,8 @@ void add_file(Results& results, const ResultFile& file) {
     add_rows(results, results.rivals, file);
   } else if (command == "roc") {
     add_rows(results, results.inclusions, file);
+  } else if (command == "knobs") {
+    add_rows(results, results.knobs, file);
   } else if (command == "accuracy") {
     add_rows(results, results.accuracy, file);
   } else if (command == "continuum") {

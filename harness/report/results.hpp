@@ -8,8 +8,8 @@
 #include "harness/judge/accuracy/accuracy_row.hpp"
 #include "harness/judge/atlas/atlas_row.hpp"
 #include "harness/judge/continuum/continuum.hpp"
+#include "harness/judge/registration/knobs.hpp"
 #include "harness/judge/registration/registration_row.hpp"
-#include "harness/judge/registration/rivals.hpp"
 #include "harness/judge/run_row.hpp"
 #include "harness/judge/tradeoff/tradeoff_row.hpp"
 #include "harness/measure/bench_row.hpp"
@@ -58,6 +58,7 @@ using InstructionsRow = From<hdmbench::InstructionsRow>;
 using ProbeRow = From<hdmbench::ProbeRow>;
 using DetectionRow = From<hdmbench::DetectionRow>;
 using InclusionRow = From<hdmbench::InclusionRow>;
+using KnobRow = From<hdmbench::KnobRow>;
 using RegistrationRow = From<hdmbench::RegistrationRow>;
 using RivalRow = From<hdmbench::RivalRow>;
 using RunRow = From<hdmbench::RunRow>;
@@ -81,6 +82,7 @@ struct Results {
   std::vector<DetectionRow> detections;
   std::vector<RivalRow> rivals;
   std::vector<InclusionRow> inclusions;
+  std::vector<KnobRow> knobs;
   std::vector<AccuracyRow> accuracy;
   std::vector<ContinuumRow> continuum;
   std::vector<AtlasRow> atlas;

@@ -1,8 +1,11 @@
 #include "harness/report/sections.hpp"
 
+#include "harness/measure/median.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 
 namespace hdmbench::report {
 
@@ -55,11 +58,14 @@ std::string registration_html(const Results& results, const RegistrationRow& row
 std::string detection_html(const Results& results, const DetectionRow& row, Anchors& anchors) {
   return heading(3, anchors.unique("detect " + row.scene), fmt::format("{}: hidden stiffness", row.scene)) +
          fmt::format(
-             "<p>{} sites of the region, {} solutions, {} s. The labels' moduli leave {:.3g} px "
-             "unexplained, those that were found {:.3g} px. Most significant: {:.1f} standard deviations "
-             "at x = {}, y = {}.</p>\n",
-             count_text(row.region_sites), count_text(row.solutions), seconds_text(row.seconds),
-             row.unexplained_before, row.unexplained, row.largest, row.x, row.y) +
+             "<p>{} sites of the region, {} s. The labels' moduli leave {:.3g} px unexplained, those that "
+             "were found {:.3g} px. Most significant: {:.1f} standard deviations; as much in {} of {} "
+             "simulations with nothing hidden. Explained best by a disc at x = {:.1f}, y = {:.1f} (+- "
+             "{:.1f}) "
+             "of radius {:.1f} px and {:.2f} times the label's modulus.</p>\n",
+             count_text(row.region_sites), seconds_text(row.seconds), row.unexplained_before, row.unexplained,
+             row.largest, row.as_much_by_chance, row.simulations, row.x, row.y, row.position_deviation,
+             row.radius, row.contrast) +
          pictures_html(results, row);
 }
 
@@ -90,13 +96,99 @@ std::string rivals_html(const std::vector<RivalRow>& rows) {
   return html;
 }
 
-std::string roc_html(const std::vector<InclusionRow>& rows) {
-  const std::vector<hdmbench::InclusionRow> plain(rows.begin(), rows.end());
-  const auto area = area_under_roc(plain);
-  const auto with = std::ranges::count_if(rows, [](const auto& row) { return row.contrast != 1.0; });
-  return fmt::format("<p>{} with an inclusion, {} without: area under the ROC {}.</p>\n",
-                     plural(with, "case"), std::ssize(rows) - with,
-                     area ? fmt::format("{:.3f}", *area) : "not known");
+/// The curve, 240 units a side.
+std::string roc_svg(const std::vector<RocPoint>& points) {
+  constexpr double side = 240.0;
+  std::string line;
+  for (const RocPoint& point : points) {
+    line += fmt::format("{:.1f},{:.1f} ", side * point.false_alarms, side * (1.0 - point.found));
+  }
+  return fmt::format(
+      "<figure><svg viewBox=\"-34 -6 290 284\" width=\"290\" height=\"284\" role=\"img\" "
+      "aria-label=\"receiver operating characteristic\">"
+      "<rect width=\"{0}\" height=\"{0}\" fill=\"none\" stroke=\"#999\"/>"
+      "<line x1=\"0\" y1=\"{0}\" x2=\"{0}\" y2=\"0\" stroke=\"#999\" stroke-dasharray=\"4 4\"/>"
+      "<polyline points=\"{1}\" fill=\"none\" stroke=\"#1f5fa8\" stroke-width=\"2.5\"/>"
+      "<text x=\"120\" y=\"260\" text-anchor=\"middle\" font-size=\"12\" fill=\"currentColor\">found where "
+      "nothing is hidden</text>"
+      "<text transform=\"translate(-12 120) rotate(-90)\" text-anchor=\"middle\" font-size=\"12\" "
+      "fill=\"currentColor\">found where something is</text></svg>",
+      side, line);
+}
+
+bool same_series(const hdmbench::InclusionRow& a, const hdmbench::InclusionRow& b) {
+  return a.scene == b.scene && a.width == b.width && a.height == b.height && a.noise == b.noise &&
+         a.pictures == b.pictures && a.spread == b.spread && (a.spread || a.radius == b.radius);
+}
+
+std::string roc_html(std::span<const hdmbench::InclusionRow> rows) {
+  const auto hidden = [](const hdmbench::InclusionRow& row) { return row.contrast != 1.0; };
+  const auto more_than_chance = [&](bool with) {
+    return std::ranges::count_if(rows, [&](const hdmbench::InclusionRow& row) {
+      return hidden(row) == with && row.score > row.by_chance;
+    });
+  };
+  std::vector<double> distances;
+  double contrast = 1.0;
+  for (const hdmbench::InclusionRow& row : rows) {
+    if (hidden(row)) {
+      distances.push_back(row.distance);
+      contrast = row.contrast;
+    }
+  }
+  const hdmbench::InclusionRow& first = rows.front();
+  const auto with = static_cast<std::ptrdiff_t>(distances.size());
+  const auto area = area_under_roc(rows);
+  const auto known = area_under_roc(rows, &hdmbench::InclusionRow::place_score);
+  return roc_svg(roc_of(rows)) +
+         fmt::format(
+             "<figcaption>{} {}: {} of {}, {} without; noise {:g} % of {}. Area under the curve {}; {} "
+             "had the place been known. More than chance: {} of {}, and {} of {} without. Error of the "
+             "position {:.2f} px (median).</figcaption></figure>\n",
+             escape(first.scene), size_text(first.width, first.height), plural(with, "inclusion"),
+             first.spread ? "radius 3 to 15 px and contrast 1.5 to 10"
+                          : fmt::format("radius {:g} px and contrast {:g}", first.radius, contrast),
+             std::ssize(rows) - with, 100.0 * first.noise,
+             first.pictures ? "white, in pictures" : "the largest displacement",
+             area ? fmt::format("{:.3f}", *area) : "not known",
+             known ? fmt::format("{:.3f}", *known) : "not known", more_than_chance(true), with,
+             more_than_chance(false), std::ssize(rows) - with, median(distances));
+}
+
+std::string knobs_html(const std::vector<KnobRow>& rows) {
+  std::string registered;
+  std::string detected;
+  for (const KnobRow& row : rows) {
+    const std::string start =
+        fmt::format("<tr><th scope=\"row\">{}</th><td>{:g}</td>", escape(row.knob), row.value);
+    if (row.tissue) {
+      registered +=
+          start + fmt::format("<td>{:.3f}</td><td>{:.3f}</td><td>{:.1f} %</td><td>{} of {}</td>"
+                              "<td>{} of {}</td></tr>\n",
+                              *row.tissue, row.region.value_or(0.0), 100.0 * row.outliers.value_or(0.0),
+                              row.not_converged.value_or(0), row.cases, row.folded.value_or(0), row.cases);
+    } else {
+      detected += start + fmt::format("<td>{}</td><td>{} of {}</td><td>{} of {}</td><td>{:.2f}</td></tr>\n",
+                                      row.area ? fmt::format("{:.3f}", *row.area) : "not known",
+                                      row.found.value_or(0), row.cases, row.mistaken.value_or(0), row.cases,
+                                      row.distance.value_or(0.0));
+    }
+  }
+  std::string html;
+  if (!registered.empty()) {
+    html += "<p>Algorithm 6 on a resection, and what warns: sites that do not match, no convergence, "
+            "folds.</p>\n" +
+            table_start("plain", {"knob", ">value", ">tissue, px", ">region, px", ">outliers",
+                                  ">not converged", ">with folds"}) +
+            registered + std::string(table_end);
+  }
+  if (!detected.empty()) {
+    html += "<p>Algorithm 7 on displacements, and how often it finds something where nothing is.</p>\n" +
+            table_start("plain", {"knob", ">value", ">area under the ROC", ">found", ">where nothing is",
+                                  ">position, px"}) +
+            detected + std::string(table_end);
+  }
+  return html;
 }
 
 } // namespace
@@ -104,7 +196,7 @@ std::string roc_html(const std::vector<InclusionRow>& rows) {
 std::string registration_section(const Results& results, Anchors& anchors) {
   std::string html =
       "<section>\n" + heading(2, anchors.unique("registration"), "Registration and hidden stiffness");
-  if (results.registrations.empty() && results.rivals.empty()) {
+  if (results.registrations.empty() && results.rivals.empty() && results.inclusions.empty()) {
     html += no_data("registrations", "register SOURCE TARGET --scene S");
   }
   for (const RegistrationRow& row : results.registrations) {
@@ -121,8 +213,26 @@ std::string registration_section(const Results& results, Anchors& anchors) {
   }
   for (const std::string& machine : results.machines) {
     html += rivals_html(results.of(results.rivals, machine));
-    const std::vector<InclusionRow> inclusions = results.of(results.inclusions, machine);
-    html += inclusions.empty() ? "" : roc_html(inclusions);
+    std::vector<hdmbench::InclusionRow> inclusions;
+    for (const auto& row : results.of(results.inclusions, machine)) {
+      inclusions.push_back(row);
+    }
+    std::string curves;
+    while (!inclusions.empty()) {
+      const hdmbench::InclusionRow first = inclusions.front();
+      const auto others = std::ranges::stable_partition(
+          inclusions, [&](const hdmbench::InclusionRow& row) { return same_series(row, first); });
+      curves += roc_html(std::span(inclusions.begin(), others.begin()));
+      inclusions.erase(inclusions.begin(), others.begin());
+    }
+    if (!curves.empty()) {
+      html += heading(3, anchors.unique("roc"), "Hidden inclusions, and cases without");
+      html += "<div class=\"pictures\">\n" + curves + "</div>\n";
+    }
+    const std::vector<KnobRow> knobs = results.of(results.knobs, machine);
+    if (!knobs.empty()) {
+      html += heading(3, anchors.unique("knobs"), "Where it breaks") + knobs_html(knobs);
+    }
   }
   return html + "</section>\n";
 }

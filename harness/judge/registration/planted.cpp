@@ -16,8 +16,7 @@ namespace hdmbench {
 
 namespace {
 
-constexpr double mesh_width = 0.8;  // pixels
-constexpr double disc_share = 0.07; // radius of growth and resection over the image's width
+constexpr double mesh_width = 0.8; // pixels
 
 using Way = std::array<double, 2>; // pixels
 
@@ -171,6 +170,32 @@ void require_anatomy(const Scene& scene) {
   }
 }
 
+/// The scene's picture and what the pair's truth makes of it, both with noise. looks(from, gray): what tissue
+/// from there has become.
+void set_pictures(const Scene& scene, double noise, bool other_gray, GaussianNoise& random, PlantedPair& pair,
+                  const std::function<double(const Place& from, double gray)>& looks) {
+  const Extent extent = scene.extent();
+  pair.source = scene.picture;
+  pair.target = ScalarField(extent);
+  const double gain_x = random.uniform() - 0.5;
+  const double gain_y = random.uniform() - 0.5;
+  for_each_site(extent, [&](int x, int y) {
+    const Place from = origin_of(pair.truth, x, y);
+    double gray =
+        std::clamp(looks(from, static_cast<double>(cubic_at(scene.picture, from.x, from.y))), 0.0, 255.0);
+    if (other_gray) {
+      gray = 255.0 * std::pow(gray / 255.0, 1.25) *
+             (0.9 + 0.2 * (gain_x * x / extent.width + gain_y * y / extent.height));
+    }
+    pair.target.values[extent.index(x, y)] = static_cast<float>(gray);
+  });
+  for (ScalarField* const picture : {&pair.source, &pair.target}) {
+    for (float& gray : picture->values) {
+      gray += static_cast<float>(noise * 255.0 * random());
+    }
+  }
+}
+
 ScalarField disc(Extent extent, const Place& centre, double radius) {
   ScalarField mask(extent);
   for_each_site(extent, [&](int x, int y) {
@@ -185,7 +210,7 @@ PlantedPair plant(const Scene& scene, const PlantedOptions& options) {
   require_anatomy(scene);
   const Extent extent = scene.extent();
   GaussianNoise random(options.seed);
-  const double radius = disc_share * extent.width;
+  const double radius = options.region_share * extent.width;
   const ScalarField depth = depth_of(scene.labels);
   const Place middle = middle_of(scene.labels);
   const bool grows = options.kind == Planted::growth;
@@ -213,31 +238,11 @@ PlantedPair plant(const Scene& scene, const PlantedOptions& options) {
       });
   // A segmented mass; of what was taken out, with what lies around.
   pair.region = disc(extent, centre, radius * (grows ? 1.03 : 1.25));
-  pair.source = scene.picture;
-  pair.target = ScalarField(extent);
-  const double gain_x = random.uniform() - 0.5;
-  const double gain_y = random.uniform() - 0.5;
-  for_each_site(extent, [&](int x, int y) {
-    const Place from = origin_of(pair.truth, x, y);
-    auto gray = static_cast<double>(cubic_at(scene.picture, from.x, from.y));
-    if (grows && is_inside(from.x, from.y)) {
-      gray = 200.0 + 20.0 * std::sin(0.9 * from.x) * std::cos(0.7 * from.y);
-    }
-    if (resects && is_inside(from.x, from.y)) {
-      gray = 30.0;
-    }
-    gray = std::clamp(gray, 0.0, 255.0);
-    if (options.other_gray) {
-      gray = 255.0 * std::pow(gray / 255.0, 1.25) *
-             (0.9 + 0.2 * (gain_x * x / extent.width + gain_y * y / extent.height));
-    }
-    pair.target.values[extent.index(x, y)] = static_cast<float>(gray);
+  set_pictures(scene, options.noise, options.other_gray, random, pair, [&](const Place& from, double gray) {
+    return grows && is_inside(from.x, from.y) ? 200.0 + 20.0 * std::sin(0.9 * from.x) * std::cos(0.7 * from.y)
+           : resects && is_inside(from.x, from.y) ? 30.0
+                                                  : gray;
   });
-  for (ScalarField* const picture : {&pair.source, &pair.target}) {
-    for (float& gray : picture->values) {
-      gray += static_cast<float>(options.noise * 255.0 * random());
-    }
-  }
   return pair;
 }
 
@@ -245,7 +250,7 @@ PlantedField plant(const Scene& scene, const PlantedInclusion& options) {
   require_anatomy(scene);
   const Extent extent = scene.extent();
   GaussianNoise random(options.seed);
-  const double region_radius = 0.13 * extent.width;
+  const double region_radius = options.region_share * extent.width;
   const Place middle = middle_of(scene.labels);
   const Place centre = random_place(depth_of(scene.labels), region_radius * 0.7, 1e6, random);
   const double angle = 2.0 * M_PI * random.uniform();
@@ -281,6 +286,15 @@ PlantedField plant(const Scene& scene, const PlantedInclusion& options) {
     }
   }
   return field;
+}
+
+PlantedPair pictures_of(const Scene& scene, const PlantedField& field, double noise, std::uint32_t seed) {
+  GaussianNoise random(seed);
+  PlantedPair pair;
+  pair.truth = field.observed;
+  pair.region = field.region;
+  set_pictures(scene, noise, false, random, pair, [](const Place&, double gray) { return gray; });
+  return pair;
 }
 
 } // namespace hdmbench

@@ -21,9 +21,10 @@ inline constexpr double planted_poisson = 0.4;
 
 struct PlantedOptions {
   Planted kind = Planted::pressure;
-  double amplitude = 10.0; ///< largest displacement, pixels
-  double noise = 0.03;     ///< standard deviation in both pictures, share of 255
-  bool other_gray = false; ///< the target by another scanner: gamma, and a gain that changes across it
+  double amplitude = 10.0;    ///< largest displacement, pixels
+  double noise = 0.03;        ///< standard deviation in both pictures, share of 255
+  bool other_gray = false;    ///< the target by another scanner: gamma, and a gain that changes across it
+  double region_share = 0.07; ///< radius of growth and resection over the image's width
   double poisson = planted_poisson;
   std::uint32_t seed = 1; ///< place, direction, noise
 };
@@ -46,6 +47,7 @@ struct PlantedInclusion {
   double contrast = 3.0; ///< its modulus over that of the labels; 1: nothing is hidden
   double noise = 0.01;   ///< of the observed displacement, standard deviation, share of the largest one
   double amplitude = 10.0;
+  double region_share = 0.13; ///< radius of the region of interest over the image's width
   double poisson = planted_poisson;
   std::uint32_t seed = 1;
 };
@@ -59,5 +61,9 @@ struct PlantedField {
 
 /// Pressure of the skull, as above.
 [[nodiscard]] PlantedField plant(const Scene& scene, const PlantedInclusion& options);
+
+/// The pictures before and after a planted field; `noise` as of PlantedOptions.
+[[nodiscard]] PlantedPair pictures_of(const Scene& scene, const PlantedField& field, double noise,
+                                      std::uint32_t seed);
 
 } // namespace hdmbench

@@ -55,14 +55,21 @@ void list_fields(Fields& fields, DetectionRow& row) {
   fields("seconds", NotNegative{row.seconds});
   fields("registration_seconds", NotNegative{row.registration_seconds});
   fields("region_sites", row.region_sites);
-  fields("solutions", row.solutions);
+  fields("simulations", row.simulations);
+  fields("as_much_by_chance", row.as_much_by_chance);
+  fields("largest_by_chance", row.largest_by_chance);
   fields("noise", row.noise);
   fields("unexplained_before", row.unexplained_before);
   fields("unexplained", row.unexplained);
   fields("largest", row.largest);
   fields("x", row.x);
   fields("y", row.y);
+  fields("radius", row.radius);
+  fields("contrast", row.contrast);
+  fields("position_deviation", row.position_deviation);
+  fields("contrast_deviation", row.contrast_deviation);
   fields.if_any("modulus", row.modulus);
+  fields.if_any("deviation", row.deviation);
   fields.if_any("detection", row.detection);
   fields.if_any("pictures", row.pictures);
 }

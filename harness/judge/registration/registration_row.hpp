@@ -66,14 +66,21 @@ struct DetectionRow {
   double seconds = 0.0;              ///< in all
   double registration_seconds = 0.0; ///< part of them
   std::int64_t region_sites = 0;
-  std::int64_t solutions = 0; ///< of the elastic problem
-  double noise = 0.0;         ///< of the displacement, pixels
+  std::int64_t simulations = 0;       ///< pairs of pictures in which nothing is hidden
+  std::int64_t as_much_by_chance = 0; ///< of them, in so many as much was found
+  double largest_by_chance = 0.0;     ///< the most that was
+  double noise = 0.0;                 ///< of the displacement, pixels
   double unexplained_before = 0.0;
   double unexplained = 0.0; ///< pixels, RMS
   double largest = 0.0;     ///< significance, standard deviations
-  std::int64_t x = 0;
-  std::int64_t y = 0;
+  double x = 0.0;           ///< of the disc that explains it best, pixels
+  double y = 0.0;
+  double radius = 0.0;
+  double contrast = 1.0;           ///< modulus over the label's
+  double position_deviation = 0.0; ///< standard deviation by noise, pixels
+  double contrast_deviation = 0.0; ///< of the logarithm
   std::string modulus{};
+  std::string deviation{};
   std::string detection{};
   std::vector<NamedPicture> pictures{};
 };

@@ -3,7 +3,9 @@
 #include "harness/applications/conventional_registration.hpp"
 #include "harness/applications/detection.hpp"
 #include "harness/applications/iterated_registration.hpp"
+#include "harness/applications/noise.hpp"
 #include "harness/applications/physical_registration.hpp"
+#include "harness/applications/picture.hpp"
 #include "harness/judge/diagnosis/folding.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/row_fields.hpp"
@@ -71,8 +73,8 @@ double dice_of(const VectorField& displacement, const VectorField& truth, const 
 }
 
 /// Of finite elements inside the region, had the registration made no error outside.
-VectorField given_outside(const Scene& scene, const PlantedPair& pair, const Backend& backend,
-                          const SessionOptions& session, Progress& progress) {
+VectorField given_outside(const Scene& scene, const PlantedPair& pair, bool looks_different,
+                          const Backend& backend, const SessionOptions& session, Progress& progress) {
   Scene given = scene;
   given.start.reset();
   given.full.target = pair.truth;
@@ -81,6 +83,10 @@ VectorField given_outside(const Scene& scene, const PlantedPair& pair, const Bac
     const float known = pair.region.values[site] == 0.0F ? 1.0F : 0.0F;
     given.full.confidence.x[site] = known;
     given.full.confidence.y[site] = known;
+  }
+  if (looks_different) {
+    blend_moduli(given.full.modulus, pair.region, 0.05F); // as Algorithm 6 does
+    set_inverse_modulus(given.full);
   }
   Solver solver(backend, session);
   return solver.solve(given, progress).displacement;
@@ -119,8 +125,12 @@ void list_fields(Fields& fields, InclusionRow& row) {
   fields("radius", row.radius);
   fields("contrast", row.contrast);
   fields("noise", row.noise);
+  fields("pictures", row.pictures);
+  fields("spread", row.spread);
   fields("seed", row.seed);
   fields("score", row.score);
+  fields("by_chance", row.by_chance);
+  fields("place_score", row.place_score);
   fields("distance", row.distance);
   fields("found_contrast", row.found_contrast);
   fields("seconds", NotNegative{row.seconds});
@@ -232,15 +242,40 @@ std::vector<RivalRow> compare_rivals(const Scene& scene, const PlantedOptions& p
   const IteratedRegistration gaussian =
       iterated({.iterations = 60, .stiffness = 0.3, .gaussian = 2.0, .smallest_step = 0.01});
   add(gaussian_6, gaussian.displacement, gaussian.seconds, looks_different);
-  add(truth_outside, given_outside(elastic, pair, backend, session, silent), 0.0, true);
+  add(truth_outside, given_outside(elastic, pair, looks_different, backend, session, silent), 0.0, true);
   return rows;
 }
 
-InclusionRow look_for(const Scene& scene, const PlantedInclusion& inclusion, ElasticSession& session,
-                      Progress& progress) {
-  const PlantedField field = plant(scene, inclusion);
+PlantedInclusion any_inclusion(std::uint32_t seed) {
+  GaussianNoise random(seed);
+  const auto between = [&](double least, double most) {
+    return least * std::pow(most / least, random.uniform());
+  };
+  PlantedInclusion inclusion{.radius = between(3.0, 15.0), .seed = seed};
+  inclusion.contrast = between(1.5, 10.0);
+  return inclusion;
+}
+
+InclusionRow look_for(const Scene& scene, const Scene& told, const PlantedInclusion& inclusion, bool pictures,
+                      ElasticSession& session, Progress& progress) {
+  PlantedInclusion planted = inclusion;
+  planted.noise = pictures ? 0.0 : inclusion.noise;
+  const PlantedField field = plant(scene, planted);
   Progress silent(false);
-  const Detection found = detect_modulus(field.observed, field.region, scene, {}, session, silent);
+  const DetectionOptions quick{.repetitions = 0};
+  const auto detect = [&] {
+    if (!pictures) {
+      return detect_modulus(field.observed, field.region, told, quick, session, silent);
+    }
+    const PlantedPair pair = pictures_of(scene, field, inclusion.noise, inclusion.seed);
+    const IteratedRegistration registered =
+        register_iteratively(pair.source, pair.target, told, {}, {}, session, silent);
+    Detection found = detect_modulus(pair.source, pair.target, registered.displacement, field.region, told,
+                                     quick, session, silent);
+    found.seconds += registered.seconds;
+    return found;
+  };
+  const Detection found = detect();
   progress.advance(1.0);
   InclusionRow row{.scene = scene.name,
                    .width = scene.extent().width,
@@ -248,46 +283,58 @@ InclusionRow look_for(const Scene& scene, const PlantedInclusion& inclusion, Ela
                    .radius = inclusion.radius,
                    .contrast = inclusion.contrast,
                    .noise = inclusion.noise,
+                   .pictures = pictures,
                    .seed = inclusion.seed,
                    .score = std::abs(found.largest),
+                   .by_chance = std::ranges::max(found.by_chance),
+                   .distance = std::hypot(found.x - field.x, found.y - field.y),
+                   .found_contrast = found.contrast,
                    .seconds = found.seconds};
-  // The centre of all that is at least half as significant as the most significant site.
-  double weight = 0.0, sum_x = 0.0, sum_y = 0.0;
-  std::vector<double> ratios;
   for_each_site(scene.extent(), [&](int x, int y) {
-    const std::size_t site = scene.extent().index(x, y);
-    const auto significance = static_cast<double>(found.significance.values[site]);
-    if (significance * found.largest > 0.0 && std::abs(significance) >= 0.5 * std::abs(found.largest)) {
-      weight += std::abs(significance);
-      sum_x += std::abs(significance) * x;
-      sum_y += std::abs(significance) * y;
-    }
-    if (field.region.values[site] != 0.0F && std::hypot(x - field.x, y - field.y) <= inclusion.radius) {
-      ratios.push_back(static_cast<double>(found.modulus.values[site]) /
-                       static_cast<double>(scene.full.modulus.values[site]));
+    if (std::hypot(x - field.x, y - field.y) < 1.0) {
+      const auto significance = static_cast<double>(found.significance.values[scene.extent().index(x, y)]);
+      row.place_score = std::max(row.place_score, std::abs(significance));
     }
   });
-  row.distance = weight > 0.0 ? std::hypot(sum_x / weight - field.x, sum_y / weight - field.y) : 0.0;
-  if (!ratios.empty()) {
-    const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-    std::ranges::nth_element(ratios, middle);
-    row.found_contrast = *middle;
-  }
   return row;
 }
 
-std::optional<double> area_under_roc(std::span<const InclusionRow> rows) {
-  double pairs = 0.0;
-  double right = 0.0;
-  for (const InclusionRow& with : rows) {
-    for (const InclusionRow& without : rows) {
-      if (with.contrast != 1.0 && without.contrast == 1.0) {
-        pairs += 1.0;
-        right += with.score > without.score ? 1.0 : with.score == without.score ? 0.5 : 0.0;
-      }
+std::vector<RocPoint> roc_of(std::span<const InclusionRow> rows, double InclusionRow::*score) {
+  std::vector<const InclusionRow*> highest_first;
+  double with = 0.0;
+  for (const InclusionRow& row : rows) {
+    highest_first.push_back(&row);
+    with += row.contrast != 1.0 ? 1.0 : 0.0;
+  }
+  const double without = static_cast<double>(rows.size()) - with;
+  if (with == 0.0 || without == 0.0) {
+    return {};
+  }
+  std::ranges::sort(highest_first,
+                    [&](const InclusionRow* a, const InclusionRow* b) { return a->*score > b->*score; });
+  std::vector<RocPoint> points{{}};
+  RocPoint point;
+  for (std::size_t i = 0; i < highest_first.size(); ++i) {
+    (highest_first[i]->contrast != 1.0 ? point.found : point.false_alarms) += 1.0;
+    // Cases of one score are found together.
+    if (i + 1 == highest_first.size() || highest_first[i + 1]->*score != highest_first[i]->*score) {
+      points.push_back({.false_alarms = point.false_alarms / without, .found = point.found / with});
     }
   }
-  return pairs > 0.0 ? std::optional(right / pairs) : std::nullopt;
+  return points;
+}
+
+std::optional<double> area_under_roc(std::span<const InclusionRow> rows, double InclusionRow::*score) {
+  const std::vector<RocPoint> points = roc_of(rows, score);
+  if (points.empty()) {
+    return std::nullopt;
+  }
+  double area = 0.0;
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    area +=
+        0.5 * (points[i].found + points[i - 1].found) * (points[i].false_alarms - points[i - 1].false_alarms);
+  }
+  return area;
 }
 
 } // namespace hdmbench

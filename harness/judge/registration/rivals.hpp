@@ -48,6 +48,7 @@ void list_fields(Fields& fields, RivalRow& row);
 inline constexpr std::string_view not_registered = "no registration";
 inline constexpr std::string_view algorithm_5 = "Algorithm 5 after b-splines";
 inline constexpr std::string_view algorithm_6 = "Algorithm 6";
+inline constexpr std::string_view algorithm_7 = "Algorithm 7";
 inline constexpr std::string_view gaussian_6 = "Algorithm 6, Gaussian in place of the elastic energy";
 inline constexpr std::string_view truth_outside = "the truth given outside the region";
 
@@ -65,20 +66,39 @@ struct InclusionRow {
   std::int64_t height = 0;
   double radius = 0.0;
   double contrast = 1.0; ///< 1: nothing was hidden
-  double noise = 0.0;    ///< share of the largest displacement
+  double noise = 0.0;    ///< of the displacement, share of the largest one; of pictures, share of white
+  bool pictures = false; ///< the displacement was not given but found by Algorithm 6
+  bool spread = false;   ///< of a series in which radius and contrast differ from case to case
   std::int64_t seed = 0;
-  double score = 0.0;          ///< magnitude of the most significant site, standard deviations
-  double distance = 0.0;       ///< of the weighted centre of what was found from the inclusion's, pixels
-  double found_contrast = 1.0; ///< median over the inclusion
+  double score = 0.0;       ///< magnitude of the most significant disc, standard deviations
+  double by_chance = 0.0;   ///< the largest of its simulations with nothing hidden
+  double place_score = 0.0; ///< what there is to be found: the score where the inclusion is
+  double distance =
+      0.0; ///< of the disc that explains the displacement best from the inclusion's centre, pixels
+  double found_contrast = 1.0; ///< of that disc
   double seconds = 0.0;
 };
 void list_fields(Fields& fields, InclusionRow& row);
 
-[[nodiscard]] InclusionRow look_for(const Scene& scene, const PlantedInclusion& inclusion,
-                                    ElasticSession& session, Progress& progress);
+/// Of a radius of 3 to 15 pixels and a contrast of 1.5 to 10, even on a logarithmic scale, by the seed.
+[[nodiscard]] PlantedInclusion any_inclusion(std::uint32_t seed);
 
-/// The probability that a case with an inclusion scores higher than one without: the area under the ROC.
-/// None where either is missing.
-[[nodiscard]] std::optional<double> area_under_roc(std::span<const InclusionRow> rows);
+/// In the displacement, or with `pictures` in pictures that have its noise. `told` is the scene as the search
+/// knows it.
+[[nodiscard]] InclusionRow look_for(const Scene& scene, const Scene& told, const PlantedInclusion& inclusion,
+                                    bool pictures, ElasticSession& session, Progress& progress);
+
+/// One point of the receiver operating characteristic.
+struct RocPoint {
+  double false_alarms = 0.0; ///< share of the cases without an inclusion that score so much or more
+  double found = 0.0;        ///< of those with one
+};
+/// From (0, 0) to (1, 1), by `score` or another measure of a row; empty where either kind of case is missing.
+[[nodiscard]] std::vector<RocPoint> roc_of(std::span<const InclusionRow> rows,
+                                           double InclusionRow::*score = &InclusionRow::score);
+/// The area under it: the probability that a case with an inclusion scores higher than one without. None
+/// where either is missing.
+[[nodiscard]] std::optional<double> area_under_roc(std::span<const InclusionRow> rows,
+                                                   double InclusionRow::*score = &InclusionRow::score);
 
 } // namespace hdmbench

@@ -128,7 +128,7 @@ void set_masked_cells(ElasticLevel& level, CellKinds& kinds, const Galerkin& gal
     }
   }
   level.masked.row_begin.push_back(level.masked.cells.size());
-#pragma omp parallel for schedule(static) if (rows.size() > 64)
+#pragma omp parallel for schedule(static) if (rows.size() > 2048)
   for (std::size_t i = 0; i < rows.size(); ++i) {
     MaskedCell& cell = level.masked.cells[i];
     const CellMatrix matrix = galerkin.parent(cell.x, rows[i]);

@@ -1,0 +1,345 @@
+#include "harness/applications/inclusion_scan.hpp"
+
+#include "harness/applications/picture.hpp"
+#include "harness/scene/sites.hpp"
+
+#include <Eigen/Dense>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+namespace hdmbench {
+
+namespace {
+
+constexpr double other_poisson = 0.1;
+constexpr double largest_poisson = 0.49;
+constexpr double other_modulus = 0.25; // logarithm
+constexpr double largest_logarithm = 3.0;
+constexpr int most_iterations = 15;
+constexpr double least_gain = 1e-4;    // of the squared differences, less ends the fit
+constexpr double least_way = 1e-2;     // pixels, root of the sum of squares: below, it is rounding
+constexpr double variances_over = 3.0; // pixels, standard deviation of what they are averaged with
+
+/// Sums over the disc around each site.
+ScalarField disc_sums(const ScalarField& slopes, double radius) {
+  const Extent extent = slopes.extent;
+  // Of every row: the sum of all values before x.
+  std::vector<double> before(static_cast<std::size_t>((extent.width + 1) * extent.height));
+  const auto sum_before = [&](int x, int y) -> double& {
+    return before[static_cast<std::size_t>(y * (extent.width + 1) + x)];
+  };
+  for_each_site(extent, [&](int x, int y) {
+    sum_before(x + 1, y) = sum_before(x, y) + static_cast<double>(slopes.values[extent.index(x, y)]);
+  });
+  ScalarField sums(extent);
+  const int reach = static_cast<int>(radius);
+  for_each_site(extent, [&](int x, int y) {
+    double sum = 0.0;
+    for (int row = std::max(y - reach, 0); row <= std::min(y + reach, extent.height - 1); ++row) {
+      const int half = static_cast<int>(std::sqrt(radius * radius - (row - y) * (row - y)));
+      sum += sum_before(std::min(x + half + 1, extent.width), row) - sum_before(std::max(x - half, 0), row);
+    }
+    sums.values[extent.index(x, y)] = static_cast<float>(sum);
+  });
+  return sums;
+}
+
+/// Mean and deviation of every disc's score.
+class Moments {
+public:
+  /// Of all scans but number `without`.
+  Moments(const RegionSheet& sheet, std::span<const InclusionScan::Scores> scans, std::size_t without) {
+    const double count = static_cast<double>(scans.size()) - (without < scans.size() ? 1.0 : 0.0);
+    ScalarField inside(sheet.extent());
+    for (const std::size_t site : sheet.inside()) {
+      inside.values[site] = 1.0F;
+    }
+    const ScalarField weight = blurred(inside, variances_over);
+    for (std::size_t radius = 0; radius < InclusionScan::radii.size(); ++radius) {
+      ScalarField& mean = means_[radius] = ScalarField(sheet.extent());
+      ScalarField variance(sheet.extent());
+      for (const std::size_t site : sheet.inside()) {
+        double sum = 0.0;
+        double squares = 0.0;
+        for (std::size_t scan = 0; scan < scans.size(); ++scan) {
+          if (scan != without) {
+            const auto score = static_cast<double>(scans[scan][radius].values[site]);
+            sum += score;
+            squares += score * score;
+          }
+        }
+        mean.values[site] = static_cast<float>(sum / count);
+        // One more for the mean: it is estimated too.
+        variance.values[site] =
+            static_cast<float>((squares - sum * sum / count) / (count - 1.0) * (1.0 + 1.0 / count));
+      }
+      deviations_[radius] = blurred(variance, variances_over);
+      for (const std::size_t site : sheet.inside()) {
+        float& value = deviations_[radius].values[site];
+        value = std::sqrt(std::max(value, 0.0F) / weight.values[site]);
+      }
+    }
+  }
+
+  [[nodiscard]] double deviation(std::size_t radius, std::size_t site) const {
+    return static_cast<double>(deviations_[radius].values[site]);
+  }
+  /// 0 where no scan says anything.
+  [[nodiscard]] double significance(const InclusionScan::Scores& scores, std::size_t radius,
+                                    std::size_t site) const {
+    const double unit = deviation(radius, site);
+    return unit > 0.0 ? static_cast<double>(scores[radius].values[site] - means_[radius].values[site]) / unit
+                      : 0.0;
+  }
+
+private:
+  InclusionScan::Scores means_;
+  InclusionScan::Scores deviations_;
+};
+
+} // namespace
+
+InclusionScan::InclusionScan(const RegionSheet& sheet, const VectorField& reference)
+    : sheet_(sheet), reference_(reference), level_(sheet.with_border(reference)),
+      problem_(level_, sheet.poisson(), sheet.inside(), sheet.session()) {
+  const std::vector<double> labelled(sheet.inside().size());
+  expected_ = problem_.displacement(labelled);
+  const auto with_poisson = [&](double poisson) {
+    return ModulusProblem(level_, poisson, sheet_.inside(), sheet_.session()).displacement(labelled);
+  };
+  const double most = std::min(sheet.poisson() + other_poisson, largest_poisson);
+  add_excuse(with_poisson(most), with_poisson(most - 2.0 * other_poisson));
+  std::set<int> labels;
+  for (const std::size_t site : sheet.inside()) {
+    labels.insert(sheet.label(site));
+  }
+  for (const int label : labels) {
+    const auto with_modulus = [&](double logarithm) {
+      std::vector<double> logarithms(sheet_.inside().size());
+      for (std::size_t i = 0; i < logarithms.size(); ++i) {
+        logarithms[i] = sheet_.label(sheet_.inside()[i]) == label ? logarithm : 0.0;
+      }
+      return ModulusProblem(level_, sheet_.poisson(), sheet_.inside(), sheet_.session())
+          .displacement(logarithms);
+    };
+    if (labels.size() > 1) { // one label's modulus alone changes nothing where the border is given
+      add_excuse(with_modulus(other_modulus), with_modulus(-other_modulus));
+    }
+  }
+}
+
+double InclusionScan::product(const VectorField& a, const VectorField& b) const {
+  double sum = 0.0;
+  for (const std::size_t site : sheet_.inside()) {
+    sum += static_cast<double>(a.x[site]) * static_cast<double>(b.x[site]) +
+           static_cast<double>(a.y[site]) * static_cast<double>(b.y[site]);
+  }
+  return sum;
+}
+
+VectorField InclusionScan::inexcusable(const VectorField& a, const VectorField& b) const {
+  VectorField difference(sheet_.extent());
+  for (const std::size_t site : sheet_.inside()) {
+    difference.x[site] = a.x[site] - b.x[site];
+    difference.y[site] = a.y[site] - b.y[site];
+  }
+  remove_excuses(difference);
+  return difference;
+}
+
+void InclusionScan::add_excuse(const VectorField& more, const VectorField& less) {
+  VectorField excuse = inexcusable(more, less);
+  const double length = std::sqrt(product(excuse, excuse));
+  if (length > least_way) {
+    for (const std::size_t site : sheet_.inside()) {
+      excuse.x[site] /= static_cast<float>(length);
+      excuse.y[site] /= static_cast<float>(length);
+    }
+    excuses_.push_back(std::move(excuse));
+  }
+}
+
+void InclusionScan::remove_excuses(VectorField& unexplained) const {
+  for (const VectorField& excuse : excuses_) {
+    const auto share = static_cast<float>(product(excuse, unexplained));
+    for (const std::size_t site : sheet_.inside()) {
+      unexplained.x[site] -= share * excuse.x[site];
+      unexplained.y[site] -= share * excuse.y[site];
+    }
+  }
+}
+
+InclusionScan::Scores InclusionScan::scores(const VectorField& observed) const {
+  const std::vector<double> labelled(sheet_.inside().size());
+  const Level level = sheet_.with_border(observed);
+  const VectorField expected =
+      ModulusProblem(level, sheet_.poisson(), sheet_.inside(), sheet_.session()).displacement(labelled);
+  std::vector<double> slopes(labelled.size());
+  problem_.slopes(expected_, inexcusable(observed, expected), slopes);
+  ScalarField of_sites(sheet_.extent());
+  for (std::size_t i = 0; i < slopes.size(); ++i) {
+    of_sites.values[sheet_.inside()[i]] = static_cast<float>(slopes[i]);
+  }
+  Scores scores;
+  for (std::size_t radius = 0; radius < radii.size(); ++radius) {
+    scores[radius] = disc_sums(of_sites, radii[radius]);
+  }
+  return scores;
+}
+
+VectorField InclusionScan::with_disc(const Inclusion& disc) const {
+  std::vector<double> logarithms(sheet_.inside().size());
+  const auto width = static_cast<std::size_t>(sheet_.extent().width);
+  for (std::size_t i = 0; i < logarithms.size(); ++i) {
+    const std::size_t site = sheet_.inside()[i];
+    const double distance =
+        std::hypot(static_cast<double>(site % width) - disc.x, static_cast<double>(site / width) - disc.y);
+    logarithms[i] = disc.logarithm * std::clamp(disc.radius + 0.5 - distance, 0.0, 1.0);
+  }
+  return problem_.displacement(logarithms);
+}
+
+Inclusion InclusionScan::fit(Inclusion start, double noise) const {
+  using Parameters = Eigen::Vector4d; // x, y, radius, logarithm
+  const auto disc_of = [](const Parameters& at) {
+    return Inclusion{.x = at[0], .y = at[1], .radius = at[2], .logarithm = at[3]};
+  };
+  const Parameters steps(0.25, 0.25, 0.25, 0.1);
+  const Parameters least(0.0, 0.0, 1.5, -largest_logarithm);
+  const Parameters most(sheet_.extent().width - 1.0, sheet_.extent().height - 1.0, radii.back() + 5.0,
+                        largest_logarithm);
+  Parameters at(start.x, start.y, start.radius, start.logarithm);
+  VectorField here = with_disc(start);
+  VectorField missing = inexcusable(reference_, here);
+  double misfit = product(missing, missing);
+  double damping = 1e-2;
+  Eigen::Matrix4d normal = Eigen::Matrix4d::Identity();
+  for (int iteration = 0; iteration < most_iterations; ++iteration) {
+    std::array<VectorField, 4> ways;
+    Parameters slope;
+    for (int i = 0; i < 4; ++i) {
+      Parameters beside = at;
+      beside[i] += steps[i];
+      ways[static_cast<std::size_t>(i)] = inexcusable(with_disc(disc_of(beside)), here);
+      slope[i] = product(ways[static_cast<std::size_t>(i)], missing) / steps[i];
+    }
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < 4; ++j) {
+        normal(i, j) = product(ways[static_cast<std::size_t>(i)], ways[static_cast<std::size_t>(j)]) /
+                       (steps[i] * steps[j]);
+      }
+    }
+    bool better = false;
+    while (!better && damping < 1e4) {
+      Eigen::Matrix4d damped = normal;
+      damped.diagonal() += damping * normal.diagonal() + Parameters::Constant(1e-12);
+      const Parameters next = (at + damped.ldlt().solve(slope)).cwiseMax(least).cwiseMin(most);
+      VectorField there = with_disc(disc_of(next));
+      VectorField left = inexcusable(reference_, there);
+      const double then = product(left, left);
+      better = then < misfit;
+      if (better) {
+        const bool ends = misfit - then < least_gain * misfit;
+        at = next;
+        here = std::move(there);
+        missing = std::move(left);
+        misfit = then;
+        damping = ends ? 1e9 : damping * 0.2;
+      } else {
+        damping *= 5.0;
+      }
+    }
+    if (damping >= 1e4) {
+      break;
+    }
+  }
+  Inclusion found = disc_of(at);
+  // Not Eigen's inverse(): its 4 x 4 has wrong signs under -fno-signed-zeros.
+  const Eigen::Matrix4d covariance =
+      noise * noise * (normal + 1e-9 * Eigen::Matrix4d::Identity()).ldlt().solve(Eigen::Matrix4d::Identity());
+  found.position_deviation = std::sqrt(std::max(covariance(0, 0) + covariance(1, 1), 0.0));
+  found.logarithm_deviation = std::sqrt(std::max(covariance(3, 3), 0.0));
+  return found;
+}
+
+VectorField InclusionScan::nothing_hidden(GaussianNoise& random) const {
+  Level level = level_;
+  const Extent extent = sheet_.extent();
+  std::map<int, double> factors;
+  for (const std::size_t site : sheet_.inside()) {
+    factors.try_emplace(sheet_.label(site), 0.0);
+  }
+  for (auto& [label, factor] : factors) {
+    factor = std::exp(other_modulus * random());
+  }
+  const auto right = static_cast<float>(random.uniform() - 0.5);
+  const auto down = static_cast<float>(random.uniform() - 0.5);
+  for_each_site(extent, [&](int x, int y) {
+    const std::size_t site = extent.index(x, y);
+    const auto factor = factors.find(sheet_.label(site));
+    level.modulus.values[site] =
+        sample(sheet_.modulus().values, extent, static_cast<float>(x) + right, static_cast<float>(y) + down) *
+        (factor == factors.end() ? 1.0F : static_cast<float>(factor->second));
+  });
+  const double poisson =
+      std::min(sheet_.poisson() + other_poisson * (2.0 * random.uniform() - 1.0), largest_poisson);
+  return ModulusProblem(level, poisson, sheet_.inside(), sheet_.session())
+      .displacement(std::vector<double>(sheet_.inside().size()));
+}
+
+ScanResult measure_scan(const RegionSheet& sheet, const InclusionScan::Scores& found,
+                        std::span<const InclusionScan::Scores> nothing) {
+  const Moments moments(sheet, nothing, nothing.size());
+  ScanResult result;
+  result.significance = ScalarField(sheet.extent());
+  for (const std::size_t site : sheet.inside()) {
+    for (std::size_t radius = 0; radius < InclusionScan::radii.size(); ++radius) {
+      const double here = moments.significance(found, radius, site);
+      float& most = result.significance.values[site];
+      if (std::abs(here) > std::abs(static_cast<double>(most))) {
+        most = static_cast<float>(here);
+      }
+      if (std::abs(here) > std::abs(result.largest)) {
+        result.largest = here;
+        result.site = site;
+        result.radius = InclusionScan::radii[radius];
+      }
+    }
+  }
+  for (std::size_t scan = 0; scan < nothing.size(); ++scan) {
+    const Moments others(sheet, nothing, scan);
+    double largest = 0.0;
+    for (const std::size_t site : sheet.inside()) {
+      for (std::size_t radius = 0; radius < InclusionScan::radii.size(); ++radius) {
+        largest = std::max(largest, std::abs(others.significance(nothing[scan], radius, site)));
+      }
+    }
+    result.by_chance.push_back(largest);
+  }
+  return result;
+}
+
+double deviation_ratio(const RegionSheet& sheet, std::span<const InclusionScan::Scores> these,
+                       std::span<const InclusionScan::Scores> those) {
+  const Moments first(sheet, these, these.size());
+  const Moments second(sheet, those, those.size());
+  std::vector<double> ratios;
+  for (const std::size_t site : sheet.inside()) {
+    for (std::size_t radius = 0; radius < InclusionScan::radii.size(); ++radius) {
+      if (second.deviation(radius, site) > 0.0) {
+        ratios.push_back(first.deviation(radius, site) / second.deviation(radius, site));
+      }
+    }
+  }
+  if (ratios.empty()) {
+    return 1.0;
+  }
+  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+  std::ranges::nth_element(ratios, middle);
+  return *middle;
+}
+
+} // namespace hdmbench

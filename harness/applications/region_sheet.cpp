@@ -1,0 +1,124 @@
+#include "harness/applications/region_sheet.hpp"
+
+#include "harness/scene/sites.hpp"
+#include "harness/solve/methods/elastic.hpp"
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace hdmbench {
+
+namespace {
+
+constexpr int margin = 6;           // sites around the region that are looked at
+constexpr float held_gently = 0.1F; // confidence of what is smoothed before it is prescribed
+/// The same of label 0, which is not tissue: whatever moves it acts there, it is in no equilibrium.
+constexpr float held_outside = 0.99F;
+
+} // namespace
+
+RegionSheet::RegionSheet(const ScalarField& region, const Scene& scene, ElasticSession& session)
+    : poisson_(scene.poisson), image_(scene.extent()), session_(session) {
+  if (region.extent != image_) {
+    throw InputError(fmt::format("detection: the scene is {} x {} pixels, the region {} x {}", image_.width,
+                                 image_.height, region.extent.width, region.extent.height));
+  }
+  left_ = image_.width;
+  top_ = image_.height;
+  int right = -1;
+  int bottom = -1;
+  for_each_site(image_, [&](int x, int y) {
+    if (region.values[image_.index(x, y)] != 0.0F) {
+      left_ = std::min(left_, x);
+      right = std::max(right, x);
+      top_ = std::min(top_, y);
+      bottom = std::max(bottom, y);
+    }
+  });
+  if (right < 0) {
+    throw InputError("detection: the region of interest is empty, no pixel of the mask is above 0");
+  }
+  left_ = std::max(left_ - margin, 0);
+  top_ = std::max(top_ - margin, 0);
+  right = std::min(right + margin, image_.width - 1);
+  bottom = std::min(bottom + margin, image_.height - 1);
+  const Extent extent{right - left_ + 1, bottom - top_ + 1};
+  sheet_.extent = extent;
+  sheet_.modulus = ScalarField(extent);
+  sheet_.target = VectorField(extent);
+  sheet_.confidence = VectorField(extent);
+  labels_.resize(extent.sites());
+  index_.assign(extent.sites(), -1);
+  for (std::size_t site = 0; site < extent.sites(); ++site) {
+    const std::size_t from = site_of_image(site);
+    sheet_.modulus.values[site] = scene.full.modulus.values[from];
+    labels_[site] = scene.labels.values.empty() ? 0 : scene.labels.values[from];
+    if (region.values[from] != 0.0F) {
+      index_[site] = static_cast<int>(inside_.size());
+      inside_.push_back(site);
+    }
+  }
+  if (inside_.size() == extent.sites()) {
+    throw InputError(
+        "detection: the region of interest is the whole image; something around it must be known");
+  }
+}
+
+std::size_t RegionSheet::site_of_image(std::size_t site) const {
+  const auto width = static_cast<std::size_t>(sheet_.extent.width);
+  return image_.index(left_ + static_cast<int>(site % width), top_ + static_cast<int>(site / width));
+}
+
+VectorField RegionSheet::part_of(const VectorField& of_image) const {
+  if (of_image.extent != image_) {
+    throw InputError(fmt::format("detection: the scene is {} x {} pixels, the displacement {} x {}",
+                                 image_.width, image_.height, of_image.extent.width, of_image.extent.height));
+  }
+  VectorField part(extent());
+  for (std::size_t site = 0; site < extent().sites(); ++site) {
+    part.x[site] = of_image.x[site_of_image(site)];
+    part.y[site] = of_image.y[site_of_image(site)];
+  }
+  return part;
+}
+
+void RegionSheet::put_back(const VectorField& part, VectorField& of_image) const {
+  for (std::size_t site = 0; site < extent().sites(); ++site) {
+    of_image.x[site_of_image(site)] = part.x[site];
+    of_image.y[site_of_image(site)] = part.y[site];
+  }
+}
+
+Level RegionSheet::with_border(const VectorField& observed) const {
+  Level level = sheet_;
+  level.target = observed;
+  level.confidence = VectorField(extent(), held_gently);
+  for (std::size_t site = 0; site < extent().sites(); ++site) {
+    if (labels_[site] == 0) {
+      level.confidence.x[site] = held_outside;
+      level.confidence.y[site] = held_outside;
+    }
+  }
+  ElasticSolver solver(level, poisson_, session_);
+  solver.full_multigrid();
+  level.target = solver.displacement();
+  for (std::size_t site = 0; site < extent().sites(); ++site) {
+    const float known = index_[site] < 0 ? 1.0F : 0.0F;
+    level.confidence.x[site] = known;
+    level.confidence.y[site] = known;
+  }
+  return level;
+}
+
+double RegionSheet::distance(const VectorField& a, const VectorField& b) const {
+  double sum = 0.0;
+  for (const std::size_t site : inside_) {
+    sum += std::pow(static_cast<double>(a.x[site]) - static_cast<double>(b.x[site]), 2) +
+           std::pow(static_cast<double>(a.y[site]) - static_cast<double>(b.y[site]), 2);
+  }
+  return std::sqrt(sum / static_cast<double>(inside_.size()));
+}
+
+} // namespace hdmbench

@@ -1,0 +1,52 @@
+#pragma once
+
+#include "backends/shared/elastic_session.hpp"
+#include "harness/scene/scene.hpp"
+
+#include <span>
+#include <vector>
+
+namespace hdmbench {
+
+/// The part of a scene around a region of interest, as an elastic sheet: what the displacement around the
+/// region, and the moduli in it, make of the inside. Fields are of this part unless they are "of the image".
+class RegionSheet {
+public:
+  /// `region`: not 0 is inside. All must outlive this object. Throws InputError where the region is empty or
+  /// the whole image, or of another size than the scene.
+  RegionSheet(const ScalarField& region, const Scene& scene, ElasticSession& session);
+
+  [[nodiscard]] Extent extent() const { return sheet_.extent; }
+  /// The sites inside the region.
+  [[nodiscard]] const std::vector<std::size_t>& inside() const { return inside_; }
+  /// The place of an inside site in inside(), -1 for the others.
+  [[nodiscard]] int index(std::size_t site) const { return index_[site]; }
+  [[nodiscard]] std::size_t site_of_image(std::size_t site) const;
+  [[nodiscard]] int label(std::size_t site) const { return labels_[site]; }
+  [[nodiscard]] const ScalarField& modulus() const { return sheet_.modulus; }
+  [[nodiscard]] double poisson() const { return poisson_; }
+  [[nodiscard]] ElasticSession& session() const { return session_; }
+
+  [[nodiscard]] VectorField part_of(const VectorField& of_image) const;
+  /// Replaces this part of the image.
+  void put_back(const VectorField& part, VectorField& of_image) const;
+
+  /// The sheet with `observed` prescribed outside the region, but for most of its noise: springs hold it to a
+  /// sheet as the labels say.
+  [[nodiscard]] Level with_border(const VectorField& observed) const;
+  /// RMS of |a - b| over the inside, pixels.
+  [[nodiscard]] double distance(const VectorField& a, const VectorField& b) const;
+
+private:
+  double poisson_;
+  Extent image_;
+  int left_ = 0; ///< of this part in the image
+  int top_ = 0;
+  Level sheet_; ///< moduli of the labels, no conditions
+  std::vector<int> labels_;
+  std::vector<std::size_t> inside_;
+  std::vector<int> index_;
+  ElasticSession& session_;
+};
+
+} // namespace hdmbench
