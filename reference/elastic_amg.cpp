@@ -105,6 +105,7 @@ bool has_algebraic_multigrid() {
 
 IterativeSolution solve_finite_elements_by_multigrid(const ElasticProblem& problem, const ElementRule& rule,
                                                      double tolerance) {
+  require_tolerance(tolerance);
   static const Petsc petsc;
   const ElasticSystem system = assemble(problem, rule);
   Rows rows(system);

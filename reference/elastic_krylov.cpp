@@ -7,11 +7,15 @@
 
 namespace hdmbench {
 
-IterativeSolution solve_finite_elements_iteratively(const ElasticProblem& problem, const ElementRule& rule,
-                                                    double tolerance, int most_iterations) {
+void require_tolerance(double tolerance) {
   if (!(tolerance > 0.0 && tolerance < 1.0)) {
     throw InputError(fmt::format("the tolerance is {}, it must be above 0 and below 1", tolerance));
   }
+}
+
+IterativeSolution solve_finite_elements_iteratively(const ElasticProblem& problem, const ElementRule& rule,
+                                                    double tolerance, int most_iterations) {
+  require_tolerance(tolerance);
   const ElasticSystem system = assemble(problem, rule);
   if (system.lower.rows() == 0) { // everything is prescribed
     return {.displacement = displacement_of(problem, system, system.right_side)};

@@ -18,4 +18,7 @@ struct IterativeSolution {
                                                                   const ElementRule& rule, double tolerance,
                                                                   int most_iterations = 20000);
 
+/// Throws InputError where it is not above 0 and below 1.
+void require_tolerance(double tolerance);
+
 } // namespace hdmbench

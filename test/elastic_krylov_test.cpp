@@ -1,3 +1,4 @@
+#include "reference/elastic_amg.hpp"
 #include "reference/elastic_krylov.hpp"
 
 #include "harness/judge/accuracy/deviation.hpp"
@@ -7,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <string_view>
 
 namespace hdmbench {
 namespace {
@@ -66,6 +68,45 @@ TEST(ElasticKrylov, RefusesWhatItCannotReach) {
     EXPECT_THROW((void)solve_finite_elements_iteratively(problem, rule, tolerance), InputError) << tolerance;
   }
   EXPECT_THROW((void)solve_finite_elements_iteratively(problem, rule, 1e-10, 1), InputError);
+}
+
+TEST(AlgebraicMultigrid, MeetsTheDirectSolutionToItsTolerance) {
+  if (!has_algebraic_multigrid()) {
+    GTEST_SKIP() << "built without -DHDMBENCH_PETSC=ON";
+  }
+  const ElasticProblem problem = sheet();
+  for (const double nu : {0.0, 0.3}) {
+    const ElementRule rule = ElementRule::plane_stress(nu);
+    const ReferenceField direct = solve_finite_elements(problem, rule);
+    double before = 1e9;
+    for (const double tolerance : {1e-2, 1e-5, 1e-10}) {
+      const IterativeSolution found = solve_finite_elements_by_multigrid(problem, rule, tolerance);
+      EXPECT_GT(found.iterations, 0);
+      const double apart = rmsd(found.displacement, direct);
+      EXPECT_LT(apart, 0.1 * before) << "a smaller tolerance must come nearer";
+      before = apart;
+    }
+    EXPECT_LT(before, 1e-7); // pixels, of displacements up to 80
+  }
+}
+
+TEST(AlgebraicMultigrid, SaysWhatItCannotDo) {
+  const ElasticProblem problem = sheet();
+  const ElementRule rule = ElementRule::plane_stress(0.3);
+  const auto solve = [&](double tolerance) {
+    (void)solve_finite_elements_by_multigrid(problem, rule, tolerance);
+  };
+  if (has_algebraic_multigrid()) {
+    EXPECT_THROW(solve(0.0), InputError);
+    EXPECT_THROW(solve(1.0), InputError);
+    return;
+  }
+  try {
+    solve(1e-6);
+    FAIL() << "there is nothing to solve it with";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string_view(error.what()).find("HDMBENCH_PETSC"), std::string_view::npos) << error.what();
+  }
 }
 
 } // namespace

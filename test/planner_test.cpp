@@ -160,23 +160,63 @@ TEST(SampledImage, IsInterpolatedAndPutOnTheTargets) {
     Level& full = scene.full;
     const VectorField coarse = sample_field(full.target, sampled_extent(extent, 4), Alignment::corner);
     VectorField expected = prolongate(coarse, extent, Alignment::corner);
-    double gap = 0.0;
+    Level sampled = sample_level(full, coarse.extent, Alignment::corner);
+    std::ranges::fill(sampled.confidence.y, 0.0F); // so nothing of y is known
+    double squares = 0.0;
+    double count = 0.0;
+    double unknown_of_y = 0.0;
     const auto impose = [&](std::vector<float>& values, const std::vector<float>& target,
                             const std::vector<float>& confidence) {
+      double largest = 0.0;
       for (std::size_t i = 0; i < values.size(); ++i) {
         if (confidence[i] > 0.0F) {
-          gap = std::max(gap, static_cast<double>(std::abs(target[i] - values[i])));
+          const auto gap = static_cast<double>(std::abs(target[i] - values[i]));
+          squares += gap * gap;
+          count += 1.0;
+          largest = std::max(largest, gap);
           values[i] = target[i];
         }
       }
+      return largest;
     };
-    impose(expected.x, full.target.x, full.confidence.x);
-    impose(expected.y, full.target.y, full.confidence.y);
-    const Interpolated found = interpolate_to_image(coarse, full, Alignment::corner);
+    const double largest_of_x = impose(expected.x, full.target.x, full.confidence.x);
+    unknown_of_y = impose(expected.y, full.target.y, full.confidence.y);
+    const Interpolated found = interpolate_to_image(coarse, sampled, full, Alignment::corner);
     EXPECT_EQ(found.field.x, expected.x);
     EXPECT_EQ(found.field.y, expected.y);
-    EXPECT_EQ(found.largest_gap, gap);
+    EXPECT_NEAR(found.gap, std::sqrt(2.0 * squares / count), 1e-6 * found.gap); // sums of 64 are in float
+    EXPECT_GE(found.largest_unknown_gap, unknown_of_y);
+    EXPECT_LE(found.largest_unknown_gap, std::max(unknown_of_y, largest_of_x));
     EXPECT_EQ(found.has_springs, has_springs(full));
+  }
+}
+
+/// An interface has its place to a fraction of a pixel, a layer its share, in both means.
+TEST(SampledImage, HasMeansOfItsBlocks) {
+  const Extent extent{13, 9};
+  Level full{.extent = extent, .modulus = ScalarField(extent, 1.0F)};
+  for (int y = 0; y < extent.height; ++y) {
+    full.modulus.values[extent.index(6, y)] = 5.0F; // a layer of one pixel
+  }
+  set_inverse_modulus(full);
+  const BlockModuli blocks = block_moduli(full.modulus, full.inverse_modulus, {4, 3}, Alignment::corner);
+  // Cells of 4 pixels: site 1 stands for 2 ... 6 on the axis, half of pixel 6 among them.
+  const Extent sites = blocks.mean.extent;
+  EXPECT_FLOAT_EQ(blocks.mean.values[sites.index(0, 1)], 1.0F);
+  EXPECT_FLOAT_EQ(blocks.mean.values[sites.index(1, 1)], (3.5F + 0.5F * 5.0F) / 4.0F);
+  EXPECT_FLOAT_EQ(blocks.mean.values[sites.index(2, 0)], (3.5F + 0.5F * 5.0F) / 4.0F);
+  EXPECT_FLOAT_EQ(blocks.inverse_mean.values[sites.index(1, 1)], (3.5F + 0.5F / 5.0F) / 4.0F);
+  EXPECT_FLOAT_EQ(blocks.mean.values[sites.index(3, 2)], 1.0F);
+  // Means of an image that is as large are its moduli.
+  // Of pixels' areas: site 1 of 5 stands for 2.6 ... 5.2 pixel widths, site 2 to 7.8, so it has the layer.
+  const BlockModuli areas = block_moduli(full.modulus, full.inverse_modulus, {5, 9}, Alignment::center);
+  EXPECT_FLOAT_EQ(areas.mean.values[1], 1.0F);
+  EXPECT_FLOAT_EQ(areas.mean.values[2], (1.6F + 5.0F) / 2.6F);
+  for (const Alignment alignment : {Alignment::corner, Alignment::center}) {
+    EXPECT_EQ(block_moduli(full.modulus, full.inverse_modulus, extent, alignment).mean.values,
+              full.modulus.values);
+    EXPECT_FLOAT_EQ(block_moduli(full.modulus, full.inverse_modulus, {1, 1}, alignment).mean.values[0],
+                    (12.0F + 5.0F) / 13.0F);
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backends/registry.hpp"
+#include "harness/cli/schedule_overrides.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/scene/scene_part.hpp"
 
@@ -17,35 +18,6 @@ namespace hdmbench::commands {
 
 /// The program ends with one of these.
 enum ExitStatus : int { success = 0, disagreement = 1, bad_input = 2 };
-
-/// What the user may change about every scene's schedule.
-struct ScheduleOverrides {
-  bool takes_elastic = false;     ///< whether the command knows EnergyModel::elastic; say so before add_to()
-  bool takes_auto_energy = false; ///< whether --energy auto is one of its values, likewise
-  std::optional<EnergyModel> energy;
-  bool auto_energy = false;          ///< the plan chooses; energy is none
-  std::optional<std::string> method; ///< harness/scene/method.hpp
-  std::optional<int> iterations;
-  std::optional<double> relaxation;
-  std::vector<double> temperatures; ///< highest, lowest; empty: the method's own
-  std::optional<int> seed;
-  std::optional<int> start_level;
-  std::optional<Stop> stop;
-  std::optional<double> epsilon;
-  std::optional<Alignment> alignment;
-  std::optional<Update> update;
-  std::optional<std::string> steps;
-  std::optional<double> penalty;
-  std::optional<double> prior_weight;
-  std::optional<double> robust; ///< Scene::robust
-
-  void add_to(CLI::App& command);
-  /// With `other_method` in place of `method`, where there is one. Throws InputError.
-  void apply(Scene& scene, const std::optional<std::string>& other_method = std::nullopt) const;
-  /// The arguments that were given, each with a space before it: " --iterations 5". The method is that of
-  /// the scene where it is not what the scene's file says.
-  [[nodiscard]] std::string text(const std::optional<std::string>& other_method = std::nullopt) const;
-};
 
 /// Arguments of the commands that solve one scene.
 struct SceneArguments {

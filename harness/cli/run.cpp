@@ -278,7 +278,7 @@ void add_run(CLI::App& program, const std::string& arguments, int& status, Ranks
              "the displacement's magnitude and change of area as PNG; say what speaks against the result.");
   const auto own = std::make_shared<Arguments>();
   own->scene.schedule.takes_elastic = true;
-  own->scene.schedule.takes_auto_energy = true;
+  own->scene.schedule.is_of_run = true;
   own->scene.add_scene_to(*command);
   own->scene.add_backend_to(*command);
   command->add_option("--output", own->output, "Folder for the files, made if missing")

@@ -52,6 +52,7 @@ void ElasticSolver::load(const std::function<void(Springs)>& load_sheet) {
   load_sheet(Springs::none);
   timed(timings_.upload, [&] { session_.write(0, ElasticField::displacement, start_); });
   if (!sprung_) {
+    start_ = VectorField(); // the session has it, and in large images its 8 bytes a site count
     return;
   }
   VectorField load;

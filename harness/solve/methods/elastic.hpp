@@ -75,7 +75,7 @@ private:
   Timings timings_;
   ElasticHierarchy hierarchy_;
   std::vector<LevelResult> work_;
-  VectorField start_;         ///< extended conditions
+  VectorField start_;         ///< extended conditions; only where sprung_
   bool sprung_ = false;       ///< the session has the way from start_, and its load was made once
   float last_product_ = 0.0F; ///< load * correction of the last step of conjugate gradients; 0: none yet
   float last_factor_ = 0.0F;

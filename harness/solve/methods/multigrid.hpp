@@ -68,6 +68,8 @@ public:
   KrylovRound krylov_round(int most_steps, double tolerance);
 
   [[nodiscard]] int position() const { return position_; }
+  /// That field() is on.
+  [[nodiscard]] const Level& level() const { return *problems_[static_cast<std::size_t>(position_)].level; }
   [[nodiscard]] const DoubleField& field() const { return field_; }
   /// Of field().
   [[nodiscard]] const ResidualField& residual() const { return residual_; }

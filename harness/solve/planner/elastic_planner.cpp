@@ -32,10 +32,7 @@ constexpr int looked_at = 33;
 
 /// The interpolation of a sampled image is taken when this many times its expected error is within the
 /// request: between two levels there is one difference, and it can be small by chance.
-constexpr double caution_before_interpolation = 4.0;
-
-/// The largest gap between an interpolation and the targets, once they are imposed, as an error.
-constexpr double gap_share = 0.25;
+constexpr double caution_before_interpolation = 2.0;
 
 /// The full image, then those with 4, 8, ... pixels a cell.
 std::vector<Extent> sampled_extents(Extent full) {
@@ -94,71 +91,125 @@ private:
     solution.timings.add(solver.timings());
   }
 
+  /// A coarse image of the scene.
+  struct Sampled {
+    BlockModuli blocks{};
+    Level level{};
+    VectorField field{}; ///< its displacement, pixels
+  };
+
   /// Solves images that sample every fourth, eighth, ... pixel, from the coarsest that shows the scene, until
   /// their differences say that the next finer one would not move the field by more than what is asked for.
   /// False where none is good enough.
   bool solve_sampled() {
-    VectorField before;
+    if (fair_start(plan_.levels) == 0) {
+      return false;
+    }
+    // One coarser than that says how fast differences fall, and blocks of moduli show more than sites.
+    const std::size_t start = std::min(fair_start(plan_.levels) + 1, extents_.size() - 1);
+    const BlockModuli finest =
+        block_moduli(scene_.full.modulus, scene_.full.inverse_modulus, extents_[1], alignment);
+    std::optional<Sampled> before;
     double moved_before = 0.0;
-    for (std::size_t at = fair_start(plan_.levels); at > 0; --at) {
+    for (std::size_t at = start; at > 0; --at) {
       const Extent extent = extents_[at];
-      const Level sampled = sample_level(scene_.full, extent, alignment);
-      if (has_springs(sampled)) {
+      Sampled now{.blocks =
+                      at == 1 ? finest : block_moduli(finest.mean, finest.inverse_mean, extent, alignment)};
+      now.level = sampled_image(scene_.full, now.blocks, BlockMean::geometric, alignment);
+      if (has_springs(now.level)) {
         return false; // a sampled spring would stand for as many as there are pixels a cell
       }
-      if (!is_held(sampled)) {
+      if (!is_held(now.level)) {
         continue;
       }
       const double begin = clock_.seconds();
-      ElasticSolver solver(sampled, scene_.poisson, session_);
-      solver.full_multigrid();
-      VectorField field = solver.displacement();
-      add_work(solver);
+      now.field = solve(now.level);
       const double seconds = clock_.seconds() - begin;
       const double moved =
-          before.x.empty() ? 0.0 : rms_difference(prolongate(before, extent, alignment), field);
-      // The differences between levels fall like a geometric series; what is left of it is what the grid
-      // costs.
-      const double ratio = moved_before > 0.0 ? std::clamp(moved / moved_before, 0.5, 0.8) : 0.5;
-      const double error = moved > 0.0 ? moved * ratio / (1.0 - ratio) : unknown;
-      note(extent, "sampled image",
-           before.x.empty() ? "the coarsest that shows the scene" : "the next finer one", moved, error);
+          before ? rms_difference(prolongate(before->field, extent, alignment), now.field) : 0.0;
+      const double error = moved > 0.0 ? error_of_cells(moved, moved_before) : unknown;
+      note(extent, "sampled image", before ? "the next finer one" : "one coarser than what shows the scene",
+           moved, error);
       // Four times the sites, the work of a site being the same.
-      const bool no_time = request_.seconds && clock_.seconds() + 4.0 * seconds > *request_.seconds;
-      const bool accurate = request_.accuracy && caution_before_interpolation * error <= *request_.accuracy;
-      if ((accurate || no_time) && take_interpolation(field, error, no_time)) {
+      const bool no_time = !has_time_for(4.0 * seconds);
+      double in_all = unknown;
+      if (before && (is_accurate(error) || no_time)) {
+        in_all = with_hidden(error, *before); // cheaper there, and hardly ever less
+        if (!is_accurate(in_all) && !no_time) {
+          in_all = with_hidden(error, now);
+        }
+      }
+      if ((is_accurate(in_all) || no_time) && take_interpolation(now, in_all, no_time)) {
         return true;
       }
       // The finest of them would halve the error at best, once for each level.
       const double best = error * std::ldexp(1.0, -static_cast<int>(at - 1));
-      if (request_.accuracy && !request_.seconds && error < unknown &&
-          caution_before_interpolation * best > *request_.accuracy) {
+      if (!request_.seconds && error < unknown && !is_accurate(best)) {
         return false;
       }
-      before = std::move(field);
+      before = std::move(now);
       moved_before = moved;
     }
     return false;
   }
 
+  /// An error with what the field owes to layers that are thinner than the cells of a sampled image.
+  double with_hidden(double error, const Sampled& sampled) {
+    const double hidden = rms_difference(
+        solve(sampled_image(scene_.full, sampled.blocks, BlockMean::arithmetic, alignment)), sampled.field);
+    const double in_all = std::hypot(error, hidden);
+    note(sampled.level.extent, "upper moduli", "how much depends on what is thinner than a cell", hidden,
+         in_all);
+    return in_all;
+  }
+
+  /// Full multigrid alone can be far off on a coarse image, too, so steps of conjugate gradients follow,
+  /// until what is left matters little to the request.
+  VectorField solve(const Level& sampled) {
+    ElasticSolver solver(sampled, scene_.poisson, session_);
+    solver.full_multigrid();
+    RemainingError left;
+    const double enough = request_.accuracy ? share_of_steps * *request_.accuracy : unknown;
+    for (int i = 0; i < most_steps && !left.is_within(enough); ++i) {
+      const ElasticSolver::Step step = solver.conjugate_gradients();
+      if (step.ended) {
+        break;
+      }
+      left.add(distance_of(step));
+    }
+    add_work(solver);
+    return solver.displacement();
+  }
+
+  /// Of sites, from that of components, pixels.
+  static double distance_of(const ElasticSolver::Step& step) { return std::sqrt(2.0) * step.change; }
+
+  [[nodiscard]] bool has_time_for(double seconds) const {
+    return !request_.seconds || clock_.seconds() + seconds <= *request_.seconds;
+  }
+
+  [[nodiscard]] bool is_accurate(double error) const {
+    return request_.accuracy && caution_before_interpolation * error <= *request_.accuracy;
+  }
+
   /// False where the image has conditions that the sampled one does not know and that matter.
-  bool take_interpolation(const VectorField& coarse, double error, bool no_time) {
+  bool take_interpolation(const Sampled& sampled, double error, bool no_time) {
     require_held(scene_.full);
-    Interpolated interpolated = interpolate_to_image(coarse, scene_.full, alignment);
+    Interpolated interpolated = interpolate_to_image(sampled.field, sampled.level, scene_.full, alignment);
     if (interpolated.has_springs) {
       return false;
     }
-    const double with_gap = std::hypot(error, interpolated.largest_gap * gap_share);
-    if (!no_time && caution_before_interpolation * with_gap > *request_.accuracy) {
+    const double in_all = interpolated.error(error);
+    if (!no_time && !is_accurate(in_all)) {
       return false;
     }
     plan_.solution.displacement = std::move(interpolated.field);
-    if (with_gap < unknown) {
-      plan_.solution.estimated_error = with_gap;
+    if (in_all < unknown) {
+      plan_.solution.estimated_error = in_all;
     }
     note(scene_.extent(), "interpolation",
          no_time ? "the time is up" : "finer images are expected to move the field by less than is asked for",
-         0.0, with_gap);
+         0.0, in_all);
     return true;
   }
 
@@ -183,7 +234,7 @@ private:
     for (int i = 0; i < most_steps; ++i) {
       const double before = clock_.seconds();
       const bool accurate = request_.accuracy && error.is_within(*request_.accuracy);
-      if (accurate || (request_.seconds && before + last > *request_.seconds)) {
+      if (accurate || !has_time_for(last)) {
         break;
       }
       const ElasticSolver::Step step = solver.conjugate_gradients();
@@ -191,7 +242,7 @@ private:
         note(scene_.extent(), "end", "what is left is rounding", 0.0, unknown);
         break;
       }
-      const double moved = std::sqrt(2.0) * step.change; // of sites, from that of components
+      const double moved = distance_of(step);
       error.add(moved);
       last = clock_.seconds() - before;
       note(scene_.extent(), "gradients",
@@ -210,6 +261,8 @@ private:
     }
   }
 
+  /// Of the accuracy asked for: what steps may leave on a sampled image.
+  static constexpr double share_of_steps = 0.5;
   static constexpr double unknown = std::numeric_limits<double>::infinity();
   /// First and last sites coincide on all levels: conditions are on borders.
   static constexpr Alignment alignment = Alignment::corner;

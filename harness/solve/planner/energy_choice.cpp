@@ -30,15 +30,6 @@ constexpr double share_of_model = 0.5;
 constexpr const char* truth = "finite elements";
 constexpr double least_seconds = 1e-9; ///< a request must be above 0
 
-Scene sampled_scene(const Scene& scene) {
-  Scene sampled = scene;
-  const int longer = std::max(scene.extent().width, scene.extent().height);
-  const int stride = (longer + compared_sites - 1) / compared_sites;
-  sampled.full = sample_level(scene.full, sampled_extent(scene.extent(), stride), scene.schedule.alignment);
-  sampled.start.reset();
-  return sampled;
-}
-
 struct Comparison {
   Extent extent{};         ///< of the image it was made on
   double difference = 0.0; ///< RMS of the way between the energies' displacements, pixels
@@ -48,7 +39,9 @@ struct Comparison {
 
 Comparison compare(const Scene& scene, double accuracy, const Backend& backend, const SessionOptions& options,
                    std::vector<std::unique_ptr<Session>>& sessions, Progress& progress) {
-  Scene sampled = sampled_scene(scene);
+  const int longer = std::max(scene.extent().width, scene.extent().height);
+  const int stride = (longer + compared_sites - 1) / compared_sites;
+  Scene sampled = sampled_scene(scene, sampled_extent(scene.extent(), stride));
   const auto solve_by = [&](const Method& method) {
     use_method(sampled, method);
     return solve_as_needed(sampled, {.accuracy = share_of_comparison * accuracy}, backend, options, sessions,

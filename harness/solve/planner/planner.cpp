@@ -51,8 +51,8 @@ class Planner {
 public:
   Planner(const Scene& scene, const Request& request, const Backend& backend, const SessionOptions& options,
           std::vector<std::unique_ptr<Session>>& sessions, Progress& progress)
-      : scene_(with_multigrid(scene)), request_(request), progress_(progress),
-        multigrid_(scene_, backend, options, sessions) {
+      : scene_(with_multigrid(scene)), request_(request), backend_(backend), options_(options),
+        sessions_(sessions), progress_(progress), multigrid_(scene_, backend, options, sessions) {
     std::vector<Extent> extents;
     for (int position = 0; position <= multigrid_.coarsest(); ++position) {
       extents.push_back(multigrid_.extent(position));
@@ -68,11 +68,9 @@ public:
       begin();
     }
     while (multigrid_.position() > 0 && !finished_) {
-      if (!has_time_for(multigrid_.position() - 1)) {
-        finish_by_interpolation("the time is up");
-      } else if (is_accurate(grid_error_, caution_before_interpolation) && !loses_conditions()) {
-        finish_by_interpolation("the next level is expected to move the field by less than is asked for");
-      } else {
+      const bool no_time = !has_time_for(multigrid_.position() - 1);
+      const bool accurate = is_accurate(grid_error_, caution_before_interpolation);
+      if (!((no_time || accurate) && take_interpolation(no_time))) {
         refine();
       }
     }
@@ -169,26 +167,40 @@ private:
       note(extent, "cycle", "no coarser level is expected to be good enough", moved, error_);
       return;
     }
-    // The differences between levels fall like a geometric series; what is left of it is what the grid costs.
-    const double ratio = grid_move_ > 0.0 ? std::clamp(moved / grid_move_, 0.5, 0.8) : 0.5;
-    grid_error_ = moved * ratio / (1.0 - ratio);
+    grid_error_ = error_of_cells(moved, grid_move_);
     grid_move_ = moved;
     note(extent, "cycle", "coarser levels are not expected to be good enough", moved, grid_error_);
   }
 
-  [[nodiscard]] Interpolated interpolate() const {
-    return interpolate_to_image(multigrid_.field().to_float(), scene_.full, scene_.schedule.alignment);
+  /// What the level's field owes to layers that are thinner than its cells, pixels: it has the upper bound of
+  /// their moduli, another level gets their geometric mean.
+  double hidden() {
+    const Scene other = sampled_scene(scene_, multigrid_.extent(multigrid_.position()));
+    Multigrid multigrid(other, backend_, options_, sessions_);
+    const VectorField field = multigrid_.field().to_float();
+    multigrid.start(0, field);
+    for (int cycle = 0; cycle < 2; ++cycle) {
+      multigrid.cycle();
+    }
+    return rms_difference(multigrid.field().to_float(), field);
   }
 
-  /// A condition that the coarse level does not know would be met by nobody.
-  [[nodiscard]] bool loses_conditions() const { return interpolate().largest_gap > *request_.accuracy; }
-
-  void finish_by_interpolation(const char* reason) {
-    Interpolated interpolation = interpolate();
-    error_ = std::hypot(grid_error_, interpolation.largest_gap * gap_share);
+  /// False where time is left and the image has conditions that the level does not know and that matter.
+  bool take_interpolation(bool no_time) {
+    Interpolated interpolation = interpolate_to_image(multigrid_.field().to_float(), multigrid_.level(),
+                                                      scene_.full, scene_.schedule.alignment);
+    const double in_all = interpolation.error(no_time ? grid_error_ : std::hypot(grid_error_, hidden()));
+    if (!no_time && !is_accurate(in_all, caution_before_interpolation)) {
+      return false;
+    }
+    error_ = in_all;
     plan_.solution.displacement = std::move(interpolation.field);
     finished_ = true;
-    note(multigrid_.extent(0), "interpolation", reason, 0.0, error_);
+    note(multigrid_.extent(0), "interpolation",
+         no_time ? "the time is up"
+                 : "the next level is expected to move the field by less than is asked for",
+         0.0, error_);
+    return true;
   }
 
   /// What a correction of `moved` leaves, if the next ones shrink as the last ones did.
@@ -262,8 +274,6 @@ private:
   static constexpr std::size_t most_factorised_sites = 250'000;
   /// Of a cycle's time a site.
   static constexpr double interpolation_share = 0.1;
-  /// The largest gap between a level and the targets of the full image, once they are imposed, as an error.
-  static constexpr double gap_share = 0.25;
   /// No correction is believed to leave less than this share of the error estimated before it.
   static constexpr double smallest_progress = 0.03;
   static constexpr double slow_progress = 0.3; ///< where cycles alone are slow
@@ -273,6 +283,9 @@ private:
   Clock clock_;
   Scene scene_;
   Request request_;
+  const Backend& backend_;
+  const SessionOptions& options_;
+  std::vector<std::unique_ptr<Session>>& sessions_;
   Progress& progress_;
   Multigrid multigrid_;
   Plan plan_;

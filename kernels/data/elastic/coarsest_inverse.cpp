@@ -23,15 +23,18 @@ public:
   void exchange(std::size_t pivot) {
     const double inverse = 1.0 / at(pivot, pivot);
     for (std::size_t row = 0; row < size_; ++row) {
-      const double factor = at(row, pivot) * inverse;
+      const double before = at(row, pivot);
+      const double factor = before * inverse;
       if (row == pivot || factor == 0.0) {
         continue;
       }
+      double* const to = &at(row, 0);
+      const double* const from = &at(pivot, 0);
+#pragma omp simd
       for (std::size_t column = 0; column < size_; ++column) {
-        if (column != pivot) {
-          at(row, column) -= factor * at(pivot, column);
-        }
+        to[column] -= factor * from[column];
       }
+      to[pivot] = before;
     }
     for (std::size_t other = 0; other < size_; ++other) {
       if (other != pivot) {

@@ -1,0 +1,42 @@
+#pragma once
+
+#include "harness/scene/scene.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace hdmbench::commands {
+
+/// What the user may change about every scene's schedule.
+struct ScheduleOverrides {
+  bool takes_elastic = false; ///< whether the command knows EnergyModel::elastic; say so before add_to()
+  bool is_of_run = false;     ///< whether the command has --robust and --energy auto, likewise
+  std::optional<EnergyModel> energy;
+  bool auto_energy = false;          ///< the plan chooses; energy is none
+  std::optional<std::string> method; ///< harness/scene/method.hpp
+  std::optional<int> iterations;
+  std::optional<double> relaxation;
+  std::vector<double> temperatures; ///< highest, lowest; empty: the method's own
+  std::optional<int> seed;
+  std::optional<int> start_level;
+  std::optional<Stop> stop;
+  std::optional<double> epsilon;
+  std::optional<Alignment> alignment;
+  std::optional<Update> update;
+  std::optional<std::string> steps;
+  std::optional<double> penalty;
+  std::optional<double> prior_weight;
+  std::optional<double> robust; ///< Scene::robust
+
+  void add_to(CLI::App& command);
+  /// With `other_method` in place of `method`, where there is one. Throws InputError.
+  void apply(Scene& scene, const std::optional<std::string>& other_method = std::nullopt) const;
+  /// The arguments that were given, each with a space before it: " --iterations 5". The method is that of
+  /// the scene where it is not what the scene's file says.
+  [[nodiscard]] std::string text(const std::optional<std::string>& other_method = std::nullopt) const;
+};
+
+} // namespace hdmbench::commands
