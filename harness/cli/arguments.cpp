@@ -257,8 +257,8 @@ void require_whole_lists(const CLI::App& command, const std::vector<std::string>
     const std::string list = equals != std::string::npos ? words[i].substr(equals + 1)
                              : i + 1 < words.size()      ? words[i + 1]
                                                          : name;
-    const std::string ends(1, option->get_delimiter());
-    if ((ends + list + ends).find(ends + ends) != std::string::npos) {
+    const char end = option->get_delimiter();
+    if (fmt::format("{0}{1}{0}", end, list).find(fmt::format("{0}{0}", end)) != std::string::npos) {
       throw InputError(fmt::format("{} {}: a word is missing before or after a comma", name, list));
     }
   }

@@ -11,6 +11,8 @@ namespace hdmbench {
 class CoarsestSolver {
 public:
   CoarsestSolver();
+  CoarsestSolver(const CoarsestSolver&) = delete;
+  CoarsestSolver& operator=(const CoarsestSolver&) = delete;
   CoarsestSolver(CoarsestSolver&&) noexcept;
   CoarsestSolver& operator=(CoarsestSolver&&) noexcept;
   ~CoarsestSolver();

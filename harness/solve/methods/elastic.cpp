@@ -132,6 +132,8 @@ void ElasticSolver::forces(ElasticField of, ElasticField to) {
   ++work_.front().residuals;
 }
 
+// A level's cycle has those of the next coarser one in it.
+// NOLINTNEXTLINE(misc-no-recursion)
 void ElasticSolver::improve(int level, ElasticField field, bool from_zero) {
   if (level == coarsest()) {
     session_.solve_coarsest();
