@@ -165,9 +165,7 @@ std::vector<Scene> scenes_for_ranks(const CommonArguments& arguments) {
   std::vector<Scene> scenes = scenes_to_verify(arguments);
   std::erase_if(scenes, [](const Scene& scene) {
     std::string_view why;
-    if (scene.robust) {
-      why = "--robust solves again and again, on one rank";
-    } else if (scene.schedule.rule == Rule::annealing) {
+    if (scene.schedule.rule == Rule::annealing) {
       why = "annealing draws its random numbers by column and row";
     } else if (scene.full.update == Update::sequential) {
       why = "sequential updates cross the image in one sweep";

@@ -145,7 +145,7 @@ RankedSolution solve_elastic_on_ranks(const ScenePart& part, RankedElastic& step
   for (const LevelResult& work : solver.work()) {
     RankedLevel& level = solution.levels.emplace_back();
     level.extent = work.extent;
-    level.sweeps = static_cast<int>(work.iterations + work.residuals);
+    level.sweeps = work.iterations;
     if (share.is_cut(work.level)) {
       const Cut& cut = share.share(work.level).cut;
       level.pieces = cut.pieces.size();
