@@ -115,9 +115,8 @@ std::optional<Pyramid> LevelSequence::pyramid() const {
   const int sweeps = sweeps_per_iteration(scene_.full);
   Pyramid pyramid{.full = &scene_.full, .alignment = schedule.alignment};
   for (const int level : order_) {
-    pyramid.levels.push_back({.extent = extent(level),
-                              .sweeps = iterations(level) * sweeps,
-                              .strengths = strengths(level)});
+    pyramid.levels.push_back(
+        {.extent = extent(level), .sweeps = iterations(level) * sweeps, .strengths = strengths(level)});
   }
   return pyramid;
 }
