@@ -207,6 +207,7 @@ TEST(SampledImage, HasMeansOfItsBlocks) {
   EXPECT_FLOAT_EQ(blocks.mean.values[sites.index(2, 0)], (3.5F + 0.5F * 5.0F) / 4.0F);
   EXPECT_FLOAT_EQ(blocks.inverse_mean.values[sites.index(1, 1)], (3.5F + 0.5F / 5.0F) / 4.0F);
   EXPECT_FLOAT_EQ(blocks.mean.values[sites.index(3, 2)], 1.0F);
+  EXPECT_NEAR(largest_mixture(blocks), (3.5 + 2.5) / 4.0 * (3.5 + 0.1) / 4.0, 1e-5);
   // Means of an image that is as large are its moduli.
   // Of pixels' areas: site 1 of 5 stands for 2.6 ... 5.2 pixel widths, site 2 to 7.8, so it has the layer.
   const BlockModuli areas = block_moduli(full.modulus, full.inverse_modulus, {5, 9}, Alignment::center);

@@ -170,7 +170,7 @@ TEST(Promise, IsKeptWhereSampledImagesMissWhatIsThin) {
   for (const EnergyModel energy : {EnergyModel::elastic, EnergyModel::hdm}) {
     Promises promises;
     int sampled = 0;
-    for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    for (std::uint64_t seed = 1; seed <= 60; ++seed) {
       const bool elastic = energy == EnergyModel::elastic;
       Scene scene = scene_with_lines(seed, elastic ? 0.01 : 3.2, elastic ? 10000.0 : 32.0);
       use_method(scene, elastic ? usual_method(energy) : find_method("multigrid"));

@@ -27,6 +27,10 @@ constexpr int most_steps = 100;
 /// A sampled image has more sites a side than this.
 constexpr int fewest_sites = 16;
 
+/// Upper over lower bound of a block's modulus. Half and half of moduli a hundred times apart have 25. With
+/// more, what a stiff fibre is fastened to decides, and a sampled image cannot know that.
+constexpr double most_mixed = 25.0;
+
 /// Sites a side by which a sampled image is judged; a sampled image of a large one takes no longer.
 constexpr int looked_at = 33;
 
@@ -109,6 +113,9 @@ private:
     const std::size_t start = std::min(fair_start(plan_.levels) + 1, extents_.size() - 1);
     const BlockModuli finest =
         block_moduli(scene_.full.modulus, scene_.full.inverse_modulus, extents_[1], alignment);
+    if (largest_mixture(finest) > most_mixed) {
+      return false;
+    }
     std::optional<Sampled> before;
     double moved_before = 0.0;
     for (std::size_t at = start; at > 0; --at) {

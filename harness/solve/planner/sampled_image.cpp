@@ -149,6 +149,17 @@ BlockModuli block_moduli(const ScalarField& modulus, const ScalarField& inverse_
   return result;
 }
 
+double largest_mixture(const BlockModuli& blocks) {
+  const std::vector<float>& upper = blocks.mean.values;
+  const std::vector<float>& inverse_lower = blocks.inverse_mean.values;
+  float largest = 1.0F;
+#pragma omp simd reduction(max : largest)
+  for (std::size_t i = 0; i < upper.size(); ++i) {
+    largest = std::max(largest, upper[i] * inverse_lower[i]);
+  }
+  return static_cast<double>(largest);
+}
+
 Level sampled_image(const Level& full, const BlockModuli& blocks, BlockMean mean, Alignment alignment) {
   Level level = sample_level(full, blocks.mean.extent, alignment);
   level.modulus = blocks.mean;

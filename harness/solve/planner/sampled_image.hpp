@@ -24,6 +24,9 @@ struct BlockModuli {
 [[nodiscard]] BlockModuli block_moduli(const ScalarField& modulus, const ScalarField& inverse_modulus,
                                        Extent sampled, Alignment alignment);
 
+/// The upper over the lower bound, where it is the largest: 1 where no site stands for more than one modulus.
+[[nodiscard]] double largest_mixture(const BlockModuli& blocks);
+
 /// Which modulus between the two bounds a site of a sampled image has.
 enum class BlockMean {
   geometric,  ///< of the bounds: the nearest to the truth where tissues meet
