@@ -37,17 +37,6 @@ Rectangle on_level(const Rectangle& part, Extent image, int level, Extent sites)
   return {.left = across.first, .top = down.first, .width = across.count, .height = down.count};
 }
 
-LevelShare by_rank(Cut cut, int ranks) {
-  LevelShare share{.cut = std::move(cut), .owned = {}, .loaded = {}};
-  share.owned.resize(static_cast<std::size_t>(ranks));
-  share.loaded.resize(share.owned.size());
-  for (std::size_t i = 0; i < share.cut.pieces.size(); ++i) {
-    share.owned[i] = share.cut.pieces[i].owned;
-    share.loaded[i] = share.cut.pieces[i].loaded;
-  }
-  return share;
-}
-
 /// The cut of the image on another level.
 LevelShare on_level(const Cut& image_cut, Extent image, int level, Extent sites, int ranks) {
   Cut cut = image_cut;

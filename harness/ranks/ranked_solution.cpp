@@ -198,13 +198,8 @@ private:
 
 } // namespace
 
-LevelShare Sharing::operator()(Extent extent) const {
-  const auto worth = static_cast<int>(std::clamp<std::size_t>(
-      extent.sites() / std::max<std::size_t>(fewest_sites, 1), 1, static_cast<std::size_t>(pieces)));
-  LevelShare share;
-  for (int count = worth; share.cut.pieces.empty(); --count) {
-    share.cut = cut_image(extent, count, halo);
-  }
+LevelShare by_rank(Cut cut, int ranks) {
+  LevelShare share{.cut = std::move(cut), .owned = {}, .loaded = {}};
   share.owned.resize(static_cast<std::size_t>(ranks));
   share.loaded.resize(share.owned.size());
   for (std::size_t i = 0; i < share.cut.pieces.size(); ++i) {
@@ -212,6 +207,16 @@ LevelShare Sharing::operator()(Extent extent) const {
     share.loaded[i] = share.cut.pieces[i].loaded;
   }
   return share;
+}
+
+LevelShare Sharing::operator()(Extent extent) const {
+  const auto worth = static_cast<int>(std::clamp<std::size_t>(
+      extent.sites() / std::max<std::size_t>(fewest_sites, 1), 1, static_cast<std::size_t>(pieces)));
+  Cut cut;
+  for (int count = worth; cut.pieces.empty(); --count) {
+    cut = cut_image(extent, count, halo);
+  }
+  return by_rank(std::move(cut), ranks);
 }
 
 void require_shareable(const Scene& scene) {

@@ -16,6 +16,8 @@ struct LevelShare {
   std::vector<Rectangle> owned;  ///< by rank; without sites where it has no piece
   std::vector<Rectangle> loaded; ///< the same with the halo
 };
+/// `ranks`: that there are, at least as many as the cut has pieces.
+[[nodiscard]] LevelShare by_rank(Cut cut, int ranks);
 
 /// The rule by which all levels are shared out, the same on every rank.
 struct Sharing {
