@@ -219,6 +219,31 @@ TEST(Promise, OfTheEnergyThatIsChosenIsKept) {
   EXPECT_EQ(promises.broken(), 0);
 }
 
+/// Contrasts up to 10, where the thesis's energy is a choice at all.
+TEST(Promise, OfTheEnergyThatIsChosenIsKeptWhereTissueIsThin) {
+  std::vector<std::unique_ptr<Session>> sessions;
+  Promises promises;
+  int simple = 0;
+  for (std::uint64_t seed = 7001; seed <= 7060; ++seed) {
+    Scene scene = scene_with_lines(seed, 3.2, 32.0);
+    use_method(scene, usual_method(EnergyModel::elastic));
+    const ReferenceField truth(
+        solve_as_needed(scene, {.accuracy = 1e-4}, test::find("openmp"), {}, sessions, test::silent())
+            .solution.displacement);
+    for (const double asked : {3.0, 1.0, 0.3, 0.1}) {
+      Scene open = scene;
+      const Plan plan = solve_by_either_energy(open, {.accuracy = asked}, test::find("openmp"), {}, sessions,
+                                               test::silent());
+      simple += open.energy == EnergyModel::hdm ? 1 : 0;
+      promises.add(scene.name, 10.0, asked, plan, truth);
+    }
+  }
+  promises.print("either energy, thin");
+  EXPECT_GT(simple, 20);
+  EXPECT_EQ(promises.unmet(), 0);
+  EXPECT_EQ(promises.broken(), 0);
+}
+
 /// Estimates of cycles up to a contrast of 10, and a factorisation beyond.
 TEST(Promise, OfTheThesisEnergyIsKept) {
   std::vector<std::unique_ptr<Session>> sessions;

@@ -27,10 +27,6 @@ constexpr int most_steps = 100;
 /// A sampled image has more sites a side than this.
 constexpr int fewest_sites = 16;
 
-/// Upper over lower bound of a block's modulus. Half and half of moduli a hundred times apart have 25. With
-/// more, what a stiff fibre is fastened to decides, and a sampled image cannot know that.
-constexpr double most_mixed = 25.0;
-
 /// Sites a side by which a sampled image is judged; a sampled image of a large one takes no longer.
 constexpr int looked_at = 33;
 

@@ -175,7 +175,10 @@ private:
   /// What the level's field owes to layers that are thinner than its cells, pixels: it has the upper bound of
   /// their moduli, another level gets their geometric mean.
   double hidden() {
-    const Scene other = sampled_scene(scene_, multigrid_.extent(multigrid_.position()));
+    const BlockModuli blocks =
+        block_moduli(scene_.full.modulus, scene_.full.inverse_modulus,
+                     multigrid_.extent(multigrid_.position()), scene_.schedule.alignment);
+    const Scene other = sampled_scene(scene_, blocks, BlockMean::geometric);
     Multigrid multigrid(other, backend_, options_, sessions_);
     const VectorField field = multigrid_.field().to_float();
     multigrid.start(0, field);

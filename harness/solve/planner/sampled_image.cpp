@@ -171,12 +171,10 @@ Level sampled_image(const Level& full, const BlockModuli& blocks, BlockMean mean
   return level;
 }
 
-Scene sampled_scene(const Scene& scene, Extent sampled) {
-  const Alignment alignment = scene.schedule.alignment;
-  const BlockModuli blocks = block_moduli(scene.full.modulus, scene.full.inverse_modulus, sampled, alignment);
+Scene sampled_scene(const Scene& scene, const BlockModuli& blocks, BlockMean mean) {
   Scene result;
   result.name = scene.name;
-  result.full = sampled_image(scene.full, blocks, BlockMean::geometric, alignment);
+  result.full = sampled_image(scene.full, blocks, mean, scene.schedule.alignment);
   result.energy = scene.energy;
   result.poisson = scene.poisson;
   result.schedule = scene.schedule;

@@ -27,6 +27,10 @@ struct BlockModuli {
 /// The upper over the lower bound, where it is the largest: 1 where no site stands for more than one modulus.
 [[nodiscard]] double largest_mixture(const BlockModuli& blocks);
 
+/// Half and half of moduli a hundred times apart have such a mixture. With more, what a stiff fibre is
+/// fastened to decides, and a sampled image cannot know that.
+inline constexpr double most_mixed = 25.0;
+
 /// Which modulus between the two bounds a site of a sampled image has.
 enum class BlockMean {
   geometric,  ///< of the bounds: the nearest to the truth where tissues meet
@@ -37,8 +41,8 @@ enum class BlockMean {
 [[nodiscard]] Level sampled_image(const Level& full, const BlockModuli& blocks, BlockMean mean,
                                   Alignment alignment);
 
-/// The scene on a sampled image, with the geometric mean of its moduli: to be solved, not to be looked at.
-[[nodiscard]] Scene sampled_scene(const Scene& scene, Extent sampled);
+/// The scene on a sampled image, with these moduli: to be solved, not to be looked at.
+[[nodiscard]] Scene sampled_scene(const Scene& scene, const BlockModuli& blocks, BlockMean mean);
 
 /// What the cells of a sampled image cost, pixels: differences between ever finer ones fall like a geometric
 /// series, and this is what is left of it. `moved`: the last difference; `moved_before`: the one before it, 0
