@@ -56,7 +56,7 @@ TEST(CommandLine, ALargeImageIsSolvedButNotInspected) {
 }
 
 TEST(CommandLine, BadInputIsASentenceAndStatusTwo) {
-  const std::array<std::pair<const char*, const char*>, 34> cases{{
+  const std::array<std::pair<const char*, const char*>, 36> cases{{
       {"fly", "fly"},
       {"run", "scene"},
       {"run nowhere.toml", "nowhere.toml"},
@@ -89,6 +89,8 @@ TEST(CommandLine, BadInputIsASentenceAndStatusTwo) {
       {"accuracy square --size 9 --methods icm", "accuracy measures icm"},
       {"verify square --size 9 --stop never", "never"},
       {"run square --size 9 --update sequential", "--backend scalar"},
+      {"run square --size 9 --stride 4", "--stride is for --energy elastic"},
+      {"run square --size 20 --energy elastic --stride 9", "leaves an image of 3 x 3 sites"},
       {"bench square --size 9 --repeat 0", "repeat"},
       {"verify square --size 9 --json /no/such/folder/a.json", "/no/such/folder"},
       {"report /no/such/results", "/no/such/results"},

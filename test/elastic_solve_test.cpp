@@ -13,6 +13,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 
@@ -171,6 +172,33 @@ double smooth_error(int n, double poisson, double kappa) {
   for (int i = 0; i < 40 && !solver.conjugate_gradients().ended; ++i) {
   }
   return distance(solver.displacement(), exact);
+}
+
+TEST(ElasticSolve, ASampledImageIsInterpolated) {
+  Scene scene = load_scene("circular", {.size = Extent{131, 120}});
+  use_method(scene, usual_method(EnergyModel::elastic));
+  Progress progress(false);
+  const auto solved_by = [&](const char* backend, int stride) {
+    scene.schedule.stride = stride;
+    return Solver(find_backend(make_backends(), backend), two_threads()).solve(scene, progress).displacement;
+  };
+  const ReferenceField truth = truth_of(scene.full, scene.poisson);
+  const VectorField field = solved_by("openmp", 4);
+  const double nearest = distance(solved_by("openmp", 1), truth);
+  EXPECT_EQ(field.extent, scene.extent());
+  EXPECT_EQ(field.x, solved_by("scalar", 4).x);
+  EXPECT_LT(nearest, distance(field, truth));
+  EXPECT_LT(distance(field, truth), distance(solved_by("openmp", 16), truth));
+  for (std::size_t i = 0; i < scene.extent().sites(); ++i) {
+    if (scene.full.confidence.x[i] > 0.0F) {
+      ASSERT_EQ(field.x[i], scene.full.target.x[i]) << i;
+    }
+  }
+  EXPECT_THROW((void)solved_by("openmp", 64), InputError) << "3 x 3 sites";
+  const auto observed = std::ranges::find(scene.full.confidence.y, 1.0F);
+  ASSERT_NE(observed, scene.full.confidence.y.end());
+  *observed = 0.5F; // a spring
+  EXPECT_THROW((void)solved_by("openmp", 4), InputError);
 }
 
 TEST(ElasticSolve, ASmoothFieldIsMetWithOrderTwo) {

@@ -1,8 +1,8 @@
 // What `run --accuracy` promises: an estimate that is honest and a cost that follows the request.
 
 #include "harness/judge/accuracy/deviation.hpp"
+#include "harness/solve/methods/sampled_image.hpp"
 #include "harness/solve/planner/planner.hpp"
-#include "harness/solve/planner/sampled_image.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/fixed_point.hpp"

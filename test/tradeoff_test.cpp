@@ -65,15 +65,29 @@ TEST(ParetoFront, RandomPointsAreBeatenOrOnIt) {
 }
 
 TEST(Efforts, EveryMethodHasARisingListWithItsUsualEffort) {
+  constexpr Extent image{300, 300};
   for (const Method& method : methods()) {
-    const std::vector<int> all = efforts(method, 70, false);
+    const std::vector<Effort> all = efforts(method, 70, image, false);
     EXPECT_GE(all.size(), 3U) << method.name;
-    EXPECT_TRUE(std::ranges::is_sorted(all)) << method.name;
-    EXPECT_EQ(std::ranges::count(all, usual_effort(method, 70)), 1) << method.name;
-    EXPECT_LT(efforts(method, 70, true).size(), all.size()) << method.name;
+    EXPECT_TRUE(std::ranges::is_sorted(all, {}, &Effort::iterations)) << method.name;
+    EXPECT_EQ(std::ranges::count(all, usual_effort(method, 70), &Effort::iterations), 1) << method.name;
+    EXPECT_LT(efforts(method, 70, image, true).size(), all.size()) << method.name;
   }
-  EXPECT_EQ(effort_text(find_method("cascade"), 1), "1 iteration on the full resolution");
-  EXPECT_EQ(effort_text(find_method("icm"), 5), "5 iterations per level");
+  EXPECT_EQ(effort_text(find_method("cascade"), {1}), "1 iteration on the full resolution");
+  EXPECT_EQ(effort_text(find_method("icm"), {5}), "5 iterations per level");
+}
+
+TEST(Efforts, SampledImagesComeBeforeTheFullResolution) {
+  const Method& method = usual_method(EnergyModel::elastic);
+  const std::vector<Effort> all = efforts(method, 70, {300, 300}, false);
+  ASSERT_EQ(all.size(), 7U);
+  EXPECT_EQ(all[0].stride, 16); // 20 x 20 sites; 32 would leave 10
+  EXPECT_EQ(all[2].stride, 4);
+  EXPECT_EQ(all[3].stride, 1);
+  EXPECT_EQ(effort_text(method, all[1]), "2 cycles on every 8th pixel");
+  for (const Effort& effort : efforts(method, 70, {300, 300}, true)) {
+    EXPECT_EQ(effort.stride, 1);
+  }
 }
 
 class Tradeoff : public testing::Test {
@@ -110,7 +124,8 @@ TEST_F(Tradeoff, MeasuresMethodsAtAllEffortsAndTheirRivals) {
     before = *point.fine_sweep_equivalents;
     efforts_seen.insert(point.effort);
   }
-  EXPECT_EQ(efforts_seen.size(), efforts(find_method("icm"), scene_.schedule.iterations, false).size());
+  EXPECT_EQ(efforts_seen.size(),
+            efforts(find_method("icm"), scene_.schedule.iterations, scene_.extent(), false).size());
   EXPECT_EQ(on(tradeoff, "scalar").size(), 1U) << "the usual effort only";
   for (const TradeoffPoint& point : on(tradeoff, "")) {
     EXPECT_TRUE(point.is_rival);

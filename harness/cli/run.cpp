@@ -123,12 +123,12 @@ void require_meaning(const Arguments& arguments) {
   if (!arguments.asks() && arguments.explain) {
     throw InputError("--explain explains a plan; ask for one with --accuracy or --within");
   }
-  if (arguments.asks() &&
-      (schedule.iterations || schedule.start_level || schedule.stop || schedule.epsilon || schedule.update ||
-       schedule.steps || schedule.relaxation || !schedule.temperatures.empty() || schedule.method)) {
+  if (arguments.asks() && (schedule.iterations || schedule.start_level || schedule.stop || schedule.epsilon ||
+                           schedule.update || schedule.steps || schedule.stride || schedule.relaxation ||
+                           !schedule.temperatures.empty() || schedule.method)) {
     throw InputError(
         "--accuracy and --within choose method, levels and iterations themselves; leave out --method, "
-        "--iterations, --start-level, --stop, --epsilon, --update and --steps");
+        "--iterations, --start-level, --stride, --stop, --epsilon, --update and --steps");
   }
 }
 

@@ -52,6 +52,13 @@ void ScheduleOverrides::add_to(CLI::App& command) {
               "this many pixels are forgiven")
           ->check(CLI::PositiveNumber)
           ->group(group);
+      command
+          .add_option(
+              "--stride", stride,
+              "Of the elastic energy: solve an image that samples every so many pixels, with means of "
+              "their moduli, and interpolate; 1 is the full resolution")
+          ->check(CLI::Range(1, 1024))
+          ->group(group);
     }
   }
   command.add_option("--method", method, "How the scene is solved (see methods)")->group(group);
@@ -115,6 +122,11 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
     throw InputError("the thesis's energy takes the absolute value of every observation, which forgives; "
                      "--robust is for --energy elastic");
   }
+  if (stride && scene.energy == EnergyModel::hdm) {
+    throw InputError(
+        "the thesis's energy has its pyramid, see --start-level; --stride is for --energy elastic");
+  }
+  scene.schedule.stride = stride.value_or(scene.schedule.stride);
   scene.robust = robust ? robust : scene.robust;
   MethodOptions options{.iterations = iterations, .update = update, .relaxation = relaxation, .seed = seed};
   if (steps) {
@@ -174,6 +186,7 @@ std::string ScheduleOverrides::text(const std::optional<std::string>& other_meth
   add("--penalty", penalty);
   add("--prior-weight", prior_weight);
   add("--robust", robust);
+  add("--stride", stride);
   return result;
 }
 

@@ -13,7 +13,7 @@ namespace hdmbench::commands {
 /// What the user may change about every scene's schedule.
 struct ScheduleOverrides {
   bool takes_elastic = false; ///< whether the command knows EnergyModel::elastic; say so before add_to()
-  bool is_of_run = false;     ///< whether the command has --robust and --energy auto, likewise
+  bool is_of_run = false;     ///< whether the command has --robust, --stride and --energy auto, likewise
   std::optional<EnergyModel> energy;
   bool auto_energy = false;          ///< the plan chooses; energy is none
   std::optional<std::string> method; ///< harness/scene/method.hpp
@@ -30,6 +30,7 @@ struct ScheduleOverrides {
   std::optional<double> penalty;
   std::optional<double> prior_weight;
   std::optional<double> robust; ///< Scene::robust
+  std::optional<int> stride;    ///< Schedule::stride
 
   void add_to(CLI::App& command);
   /// With `other_method` in place of `method`, where there is one. Throws InputError.

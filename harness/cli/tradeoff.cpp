@@ -158,14 +158,17 @@ void print_equal_accuracy(const EqualAccuracy& equal) {
 
 /// The line that repeats a point: `run` solves by methods, this command by rivals.
 std::string repeat(const Arguments& arguments, const Scene& scene, std::string_view method,
-                   std::optional<int> effort, std::string_view backend) {
+                   std::optional<Effort> effort, std::string_view backend) {
   const std::string where =
       fmt::format("{} --size {}x{}", shell_word(scene.source), scene.extent().width, scene.extent().height);
   if (!effort) {
     return fmt::format("hdmbench tradeoff {} --methods {} --all{}", where, method, arguments.schedule.text());
   }
   std::string line = fmt::format("hdmbench run {} --method {} --iterations {} --backend {}", where, method,
-                                 *effort, backend);
+                                 effort->iterations, backend);
+  if (effort->stride > 1) {
+    line += fmt::format(" --stride {}", effort->stride);
+  }
   if (!arguments.session.device.empty() && backend != "scalar") {
     line += " --device " + shell_word(arguments.session.device);
   }
@@ -206,7 +209,7 @@ int run_tradeoff(Arguments& arguments, const std::string& line) {
         .methods = methods,
         .quick = arguments.quick,
         .command =
-            [&](std::string_view method, std::optional<int> effort, std::string_view backend) {
+            [&](std::string_view method, std::optional<Effort> effort, std::string_view backend) {
               return repeat(arguments, scene, method, effort, backend);
             },
         .request_command =

@@ -231,6 +231,9 @@ void require_shareable(const Scene& scene) {
     if (scene.robust) {
       refuse("--robust, which solves again and again,");
     }
+    if (scene.schedule.stride > 1) {
+      refuse("--stride, which makes a small image,");
+    }
     return;
   }
   const Schedule& schedule = scene.schedule;

@@ -190,7 +190,12 @@ void check_rest(const Scene& scene, const Solution& solution, Warnings& warnings
 }
 
 void check_elastic_rest(const Scene& scene, const Solution& solution, Warnings& warnings) {
-  if (!solution.estimated_error) {
+  if (scene.schedule.stride > 1) {
+    warnings.push_back(
+        {"no-estimate",
+         fmt::format("what it costs to sample every {}th pixel was not estimated", scene.schedule.stride),
+         "--accuracy in place of --stride, which chooses the stride and estimates"});
+  } else if (!solution.estimated_error) {
     warnings.push_back(
         {"no-estimate",
          fmt::format("the method {} did not estimate how far its field is from finite elements",

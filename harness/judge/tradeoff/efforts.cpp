@@ -1,9 +1,12 @@
 #include "harness/judge/tradeoff/efforts.hpp"
 
+#include "harness/solve/methods/sampled_image.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <string_view>
 
 namespace hdmbench {
@@ -31,6 +34,13 @@ constexpr std::array known{Efforts{"icm", {5, 20, 20, 200}},
                            Efforts{elastic_conjugate_gradients, {1, 2, 4, 8}},
                            Efforts{elastic_sweeps, {10, 50, 50, 200}}};
 
+/// Coarser ones show too little to be a choice.
+bool is_shown(Extent image, int stride) {
+  constexpr int fewest_sites = 16;
+  const Extent sampled = sampled_extent(image, stride);
+  return std::min(sampled.width, sampled.height) > fewest_sites;
+}
+
 } // namespace
 
 int usual_effort(const Method& method, int own_iterations) {
@@ -41,9 +51,12 @@ int usual_effort(const Method& method, int own_iterations) {
   return method.usual_effort > 0 ? method.usual_effort : own_iterations;
 }
 
-std::string effort_text(const Method& method, int effort) {
-  std::string text = fmt::format("{} {}", effort, method.effort);
-  if (effort == 1) {
+std::string effort_text(const Method& method, Effort effort) {
+  if (effort.stride > 1) {
+    return fmt::format("{} cycles on every {}th pixel", effort.iterations, effort.stride);
+  }
+  std::string text = fmt::format("{} {}", effort.iterations, method.effort);
+  if (effort.iterations == 1) {
     for (const std::string_view plural : {"iterations", "cycles", "steps"}) {
       const std::size_t at = text.find(plural);
       if (at != std::string::npos) {
@@ -54,7 +67,7 @@ std::string effort_text(const Method& method, int effort) {
   return text;
 }
 
-std::vector<int> efforts(const Method& method, int own_iterations, bool quick) {
+std::vector<Effort> efforts(const Method& method, int own_iterations, Extent image, bool quick) {
   const int usual = usual_effort(method, own_iterations);
   const auto found = std::ranges::find(known, method.name, &Efforts::method);
   std::vector<int> counts;
@@ -68,7 +81,15 @@ std::vector<int> efforts(const Method& method, int own_iterations, bool quick) {
   }
   std::ranges::sort(counts);
   counts.erase(std::unique(counts.begin(), counts.end()), counts.end());
-  return counts;
+  std::vector<Effort> result;
+  if (method.name == elastic_full_multigrid && !quick) {
+    for (int stride = 4; is_shown(image, stride); stride *= 2) {
+      result.insert(result.begin(), {.iterations = usual, .stride = stride});
+    }
+  }
+  std::ranges::transform(counts, std::back_inserter(result),
+                         [](int iterations) { return Effort{.iterations = iterations}; });
+  return result;
 }
 
 } // namespace hdmbench

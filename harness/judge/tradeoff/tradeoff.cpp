@@ -138,20 +138,23 @@ private:
   /// `poisson`: of the elastic energy, in place of the scene's.
   void measure_method(const Method& method, std::optional<double> poisson = std::nullopt) {
     const int usual = usual_effort(method, scene_.schedule.iterations);
-    for (const int effort : efforts(method, scene_.schedule.iterations, options_.quick)) {
+    for (const Effort& effort :
+         efforts(method, scene_.schedule.iterations, scene_.extent(), options_.quick)) {
+      const bool is_usual = effort.iterations == usual && effort.stride == 1;
       Scene scene = scene_;
-      use_method(scene, method, effort);
+      use_method(scene, method, effort.iterations);
+      scene.schedule.stride = effort.stride;
       scene.poisson = poisson.value_or(scene.poisson);
       const Place& main = main_place(scene.full.update);
       expected_ = VectorField();
       for (Place& place : places_) {
         const bool is_main = &place == &main;
         const bool is_reference = &place == &places_.front();
-        if (is_main || (effort == usual && !options_.quick)) {
+        if (is_main || (is_usual && !options_.quick)) {
           TradeoffPoint& point = result_.points.emplace_back();
           point.method = method.name;
           point.effort = effort_text(method, effort);
-          point.is_usual = effort == usual;
+          point.is_usual = is_usual;
           point.poisson_used = poisson;
           point.backend = place.backend.name();
           point.device = place.device;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backends/backend.hpp"
+#include "harness/judge/tradeoff/efforts.hpp"
 #include "harness/judge/tradeoff/point.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/solve/progress.hpp"
@@ -21,7 +22,7 @@ struct TradeoffOptions {
   bool quick = false; ///< fewer efforts, one sample
   /// The line that repeats a point of `method` on `backend`, see harness/cli/tradeoff.cpp; a rival has no
   /// effort and no backend.
-  std::function<std::string(std::string_view method, std::optional<int> effort, std::string_view backend)>
+  std::function<std::string(std::string_view method, std::optional<Effort> effort, std::string_view backend)>
       command{};
   /// The same of a request for an accuracy in pixels.
   std::function<std::string(std::string_view method, double asked, std::string_view backend)>

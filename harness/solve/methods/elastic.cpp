@@ -4,9 +4,13 @@
 #include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/methods/robust_observations.hpp"
+#include "harness/solve/methods/sampled_image.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/springs.hpp"
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -286,8 +290,50 @@ std::optional<double> follow(const ElasticMethod& method, ElasticSolver& solver,
   return error.is_known() ? std::optional(error.estimate()) : std::nullopt;
 }
 
-Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& progress,
-                       const SolveOptions& options) {
+namespace {
+
+/// By the scene's method on a sampled image. What its cells cost is not known: no error is estimated.
+Solution solve_sampled(const Scene& scene, ElasticSession& session, Progress& progress) {
+  constexpr Alignment alignment = Alignment::corner; // conditions are on borders
+  const Extent extent = sampled_extent(scene.extent(), scene.schedule.stride);
+  if (std::min(extent.width, extent.height) < fewest_sampled_sites) {
+    throw InputError(
+        fmt::format("every {}th pixel of {} x {} leaves an image of {} x {} sites; it needs {} x {}",
+                    scene.schedule.stride, scene.extent().width, scene.extent().height, extent.width,
+                    extent.height, fewest_sampled_sites, fewest_sampled_sites));
+  }
+  const auto require_prescribed = [&](bool has_springs) {
+    if (has_springs || scene.robust) {
+      throw InputError(
+          "a spring on a sampled image would stand for as many as there are pixels a cell; leave "
+          "out --stride where observations have a confidence below 1");
+    }
+  };
+  Solution solution;
+  Level sampled;
+  timed(solution.timings.projection, [&] {
+    require_held(scene.full);
+    sampled = sampled_image(scene.full,
+                            block_moduli(scene.full.modulus, scene.full.inverse_modulus, extent, alignment),
+                            BlockMean::geometric, alignment);
+  });
+  require_prescribed(has_springs(sampled));
+  ElasticSolver solver(sampled, scene.poisson, session);
+  (void)follow(elastic_method(scene.schedule, largest_component(sampled.target)), solver,
+               static_cast<double>(scene.extent().sites()), progress);
+  add_work(solution.levels, solver.work());
+  solution.timings.add(solver.timings());
+  const VectorField coarse = timed(solution.timings.readback, [&] { return solver.displacement(); });
+  timed(solution.timings.projection, [&] {
+    Interpolated interpolated = interpolate_to_image(coarse, sampled, scene.full, alignment);
+    require_prescribed(interpolated.has_springs);
+    solution.displacement = std::move(interpolated.field);
+  });
+  return solution;
+}
+
+/// By the scene's method on the image itself.
+Solution solve_whole(const Scene& scene, ElasticSession& session, Progress& progress) {
   std::optional<RobustObservations> robust;
   if (scene.robust) {
     robust = find_robust_observations(scene, session, progress);
@@ -308,6 +354,15 @@ Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& pr
     const Stopwatch watch(solution.timings.readback);
     solution.displacement = solver.displacement();
   }
+  return solution;
+}
+
+} // namespace
+
+Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& progress,
+                       const SolveOptions& options) {
+  Solution solution = scene.schedule.stride > 1 ? solve_sampled(scene, session, progress)
+                                                : solve_whole(scene, session, progress);
   std::ranges::reverse(solution.levels); // the coarsest first, as other methods have them
   if (options.level_done) {
     options.level_done(solution.levels.back(), solution.displacement);

@@ -2,7 +2,7 @@
 
 #include "harness/scene/method.hpp"
 #include "harness/solve/field_norms.hpp"
-#include "harness/solve/planner/sampled_image.hpp"
+#include "harness/solve/methods/sampled_image.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"

@@ -1,11 +1,13 @@
 #include "kernels/data/elastic/free_parts.hpp"
 
 #include "kernels/data/input_error.hpp"
+#include "kernels/data/ordered_bits.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <map>
 #include <numeric>
 
@@ -93,15 +95,16 @@ std::string Hold::freedom() const {
 void require_parts_held(const Level& level) {
   const std::vector<float>& modulus = level.modulus.values;
   const bool large = modulus.size() > sites_worth_threads;
-  float softest = modulus.front();
-  float stiffest = softest;
+  std::int32_t softest = ordered_bits(modulus.front());
+  std::int32_t stiffest = softest;
 #pragma omp parallel for simd if (large) reduction(min : softest) reduction(max : stiffest)
   for (std::size_t i = 0; i < modulus.size(); ++i) {
-    softest = std::min(softest, modulus[i]);
-    stiffest = std::max(stiffest, modulus[i]);
+    const std::int32_t own = ordered_bits(modulus[i]);
+    softest = own < softest ? own : softest;
+    stiffest = own > stiffest ? own : stiffest;
   }
-  const float least = void_share * stiffest;
-  if (softest >= least) {
+  const float least = void_share * std::bit_cast<float>(stiffest);
+  if (std::bit_cast<float>(softest) >= least) {
     return;
   }
   const Extent extent = level.extent;

@@ -1,8 +1,11 @@
-#include "harness/solve/planner/sampled_image.hpp"
+#include "harness/solve/methods/sampled_image.hpp"
+
+#include "kernels/data/ordered_bits.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <span>
 
 namespace hdmbench {
@@ -32,43 +35,74 @@ constexpr std::size_t sites_worth_threads = 1 << 15;
 /// Pixels: no smaller gap is worth asking whether it was known.
 constexpr float smallest_gap = 1e-3F;
 
-/// A row of one component. `is_known(i)`: the coarse field knew of an observation next to site i.
-template <typename IsKnown>
+/// What a coarse field knew of a component around a row of the image: the confidences of the two coarse rows
+/// beside it.
+struct KnownAround {
+  const float* north = nullptr;
+  const float* south = nullptr;
+  std::span<const Interpolation> columns{};
+
+  [[nodiscard]] bool knows(int coarse) const { return north[coarse] > 0.0F || south[coarse] > 0.0F; }
+  /// An observation next to site x.
+  [[nodiscard]] bool is_known(std::size_t x) const {
+    return knows(columns[x].first) || knows(columns[x].second);
+  }
+  /// Observations next to all sites from `first` to `last`; false may be wrong.
+  [[nodiscard]] bool is_all_known(std::size_t first, std::size_t last) const {
+    for (int coarse = columns[first].first; coarse <= columns[last].second; ++coarse) {
+      if (!knows(coarse)) {
+        return false;
+      }
+    }
+    return true;
+  }
+};
+
+/// A row of one component.
 Imposed put_on_targets(std::span<float> values, const float* target, const float* confidence,
-                       const IsKnown& is_known) {
+                       const KnownAround& known) {
   Imposed result{.largest_unknown_gap = smallest_gap};
   std::array<float, block> gaps{};
   for (std::size_t first = 0; first < values.size(); first += block) {
     const std::size_t count = std::min(block, values.size() - first);
     float* const value = values.data() + first;
-    float most = 0.0F;
-#pragma omp simd reduction(max : most)
+    const float* const wanted = target + first;
+    const float* const sure = confidence + first;
+    std::int32_t any = 0;
+#pragma omp simd reduction(| : any)
     for (std::size_t i = 0; i < count; ++i) {
-      most = std::max(most, confidence[first + i]);
+      any |= ordered_bits(sure[i]);
     }
-    if (most == 0.0F) {
+    if (any == 0) {
       continue;
     }
     float squares = 0.0F;
-    float observed = 0.0F;
-    float least = 1.0F;
-    float largest = 0.0F;
+    std::int32_t observed = 0;
+    std::int32_t least = ordered_bits(1.0F);
+    std::int32_t largest = 0;
 #pragma omp simd reduction(+ : squares, observed) reduction(min : least) reduction(max : largest)
     for (std::size_t i = 0; i < count; ++i) {
-      const float own = confidence[first + i];
-      const float to = own > 0.0F ? target[first + i] : value[i];
-      gaps[i] = std::abs(to - value[i]);
-      squares += gaps[i] * gaps[i];
-      observed += own > 0.0F ? 1.0F : 0.0F;
-      least = std::min(least, own > 0.0F ? own : 1.0F);
-      largest = std::max(largest, gaps[i]);
+      const bool is_observed = sure[i] > 0.0F;
+      const float own = value[i];
+      const float other = wanted[i];
+      const float to = is_observed ? other : own;
+      const float gap = std::abs(to - own);
+      const std::int32_t confidence_bits = is_observed ? ordered_bits(sure[i]) : ordered_bits(1.0F);
+      gaps[i] = gap;
+      squares += gap * gap;
+      observed += is_observed ? 1 : 0;
+      least = confidence_bits < least ? confidence_bits : least;
+      largest = ordered_bits(gap) > largest ? ordered_bits(gap) : largest;
       value[i] = to;
     }
     result.squares += static_cast<double>(squares);
     result.count += static_cast<std::size_t>(observed);
-    result.has_springs = result.has_springs || least < 1.0F;
-    for (std::size_t i = 0; i < count && largest > result.largest_unknown_gap; ++i) {
-      if (gaps[i] > result.largest_unknown_gap && !is_known(first + i)) {
+    result.has_springs = result.has_springs || least < ordered_bits(1.0F);
+    if (largest <= ordered_bits(result.largest_unknown_gap) || known.is_all_known(first, first + count - 1)) {
+      continue;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      if (gaps[i] > result.largest_unknown_gap && !known.is_known(first + i)) {
         result.largest_unknown_gap = gaps[i];
       }
     }
@@ -205,7 +239,14 @@ Interpolated interpolate_to_image(const VectorField& coarse, const Level& sample
   const std::vector<Interpolation> columns = interpolations(sites.width, extent.width, alignment);
   const std::vector<Interpolation> rows = interpolations(sites.height, extent.height, alignment);
   const auto width = static_cast<std::size_t>(extent.width);
-  Interpolated result{.field = VectorField(extent)};
+  Interpolated result;
+  result.field.extent = extent;
+  const std::array components{&result.field.x, &result.field.y};
+#pragma omp parallel for if (extent.sites() >                                                                \
+                             sites_worth_threads) // to fill them with 0 takes a third of the time
+  for (std::size_t i = 0; i < components.size(); ++i) {
+    components[i]->resize(extent.sites());
+  }
   std::vector<Imposed> of_rows(rows.size()); // added up in their order, so that threads do not change the sum
 #pragma omp parallel if (extent.sites() > sites_worth_threads)
   {
@@ -220,13 +261,10 @@ Interpolated interpolate_to_image(const VectorField& coarse, const Level& sample
                                  const std::vector<float>& target, const std::vector<float>& confidence,
                                  const std::vector<float>& known, std::vector<float>& to) {
         projection.row(from.data(), y, of_component, to.data() + first);
-        const float* const north = known.data() + sites.index(0, row.first);
-        const float* const south = known.data() + sites.index(0, row.second);
-        own.add(put_on_targets(
-            {to.data() + first, width}, target.data() + first, confidence.data() + first, [&](std::size_t x) {
-              const auto [west, east, weight] = columns[x];
-              return north[west] > 0.0F || north[east] > 0.0F || south[west] > 0.0F || south[east] > 0.0F;
-            }));
+        own.add(put_on_targets({to.data() + first, width}, target.data() + first, confidence.data() + first,
+                               {.north = known.data() + sites.index(0, row.first),
+                                .south = known.data() + sites.index(0, row.second),
+                                .columns = columns}));
       };
       component(coarse.x, rows_of_x, full.target.x, full.confidence.x, sampled.confidence.x, result.field.x);
       component(coarse.y, rows_of_y, full.target.y, full.confidence.y, sampled.confidence.y, result.field.y);
