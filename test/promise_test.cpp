@@ -199,7 +199,7 @@ TEST(Promise, OfTheEnergyThatIsChosenIsKept) {
   std::vector<std::unique_ptr<Session>> sessions;
   Promises promises;
   std::array<int, 2> chosen{};
-  for (std::uint64_t seed = first_seed; seed < first_seed + 100; ++seed) {
+  for (std::uint64_t seed = first_seed; seed < first_seed + 60; ++seed) {
     const test::VariedScene varied = test::varied_scene(seed);
     const ReferenceField truth = solve_finite_elements(elastic_problem(varied.scene.full),
                                                        ElementRule::plane_stress(varied.scene.poisson));
@@ -213,7 +213,7 @@ TEST(Promise, OfTheEnergyThatIsChosenIsKept) {
   }
   promises.print("either energy");
   fmt::print("the thesis's {} times, the elastic one {} times\n", chosen[0], chosen[1]);
-  EXPECT_GT(chosen[0], 30);
+  EXPECT_GT(chosen[0], 20);
   EXPECT_GT(chosen[1], 30);
   EXPECT_EQ(promises.unmet(), 0);
   EXPECT_EQ(promises.broken(), 0);
