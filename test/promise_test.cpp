@@ -50,9 +50,9 @@ public:
   void print(const char* energy) const {
     fmt::print(
         "{}: {} requests, {} not met, {} met and broken, the worst {:.2f} of what was asked for; true / "
-        "estimated error: within 2 in {:.1f} %, within 5 in {:.1f} %\n",
+        "estimated error: within 2 in {:.1f} %, within 5 in {:.1f} %, median {:.2f}\n",
         energy, requests_, unmet_, broken_, largest_excess_, 100.0 * share_within(2.0),
-        100.0 * share_within(5.0));
+        100.0 * share_within(5.0), median());
   }
 
   [[nodiscard]] double share_within(double factor) const {
@@ -64,6 +64,12 @@ public:
   [[nodiscard]] double share_below(double factor) const {
     const auto inside = std::ranges::count_if(ratios_, [&](double ratio) { return ratio <= factor; });
     return static_cast<double>(inside) / static_cast<double>(ratios_.size());
+  }
+  /// Of true over estimated errors.
+  [[nodiscard]] double median() const {
+    std::vector<double> sorted = ratios_;
+    std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2));
+    return sorted.at(sorted.size() / 2);
   }
   [[nodiscard]] double largest_excess() const { return largest_excess_; }
   [[nodiscard]] int unmet() const { return unmet_; }
@@ -99,10 +105,10 @@ TEST(Promise, OfTheElasticEnergyIsKept) {
   }
   promises.print("elastic");
   EXPECT_EQ(promises.unmet(), 0);
-  EXPECT_LE(promises.broken(), 6); // of 1200, all at contrasts of hundreds: conjugate gradients can pause
-  EXPECT_GE(promises.share_within(2.0), 0.6); // most end after one step, which tells little of the next
-  EXPECT_GE(promises.share_within(5.0), 0.97);
-  EXPECT_GE(promises.share_below(2.0), 0.93);
+  EXPECT_LE(promises.broken(), 1); // of 1200: conjugate gradients can pause where moduli differ much
+  EXPECT_LT(promises.largest_excess(), 1.5);
+  EXPECT_GE(promises.share_within(2.0), 0.87); // most end after one step, which tells little of the next
+  EXPECT_GE(promises.share_within(5.0), 0.99);
 }
 
 /// Large enough for a plan to solve sampled images, and be content with one. The truth is the same energy's,
@@ -130,7 +136,7 @@ TEST(Promise, OfTheElasticEnergyIsKeptBySampledImages) {
   promises.print("elastic, sampled images");
   EXPECT_GT(sampled, 20);
   EXPECT_EQ(promises.broken(), 0);
-  EXPECT_GE(promises.share_below(2.0), 0.85);
+  EXPECT_GE(promises.share_within(2.0), 0.75);
 }
 
 /// A sheet of 10 MPa with cuts or fibres of one pixel, which most sites of a sampled image do not meet: 1 to

@@ -2,6 +2,7 @@
 
 #include "harness/scene/method.hpp"
 #include "harness/solve/field_norms.hpp"
+#include "harness/solve/methods/contrast.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/methods/robust_observations.hpp"
 #include "harness/solve/methods/sampled_image.hpp"
@@ -275,7 +276,7 @@ std::optional<double> follow(const ElasticMethod& method, ElasticSolver& solver,
   const bool gradients = method.name == elastic_conjugate_gradients;
   solver.full_multigrid(gradients || method.effort > 0);
   const int steps = gradients ? method.effort : method.effort - 1; // the first cycle is full multigrid's own
-  RemainingError error;
+  RemainingError error(method.contrast);
   for (int done = 0; done < steps; ++done) {
     const ElasticSolver::Step step = gradients ? solver.conjugate_gradients() : solver.cycle();
     progress.advance(sites);
@@ -283,7 +284,7 @@ std::optional<double> follow(const ElasticMethod& method, ElasticSolver& solver,
       break;
     }
     error.add(std::sqrt(2.0) * step.change); // of sites, from that of components
-    if (error.estimate() < method.least_error) {
+    if (error.cautious_estimate() < method.least_error) {
       break;
     }
   }
@@ -339,7 +340,8 @@ Solution solve_whole(const Scene& scene, ElasticSession& session, Progress& prog
     robust = find_robust_observations(scene, session, progress);
   }
   ElasticSolver solver(robust ? robust->level : scene.full, scene.poisson, session);
-  const ElasticMethod method = elastic_method(scene.schedule, largest_component(scene.full.target));
+  ElasticMethod method = elastic_method(scene.schedule, largest_component(scene.full.target));
+  method.contrast = contrast_of(scene.full.modulus);
   const std::optional<double> error =
       follow(method, solver, static_cast<double>(scene.extent().sites()), progress);
   Solution solution;

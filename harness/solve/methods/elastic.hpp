@@ -86,6 +86,7 @@ struct ElasticMethod {
   std::string name;
   int effort = 0;           ///< Schedule::iterations
   double least_error = 0.0; ///< pixels: no step as small as this changes anything
+  double contrast = 1.0;    ///< contrast_of() the sheet: of what is stated, not of what is done
 };
 /// `largest`: of the targets, pixels.
 [[nodiscard]] ElasticMethod elastic_method(const Schedule& schedule, double largest);

@@ -1,5 +1,6 @@
 #include "harness/solve/methods/multigrid.hpp"
 
+#include "harness/solve/methods/contrast.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -77,11 +78,6 @@ Range target_range(const std::vector<float>& target, const std::vector<float>& c
   return range;
 }
 
-double contrast_of(const Level& level) {
-  const auto [smallest, largest] = std::ranges::minmax(level.modulus.values);
-  return static_cast<double>(largest) / smallest;
-}
-
 /// Neighbours connect all sites, unless the image is one site thick in the component's direction.
 void require_conditions(const std::vector<float>& confidence, char component, bool connected, Extent extent) {
   const auto is_known = [](float value) { return value > 0.0F; };
@@ -106,7 +102,8 @@ void require_conditions(const std::vector<float>& confidence, char component, bo
 Multigrid::Multigrid(const Scene& scene, const Backend& backend, const SessionOptions& options,
                      std::vector<std::unique_ptr<Session>>& sessions)
     : cycle_(scene, backend, options, sessions),
-      is_trusted_(contrast_of(scene.full) <= most_trusted_contrast), alignment_(scene.schedule.alignment) {
+      is_trusted_(contrast_of(scene.full.modulus) <= most_trusted_contrast),
+      alignment_(scene.schedule.alignment) {
   const Extent full = scene.extent();
   require_conditions(scene.full.confidence.x, 'x', full.width > 1, full);
   require_conditions(scene.full.confidence.y, 'y', full.height > 1, full);

@@ -1,6 +1,7 @@
 #include "harness/solve/methods/robust_observations.hpp"
 
 #include "harness/solve/field_norms.hpp"
+#include "harness/solve/methods/contrast.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "kernels/data/elastic/springs.hpp"
@@ -73,7 +74,7 @@ RobustObservations find_robust_observations(const Scene& scene, ElasticSession& 
   for (;;) {
     ElasticSolver solver(result.level, scene.poisson, session);
     solver.full_multigrid();
-    RemainingError error;
+    RemainingError error(contrast_of(result.level.modulus));
     for (int step = 0; step < most_steps && !error.is_within(known_within * forgiven); ++step) {
       const ElasticSolver::Step done = solver.conjugate_gradients();
       if (done.ended) {

@@ -1,0 +1,25 @@
+#include "harness/solve/methods/contrast.hpp"
+
+#include "kernels/data/ordered_bits.hpp"
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace hdmbench {
+
+double contrast_of(const ScalarField& modulus) {
+  const std::vector<float>& values = modulus.values;
+  std::int32_t softest = ordered_bits(values.front());
+  std::int32_t stiffest = softest;
+#pragma omp simd reduction(min : softest) reduction(max : stiffest)
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::int32_t own = ordered_bits(values[i]);
+    softest = own < softest ? own : softest;
+    stiffest = own > stiffest ? own : stiffest;
+  }
+  return static_cast<double>(std::bit_cast<float>(stiffest)) / std::bit_cast<float>(softest);
+}
+
+} // namespace hdmbench
