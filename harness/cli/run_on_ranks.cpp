@@ -186,7 +186,7 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
                                        .bytes = traffic.bytes,
                                        .peak_memory = static_cast<std::int64_t>(memory.bytes().value_or(0))}},
                                      ranks);
-  row.shared_levels = rows_of(solution.levels, !is_elastic, ranks);
+  row.shared_levels = rows_of(solution.levels, scene.schedule.cycle == Cycle::one_way, ranks);
   if (!ranks.is_first()) {
     return success;
   }

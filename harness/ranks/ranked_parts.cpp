@@ -68,12 +68,12 @@ LevelPart RankedParts::part(Extent level) const {
 }
 
 Level RankedParts::sample(const Level& image, Extent level, Alignment alignment, Material material) const {
-  return RankedSampling(halos_, rank_, image_, share(image_), level, share(level), alignment)(image,
-                                                                                              material);
+  return RankedSampling(ranks_, halos_, rank_, image_, share(image_), level, share(level),
+                        alignment)(image, material);
 }
 
 VectorField RankedParts::sample(const VectorField& image, Extent level, Alignment alignment) const {
-  return RankedSampling(halos_, rank_, image_, share(image_), level, share(level), alignment)(image);
+  return RankedSampling(ranks_, halos_, rank_, image_, share(image_), level, share(level), alignment)(image);
 }
 
 void RankedParts::renew(Extent level, VectorField& field) const {
@@ -173,11 +173,12 @@ RankedSolution solve_cycles_on_ranks(ScenePart part, const Backend& backend, con
   scene.full.update = schedule.update;
   scene.start = std::move(part.start);
   const RankedParts parts(image, sharing, ranks, halos);
-  Solution solved = solve_on_parts(scene, backend, options, parts, progress);
+  CycleSolution solved = solve_on_parts(scene, backend, options, parts, progress);
   const LevelPart own = parts.part(image);
   RankedSolution solution{.owned = own.owned,
                           .displacement = owned_part(solved.displacement, own.loaded, own.owned),
-                          .levels = {}};
+                          .levels = {},
+                          .residual = solved.residual};
   for (const LevelResult& work : solved.levels) {
     const LevelShare& share = parts.share(work.extent);
     const RankedParts::Sent& sent = parts.sent(work.extent);

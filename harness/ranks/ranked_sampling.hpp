@@ -12,9 +12,11 @@ namespace hdmbench {
 /// bit for bit. All calls are collective and throw what Exchange throws.
 class RankedSampling {
 public:
-  /// How the image and the level are shared out; `exchange` brings the sites. All must outlive this.
-  RankedSampling(Exchange& exchange, std::size_t rank, Extent image, const LevelShare& shared_image,
-                 Extent level, const LevelShare& shared_level, Alignment alignment);
+  /// How the image and the level are shared out; `sites` brings sites, `sums` hands on sums. All must outlive
+  /// this.
+  RankedSampling(Exchange& sites, Exchange& sums, std::size_t rank, Extent image,
+                 const LevelShare& shared_image, Extent level, const LevelShare& shared_level,
+                 Alignment alignment);
 
   /// Of what this rank loads of the image. Material::mean where rows are shared out whole (Sharing::rows).
   [[nodiscard]] Level operator()(const Level& image, Material material) const;
@@ -24,7 +26,8 @@ private:
   [[nodiscard]] std::vector<float> values(const std::vector<float>& image) const;
   [[nodiscard]] std::vector<float> mean_moduli(const std::vector<float>& image) const;
 
-  Exchange& exchange_;
+  Exchange& sites_;
+  Exchange& sums_;
   std::size_t rank_;
   Extent image_;
   const LevelShare& shared_image_;

@@ -1,5 +1,6 @@
 #include "harness/ranks/ranked_solution.hpp"
 
+#include "backends/shared/cut_rows.hpp"
 #include "harness/ranks/ranked_resampling.hpp"
 #include "harness/ranks/ranked_sampling.hpp"
 #include "harness/ranks/redistribution.hpp"
@@ -128,7 +129,7 @@ private:
 
   /// What this rank loads of the level.
   Level sample(const PyramidLevel& level, const LevelShare& share, bool is_last) {
-    const RankedSampling sampling(ranks_, rank_, pyramid_.extent, full_, level.extent, share,
+    const RankedSampling sampling(ranks_, halos_, rank_, pyramid_.extent, full_, level.extent, share,
                                   pyramid_.alignment);
     const bool is_full =
         level.extent == pyramid_.extent; // what is here; after the last level nobody needs it
@@ -136,6 +137,7 @@ private:
                    : is_last ? std::move(pyramid_.part)
                              : pyramid_.part;
     result.strengths = level.strengths;
+    result.seed = seed_from_row(result.seed, share.loaded[rank_].top);
     if (needs_inverse_curvature(result.rule)) { // wrong on the outermost rim, as the first sweep is there
       set_inverse_curvature(result);
     }
@@ -227,10 +229,7 @@ LevelShare Sharing::operator()(Extent extent) const {
   }
   Cut cut;
   for (int count = worth; cut.pieces.empty(); --count) {
-    cut = cut_image(rows ? Extent{1, extent.height} : extent, count, halo);
-  }
-  for (std::size_t i = 0; rows && i < cut.pieces.size(); ++i) {
-    cut.pieces[i].owned.width = cut.pieces[i].loaded.width = extent.width;
+    cut = rows ? cut_rows(extent, count, halo) : cut_image(extent, count, halo);
   }
   return by_rank(std::move(cut), ranks);
 }
@@ -241,7 +240,7 @@ Sharing sharing_for(const Schedule& schedule, Sharing sharing) {
     sharing.halo = LevelParts::halo;
     sharing.fewest_sites = std::max(sharing.fewest_sites, CoarsestSolver::most_sites + 1);
     sharing.fewest_rows = 1;
-  } else if (schedule.mean_modulus) {
+  } else if (schedule.mean_modulus || schedule.rule == Rule::annealing) {
     sharing.fewest_rows = 1;
   }
   if (sharing.fewest_rows > 0 && is_default) { // below, a piece is mostly halo
@@ -252,9 +251,7 @@ Sharing sharing_for(const Schedule& schedule, Sharing sharing) {
 
 void require_shareable(const Scene& scene) {
   const auto refuse = [&](std::string_view what) {
-    throw InputError(fmt::format("{} runs on one rank; several compute all methods of both energies but "
-                                 "annealing and sequential updates",
-                                 what));
+    throw InputError(fmt::format("{} runs on one rank", what));
   };
   if (scene.energy == EnergyModel::elastic) {
     if (scene.robust) {
@@ -262,8 +259,8 @@ void require_shareable(const Scene& scene) {
     }
     return;
   }
-  if (scene.schedule.rule == Rule::annealing || scene.full.update == Update::sequential) {
-    refuse(method_name(scene));
+  if (scene.full.update == Update::sequential) {
+    refuse("sequential, each of whose sweeps crosses the image site by site,");
   }
   if (scene.schedule.cycle == Cycle::one_way && scene.schedule.stop == Stop::energy) {
     refuse("a level that ends by its mean energy");
@@ -283,6 +280,7 @@ RankedPyramid ranked_pyramid(ScenePart part) {
   pyramid.part.steps = scene.full.steps;
   pyramid.part.update = scene.full.update;
   pyramid.part.rule = scene.schedule.rule;
+  pyramid.part.seed = scene.full.seed;
   const LevelSequence levels(scene);
   for (const int level : levels.order()) {
     pyramid.levels.push_back({.extent = levels.extent(level),

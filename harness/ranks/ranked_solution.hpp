@@ -28,7 +28,7 @@ struct Sharing {
   std::size_t fewest_sites = std::size_t{1} << 14;
   int halo = 0; ///< as of cut_image()
   /// > 0: pieces are whole rows, at least so many, where there are so many: for what is summed up over the
-  /// image row by row.
+  /// image row by row, and for random numbers (seed_from_row()).
   int fewest_rows = 0;
 
   bool operator==(const Sharing&) const = default;
@@ -75,6 +75,7 @@ struct RankedSolution {
   Rectangle owned;
   VectorField displacement; ///< of the sites that are owned, pixels
   std::vector<RankedLevel> levels;
+  std::optional<double> residual{}; ///< as of CycleSolution, where the method is one
 };
 
 /// All levels, each on as many ranks as it is worth; every rank computes its piece on its own `session`, of

@@ -355,12 +355,14 @@ Solution solve_krylov(const Scene& scene, const Backend& backend, const SessionO
   return by_krylov(scene, multigrid, progress, solve_options);
 }
 
-Solution solve_on_parts(const Scene& scene, const Backend& backend, const SessionOptions& options,
-                        const LevelParts& parts, Progress& progress, const SolveOptions& solve_options) {
+CycleSolution solve_on_parts(const Scene& scene, const Backend& backend, const SessionOptions& options,
+                             const LevelParts& parts, Progress& progress, const SolveOptions& solve_options) {
   std::vector<std::unique_ptr<Session>> sessions;
   Multigrid multigrid(scene, backend, options, sessions, parts);
-  return (scene.schedule.cycle == Cycle::krylov ? by_krylov : by_cycles)(scene, multigrid, progress,
-                                                                         solve_options);
+  const auto solve = scene.schedule.cycle == Cycle::krylov ? by_krylov : by_cycles;
+  CycleSolution solution{solve(scene, multigrid, progress, solve_options)};
+  solution.residual = multigrid.residual().rms;
+  return solution;
 }
 
 } // namespace hdmbench

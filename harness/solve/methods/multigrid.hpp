@@ -138,10 +138,16 @@ private:
                                     std::vector<std::unique_ptr<Session>>& sessions, Progress& progress,
                                     const SolveOptions& solve_options = {});
 
+/// A solution with the RMS of what each component of the field, which is known in double, misses to its own
+/// minimiser, pixels.
+struct CycleSolution : Solution {
+  double residual = 0.0;
+};
+
 /// What scene.schedule.cycle says of the two, where others have parts of the image: scene.full and the result
 /// are what is loaded here.
-[[nodiscard]] Solution solve_on_parts(const Scene& scene, const Backend& backend,
-                                      const SessionOptions& options, const LevelParts& parts,
-                                      Progress& progress, const SolveOptions& solve_options = {});
+[[nodiscard]] CycleSolution solve_on_parts(const Scene& scene, const Backend& backend,
+                                           const SessionOptions& options, const LevelParts& parts,
+                                           Progress& progress, const SolveOptions& solve_options = {});
 
 } // namespace hdmbench
