@@ -165,7 +165,6 @@ int seed_from_row(int seed, int row) {
 Level part_of(const Level& level, const Rectangle& part) {
   Level result = without_fields(level);
   result.extent = part.extent();
-  result.seed = seed_from_row(level.seed, part.top);
   result.target = part_of(level.target, part);
   result.confidence = part_of(level.confidence, part);
   result.modulus = part_of(level.modulus, part);

@@ -51,7 +51,9 @@ void CutSession::load_pieces(const Level& level, const TooLarge& error) {
         if (i == sessions_.size()) {
           sessions_.push_back(open_());
         }
-        sessions_[i]->load(part_of(level, cut.pieces[i].loaded));
+        Level piece = part_of(level, cut.pieces[i].loaded);
+        piece.seed = seed_from_row(level.seed, cut.pieces[i].loaded.top);
+        sessions_[i]->load(piece);
         own.push_back({i, sessions_[i].get()});
       }
       pieces_.emplace(std::move(cut), std::move(own), exchange_);
