@@ -123,18 +123,19 @@ TEST_F(RankProgram, WritesTheFileOfOneProcessByteForByte) {
     const char* arguments;
     int ranks;
   };
-  constexpr std::array cases{Case{"square", "--size 97x101", 2},
-                             Case{"random", "--size 45x31 --update coloured", 3},
-                             Case{"tie-rich", "--size 33x5", 4}, // one row on two of the ranks
-                             Case{"random", "--size 64x40 --steps fine --alignment center", 6},
-                             Case{"circular-radial", "--size 50 --stop still", 4},
-                             Case{"square", "--size 7x3 --update four-coloured", 6}, // four are idle
-                             Case{"random", "--size 61x47 --method closed-form", 4},
-                             Case{"random", "--size 33x47 --method closed-form --relaxation 1.8", 3},
-                             Case{"random", "--size 61x47 --method cascade", 4},
-                             Case{"circular", "--size 90x130 --method cascade --alignment center", 3},
-                             Case{"random", "--size 45x61 --method annealing --iterations 20 --seed 7", 3},
-                             Case{"tie-rich", "--size 20x33 --method annealing --update four-coloured", 6}};
+  constexpr std::array cases{
+      Case{"square", "--size 97x101", 2},
+      Case{"random", "--size 45x31 --update coloured", 3},
+      Case{"tie-rich", "--size 33x5", 4}, // one row on two of the ranks
+      Case{"random", "--size 64x40 --steps fine --alignment center", 6},
+      Case{"circular-radial", "--size 50 --stop still", 4},
+      Case{"square", "--size 7x3 --update four-coloured", 6}, // four are idle
+      Case{"random", "--size 61x47 --method closed-form", 4},
+      Case{"random", "--size 33x47 --method closed-form --relaxation 1.8", 3},
+      Case{"random", "--size 61x47 --method cascade", 4},
+      Case{"circular", "--size 90x130 --method cascade --alignment center", 3},
+      Case{"random", "--size 45x61 --method annealing --iterations 20 --seed 7", 3},
+      Case{"tie-rich", "--size 20x33 --method annealing --iterations 8 --temperatures 2,0.1", 6}};
   for (const Case& one : cases) {
     const std::string run = fmt::format("run {} {} --output ", one.scene, one.arguments);
     test::expect_run(0, run + path("one") + " --backend scalar");
