@@ -380,13 +380,13 @@ TEST_F(RankProgram, VerifyComparesEverySweepOnEveryNumberOfRanks) {
       AllOf(HasSubstr("openmp+vulkan-compute on 3 ranks"), HasSubstr("0 disagree")), on_ranks(3));
   test::expect_run(0, "verify random --size 21x13 --backends openmp --methods closed-form,sequential --quick",
                    AllOf(HasSubstr("sequential, is left out"), HasSubstr("0 disagree")), on_ranks(2));
-  // Sweep by sweep, and as a whole: 3 modes of annealing, 3 of cascade, 1 of the others, 2 backends, 4 ranks.
+  // Sweep by sweep, and as a whole: 2 modes of annealing, 3 of cascade, 1 of the others, 2 backends, 4 ranks.
   test::expect_run(
       0,
-      "verify random --size 23x45 --backends scalar,vulkan-compute --iterations 3 "
+      "verify random --size 23x45 --backends scalar,openmp --iterations 3 "
       "--methods annealing,cascade,multigrid,krylov",
-      AllOf(HasSubstr("64 comparisons with scalar agree to the bit, 0 are certified, 0 disagree"),
-            HasSubstr("vulkan-compute on 4 ranks")),
+      AllOf(HasSubstr("56 comparisons with scalar agree to the bit, 0 are certified, 0 disagree"),
+            HasSubstr("openmp on 4 ranks")),
       on_ranks(4));
 }
 
