@@ -123,13 +123,19 @@ TEST_F(RankProgram, WritesTheFileOfOneProcessByteForByte) {
     const char* arguments;
     int ranks;
   };
-  constexpr std::array cases{Case{"square", "--size 97x101", 2},
-                             Case{"random", "--size 45x31 --update coloured", 3},
-                             Case{"tie-rich", "--size 33x5", 4}, // one row on two of the ranks
-                             Case{"random", "--size 64x40 --steps fine --alignment center", 6},
-                             Case{"circular-radial", "--size 50 --stop still", 4},
-                             Case{"square", "--size 7x3 --update four-coloured", 6}, // four are idle
-                             Case{"random", "--size 61x47 --method closed-form", 4}};
+  constexpr std::array cases{
+      Case{"square", "--size 97x101", 2},
+      Case{"random", "--size 45x31 --update coloured", 3},
+      Case{"tie-rich", "--size 33x5", 4}, // one row on two of the ranks
+      Case{"random", "--size 64x40 --steps fine --alignment center", 6},
+      Case{"circular-radial", "--size 50 --stop still", 4},
+      Case{"square", "--size 7x3 --update four-coloured", 6}, // four are idle
+      Case{"random", "--size 61x47 --method closed-form", 4},
+      Case{"random", "--size 33x47 --method closed-form --relaxation 1.8", 3},
+      Case{"random", "--size 61x47 --method cascade", 4},
+      Case{"circular", "--size 90x130 --method cascade --alignment center", 3},
+      Case{"random", "--size 45x61 --method annealing --iterations 20 --seed 7", 3},
+      Case{"tie-rich", "--size 20x33 --method annealing --iterations 8 --temperatures 2,0.1", 6}};
   for (const Case& one : cases) {
     const std::string run = fmt::format("run {} {} --output ", one.scene, one.arguments);
     test::expect_run(0, run + path("one") + " --backend scalar");
@@ -138,6 +144,31 @@ TEST_F(RankProgram, WritesTheFileOfOneProcessByteForByte) {
     const std::string name = fmt::format("/{}.nrrd", one.scene);
     EXPECT_TRUE(bytes(path("one") + name) == bytes(path("many") + name)) << run << one.ranks << " ranks";
     EXPECT_EQ(files_in(path("many")), 1U);
+    fs::remove_all(path("many"));
+  }
+}
+
+/// multigrid and krylov; an image of 33 rows leaves one to the last rank, one of 7 x 3 leaves all but one
+/// idle.
+TEST_F(RankProgram, CyclesWriteTheFileOfOneProcess) {
+  struct Case {
+    const char* scene;
+    const char* arguments;
+    int ranks;
+  };
+  constexpr std::array cases{Case{"square", "--size 97x101 --method multigrid", 2},
+                             Case{"random", "--size 20x33 --method krylov", 3},
+                             Case{"tie-rich", "--size 33x5 --method multigrid", 4},
+                             Case{"circular-radial", "--size 65x129 --method multigrid --iterations 6", 4},
+                             Case{"random", "--size 64x140 --method krylov --alignment center", 6},
+                             Case{"square", "--size 7x3 --method krylov", 6}};
+  for (const Case& one : cases) {
+    const std::string run = fmt::format("run {} {} --output ", one.scene, one.arguments);
+    test::expect_run(0, run + path("one") + " --backend scalar");
+    test::expect_run(0, run + path("many") + " --backend openmp --sites-per-rank 1", testing::_,
+                     on_ranks(one.ranks));
+    const std::string name = fmt::format("/{}.nrrd", one.scene);
+    EXPECT_TRUE(bytes(path("one") + name) == bytes(path("many") + name)) << run << one.ranks << " ranks";
     fs::remove_all(path("many"));
   }
 }
@@ -244,6 +275,38 @@ TEST_F(RankProgram, SendsAsManyMessagesAndBytesAsTheFormulaSays) {
   }
 }
 
+/// The same of the methods that go between levels: halos are renewed once a cycle of a level, twice a Krylov
+/// step, and once for the weights of a restriction.
+TEST_F(RankProgram, SendsForCyclesWhatTheFormulaSays) {
+  struct Case {
+    const char* arguments;
+    int ranks;
+    int of_image; ///< renewals
+  };
+  constexpr int halo = 12;
+  for (const Case& one : {Case{"--size 100x260 --method multigrid --iterations 3", 2, 1 + 3},
+                          Case{"--size 64x256 --method krylov --iterations 2", 4, 1 + 2 * 2}}) {
+    test::expect_run(0,
+                     fmt::format("run square {} --sites-per-rank 1 --output {} --json {}", one.arguments,
+                                 path("out"), path("run.json")),
+                     testing::_, on_ranks(one.ranks));
+    const nlohmann::json levels = test::read_json(path("run.json"))["results"][0]["shared_levels"];
+    int shared = 0;
+    for (const nlohmann::json& level : levels) {
+      const auto number = [&](const char* key) { return level[key].get<std::int64_t>(); };
+      const std::int64_t cuts = number("rows") - 1;
+      EXPECT_EQ(number("columns"), 1) << level;
+      EXPECT_EQ(number("renewals"), cuts == 0 ? 0 : level == levels.back() ? one.of_image : 1 + 1) << level;
+      if (number("height") / number("rows") >= halo + 4) { // else halos reach beyond the next rank
+        EXPECT_EQ(number("messages"), number("renewals") * 2 * cuts) << level;
+        EXPECT_EQ(number("bytes"), number("renewals") * 8 * number("width") * 2 * halo * cuts) << level;
+        shared += cuts > 0 ? 1 : 0;
+      }
+    }
+    EXPECT_GT(shared, 1) << one.arguments;
+  }
+}
+
 /// The same of the elastic energy. Below the cut levels, loads go to the first rank and corrections come.
 TEST_F(RankProgram, SendsForTheElasticEnergyWhatTheFormulaSays) {
   for (const auto& [size, ranks] :
@@ -315,20 +378,39 @@ TEST_F(RankProgram, VerifyComparesEverySweepOnEveryNumberOfRanks) {
   test::expect_run(
       0, "verify random --size 21x13 --backends openmp+vulkan-compute,gl-fragment --iterations 8",
       AllOf(HasSubstr("openmp+vulkan-compute on 3 ranks"), HasSubstr("0 disagree")), on_ranks(3));
-  test::expect_run(0, "verify random --size 21x13 --backends openmp --methods closed-form,annealing --quick",
-                   AllOf(HasSubstr("annealing, is left out"), HasSubstr("0 disagree")), on_ranks(2));
+  test::expect_run(0, "verify random --size 21x13 --backends openmp --methods closed-form,sequential --quick",
+                   AllOf(HasSubstr("sequential, is left out"), HasSubstr("0 disagree")), on_ranks(2));
+  // Sweep by sweep, and as a whole: 2 modes of annealing, 3 of cascade, 1 of the others, 2 backends, 4 ranks.
+  test::expect_run(
+      0,
+      "verify random --size 23x45 --backends scalar,openmp --iterations 3 "
+      "--methods annealing,cascade,multigrid,krylov",
+      AllOf(HasSubstr("56 comparisons with scalar agree to the bit, 0 are certified, 0 disagree"),
+            HasSubstr("openmp on 4 ranks")),
+      on_ranks(4));
 }
 
 TEST_F(RankProgram, PlantedFaultsAreSeen) {
   test::expect_run(0, "faults",
-                   AllOf(HasSubstr("8 of 8 planted faults caught, 2 of 2 controls let through"),
-                         HasSubstr("elastic-stale-halo"), HasSubstr("elastic-sum-in-rank-order")),
+                   AllOf(HasSubstr("13 of 13 planted faults caught, 6 of 6 controls let through"),
+                         HasSubstr("elastic-stale-halo"), HasSubstr("elastic-sum-in-rank-order"),
+                         HasSubstr("krylov-sum-in-rank-order")),
                    on_ranks(2));
   test::expect_run(0, "faults",
-                   AllOf(HasSubstr("10 of 10 planted faults caught, 2 of 2 controls let through"),
+                   AllOf(HasSubstr("16 of 16 planted faults caught, 6 of 6 controls let through"),
                          HasSubstr("swapped-neighbours")),
                    on_ranks(4));
 }
+
+/// No field is the only fixed point.
+constexpr const char* unobserved = R"(title = "nothing is known"
+size = [40, 40]
+[random]
+seed = 1
+modulus = [1.0, 2.0]
+displacement = 1.0
+observed = 0.0
+)";
 
 TEST_F(RankProgram, ErrorsEndAllWithStatusTwoAndOneSentence) {
   const auto expect_refusal = [&](const std::string& arguments, const char* words) {
@@ -339,9 +421,12 @@ TEST_F(RankProgram, ErrorsEndAllWithStatusTwoAndOneSentence) {
   const std::string out = " --output " + path("out");
   expect_refusal("run nowhere" + out, "there is no scene and no file \"nowhere\"");
   expect_refusal("run square --nonsense" + out, "--nonsense");
-  expect_refusal("run square --size 20 --method cascade" + out, "cascade runs on one rank");
-  expect_refusal("run square --size 20 --method closed-form --relaxation 1.5" + out,
-                 "a relaxation above 1, with which a level may diverge");
+  expect_refusal("run square --size 20 --method sequential --backend scalar" + out,
+                 "each of whose sweeps crosses the image site by site, runs on one rank");
+  expect_refusal("run " + folder_.write("free.toml", unobserved).string() + " --method multigrid" + out,
+                 "no site has a known displacement in x");
+  expect_refusal("bench --scaling strong square --size 64 --method multigrid",
+                 "bench --scaling models icm and closed-form, not multigrid");
   expect_refusal("run square --size 20 --energy elastic --robust 1" + out, "--robust, which solves again");
   expect_refusal("run tie-rich --size 1x20 --energy elastic" + out, "at least 2 x 2 pixels");
   expect_refusal("devices --measure", "tell of one process");

@@ -1,5 +1,7 @@
 #include "backends/shared/cut.hpp"
 
+#include "backends/shared/cut_rows.hpp"
+
 #include <algorithm>
 #include <iterator>
 #include <limits>
@@ -93,6 +95,14 @@ Cut cut_image(Extent extent, int count, int halo, int granule) {
   return cut;
 }
 
+Cut cut_rows(Extent extent, int count, int halo) {
+  Cut cut = cut_image({1, extent.height}, count, halo);
+  for (Piece& piece : cut.pieces) {
+    piece.owned.width = piece.loaded.width = extent.width;
+  }
+  return cut;
+}
+
 std::vector<Transfer> transfers(std::span<const Rectangle> held, std::span<const Rectangle> wanted) {
   std::vector<Transfer> all;
   for (std::size_t from = 0; from < held.size(); ++from) {
@@ -145,6 +155,11 @@ ScalarField part_of(const ScalarField& field, const Rectangle& part) {
   ScalarField result(part.extent());
   copy(part, field.values, all_of(field.extent), result.values, part);
   return result;
+}
+
+int seed_from_row(int seed, int row) {
+  constexpr int numbers = 4093;
+  return seed % numbers + numbers * ((seed / numbers + row) % numbers);
 }
 
 Level part_of(const Level& level, const Rectangle& part) {

@@ -1,31 +1,22 @@
 #include "backends/shared/cut_session.hpp"
 
+#include "backends/shared/cut_rows.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
 #include <utility>
 
 namespace hdmbench {
 
 namespace {
 
-/// Why the image cannot be cut; none where it can.
-std::optional<std::string> obstacle(const Level& level) {
-  if (level.rule == Rule::annealing) {
-    return "annealing draws its random numbers by column and row";
-  }
-  if (level.update == Update::sequential) {
-    return "sequential updates cross it in one sweep";
-  }
-  return std::nullopt;
-}
-
 /// Throws where the image, of which a session said `error`, cannot be cut.
 void require_cuttable(const Level& level, const TooLarge& error) {
-  if (const auto reason = obstacle(level)) {
-    throw TooLarge(
-        fmt::format("{}, and the image cannot be cut into pieces because {}", error.what(), *reason));
+  if (level.update == Update::sequential) {
+    throw TooLarge(fmt::format(
+        "{}, and the image cannot be cut into pieces because sequential updates cross it in one sweep",
+        error.what()));
   }
 }
 
@@ -49,7 +40,8 @@ void CutSession::do_load(const Level& level) {
 void CutSession::load_pieces(const Level& level, const TooLarge& error) {
   std::string of_piece = error.what();
   for (int count = 2;; count *= 2) {
-    Cut cut = cut_image(level.extent, count);
+    const bool in_rows = level.rule == Rule::annealing; // as its random numbers want
+    Cut cut = in_rows ? cut_rows(level.extent, count) : cut_image(level.extent, count);
     if (cut.pieces.empty()) {
       throw TooLarge(fmt::format("{}; nor do pieces of it fit: {}", error.what(), of_piece));
     }
@@ -59,7 +51,9 @@ void CutSession::load_pieces(const Level& level, const TooLarge& error) {
         if (i == sessions_.size()) {
           sessions_.push_back(open_());
         }
-        sessions_[i]->load(part_of(level, cut.pieces[i].loaded));
+        Level piece = part_of(level, cut.pieces[i].loaded);
+        piece.seed = seed_from_row(level.seed, cut.pieces[i].loaded.top);
+        sessions_[i]->load(piece);
         own.push_back({i, sessions_[i].get()});
       }
       pieces_.emplace(std::move(cut), std::move(own), exchange_);

@@ -12,9 +12,9 @@ namespace hdmbench {
 
 /// A session that cuts an image that is too large for one session of its backend, and no other, into 2, 4, 8
 /// ... pieces, each with a session of its own, until they fit. Sweeps go on in each piece as long as its halo
-/// holds, then halos are renewed through the host. The same bits. Not for annealing, whose random numbers go
-/// by column and row, nor for sequential updates: these are TooLarge, as is what does not fit in the smallest
-/// pieces.
+/// holds, then halos are renewed through the host. The same bits. Pieces for annealing are whole
+/// rows (seed_from_row()). Not for sequential updates: these are TooLarge, as is what does not fit in the
+/// smallest pieces.
 class CutSession final : public Session {
 public:
   /// `open` makes another session of the backend, with an empty name; called at once for the first one, and

@@ -111,6 +111,11 @@ private:
                                      [&](Extent whole) { return sharing_of(count)(whole).loaded[rank]; });
     arguments_.schedule.apply(part.scene);
     require_shareable(part.scene);
+    if (sharing_for(part.scene.schedule, sharing_of(count)) != sharing_of(count)) {
+      throw InputError(
+          fmt::format("bench --scaling models icm and closed-form, not {}; run tells its seconds",
+                      part.scene.schedule.method));
+    }
     return part;
   }
 

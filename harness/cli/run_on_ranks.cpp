@@ -8,6 +8,7 @@
 #include "harness/ranks/elastic_solution.hpp"
 #include "harness/ranks/rank_devices.hpp"
 #include "harness/ranks/ranked_file.hpp"
+#include "harness/ranks/ranked_parts.hpp"
 #include "harness/ranks/ranked_solution.hpp"
 #include "harness/report/grouped.hpp"
 #include "harness/report/table.hpp"
@@ -75,10 +76,15 @@ void print_ranks(const std::vector<RankRow>& rows) {
   fmt::print("\n{}", table.text());
 }
 
-Sharing sharing_of(const Ranks& ranks, std::size_t fewest_sites, const RankArguments& arguments) {
-  return {.ranks = ranks.size(),
-          .pieces = ranks.size(),
-          .fewest_sites = arguments.sites_per_rank > 0 ? arguments.sites_per_rank : fewest_sites};
+Sharing sharing_of(const Ranks& ranks, const Scene& scene, const RankArguments& arguments) {
+  Sharing sharing{.ranks = ranks.size(), .pieces = ranks.size()};
+  const bool is_elastic = scene.energy == EnergyModel::elastic;
+  if (arguments.sites_per_rank > 0) {
+    sharing.fewest_sites = arguments.sites_per_rank;
+  } else if (is_elastic) {
+    sharing.fewest_sites = elastic_sites_per_rank;
+  }
+  return is_elastic ? sharing : sharing_for(scene.schedule, sharing);
 }
 
 RankedSolution solve(ScenePart part, const Backend& backend, const SessionOptions& options,
@@ -90,6 +96,9 @@ RankedSolution solve(ScenePart part, const Backend& backend, const SessionOption
     RankedElastic steps(share_elastic(part.scene.extent(), sharing), ranks, ranks,
                         [&] { return backend.open_elastic(options); });
     return solve_elastic_on_ranks(part, steps, ranks, progress);
+  }
+  if (part.scene.schedule.cycle != Cycle::one_way) {
+    return solve_cycles_on_ranks(std::move(part), backend, options, sharing, ranks, ranks, progress);
   }
   const int together = sweeps_per_iteration(part.scene.full);
   const auto session = backend.open(options);
@@ -109,19 +118,20 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
   const Backend& backend = backend_of_rank(registry, arguments.backend, ranks.rank());
   const SessionOptions options = options_of_rank(arguments.session, backend, ranks);
   const Device device = backend.device(options);
-  EnergyModel energy = arguments.schedule.energy.value_or(EnergyModel::hdm);
-  Sharing sharing;
-  const auto load = [&] {
-    const bool elastic = energy == EnergyModel::elastic;
-    sharing = sharing_of(ranks, elastic ? elastic_sites_per_rank : Sharing{}.fewest_sites, rank_arguments);
+  const auto load = [&](const Sharing& sharing, EnergyModel energy) {
     return arguments.load_part([&](Extent extent) {
-      return elastic ? share_elastic(extent, sharing).image().loaded[rank] : sharing(extent).loaded[rank];
+      return energy == EnergyModel::elastic ? share_elastic(extent, sharing).image().loaded[rank]
+                                            : sharing(extent).loaded[rank];
     });
   };
-  ScenePart part = load();
-  if (part.scene.energy != energy) { // by its method
-    energy = part.scene.energy;
-    part = load();
+  Scene expected; // by what is known before it is loaded
+  expected.energy = arguments.schedule.energy.value_or(EnergyModel::hdm);
+  Sharing sharing = sharing_of(ranks, expected, rank_arguments);
+  ScenePart part = load(sharing, expected.energy);
+  const Sharing by_method = sharing_of(ranks, part.scene, rank_arguments);
+  if (part.scene.energy != expected.energy || by_method != sharing) {
+    sharing = by_method;
+    part = load(sharing, part.scene.energy);
   }
   const Scene scene = part.scene;
   require_shareable(scene);
@@ -176,7 +186,7 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
                                        .bytes = traffic.bytes,
                                        .peak_memory = static_cast<std::int64_t>(memory.bytes().value_or(0))}},
                                      ranks);
-  row.shared_levels = rows_of(solution.levels, !is_elastic, ranks);
+  row.shared_levels = rows_of(solution.levels, scene.schedule.cycle == Cycle::one_way, ranks);
   if (!ranks.is_first()) {
     return success;
   }

@@ -24,12 +24,14 @@ namespace hdmbench::commands {
 
 namespace {
 
+/// Methods that go to and fro between the levels: in one process bench compares them.
+enum class Cycles { left_out, kept };
+
 /// Without scenes and methods on the command line: every scene as its file says, what meets the backends'
 /// tiles at any --sizes, and on the scene that has a different modulus at every site a few iterations of
 /// every other method, so that each rule and order of sites is compared; then every scene (--quick: two of
-/// them) with the elastic energy, a few steps of conjugate gradients, in which all of its arithmetic is. Of
-/// several methods those that go to and fro between the levels are left out: bench compares them.
-std::vector<Scene> scenes_to_verify(CommonArguments arguments) {
+/// them) with the elastic energy, a few steps of conjugate gradients, in which all of its arithmetic is.
+std::vector<Scene> scenes_to_verify(CommonArguments arguments, Cycles cycles = Cycles::left_out) {
   std::vector<Scene> scenes = arguments.load_scenes(shipped_scenes());
   const bool all = arguments.scenes.empty() && arguments.methods.empty();
   if (all && !arguments.schedule.method && !arguments.schedule.energy) {
@@ -60,9 +62,9 @@ std::vector<Scene> scenes_to_verify(CommonArguments arguments) {
     }
   }
   std::erase_if(scenes, [&](const Scene& scene) {
-    const bool cycles = scene.energy == EnergyModel::hdm && scene.schedule.cycle != Cycle::one_way;
+    const bool has_cycles = scene.energy == EnergyModel::hdm && scene.schedule.cycle != Cycle::one_way;
     const bool named = arguments.schedule.method.has_value(); // then verify() refuses it
-    return cycles && !named;
+    return has_cycles && !named && cycles == Cycles::left_out;
   });
   return scenes;
 }
@@ -162,18 +164,14 @@ int run_verify(const CommonArguments& arguments, Tier required, const std::strin
 
 /// Without those that several ranks cannot compute, which it names.
 std::vector<Scene> scenes_for_ranks(const CommonArguments& arguments) {
-  std::vector<Scene> scenes = scenes_to_verify(arguments);
+  std::vector<Scene> scenes = scenes_to_verify(arguments, Cycles::kept);
   std::erase_if(scenes, [](const Scene& scene) {
-    std::string_view why;
-    if (scene.schedule.rule == Rule::annealing) {
-      why = "annealing draws its random numbers by column and row";
-    } else if (scene.full.update == Update::sequential) {
-      why = "sequential updates cross the image in one sweep";
+    const bool is_sequential = scene.full.update == Update::sequential;
+    if (is_sequential) {
+      fmt::print("{}, {}, is left out: sequential updates cross the image in one sweep\n", scene.name,
+                 method_name(scene));
     }
-    if (!why.empty()) {
-      fmt::print("{}, {}, is left out: {}\n", scene.name, method_name(scene), why);
-    }
-    return !why.empty();
+    return is_sequential;
   });
   return scenes;
 }

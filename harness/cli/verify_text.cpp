@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace hdmbench::commands {
 
@@ -42,13 +43,13 @@ void explain_disagreement(const Scene& scene, const Comparison& comparison,
                                                 : fmt::format("step {}, {}", first.iteration, first.step);
     fmt::print("    first: level {}, {}, x = {}, y = {}: expected ({}, {}), found ({}, {})\n", first.level,
                when, first.x, first.y, first.expected[0], first.expected[1], first.found[0], first.found[1]);
-    if (first.step.empty()) {
+    if (first.step.empty() && !std::isnan(first.energy_before)) {
       fmt::print("    energy of that site (double): {} before, {} expected, {} found\n", first.energy_before,
                  first.energy_expected, first.energy_found);
     }
   }
   if (comparison.counts_differing > 0) {
-    fmt::print(scene.energy == EnergyModel::elastic
+    fmt::print(scene.schedule.cycle != Cycle::one_way
                    ? fmt::runtime("    {} sums over the image are wrong\n")
                    : fmt::runtime("    the number of changed sites was wrong after {} iterations\n"),
                grouped(comparison.counts_differing));
@@ -102,7 +103,9 @@ void print_remarks(const Scene& scene, const std::vector<Comparison>& comparison
                "solution\n");
   }
   for (const Mode mode : {Mode::active, Mode::pyramid}) {
-    if (const std::string reason = why_left_out(mode, scene); !reason.empty()) {
+    const std::string reason = why_left_out(mode, scene);
+    const bool is_compared = std::ranges::find(comparisons, mode, &Comparison::mode) != comparisons.end();
+    if (!reason.empty() && !is_compared) {
       fmt::print("  {} is not compared: {}\n", name_of(mode), reason);
     }
   }
@@ -139,8 +142,8 @@ void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
   fmt::print("\n");
   std::vector<Modes> backends;
   for (auto first = comparisons.begin(); first != comparisons.end();) {
-    const auto last = std::find_if(first + 1, comparisons.end(), [](const Comparison& comparison) {
-      return comparison.mode == Mode::resync;
+    const auto last = std::find_if(first + 1, comparisons.end(), [&](const Comparison& comparison) {
+      return comparison.backend != first->backend || comparison.mode == first->mode;
     });
     backends.emplace_back(first, last);
     first = last;
@@ -154,7 +157,7 @@ void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
       columns.push_back({fmt::format("differing, {}", name_of(mode))});
     }
   }
-  columns.push_back({scene.energy == EnergyModel::elastic ? "wrong sums" : "wrong counts"});
+  columns.push_back({scene.schedule.cycle != Cycle::one_way ? "wrong sums" : "wrong counts"});
   columns.push_back({"verdict", Table::Align::left});
   Table table(columns);
   for (const Modes modes : backends) {

@@ -1,5 +1,6 @@
 #include "harness/ranks/crew.hpp"
 
+#include "harness/ranks/crew_solution.hpp"
 #include "harness/ranks/rank_devices.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -74,10 +75,8 @@ void Crew::close(int session) noexcept {
 }
 
 void Crew::load(int session, const Level& level) {
-  if (level.rule == Rule::annealing || level.energy != &thesis_energy) {
-    throw InputError(level.rule == Rule::annealing
-                         ? "annealing runs on one rank: it draws its random numbers by column and row"
-                         : "an energy that is not the thesis's runs on one rank");
+  if (level.energy != &thesis_energy) {
+    throw InputError("an energy that is not the thesis's runs on one rank");
   }
   RankMessage message = message_of(Order::load, session);
   message.put(level.extent);
@@ -111,25 +110,44 @@ std::int64_t Crew::changed(int session) {
 
 void Crew::load(int session, const Pyramid& pyramid) {
   const Level& full = *pyramid.full;
-  if (full.rule != Rule::steps || full.energy != &thesis_energy) {
-    throw InputError("a pyramid on several ranks is computed by candidates only");
+  if (needs_inverse_curvature(full.rule) || full.energy != &thesis_energy) {
+    throw InputError("a pyramid in one piece, on several ranks, is computed by candidates only");
   }
   RankMessage message = message_of(Order::load_pyramid, session);
   message.put(full.extent);
   message.put(full.penalty);
   message.put(std::vector<float>(full.steps.values().begin(), full.steps.values().end()));
   message.put(full.update);
+  message.put(full.rule);
+  message.put(full.seed);
   message.put(pyramid.alignment);
   message.put(std::uint64_t{pyramid.levels.size()});
   for (const PyramidLevel& level : pyramid.levels) {
     message.put(level.extent);
     message.put(level.sweeps);
+    message.put(level.strengths);
   }
   command(std::move(message), {.level = &full});
 }
 
 void Crew::solve(int session, const Session::Advance& advance) {
   command(message_of(Order::solve, session), {.advance = &advance});
+}
+
+WholeMethod::Solved Crew::solve(const Scene& scene, std::string_view backends, const Sharing& sharing,
+                                std::string_view fault) {
+  if (scene.full.energy != &thesis_energy) {
+    throw InputError("an energy that is not the thesis's runs on one rank");
+  }
+  RankMessage message = message_of(Order::solve_scene, 0);
+  message.put(backends);
+  message.put(sharing);
+  message.put(fault);
+  put_outline(scene, message);
+  VectorField result;
+  command(std::move(message),
+          {.level = &scene.full, .field = scene.start ? &*scene.start : nullptr, .result = &result});
+  return {.displacement = std::move(result), .residual = residual_};
 }
 
 void Crew::dismiss() {
@@ -192,6 +210,9 @@ bool Crew::obey(RankMessage& message, const CrewGiven& given) {
   case Order::load_elastic:
     elastic_members_.at(session).load(message, given);
     break;
+  case Order::solve_scene:
+    solve_here(message, given);
+    break;
   case Order::call_elastic:
     value_ = elastic_members_.at(session).call(message.get<ElasticOrder>(), given);
     break;
@@ -214,6 +235,15 @@ void Crew::open_here(int session, RankMessage& message) {
     elastic_members_.try_emplace(session, ranks_, sharing, fault,
                                  [&backend, options] { return backend.open_elastic(options); });
   }
+}
+
+void Crew::solve_here(RankMessage& message, const CrewGiven& given) {
+  const auto names = message.get<std::string>();
+  const auto sharing = message.get<Sharing>();
+  const auto fault = message.get<std::string>();
+  const Backend& backend = backend_of_rank(registry_, names, ranks_.rank());
+  residual_ = solve_scene(message, given, ranks_, sharing, fault, backend,
+                          options_of_rank(session_, backend, ranks_));
 }
 
 } // namespace hdmbench

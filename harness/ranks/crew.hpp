@@ -1,5 +1,6 @@
 #pragma once
 
+#include "harness/check/whole_method.hpp"
 #include "harness/ranks/crew_member.hpp"
 #include "harness/ranks/elastic_crew.hpp"
 #include "harness/ranks/message_passing.hpp"
@@ -7,6 +8,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -49,6 +51,9 @@ public:
   [[nodiscard]] std::int64_t changed(int session);
   void load(int session, const Pyramid& pyramid);
   void solve(int session, const Session::Advance& advance);
+  /// The scene's method as a whole.
+  [[nodiscard]] WholeMethod::Solved solve(const Scene& scene, std::string_view backends,
+                                          const Sharing& sharing, std::string_view fault);
   // What an ElasticSession does.
   void load(int session, const ElasticHierarchy& hierarchy);
   float call(int session, const ElasticOrder& order, const VectorField* field = nullptr,
@@ -70,6 +75,7 @@ private:
     solve,
     load_elastic,
     call_elastic,
+    solve_scene,
     dismiss
   };
 
@@ -78,6 +84,7 @@ private:
   /// On every rank; false after the last order.
   bool obey(RankMessage& message, const CrewGiven& given);
   void open_here(int session, RankMessage& message);
+  void solve_here(RankMessage& message, const CrewGiven& given);
 
   Ranks& ranks_;
   const std::vector<std::unique_ptr<Backend>>& registry_;
@@ -85,9 +92,10 @@ private:
   std::map<int, CrewMember> members_;
   std::map<int, ElasticCrewMember> elastic_members_;
   int next_ = 0;
-  std::int64_t changed_ = 0; ///< answer to the last Order::changed
-  float value_ = 0.0F;       ///< answer to the last Order::call_elastic
-  bool is_broken_ = false;   ///< an order failed here: the others no longer listen
+  std::int64_t changed_ = 0;       ///< answer to the last Order::changed
+  float value_ = 0.0F;             ///< answer to the last Order::call_elastic
+  std::optional<double> residual_; ///< answer to the last Order::solve_scene
+  bool is_broken_ = false;         ///< an order failed here: the others no longer listen
 };
 
 } // namespace hdmbench

@@ -1,11 +1,23 @@
 #include "harness/ranks/crew_member.hpp"
 
+#include "backends/shared/cut_rows.hpp"
 #include "harness/ranks/hand_out.hpp"
 
 #include <algorithm>
 #include <utility>
 
 namespace hdmbench {
+
+namespace {
+
+/// Of single levels.
+Sharing sharing_of_rule(Rule rule, const Sharing& sharing) {
+  Schedule schedule;
+  schedule.rule = rule;
+  return sharing_for(schedule, sharing);
+}
+
+} // namespace
 
 CrewMember::CrewMember(Ranks& ranks, const Sharing& sharing, const std::string& fault,
                        std::unique_ptr<Session> session)
@@ -31,7 +43,8 @@ void CrewMember::load(RankMessage& message, const CrewGiven& given) {
   part.rule = message.get<Rule>();
   part.strengths = message.get<std::vector<float>>();
   part.seed = message.get<int>();
-  share_ = sharing_(extent_);
+  share_ = sharing_of_rule(part.rule, sharing_)(extent_);
+  part.seed = seed_from_row(part.seed, share_.loaded[static_cast<std::size_t>(ranks_.rank())].top);
   hand_out(ranks_, extent_, share_.loaded, given.level, needs_inverse_curvature(part.rule),
            static_cast<std::size_t>(part.energy->inputs), part);
   const auto rank = static_cast<std::size_t>(ranks_.rank());
@@ -75,13 +88,16 @@ void CrewMember::load_pyramid(RankMessage& message, const CrewGiven& given) {
   pyramid.part.penalty = message.get<float>();
   pyramid.part.steps = StepSet(message.get<std::vector<float>>());
   pyramid.part.update = message.get<Update>();
+  pyramid.part.rule = message.get<Rule>();
+  pyramid.part.seed = message.get<int>();
   pyramid.alignment = message.get<Alignment>();
   pyramid.levels.resize(message.get<std::uint64_t>());
   for (PyramidLevel& level : pyramid.levels) {
     level.extent = message.get<Extent>();
     level.sweeps = message.get<int>();
+    level.strengths = message.get<std::vector<float>>();
   }
-  share_ = sharing_(extent_);
+  share_ = sharing_of_rule(pyramid.part.rule, sharing_)(extent_);
   hand_out(ranks_, extent_, share_.loaded, given.level, false,
            static_cast<std::size_t>(pyramid.part.energy->inputs), pyramid.part);
   if (fault_.in_level) {
@@ -91,8 +107,8 @@ void CrewMember::load_pyramid(RankMessage& message, const CrewGiven& given) {
 }
 
 void CrewMember::solve(const CrewGiven& given) {
-  solution_ = solve_on_ranks(pyramid_, sharing_, ranks_, *halos_, *session_, true,
-                             given.advance != nullptr ? *given.advance : Session::Advance{});
+  solution_ = solve_on_ranks(pyramid_, sharing_of_rule(pyramid_.part.rule, sharing_), ranks_, *halos_,
+                             *session_, true, given.advance != nullptr ? *given.advance : Session::Advance{});
 }
 
 } // namespace hdmbench

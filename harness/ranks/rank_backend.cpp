@@ -83,6 +83,10 @@ std::unique_ptr<Session> RankBackend::do_open(std::size_t /*index*/, const Sessi
       crew_, crew_.open(EnergyModel::hdm, backends_, options.work, sharing_, fault_));
 }
 
+WholeMethod::Solved RankBackend::solve(const Scene& scene) const {
+  return crew_.solve(scene, backends_, sharing_, fault_);
+}
+
 std::unique_ptr<ElasticSession> RankBackend::do_open_elastic(std::size_t /*index*/,
                                                              const SessionOptions& options) const {
   const int session = crew_.open(EnergyModel::elastic, backends_, options.work, sharing_, fault_);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backends/backend.hpp"
+#include "harness/check/whole_method.hpp"
 #include "harness/ranks/crew.hpp"
 
 #include <string>
@@ -9,7 +10,7 @@ namespace hdmbench {
 
 /// Several ranks as one backend, on the first of them: what verifies a backend verifies them. Devices and
 /// orders of update are those of the backend of the first rank.
-class RankBackend final : public Backend {
+class RankBackend final : public Backend, public WholeMethod {
 public:
   /// Crew and `first` must outlive it. `fault`: a name of faults::rank_faults(), or empty.
   RankBackend(Crew& crew, const Backend& first, std::string backends, Sharing sharing,
@@ -23,6 +24,8 @@ public:
   }
   std::vector<Device> devices() const override { return first_.devices(); }
   bool has_elastic() const override { return first_.has_elastic(); }
+
+  Solved solve(const Scene& scene) const override;
 
   /// "openmp", without the ranks.
   [[nodiscard]] const std::string& backends() const { return backends_; }

@@ -1,10 +1,14 @@
 #include "harness/ranks/rank_faults.hpp"
 
+#include "backends/shared/cut_rows.hpp"
 #include "harness/ranks/rank_backend.hpp"
 #include "harness/scene/method.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <iterator>
 #include <map>
 #include <numeric>
@@ -94,6 +98,32 @@ void add_up(std::vector<Parcel>& arrived) {
   }
 }
 
+/// The same of numbers in double, one a row of the level, two floats each.
+void add_up_rows(std::vector<Parcel>& arrived) {
+  for (Parcel& parcel : arrived) {
+    if (parcel.way.sites.width == 2) {
+      std::vector<double> rows(parcel.values.size() / 2);
+      std::memcpy(rows.data(), parcel.values.data(), rows.size() * sizeof(double));
+      const double sum = std::accumulate(rows.begin(), rows.end(), 0.0);
+      std::ranges::fill(rows, 0.0);
+      rows.front() = sum;
+      std::memcpy(parcel.values.data(), rows.data(), rows.size() * sizeof(double));
+    }
+  }
+}
+
+void forget(std::vector<Parcel>& arrived) {
+  for (Parcel& parcel : arrived) {
+    std::ranges::fill(parcel.values, 0.0F);
+  }
+}
+
+RankFault of_method(std::string_view method, RankFault fault) {
+  fault.name = fmt::format("{}-{}", method, fault.name);
+  fault.method = method;
+  return fault;
+}
+
 /// What is not in the list below by itself.
 RankFault elastic(RankFault fault) {
   fault.name = "elastic-" + fault.name;
@@ -137,6 +167,20 @@ std::vector<RankFault> rank_faults() {
   all.push_back(elastic({.name = "sum-in-rank-order",
                          .what = "a dot product is the sum of each rank's own sum",
                          .in_sums = add_up}));
+  for (const RankFault& fault : in_halos) {
+    all.push_back(of_method("multigrid", fault));
+  }
+  all.push_back(of_method("krylov", {.name = "sum-in-rank-order",
+                                     .what = "a dot product is the sum of each rank's own sum",
+                                     .in_sums = add_up_rows}));
+  all.push_back(of_method("annealing", {.name = "other-first-row",
+                                        .what = "the second rank's random numbers are those of other rows",
+                                        .in_level = [](Level& level, std::size_t rank) {
+                                          level.seed = seed_from_row(level.seed, rank == 1 ? 1 : 0);
+                                        }}));
+  all.push_back(of_method("cascade", {.name = "sums-of-moduli-forgotten",
+                                      .what = "a mean lacks the rows of the rank above",
+                                      .in_sums = forget}));
   return all;
 }
 
@@ -172,8 +216,9 @@ std::vector<Planted> planted_on_ranks(Crew& crew, const Backend& first, std::str
   const auto planted = [&](const RankFault& one, Expected expected) {
     const std::string fault = expected == Expected::let_through ? "" : one.name;
     // As small as a piece can be, so that small scenes are cut, too; and halos as narrow.
-    const Sharing sharing{
-        .pieces = ranks, .fewest_sites = one.fewest_sites, .halo = one.method == "icm" ? 0 : 2};
+    const Sharing sharing{.pieces = ranks,
+                          .fewest_sites = one.fewest_sites,
+                          .halo = find_method(one.method).energy == EnergyModel::hdm ? 0 : 2};
     return Planted{.name = one.name,
                    .what = one.what,
                    .backend = std::string(backends),
@@ -189,6 +234,9 @@ std::vector<Planted> planted_on_ranks(Crew& crew, const Backend& first, std::str
   const RankFault none{.name = "sound", .what = "no mistake"};
   std::vector<Planted> list{planted(none, Expected::let_through),
                             planted(elastic(none), Expected::let_through)};
+  for (const std::string_view method : {"annealing", "cascade", "multigrid", "krylov"}) {
+    list.push_back(planted(of_method(method, none), Expected::let_through));
+  }
   for (const RankFault& fault : rank_faults()) {
     if (ranks >= fault.ranks) {
       list.push_back(planted(fault, Expected::disagree));

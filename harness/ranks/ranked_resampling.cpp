@@ -36,7 +36,7 @@ struct WideRow {
 
 RankedSampler::RankedSampler(Extent full, Extent level, Alignment alignment)
     : columns_(sampled_indices(level.width, full.width, alignment)),
-      rows_(sampled_indices(level.height, full.height, alignment)), is_full_(full == level) {}
+      rows_(sampled_indices(level.height, full.height, alignment)) {}
 
 Rectangle RankedSampler::sites(const Rectangle& part) const {
   const auto [left, width] = indices_within(columns_, part.left, part.width);

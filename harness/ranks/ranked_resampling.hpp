@@ -19,12 +19,10 @@ public:
   /// Their values, of an array of the sites `held`, which has those of `part`.
   [[nodiscard]] std::vector<float> operator()(std::span<const float> values, const Rectangle& held,
                                               const Rectangle& part) const;
-  [[nodiscard]] bool is_full() const { return is_full_; }
 
 private:
   std::vector<int> columns_;
   std::vector<int> rows_;
-  bool is_full_;
 };
 
 /// prolongate() for a part of the fine level.

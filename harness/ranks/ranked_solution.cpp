@@ -1,8 +1,12 @@
 #include "harness/ranks/ranked_solution.hpp"
 
+#include "backends/shared/cut_rows.hpp"
 #include "harness/ranks/ranked_resampling.hpp"
+#include "harness/ranks/ranked_sampling.hpp"
 #include "harness/ranks/redistribution.hpp"
 #include "harness/scene/level_sequence.hpp"
+#include "harness/solve/methods/coarsest_solver.hpp"
+#include "harness/solve/methods/level_parts.hpp"
 #include "harness/solve/solve.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/input_error.hpp"
@@ -49,17 +53,21 @@ public:
     result.halo = result.pieces > 1 ? share.cut.halo : 0;
     const Traffic at_first = ranks_.traffic();
     const bool has_piece = rank_ < result.pieces;
-    {
-      Level piece = sample(level, share, is_last); // whose memory the sweeps may need
-      if (has_piece) {
-        session_.load(piece);
-      }
+    Level piece = sample(level, share, is_last);
+    const bool may_diverge = is_accelerated(piece);
+    if (has_piece) {
+      session_.load(piece);
     }
-    {
-      const VectorField first = begin(level.extent, share);
-      if (has_piece) {
-        session_.write(first);
-      }
+    if (!may_diverge) {
+      piece = {}; // the sweeps may need its memory
+    }
+    VectorField first = begin(level.extent, share);
+    if (has_piece) {
+      session_.write(first);
+    }
+    const LevelRange range = may_diverge ? over_all(range_of(piece, first)) : LevelRange{};
+    if (!may_diverge) {
+      first = {};
     }
     result.before = ranks_.traffic() - at_first;
 
@@ -70,19 +78,22 @@ public:
     PieceSweeps pieces(share.cut, std::move(own), halos_);
     pieces.written();
     sweep(level, counted, pieces, result);
+    read(share, has_piece);
+    result.repeated = may_diverge && ranks_.largest(is_within(range, field_) ? 0.0 : 1.0) > 0.0;
+    if (result.repeated) {
+      piece.strengths = {1.0F};
+      if (has_piece) {
+        session_.load(piece);
+        session_.write(first);
+      }
+      pieces.written();
+      sweep(level, counted, pieces, result);
+      read(share, has_piece);
+    }
     result.renewals = pieces.renewals();
     result.halos = ranks_.traffic() - at_first;
     result.halos = result.halos - result.before;
 
-    field_ = {};
-    if (has_piece) {
-      session_.read(field_);
-    }
-    if (result.pieces > 1 && has_piece) {
-      VectorField owned(share.owned[rank_].extent());
-      copy(share.owned[rank_], field_, share.loaded[rank_], owned, share.owned[rank_]);
-      field_ = std::move(owned);
-    }
     extent_ = level.extent;
     share_ = std::move(share);
     return result;
@@ -93,46 +104,46 @@ public:
   }
 
 private:
+  /// What this rank owns of the session's field.
+  void read(const LevelShare& share, bool has_piece) {
+    field_ = {};
+    if (has_piece) {
+      session_.read(field_);
+    }
+    if (share.cut.pieces.size() > 1 && has_piece) {
+      VectorField owned(share.owned[rank_].extent());
+      copy(share.owned[rank_], field_, share.loaded[rank_], owned, share.owned[rank_]);
+      field_ = std::move(owned);
+    }
+  }
+
+  /// Of the parts of all ranks.
+  [[nodiscard]] LevelRange over_all(const LevelRange& own) {
+    LevelRange all;
+    for (std::size_t component = 0; component < all.least.size(); ++component) {
+      all.least[component] = -ranks_.largest(-own.least[component]);
+      all.most[component] = ranks_.largest(own.most[component]);
+    }
+    return all;
+  }
+
   /// What this rank loads of the level.
   Level sample(const PyramidLevel& level, const LevelShare& share, bool is_last) {
-    const RankedSampler sampler(pyramid_.extent, level.extent, pyramid_.alignment);
-    const std::vector<Rectangle> held =
-        each(full_.owned, [&](const Rectangle& part) { return sampler.sites(part); });
-    const auto fetch = [&](std::vector<float>& values) {
-      if (sampler.is_full()) { // what is here already; after the last level nobody needs it
-        return is_last ? std::move(values) : values;
-      }
-      return redistribute(ranks_, rank_, held, share.loaded,
-                          sampler(values, full_.loaded[rank_], full_.owned[rank_]));
-    };
-    Level& full = pyramid_.part;
-    Level result = without_fields(full);
+    const RankedSampling sampling(ranks_, halos_, rank_, pyramid_.extent, full_, level.extent, share,
+                                  pyramid_.alignment);
+    const bool is_full =
+        level.extent == pyramid_.extent; // what is here; after the last level nobody needs it
+    Level result = !is_full  ? sampling(pyramid_.part, pyramid_.material)
+                   : is_last ? std::move(pyramid_.part)
+                             : pyramid_.part;
     result.strengths = level.strengths;
-    result.extent = share.loaded[rank_].extent();
-    const auto fetch_field = [&](auto& from, auto& to) {
-      to.extent = result.extent;
-      if constexpr (requires { from.values; }) {
-        to.values = fetch(from.values);
-      } else {
-        to.x = fetch(from.x);
-        to.y = fetch(from.y);
-      }
-    };
-    fetch_field(full.target, result.target);
-    fetch_field(full.confidence, result.confidence);
-    fetch_field(full.modulus, result.modulus);
-    fetch_field(full.inverse_modulus, result.inverse_modulus);
-    for (ScalarField& input : full.inputs) {
-      fetch_field(input, result.inputs.emplace_back());
-    }
+    result.seed = seed_from_row(result.seed, share.loaded[rank_].top);
     if (needs_inverse_curvature(result.rule)) { // wrong on the outermost rim, as the first sweep is there
       set_inverse_curvature(result);
     }
     if (pyramid_.start) {
       start_before_ = std::move(start_);
-      start_.extent = result.extent;
-      start_.x = fetch(pyramid_.start->x);
-      start_.y = fetch(pyramid_.start->y);
+      start_ = is_full ? *pyramid_.start : sampling(*pyramid_.start);
     }
     return result;
   }
@@ -167,11 +178,11 @@ private:
         pieces.sweep_and_count();
         result.changed = halos_.sum(pieces.changed());
       }
-      result.sweeps = level.sweeps;
+      result.sweeps += level.sweeps;
       return;
     }
     std::int64_t moved = 1;
-    while (moved > 0 && result.sweeps < level.sweeps) {
+    for (int done = 0; moved > 0 && done < level.sweeps; done += together) {
       moved = 0;
       for (int i = 0; i < together; ++i) {
         pieces.sweep_and_count();
@@ -210,22 +221,37 @@ LevelShare by_rank(Cut cut, int ranks) {
 }
 
 LevelShare Sharing::operator()(Extent extent) const {
-  const auto worth = static_cast<int>(std::clamp<std::size_t>(
+  auto worth = static_cast<int>(std::clamp<std::size_t>(
       extent.sites() / std::max<std::size_t>(fewest_sites, 1), 1, static_cast<std::size_t>(pieces)));
+  const bool rows = fewest_rows > 0;
+  if (rows) {
+    worth = std::clamp(extent.height / fewest_rows, 1, worth);
+  }
   Cut cut;
   for (int count = worth; cut.pieces.empty(); --count) {
-    cut = cut_image(extent, count, halo);
+    cut = rows ? cut_rows(extent, count, halo) : cut_image(extent, count, halo);
   }
   return by_rank(std::move(cut), ranks);
 }
 
+Sharing sharing_for(const Schedule& schedule, Sharing sharing) {
+  const bool is_default = sharing.fewest_sites == Sharing{}.fewest_sites;
+  if (schedule.cycle != Cycle::one_way) {
+    sharing.halo = LevelParts::halo;
+    sharing.fewest_sites = std::max(sharing.fewest_sites, CoarsestSolver::most_sites + 1);
+    sharing.fewest_rows = 1;
+  } else if (schedule.mean_modulus || schedule.rule == Rule::annealing) {
+    sharing.fewest_rows = 1;
+  }
+  if (sharing.fewest_rows > 0 && is_default) { // below, a piece is mostly halo
+    sharing.fewest_rows = 4 * LevelParts::halo;
+  }
+  return sharing;
+}
+
 void require_shareable(const Scene& scene) {
   const auto refuse = [&](std::string_view what) {
-    throw InputError(fmt::format(
-        "{} runs on one rank; several compute icm in simultaneous, coloured and four-coloured order "
-        "and the closed form, with a fixed number of iterations or until sites are still, and all methods "
-        "of the elastic energy",
-        what));
+    throw InputError(fmt::format("{} runs on one rank", what));
   };
   if (scene.energy == EnergyModel::elastic) {
     if (scene.robust) {
@@ -236,17 +262,10 @@ void require_shareable(const Scene& scene) {
     }
     return;
   }
-  const Schedule& schedule = scene.schedule;
-  const bool known_rule = schedule.rule == Rule::steps || schedule.rule == Rule::closed_form;
-  if (!known_rule || schedule.cycle != Cycle::one_way || schedule.mean_modulus ||
-      scene.full.update == Update::sequential) {
-    refuse(method_name(scene));
+  if (scene.full.update == Update::sequential) {
+    refuse("sequential, each of whose sweeps crosses the image site by site,");
   }
-  if (schedule.rule == Rule::closed_form &&
-      (schedule.relaxation.factor > 1.0 || schedule.relaxation.reach > 0.0)) {
-    refuse("a relaxation above 1, with which a level may diverge and is then computed again,");
-  }
-  if (scene.schedule.stop == Stop::energy) {
+  if (scene.schedule.cycle == Cycle::one_way && scene.schedule.stop == Stop::energy) {
     refuse("a level that ends by its mean energy");
   }
 }
@@ -257,12 +276,14 @@ RankedPyramid ranked_pyramid(ScenePart part) {
                         .part = std::move(part.full),
                         .start = std::move(part.start),
                         .alignment = scene.schedule.alignment,
+                        .material = scene.schedule.mean_modulus ? Material::mean : Material::nearest,
                         .levels = {},
                         .until_still = scene.schedule.stop == Stop::still};
   pyramid.part.penalty = scene.full.penalty; // what the command line may have changed
   pyramid.part.steps = scene.full.steps;
   pyramid.part.update = scene.full.update;
   pyramid.part.rule = scene.schedule.rule;
+  pyramid.part.seed = scene.full.seed;
   const LevelSequence levels(scene);
   for (const int level : levels.order()) {
     pyramid.levels.push_back({.extent = levels.extent(level),

@@ -27,6 +27,11 @@ struct Sharing {
   /// than the sweeps that it saves. 128 x 128.
   std::size_t fewest_sites = std::size_t{1} << 14;
   int halo = 0; ///< as of cut_image()
+  /// > 0: pieces are whole rows, at least so many, where there are so many: for what is summed up over the
+  /// image row by row, and for random numbers (seed_from_row()).
+  int fewest_rows = 0;
+
+  bool operator==(const Sharing&) const = default;
 
   [[nodiscard]] LevelShare operator()(Extent extent) const;
 };
@@ -37,9 +42,13 @@ struct RankedPyramid {
   Level part;                       ///< the sites of the full resolution that this rank loads
   std::optional<VectorField> start; ///< of the same sites; none on all ranks: the null field
   Alignment alignment = Alignment::corner;
+  Material material = Material::nearest;
   std::vector<PyramidLevel> levels; ///< in the order they are computed; the last has the image's extent
   bool until_still = false;         ///< a level ends when no site changed in an iteration
 };
+
+/// How an image is shared out for the scene's method, with what `sharing` says; of the thesis's energy.
+[[nodiscard]] Sharing sharing_for(const Schedule& schedule, Sharing sharing);
 
 /// Throws InputError where the scene's schedule cannot be computed on ranks yet, and says what can.
 void require_shareable(const Scene& scene);
@@ -56,6 +65,7 @@ struct RankedLevel {
   int sweeps = 0;
   std::int64_t renewals = 0; ///< of the halos
   std::int64_t changed = 0;  ///< sites over all ranks, by the last sweep, where that was counted
+  bool repeated = false;     ///< as of LevelResult
   Traffic before{};          ///< by this rank, to bring the level to its ranks
   Traffic halos{};           ///< by this rank, to renew halos
   double seconds = 0.0;
@@ -65,6 +75,7 @@ struct RankedSolution {
   Rectangle owned;
   VectorField displacement; ///< of the sites that are owned, pixels
   std::vector<RankedLevel> levels;
+  std::optional<double> residual{}; ///< as of CycleSolution, where the method is one
 };
 
 /// All levels, each on as many ranks as it is worth; every rank computes its piece on its own `session`, of

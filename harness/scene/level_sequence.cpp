@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
 
 namespace hdmbench {
@@ -58,21 +59,25 @@ std::vector<float> sweep_strengths(const Scene& scene, int iterations, Extent ex
                                       : std::vector{static_cast<float>(schedule.relaxation.factor)};
 }
 
-/// A minimiser of a site's energy is a mean of its neighbours and its target, so no field of minimisers has a
-/// value outside those it began with and the targets. Over-relaxation passes them by a little even where it
-/// converges.
-bool leaves_range(const std::vector<float>& begin, const std::vector<float>& target,
-                  const std::vector<float>& confidence, const std::vector<float>& end) {
-  constexpr double tolerance = 0.02; // of the range
-  auto [least, most] = std::ranges::minmax(begin);
+/// Widens a range by what a component begins with and by its targets.
+void widen(const std::vector<float>& begin, const std::vector<float>& target,
+           const std::vector<float>& confidence, double& least, double& most) {
+  const auto take = [&](float value) {
+    least = std::min(least, static_cast<double>(value));
+    most = std::max(most, static_cast<double>(value));
+  };
+  std::ranges::for_each(begin, take);
   for (std::size_t i = 0; i < target.size(); ++i) {
     if (confidence[i] > 0.0F) {
-      least = std::min(least, target[i]);
-      most = std::max(most, target[i]);
+      take(target[i]);
     }
   }
-  const double margin = tolerance * (static_cast<double>(most) - static_cast<double>(least));
-  return !std::ranges::all_of(end, [low = least - margin, high = most + margin](double value) {
+}
+
+bool is_within(double least, double most, const std::vector<float>& values) {
+  constexpr double tolerance = 0.02; // of the range
+  const double margin = tolerance * (most - least);
+  return std::ranges::all_of(values, [low = least - margin, high = most + margin](double value) {
     return low <= value && value <= high; // false for NaN
   });
 }
@@ -164,13 +169,29 @@ VectorField LevelSequence::begin(int level, const VectorField& computed_before) 
   return moved;
 }
 
+LevelRange range_of(const Level& level, const VectorField& begin) {
+  constexpr double none = std::numeric_limits<double>::infinity();
+  LevelRange range{.least = {none, none}, .most = {-none, -none}};
+  widen(begin.x, level.target.x, level.confidence.x, range.least[0], range.most[0]);
+  widen(begin.y, level.target.y, level.confidence.y, range.least[1], range.most[1]);
+  return range;
+}
+
+/// A minimiser of a site's energy is a mean of its neighbours and its target, so no field of minimisers has a
+/// value outside those it began with and the targets. Over-relaxation passes them by a little even where it
+/// converges.
+bool is_within(const LevelRange& range, const VectorField& field) {
+  return is_within(range.least[0], range.most[0], field.x) &&
+         is_within(range.least[1], range.most[1], field.y);
+}
+
+bool is_accelerated(const Level& level) {
+  return level.rule == Rule::closed_form &&
+         std::ranges::any_of(level.strengths, [](float strength) { return strength > 1.0F; });
+}
+
 bool has_diverged(const Level& level, const VectorField& begin, const VectorField& end) {
-  const auto above_one = [](float strength) { return strength > 1.0F; };
-  if (level.rule != Rule::closed_form || std::ranges::none_of(level.strengths, above_one)) {
-    return false;
-  }
-  return leaves_range(begin.x, level.target.x, level.confidence.x, end.x) ||
-         leaves_range(begin.y, level.target.y, level.confidence.y, end.y);
+  return is_accelerated(level) && !is_within(range_of(level, begin), end);
 }
 
 void StopRule::report(std::int64_t changed, const Level& level, const VectorField& displacement) {

@@ -44,7 +44,7 @@ struct Level {
   /// Per sweep since load(), the last one for all that follow: relaxation (0 < w < 2) of closed_form and
   /// correction, 1 / temperature (>= 0) of annealing. Empty for Rule::steps.
   std::vector<float> strengths{};
-  int seed = 0; ///< of annealing, 0 ... 4092
+  int seed = 0; ///< of annealing, 0 ... 4092; of rows of an image it carries the row, too (update.inc)
 };
 
 /// What update.inc's Sweep holds, for sweep `number` (from 0) since the level was loaded.

@@ -1,6 +1,7 @@
 #include "kernels/data/pyramid.hpp"
 
 #include "kernels/data/input_error.hpp"
+#include "kernels/data/mean_modulus.hpp"
 #include "kernels/specification/projection.hpp"
 
 #include <fmt/format.h>
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <span>
 #include <utility>
 
 namespace hdmbench {
@@ -52,50 +54,16 @@ private:
   std::vector<int> rows_;
 };
 
-/// Fine indices first ... last of an axis, both included.
-struct Footprint {
-  int first = 0;
-  int last = 0;
-};
-
-/// The fine sites of an axis that each coarse one stands for: those it is the nearest to with corner
-/// alignment, a site in the middle counting for both, and those with their centre in its area with center
-/// alignment.
-std::vector<Footprint> footprints(int coarse, int fine, Alignment alignment) {
-  std::vector<Footprint> result(static_cast<std::size_t>(coarse), {0, fine - 1});
-  for (int index = 0; coarse > 1 && index < coarse; ++index) {
-    const long long i = index;
-    const long long k = coarse;
-    const long long n = fine;
-    Footprint& sites = result[static_cast<std::size_t>(index)];
-    if (alignment == Alignment::corner) { // |j (k - 1) - i (n - 1)| <= (n - 1) / 2
-      const long long before = std::max((2 * i - 1) * (n - 1), 0LL);
-      sites.first = static_cast<int>((before + 2 * (k - 1) - 1) / (2 * (k - 1)));
-      sites.last = static_cast<int>(std::min((2 * i + 1) * (n - 1) / (2 * (k - 1)), n - 1));
-    } else { // 2 i n <= (2 j + 1) k < 2 (i + 1) n
-      const auto first_of = [&](long long j) { return (std::max(2 * j * n - k, 0LL) + 2 * k - 1) / (2 * k); };
-      sites.first = static_cast<int>(first_of(i));
-      sites.last = static_cast<int>(std::min(first_of(i + 1), n) - 1);
-    }
-  }
-  return result;
-}
-
 void set_mean_modulus(const Level& full, Alignment alignment, Level& level) {
-  const auto columns = footprints(level.extent.width, full.extent.width, alignment);
-  const auto rows = footprints(level.extent.height, full.extent.height, alignment);
-  auto next = level.modulus.values.begin();
-  for (const Footprint row : rows) {
-    for (const Footprint column : columns) {
-      double sum = 0.0;
-      for (int y = row.first; y <= row.last; ++y) {
-        for (int x = column.first; x <= column.last; ++x) {
-          sum += static_cast<double>(full.modulus.values[full.extent.index(x, y)]);
-        }
-      }
-      const int sites = (row.last - row.first + 1) * (column.last - column.first + 1);
-      *next++ = static_cast<float>(sum / sites);
+  const MeanModulus mean(full.extent, level.extent, alignment);
+  const auto columns = static_cast<std::size_t>(level.extent.width);
+  std::vector<double> sums(columns);
+  for (int y = 0; y < level.extent.height; ++y) {
+    std::ranges::fill(sums, 0.0);
+    for (int row = mean.rows(y).first; row <= mean.rows(y).last; ++row) {
+      mean.add(std::span(full.modulus.values).subspan(full.extent.index(0, row)), sums);
     }
+    mean.divide(y, sums, std::span(level.modulus.values).subspan(level.extent.index(0, y), columns));
   }
   set_inverse_modulus(level);
 }

@@ -10,6 +10,9 @@ namespace hdmbench {
 /// set stays the same.
 class CoarsestSolver {
 public:
+  /// Few enough for a dense factorisation.
+  static constexpr std::size_t most_sites = 100;
+
   CoarsestSolver();
   CoarsestSolver(const CoarsestSolver&) = delete;
   CoarsestSolver& operator=(const CoarsestSolver&) = delete;

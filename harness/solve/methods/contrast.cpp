@@ -9,7 +9,7 @@
 
 namespace hdmbench {
 
-double contrast_of(const ScalarField& modulus) {
+ModulusRange modulus_range(const ScalarField& modulus) {
   const std::vector<float>& values = modulus.values;
   std::int32_t softest = ordered_bits(values.front());
   std::int32_t stiffest = softest;
@@ -19,7 +19,8 @@ double contrast_of(const ScalarField& modulus) {
     softest = own < softest ? own : softest;
     stiffest = own > stiffest ? own : stiffest;
   }
-  return static_cast<double>(std::bit_cast<float>(stiffest)) / std::bit_cast<float>(softest);
+  return {.softest = static_cast<double>(std::bit_cast<float>(softest)),
+          .stiffest = static_cast<double>(std::bit_cast<float>(stiffest))};
 }
 
 } // namespace hdmbench

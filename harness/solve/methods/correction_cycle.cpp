@@ -9,9 +9,6 @@ namespace hdmbench {
 
 namespace {
 
-/// Small enough for a dense factorisation.
-constexpr std::size_t most_coarsest_sites = 100;
-
 int longer_side(Extent extent) {
   return std::max(extent.width, extent.height);
 }
@@ -62,10 +59,11 @@ void add_target(std::vector<double>& missing, const std::vector<float>& target,
 } // namespace
 
 CorrectionCycle::CorrectionCycle(const Scene& scene, const Backend& backend, const SessionOptions& options,
-                                 std::vector<std::unique_ptr<Session>>& sessions)
-    : scene_(scene), backend_(backend), options_(options), sessions_(sessions),
+                                 std::vector<std::unique_ptr<Session>>& sessions, const LevelParts& parts)
+    : scene_(scene), backend_(backend), options_(options), sessions_(sessions), parts_(parts),
       alignment_(scene.schedule.alignment) {
-  const std::vector<Extent> extents = pyramid_extents(scene.extent());
+  const Extent image = parts.image(scene);
+  const std::vector<Extent> extents = pyramid_extents(image);
   for (std::size_t index = 0; index < extents.size(); ++index) {
     const int longer = longer_side(extents[index]);
     if (index > 0 && longer_side(extents[index - 1]) < scene.schedule.skip_nearer * longer) {
@@ -73,9 +71,9 @@ CorrectionCycle::CorrectionCycle(const Scene& scene, const Backend& backend, con
     }
     auto level = std::make_unique<CycleLevel>();
     level->index = static_cast<int>(index);
-    level->extent = scaled(scene.extent(), longer);
+    level->extent = scaled(image, longer);
     levels_.push_back(std::move(level));
-    if (levels_.back()->extent.sites() <= most_coarsest_sites) {
+    if (levels_.back()->extent.sites() <= CoarsestSolver::most_sites) {
       break;
     }
   }
@@ -85,11 +83,11 @@ CorrectionCycle::CycleLevel& CorrectionCycle::built(int position) {
   CycleLevel& here = at(position);
   if (!here.is_built) {
     const Material material = scene_.schedule.mean_modulus ? Material::mean : Material::nearest;
-    here.level = position == 0 ? scene_.full : sample_level(scene_.full, here.extent, alignment_, material);
+    here.level = position == 0 ? scene_.full : parts_.sample(scene_.full, here.extent, alignment_, material);
     prepare(here.level);
     here.gradient.emplace(here.level, Observations::ignored);
     if (position < coarsest()) {
-      here.to_coarser.emplace(here.level, extent(position + 1), alignment_);
+      here.to_coarser.emplace(here.level, here.extent, extent(position + 1), alignment_, parts_);
     }
     here.is_built = true;
   }
@@ -120,41 +118,61 @@ void CorrectionCycle::hold(int position, const VectorField& held) {
 
 VectorField CorrectionCycle::correct(int position, const DoubleField& missing) {
   at(position).level.target = missing.to_float();
-  return improved(position, 1);
+  VectorField correction = improved(position, 1);
+  parts_.renew(extent(position), correction);
+  return correction;
 }
 
 VectorField CorrectionCycle::improved(int position, int visits) {
   CycleLevel& here = at(position);
+  const bool is_elsewhere = parts_.part(here.extent).is_empty();
   if (position == coarsest()) {
     const Stopwatch watch(timings_.compute);
     ++here.residuals;
+    if (is_elsewhere) {
+      return VectorField(here.level.extent);
+    }
     return coarsest_.solve(here.level, *here.gradient);
   }
-  Session& smoother = session(position);
+  Session* const smoother = is_elsewhere ? nullptr : &session(position);
   VectorField correction(here.level.extent);
-  timed(timings_.upload, [&] {
-    smoother.load(here.level);
-    smoother.write(correction);
-  });
+  const auto write = [&] {
+    const Stopwatch watch(timings_.upload);
+    if (smoother != nullptr) {
+      smoother->write(correction);
+    }
+  };
   const auto smooth = [&] {
     const int sweeps = sweeps_per_iteration(here.level); // one iteration, before and after
     here.sweeps += sweeps;
-    timed(timings_.compute, [&] { smoother.step(sweeps); });
+    if (smoother != nullptr) {
+      timed(timings_.compute, [&] { smoother->step(sweeps); });
+    }
   };
+  const auto read = [&] {
+    const Stopwatch watch(timings_.readback);
+    if (smoother != nullptr) {
+      smoother->read(correction);
+    }
+  };
+  if (smoother != nullptr) {
+    timed(timings_.upload, [&] { smoother->load(here.level); });
+  }
+  write();
   for (int visit = 0; visit < visits; ++visit) {
     smooth();
-    timed(timings_.readback, [&] { smoother.read(correction); });
+    read();
     restrict_missing(position, correction);
     const VectorField coarse = improved(position + 1, 2);
     timed(timings_.projection, [&] {
-      const VectorField added = prolongate(coarse, here.level.extent, alignment_);
+      const VectorField added = parts_.to_finer(extent(position + 1), here.extent, alignment_, coarse);
       add_free(correction.x, added.x, here.level.confidence.x);
       add_free(correction.y, added.y, here.level.confidence.y);
     });
-    timed(timings_.upload, [&] { smoother.write(correction); });
+    write();
     smooth();
   }
-  timed(timings_.readback, [&] { smoother.read(correction); });
+  read();
   return correction;
 }
 

@@ -2,6 +2,7 @@
 
 #include "backends/backend.hpp"
 #include "harness/solve/methods/coarsest_solver.hpp"
+#include "harness/solve/methods/level_parts.hpp"
 #include "harness/solve/methods/residual.hpp"
 #include "harness/solve/methods/restriction.hpp"
 #include "harness/solve/solve.hpp"
@@ -18,13 +19,13 @@ namespace hdmbench {
 ///
 /// The levels are those of the pyramid by their longer side; the shorter one keeps the ratio of the sides,
 /// else what is steep along one axis would be flat along the other on the coarse level and its answer wrong.
-/// Position 0 is the full resolution.
+/// Position 0 is the full resolution. Fields of a level have what `parts` loads of it.
 class CorrectionCycle {
 public:
-  /// `sessions`, by position, is filled up as they are needed; it, `scene` and `backend` must outlive this
-  /// object.
+  /// `sessions`, by position, is filled up as they are needed; it, `scene`, `backend` and `parts` must
+  /// outlive this object. scene.full has what is loaded.
   CorrectionCycle(const Scene& scene, const Backend& backend, const SessionOptions& options,
-                  std::vector<std::unique_ptr<Session>>& sessions);
+                  std::vector<std::unique_ptr<Session>>& sessions, const LevelParts& parts);
 
   /// Position of the coarsest level, at most 100 sites.
   [[nodiscard]] int coarsest() const { return static_cast<int>(levels_.size()) - 1; }
@@ -38,7 +39,8 @@ public:
   /// g / A of the level with the sign turned: its residual without observations.
   [[nodiscard]] const Residual& gradient(int position) const { return *at(position).gradient; }
   /// One cycle with `position` as the finest level. `missing` is what each component misses to its own
-  /// minimiser, pixels, not read where held; the correction is 0 there. Throws what Session throws.
+  /// minimiser, pixels, not read where held; the correction is 0 there. It may be wrong at the rim of a halo,
+  /// the correction is right in all of it. Throws what Session and LevelParts throw.
   [[nodiscard]] VectorField correct(int position, const DoubleField& missing);
 
   /// What was done so far, by position.
@@ -48,7 +50,7 @@ public:
 private:
   struct CycleLevel {
     int index = 0;
-    Extent extent{};
+    Extent extent{};       ///< of the whole level
     bool is_built = false; ///< whether what follows is there: a fine level may never be needed
     Level level{};         ///< target: what is missing; confidence: 1 where held
     std::optional<Residual> gradient{};
@@ -73,6 +75,7 @@ private:
   const Backend& backend_;
   SessionOptions options_;
   std::vector<std::unique_ptr<Session>>& sessions_;
+  const LevelParts& parts_;
   Alignment alignment_;
   std::vector<std::unique_ptr<CycleLevel>> levels_; ///< pointers: Residual keeps the address of its level
   CoarsestSolver coarsest_;

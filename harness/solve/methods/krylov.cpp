@@ -1,149 +1,137 @@
 #include "harness/solve/methods/krylov.hpp"
 
-#include <Eigen/IterativeLinearSolvers>
-
-#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
 
 namespace hdmbench {
 
 namespace {
 
-/// Both components one after the other, as Eigen sees them: they are systems of their own, solved side by
-/// side.
-Eigen::VectorXd joined(const std::vector<double>& x, const std::vector<double>& y) {
-  const auto sites = static_cast<Eigen::Index>(x.size());
-  Eigen::VectorXd vector(2 * sites);
-  vector.head(sites) = Eigen::Map<const Eigen::VectorXd>(x.data(), sites);
-  vector.tail(sites) = Eigen::Map<const Eigen::VectorXd>(y.data(), sites);
-  return vector;
-}
-
-DoubleField split(const Eigen::VectorXd& vector, Extent extent) {
-  DoubleField field(extent);
-  const auto sites = static_cast<Eigen::Index>(extent.sites());
-  std::ranges::copy(vector.head(sites), field.x.begin());
-  std::ranges::copy(vector.tail(sites), field.y.begin());
-  return field;
-}
-
-void set_held(std::vector<double>& values, const std::vector<float>& held, const std::vector<double>& to) {
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    values[i] = held[i] > 0.0F ? to[i] : -values[i];
+/// to[i] = value(i) for both components. What fewer sites gain by threads is lost in waking them.
+template <typename Value>
+void assign(std::vector<double>& to, const Value& value) {
+  const auto size = static_cast<std::ptrdiff_t>(to.size());
+#pragma omp parallel for simd schedule(static) if (size > 4096)
+  for (std::ptrdiff_t i = 0; i < size; ++i) {
+    to[static_cast<std::size_t>(i)] = value(static_cast<std::size_t>(i));
   }
 }
 
-class Matrix;
+/// a + factor b.
+void add(DoubleField& a, double factor, const DoubleField& b) {
+  assign(a.x, [&](std::size_t i) { return a.x[i] + factor * b.x[i]; });
+  assign(a.y, [&](std::size_t i) { return a.y[i] + factor * b.y[i]; });
+}
 
-} // namespace
-} // namespace hdmbench
-
-/// What Eigen asks of a matrix that only exists as its product with a vector.
-template <>
-struct Eigen::internal::traits<hdmbench::Matrix> : Eigen::internal::traits<Eigen::SparseMatrix<double>> {};
-
-namespace hdmbench {
-namespace {
-
-class Matrix : public Eigen::EigenBase<Matrix> {
+/// What BiCGSTAB asks of a system. Vectors are right but for the rim of a halo, as `missing` is: a product's
+/// halo is one site short of its operand's, which the preconditioner makes right in all of it.
+class Operations {
 public:
-  using Scalar = double;
-  using RealScalar = double;
-  using StorageIndex = int;
-  enum { ColsAtCompileTime = Eigen::Dynamic, MaxColsAtCompileTime = Eigen::Dynamic, IsRowMajor = false };
+  Operations(const CorrectionSystem& system, const Preconditioner& preconditioner)
+      : system_(system), preconditioner_(preconditioner) {}
 
-  Matrix(const CorrectionSystem& system, int& products) : system_(&system), products_(&products) {}
-
-  [[nodiscard]] Eigen::Index rows() const {
-    return 2 * static_cast<Eigen::Index>(system_->held.extent.sites());
-  }
-  [[nodiscard]] Eigen::Index cols() const { return rows(); }
-
-  [[nodiscard]] Eigen::VectorXd product(const Eigen::VectorXd& vector) const {
-    const DoubleField e = split(vector, system_->held.extent);
-    ResidualField result;
-    system_->gradient.evaluate(e, result);
-    ++*products_;
-    set_held(result.missing.x, system_->held.x, e.x);
-    set_held(result.missing.y, system_->held.y, e.y);
-    return joined(result.missing.x, result.missing.y);
+  [[nodiscard]] DoubleField right_side() const {
+    DoubleField result(system_.held.extent);
+    const auto free_part = [](const std::vector<double>& values, const std::vector<float>& held) {
+      return [&](std::size_t i) { return held[i] > 0.0F ? 0.0 : values[i]; };
+    };
+    assign(result.x, free_part(system_.missing.x, system_.held.x));
+    assign(result.y, free_part(system_.missing.y, system_.held.y));
+    return result;
   }
 
-  template <typename Vector>
-  Eigen::Product<Matrix, Vector, Eigen::AliasFreeProduct>
-  operator*(const Eigen::MatrixBase<Vector>& vector) const {
-    return {*this, vector.derived()};
+  [[nodiscard]] DoubleField preconditioned(const DoubleField& vector) const {
+    return DoubleField(preconditioner_(vector));
+  }
+
+  [[nodiscard]] DoubleField product(const DoubleField& vector) {
+    system_.gradient.evaluate(vector, evaluated_);
+    ++products_;
+    DoubleField result(vector.extent);
+    const auto row_of = [](const std::vector<double>& of, const std::vector<float>& held,
+                           const std::vector<double>& missing) {
+      return [&](std::size_t i) { return held[i] > 0.0F ? of[i] : -missing[i]; };
+    };
+    assign(result.x, row_of(vector.x, system_.held.x, evaluated_.missing.x));
+    assign(result.y, row_of(vector.y, system_.held.y, evaluated_.missing.y));
+    return result;
+  }
+
+  [[nodiscard]] double dot(const DoubleField& a, const DoubleField& b) const {
+    const Extent extent = a.extent;
+    std::vector<double> rows(static_cast<std::size_t>(extent.height));
+#pragma omp parallel for schedule(static) if (extent.sites() > 4096)
+    for (int y = 0; y < extent.height; ++y) {
+      const std::size_t first = extent.index(0, y);
+      double sum = 0.0;
+      for (std::size_t i = first; i < first + static_cast<std::size_t>(extent.width); ++i) {
+        sum += a.x[i] * b.x[i] + a.y[i] * b.y[i];
+      }
+      rows[static_cast<std::size_t>(y)] = sum;
+    }
+    return system_.parts.sum(system_.level, rows);
+  }
+
+  [[nodiscard]] int products() const {
+    return products_;
   }
 
 private:
-  const CorrectionSystem* system_;
-  int* products_;
-};
-
-/// A Preconditioner in the form that Eigen constructs by itself.
-class CyclePreconditioner {
-public:
-  void set(const CorrectionSystem& system, const Preconditioner& cycle) {
-    system_ = &system;
-    cycle_ = &cycle;
-  }
-  template <typename M>
-  CyclePreconditioner& analyzePattern(const M& /*matrix*/) {
-    return *this;
-  }
-  template <typename M>
-  CyclePreconditioner& factorize(const M& /*matrix*/) {
-    return *this;
-  }
-  template <typename M>
-  CyclePreconditioner& compute(const M& /*matrix*/) {
-    return *this;
-  }
-  [[nodiscard]] static Eigen::ComputationInfo info() { return Eigen::Success; }
-
-  [[nodiscard]] Eigen::VectorXd solve(const Eigen::VectorXd& vector) const {
-    const DoubleField correction((*cycle_)(split(vector, system_->held.extent)));
-    return joined(correction.x, correction.y);
-  }
-
-private:
-  const CorrectionSystem* system_ = nullptr;
-  const Preconditioner* cycle_ = nullptr;
+  const CorrectionSystem& system_;
+  const Preconditioner& preconditioner_;
+  ResidualField evaluated_;
+  int products_ = 0;
 };
 
 } // namespace
-} // namespace hdmbench
-
-template <typename Operand>
-struct Eigen::internal::generic_product_impl<hdmbench::Matrix, Operand, Eigen::SparseShape, Eigen::DenseShape,
-                                             Eigen::GemvProduct>
-    : Eigen::internal::generic_product_impl_base<
-          hdmbench::Matrix, Operand, Eigen::internal::generic_product_impl<hdmbench::Matrix, Operand>> {
-  template <typename To>
-  static void scaleAndAddTo(To& to, const hdmbench::Matrix& matrix, const Operand& vector,
-                            const double& factor) {
-    to.noalias() += factor * matrix.product(vector);
-  }
-};
-
-namespace hdmbench {
 
 KrylovResult krylov_correction(const CorrectionSystem& system, const Preconditioner& preconditioner,
                                int most_steps, double tolerance) {
-  KrylovResult result;
-  const Matrix matrix(system, result.products);
-  Eigen::BiCGSTAB<Matrix, CyclePreconditioner> solver;
-  solver.compute(matrix);
-  solver.preconditioner().set(system, preconditioner);
-  solver.setMaxIterations(most_steps);
-  solver.setTolerance(tolerance);
-  Eigen::VectorXd right_side = joined(system.missing.x, system.missing.y);
-  const auto sites = system.held.extent.sites();
-  for (std::size_t i = 0; i < sites; ++i) {
-    right_side[static_cast<Eigen::Index>(i)] *= system.held.x[i] > 0.0F ? 0.0 : 1.0;
-    right_side[static_cast<Eigen::Index>(sites + i)] *= system.held.y[i] > 0.0F ? 0.0 : 1.0;
+  constexpr double epsilon = std::numeric_limits<double>::epsilon();
+  Operations operations(system, preconditioner);
+  const auto dot = [&](const DoubleField& a, const DoubleField& b) { return operations.dot(a, b); };
+  const Extent extent = system.held.extent;
+  KrylovResult result{.correction = DoubleField(extent)};
+  DoubleField rest = operations.right_side(); // of the right side, what the correction leaves
+  DoubleField shadow = rest;
+  double left = dot(rest, rest);
+  const double enough = tolerance * tolerance * left;
+  double shadow_square = left;
+  DoubleField direction(extent);
+  DoubleField moved(extent); // the system's product with the preconditioned direction
+  double rho = 1.0;
+  double alpha = 1.0;
+  double omega = 1.0;
+  while (left > enough && result.steps < most_steps) {
+    const double rho_before = std::exchange(rho, dot(shadow, rest));
+    if (std::abs(rho) < epsilon * epsilon * shadow_square) { // at right angles: begin anew from here
+      shadow = rest;
+      rho = shadow_square = left;
+      direction = moved = DoubleField(extent);
+    }
+    const double beta = (rho / rho_before) * (alpha / omega);
+    add(direction, -omega, moved);
+    assign(direction.x, [&](std::size_t i) { return rest.x[i] + beta * direction.x[i]; });
+    assign(direction.y, [&](std::size_t i) { return rest.y[i] + beta * direction.y[i]; });
+    const DoubleField first = operations.preconditioned(direction);
+    moved = operations.product(first);
+    alpha = rho / dot(shadow, moved);
+    add(rest, -alpha, moved);
+    const DoubleField second = operations.preconditioned(rest);
+    const DoubleField moved_again = operations.product(second);
+    const double square = dot(moved_again, moved_again);
+    omega = square > 0.0 ? dot(moved_again, rest) / square : 0.0;
+    add(result.correction, alpha, first);
+    add(result.correction, omega, second);
+    add(rest, -omega, moved_again);
+    left = dot(rest, rest);
+    ++result.steps;
   }
-  result.correction = split(solver.solve(right_side), system.held.extent);
-  result.steps = static_cast<int>(solver.iterations());
+  result.products = operations.products();
   return result;
 }
 

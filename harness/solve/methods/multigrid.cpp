@@ -45,13 +45,11 @@ void put_held(std::vector<double>& field, const std::vector<float>& target, cons
   }
 }
 
-/// Adds the correction and returns the sum of the squares of the way moved. An observed component that would
-/// pass its target stops there: beyond it the observation pulls the other way, which the correction does not
-/// know.
+/// Adds the correction. An observed component that would pass its target stops there: beyond it the
+/// observation pulls the other way, which the correction does not know.
 template <typename Value>
-double move_by(Range range, std::vector<double>& field, const std::vector<Value>& correction,
-               const std::vector<float>& target, const std::vector<float>& confidence) {
-  double squares = 0.0;
+void move_by(Range range, std::vector<double>& field, const std::vector<Value>& correction,
+             const std::vector<float>& target, const std::vector<float>& confidence) {
   for (std::size_t i = 0; i < field.size(); ++i) {
     double way = static_cast<double>(correction[i]);
     if (confidence[i] > 0.0F) {
@@ -60,14 +58,12 @@ double move_by(Range range, std::vector<double>& field, const std::vector<Value>
         way = gap;
       }
     }
-    const double moved = std::clamp(field[i] + way, range.lowest, range.highest);
-    squares += (moved - field[i]) * (moved - field[i]);
-    field[i] = moved;
+    field[i] = std::clamp(field[i] + way, range.lowest, range.highest);
   }
-  return squares;
 }
 
-Range target_range(const std::vector<float>& target, const std::vector<float>& confidence) {
+Range target_range(const std::vector<float>& target, const std::vector<float>& confidence,
+                   const LevelParts& parts) {
   Range range{.lowest = std::numeric_limits<double>::max(), .highest = std::numeric_limits<double>::lowest()};
   for (std::size_t i = 0; i < target.size(); ++i) {
     if (confidence[i] > 0.0F) {
@@ -75,13 +71,20 @@ Range target_range(const std::vector<float>& target, const std::vector<float>& c
       range.highest = std::max(range.highest, static_cast<double>(target[i]));
     }
   }
-  return range;
+  return {.lowest = -parts.largest(-range.lowest), .highest = parts.largest(range.highest)};
+}
+
+double contrast_of(const Level& level, const LevelParts& parts) {
+  const ModulusRange own = modulus_range(level.modulus);
+  return parts.largest(own.stiffest) / -parts.largest(-own.softest);
 }
 
 /// Neighbours connect all sites, unless the image is one site thick in the component's direction.
-void require_conditions(const std::vector<float>& confidence, char component, bool connected, Extent extent) {
+void require_conditions(const std::vector<float>& confidence, char component, bool connected,
+                        const Rectangle& loaded, const LevelParts& parts) {
   const auto is_known = [](float value) { return value > 0.0F; };
-  if (connected && std::ranges::none_of(confidence, is_known)) {
+  const bool any_is_known = parts.largest(std::ranges::any_of(confidence, is_known) ? 1.0 : 0.0) > 0.0;
+  if (connected && !any_is_known) {
     throw InputError(
         fmt::format("no site has a known displacement in {}, so no field is the only fixed point; "
                     "give a condition",
@@ -93,24 +96,25 @@ void require_conditions(const std::vector<float>& confidence, char component, bo
     throw InputError(
         fmt::format("the displacement in {} at x = {}, y = {} is not known, and an image one site thick "
                     "does not connect it to others; give a condition",
-                    component, index % extent.width, index / extent.width));
+                    component, loaded.left + index % loaded.width, loaded.top + index / loaded.width));
   }
 }
 
 } // namespace
 
 Multigrid::Multigrid(const Scene& scene, const Backend& backend, const SessionOptions& options,
-                     std::vector<std::unique_ptr<Session>>& sessions)
-    : cycle_(scene, backend, options, sessions),
-      is_trusted_(contrast_of(scene.full.modulus) <= most_trusted_contrast),
+                     std::vector<std::unique_ptr<Session>>& sessions, const LevelParts& parts)
+    : parts_(parts), cycle_(scene, backend, options, sessions, parts),
+      is_trusted_(contrast_of(scene.full, parts) <= most_trusted_contrast),
       alignment_(scene.schedule.alignment) {
-  const Extent full = scene.extent();
-  require_conditions(scene.full.confidence.x, 'x', full.width > 1, full);
-  require_conditions(scene.full.confidence.y, 'y', full.height > 1, full);
+  const Extent image = parts.image(scene);
+  const Rectangle loaded = parts.part(image).loaded;
+  require_conditions(scene.full.confidence.x, 'x', image.width > 1, loaded, parts);
+  require_conditions(scene.full.confidence.y, 'y', image.height > 1, loaded, parts);
   // No component leaves the range of its conditions, unless another one can push it there.
   if (!scene.full.energy->couples) {
-    ranges_ = {target_range(scene.full.target.x, scene.full.confidence.x),
-               target_range(scene.full.target.y, scene.full.confidence.y)};
+    ranges_ = {target_range(scene.full.target.x, scene.full.confidence.x, parts),
+               target_range(scene.full.target.y, scene.full.confidence.y, parts)};
   }
   const Stopwatch watch(timings_.projection);
   const Material material = scene.schedule.mean_modulus ? Material::mean : Material::nearest;
@@ -120,7 +124,7 @@ Multigrid::Multigrid(const Scene& scene, const Backend& backend, const SessionOp
       problem.level = &scene.full;
     } else {
       problem.sampled =
-          std::make_unique<Level>(sample_level(scene.full, extent(position), alignment_, material));
+          std::make_unique<Level>(parts.sample(scene.full, extent(position), alignment_, material));
       problem.level = problem.sampled.get();
     }
     problem.residual = std::make_unique<Residual>(*problem.level);
@@ -143,8 +147,9 @@ void Multigrid::start(int position, const VectorField& field) {
 }
 
 void Multigrid::refine() {
-  const VectorField finer = timed(
-      timings_.projection, [&] { return prolongate(field_.to_float(), extent(position_ - 1), alignment_); });
+  const VectorField finer = timed(timings_.projection, [&] {
+    return parts_.to_finer(extent(position_), extent(position_ - 1), alignment_, field_.to_float());
+  });
   start(position_ - 1, finer);
 }
 
@@ -155,6 +160,7 @@ void Multigrid::evaluate(Hold hold) {
   const Level& level = *problem().level;
   const Stopwatch watch(timings_.compute);
   problem().residual->evaluate(field_, residual_);
+  residual_.rms = parts_.root_mean(extent(position_), residual_.row_squares);
   ++problem().residuals;
   if (hold == Hold::by_residual) {
     hold_where_met(field_.x, level.target.x, residual_.held.x, held_.x);
@@ -167,7 +173,7 @@ CycleResult Multigrid::cycle() {
   constexpr double rescue_tolerance = 1e-2;
   const State before{field_, residual_, held_};
   cycle_.hold(position_, held_);
-  CycleResult result = add(cycle_.correct(position_, residual_.missing));
+  CycleResult result = add(before.field, cycle_.correct(position_, residual_.missing));
   if (position_ == 0 && !(result.contraction <= poor_contraction)) {
     restore(before);
     result = krylov_round(rescue_steps, rescue_tolerance).result;
@@ -191,33 +197,45 @@ CycleResult Multigrid::sweep(int iterations) {
       field_.x[j] += relaxation * residual_.missing.x[j];
       field_.y[j] += relaxation * residual_.missing.y[j];
     }
+    parts_.renew(extent(position_), field_);
     evaluate(Hold::by_residual);
   }
   put_held(field_.x, level.target.x, residual_.held.x);
   put_held(field_.y, level.target.y, residual_.held.y);
+  parts_.renew(extent(position_), field_);
   evaluate(Hold::by_residual);
   CycleResult result{.residual = residual_.rms,
                      .contraction = before.residual.rms > 0.0 ? residual_.rms / before.residual.rms : 0.0};
-  double squares = 0.0;
-  for (std::size_t j = 0; j < field_.x.size(); ++j) {
-    squares += std::pow(field_.x[j] - before.field.x[j], 2) + std::pow(field_.y[j] - before.field.y[j], 2);
-  }
-  result.correction = std::sqrt(squares / static_cast<double>(field_.x.size()));
+  result.correction = distance(before.field, field_);
   estimated_error_.reset();
   last_correction_.reset();
   return result;
+}
+
+double Multigrid::distance(const DoubleField& from, const DoubleField& to) const {
+  std::vector<double> rows(static_cast<std::size_t>(from.extent.height));
+  for (std::size_t y = 0; y < rows.size(); ++y) {
+    const std::size_t first = from.extent.index(0, static_cast<int>(y));
+    for (std::size_t i = first; i < first + static_cast<std::size_t>(from.extent.width); ++i) {
+      const double x_way = to.x[i] - from.x[i];
+      const double y_way = to.y[i] - from.y[i];
+      rows[y] += x_way * x_way + y_way * y_way;
+    }
+  }
+  return parts_.root_mean(extent(position_), rows);
 }
 
 KrylovRound Multigrid::krylov_round(int most_steps, double tolerance) {
   constexpr int rescue_sweeps = 20;
   const State before{field_, residual_, held_};
   cycle_.hold(position_, held_);
-  const CorrectionSystem system{cycle_.gradient(position_), cycle_.held(position_), residual_.missing};
+  const CorrectionSystem system{cycle_.gradient(position_), cycle_.held(position_), residual_.missing,
+                                extent(position_), parts_};
   const KrylovResult solved = krylov_correction(
       system, [this](const DoubleField& missing) { return cycle_.correct(position_, missing); }, most_steps,
       tolerance);
   problem().residuals += solved.products;
-  CycleResult result = add(solved.correction);
+  CycleResult result = add(before.field, solved.correction);
   if (position_ == 0 && !(result.contraction <= poor_contraction)) {
     restore(before);
     result = sweep(rescue_sweeps);
@@ -226,14 +244,14 @@ KrylovRound Multigrid::krylov_round(int most_steps, double tolerance) {
 }
 
 template <typename Field>
-CycleResult Multigrid::add(const Field& correction) {
+CycleResult Multigrid::add(const DoubleField& from, const Field& correction) {
   const Level& level = *problem().level;
   const double before = residual_.rms;
   CycleResult result;
   timed(timings_.projection, [&] {
-    const double squares = move_by(ranges_[0], field_.x, correction.x, level.target.x, level.confidence.x) +
-                           move_by(ranges_[1], field_.y, correction.y, level.target.y, level.confidence.y);
-    result.correction = std::sqrt(squares / static_cast<double>(level.extent.sites()));
+    move_by(ranges_[0], field_.x, correction.x, level.target.x, level.confidence.x);
+    move_by(ranges_[1], field_.y, correction.y, level.target.y, level.confidence.y);
+    result.correction = distance(from, field_);
   });
   evaluate(position_ > 0 ? Hold::all_observed : Hold::by_residual);
   result.residual = residual_.rms;
@@ -266,7 +284,7 @@ Timings Multigrid::timings() const {
 void Multigrid::start_from_coarsest(const VectorField& start, const LevelDone& level_done) {
   constexpr int most_coarsest_cycles =
       3; // exact at once, but on the full resolution the held set has to be found
-  this->start(coarsest(), sample_field(start, extent(coarsest()), alignment_));
+  this->start(coarsest(), parts_.sample(start, extent(coarsest()), alignment_));
   for (int i = 0; position_ > 0 && i < most_coarsest_cycles; ++i) {
     cycle();
   }
@@ -284,14 +302,12 @@ void Multigrid::start_from_coarsest(const VectorField& start, const LevelDone& l
 namespace {
 
 template <typename Improve>
-Solution solve_from_coarsest(const Scene& scene, const Backend& backend, const SessionOptions& options,
-                             std::vector<std::unique_ptr<Session>>& sessions, Progress& progress,
+Solution solve_from_coarsest(const Scene& scene, Multigrid& multigrid, Progress& progress,
                              const SolveOptions& solve_options, Improve&& improve) {
-  Multigrid multigrid(scene, backend, options, sessions);
   multigrid.start_from_coarsest(scene.start_field(), solve_options.level_done);
   for (int done = 0; done < scene.schedule.iterations;) {
-    done += improve(multigrid, scene.schedule.iterations - done);
-    progress.advance(static_cast<double>(scene.extent().sites()));
+    done += improve(scene.schedule.iterations - done);
+    progress.advance(static_cast<double>(multigrid.extent(0).sites()));
   }
   Solution solution{.displacement = multigrid.field().to_float(),
                     .levels = multigrid.work(),
@@ -303,26 +319,46 @@ Solution solve_from_coarsest(const Scene& scene, const Backend& backend, const S
   return solution;
 }
 
+Solution by_cycles(const Scene& scene, Multigrid& multigrid, Progress& progress,
+                   const SolveOptions& options) {
+  return solve_from_coarsest(scene, multigrid, progress, options, [&](int /*left*/) {
+    multigrid.cycle();
+    return 1;
+  });
+}
+
+Solution by_krylov(const Scene& scene, Multigrid& multigrid, Progress& progress,
+                   const SolveOptions& options) {
+  constexpr double tolerance = 1e-2; // of a round: then the held set is looked at again
+  return solve_from_coarsest(scene, multigrid, progress, options, [&](int left) {
+    return std::max(1, multigrid.krylov_round(left, tolerance).steps);
+  });
+}
+
 } // namespace
 
 Solution solve_multigrid(const Scene& scene, const Backend& backend, const SessionOptions& options,
                          std::vector<std::unique_ptr<Session>>& sessions, Progress& progress,
                          const SolveOptions& solve_options) {
-  return solve_from_coarsest(scene, backend, options, sessions, progress, solve_options,
-                             [](Multigrid& multigrid, int /*left*/) {
-                               multigrid.cycle();
-                               return 1;
-                             });
+  Multigrid multigrid(scene, backend, options, sessions);
+  return by_cycles(scene, multigrid, progress, solve_options);
 }
 
 Solution solve_krylov(const Scene& scene, const Backend& backend, const SessionOptions& options,
                       std::vector<std::unique_ptr<Session>>& sessions, Progress& progress,
                       const SolveOptions& solve_options) {
-  constexpr double tolerance = 1e-2; // of a round: then the held set is looked at again
-  return solve_from_coarsest(scene, backend, options, sessions, progress, solve_options,
-                             [](Multigrid& multigrid, int left) {
-                               return std::max(1, multigrid.krylov_round(left, tolerance).steps);
-                             });
+  Multigrid multigrid(scene, backend, options, sessions);
+  return by_krylov(scene, multigrid, progress, solve_options);
+}
+
+CycleSolution solve_on_parts(const Scene& scene, const Backend& backend, const SessionOptions& options,
+                             const LevelParts& parts, Progress& progress, const SolveOptions& solve_options) {
+  std::vector<std::unique_ptr<Session>> sessions;
+  Multigrid multigrid(scene, backend, options, sessions, parts);
+  const auto solve = scene.schedule.cycle == Cycle::krylov ? by_krylov : by_cycles;
+  CycleSolution solution{solve(scene, multigrid, progress, solve_options)};
+  solution.residual = multigrid.residual().rms;
+  return solution;
 }
 
 } // namespace hdmbench

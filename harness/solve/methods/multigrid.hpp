@@ -36,10 +36,10 @@ struct Range {
 /// their component is decided anew from the residual before each cycle.
 class Multigrid {
 public:
-  /// Positions of levels, `sessions` and lifetimes are those of CorrectionCycle. Throws InputError where no
-  /// field is the only fixed point: a component that nothing holds anywhere.
+  /// Positions of levels, `sessions`, `parts` and lifetimes are those of CorrectionCycle. Throws InputError
+  /// where no field is the only fixed point: a component that nothing holds anywhere.
   Multigrid(const Scene& scene, const Backend& backend, const SessionOptions& options,
-            std::vector<std::unique_ptr<Session>>& sessions);
+            std::vector<std::unique_ptr<Session>>& sessions, const LevelParts& parts = whole_image());
 
   /// Largest over smallest modulus up to which estimates are believed. Coarse levels sample the moduli;
   /// beyond it, what they do not know of was seen to stall without a sign (test/promise_test holds what is
@@ -52,7 +52,8 @@ public:
 
   using LevelDone = std::function<void(const LevelResult&, const VectorField&)>;
   /// Full multigrid: the fixed point of the coarsest level, then one cycle on each finer one; ends with the
-  /// full resolution started. `start` is of the full resolution; `level_done` is told of each level but that.
+  /// full resolution started. `start` is of what is loaded of the full resolution; `level_done` is told of
+  /// each level but that.
   void start_from_coarsest(const VectorField& start, const LevelDone& level_done = {});
   /// Takes `field`, of the extent of the level, and imposes the conditions.
   void start(int position, const VectorField& field);
@@ -68,7 +69,7 @@ public:
   KrylovRound krylov_round(int most_steps, double tolerance);
 
   [[nodiscard]] int position() const { return position_; }
-  /// That field() is on.
+  /// What is loaded of the level that field() is on.
   [[nodiscard]] const Level& level() const { return *problems_[static_cast<std::size_t>(position_)].level; }
   [[nodiscard]] const DoubleField& field() const { return field_; }
   /// Of field().
@@ -101,12 +102,15 @@ private:
   };
   void restore(const State& state);
   CycleResult sweep(int iterations);
+  /// RMS of the way from one field to the other, pixels.
+  [[nodiscard]] double distance(const DoubleField& from, const DoubleField& to) const;
   enum class Hold { all_observed, by_residual };
   void evaluate(Hold hold);
-  /// Moves the field and says how that went.
+  /// Moves the field, which is `from`, and says how that went.
   template <typename Field>
-  CycleResult add(const Field& correction);
+  CycleResult add(const DoubleField& from, const Field& correction);
 
+  const LevelParts& parts_;
   CorrectionCycle cycle_;
   bool is_trusted_;
   Alignment alignment_;
@@ -122,7 +126,8 @@ private:
 };
 
 /// Full multigrid: the fixed point of the coarsest level, one cycle on each finer one, then
-/// scene.schedule.iterations cycles on the full resolution. Throws what Multigrid and Session throw.
+/// scene.schedule.iterations cycles on the full resolution. Throws what Multigrid, Session and LevelParts
+/// throw.
 [[nodiscard]] Solution solve_multigrid(const Scene& scene, const Backend& backend,
                                        const SessionOptions& options,
                                        std::vector<std::unique_ptr<Session>>& sessions, Progress& progress,
@@ -132,5 +137,17 @@ private:
 [[nodiscard]] Solution solve_krylov(const Scene& scene, const Backend& backend, const SessionOptions& options,
                                     std::vector<std::unique_ptr<Session>>& sessions, Progress& progress,
                                     const SolveOptions& solve_options = {});
+
+/// A solution with the RMS of what each component of the field, which is known in double, misses to its own
+/// minimiser, pixels.
+struct CycleSolution : Solution {
+  double residual = 0.0;
+};
+
+/// What scene.schedule.cycle says of the two, where others have parts of the image: scene.full and the result
+/// are what is loaded here.
+[[nodiscard]] CycleSolution solve_on_parts(const Scene& scene, const Backend& backend,
+                                           const SessionOptions& options, const LevelParts& parts,
+                                           Progress& progress, const SolveOptions& solve_options = {});
 
 } // namespace hdmbench

@@ -80,7 +80,8 @@ void Residual::evaluate_field(const Field& displacement, ResidualField& result) 
     result.missing = DoubleField(extent);
     result.held = VectorField(extent);
   }
-  std::vector<RowNorms> norms(static_cast<std::size_t>(extent.height));
+  result.row_squares.resize(static_cast<std::size_t>(extent.height));
+  std::vector<double> largest(result.row_squares.size());
   const auto row_part = [&](int y, Inside inside) {
     const std::size_t row = extent.index(0, y);
     ResidualRow<typename decltype(Field::x)::value_type> part{
@@ -114,14 +115,16 @@ void Residual::evaluate_field(const Field& displacement, ResidualField& result) 
       evaluate_part(*level_.energy, row_part(y, {true, false, north, south}), last, last + 1);
     }
     const std::size_t row = extent.index(0, y);
-    norms[static_cast<std::size_t>(y)] =
+    const RowNorms norms =
         row_norms(result.missing.x.data() + row, result.missing.y.data() + row, extent.width);
+    result.row_squares[static_cast<std::size_t>(y)] = norms.squares;
+    largest[static_cast<std::size_t>(y)] = norms.largest;
   }
   double squares = 0.0;
   result.largest = 0.0;
-  for (const RowNorms& row : norms) {
-    squares += row.squares;
-    result.largest = std::max(result.largest, row.largest);
+  for (std::size_t row = 0; row < largest.size(); ++row) {
+    squares += result.row_squares[row];
+    result.largest = std::max(result.largest, largest[row]);
   }
   result.rms = std::sqrt(squares / static_cast<double>(extent.sites()));
 }

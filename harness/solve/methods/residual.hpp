@@ -13,8 +13,9 @@ struct ResidualField {
   DoubleField missing;
   /// 1 where the observation holds the component: its minimiser is the target itself; else 0.
   VectorField held;
-  double rms = 0.0;     ///< sqrt(mean over the sites of |missing|^2), pixels
-  double largest = 0.0; ///< of the components of missing, without sign, pixels
+  std::vector<double> row_squares; ///< the sum of |missing|^2 of each row
+  double rms = 0.0;                ///< sqrt(mean over the sites of |missing|^2), pixels
+  double largest = 0.0;            ///< of the components of missing, without sign, pixels
 };
 
 /// Whether the observations count.

@@ -4,6 +4,8 @@
 #include "harness/solve/methods/stationary_weights.hpp"
 
 #include <algorithm>
+#include <stdexcept>
+#include <utility>
 
 namespace hdmbench {
 
@@ -27,41 +29,55 @@ double squared_width(Extent coarse, Extent fine, Alignment alignment) {
 
 } // namespace
 
-Restriction::Restriction(const Level& fine, Extent coarse, Alignment alignment)
-    : fine_(fine.extent), coarse_(coarse), weights_(stationary_weights(fine)),
-      columns_(shares(coarse.width, fine_.width, alignment)),
-      rows_(shares(coarse.height, fine_.height, alignment)), scale_x_(scale_of(weights_.x, alignment)),
-      scale_y_(scale_of(weights_.y, alignment)) {}
+Restriction::Restriction(const Level& fine, Extent from, Extent coarse, Alignment alignment,
+                         const LevelParts& parts)
+    : parts_(parts), alignment_(alignment), fine_level_(from), coarse_level_(coarse), fine_(fine.extent),
+      made_(rows_restricted(from, parts.part(from).owned, coarse, alignment)),
+      weights_(stationary_weights(fine)) {
+  const Rectangle loaded = parts.part(from).loaded;
+  parts.renew(from, weights_);
+  columns_ =
+      shares({coarse.width, made_.left, made_.width}, {from.width, loaded.left, loaded.width}, alignment);
+  rows_ =
+      shares({coarse.height, made_.top, made_.height}, {from.height, loaded.top, loaded.height}, alignment);
+  scale_x_ = scale_of(weights_.x, alignment);
+  scale_y_ = scale_of(weights_.y, alignment);
+}
 
 std::vector<double> Restriction::scale_of(const std::vector<float>& weights, Alignment alignment) const {
   std::vector<double> scale = weighted_sums(weights, {});
-  const double square = squared_width(coarse_, fine_, alignment);
+  const double square = squared_width(coarse_level_, fine_level_, alignment);
   std::ranges::transform(scale, scale.begin(), [square](double sum) { return square / sum; });
   return scale;
 }
 
-Restriction::Shares Restriction::shares(int coarse, int fine, Alignment alignment) {
-  Shares result(static_cast<std::size_t>(coarse));
-  const auto from = interpolations(coarse, fine, alignment);
-  for (int i = 0; i < fine; ++i) {
+Restriction::Shares Restriction::shares(const Axis& coarse, const Axis& fine, Alignment alignment) {
+  Shares result(static_cast<std::size_t>(coarse.count));
+  const auto from = interpolations(coarse.sites, fine.sites, alignment);
+  for (int i = 0; i < fine.sites; ++i) {
     const Interpolation& at = from[static_cast<std::size_t>(i)];
     const auto weight = static_cast<double>(at.weight);
-    if (weight < 1.0) {
-      result[static_cast<std::size_t>(at.first)].push_back({i, 1.0 - weight});
-    }
-    if (weight > 0.0) {
-      result[static_cast<std::size_t>(at.second)].push_back({i, weight});
-    }
+    const auto give = [&](int site, double share) {
+      if (share <= 0.0 || site < coarse.first || site >= coarse.first + coarse.count) {
+        return;
+      }
+      if (i < fine.first || i >= fine.first + fine.count) {
+        throw std::logic_error("a halo is too narrow for a restriction");
+      }
+      result[static_cast<std::size_t>(site - coarse.first)].push_back({i - fine.first, share});
+    };
+    give(at.first, 1.0 - weight);
+    give(at.second, weight);
   }
   return result;
 }
 
 std::vector<double> Restriction::weighted_sums(const std::vector<float>& weights,
                                                const std::vector<double>& values) const {
-  std::vector<double> sums(coarse_.sites());
+  std::vector<double> sums(made_.extent().sites());
   const auto width = static_cast<std::size_t>(fine_.width);
 #pragma omp parallel for schedule(static) if (fine_.sites() > 4096)
-  for (int y = 0; y < coarse_.height; ++y) {
+  for (int y = 0; y < made_.height; ++y) {
     std::vector<double> row(width); // summed along y, still of the fine width
     for (const Share& from : rows_[static_cast<std::size_t>(y)]) {
       const std::size_t begin = fine_.index(0, from.fine);
@@ -70,12 +86,12 @@ std::vector<double> Restriction::weighted_sums(const std::vector<float>& weights
         row[x] += values.empty() ? weight : weight * values[begin + x];
       }
     }
-    for (int x = 0; x < coarse_.width; ++x) {
+    for (int x = 0; x < made_.width; ++x) {
       double sum = 0.0;
       for (const Share& from : columns_[static_cast<std::size_t>(x)]) {
         sum += from.weight * row[static_cast<std::size_t>(from.fine)];
       }
-      sums[coarse_.index(x, y)] = sum;
+      sums[made_.extent().index(x, y)] = sum;
     }
   }
   return sums;
@@ -93,16 +109,16 @@ std::vector<float> Restriction::restrict_component(const std::vector<float>& wei
 
 VectorField Restriction::restrict_residual(const DoubleField& residual) const {
   VectorField result;
-  result.extent = coarse_;
+  result.extent = made_.extent();
   result.x = restrict_component(weights_.x, scale_x_, residual.x);
   result.y = restrict_component(weights_.y, scale_y_, residual.y);
-  return result;
+  return parts_.to_coarser(fine_level_, coarse_level_, alignment_, std::move(result));
 }
 
 std::vector<float> Restriction::any_in_footprint(const std::vector<float>& held) const {
-  std::vector<float> result(coarse_.sites());
-  for_each_site(coarse_, [&](int x, int y) {
-    float& value = result[coarse_.index(x, y)];
+  std::vector<float> result(made_.extent().sites());
+  for_each_site(made_.extent(), [&](int x, int y) {
+    float& value = result[made_.extent().index(x, y)];
     for (const Share& row : rows_[static_cast<std::size_t>(y)]) {
       for (const Share& column : columns_[static_cast<std::size_t>(x)]) {
         if (row.weight >= 0.5 && column.weight >= 0.5) {
@@ -116,10 +132,10 @@ std::vector<float> Restriction::any_in_footprint(const std::vector<float>& held)
 
 VectorField Restriction::restrict_held(const VectorField& held) const {
   VectorField result;
-  result.extent = coarse_;
+  result.extent = made_.extent();
   result.x = any_in_footprint(held.x);
   result.y = any_in_footprint(held.y);
-  return result;
+  return parts_.to_coarser(fine_level_, coarse_level_, alignment_, std::move(result));
 }
 
 } // namespace hdmbench

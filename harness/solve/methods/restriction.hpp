@@ -1,6 +1,6 @@
 #pragma once
 
-#include "kernels/data/pyramid.hpp"
+#include "harness/solve/methods/level_parts.hpp"
 
 #include <vector>
 
@@ -13,10 +13,12 @@ namespace hdmbench {
 /// level, and the first cycle after an interpolation spoils the field.
 class Restriction {
 public:
-  Restriction(const Level& fine, Extent coarse, Alignment alignment);
+  /// `fine`: what `parts`, which must outlive this object, loads of the level of extent `from`. Throws what
+  /// they throw.
+  Restriction(const Level& fine, Extent from, Extent coarse, Alignment alignment, const LevelParts& parts);
 
-  /// `residual` on the fine level, pixels; the result is rounded to float. The same for any number of
-  /// threads.
+  /// `residual` on the fine level, pixels; the result, on the coarse one, is rounded to float. The same for
+  /// any number of threads.
   [[nodiscard]] VectorField restrict_residual(const DoubleField& residual) const;
 
   /// 1 where `held` is 1 at one of the fine sites that the coarse one is nearest to, else 0.
@@ -25,12 +27,17 @@ public:
 private:
   /// A coarse site's share of a fine one on an axis.
   struct Share {
-    int fine = 0;
+    int fine = 0; ///< index into what is loaded
     double weight = 0.0;
   };
   using Shares = std::vector<std::vector<Share>>; ///< by coarse site
+  struct Axis {
+    int sites = 0; ///< of the level
+    int first = 0; ///< of those that are here
+    int count = 0;
+  };
 
-  [[nodiscard]] static Shares shares(int coarse, int fine, Alignment alignment);
+  [[nodiscard]] static Shares shares(const Axis& coarse, const Axis& fine, Alignment alignment);
   /// sum(w p r) over the fine sites; r = 1 where `values` is empty.
   [[nodiscard]] std::vector<double> weighted_sums(const std::vector<float>& weights,
                                                   const std::vector<double>& values) const;
@@ -40,8 +47,12 @@ private:
                                                       const std::vector<double>& residual) const;
   [[nodiscard]] std::vector<float> any_in_footprint(const std::vector<float>& held) const;
 
-  Extent fine_;
-  Extent coarse_;
+  const LevelParts& parts_;
+  Alignment alignment_;
+  Extent fine_level_;
+  Extent coarse_level_;
+  Extent fine_;         ///< what is loaded
+  Rectangle made_;      ///< what is made here of the coarse level
   VectorField weights_; ///< p, of the fine level
   Shares columns_;
   Shares rows_;

@@ -1,0 +1,56 @@
+#include "kernels/data/mean_modulus.hpp"
+
+#include <algorithm>
+
+namespace hdmbench {
+
+namespace {
+
+/// The fine sites of an axis that each coarse one stands for: those it is the nearest to with corner
+/// alignment, a site in the middle counting for both, and those with their centre in its area with center
+/// alignment.
+std::vector<MeanModulus::Range> footprints(int coarse, int fine, Alignment alignment) {
+  std::vector<MeanModulus::Range> result(static_cast<std::size_t>(coarse), {0, fine - 1});
+  for (int index = 0; coarse > 1 && index < coarse; ++index) {
+    const long long i = index;
+    const long long k = coarse;
+    const long long n = fine;
+    MeanModulus::Range& sites = result[static_cast<std::size_t>(index)];
+    if (alignment == Alignment::corner) { // |j (k - 1) - i (n - 1)| <= (n - 1) / 2
+      const long long before = std::max((2 * i - 1) * (n - 1), 0LL);
+      sites.first = static_cast<int>((before + 2 * (k - 1) - 1) / (2 * (k - 1)));
+      sites.last = static_cast<int>(std::min((2 * i + 1) * (n - 1) / (2 * (k - 1)), n - 1));
+    } else { // 2 i n <= (2 j + 1) k < 2 (i + 1) n
+      const auto first_of = [&](long long j) { return (std::max(2 * j * n - k, 0LL) + 2 * k - 1) / (2 * k); };
+      sites.first = static_cast<int>(first_of(i));
+      sites.last = static_cast<int>(std::min(first_of(i + 1), n) - 1);
+    }
+  }
+  return result;
+}
+
+} // namespace
+
+MeanModulus::MeanModulus(Extent full, Extent level, Alignment alignment)
+    : columns_(footprints(level.width, full.width, alignment)),
+      rows_(footprints(level.height, full.height, alignment)) {}
+
+void MeanModulus::add(std::span<const float> moduli, std::span<double> sums) const {
+  for (std::size_t column = 0; column < columns_.size(); ++column) {
+    double sum = sums[column];
+    for (int x = columns_[column].first; x <= columns_[column].last; ++x) {
+      sum += static_cast<double>(moduli[static_cast<std::size_t>(x)]);
+    }
+    sums[column] = sum;
+  }
+}
+
+void MeanModulus::divide(int level_row, std::span<const double> sums, std::span<float> means) const {
+  const Range row = rows(level_row);
+  for (std::size_t column = 0; column < columns_.size(); ++column) {
+    const int sites = (row.last - row.first + 1) * (columns_[column].last - columns_[column].first + 1);
+    means[column] = static_cast<float>(sums[column] / sites);
+  }
+}
+
+} // namespace hdmbench
