@@ -9,6 +9,7 @@
 #include "harness/ranks/rank_devices.hpp"
 #include "harness/ranks/ranked_file.hpp"
 #include "harness/ranks/ranked_solution.hpp"
+#include "harness/ranks/scaling.hpp"
 #include "harness/report/grouped.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/file_output.hpp"
@@ -28,6 +29,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Throws InputError where the arithmetic would not be that of one piece.
+void require_halo(int halo, bool elastic) {
+  const int granule = elastic ? 2 : 4;
+  if (halo % granule != 0) {
+    throw InputError(fmt::format("--halo {}: a multiple of {}{}, or 0", halo, granule,
+                                 elastic ? " for the elastic energy" : ""));
+  }
+}
+
 /// Collective.
 std::vector<SharedLevelRow> rows_of(const std::vector<RankedLevel>& levels, bool counted, Ranks& ranks) {
   std::vector<SharedLevelRow> rows;
@@ -42,23 +52,41 @@ std::vector<SharedLevelRow> rows_of(const std::vector<RankedLevel>& levels, bool
                     .changed = counted ? std::optional(level.changed) : std::nullopt,
                     .renewals = level.renewals,
                     .messages = ranks.sum(level.halos.messages),
-                    .bytes = ranks.sum(level.halos.bytes)});
+                    .bytes = ranks.sum(level.halos.bytes),
+                    .seconds = counted ? std::optional(ranks.largest(level.seconds)) : std::nullopt,
+                    .message_seconds = ranks.largest(level.halos.seconds)});
   }
   return rows;
 }
 
 void print_levels(const std::vector<SharedLevelRow>& levels, int sweeps_together, bool is_elastic) {
-  Table table({"size", "iterations", "still moving", "pieces", "halo", "renewals", "messages", "bytes"});
+  Table table({"size", "iterations", "still moving", "pieces", "halo", "renewals", "messages", "bytes", "ms",
+               "ms in messages"});
+  const auto milliseconds = [](const std::optional<double>& seconds) {
+    return seconds ? fmt::format("{:.2f}", 1e3 * *seconds) : "-";
+  };
   for (const SharedLevelRow& level : levels) {
     table.add({fmt::format("{} x {}", level.width, level.height),
                std::to_string(level.sweeps / sweeps_together),
                level.changed ? fmt::format("{} sites", *level.changed) : "-",
                fmt::format("{} x {}", level.columns, level.rows), std::to_string(level.halo),
-               std::to_string(level.renewals), grouped(level.messages), grouped(level.bytes)});
+               std::to_string(level.renewals), grouped(level.messages), grouped(level.bytes),
+               milliseconds(level.seconds), milliseconds(level.message_seconds)});
   }
-  fmt::print("{}  pieces: columns x rows, each on a rank of its own; halo: sites that a rank computes beyond "
-             "its own;\n  messages and bytes: of all ranks, to renew halos{}\n",
-             table.text(), is_elastic ? ", and to a level in one piece and back" : "");
+  fmt::print(
+      "{}  pieces: columns x rows, each on a rank of its own; halo: sites that a rank computes beyond "
+      "its own;\n  messages and bytes: of all ranks, to renew halos{};\n"
+      "  ms: of the slowest rank; in messages: of the one that was the longest in them, with waiting for "
+      "others\n",
+      table.text(), is_elastic ? ", and to a level in one piece and back" : "");
+}
+
+HaloCostsRow row_of(const HaloCosts& costs) {
+  const auto rate = [](double seconds) { return seconds > 0.0 ? 1.0 / seconds : 0.0; };
+  return {.sites_per_second = rate(costs.site),
+          .rim_sites_per_second = rate(costs.rim),
+          .message_seconds = costs.message,
+          .bytes_per_second = rate(costs.byte)};
 }
 
 void print_ranks(const std::vector<RankRow>& rows) {
@@ -78,7 +106,8 @@ void print_ranks(const std::vector<RankRow>& rows) {
 Sharing sharing_of(const Ranks& ranks, std::size_t fewest_sites, const RankArguments& arguments) {
   return {.ranks = ranks.size(),
           .pieces = ranks.size(),
-          .fewest_sites = arguments.sites_per_rank > 0 ? arguments.sites_per_rank : fewest_sites};
+          .fewest_sites = arguments.sites_per_rank > 0 ? arguments.sites_per_rank : fewest_sites,
+          .halo = arguments.halo};
 }
 
 RankedSolution solve(ScenePart part, const Backend& backend, const SessionOptions& options,
@@ -113,7 +142,11 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
   Sharing sharing;
   const auto load = [&] {
     const bool elastic = energy == EnergyModel::elastic;
+    require_halo(rank_arguments.halo, elastic);
     sharing = sharing_of(ranks, elastic ? elastic_sites_per_rank : Sharing{}.fewest_sites, rank_arguments);
+    if (!elastic && sharing.halo == 0) {
+      sharing.costs = measure_halo_costs(*backend.open(options), ranks);
+    }
     return arguments.load_part([&](Extent extent) {
       return elastic ? share_elastic(extent, sharing).image().loaded[rank] : sharing(extent).loaded[rank];
     });
@@ -176,6 +209,9 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
                                        .bytes = traffic.bytes,
                                        .peak_memory = static_cast<std::int64_t>(memory.bytes().value_or(0))}},
                                      ranks);
+  if (sharing.costs) {
+    row.halo_costs = row_of(*sharing.costs);
+  }
   row.shared_levels = rows_of(solution.levels, !is_elastic, ranks);
   if (!ranks.is_first()) {
     return success;
@@ -183,6 +219,13 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
   fmt::print("{}\n{} x {} pixels of {:.4g} mm, {} on {} ranks ({})\n\n", scene.title, scene.extent().width,
              scene.extent().height, scene.spacing, method_name(scene), ranks.size(), arguments.backend);
   print_levels(row.shared_levels, together, is_elastic);
+  if (row.halo_costs) {
+    fmt::print(
+        "  widths of halos by measurement: {:.0f} Msites/s of sweeps, {:.0f} of a rim read and written, "
+        "a message {:.1f} us and {:.2f} GB/s; --halo for one of your own\n",
+        row.halo_costs->sites_per_second / 1e6, row.halo_costs->rim_sites_per_second / 1e6,
+        row.halo_costs->message_seconds * 1e6, row.halo_costs->bytes_per_second / 1e9);
+  }
   print_ranks(row.by_rank);
   fmt::print("\n  largest displacement {:.4g} px, {} iterations in {:.3g} s\n", largest, iterations, seconds);
   if (made_whole) {

@@ -10,7 +10,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <functional>
+#include <limits>
 #include <utility>
 
 namespace hdmbench {
@@ -31,7 +33,7 @@ void combine(VectorField& field, const VectorField& other, const Operation& oper
 }
 
 Traffic operator-(const Traffic& now, const Traffic& before) {
-  return {now.messages - before.messages, now.bytes - before.bytes};
+  return {now.messages - before.messages, now.bytes - before.bytes, now.seconds - before.seconds};
 }
 
 /// Computes the levels of a pyramid one after the other.
@@ -55,11 +57,9 @@ public:
         session_.load(piece);
       }
     }
-    {
-      const VectorField first = begin(level.extent, share);
-      if (has_piece) {
-        session_.write(first);
-      }
+    field_ = begin(level.extent, share); // and memory for what comes out
+    if (has_piece) {
+      session_.write(field_);
     }
     result.before = ranks_.traffic() - at_first;
 
@@ -74,14 +74,14 @@ public:
     result.halos = ranks_.traffic() - at_first;
     result.halos = result.halos - result.before;
 
-    field_ = {};
-    if (has_piece) {
-      session_.read(field_);
-    }
     if (result.pieces > 1 && has_piece) {
-      VectorField owned(share.owned[rank_].extent());
-      copy(share.owned[rank_], field_, share.loaded[rank_], owned, share.owned[rank_]);
-      field_ = std::move(owned);
+      field_.extent = share.owned[rank_].extent();
+      field_.x.resize(field_.extent.sites());
+      field_.y.resize(field_.extent.sites());
+      const FieldPart owned{local(share.cut.pieces[rank_], share.owned[rank_]), field_.x, field_.y};
+      session_.read_parts(std::span(&owned, 1));
+    } else if (has_piece) {
+      session_.read(field_);
     }
     extent_ = level.extent;
     share_ = std::move(share);
@@ -96,14 +96,17 @@ private:
   /// What this rank loads of the level.
   Level sample(const PyramidLevel& level, const LevelShare& share, bool is_last) {
     const RankedSampler sampler(pyramid_.extent, level.extent, pyramid_.alignment);
-    const std::vector<Rectangle> held =
-        each(full_.owned, [&](const Rectangle& part) { return sampler.sites(part); });
-    const auto fetch = [&](std::vector<float>& values) {
+    std::vector<HeldValues> held;
+    std::vector<std::vector<float>*> wanted;
+    const auto fetch = [&](std::vector<float>& from, std::vector<float>& to) {
       if (sampler.is_full()) { // what is here already; after the last level nobody needs it
-        return is_last ? std::move(values) : values;
+        to = is_last ? std::move(from) : from;
+        return;
       }
-      return redistribute(ranks_, rank_, held, share.loaded,
-                          sampler(values, full_.loaded[rank_], full_.owned[rank_]));
+      held.emplace_back([&](const Rectangle& part, std::span<float> values, const Rectangle& sites) {
+        sampler(part, from, full_.loaded[rank_], values, sites);
+      });
+      wanted.push_back(&to);
     };
     Level& full = pyramid_.part;
     Level result = without_fields(full);
@@ -112,27 +115,34 @@ private:
     const auto fetch_field = [&](auto& from, auto& to) {
       to.extent = result.extent;
       if constexpr (requires { from.values; }) {
-        to.values = fetch(from.values);
+        fetch(from.values, to.values);
       } else {
-        to.x = fetch(from.x);
-        to.y = fetch(from.y);
+        fetch(from.x, to.x);
+        fetch(from.y, to.y);
       }
     };
     fetch_field(full.target, result.target);
     fetch_field(full.confidence, result.confidence);
     fetch_field(full.modulus, result.modulus);
     fetch_field(full.inverse_modulus, result.inverse_modulus);
-    for (ScalarField& input : full.inputs) {
-      fetch_field(input, result.inputs.emplace_back());
-    }
-    if (needs_inverse_curvature(result.rule)) { // wrong on the outermost rim, as the first sweep is there
-      set_inverse_curvature(result);
+    result.inputs.resize(full.inputs.size());
+    for (std::size_t i = 0; i < full.inputs.size(); ++i) {
+      fetch_field(full.inputs[i], result.inputs[i]);
     }
     if (pyramid_.start) {
       start_before_ = std::move(start_);
-      start_.extent = result.extent;
-      start_.x = fetch(pyramid_.start->x);
-      start_.y = fetch(pyramid_.start->y);
+      fetch_field(*pyramid_.start, start_);
+    }
+    const std::vector<Rectangle> owned =
+        each(full_.owned, [&](const Rectangle& part) { return sampler.sites(part); });
+    if (!sampler.is_full()) {
+      std::vector<std::vector<float>> brought = redistribute(ranks_, rank_, owned, share.loaded, held);
+      for (std::size_t i = 0; i < wanted.size(); ++i) {
+        *wanted[i] = std::move(brought[i]);
+      }
+    }
+    if (needs_inverse_curvature(result.rule)) { // wrong on the outermost rim, as the first sweep is there
+      set_inverse_curvature(result);
     }
     return result;
   }
@@ -209,12 +219,60 @@ LevelShare by_rank(Cut cut, int ranks) {
   return share;
 }
 
+double renewal_seconds(const HaloCosts& costs, const Cut& cut) {
+  double loaded = 0.0;
+  double rim = 0.0;
+  for (const Piece& piece : cut.pieces) {
+    const auto sites = static_cast<double>(piece.loaded.extent().sites());
+    loaded = std::max(loaded, sites);
+    rim = std::max(rim, sites - static_cast<double>(piece.owned.extent().sites()));
+  }
+  const int columns = std::min(cut.columns, 3);
+  const int rows = std::min(static_cast<int>(cut.pieces.size()) / cut.columns, 3);
+  const double messages = columns * rows - 1; // of a piece in the middle
+  constexpr double bytes_of_a_site = 2.0 * sizeof(float);
+  return messages * costs.message + rim * (bytes_of_a_site * costs.byte + costs.rim) + loaded * costs.piece;
+}
+
+namespace {
+
+/// The same pieces with the halo that costs least.
+Cut with_cheapest_halo(const HaloCosts& costs, Extent extent, Cut cut) {
+  constexpr std::array widths{4, 8, 16, 32, 64};
+  const int count = static_cast<int>(cut.pieces.size());
+  const Rectangle& first = cut.pieces.front().owned;
+  const int shortest = std::min(cut.columns > 1 ? first.width : extent.width,
+                                cut.columns < count ? first.height : extent.height);
+  double least = std::numeric_limits<double>::infinity();
+  for (const int width : widths) {
+    if (width > widths.front() && width > shortest / 2) {
+      break;
+    }
+    Cut candidate = cut_image(extent, count, width);
+    double sites = 0.0;
+    for (const Piece& piece : candidate.pieces) {
+      sites = std::max(sites, static_cast<double>(piece.loaded.extent().sites()));
+    }
+    const double seconds = sites * costs.site + renewal_seconds(costs, candidate) / width;
+    if (seconds < least) {
+      least = seconds;
+      cut = std::move(candidate);
+    }
+  }
+  return cut;
+}
+
+} // namespace
+
 LevelShare Sharing::operator()(Extent extent) const {
   const auto worth = static_cast<int>(std::clamp<std::size_t>(
       extent.sites() / std::max<std::size_t>(fewest_sites, 1), 1, static_cast<std::size_t>(pieces)));
   Cut cut;
   for (int count = worth; cut.pieces.empty(); --count) {
     cut = cut_image(extent, count, halo);
+  }
+  if (costs && halo == 0 && cut.pieces.size() > 1) {
+    cut = with_cheapest_halo(*costs, extent, std::move(cut));
   }
   return by_rank(std::move(cut), ranks);
 }

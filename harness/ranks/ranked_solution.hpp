@@ -19,6 +19,19 @@ struct LevelShare {
 /// `ranks`: that there are, at least as many as the cut has pieces.
 [[nodiscard]] LevelShare by_rank(Cut cut, int ranks);
 
+/// What decides how wide a halo is; measured (scaling.hpp), the slowest rank's, the same on every rank.
+/// Seconds.
+struct HaloCosts {
+  double site = 0.0;    ///< to sweep a site
+  double message = 0.0; ///< of a message between neighbours, both ways at once
+  double byte = 0.0;    ///< the same, for each byte of it
+  double rim = 0.0;     ///< to bring the displacement of a site of a rim out of a session and into another
+  double piece = 0.0;   ///< the same, for each site of the piece, whatever its rim: what whole fields take
+};
+
+/// Seconds to renew the halos of a cut once: of the piece with most of them.
+[[nodiscard]] double renewal_seconds(const HaloCosts& costs, const Cut& cut);
+
 /// The rule by which all levels are shared out, the same on every rank.
 struct Sharing {
   int ranks = 1;  ///< that there are
@@ -26,7 +39,9 @@ struct Sharing {
   /// A level goes to as many ranks as get so many sites each, at least to one: below, a message costs more
   /// than the sweeps that it saves. 128 x 128.
   std::size_t fewest_sites = std::size_t{1} << 14;
-  int halo = 0; ///< as of cut_image()
+  int halo = 0;                     ///< as of cut_image()
+  std::optional<HaloCosts> costs{}; ///< where `halo` is 0: of 4, 8, 16, 32, 64 sites the width with which a
+                                    ///< sweep and its share of a renewal take the shortest
 
   [[nodiscard]] LevelShare operator()(Extent extent) const;
 };
