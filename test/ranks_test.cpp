@@ -448,8 +448,9 @@ TEST_F(RankProgram, ARankHoldsItsShare) {
                        fmt::format("run square {} {} --output {} --json {}", arguments, more, path("out"),
                                    path("run.json")),
                        testing::_, on_ranks(ranks));
+      const nlohmann::json row = test::read_json(path("run.json"))["results"][0];
       std::vector<double> bytes;
-      for (const nlohmann::json& rank : test::read_json(path("run.json"))["results"][0]["by_rank"]) {
+      for (const nlohmann::json& rank : row["by_rank"]) {
         bytes.push_back(rank["peak_memory"]);
       }
       return bytes;
