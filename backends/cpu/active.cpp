@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <utility>
 
 namespace hdmbench::openmp {
 
@@ -68,25 +67,6 @@ void ActiveTiles::wake_all(const Tiling& tiling, int threads) {
   current_ = 0;
   woken_for_.assign(static_cast<std::size_t>(tiling.count()), 0);
   visits_ = 0;
-}
-
-/// Those that have the sites, and those that have a site beside them.
-void ActiveTiles::wake_part(const hdmbench::Rectangle& sites) {
-  if (all_awake_) {
-    return;
-  }
-  std::vector<int>& next = lists_[static_cast<std::size_t>(current_)].front().tiles;
-  const auto last = [](int end, int size, int count) { return std::min(end / size, count - 1); };
-  const int bottom = last(sites.top + sites.height, Tiling::height, tiling_.rows);
-  const int right = last(sites.left + sites.width, Tiling::width, tiling_.columns);
-  for (int row = std::max(sites.top - 1, 0) / Tiling::height; row <= bottom; ++row) {
-    for (int column = std::max(sites.left - 1, 0) / Tiling::width; column <= right; ++column) {
-      const int tile = tiling_.index(row, 0, column);
-      if (std::exchange(woken_for_[static_cast<std::size_t>(tile)], visits_) != visits_) {
-        next.push_back(tile);
-      }
-    }
-  }
 }
 
 std::size_t ActiveTiles::awake(int lists) const {

@@ -16,9 +16,6 @@ public:
   /// The field is another one, of which nothing is known.
   void wake_all(const Tiling& tiling, int threads);
 
-  /// The field is another one at `sites`.
-  void wake_part(const hdmbench::Rectangle& sites);
-
   /// As sweep_densely(), of which a first sweep after wake_all() visits as much.
   [[nodiscard]] std::int64_t sweep(const Sweeper& sweeper, Fields& fields, int first, int sweeps,
                                    const FieldProjection* projection = nullptr);

@@ -83,10 +83,8 @@ private:
     for (const FieldPart& part : parts) {
       full_.layout().arrange_part(part.sites, part.x.data(), newest.x.data());
       full_.layout().arrange_part(part.sites, part.y.data(), newest.y.data());
-      if (is_active()) {
-        active_.wake_part(part.sites);
-      }
     }
+    wake_all(full_);
   }
   void do_read_parts(std::span<const FieldPart> parts) override {
     const Field& newest = fields().buffers[fields().newest];
