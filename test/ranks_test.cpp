@@ -99,7 +99,7 @@ TEST(Sharing, ChoosesTheWidthOfHalosByTheirCosts) {
     return Sharing{.ranks = 2, .pieces = 2, .halo = halo, .costs = costs}(extent).cut.halo;
   };
   constexpr HaloCosts near{.site = 1e-9, .message = 1e-6, .byte = 1e-10, .rim = 1e-9};
-  EXPECT_EQ(width(near), 4);
+  EXPECT_EQ(width(near), 8);
   constexpr HaloCosts far{.site = 1e-9, .message = 1e-3, .byte = 1e-10, .rim = 1e-9};
   EXPECT_GT(width(far), 16);
   constexpr HaloCosts whole_pieces{.site = 1e-9, .message = 1e-6, .byte = 1e-10, .piece = 1e-9};
@@ -115,7 +115,7 @@ TEST(Sharing, ChoosesTheWidthOfHalosByTheirCosts) {
       return static_cast<double>(cut.pieces.front().loaded.extent().sites()) * costs.site +
              renewal_seconds(costs, cut) / cut.halo;
     };
-    for (const int other : {4, 8, 16, 32, 64}) {
+    for (const int other : {8, 16, 32, 64}) {
       EXPECT_LE(seconds(chosen), seconds(cut_image(extent, 2, other))) << other;
     }
   }

@@ -238,15 +238,15 @@ namespace {
 
 /// The same pieces with the halo that costs least.
 Cut with_cheapest_halo(const HaloCosts& costs, Extent extent, Cut cut) {
-  constexpr std::array widths{4, 8, 16, 32, 64};
+  constexpr std::array widths{8, 16, 32, 64}; // up to eight sweeps pass through memory together
   const int count = static_cast<int>(cut.pieces.size());
   const Rectangle& first = cut.pieces.front().owned;
   const int shortest = std::min(cut.columns > 1 ? first.width : extent.width,
                                 cut.columns < count ? first.height : extent.height);
   double least = std::numeric_limits<double>::infinity();
   for (const int width : widths) {
-    if (width > widths.front() && width > shortest / 2) {
-      break;
+    if (width > shortest / 2) {
+      break; // `cut` is as narrow as can be where no width is left
     }
     Cut candidate = cut_image(extent, count, width);
     double sites = 0.0;

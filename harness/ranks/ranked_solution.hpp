@@ -40,7 +40,7 @@ struct Sharing {
   /// than the sweeps that it saves. 128 x 128.
   std::size_t fewest_sites = std::size_t{1} << 14;
   int halo = 0;                     ///< as of cut_image()
-  std::optional<HaloCosts> costs{}; ///< where `halo` is 0: of 4, 8, 16, 32, 64 sites the width with which a
+  std::optional<HaloCosts> costs{}; ///< where `halo` is 0: of 8, 16, 32, 64 sites the width with which a
                                     ///< sweep and its share of a renewal take the shortest
 
   [[nodiscard]] LevelShare operator()(Extent extent) const;
