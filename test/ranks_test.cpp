@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <array>
 #include <sstream>
+#include <tuple>
 
 namespace hdmbench {
 namespace {
@@ -89,6 +90,35 @@ TEST(Sharing, GoesToFewerRanksWhereALevelIsSmall) {
   EXPECT_EQ(finest({5, 5}).cut.pieces.size(), 4U) << "a piece has 4 sites along a cut, but for the last one";
   EXPECT_EQ(finest({5, 5}).owned[3], (Rectangle{4, 4, 1, 1}));
   EXPECT_EQ(finest({5, 5}).owned[5].extent().sites(), 0U) << "an idle rank";
+}
+
+/// Wide where messages are dear, narrow where sweeps are.
+TEST(Sharing, ChoosesTheWidthOfHalosByTheirCosts) {
+  constexpr Extent extent{1024, 1024};
+  const auto width = [&](const HaloCosts& costs, int halo = 0) {
+    return Sharing{.ranks = 2, .pieces = 2, .halo = halo, .costs = costs}(extent).cut.halo;
+  };
+  constexpr HaloCosts near{.site = 1e-9, .message = 1e-6, .byte = 1e-10, .rim = 1e-9};
+  EXPECT_EQ(width(near), 8);
+  constexpr HaloCosts far{.site = 1e-9, .message = 1e-3, .byte = 1e-10, .rim = 1e-9};
+  EXPECT_GT(width(far), 16);
+  constexpr HaloCosts whole_pieces{.site = 1e-9, .message = 1e-6, .byte = 1e-10, .piece = 1e-9};
+  EXPECT_GT(width(whole_pieces), width(near));
+  EXPECT_EQ(width(far, 12), 12) << "somebody has said it";
+  constexpr HaloCosts never{.site = 1e-12, .message = 1.0};
+  EXPECT_EQ(width(never), 64);
+  const Sharing narrow{.ranks = 2, .pieces = 2, .fewest_sites = 1, .costs = never};
+  EXPECT_EQ(narrow({40, 40}).cut.halo, 8) << "no wider than half of a piece";
+  for (const HaloCosts& costs : {near, far, whole_pieces}) { // no other width is better by the same costs
+    const Cut chosen = Sharing{.ranks = 2, .pieces = 2, .costs = costs}(extent).cut;
+    const auto seconds = [&](const Cut& cut) {
+      return static_cast<double>(cut.pieces.front().loaded.extent().sites()) * costs.site +
+             renewal_seconds(costs, cut) / cut.halo;
+    };
+    for (const int other : {8, 16, 32, 64}) {
+      EXPECT_LE(seconds(chosen), seconds(cut_image(extent, 2, other))) << other;
+    }
+  }
 }
 
 /// Cells of a part are whole on every level only where it ends one site after a multiple, or with the image.
@@ -241,15 +271,55 @@ TEST_F(RankProgram, MixedBackendsHaveTheSameBits) {
   EXPECT_EQ(row["by_rank"][2]["backend"], "gl-fragment");
 }
 
-/// The formula in harness/ranks/README.md.
+TEST_F(RankProgram, AnyWidthOfHalosHasTheSameBits) {
+  struct Case {
+    const char* arguments;
+    int ranks;
+    std::vector<int> widths; ///< of the coarsest cut level
+  };
+  const std::array cases{
+      Case{"random --size 97x61 --backend openmp", 3, {4, 8, 20, 64}},
+      Case{"square --size 90x130 --update coloured --backend openmp+scalar", 4, {4, 16}},
+      Case{"random --size 61x90 --energy elastic --method conjugate-gradients --iterations 2", 4, {2, 4, 8}}};
+  for (const Case& one : cases) {
+    const std::string run = fmt::format("run {} --output ", one.arguments);
+    const std::string name = fmt::format("/{}.nrrd", std::string(one.arguments).substr(0, 6));
+    std::string alone = run;
+    if (const std::size_t mixed = alone.find("openmp+"); mixed != std::string::npos) {
+      alone.erase(mixed, std::string_view("openmp+").size());
+    }
+    test::expect_run(0, alone + path("one"));
+    const std::string expected = bytes(path("one") + name);
+    ASSERT_FALSE(expected.empty());
+    for (const int width : one.widths) {
+      const std::string command = fmt::format("{}{} --sites-per-rank 64 --halo {} --json {}", run,
+                                              path("many"), width, path("run.json"));
+      test::expect_run(0, command, testing::_, on_ranks(one.ranks));
+      EXPECT_TRUE(expected == bytes(path("many") + name)) << command << ", " << one.ranks << " ranks";
+      const nlohmann::json row = test::read_json(path("run.json"))["results"][0];
+      EXPECT_FALSE(row.contains("halo_costs")) << "nothing was measured";
+      int narrowest = 0;
+      for (const nlohmann::json& level : row["shared_levels"]) {
+        const int halo = level["halo"];
+        narrowest = narrowest == 0 || halo == 0 ? std::max(narrowest, halo) : std::min(narrowest, halo);
+      }
+      EXPECT_EQ(narrowest, width) << command;
+    }
+  }
+}
+
+/// The formula in harness/ranks/README.md, with widths that are chosen and others.
 TEST_F(RankProgram, SendsAsManyMessagesAndBytesAsTheFormulaSays) {
-  for (const auto& [size, ranks] :
-       {std::pair{"300x260", 2}, std::pair{"256x256", 4}, std::pair{"96x400", 6}}) {
+  for (const auto& [size, ranks, width] : {std::tuple{"300x260", 2, 0}, std::tuple{"256x256", 4, 0},
+                                           std::tuple{"256x256", 4, 12}, std::tuple{"96x400", 6, 4}}) {
     test::expect_run(0,
-                     fmt::format("run square --size {} --sites-per-rank 1024 --output {} --json {}", size,
-                                 path("out"), path("run.json")),
-                     testing::_, on_ranks(ranks));
+                     fmt::format("run square --size {} --sites-per-rank 1024 --halo {} --output {} --json {}",
+                                 size, width, path("out"), path("run.json")),
+                     testing::Conditional(width == 0, HasSubstr("widths of halos by measurement"),
+                                          Not(HasSubstr("widths of halos"))),
+                     on_ranks(ranks));
     const nlohmann::json row = test::read_json(path("run.json"))["results"][0];
+    EXPECT_EQ(row.contains("halo_costs"), width == 0);
     std::int64_t shared = 0;
     for (const nlohmann::json& level : row["shared_levels"]) {
       const auto number = [&](const char* key) { return level[key].get<std::int64_t>(); };
@@ -427,6 +497,10 @@ TEST_F(RankProgram, ErrorsEndAllWithStatusTwoAndOneSentence) {
                  "no site has a known displacement in x");
   expect_refusal("bench --scaling strong square --size 64 --method multigrid",
                  "bench --scaling models icm and closed-form, not multigrid");
+  expect_refusal("run square --size 20 --halo 6" + out, "--halo 6: a multiple of 4");
+  expect_refusal("run square --size 20 --energy elastic --halo 3" + out, "a multiple of 2");
+  expect_refusal("run square --size 20 --method multigrid --halo 8" + out, "--halo 8: a halo of 12 is as wide as");
+  expect_refusal("run square --size 20 --energy elastic --stride 4" + out, "--stride, which makes a small image");
   expect_refusal("run square --size 20 --energy elastic --robust 1" + out, "--robust, which solves again");
   expect_refusal("run tie-rich --size 1x20 --energy elastic" + out, "at least 2 x 2 pixels");
   expect_refusal("devices --measure", "tell of one process");
@@ -448,6 +522,44 @@ TEST_F(RankProgram, AnErrorOfOneRankHasItsWords) {
   test::expect_run(2, run, HasSubstr("rank 1: out of memory"),
                    with_second(run, "ulimit -v 200000; exec \"$0\" \"$@\""));
   EXPECT_EQ(files_in(path("out")), 0U);
+}
+
+/// As in issue and README: 1.2 times its share and 64 MB; halos are in the 64 MB here.
+TEST_F(RankProgram, ARankHoldsItsShare) {
+  constexpr int ranks = 4;
+  for (const char* const arguments :
+       {"--size 2048 --iterations 4",
+        "--size 1400 --energy elastic --method full-multigrid --iterations 1"}) {
+    const auto peaks = [&](const std::string& more) {
+      test::expect_run(0,
+                       fmt::format("run square {} {} --output {} --json {}", arguments, more, path("out"),
+                                   path("run.json")),
+                       testing::_, on_ranks(ranks));
+      const nlohmann::json row = test::read_json(path("run.json"))["results"][0];
+      std::vector<double> bytes;
+      for (const nlohmann::json& rank : row["by_rank"]) {
+        bytes.push_back(rank["peak_memory"]);
+      }
+      return bytes;
+    };
+    const double whole = peaks("--sites-per-rank 1000000000").at(0); // the first rank has all levels
+    const double most = 1.2 * whole / ranks + 64e6;
+    EXPECT_LT(most, whole) << "this size is too small to tell: " << arguments;
+    for (const double peak : peaks("")) {
+      EXPECT_LE(peak, most) << arguments << ", one rank takes " << whole;
+    }
+  }
+}
+
+TEST_F(RankProgram, ElasticSizesBeyondTheMemoryOfOneRankAreSolvedByFour) {
+  const std::string run = "run square --size 2000 --energy elastic --method full-multigrid --iterations 1 ";
+  const std::string limited =
+      launcher + "-n 4 sh -c 'ulimit -v 650000; exec \"$0\" \"$@\"'"; // 350 MB of it are MPI's
+  test::expect_run(2, run + "--sites-per-rank 1000000000 --output " + path("many"),
+                   HasSubstr("out of memory"), limited);
+  test::expect_run(0, run + "--output " + path("many"), HasSubstr("on 4 ranks"), limited);
+  test::expect_run(0, run + "--backend openmp --output " + path("one"));
+  EXPECT_TRUE(bytes(path("one/square.nrrd")) == bytes(path("many/square.nrrd")));
 }
 
 TEST_F(RankProgram, AKilledRankIsNamedAndEndsAll) {
@@ -483,6 +595,15 @@ TEST_F(RankProgram, ScalingIsMeasuredAndModelled) {
     EXPECT_LT(rows[i]["modelled_seconds"], before);
     before = rows[i]["modelled_seconds"];
   }
+  const std::string elastic =
+      "bench --scaling strong square --size 160 --energy elastic --method full-multigrid --repeat 1 --json ";
+  test::expect_run(0, elastic + path("elastic.json"), Not(HasSubstr("Modelled, not measured")), on_ranks(2));
+  const nlohmann::json of_elastic = test::read_json(path("elastic.json"))["results"];
+  ASSERT_EQ(of_elastic.size(), 2U);
+  EXPECT_EQ(of_elastic[0]["energy"], "elastic");
+  EXPECT_TRUE(of_elastic[0]["modelled_seconds"].is_null());
+  EXPECT_EQ(of_elastic[0]["messages"], 0);
+  EXPECT_GT(of_elastic[1]["messages"], 0);
   test::expect_run(0, "bench --scaling weak square --size 192 --repeat 1", HasSubstr("weak scaling"),
                    on_ranks(2));
 }

@@ -40,4 +40,28 @@ void Layout::restore(const float* values, float* to, int threads) const {
   }
 }
 
+void Layout::arrange_part(const hdmbench::Rectangle& sites, const float* values, float* to) const {
+  for (int y = sites.top; y < sites.top + sites.height; ++y) {
+    if (stride == 1) {
+      std::copy_n(values, sites.width, to + extent.index(sites.left, y));
+    }
+    for (int i = 0; i < sites.width && stride != 1; ++i) {
+      to[index(sites.left + i, y)] = values[i];
+    }
+    values += sites.width;
+  }
+}
+
+void Layout::restore_part(const hdmbench::Rectangle& sites, const float* values, float* to) const {
+  for (int y = sites.top; y < sites.top + sites.height; ++y) {
+    if (stride == 1) {
+      std::copy_n(values + extent.index(sites.left, y), sites.width, to);
+    }
+    for (int i = 0; i < sites.width && stride != 1; ++i) {
+      to[i] = values[index(sites.left + i, y)];
+    }
+    to += sites.width;
+  }
+}
+
 } // namespace hdmbench::openmp

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backends/cpu/row.hpp"
+#include "backends/shared/cut.hpp"
 #include "kernels/data/field.hpp"
 
 namespace hdmbench::openmp {
@@ -21,11 +22,17 @@ struct Layout {
   [[nodiscard]] int count(int phase) const { return (extent.width - phase + stride - 1) / stride; }
   /// The column of site i of a phase.
   [[nodiscard]] int column(int i, int phase) const { return i * stride + phase; }
+  [[nodiscard]] std::size_t index(int x, int y) const {
+    return start(y, x % stride) + static_cast<std::size_t>(x / stride);
+  }
 
   /// `values`, one per site in reading order, into this layout.
   void arrange(const float* values, float* to, int threads) const;
   /// Back again.
   void restore(const float* values, float* to, int threads) const;
+  /// The same for `sites` of the image, whose values in reading order have no others between them.
+  void arrange_part(const hdmbench::Rectangle& sites, const float* values, float* to) const;
+  void restore_part(const hdmbench::Rectangle& sites, const float* values, float* to) const;
 
   /// For sites of a phase of row y, in the first or last column of the image or in neither.
   [[nodiscard]] NeighbourOffsets neighbours(int y, int phase, bool west_outside, bool east_outside) const {

@@ -78,6 +78,21 @@ private:
     full_.layout().restore(newest.x.data(), displacement.x.data(), threads);
     full_.layout().restore(newest.y.data(), displacement.y.data(), threads);
   }
+  void do_write_parts(std::span<const FieldPart> parts) override {
+    Field& newest = fields().buffers[fields().newest];
+    for (const FieldPart& part : parts) {
+      full_.layout().arrange_part(part.sites, part.x.data(), newest.x.data());
+      full_.layout().arrange_part(part.sites, part.y.data(), newest.y.data());
+    }
+    wake_all(full_);
+  }
+  void do_read_parts(std::span<const FieldPart> parts) override {
+    const Field& newest = fields().buffers[fields().newest];
+    for (const FieldPart& part : parts) {
+      full_.layout().restore_part(part.sites, newest.x.data(), part.x.data());
+      full_.layout().restore_part(part.sites, newest.y.data(), part.y.data());
+    }
+  }
   std::int64_t do_changed() override { return changed_; }
 
   void do_step(int first, int sweeps) override {

@@ -48,7 +48,7 @@ int columns_of(Extent extent, int count, int granule) {
       continue;
     }
     const long long length = (columns - 1LL) * extent.height + (rows - 1LL) * extent.width;
-    if (length <= shortest) { // of two that are alike the one with more columns
+    if (length < shortest) { // of two that are alike the one with longer rows
       shortest = length;
       best = columns;
     }

@@ -1,27 +1,16 @@
 #include "backends/shared/piece_sweeps.hpp"
 
-#include <algorithm>
 #include <utility>
 
 namespace hdmbench {
 
 namespace {
 
-std::span<float> component(Parcel& parcel, std::size_t number) {
+/// Both components, as the session of `piece` numbers sites.
+FieldPart part_of(Parcel& parcel, const Piece& piece) {
   const std::size_t sites = parcel.way.sites.extent().sites();
-  return std::span(parcel.values).subspan(number * sites, sites);
-}
-
-Parcel parcel_of(const Transfer& way, const VectorField& field, const Rectangle& sites) {
-  Parcel parcel{.way = way, .values = std::vector<float>(2 * way.sites.extent().sites())};
-  copy(way.sites, field.x, sites, component(parcel, 0), way.sites);
-  copy(way.sites, field.y, sites, component(parcel, 1), way.sites);
-  return parcel;
-}
-
-void unpack(Parcel& parcel, VectorField& field, const Rectangle& sites) {
-  copy(parcel.way.sites, component(parcel, 0), parcel.way.sites, field.x, sites);
-  copy(parcel.way.sites, component(parcel, 1), parcel.way.sites, field.y, sites);
+  const std::span<float> values = parcel.values;
+  return {.sites = local(piece, parcel.way.sites), .x = values.first(sites), .y = values.last(sites)};
 }
 
 } // namespace
@@ -62,7 +51,7 @@ void PieceSweeps::sweep_and_count() {
   --sweeps_left_;
 }
 
-/// In two passes, so that a process holds one piece and the rims of all, never the image.
+/// In two passes, so that a process holds the rims of its pieces, never the image.
 void PieceSweeps::renew_halos() {
   if (sweeps_left_ > 0) {
     return;
@@ -71,29 +60,27 @@ void PieceSweeps::renew_halos() {
   if (ways_.empty()) { // one piece needs no halo
     return;
   }
-  std::vector<Parcel> leaving;
-  VectorField field;
-  for (const Transfer& way : ways_) {
-    const auto own = std::ranges::find(own_, way.from, &Own::piece);
-    if (own != own_.end()) {
-      const bool is_read = !leaving.empty() && leaving.back().way.from == way.from;
-      if (!is_read) {
-        own->session->read(field);
+  const auto parts_of = [&](const Own& own, std::vector<Parcel>& parcels, std::size_t Transfer::*end) {
+    std::vector<FieldPart> parts;
+    for (Parcel& parcel : parcels) {
+      if (parcel.way.*end == own.piece) {
+        parts.push_back(part_of(parcel, piece(own)));
       }
-      leaving.push_back(parcel_of(way, field, piece(*own).loaded));
     }
+    return parts;
+  };
+  std::vector<Parcel> leaving;
+  for (const Transfer& way : ways_) {
+    if (exchange_->is_here(way.from)) {
+      leaving.push_back({.way = way, .values = std::vector<float>(2 * way.sites.extent().sites())});
+    }
+  }
+  for (const Own& own : own_) {
+    own.session->read_parts(parts_of(own, leaving, &Transfer::from));
   }
   std::vector<Parcel> arrived = exchange_->exchange(ways_, std::move(leaving), 2);
   for (const Own& own : own_) {
-    if (own_.size() > 1) { // else `field` is still its own
-      own.session->read(field);
-    }
-    for (Parcel& parcel : arrived) {
-      if (parcel.way.to == own.piece) {
-        unpack(parcel, field, piece(own).loaded);
-      }
-    }
-    own.session->write(field);
+    own.session->write_parts(parts_of(own, arrived, &Transfer::to));
   }
   ++renewals_;
 }

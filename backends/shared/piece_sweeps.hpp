@@ -9,6 +9,13 @@
 
 namespace hdmbench {
 
+/// `part` of the image as the session of a piece numbers sites.
+[[nodiscard]] inline Rectangle local(const Piece& piece, Rectangle part) {
+  part.left -= piece.loaded.left;
+  part.top -= piece.loaded.top;
+  return part;
+}
+
 /// What goes from one piece to another: some arrays at the sites of a transfer, one after the other.
 struct Parcel {
   Transfer way;

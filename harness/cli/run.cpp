@@ -39,6 +39,7 @@ struct Arguments {
   std::string within;   ///< "10ms"; empty: not asked for
   bool explain = false;
   std::size_t sites_per_rank = 0; ///< of run_on_ranks.hpp
+  int halo = 0;                   ///< the same
   bool strains = false;
 
   [[nodiscard]] bool asks() const { return !accuracy.empty() || !within.empty(); }
@@ -138,10 +139,12 @@ int run_scene(const Arguments& arguments, const std::string& line, Ranks* ranks)
     if (arguments.asks() || arguments.strains) {
       throw InputError("--accuracy, --within and --strains run in one process: leave out mpirun");
     }
-    return run_scene_on_ranks(
-        arguments.scene,
-        {.output = arguments.output, .json = arguments.json, .sites_per_rank = arguments.sites_per_rank},
-        line, *ranks);
+    return run_scene_on_ranks(arguments.scene,
+                              {.output = arguments.output,
+                               .json = arguments.json,
+                               .sites_per_rank = arguments.sites_per_rank,
+                               .halo = arguments.halo},
+                              line, *ranks);
   }
   const Request request = arguments.request();
   Progress progress;
@@ -298,6 +301,8 @@ void add_run(CLI::App& program, const std::string& arguments, int& status, Ranks
       ->add_option("--within", own->within, "The time there is, as 10ms or 2s: the best field and its error")
       ->group(group);
   command->add_flag("--explain", own->explain, "Print the plan, step by step, and why")->group(group);
+  const std::string several = "Several processes (mpirun -n 4 hdmbench run ...)";
+  constexpr int widest_halo = 1024;
   command
       ->add_option(
           "--sites-per-rank", own->sites_per_rank,
@@ -305,7 +310,15 @@ void add_run(CLI::App& program, const std::string& arguments, int& status, Ranks
           "energy 4096; --backend "
           "is then one for all, or as openmp+vulkan-compute each rank's in turn, and --device may be "
           "by-rank")
-      ->group("Several processes (mpirun -n 4 hdmbench run ...)");
+      ->group(several);
+  command
+      ->add_option(
+          "--halo", own->halo,
+          "With mpirun: sites that a rank computes beyond its own, a multiple of 4, on every level; 0: "
+          "the width that a measurement says is the fastest. Of the elastic energy those of the "
+          "coarsest level that is cut, even; 0: 4. The bits are the same")
+      ->check(CLI::Range(0, widest_halo))
+      ->group(several);
   command->callback([own, arguments, &status, ranks] { status = run_scene(*own, arguments, ranks); });
 }
 

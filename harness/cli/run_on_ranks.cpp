@@ -10,6 +10,7 @@
 #include "harness/ranks/ranked_file.hpp"
 #include "harness/ranks/ranked_parts.hpp"
 #include "harness/ranks/ranked_solution.hpp"
+#include "harness/ranks/scaling.hpp"
 #include "harness/report/grouped.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/file_output.hpp"
@@ -29,6 +30,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Throws InputError where the arithmetic would not be that of one piece.
+void require_halo(int halo, bool elastic) {
+  const int granule = elastic ? 2 : 4;
+  if (halo % granule != 0) {
+    throw InputError(fmt::format("--halo {}: a multiple of {}{}, or 0", halo, granule,
+                                 elastic ? " for the elastic energy" : ""));
+  }
+}
+
 /// Collective.
 std::vector<SharedLevelRow> rows_of(const std::vector<RankedLevel>& levels, bool counted, Ranks& ranks) {
   std::vector<SharedLevelRow> rows;
@@ -43,23 +53,41 @@ std::vector<SharedLevelRow> rows_of(const std::vector<RankedLevel>& levels, bool
                     .changed = counted ? std::optional(level.changed) : std::nullopt,
                     .renewals = level.renewals,
                     .messages = ranks.sum(level.halos.messages),
-                    .bytes = ranks.sum(level.halos.bytes)});
+                    .bytes = ranks.sum(level.halos.bytes),
+                    .seconds = counted ? std::optional(ranks.largest(level.seconds)) : std::nullopt,
+                    .message_seconds = ranks.largest(level.halos.seconds)});
   }
   return rows;
 }
 
 void print_levels(const std::vector<SharedLevelRow>& levels, int sweeps_together, bool is_elastic) {
-  Table table({"size", "iterations", "still moving", "pieces", "halo", "renewals", "messages", "bytes"});
+  Table table({"size", "iterations", "still moving", "pieces", "halo", "renewals", "messages", "bytes", "ms",
+               "ms in messages"});
+  const auto milliseconds = [](const std::optional<double>& seconds) {
+    return seconds ? fmt::format("{:.2f}", 1e3 * *seconds) : "-";
+  };
   for (const SharedLevelRow& level : levels) {
     table.add({fmt::format("{} x {}", level.width, level.height),
                std::to_string(level.sweeps / sweeps_together),
                level.changed ? fmt::format("{} sites", *level.changed) : "-",
                fmt::format("{} x {}", level.columns, level.rows), std::to_string(level.halo),
-               std::to_string(level.renewals), grouped(level.messages), grouped(level.bytes)});
+               std::to_string(level.renewals), grouped(level.messages), grouped(level.bytes),
+               milliseconds(level.seconds), milliseconds(level.message_seconds)});
   }
-  fmt::print("{}  pieces: columns x rows, each on a rank of its own; halo: sites that a rank computes beyond "
-             "its own;\n  messages and bytes: of all ranks, to renew halos{}\n",
-             table.text(), is_elastic ? ", and to a level in one piece and back" : "");
+  fmt::print(
+      "{}  pieces: columns x rows, each on a rank of its own; halo: sites that a rank computes beyond "
+      "its own;\n  messages and bytes: of all ranks, to renew halos{};\n"
+      "  ms: of the slowest rank; in messages: of the one that was the longest in them, with waiting for "
+      "others\n",
+      table.text(), is_elastic ? ", and to a level in one piece and back" : "");
+}
+
+HaloCostsRow row_of(const HaloCosts& costs) {
+  const auto rate = [](double seconds) { return seconds > 0.0 ? 1.0 / seconds : 0.0; };
+  return {.sites_per_second = rate(costs.site),
+          .rim_sites_per_second = rate(costs.rim),
+          .message_seconds = costs.message,
+          .bytes_per_second = rate(costs.byte)};
 }
 
 void print_ranks(const std::vector<RankRow>& rows) {
@@ -77,7 +105,7 @@ void print_ranks(const std::vector<RankRow>& rows) {
 }
 
 Sharing sharing_of(const Ranks& ranks, const Scene& scene, const RankArguments& arguments) {
-  Sharing sharing{.ranks = ranks.size(), .pieces = ranks.size()};
+  Sharing sharing{.ranks = ranks.size(), .pieces = ranks.size(), .halo = arguments.halo};
   const bool is_elastic = scene.energy == EnergyModel::elastic;
   if (arguments.sites_per_rank > 0) {
     sharing.fewest_sites = arguments.sites_per_rank;
@@ -118,6 +146,21 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
   const Backend& backend = backend_of_rank(registry, arguments.backend, ranks.rank());
   const SessionOptions options = options_of_rank(arguments.session, backend, ranks);
   const Device device = backend.device(options);
+  std::optional<HaloCosts> costs; // measured once, where they are needed
+  const auto sharing_by = [&](const Scene& scene) {
+    const bool is_elastic = scene.energy == EnergyModel::elastic;
+    require_halo(rank_arguments.halo, is_elastic);
+    Sharing sharing = sharing_of(ranks, scene, rank_arguments);
+    if (rank_arguments.halo > 0 && sharing.halo != rank_arguments.halo) {
+      throw InputError(fmt::format("--halo {}: a halo of {} is as wide as {} needs; leave it out",
+                                   rank_arguments.halo, sharing.halo, method_name(scene)));
+    }
+    if (!is_elastic && sharing.halo == 0) {
+      costs = costs ? costs : measure_halo_costs(*backend.open(options), ranks);
+      sharing.costs = costs;
+    }
+    return sharing;
+  };
   const auto load = [&](const Sharing& sharing, EnergyModel energy) {
     return arguments.load_part([&](Extent extent) {
       return energy == EnergyModel::elastic ? share_elastic(extent, sharing).image().loaded[rank]
@@ -126,9 +169,9 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
   };
   Scene expected; // by what is known before it is loaded
   expected.energy = arguments.schedule.energy.value_or(EnergyModel::hdm);
-  Sharing sharing = sharing_of(ranks, expected, rank_arguments);
+  Sharing sharing = sharing_by(expected);
   ScenePart part = load(sharing, expected.energy);
-  const Sharing by_method = sharing_of(ranks, part.scene, rank_arguments);
+  const Sharing by_method = sharing_by(part.scene);
   if (part.scene.energy != expected.energy || by_method != sharing) {
     sharing = by_method;
     part = load(sharing, part.scene.energy);
@@ -186,13 +229,23 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
                                        .bytes = traffic.bytes,
                                        .peak_memory = static_cast<std::int64_t>(memory.bytes().value_or(0))}},
                                      ranks);
-  row.shared_levels = rows_of(solution.levels, scene.schedule.cycle == Cycle::one_way, ranks);
+  if (sharing.costs) {
+    row.halo_costs = row_of(*sharing.costs);
+  }
+  row.shared_levels = rows_of(solution.levels, !is_elastic && scene.schedule.cycle == Cycle::one_way, ranks);
   if (!ranks.is_first()) {
     return success;
   }
   fmt::print("{}\n{} x {} pixels of {:.4g} mm, {} on {} ranks ({})\n\n", scene.title, scene.extent().width,
              scene.extent().height, scene.spacing, method_name(scene), ranks.size(), arguments.backend);
   print_levels(row.shared_levels, together, is_elastic);
+  if (row.halo_costs) {
+    fmt::print(
+        "  widths of halos by measurement: {:.0f} Msites/s of sweeps, {:.0f} of a rim read and written, "
+        "a message {:.1f} us and {:.2f} GB/s; --halo for one of your own\n",
+        row.halo_costs->sites_per_second / 1e6, row.halo_costs->rim_sites_per_second / 1e6,
+        row.halo_costs->message_seconds * 1e6, row.halo_costs->bytes_per_second / 1e9);
+  }
   print_ranks(row.by_rank);
   fmt::print("\n  largest displacement {:.4g} px, {} iterations in {:.3g} s\n", largest, iterations, seconds);
   if (made_whole) {

@@ -14,6 +14,7 @@ struct RankArguments {
   std::filesystem::path output;
   std::filesystem::path json;
   std::size_t sites_per_rank = 0; ///< Sharing::fewest_sites; 0: its own
+  int halo = 0;                   ///< sites, Sharing::halo; 0: chosen
 };
 
 /// `run` on several ranks, each of which holds a part of the scene and writes its part of the file. Returns

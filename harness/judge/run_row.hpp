@@ -39,9 +39,22 @@ struct SharedLevelRow {
   std::int64_t renewals = 0;
   std::int64_t messages = 0;
   std::int64_t bytes = 0;
+  std::optional<double> seconds{};         ///< of the slowest rank; none: of the elastic energy
+  std::optional<double> message_seconds{}; ///< in messages, of the rank that was the longest in them; with
+                                           ///< waiting for others
 };
 
 void list_fields(Fields& fields, SharedLevelRow& row);
+
+/// What was measured to choose the width of halos.
+struct HaloCostsRow {
+  double sites_per_second = 0.0;     ///< of a sweep
+  double rim_sites_per_second = 0.0; ///< read and written; 0: too fast to tell
+  double message_seconds = 0.0;
+  double bytes_per_second = 0.0;
+};
+
+void list_fields(Fields& fields, HaloCostsRow& row);
 
 /// The row of `run`: what came out of one solution. Paths are relative to the result file.
 struct RunRow {
@@ -83,7 +96,8 @@ struct RunRow {
   std::optional<std::int64_t> ranks{}; ///< none: one process
   std::vector<RankRow> by_rank{};
   std::vector<SharedLevelRow> shared_levels{};
-  std::vector<std::string> strains{}; ///< files of `run --strains`
+  std::optional<HaloCostsRow> halo_costs{}; ///< none: nothing was measured for it
+  std::vector<std::string> strains{};       ///< files of `run --strains`
 };
 
 void list_fields(Fields& fields, RunRow& row);

@@ -1,6 +1,7 @@
 #include "harness/ranks/message_passing.hpp"
 
 #include "harness/ranks/launch.hpp"
+#include "harness/solve/stopwatch.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -104,6 +105,7 @@ public:
 
   std::vector<Parcel> exchange(std::span<const Transfer> ways, std::vector<Parcel> leaving,
                                int arrays) override {
+    const Stopwatch watch(traffic_.seconds);
     std::vector<Parcel> arrived;
     for (const Transfer& way : ways) {
       if (is_here(way.to)) {

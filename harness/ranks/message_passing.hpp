@@ -16,6 +16,7 @@ namespace hdmbench {
 struct Traffic {
   std::int64_t messages = 0;
   std::int64_t bytes = 0;
+  double seconds = 0.0; ///< until they were there, and what others sent: with waiting for others
 };
 
 /// A file that is there and that every rank writes its own parts of, by MPI-IO, each for itself: so that one

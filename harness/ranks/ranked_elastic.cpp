@@ -20,6 +20,7 @@ void counted(const Ranks& ranks, RankedElastic::Sent& sent, const Call& call) {
   ++sent.times;
   sent.traffic.messages += after.messages - before.messages;
   sent.traffic.bytes += after.bytes - before.bytes;
+  sent.traffic.seconds += after.seconds - before.seconds;
 }
 
 std::vector<float> both(const VectorField& field) {

@@ -18,6 +18,7 @@ namespace {
 void add(Traffic& sum, const Traffic& traffic) {
   sum.messages += traffic.messages;
   sum.bytes += traffic.bytes;
+  sum.seconds += traffic.seconds;
 }
 
 /// Columns in pairs: of numbers that go in two floats each.
@@ -54,7 +55,7 @@ RankedParts::RankedParts(Extent image, const Sharing& sharing, Ranks& ranks, Exc
 
 Traffic RankedParts::since(const Traffic& before) const {
   const Traffic now = ranks_.traffic();
-  return {now.messages - before.messages, now.bytes - before.bytes};
+  return {now.messages - before.messages, now.bytes - before.bytes, now.seconds - before.seconds};
 }
 
 const LevelShare& RankedParts::share(Extent level) const {

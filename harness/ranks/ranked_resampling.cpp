@@ -9,6 +9,9 @@ namespace hdmbench {
 
 namespace {
 
+/// Below, a second thread costs more than it brings.
+constexpr std::size_t sites_worth_threads = std::size_t{1} << 17;
+
 /// The indices of an axis from `first` on, `count` of them, that `indices` (rising) has: where they begin,
 /// and how many.
 std::pair<int, int> indices_within(const std::vector<int>& indices, int first, int count) {
@@ -44,19 +47,18 @@ Rectangle RankedSampler::sites(const Rectangle& part) const {
   return {.left = left, .top = top, .width = width, .height = height};
 }
 
-std::vector<float> RankedSampler::operator()(std::span<const float> values, const Rectangle& held,
-                                             const Rectangle& part) const {
-  const Rectangle own = sites(part);
-  std::vector<int> columns(columns_.begin() + own.left, columns_.begin() + own.left + own.width);
-  std::ranges::for_each(columns, [&](int& column) { column -= held.left; });
-  std::vector<float> result(own.extent().sites());
-  float* to = result.data();
-  for (int y = own.top; y < own.top + own.height; ++y) {
+void RankedSampler::operator()(const Rectangle& part, std::span<const float> values, const Rectangle& held,
+                               std::span<float> to, const Rectangle& to_sites) const {
+  const int* const columns = columns_.data() + part.left;
+#pragma omp parallel for schedule(static) if (part.extent().sites() > sites_worth_threads)
+  for (int y = part.top; y < part.top + part.height; ++y) {
     const float* const row =
         values.data() + held.extent().index(0, rows_[static_cast<std::size_t>(y)] - held.top);
-    to = std::ranges::transform(columns, to, [row](int column) { return row[column]; }).out;
+    float* const sampled = to.data() + to_sites.extent().index(part.left - to_sites.left, y - to_sites.top);
+    for (int i = 0; i < part.width; ++i) {
+      sampled[i] = row[columns[i] - held.left];
+    }
   }
-  return result;
 }
 
 RankedProjection::RankedProjection(Extent coarse, Extent fine, Alignment alignment)
@@ -97,7 +99,7 @@ void RankedProjection::project(const std::vector<float>& coarse, const Rectangle
                                       column.weight);
     });
   };
-#pragma omp parallel if (fine.size() > 1U << 17U)
+#pragma omp parallel if (fine.size() > sites_worth_threads)
   {
     WideRow above;
     WideRow below;

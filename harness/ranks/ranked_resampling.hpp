@@ -16,9 +16,10 @@ public:
 
   /// The sites of the level that sample one of `part`.
   [[nodiscard]] Rectangle sites(const Rectangle& part) const;
-  /// Their values, of an array of the sites `held`, which has those of `part`.
-  [[nodiscard]] std::vector<float> operator()(std::span<const float> values, const Rectangle& held,
-                                              const Rectangle& part) const;
+  /// Sites `part` of the level into an array of `to_sites` of it, from one that holds the sites `held` of the
+  /// full image.
+  void operator()(const Rectangle& part, std::span<const float> values, const Rectangle& held,
+                  std::span<float> to, const Rectangle& to_sites) const;
 
 private:
   std::vector<int> columns_;

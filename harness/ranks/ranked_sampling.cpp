@@ -4,6 +4,7 @@
 #include "kernels/data/mean_modulus.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <span>
 #include <utility>
@@ -80,40 +81,56 @@ RankedSampling::RankedSampling(Exchange& sites, Exchange& sums, std::size_t rank
                          [this](const Rectangle& part) { return sampler_.sites(part); });
 }
 
-std::vector<float> RankedSampling::values(const std::vector<float>& image) const {
-  return redistribute(sites_, rank_, held_, shared_level_.loaded,
-                      sampler_(image, shared_image_.loaded[rank_], shared_image_.owned[rank_]));
+std::vector<std::vector<float>>
+RankedSampling::values(std::span<const std::vector<float>* const> images) const {
+  std::vector<HeldValues> held;
+  for (const std::vector<float>* image : images) {
+    held.emplace_back([this, image](const Rectangle& part, std::span<float> to, const Rectangle& to_sites) {
+      sampler_(part, *image, shared_image_.loaded[rank_], to, to_sites);
+    });
+  }
+  return redistribute(sites_, rank_, held_, shared_level_.loaded, held);
 }
 
 VectorField RankedSampling::operator()(const VectorField& image) const {
+  std::vector<std::vector<float>> both = values(std::array{&image.x, &image.y});
   VectorField result;
   result.extent = shared_level_.loaded[rank_].extent();
-  result.x = values(image.x);
-  result.y = values(image.y);
+  result.x = std::move(both[0]);
+  result.y = std::move(both[1]);
   return result;
 }
 
 Level RankedSampling::operator()(const Level& image, Material material) const {
   Level result = without_fields(image);
   result.extent = shared_level_.loaded[rank_].extent();
-  const auto sample = [&](const ScalarField& field) {
-    ScalarField sampled;
+  result.inputs.resize(image.inputs.size());
+  std::vector<const std::vector<float>*> from{&image.target.x, &image.target.y, &image.confidence.x,
+                                              &image.confidence.y};
+  std::vector<std::vector<float>*> to{&result.target.x, &result.target.y, &result.confidence.x,
+                                      &result.confidence.y};
+  const auto sample = [&](const ScalarField& field, ScalarField& sampled) {
     sampled.extent = result.extent;
-    sampled.values = values(field.values);
-    return sampled;
+    from.push_back(&field.values);
+    to.push_back(&sampled.values);
   };
-  result.target = (*this)(image.target);
-  result.confidence = (*this)(image.confidence);
+  result.target.extent = result.extent;
+  result.confidence.extent = result.extent;
+  if (material == Material::nearest) {
+    sample(image.modulus, result.modulus);
+    sample(image.inverse_modulus, result.inverse_modulus);
+  }
+  for (std::size_t i = 0; i < image.inputs.size(); ++i) {
+    sample(image.inputs[i], result.inputs[i]);
+  }
+  std::vector<std::vector<float>> sampled = values(from);
+  for (std::size_t i = 0; i < sampled.size(); ++i) {
+    *to[i] = std::move(sampled[i]);
+  }
   if (material == Material::mean) {
     result.modulus.extent = result.extent;
     result.modulus.values = mean_moduli(image.modulus.values);
     set_inverse_modulus(result);
-  } else {
-    result.modulus = sample(image.modulus);
-    result.inverse_modulus = sample(image.inverse_modulus);
-  }
-  for (const ScalarField& input : image.inputs) {
-    result.inputs.push_back(sample(input));
   }
   return result;
 }

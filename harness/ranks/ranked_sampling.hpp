@@ -4,6 +4,7 @@
 #include "harness/ranks/ranked_resampling.hpp"
 #include "harness/ranks/ranked_solution.hpp"
 
+#include <span>
 #include <vector>
 
 namespace hdmbench {
@@ -23,7 +24,9 @@ public:
   [[nodiscard]] VectorField operator()(const VectorField& image) const;
 
 private:
-  [[nodiscard]] std::vector<float> values(const std::vector<float>& image) const;
+  /// In one message from a rank to another.
+  [[nodiscard]] std::vector<std::vector<float>>
+  values(std::span<const std::vector<float>* const> images) const;
   [[nodiscard]] std::vector<float> mean_moduli(const std::vector<float>& image) const;
 
   Exchange& sites_;

@@ -14,7 +14,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <functional>
+#include <limits>
 #include <utility>
 
 namespace hdmbench {
@@ -35,7 +37,7 @@ void combine(VectorField& field, const VectorField& other, const Operation& oper
 }
 
 Traffic operator-(const Traffic& now, const Traffic& before) {
-  return {now.messages - before.messages, now.bytes - before.bytes};
+  return {now.messages - before.messages, now.bytes - before.bytes, now.seconds - before.seconds};
 }
 
 /// Computes the levels of a pyramid one after the other.
@@ -58,16 +60,14 @@ public:
     if (has_piece) {
       session_.load(piece);
     }
+    field_ = begin(level.extent, share); // and memory for what comes out
+    if (has_piece) {
+      session_.write(field_);
+    }
+    const LevelRange range = may_diverge ? over_all(range_of(piece, field_)) : LevelRange{};
+    const VectorField first = may_diverge ? field_ : VectorField{};
     if (!may_diverge) {
       piece = {}; // the sweeps may need its memory
-    }
-    VectorField first = begin(level.extent, share);
-    if (has_piece) {
-      session_.write(first);
-    }
-    const LevelRange range = may_diverge ? over_all(range_of(piece, first)) : LevelRange{};
-    if (!may_diverge) {
-      first = {};
     }
     result.before = ranks_.traffic() - at_first;
 
@@ -93,7 +93,6 @@ public:
     result.renewals = pieces.renewals();
     result.halos = ranks_.traffic() - at_first;
     result.halos = result.halos - result.before;
-
     extent_ = level.extent;
     share_ = std::move(share);
     return result;
@@ -106,14 +105,14 @@ public:
 private:
   /// What this rank owns of the session's field.
   void read(const LevelShare& share, bool has_piece) {
-    field_ = {};
-    if (has_piece) {
-      session_.read(field_);
-    }
     if (share.cut.pieces.size() > 1 && has_piece) {
-      VectorField owned(share.owned[rank_].extent());
-      copy(share.owned[rank_], field_, share.loaded[rank_], owned, share.owned[rank_]);
-      field_ = std::move(owned);
+      field_.extent = share.owned[rank_].extent();
+      field_.x.resize(field_.extent.sites());
+      field_.y.resize(field_.extent.sites());
+      const FieldPart owned{local(share.cut.pieces[rank_], share.owned[rank_]), field_.x, field_.y};
+      session_.read_parts(std::span(&owned, 1));
+    } else if (has_piece) {
+      session_.read(field_);
     }
   }
 
@@ -220,6 +219,52 @@ LevelShare by_rank(Cut cut, int ranks) {
   return share;
 }
 
+double renewal_seconds(const HaloCosts& costs, const Cut& cut) {
+  double loaded = 0.0;
+  double rim = 0.0;
+  for (const Piece& piece : cut.pieces) {
+    const auto sites = static_cast<double>(piece.loaded.extent().sites());
+    loaded = std::max(loaded, sites);
+    rim = std::max(rim, sites - static_cast<double>(piece.owned.extent().sites()));
+  }
+  const int columns = std::min(cut.columns, 3);
+  const int rows = std::min(static_cast<int>(cut.pieces.size()) / cut.columns, 3);
+  const double messages = columns * rows - 1; // of a piece in the middle
+  constexpr double bytes_of_a_site = 2.0 * sizeof(float);
+  return messages * costs.message + rim * (bytes_of_a_site * costs.byte + costs.rim) + loaded * costs.piece;
+}
+
+namespace {
+
+/// The same pieces with the halo that costs least. `cut_with(count, halo)` cuts them.
+template <typename CutWith>
+Cut with_cheapest_halo(const HaloCosts& costs, Extent extent, Cut cut, const CutWith& cut_with) {
+  constexpr std::array widths{8, 16, 32, 64}; // up to eight sweeps pass through memory together
+  const int count = static_cast<int>(cut.pieces.size());
+  const Rectangle& first = cut.pieces.front().owned;
+  const int shortest = std::min(cut.columns > 1 ? first.width : extent.width,
+                                cut.columns < count ? first.height : extent.height);
+  double least = std::numeric_limits<double>::infinity();
+  for (const int width : widths) {
+    if (width > shortest / 2) {
+      break; // `cut` is as narrow as can be where no width is left
+    }
+    Cut candidate = cut_with(count, width);
+    double sites = 0.0;
+    for (const Piece& piece : candidate.pieces) {
+      sites = std::max(sites, static_cast<double>(piece.loaded.extent().sites()));
+    }
+    const double seconds = sites * costs.site + renewal_seconds(costs, candidate) / width;
+    if (seconds < least) {
+      least = seconds;
+      cut = std::move(candidate);
+    }
+  }
+  return cut;
+}
+
+} // namespace
+
 LevelShare Sharing::operator()(Extent extent) const {
   auto worth = static_cast<int>(std::clamp<std::size_t>(
       extent.sites() / std::max<std::size_t>(fewest_sites, 1), 1, static_cast<std::size_t>(pieces)));
@@ -227,9 +272,15 @@ LevelShare Sharing::operator()(Extent extent) const {
   if (rows) {
     worth = std::clamp(extent.height / fewest_rows, 1, worth);
   }
+  const auto cut_with = [&](int count, int width) {
+    return rows ? cut_rows(extent, count, width) : cut_image(extent, count, width);
+  };
   Cut cut;
   for (int count = worth; cut.pieces.empty(); --count) {
-    cut = rows ? cut_rows(extent, count, halo) : cut_image(extent, count, halo);
+    cut = cut_with(count, halo);
+  }
+  if (costs && halo == 0 && cut.pieces.size() > 1) {
+    cut = with_cheapest_halo(*costs, extent, std::move(cut), cut_with);
   }
   return by_rank(std::move(cut), ranks);
 }

@@ -19,6 +19,21 @@ struct LevelShare {
 /// `ranks`: that there are, at least as many as the cut has pieces.
 [[nodiscard]] LevelShare by_rank(Cut cut, int ranks);
 
+/// What decides how wide a halo is; measured (scaling.hpp), the slowest rank's, the same on every rank.
+/// Seconds.
+struct HaloCosts {
+  double site = 0.0;    ///< to sweep a site
+  double message = 0.0; ///< of a message between neighbours, both ways at once
+  double byte = 0.0;    ///< the same, for each byte of it
+  double rim = 0.0;     ///< to bring the displacement of a site of a rim out of a session and into another
+  double piece = 0.0;   ///< the same, for each site of the piece, whatever its rim: what whole fields take
+
+  bool operator==(const HaloCosts&) const = default;
+};
+
+/// Seconds to renew the halos of a cut once: of the piece with most of them.
+[[nodiscard]] double renewal_seconds(const HaloCosts& costs, const Cut& cut);
+
 /// The rule by which all levels are shared out, the same on every rank.
 struct Sharing {
   int ranks = 1;  ///< that there are
@@ -30,6 +45,9 @@ struct Sharing {
   /// > 0: pieces are whole rows, at least so many, where there are so many: for what is summed up over the
   /// image row by row, and for random numbers (seed_from_row()).
   int fewest_rows = 0;
+  /// Where `halo` is 0: of 8, 16, 32, 64 sites the width with which a sweep and its share of a renewal take the
+  /// shortest.
+  std::optional<HaloCosts> costs{};
 
   bool operator==(const Sharing&) const = default;
 

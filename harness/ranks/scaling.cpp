@@ -1,11 +1,13 @@
 #include "harness/ranks/scaling.hpp"
 
+#include "backends/shared/fastest_way.hpp"
 #include "harness/ranks/ranked_resampling.hpp"
 #include "harness/solve/stopwatch.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 namespace hdmbench {
 
@@ -33,9 +35,9 @@ double exchange_seconds(Ranks& ranks, int sites, int repeats) {
 }
 
 /// Of the slowest rank, all at once; the best of several, as other work on the machine only adds.
-template <typename Call>
+template <int repeats = 9, typename Call>
 double slowest(Ranks& ranks, AtWork at_work, const Call& call) {
-  std::array<double, 9> samples{};
+  std::array<double, repeats> samples{};
   for (double& sample : samples) {
     (void)ranks.largest(0.0); // all begin together
     const Clock clock;
@@ -50,10 +52,11 @@ double slowest(Ranks& ranks, AtWork at_work, const Call& call) {
 // What RankedSolver makes of the image, and of the level before.
 void sample(const Level& image, Extent level) {
   const RankedSampler sampler(image.extent, level, Alignment::corner);
-  const Rectangle all = all_of(image.extent);
+  const Rectangle all = all_of(level);
   for (const auto* const values : {&image.target.x, &image.target.y, &image.confidence.x, &image.confidence.y,
                                    &image.modulus.values, &image.inverse_modulus.values}) {
-    (void)sampler(*values, all, all);
+    std::vector<float> sampled(level.sites());
+    sampler(all, *values, all_of(image.extent), sampled, all);
   }
 }
 void project(Extent level) {
@@ -83,6 +86,41 @@ PieceRates measure_piece(const Level& image, const Level& piece, Session& sessio
 
 } // namespace
 
+HaloCosts measure_halo_costs(Session& session, Ranks& ranks) {
+  constexpr Extent extent{256, 256};
+  constexpr int sweeps = 8;
+  constexpr int narrow = 4;
+  constexpr int wide = 64;
+  constexpr int few = 3;
+  const Level level = measured_level(extent, 10.0F);
+  VectorField field(extent);
+  std::iota(field.x.begin(), field.x.end(), 0.0F); // so that sites move
+  session.load(level);
+  session.write(field);
+  session.step(sweeps); // the first time is slower
+  HaloCosts costs;
+  costs.site = slowest<few>(ranks, AtWork::all, [&] { session.step(sweeps); }) /
+               (sweeps * static_cast<double>(extent.sites()));
+  const auto rim_seconds = [&](int rows) {
+    const std::size_t sites = extent.index(0, rows);
+    const FieldPart part{{.width = extent.width, .height = rows},
+                         std::span(field.x).first(sites),
+                         std::span(field.y).first(sites)};
+    return slowest<few>(ranks, AtWork::all, [&] {
+      session.read_parts(std::span(&part, 1));
+      session.write_parts(std::span(&part, 1));
+    });
+  };
+  const double of_narrow = rim_seconds(narrow);
+  costs.rim = std::max(0.0, rim_seconds(wide) - of_narrow) / (extent.width * (wide - narrow));
+  costs.piece =
+      std::max(0.0, of_narrow - costs.rim * extent.width * narrow) / static_cast<double>(extent.sites());
+  constexpr int large = 1 << 18;
+  costs.message = exchange_seconds(ranks, 1, 101);
+  costs.byte = std::max(0.0, exchange_seconds(ranks, large, 9) - costs.message) / (large * sizeof(float));
+  return costs;
+}
+
 const PieceRates& RankRates::of(double sites) const {
   return *std::ranges::min_element(
       pieces, {}, [&](const PieceRates& piece) { return std::abs(std::log(piece.sites / sites)); });
@@ -98,9 +136,7 @@ RankRates measure_rates(const Level& sample, Session& session, Ranks& ranks, AtW
     part.width = (part.width + 1) / 2;
     part.height = (part.height + 1) / 2;
   } while (-ranks.largest(-static_cast<double>(part.extent().sites())) >= smallest);
-  constexpr int large = 1 << 20;
-  rates.latency = exchange_seconds(ranks, 1, 201);
-  rates.bandwidth = large * sizeof(float) / exchange_seconds(ranks, large, 21);
+  rates.halos = measure_halo_costs(session, ranks);
   return rates;
 }
 
@@ -109,25 +145,17 @@ double predicted_seconds(std::span<const PyramidLevel> levels, const Sharing& sh
   double seconds = 0.0;
   for (const PyramidLevel& level : levels) {
     const Cut cut = sharing(level.extent).cut;
-    const auto pieces = static_cast<int>(cut.pieces.size());
     double sites = 0.0;
-    double halo_bytes = 0.0;
     for (const Piece& piece : cut.pieces) {
-      const auto loaded = static_cast<double>(piece.loaded.extent().sites());
-      sites = std::max(sites, loaded);
-      halo_bytes = std::max(halo_bytes, 2.0 * sizeof(float) *
-                                            (loaded - static_cast<double>(piece.owned.extent().sites())));
+      sites = std::max(sites, static_cast<double>(piece.loaded.extent().sites()));
     }
-    const int columns = std::min(cut.columns, 3);
-    const int rows = std::min(pieces / cut.columns, 3);
-    const double messages = columns * rows - 1; // of a piece in the middle
-    const double renewals = pieces > 1 ? std::ceil(static_cast<double>(level.sweeps) / cut.halo) - 1.0 : 0.0;
+    const double renewals = cut.pieces.size() > 1 && level.sweeps > 0
+                                ? std::ceil(static_cast<double>(level.sweeps) / cut.halo) - 1.0
+                                : 0.0;
     const PieceRates& piece = rates.of(sites);
     seconds += level.extent == levels.back().extent ? 0.0 : sites / piece.sample;
     seconds += sites / piece.project + sites / piece.load + sites / piece.copy +
-               level.sweeps * sites / piece.sweep +
-               std::max(0.0, renewals) *
-                   (sites / piece.copy + messages * rates.latency + halo_bytes / rates.bandwidth);
+               level.sweeps * sites / piece.sweep + renewals * renewal_seconds(rates.halos, cut);
   }
   return seconds;
 }

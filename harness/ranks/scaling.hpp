@@ -7,6 +7,10 @@
 
 namespace hdmbench {
 
+/// Measured now, on all ranks at once, with a session that nobody uses; takes some milliseconds. Collective.
+/// At least two ranks.
+[[nodiscard]] HaloCosts measure_halo_costs(Session& session, Ranks& ranks);
+
 /// What a rank was measured to do on a piece of so many sites.
 struct PieceRates {
   double sites = 0.0;
@@ -19,8 +23,7 @@ struct PieceRates {
 
 struct RankRates {
   std::vector<PieceRates> pieces; ///< the largest first: what fits into a cache is faster
-  double latency = 0.0;           ///< seconds, of a message between neighbours, both ways at once
-  double bandwidth = 0.0;         ///< bytes a second, the same
+  HaloCosts halos;                ///< for what a renewal takes
 
   /// Of the piece whose size is the nearest.
   [[nodiscard]] const PieceRates& of(double sites) const;
@@ -38,9 +41,9 @@ enum class AtWork {
 
 /// Seconds of a pyramid on so many ranks. A level of the pieces' largest l sites with their halo, S sweeps
 /// and a halo of h, which is renewed n = ceil(S / h) - 1 times, takes
-///   l / sample + l / project + l / load + l / copy + S l / sweep + n (l / copy + m latency + b / bandwidth),
-/// by the rates of a piece of l sites, where m are the messages of a piece (at most 8) and b the bytes of its
-/// halo. The image is not sampled. What brings a level to other ranks is not counted.
+///   l / sample + l / project + l / load + l / copy + S l / sweep + n renewal_seconds(rates.halos, cut)
+/// by the rates of a piece of l sites. The image is not sampled. What brings a level to other ranks is not
+/// counted.
 [[nodiscard]] double predicted_seconds(std::span<const PyramidLevel> levels, const Sharing& sharing,
                                        const RankRates& rates);
 

@@ -130,7 +130,7 @@ bool replaces(const EqualAccuracyRow& a, const EqualAccuracyRow& b) {
 }
 // The model's inputs are measured anew in every run.
 bool replaces(const ScalingRow& a, const ScalingRow& b) {
-  return a.scene == b.scene && a.scaling == b.scaling && a.backend == b.backend;
+  return a.scene == b.scene && a.energy == b.energy && a.scaling == b.scaling && a.backend == b.backend;
 }
 bool replaces(const FaultRow& a, const FaultRow& b) {
   return a.fault == b.fault && a.backend == b.backend;

@@ -26,9 +26,9 @@ struct ScalingRun {
 };
 
 std::vector<ScalingRun> runs_of(const std::vector<ScalingRow>& rows) {
-  std::map<std::tuple<std::string, std::string, std::string>, ScalingRun> runs;
+  std::map<std::tuple<std::string, std::string, std::string, std::string>, ScalingRun> runs;
   for (const ScalingRow& row : rows) {
-    ScalingRun& run = runs[{row.scaling, row.scene, row.backend}];
+    ScalingRun& run = runs[{row.energy, row.scaling, row.scene, row.backend}];
     (row.seconds.empty() ? run.modelled : run.measured).push_back(row);
   }
   std::vector<ScalingRun> list;
@@ -43,13 +43,14 @@ std::string measured_table(const std::vector<hdmbench::ScalingRow>& rows) {
   std::string html = table_start("scaling", {">Ranks", "Image", ">Seconds, median", ">Fastest", ">Modelled",
                                              ">The model is off by", ">Messages", ">MB sent"});
   for (const hdmbench::ScalingRow& row : rows) {
-    html += fmt::format("<tr><td class=\"number\">{}</td><td>{} × {}</td><td class=\"number\">{:.4f}</td>"
-                        "<td class=\"number\">{:.4f}</td><td class=\"number\">{:.4f}</td>"
-                        "<td class=\"number\">{:+.0f} %</td>"
-                        "<td class=\"number\">{}</td><td class=\"number\">{:.2f}</td></tr>\n",
-                        row.ranks, row.width, row.height, median(row.seconds), std::ranges::min(row.seconds),
-                        row.modelled_seconds, 100.0 * model_error(row), count_text(row.messages),
-                        static_cast<double>(row.bytes) / 1e6);
+    html +=
+        fmt::format("<tr><td class=\"number\">{}</td><td>{} × {}</td><td class=\"number\">{:.4f}</td>"
+                    "<td class=\"number\">{:.4f}</td><td class=\"number\">{}</td>"
+                    "<td class=\"number\">{}</td>"
+                    "<td class=\"number\">{}</td><td class=\"number\">{:.2f}</td></tr>\n",
+                    row.ranks, row.width, row.height, median(row.seconds), std::ranges::min(row.seconds),
+                    row.modelled_seconds ? fmt::format("{:.4f}", *row.modelled_seconds) : "-",
+                    model_error_text(row), count_text(row.messages), static_cast<double>(row.bytes) / 1e6);
   }
   return html + std::string(table_end);
 }
@@ -61,8 +62,9 @@ std::string modelled_plot(const std::vector<hdmbench::ScalingRow>& rows, const s
   std::vector<double> ideal;
   for (const hdmbench::ScalingRow& row : rows) {
     ranks.push_back(static_cast<double>(row.ranks));
-    seconds.push_back(row.modelled_seconds);
-    ideal.push_back(rows.front().modelled_seconds * static_cast<double>(rows.front().ranks) / ranks.back());
+    seconds.push_back(row.modelled_seconds.value());
+    ideal.push_back(rows.front().modelled_seconds.value() * static_cast<double>(rows.front().ranks) /
+                    ranks.back());
   }
   const double axis_middle = margins.bottom + (plot_height - margins.top - margins.bottom) / 2.0;
   return gnuplot_svg(
@@ -82,8 +84,9 @@ std::string run_html(const ScalingRun& run, Anchors& anchors) {
   std::string html;
   if (!run.measured.empty()) {
     const hdmbench::ScalingRow& first = run.measured.front();
-    html += fmt::format("<h3>{} scaling of {}, {}</h3>\n", first.scaling == "weak" ? "Weak" : "Strong",
-                        escape(first.scene), escape(first.backend)) +
+    html += fmt::format("<h3>{} scaling of {}{}, {}</h3>\n", first.scaling == "weak" ? "Weak" : "Strong",
+                        escape(first.scene), first.energy == "elastic" ? ", elastic energy" : "",
+                        escape(first.backend)) +
             measured_table(run.measured);
   }
   if (run.modelled.size() > 1) {
@@ -106,21 +109,24 @@ std::string run_html(const ScalingRun& run, Anchors& anchors) {
 } // namespace
 
 std::string scaling_section(const Results& results, Anchors& anchors) {
-  return section(results, results.scaling, anchors,
-                 {.anchor = "ranks",
-                  .title = "Several ranks",
-                  .without_rows = no_data("Seconds on several ranks",
-                                          "mpirun -n 2 hdmbench bench --scaling strong square --json FILE"),
-                  .introduction =
-                      "<p>One image on several processes, with the bits of one. The model takes what "
-                      "the run measured of a rank and of a message.</p>\n"},
-                 [&](const std::string& /*machine*/, const std::vector<ScalingRow>& rows) {
-                   std::string html;
-                   for (const ScalingRun& run : runs_of(rows)) {
-                     html += run_html(run, anchors);
-                   }
-                   return html;
-                 });
+  return section(
+      results, results.scaling, anchors,
+      {.anchor = "ranks",
+       .title = "Several ranks",
+       .without_rows = no_data("Seconds on several ranks",
+                               "mpirun -n 2 hdmbench bench --scaling strong square --json FILE"),
+       .introduction =
+           "<p>One image on several processes, with the bits of one. The model takes what "
+           "the run measured of a rank and of a message. Seconds are those of a whole solution without "
+           "making the scene and without opening sessions, on one rank as on many; of the "
+           "elastic energy the cells of all levels are made in them.</p>\n"},
+      [&](const std::string& /*machine*/, const std::vector<ScalingRow>& rows) {
+        std::string html;
+        for (const ScalingRun& run : runs_of(rows)) {
+          html += run_html(run, anchors);
+        }
+        return html;
+      });
 }
 
 } // namespace hdmbench::report
