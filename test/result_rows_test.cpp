@@ -117,6 +117,7 @@ TEST(ResultRows, WhatIsCommittedIsWrittenAgainWithoutALoss) {
       {"probe", expect_nothing_lost<ProbeRow>},
       {"run", expect_nothing_lost<RunRow>},
       {"knobs", expect_nothing_lost<KnobRow>},
+      {"people", expect_nothing_lost<PeopleRow>},
       {"rivals", expect_nothing_lost<RivalRow>},
       {"scaling", expect_nothing_lost<ScalingRow>},
       {"roc", expect_nothing_lost<InclusionRow>},

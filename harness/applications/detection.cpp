@@ -118,28 +118,42 @@ public:
   [[nodiscard]] VectorField nothing_hidden() { return scan_.nothing_hidden(random_); }
   [[nodiscard]] GaussianNoise& random() { return random_; }
 
-  /// `count` scans of what `simulate` gives.
-  [[nodiscard]] std::vector<InclusionScan::Scores> scans(int count,
-                                                         const std::function<VectorField()>& simulate) {
-    std::vector<InclusionScan::Scores> result;
+  /// Scans of what was simulated.
+  struct Simulated {
+    std::vector<InclusionScan::Scores> scores{};
+    VectorField unexplained{}; ///< mean
+  };
+  /// `count` of what `simulate` gives.
+  [[nodiscard]] Simulated scans(int count, const std::function<VectorField()>& simulate) {
+    Simulated result{.unexplained = VectorField(sheet_.extent())};
     for (int number = 0; number < count; ++number) {
       progress_.describe(
           fmt::format("detect: what is found where nothing is hidden, {} of {}", number + 1, count));
-      result.push_back(scan_.scores(simulate()));
+      const VectorField unexplained = scan_.unexplained(simulate());
+      result.scores.push_back(scan_.scores(unexplained));
+      for (const std::size_t site : sheet_.inside()) {
+        result.unexplained.x[site] += unexplained.x[site] / static_cast<float>(count);
+        result.unexplained.y[site] += unexplained.y[site] / static_cast<float>(count);
+      }
       progress_.advance(1.0);
     }
     return result;
   }
 
-  [[nodiscard]] double deviation_ratio(std::span<const InclusionScan::Scores> these,
-                                       std::span<const InclusionScan::Scores> those) const {
-    return hdmbench::deviation_ratio(sheet_, these, those);
+  [[nodiscard]] double deviation_ratio(const Simulated& these, const Simulated& those) const {
+    return hdmbench::deviation_ratio(sheet_, these.scores, those.scores);
   }
 
   /// `noise`: of the displacement, pixels; white noise that makes scores as uncertain as they are.
-  [[nodiscard]] Detection finish(const Scene& scene, std::span<const InclusionScan::Scores> nothing,
-                                 double noise) {
-    ScanResult scan = measure_scan(sheet_, scan_.scores(observed_), nothing);
+  [[nodiscard]] Detection finish(const Scene& scene, const Simulated& nothing, double noise) {
+    VectorField unexplained = scan_.unexplained(observed_);
+    ScanResult scan = measure_scan(sheet_, scan_.scores(unexplained), nothing.scores);
+    // As significance is: what is left unexplained where nothing is hidden, a registration's bias, is no
+    // disc's.
+    for (const std::size_t site : sheet_.inside()) {
+      unexplained.x[site] -= nothing.unexplained.x[site];
+      unexplained.y[site] -= nothing.unexplained.y[site];
+    }
     progress_.describe("detect: the modulus that explains the deformation");
     const Explanation found = explain(sheet_, observed_, noise, options_);
     const auto width = static_cast<std::size_t>(sheet_.extent().width);
@@ -147,7 +161,7 @@ public:
                                       .y = static_cast<double>(scan.site / width),
                                       .radius = scan.radius,
                                       .logarithm = std::copysign(first_logarithm, scan.largest)},
-                                     noise);
+                                     unexplained, noise);
     const std::size_t corner = sheet_.site_of_image(0);
     const auto image_width = static_cast<std::size_t>(scene.extent().width);
     Detection result{.modulus = scene.full.modulus,

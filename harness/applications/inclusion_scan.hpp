@@ -35,15 +35,18 @@ public:
   /// outlive this object.
   InclusionScan(const RegionSheet& sheet, const VectorField& reference);
 
-  /// What an error in Poisson's ratio or in a label's modulus could explain counts for nothing.
-  [[nodiscard]] Scores scores(const VectorField& observed) const;
+  /// What the labels' moduli leave of a displacement, 0 outside the region. What an error in Poisson's ratio
+  /// or in a label's modulus could explain counts for nothing.
+  [[nodiscard]] VectorField unexplained(const VectorField& observed) const;
+  /// Linear in what is unexplained.
+  [[nodiscard]] Scores scores(const VectorField& unexplained) const;
 
-  /// The disc of which the displacement is nearest to the reference, by Levenberg's and Marquardt's method
-  /// from the given one. `noise`: white, of the displacement, pixels.
-  [[nodiscard]] Inclusion fit(Inclusion start, double noise) const;
+  /// The disc that explains most of it, by Levenberg's and Marquardt's method from the given one, whose sign
+  /// it keeps: softer or stiffer. `noise`: white, of the displacement, pixels.
+  [[nodiscard]] Inclusion fit(Inclusion start, const VectorField& unexplained, double noise) const;
 
-  /// With Poisson's ratio, the labels' moduli and their place a little different: none of them is known
-  /// better.
+  /// With Poisson's ratio, the labels' moduli and their borders a little different, inside the region and
+  /// around it: none of them is known better.
   [[nodiscard]] VectorField nothing_hidden(GaussianNoise& random) const;
 
 private:
@@ -56,7 +59,6 @@ private:
   [[nodiscard]] VectorField with_disc(const Inclusion& disc) const;
 
   const RegionSheet& sheet_;
-  VectorField reference_;
   Level level_; ///< its border
   mutable ModulusProblem problem_;
   VectorField expected_;             ///< with the labels' moduli

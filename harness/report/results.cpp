@@ -196,6 +196,8 @@ void add_file(Results& results, const ResultFile& file) {
     add_rows(results, results.detections, file);
   } else if (command == "rivals") {
     add_rows(results, results.rivals, file);
+  } else if (command == "people") {
+    add_rows(results, results.people, file);
   } else if (command == "roc") {
     add_rows(results, results.inclusions, file);
   } else if (command == "knobs") {

@@ -9,6 +9,7 @@
 #include "harness/judge/atlas/atlas_row.hpp"
 #include "harness/judge/continuum/continuum.hpp"
 #include "harness/judge/registration/knobs.hpp"
+#include "harness/judge/registration/people.hpp"
 #include "harness/judge/registration/registration_row.hpp"
 #include "harness/judge/run_row.hpp"
 #include "harness/judge/tradeoff/tradeoff_row.hpp"
@@ -81,6 +82,7 @@ struct Results {
   std::vector<RegistrationRow> registrations;
   std::vector<DetectionRow> detections;
   std::vector<RivalRow> rivals;
+  std::vector<PeopleRow> people;
   std::vector<InclusionRow> inclusions;
   std::vector<KnobRow> knobs;
   std::vector<AccuracyRow> accuracy;

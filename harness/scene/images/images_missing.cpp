@@ -63,7 +63,8 @@ void write_magnitude_png(const std::filesystem::path& file, const VectorField&, 
   refuse(file);
 }
 
-void write_signed_png(const std::filesystem::path& file, Extent, std::span<const float>, double) {
+void write_signed_png(const std::filesystem::path& file, Extent, std::span<const float>, double,
+                      const ScalarField&) {
   refuse(file);
 }
 
