@@ -323,7 +323,11 @@ TEST(LabelDoubt, ThePictureTellsAWrongLabelFromHiddenTissue) {
   }
   // A disc of label 2 that the labels call 1.
   Scene wrong = scene;
-  const Detection found{.largest = 5.0, .x = 30.0, .y = 48.0, .contrast = 2.0, .radius = 6.0};
+  Detection found;
+  found.largest = 5.0;
+  found.x = 30.0;
+  found.y = 48.0;
+  found.radius = 6.0;
   for_each_site(scene.extent(), [&](int x, int y) {
     const std::size_t site = scene.extent().index(x, y);
     if (std::hypot(x - found.x, y - found.y) <= 5.0) {

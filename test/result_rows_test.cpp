@@ -10,6 +10,7 @@
 #include "harness/judge/atlas/atlas_row.hpp"
 #include "harness/judge/continuum/continuum.hpp"
 #include "harness/judge/registration/knobs.hpp"
+#include "harness/judge/registration/people.hpp"
 #include "harness/judge/run_row.hpp"
 #include "harness/judge/tradeoff/tradeoff_row.hpp"
 #include "harness/measure/bench_row.hpp"

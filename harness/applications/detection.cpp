@@ -156,12 +156,20 @@ public:
     }
     progress_.describe("detect: the modulus that explains the deformation");
     const Explanation found = explain(sheet_, observed_, noise, options_);
-    const auto width = static_cast<std::size_t>(sheet_.extent().width);
-    const Inclusion disc = scan_.fit({.x = static_cast<double>(scan.site % width),
-                                      .y = static_cast<double>(scan.site / width),
-                                      .radius = scan.radius,
-                                      .logarithm = std::copysign(first_logarithm, scan.largest)},
-                                     unexplained, noise);
+    // Stiff tissue makes its surroundings look soft, and these may be the more significant.
+    const auto fitted = [&](const ScanResult::Peak& peak) {
+      const auto width = static_cast<std::size_t>(sheet_.extent().width);
+      return scan_.fit({.x = static_cast<double>(peak.site % width),
+                        .y = static_cast<double>(peak.site / width),
+                        .radius = peak.radius,
+                        .logarithm = std::copysign(first_logarithm, peak.significance)},
+                       unexplained, noise);
+    };
+    const Inclusion stiff = fitted(scan.stiffest);
+    const Inclusion soft = fitted(scan.softest);
+    const bool is_stiff =
+        scan.softest.significance == 0.0 || (scan.stiffest.significance != 0.0 && stiff.left <= soft.left);
+    const Inclusion& disc = is_stiff ? stiff : soft;
     const std::size_t corner = sheet_.site_of_image(0);
     const auto image_width = static_cast<std::size_t>(scene.extent().width);
     Detection result{.modulus = scene.full.modulus,
@@ -170,7 +178,7 @@ public:
                      .noise = noise,
                      .unexplained_before = sheet_.distance(expected_, observed_),
                      .unexplained = sheet_.distance(found.displacement, observed_),
-                     .largest = scan.largest,
+                     .largest = (is_stiff ? scan.stiffest : scan.softest).significance,
                      .x = static_cast<double>(corner % image_width) + disc.x,
                      .y = static_cast<double>(corner / image_width) + disc.y,
                      .contrast = std::exp(disc.logarithm),

@@ -17,7 +17,7 @@ namespace {
 constexpr double other_poisson = 0.1;
 constexpr double largest_poisson = 0.49;
 constexpr double other_modulus = 0.25; // logarithm
-constexpr double border_error = 0.4;   // of labels, standard deviation, pixels
+constexpr double border_error = 0.5;   // of labels, standard deviation, pixels
 constexpr double border_length = 1.5;  // over which it changes, pixels
 constexpr double largest_logarithm = 3.0;
 constexpr int most_iterations = 15;
@@ -281,6 +281,7 @@ Inclusion InclusionScan::fit(Inclusion start, const VectorField& unexplained, do
     }
   }
   Inclusion found = disc_of(at);
+  found.left = misfit;
   // Not Eigen's inverse(): its 4 x 4 has wrong signs under -fno-signed-zeros.
   const Eigen::Matrix4d covariance =
       noise * noise * (normal + 1e-9 * Eigen::Matrix4d::Identity()).ldlt().solve(Eigen::Matrix4d::Identity());
@@ -328,10 +329,9 @@ ScanResult measure_scan(const RegionSheet& sheet, const InclusionScan::Scores& f
       if (std::abs(here) > std::abs(static_cast<double>(most))) {
         most = static_cast<float>(here);
       }
-      if (std::abs(here) > std::abs(result.largest)) {
-        result.largest = here;
-        result.site = site;
-        result.radius = InclusionScan::radii[radius];
+      ScanResult::Peak& peak = here > 0.0 ? result.stiffest : result.softest;
+      if (std::abs(here) > std::abs(peak.significance)) {
+        peak = {here, site, InclusionScan::radii[radius]};
       }
     }
   }

@@ -16,6 +16,7 @@ struct Inclusion {
   double y = 0.0;
   double radius = 0.0;    ///< pixels
   double logarithm = 0.0; ///< of its modulus over the label's
+  double left = 0.0;      ///< what it leaves unexplained: sum of squares over the region, pixels^2
   // Standard deviations by white noise, as far as the model is right.
   double position_deviation = 0.0; ///< of the centre, pixels
   double logarithm_deviation = 0.0;
@@ -67,11 +68,17 @@ private:
 
 /// A scan measured by scans of the same region where nothing is hidden.
 struct ScanResult {
-  ScalarField significance;      ///< of each site's most significant disc, deviations; above 0: stiffer
-  double largest = 0.0;          ///< the significance of largest magnitude ...
-  std::size_t site = 0;          ///< ... where ...
-  double radius = 0.0;           ///< ... and of what disc, pixels
-  std::vector<double> by_chance; ///< magnitude of the largest in each of the others, measured by the rest
+  ScalarField significance; ///< of each site's most significant disc, deviations; above 0: stiffer
+  /// A disc that is more significant than all others of its sign.
+  struct Peak {
+    double significance = 0.0; ///< 0: there is none
+    std::size_t site = 0;
+    double radius = 0.0; ///< pixels
+  };
+  Peak stiffest;
+  Peak softest;
+  /// Magnitude of the largest, of either sign, in each of the others, measured by the rest.
+  std::vector<double> by_chance;
 };
 
 /// `nothing`: at least 3 scans.

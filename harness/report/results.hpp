@@ -60,6 +60,7 @@ using ProbeRow = From<hdmbench::ProbeRow>;
 using DetectionRow = From<hdmbench::DetectionRow>;
 using InclusionRow = From<hdmbench::InclusionRow>;
 using KnobRow = From<hdmbench::KnobRow>;
+using PeopleRow = From<hdmbench::PeopleRow>;
 using RegistrationRow = From<hdmbench::RegistrationRow>;
 using RivalRow = From<hdmbench::RivalRow>;
 using RunRow = From<hdmbench::RunRow>;
