@@ -78,10 +78,10 @@ TEST_F(ImageFiles, EveryOrientationIsTurnedByItsHeader) {
 TEST_F(ImageFiles, WithoutASliceItIsTheOneThatShowsMostOfTheBrain) {
   const auto file = write_nrrd("most.nrrd", "float", "3 2 3",
                                "0 0 0 0 0 4 "
-                               "5 5 0 5 5 0 "
+                               "5 4 0 3 5 0 "
                                "7 7 7 0 0 0");
   const auto brain = read_brain(file, std::nullopt, 1, 0.0, {2, 2});
-  EXPECT_EQ(brain.tissue.values, (std::vector<int>{1, 1, 1, 1}));
+  EXPECT_EQ(brain.picture.values, (std::vector<float>{255.0F, 204.0F, 153.0F, 255.0F}));
 }
 
 TEST_F(ImageFiles, BrainIsOnePartWithoutHoles) {

@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace hdmbench {
 
 Scene with_elastic_energy(Scene scene) {
@@ -27,6 +29,12 @@ void register_every_way(const PairToRegister& pair, const Scene& scene, bool slo
     take({std::string(method), std::move(displacement), seconds, knows_region});
     progress.advance(1.0);
   };
+  const auto add_physical = [&](std::string_view method, const VectorField& displacement, double seconds) {
+    VectorField confidence;
+    Solution solution = make_physical(pair.source, pair.target, displacement, pair.region, elastic, backend,
+                                      session, confidence, silent);
+    add(method, std::move(solution.displacement), seconds + solution.timings.total(), true);
+  };
   add(not_registered, VectorField(scene.extent()), 0.0, false);
   for (const Conventional method : {Conventional::b_splines, Conventional::gaussian, Conventional::demons}) {
     const std::string_view name = conventional_names[static_cast<std::size_t>(method)];
@@ -39,10 +47,7 @@ void register_every_way(const PairToRegister& pair, const Scene& scene, bool slo
         register_conventionally(pair.source, pair.target, unseen, {.method = method}, silent);
     add(fmt::format("ITK {}", name), found.displacement, found.seconds, pair.looks_different && !is_demons);
     if (method == Conventional::b_splines) {
-      VectorField confidence;
-      const Solution solution = make_physical(pair.source, pair.target, found.displacement, pair.region,
-                                              elastic, backend, session, confidence, silent);
-      add(algorithm_5, solution.displacement, found.seconds + solution.timings.total(), true);
+      add_physical(algorithm_5, found.displacement, found.seconds);
     }
   }
   if (slow && is_installed("elastix")) {
@@ -52,13 +57,19 @@ void register_every_way(const PairToRegister& pair, const Scene& scene, bool slo
   }
   progress.describe(fmt::format("{}, Algorithm 6", caption));
   const auto elastic_session = backend.open_elastic(session);
-  const auto iterate = [&](std::string_view method, const IteratedOptions& options) {
-    IteratedRegistration found =
-        register_iteratively(pair.source, pair.target, elastic, unseen, options, *elastic_session, silent);
-    add(method, std::move(found.displacement), found.seconds, pair.looks_different);
+  const auto iterate = [&](const ScalarField& not_seen, const IteratedOptions& options) {
+    return register_iteratively(pair.source, pair.target, elastic, not_seen, options, *elastic_session,
+                                silent);
   };
-  iterate(algorithm_6, {});
-  iterate(gaussian_6, {.iterations = 60, .stiffness = 0.3, .gaussian = 2.0, .smallest_step = 0.01});
+  const IteratedRegistration ours = iterate(unseen, {});
+  add(algorithm_6, ours.displacement, ours.seconds, pair.looks_different);
+  const IteratedRegistration smooth =
+      iterate(unseen, {.iterations = 60, .stiffness = 0.3, .gaussian = 2.0, .smallest_step = 0.01});
+  add(gaussian_6, smooth.displacement, smooth.seconds, pair.looks_different);
+  if (std::ranges::any_of(pair.region.values, [](float value) { return value != 0.0F; })) {
+    const IteratedRegistration outside = pair.looks_different ? ours : iterate(pair.region, {});
+    add_physical(algorithm_5_after_6, outside.displacement, outside.seconds);
+  }
 }
 
 } // namespace hdmbench

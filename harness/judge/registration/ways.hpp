@@ -13,6 +13,8 @@ namespace hdmbench {
 inline constexpr std::string_view not_registered = "no registration";
 inline constexpr std::string_view by_elastix = "elastix b-splines";
 inline constexpr std::string_view algorithm_5 = "Algorithm 5 after b-splines";
+inline constexpr std::string_view algorithm_5_after_6 =
+    "Algorithm 5 after Algorithm 6 that does not look in the region";
 inline constexpr std::string_view algorithm_6 = "Algorithm 6";
 inline constexpr std::string_view algorithm_7 = "Algorithm 7";
 inline constexpr std::string_view gaussian_6 = "Algorithm 6, Gaussian in place of the elastic energy";
