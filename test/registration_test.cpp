@@ -340,7 +340,6 @@ TEST(InclusionScan, AFitKeepsTheSignItBeginsWith) {
   const Inclusion soft = scan.fit(start(-0.5), unexplained, 0.05);
   EXPECT_GT(stiff.logarithm, 0.7);
   EXPECT_LE(soft.logarithm, 0.0);
-  EXPECT_LT(stiff.left, 0.3 * soft.left);
 }
 
 TEST(LabelDoubt, ThePictureTellsAWrongLabelFromHiddenTissue) {

@@ -121,19 +121,20 @@ public:
   /// Scans of what was simulated.
   struct Simulated {
     std::vector<InclusionScan::Scores> scores{};
-    VectorField unexplained{}; ///< mean
+    std::vector<VectorField> unexplained{};
+    VectorField mean{}; ///< of unexplained
   };
   /// `count` of what `simulate` gives.
   [[nodiscard]] Simulated scans(int count, const std::function<VectorField()>& simulate) {
-    Simulated result{.unexplained = VectorField(sheet_.extent())};
+    Simulated result{.mean = VectorField(sheet_.extent())};
     for (int number = 0; number < count; ++number) {
       progress_.describe(
           fmt::format("detect: what is found where nothing is hidden, {} of {}", number + 1, count));
-      const VectorField unexplained = scan_.unexplained(simulate());
+      const VectorField& unexplained = result.unexplained.emplace_back(scan_.unexplained(simulate()));
       result.scores.push_back(scan_.scores(unexplained));
       for (const std::size_t site : sheet_.inside()) {
-        result.unexplained.x[site] += unexplained.x[site] / static_cast<float>(count);
-        result.unexplained.y[site] += unexplained.y[site] / static_cast<float>(count);
+        result.mean.x[site] += unexplained.x[site] / static_cast<float>(count);
+        result.mean.y[site] += unexplained.y[site] / static_cast<float>(count);
       }
       progress_.advance(1.0);
     }
@@ -144,15 +145,16 @@ public:
     return hdmbench::deviation_ratio(sheet_, these.scores, those.scores);
   }
 
-  /// `noise`: of the displacement, pixels; white noise that makes scores as uncertain as they are.
-  [[nodiscard]] Detection finish(const Scene& scene, const Simulated& nothing, double noise) {
+  /// `noise`: of the displacement, pixels; white noise that makes scores as uncertain as they are. is_white:
+  /// it is no other kind of error.
+  [[nodiscard]] Detection finish(const Scene& scene, const Simulated& nothing, double noise, bool is_white) {
     VectorField unexplained = scan_.unexplained(observed_);
     ScanResult scan = measure_scan(sheet_, scan_.scores(unexplained), nothing.scores);
     // As significance is: what is left unexplained where nothing is hidden, a registration's bias, is no
     // disc's.
     for (const std::size_t site : sheet_.inside()) {
-      unexplained.x[site] -= nothing.unexplained.x[site];
-      unexplained.y[site] -= nothing.unexplained.y[site];
+      unexplained.x[site] -= nothing.mean.x[site];
+      unexplained.y[site] -= nothing.mean.y[site];
     }
     progress_.describe("detect: the modulus that explains the deformation");
     const Explanation found = explain(sheet_, observed_, noise, options_);
@@ -167,8 +169,23 @@ public:
     };
     const Inclusion stiff = fitted(scan.stiffest);
     const Inclusion soft = fitted(scan.softest);
-    const bool is_stiff =
-        scan.softest.significance == 0.0 || (scan.stiffest.significance != 0.0 && stiff.left <= soft.left);
+    // How much of it a disc explains, in deviations of what chance would: white noise, or a registration's
+    // error.
+    const auto explained = [&](const Inclusion& disc) {
+      const VectorField response = scan_.response(disc);
+      double variance = noise * noise * scan_.product(response, response);
+      if (!is_white) {
+        variance = 0.0;
+        const double mean = scan_.product(response, nothing.mean);
+        for (const VectorField& simulated : nothing.unexplained) {
+          variance += std::pow(scan_.product(response, simulated) - mean, 2) /
+                      (static_cast<double>(nothing.unexplained.size()) - 1.0);
+        }
+      }
+      return variance > 0.0 ? scan_.product(response, unexplained) / std::sqrt(variance) : 0.0;
+    };
+    const bool is_stiff = scan.softest.significance == 0.0 ||
+                          (scan.stiffest.significance != 0.0 && explained(stiff) >= explained(soft));
     const Inclusion& disc = is_stiff ? stiff : soft;
     const std::size_t corner = sheet_.site_of_image(0);
     const auto image_width = static_cast<std::size_t>(scene.extent().width);
@@ -253,7 +270,7 @@ Detection detect_modulus(const VectorField& observed, const ScalarField& region,
   Search search(sheet, part, options, progress);
   const auto nothing = search.scans(
       options.fields, [&] { return with_noise(search.nothing_hidden(), noise, search.random()); });
-  Detection result = search.finish(scene, nothing, noise);
+  Detection result = search.finish(scene, nothing, noise, true);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
 }
@@ -282,8 +299,8 @@ Detection detect_modulus(const ScalarField& source, const ScalarField& target, c
   // What white noise of one pixel does to scores tells how much of it the registration's error is worth.
   const auto of_white_noise =
       search.scans(options.pairs, [&] { return with_noise(search.expected(), 1.0, search.random()); });
-  Detection result =
-      search.finish(scene, nothing, std::max(search.deviation_ratio(nothing, of_white_noise), least_noise));
+  Detection result = search.finish(
+      scene, nothing, std::max(search.deviation_ratio(nothing, of_white_noise), least_noise), false);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
 }

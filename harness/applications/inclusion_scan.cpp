@@ -222,6 +222,10 @@ VectorField InclusionScan::with_disc(const Inclusion& disc) const {
   return problem_.displacement(logarithms);
 }
 
+VectorField InclusionScan::response(const Inclusion& disc) const {
+  return inexcusable(with_disc(disc), expected_);
+}
+
 Inclusion InclusionScan::fit(Inclusion start, const VectorField& unexplained, double noise) const {
   using Parameters = Eigen::Vector4d; // x, y, radius, logarithm
   const auto disc_of = [](const Parameters& at) {
@@ -281,7 +285,6 @@ Inclusion InclusionScan::fit(Inclusion start, const VectorField& unexplained, do
     }
   }
   Inclusion found = disc_of(at);
-  found.left = misfit;
   // Not Eigen's inverse(): its 4 x 4 has wrong signs under -fno-signed-zeros.
   const Eigen::Matrix4d covariance =
       noise * noise * (normal + 1e-9 * Eigen::Matrix4d::Identity()).ldlt().solve(Eigen::Matrix4d::Identity());

@@ -16,7 +16,6 @@ struct Inclusion {
   double y = 0.0;
   double radius = 0.0;    ///< pixels
   double logarithm = 0.0; ///< of its modulus over the label's
-  double left = 0.0;      ///< what it leaves unexplained: sum of squares over the region, pixels^2
   // Standard deviations by white noise, as far as the model is right.
   double position_deviation = 0.0; ///< of the centre, pixels
   double logarithm_deviation = 0.0;
@@ -46,6 +45,11 @@ public:
   /// it keeps: softer or stiffer. `noise`: white, of the displacement, pixels.
   [[nodiscard]] Inclusion fit(Inclusion start, const VectorField& unexplained, double noise) const;
 
+  /// What a disc would leave unexplained by the labels' moduli.
+  [[nodiscard]] VectorField response(const Inclusion& disc) const;
+  /// Of two fields, over the region.
+  [[nodiscard]] double product(const VectorField& a, const VectorField& b) const;
+
   /// With Poisson's ratio, the labels' moduli and their borders a little different, inside the region and
   /// around it: none of them is known better.
   [[nodiscard]] VectorField nothing_hidden(GaussianNoise& random) const;
@@ -54,7 +58,6 @@ private:
   void add_excuse(const VectorField& more, const VectorField& less);
   /// Leaves of `unexplained` what no excuse explains.
   void remove_excuses(VectorField& unexplained) const;
-  [[nodiscard]] double product(const VectorField& a, const VectorField& b) const;
   /// a - b inside, less the excuses; 0 outside.
   [[nodiscard]] VectorField inexcusable(const VectorField& a, const VectorField& b) const;
   [[nodiscard]] VectorField with_disc(const Inclusion& disc) const;
