@@ -35,7 +35,8 @@ Image<VectorField> read_vector(const std::filesystem::path& file, const ReadOpti
   refuse(file);
 }
 
-BrainSlice read_brain(const std::filesystem::path& file, int, int, double, Extent) {
+BrainSlice read_brain(const std::filesystem::path& file, std::optional<int>, int, double, Extent,
+                      Orientation) {
   refuse(file);
 }
 
