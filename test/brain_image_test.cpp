@@ -36,6 +36,54 @@ TEST_F(ImageFiles, BrainIsTurnedByItsHeader) {
   expect_refusal([&] { (void)read_brain(file, 0, 2, 0.0, {4, 5}); }, "no pixel > 0");
 }
 
+TEST_F(ImageFiles, EveryOrientationIsTurnedByItsHeader) {
+  // As above, and brighter above (z): 1 + x + 10 y + 100 z in steps of 2 mm to the right, 1 to the front, 3
+  // up.
+  std::string voxels;
+  for (int z = 0; z < 4; ++z) {
+    for (int y = 0; y < 6; ++y) {
+      for (int x = 0; x < 5; ++x) {
+        voxels += fmt::format("{} ", 1 + x + 10 * y + 100 * z);
+      }
+    }
+  }
+  const auto file = write_nrrd("turned.nrrd", "float", "5 6 4", voxels,
+                               "space: right-anterior-superior\nspace directions: (2,0,0) (0,2,0) (0,0,2)\n"
+                               "space origin: (0,0,0)\n");
+  const auto coronal = read_brain(file, 1, 1, 0.0, {5, 4}, Orientation::coronal); // the second from the front
+  const auto sagittal = read_brain(file, 1, 1, 0.0, {6, 4}, Orientation::sagittal); // ... from the right
+  for (int row = 0; row < 4; ++row) {
+    for (int x = 0; x < 5; ++x) {
+      const double stored = 1 + (4 - x) + 10 * 4 + 100 * (3 - row);
+      EXPECT_NEAR(coronal.picture.values[coronal.picture.extent.index(x, row)], 255.0 * stored / 345.0, 0.01);
+    }
+    for (int x = 0; x < 6; ++x) {
+      const double stored = 1 + 3 + 10 * (5 - x) + 100 * (3 - row);
+      EXPECT_NEAR(sagittal.picture.values[sagittal.picture.extent.index(x, row)], 255.0 * stored / 354.0,
+                  0.01);
+    }
+  }
+  expect_refusal(
+      [&] {
+        (void)read_brain(file, 6, 1, 0.0, {5, 4}, Orientation::coronal);
+      },
+      "no coronal slice 6, it has the slices 0 ... 5 from the front");
+  expect_refusal(
+      [&] {
+        (void)read_brain(file, -1, 1, 0.0, {5, 4}, Orientation::sagittal);
+      },
+      "no sagittal slice -1, it has the slices 0 ... 4 from the patient's right");
+}
+
+TEST_F(ImageFiles, WithoutASliceItIsTheOneThatShowsMostOfTheBrain) {
+  const auto file = write_nrrd("most.nrrd", "float", "3 2 3",
+                               "0 0 0 0 0 4 "
+                               "5 4 0 3 5 0 "
+                               "7 7 7 0 0 0");
+  const auto brain = read_brain(file, std::nullopt, 1, 0.0, {2, 2});
+  EXPECT_EQ(brain.picture.values, (std::vector<float>{255.0F, 204.0F, 153.0F, 255.0F}));
+}
+
 TEST_F(ImageFiles, BrainIsOnePartWithoutHoles) {
   const auto file = write_nrrd("b.nrrd", "float", "8 5 1",
                                "0 0 0 0 0 0 0 0 "

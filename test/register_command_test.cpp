@@ -131,6 +131,41 @@ TEST_F(RegisterCommand, DetectWritesModulusAndSignificance) {
   EXPECT_NE(significance.values[significance.extent.index(34, 30)], 0.0F);
 }
 
+TEST_F(RegisterCommand, TwoPeopleAreComparedByTheirLabels) {
+  std::ofstream(file("moved.toml")) << R"([image]
+labels = "labels.nrrd"
+picture = "target.nrrd"
+[[tissue]]
+label = 0
+modulus = 10.0
+[[tissue]]
+label = 1
+modulus = 20.0
+)";
+  const std::string both = "rivals " + file("scene.toml").string() + " --quick --other ";
+  test::expect_run(0, both + file("moved.toml").string() + " --json " + file("rows.json").string(),
+                   HasSubstr("overlap of the labels"));
+  const nlohmann::json rows = test::read_json(file("rows.json"))["results"];
+  ASSERT_GE(rows.size(), 3U);
+  // The labels are the same, the pictures are not: who registers them takes the labels apart.
+  EXPECT_EQ(rows[0]["method"], "no registration");
+  EXPECT_EQ(rows[0]["dice"], 1.0);
+  for (const auto& row : rows) {
+    EXPECT_EQ(row["overlaps"].size(), 1U);
+    if (row["method"] == "Algorithm 6") {
+      EXPECT_LT(row["dice"], 0.98);
+      EXPECT_GT(row["dice"], 0.9);
+      EXPECT_GT(row["correlation"], rows[0]["correlation"]);
+    }
+  }
+  test::expect_run(2, both + "square", HasSubstr("at one size"));
+  test::expect_run(2, both + file("missing.toml").string(), HasSubstr("missing.toml"));
+  test::expect_run(2, both + file("unlabelled.toml").string(), HasSubstr("pictures with labels"));
+  test::expect_run(2, "rivals " + file("scene.toml").string() + " --orientation coronal",
+                   HasSubstr("has no other orientation"));
+  test::expect_run(2, "rivals --orientation oblique", HasSubstr("oblique"));
+}
+
 TEST_F(RegisterCommand, BadInputIsASentenceAndStatusTwo) {
   struct Case {
     std::string arguments;

@@ -10,6 +10,7 @@
 #include "harness/judge/atlas/atlas_row.hpp"
 #include "harness/judge/continuum/continuum.hpp"
 #include "harness/judge/registration/knobs.hpp"
+#include "harness/judge/registration/people.hpp"
 #include "harness/judge/run_row.hpp"
 #include "harness/judge/tradeoff/tradeoff_row.hpp"
 #include "harness/measure/bench_row.hpp"
@@ -117,6 +118,7 @@ TEST(ResultRows, WhatIsCommittedIsWrittenAgainWithoutALoss) {
       {"probe", expect_nothing_lost<ProbeRow>},
       {"run", expect_nothing_lost<RunRow>},
       {"knobs", expect_nothing_lost<KnobRow>},
+      {"people", expect_nothing_lost<PeopleRow>},
       {"rivals", expect_nothing_lost<RivalRow>},
       {"scaling", expect_nothing_lost<ScalingRow>},
       {"roc", expect_nothing_lost<InclusionRow>},

@@ -118,36 +118,75 @@ public:
   [[nodiscard]] VectorField nothing_hidden() { return scan_.nothing_hidden(random_); }
   [[nodiscard]] GaussianNoise& random() { return random_; }
 
-  /// `count` scans of what `simulate` gives.
-  [[nodiscard]] std::vector<InclusionScan::Scores> scans(int count,
-                                                         const std::function<VectorField()>& simulate) {
-    std::vector<InclusionScan::Scores> result;
+  /// Scans of what was simulated.
+  struct Simulated {
+    std::vector<InclusionScan::Scores> scores{};
+    std::vector<VectorField> unexplained{};
+    VectorField mean{}; ///< of unexplained
+  };
+  /// `count` of what `simulate` gives.
+  [[nodiscard]] Simulated scans(int count, const std::function<VectorField()>& simulate) {
+    Simulated result{.mean = VectorField(sheet_.extent())};
     for (int number = 0; number < count; ++number) {
       progress_.describe(
           fmt::format("detect: what is found where nothing is hidden, {} of {}", number + 1, count));
-      result.push_back(scan_.scores(simulate()));
+      const VectorField& unexplained = result.unexplained.emplace_back(scan_.unexplained(simulate()));
+      result.scores.push_back(scan_.scores(unexplained));
+      for (const std::size_t site : sheet_.inside()) {
+        result.mean.x[site] += unexplained.x[site] / static_cast<float>(count);
+        result.mean.y[site] += unexplained.y[site] / static_cast<float>(count);
+      }
       progress_.advance(1.0);
     }
     return result;
   }
 
-  [[nodiscard]] double deviation_ratio(std::span<const InclusionScan::Scores> these,
-                                       std::span<const InclusionScan::Scores> those) const {
-    return hdmbench::deviation_ratio(sheet_, these, those);
+  [[nodiscard]] double deviation_ratio(const Simulated& these, const Simulated& those) const {
+    return hdmbench::deviation_ratio(sheet_, these.scores, those.scores);
   }
 
-  /// `noise`: of the displacement, pixels; white noise that makes scores as uncertain as they are.
-  [[nodiscard]] Detection finish(const Scene& scene, std::span<const InclusionScan::Scores> nothing,
-                                 double noise) {
-    ScanResult scan = measure_scan(sheet_, scan_.scores(observed_), nothing);
+  /// `noise`: of the displacement, pixels; white noise that makes scores as uncertain as they are. is_white:
+  /// it is no other kind of error.
+  [[nodiscard]] Detection finish(const Scene& scene, const Simulated& nothing, double noise, bool is_white) {
+    VectorField unexplained = scan_.unexplained(observed_);
+    ScanResult scan = measure_scan(sheet_, scan_.scores(unexplained), nothing.scores);
+    // As significance is: what is left unexplained where nothing is hidden, a registration's bias, is no
+    // disc's.
+    for (const std::size_t site : sheet_.inside()) {
+      unexplained.x[site] -= nothing.mean.x[site];
+      unexplained.y[site] -= nothing.mean.y[site];
+    }
     progress_.describe("detect: the modulus that explains the deformation");
     const Explanation found = explain(sheet_, observed_, noise, options_);
-    const auto width = static_cast<std::size_t>(sheet_.extent().width);
-    const Inclusion disc = scan_.fit({.x = static_cast<double>(scan.site % width),
-                                      .y = static_cast<double>(scan.site / width),
-                                      .radius = scan.radius,
-                                      .logarithm = std::copysign(first_logarithm, scan.largest)},
-                                     noise);
+    // Stiff tissue makes its surroundings look soft, and these may be the more significant.
+    const auto fitted = [&](const ScanResult::Peak& peak) {
+      const auto width = static_cast<std::size_t>(sheet_.extent().width);
+      return scan_.fit({.x = static_cast<double>(peak.site % width),
+                        .y = static_cast<double>(peak.site / width),
+                        .radius = peak.radius,
+                        .logarithm = std::copysign(first_logarithm, peak.significance)},
+                       unexplained, noise);
+    };
+    const Inclusion stiff = fitted(scan.stiffest);
+    const Inclusion soft = fitted(scan.softest);
+    // How much of it a disc explains, in deviations of what chance would: white noise, or a registration's
+    // error.
+    const auto explained = [&](const Inclusion& disc) {
+      const VectorField response = scan_.response(disc);
+      double variance = noise * noise * scan_.product(response, response);
+      if (!is_white) {
+        variance = 0.0;
+        const double mean = scan_.product(response, nothing.mean);
+        for (const VectorField& simulated : nothing.unexplained) {
+          variance += std::pow(scan_.product(response, simulated) - mean, 2) /
+                      (static_cast<double>(nothing.unexplained.size()) - 1.0);
+        }
+      }
+      return variance > 0.0 ? scan_.product(response, unexplained) / std::sqrt(variance) : 0.0;
+    };
+    const bool is_stiff = scan.softest.significance == 0.0 ||
+                          (scan.stiffest.significance != 0.0 && explained(stiff) >= explained(soft));
+    const Inclusion& disc = is_stiff ? stiff : soft;
     const std::size_t corner = sheet_.site_of_image(0);
     const auto image_width = static_cast<std::size_t>(scene.extent().width);
     Detection result{.modulus = scene.full.modulus,
@@ -156,7 +195,7 @@ public:
                      .noise = noise,
                      .unexplained_before = sheet_.distance(expected_, observed_),
                      .unexplained = sheet_.distance(found.displacement, observed_),
-                     .largest = scan.largest,
+                     .largest = (is_stiff ? scan.stiffest : scan.softest).significance,
                      .x = static_cast<double>(corner % image_width) + disc.x,
                      .y = static_cast<double>(corner / image_width) + disc.y,
                      .contrast = std::exp(disc.logarithm),
@@ -231,7 +270,7 @@ Detection detect_modulus(const VectorField& observed, const ScalarField& region,
   Search search(sheet, part, options, progress);
   const auto nothing = search.scans(
       options.fields, [&] { return with_noise(search.nothing_hidden(), noise, search.random()); });
-  Detection result = search.finish(scene, nothing, noise);
+  Detection result = search.finish(scene, nothing, noise, true);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
 }
@@ -260,8 +299,8 @@ Detection detect_modulus(const ScalarField& source, const ScalarField& target, c
   // What white noise of one pixel does to scores tells how much of it the registration's error is worth.
   const auto of_white_noise =
       search.scans(options.pairs, [&] { return with_noise(search.expected(), 1.0, search.random()); });
-  Detection result =
-      search.finish(scene, nothing, std::max(search.deviation_ratio(nothing, of_white_noise), least_noise));
+  Detection result = search.finish(
+      scene, nothing, std::max(search.deviation_ratio(nothing, of_white_noise), least_noise), false);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
 }

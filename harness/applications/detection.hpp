@@ -30,15 +30,16 @@ struct Detection {
   double unexplained_before =
       0.0;                  ///< RMS difference to the observed displacement with the labels' moduli, pixels
   double unexplained = 0.0; ///< the same with the moduli that were found
-  double largest = 0.0;     ///< significance of largest magnitude
-  double x = 0.0;           ///< of the centre of the disc that explains the displacement best, pixels
+  /// The largest significance of the sign that the disc has which explains the displacement best.
+  double largest = 0.0;
+  double x = 0.0; ///< of the centre of the disc that explains the displacement best, pixels
   double y = 0.0;
   double contrast = 1.0;           ///< of that disc, modulus over the label's
   double radius = 0.0;             ///< of it, pixels
   double position_deviation = 0.0; ///< of x, y by noise, standard deviation, pixels
   double contrast_deviation = 0.0; ///< of the logarithm of the contrast
-  /// Its magnitude in each simulation in which nothing is hidden: where one of them comes near, the above may
-  /// be chance.
+  /// The largest magnitude, of either sign, in each simulation in which nothing is hidden: where one of them
+  /// comes near, the above may be chance.
   std::vector<double> by_chance;
   double seconds = 0.0;
 };

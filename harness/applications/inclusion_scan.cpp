@@ -17,11 +17,28 @@ namespace {
 constexpr double other_poisson = 0.1;
 constexpr double largest_poisson = 0.49;
 constexpr double other_modulus = 0.25; // logarithm
+constexpr double border_error = 0.5;   // of labels, standard deviation, pixels
+constexpr double border_length = 1.5;  // over which it changes, pixels
 constexpr double largest_logarithm = 3.0;
 constexpr int most_iterations = 15;
 constexpr double least_gain = 1e-4;    // of the squared differences, less ends the fit
 constexpr double least_way = 1e-2;     // pixels, root of the sum of squares: below, it is rounding
 constexpr double variances_over = 3.0; // pixels, standard deviation of what they are averaged with
+
+/// How far labels' borders are from where they should be, from place to place, pixels.
+VectorField wandering(Extent extent, GaussianNoise& random) {
+  VectorField way(extent);
+  // What the Gaussian leaves of white noise.
+  const auto unit = static_cast<float>(border_error * 2.0 * std::sqrt(M_PI) * border_length);
+  for (auto* const component : {&way.x, &way.y}) {
+    ScalarField noise(extent);
+    for (float& value : noise.values) {
+      value = unit * static_cast<float>(random());
+    }
+    *component = blurred(noise, border_length).values;
+  }
+  return way;
+}
 
 /// Sums over the disc around each site.
 ScalarField disc_sums(const ScalarField& slopes, double radius) {
@@ -103,7 +120,7 @@ private:
 } // namespace
 
 InclusionScan::InclusionScan(const RegionSheet& sheet, const VectorField& reference)
-    : sheet_(sheet), reference_(reference), level_(sheet.with_border(reference)),
+    : sheet_(sheet), level_(sheet.with_border(reference)),
       problem_(level_, sheet.poisson(), sheet.inside(), sheet.session()) {
   const std::vector<double> labelled(sheet.inside().size());
   expected_ = problem_.displacement(labelled);
@@ -172,13 +189,16 @@ void InclusionScan::remove_excuses(VectorField& unexplained) const {
   }
 }
 
-InclusionScan::Scores InclusionScan::scores(const VectorField& observed) const {
-  const std::vector<double> labelled(sheet_.inside().size());
+VectorField InclusionScan::unexplained(const VectorField& observed) const {
   const Level level = sheet_.with_border(observed);
-  const VectorField expected =
-      ModulusProblem(level, sheet_.poisson(), sheet_.inside(), sheet_.session()).displacement(labelled);
-  std::vector<double> slopes(labelled.size());
-  problem_.slopes(expected_, inexcusable(observed, expected), slopes);
+  const VectorField expected = ModulusProblem(level, sheet_.poisson(), sheet_.inside(), sheet_.session())
+                                   .displacement(std::vector<double>(sheet_.inside().size()));
+  return inexcusable(observed, expected);
+}
+
+InclusionScan::Scores InclusionScan::scores(const VectorField& unexplained) const {
+  std::vector<double> slopes(sheet_.inside().size());
+  problem_.slopes(expected_, unexplained, slopes);
   ScalarField of_sites(sheet_.extent());
   for (std::size_t i = 0; i < slopes.size(); ++i) {
     of_sites.values[sheet_.inside()[i]] = static_cast<float>(slopes[i]);
@@ -202,18 +222,26 @@ VectorField InclusionScan::with_disc(const Inclusion& disc) const {
   return problem_.displacement(logarithms);
 }
 
-Inclusion InclusionScan::fit(Inclusion start, double noise) const {
+VectorField InclusionScan::response(const Inclusion& disc) const {
+  return inexcusable(with_disc(disc), expected_);
+}
+
+Inclusion InclusionScan::fit(Inclusion start, const VectorField& unexplained, double noise) const {
   using Parameters = Eigen::Vector4d; // x, y, radius, logarithm
   const auto disc_of = [](const Parameters& at) {
     return Inclusion{.x = at[0], .y = at[1], .radius = at[2], .logarithm = at[3]};
   };
   const Parameters steps(0.25, 0.25, 0.25, 0.1);
-  const Parameters least(0.0, 0.0, 1.5, -largest_logarithm);
+  const bool is_stiffer = start.logarithm > 0.0;
+  const Parameters least(0.0, 0.0, 1.5, is_stiffer ? 0.0 : -largest_logarithm);
   const Parameters most(sheet_.extent().width - 1.0, sheet_.extent().height - 1.0, radii.back() + 5.0,
-                        largest_logarithm);
+                        is_stiffer ? largest_logarithm : 0.0);
   Parameters at(start.x, start.y, start.radius, start.logarithm);
+  const auto left_by = [&](const VectorField& displacement) {
+    return inexcusable(unexplained, inexcusable(displacement, expected_));
+  };
   VectorField here = with_disc(start);
-  VectorField missing = inexcusable(reference_, here);
+  VectorField missing = left_by(here);
   double misfit = product(missing, missing);
   double damping = 1e-2;
   Eigen::Matrix4d normal = Eigen::Matrix4d::Identity();
@@ -238,7 +266,7 @@ Inclusion InclusionScan::fit(Inclusion start, double noise) const {
       damped.diagonal() += damping * normal.diagonal() + Parameters::Constant(1e-12);
       const Parameters next = (at + damped.ldlt().solve(slope)).cwiseMax(least).cwiseMin(most);
       VectorField there = with_disc(disc_of(next));
-      VectorField left = inexcusable(reference_, there);
+      VectorField left = left_by(there);
       const double then = product(left, left);
       better = then < misfit;
       if (better) {
@@ -269,7 +297,7 @@ VectorField InclusionScan::nothing_hidden(GaussianNoise& random) const {
   Level level = level_;
   const Extent extent = sheet_.extent();
   std::map<int, double> factors;
-  for (const std::size_t site : sheet_.inside()) {
+  for (std::size_t site = 0; site < extent.sites(); ++site) {
     factors.try_emplace(sheet_.label(site), 0.0);
   }
   for (auto& [label, factor] : factors) {
@@ -277,13 +305,15 @@ VectorField InclusionScan::nothing_hidden(GaussianNoise& random) const {
   }
   const auto right = static_cast<float>(random.uniform() - 0.5);
   const auto down = static_cast<float>(random.uniform() - 0.5);
+  const VectorField border = wandering(extent, random);
   for_each_site(extent, [&](int x, int y) {
     const std::size_t site = extent.index(x, y);
-    const auto factor = factors.find(sheet_.label(site));
     level.modulus.values[site] =
-        sample(sheet_.modulus().values, extent, static_cast<float>(x) + right, static_cast<float>(y) + down) *
-        (factor == factors.end() ? 1.0F : static_cast<float>(factor->second));
+        sample(sheet_.modulus().values, extent, static_cast<float>(x) + right + border.x[site],
+               static_cast<float>(y) + down + border.y[site]) *
+        static_cast<float>(factors[sheet_.label(site)]);
   });
+  sheet_.loosen(level);
   const double poisson =
       std::min(sheet_.poisson() + other_poisson * (2.0 * random.uniform() - 1.0), largest_poisson);
   return ModulusProblem(level, poisson, sheet_.inside(), sheet_.session())
@@ -302,10 +332,9 @@ ScanResult measure_scan(const RegionSheet& sheet, const InclusionScan::Scores& f
       if (std::abs(here) > std::abs(static_cast<double>(most))) {
         most = static_cast<float>(here);
       }
-      if (std::abs(here) > std::abs(result.largest)) {
-        result.largest = here;
-        result.site = site;
-        result.radius = InclusionScan::radii[radius];
+      ScanResult::Peak& peak = here > 0.0 ? result.stiffest : result.softest;
+      if (std::abs(here) > std::abs(peak.significance)) {
+        peak = {here, site, InclusionScan::radii[radius]};
       }
     }
   }

@@ -35,28 +35,34 @@ public:
   /// outlive this object.
   InclusionScan(const RegionSheet& sheet, const VectorField& reference);
 
-  /// What an error in Poisson's ratio or in a label's modulus could explain counts for nothing.
-  [[nodiscard]] Scores scores(const VectorField& observed) const;
+  /// What the labels' moduli leave of a displacement, 0 outside the region. What an error in Poisson's ratio
+  /// or in a label's modulus could explain counts for nothing.
+  [[nodiscard]] VectorField unexplained(const VectorField& observed) const;
+  /// Linear in what is unexplained.
+  [[nodiscard]] Scores scores(const VectorField& unexplained) const;
 
-  /// The disc of which the displacement is nearest to the reference, by Levenberg's and Marquardt's method
-  /// from the given one. `noise`: white, of the displacement, pixels.
-  [[nodiscard]] Inclusion fit(Inclusion start, double noise) const;
+  /// The disc that explains most of it, by Levenberg's and Marquardt's method from the given one, whose sign
+  /// it keeps: softer or stiffer. `noise`: white, of the displacement, pixels.
+  [[nodiscard]] Inclusion fit(Inclusion start, const VectorField& unexplained, double noise) const;
 
-  /// With Poisson's ratio, the labels' moduli and their place a little different: none of them is known
-  /// better.
+  /// What a disc would leave unexplained by the labels' moduli.
+  [[nodiscard]] VectorField response(const Inclusion& disc) const;
+  /// Of two fields, over the region.
+  [[nodiscard]] double product(const VectorField& a, const VectorField& b) const;
+
+  /// With Poisson's ratio, the labels' moduli and their borders a little different, inside the region and
+  /// around it: none of them is known better.
   [[nodiscard]] VectorField nothing_hidden(GaussianNoise& random) const;
 
 private:
   void add_excuse(const VectorField& more, const VectorField& less);
   /// Leaves of `unexplained` what no excuse explains.
   void remove_excuses(VectorField& unexplained) const;
-  [[nodiscard]] double product(const VectorField& a, const VectorField& b) const;
   /// a - b inside, less the excuses; 0 outside.
   [[nodiscard]] VectorField inexcusable(const VectorField& a, const VectorField& b) const;
   [[nodiscard]] VectorField with_disc(const Inclusion& disc) const;
 
   const RegionSheet& sheet_;
-  VectorField reference_;
   Level level_; ///< its border
   mutable ModulusProblem problem_;
   VectorField expected_;             ///< with the labels' moduli
@@ -65,11 +71,17 @@ private:
 
 /// A scan measured by scans of the same region where nothing is hidden.
 struct ScanResult {
-  ScalarField significance;      ///< of each site's most significant disc, deviations; above 0: stiffer
-  double largest = 0.0;          ///< the significance of largest magnitude ...
-  std::size_t site = 0;          ///< ... where ...
-  double radius = 0.0;           ///< ... and of what disc, pixels
-  std::vector<double> by_chance; ///< magnitude of the largest in each of the others, measured by the rest
+  ScalarField significance; ///< of each site's most significant disc, deviations; above 0: stiffer
+  /// A disc that is more significant than all others of its sign.
+  struct Peak {
+    double significance = 0.0; ///< 0: there is none
+    std::size_t site = 0;
+    double radius = 0.0; ///< pixels
+  };
+  Peak stiffest;
+  Peak softest;
+  /// Magnitude of the largest, of either sign, in each of the others, measured by the rest.
+  std::vector<double> by_chance;
 };
 
 /// `nothing`: at least 3 scans.

@@ -91,15 +91,15 @@ void RegionSheet::put_back(const VectorField& part, VectorField& of_image) const
   }
 }
 
+float RegionSheet::gentle_hold(std::size_t site) const {
+  return labels_[site] == 0 ? held_outside : held_gently;
+}
+
 Level RegionSheet::with_border(const VectorField& observed) const {
   Level level = sheet_;
   level.target = observed;
-  level.confidence = VectorField(extent(), held_gently);
   for (std::size_t site = 0; site < extent().sites(); ++site) {
-    if (labels_[site] == 0) {
-      level.confidence.x[site] = held_outside;
-      level.confidence.y[site] = held_outside;
-    }
+    level.confidence.x[site] = level.confidence.y[site] = gentle_hold(site);
   }
   ElasticSolver solver(level, poisson_, session_);
   solver.full_multigrid();
@@ -110,6 +110,16 @@ Level RegionSheet::with_border(const VectorField& observed) const {
     level.confidence.y[site] = known;
   }
   return level;
+}
+
+void RegionSheet::loosen(Level& level) const {
+  for_each_site(extent(), [&](int x, int y) {
+    const std::size_t site = extent().index(x, y);
+    const bool is_rim = x == 0 || y == 0 || x == extent().width - 1 || y == extent().height - 1;
+    if (index_[site] < 0 && !is_rim) {
+      level.confidence.x[site] = level.confidence.y[site] = gentle_hold(site);
+    }
+  });
 }
 
 double RegionSheet::distance(const VectorField& a, const VectorField& b) const {

@@ -34,10 +34,14 @@ public:
   /// The sheet with `observed` prescribed outside the region, but for most of its noise: springs hold it to a
   /// sheet as the labels say.
   [[nodiscard]] Level with_border(const VectorField& observed) const;
+  /// What with_border prescribes is held as gently as it was smoothed; the rim of the part stays.
+  void loosen(Level& level) const;
   /// RMS of |a - b| over the inside, pixels.
   [[nodiscard]] double distance(const VectorField& a, const VectorField& b) const;
 
 private:
+  [[nodiscard]] float gentle_hold(std::size_t site) const; ///< confidence
+
   double poisson_;
   Extent image_;
   int left_ = 0; ///< of this part in the image

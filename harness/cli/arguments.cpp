@@ -1,6 +1,7 @@
 #include "harness/cli/arguments.hpp"
 
 #include "harness/measure/choice_cache.hpp"
+#include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/solve.hpp"
 #include "kernels/data/input_error.hpp"
@@ -51,6 +52,14 @@ void SceneArguments::add_backend_to(CLI::App& command) {
   add_session_to(command, session);
 }
 
+void SceneArguments::add_orientation_to(CLI::App& command) {
+  auto* const option = command.add_option(
+      "--orientation", orientation, "Of a [brain]: axial, coronal or sagittal, in place of the scene's own");
+  option->check(CLI::IsMember(std::vector<std::string>(orientation_names.begin(), orientation_names.end())));
+  command.add_option("--slice", slice, "Of that orientation; default: the one that shows most of the brain")
+      ->needs(option);
+}
+
 Scene SceneArguments::load() const {
   Scene loaded = load_scene(scene, options());
   schedule.apply(loaded);
@@ -64,7 +73,9 @@ ScenePart SceneArguments::load_part(const ChoosePart& part) const {
 }
 
 SceneOptions SceneArguments::options() const {
-  return {.size = size.empty() ? std::nullopt : std::optional(parse_size(size))};
+  return {.size = size.empty() ? std::nullopt : std::optional(parse_size(size)),
+          .orientation = orientation,
+          .slice = slice};
 }
 
 const Backend& SceneArguments::choose(const std::vector<std::unique_ptr<Backend>>& registry,

@@ -21,12 +21,16 @@ enum ExitStatus : int { success = 0, disagreement = 1, bad_input = 2 };
 
 /// Arguments of the commands that solve one scene.
 struct SceneArguments {
-  std::string scene; ///< name or file
-  std::string size;  ///< "300" or "257x130"; empty: the scene's own
+  std::string scene;        ///< name or file
+  std::string size;         ///< "300" or "257x130"; empty: the scene's own
+  std::string orientation;  ///< of a brain; empty: the scene's own
+  std::optional<int> slice; ///< of that orientation
   std::string backend = "openmp";
   SessionOptions session;
   ScheduleOverrides schedule;
 
+  /// Which slice of a scene's brain.
+  void add_orientation_to(CLI::App& command);
   /// Only the scene, its size and its schedule.
   void add_scene_to(CLI::App& command);
   /// Where it is computed.

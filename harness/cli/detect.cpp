@@ -1,5 +1,6 @@
 #include "harness/applications/detection.hpp"
 #include "harness/applications/iterated_registration.hpp"
+#include "harness/applications/label_doubt.hpp"
 #include "harness/cli/commands.hpp"
 #include "harness/cli/pair_arguments.hpp"
 #include "harness/measure/result_file.hpp"
@@ -62,6 +63,11 @@ int run_detect(const Arguments& arguments, const std::string& line) {
                    .contrast = found.contrast,
                    .position_deviation = found.position_deviation,
                    .contrast_deviation = found.contrast_deviation};
+  const LabelDoubt doubt = doubt_labels(data.source, data.scene, found);
+  if (doubt.is_serious()) {
+    row.looks_like = doubt.label;
+    row.doubted = doubt.share;
+  }
   const auto name = [&](const char* file) {
     return arguments.json.empty() ? std::string(file) : arguments.beside_json(file);
   };
@@ -73,12 +79,12 @@ int run_detect(const Arguments& arguments, const std::string& line) {
   row.detection = name("detection.nrrd");
   write_png(arguments.output / "source.png", data.source);
   write_signed_png(arguments.output / "detection.png", found.significance.extent, found.significance.values,
-                   strong);
-  row.pictures = {{.caption = "source", .file = name("source.png")},
-                  {.caption =
-                       "significance: red stiffer than the label says, blue softer, full at 4 standard "
-                       "deviations",
-                   .file = name("detection.png")}};
+                   strong, data.source);
+  row.pictures = {
+      {.caption = "source", .file = name("source.png")},
+      {.caption = "significance over the source: red stiffer than the label says, blue softer, full at 4 "
+                  "standard deviations",
+       .file = name("detection.png")}};
 
   Table table({"", ""});
   table.add({"sites of the region", std::to_string(row.region_sites)});
@@ -94,13 +100,20 @@ int run_detect(const Arguments& arguments, const std::string& line) {
   table.add({"of", fmt::format("{:.2f} times the label's modulus ({:.2f} ... {:.2f})", row.contrast,
                                row.contrast * std::exp(-row.contrast_deviation),
                                row.contrast * std::exp(row.contrast_deviation))});
-  fmt::print("{}\n\n{}\n  {}\n\n  {:.3g} s ({:.3g} of them the registration)\n  {}: MPa; beside it "
+  const std::string warning =
+      doubt.is_serious()
+          ? fmt::format(
+                "\n  The picture itself shows another tissue there: {:.0f} % of the disc look like label {}, "
+                "which would explain it. A wrong label?",
+                100.0 * doubt.share, doubt.label)
+          : "";
+  fmt::print("{}\n\n{}\n  {}{}\n\n  {:.3g} s ({:.3g} of them the registration)\n  {}: MPa; beside it "
              "deviation.nrrd, the "
              "standard deviation of its logarithm, and detection.nrrd, standard deviations\n",
              data.scene.title, table.text(),
              row.as_much_by_chance == 0 ? "More than chance found: tissue there is not as its label says."
                                         : "Nothing that chance does not find as well.",
-             row.seconds, row.registration_seconds, (arguments.output / "modulus.nrrd").string());
+             warning, row.seconds, row.registration_seconds, (arguments.output / "modulus.nrrd").string());
   write_results(arguments.json, "detect", run_context(line, false),
                 nlohmann::json::array({to_json_row(row)}));
   return success;

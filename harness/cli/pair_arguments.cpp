@@ -77,6 +77,7 @@ void PairArguments::add_to(CLI::App& command, bool needs_region) {
     roi->required();
   }
   command.add_option("--size", scene.size, "Size of the scene: 300 (square) or 257x130");
+  scene.add_orientation_to(command);
   scene.schedule.takes_elastic = true;
   scene.schedule.add_to(command);
   scene.add_backend_to(command);

@@ -1,7 +1,9 @@
 #include "backends/shared/elastic_session.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
+#include "harness/judge/registration/elastix.hpp"
 #include "harness/judge/registration/knobs.hpp"
+#include "harness/judge/registration/people.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
@@ -31,6 +33,7 @@ struct Arguments {
   std::optional<double> detection_noise;
   bool pictures = false;
   bool spread = false;
+  std::string other; ///< scene; empty: the pair is planted
   fs::path output;
   fs::path json;
 };
@@ -61,6 +64,12 @@ void print_rows(const std::vector<RivalRow>& rows) {
   fmt::print("{}\n", table.text());
 }
 
+void say_what_is_missing(const Arguments& arguments) {
+  if (!arguments.quick && !is_installed("elastix")) {
+    fmt::print("{} was not compared: there is no elastix on PATH (Debian's package elastix)\n", by_elastix);
+  }
+}
+
 int compare(const Arguments& arguments, const Scene& scene, const Backend& backend, Progress& progress,
             const std::string& line) {
   nlohmann::json results = nlohmann::json::array();
@@ -88,7 +97,41 @@ int compare(const Arguments& arguments, const Scene& scene, const Backend& backe
       }
     }
   }
+  say_what_is_missing(arguments);
   write_results(arguments.json, "rivals", run_context(line, arguments.quick), std::move(results));
+  return success;
+}
+
+/// Their labels mean the same tissues, or nothing is said.
+int compare_people(const Arguments& arguments, const Scene& scene, const Backend& backend, Progress& progress,
+                   const std::string& line) {
+  SceneArguments other = arguments.scene;
+  other.scene = arguments.other;
+  const std::vector<PeopleRow> rows = hdmbench::compare_people(scene, other.load(), !arguments.quick, backend,
+                                                               arguments.scene.session, progress);
+  progress.clear();
+  fmt::print("{} to {}, {} x {}: overlap of the labels (Dice)\n\n", rows.front().scene, rows.front().other,
+             rows.front().width, rows.front().height);
+  std::vector<Table::Column> head{"method", "labels, mean"};
+  for (const PeopleRow::Overlap& overlap : rows.front().overlaps) {
+    head.emplace_back(fmt::format("label {}", overlap.label));
+  }
+  head.insert(head.end(), {"correlation", "folds", "s"});
+  Table table(head);
+  nlohmann::json results = nlohmann::json::array();
+  for (const PeopleRow& row : rows) {
+    std::vector<std::string> cells{row.method, fmt::format("{:.3f}", row.dice)};
+    for (const PeopleRow::Overlap& overlap : row.overlaps) {
+      cells.push_back(fmt::format("{:.3f}", overlap.dice));
+    }
+    cells.insert(cells.end(), {fmt::format("{:.3f}", row.correlation), std::to_string(row.folds),
+                               fmt::format("{:.2f}", row.seconds)});
+    table.add(cells);
+    results.push_back(to_json_row(row));
+  }
+  fmt::print("{}\n", table.text());
+  say_what_is_missing(arguments);
+  write_results(arguments.json, "people", run_context(line, arguments.quick), std::move(results));
   return success;
 }
 
@@ -162,29 +205,43 @@ int look(const Arguments& arguments, const Scene& scene, const Backend& backend,
 
 int turn(const Arguments& arguments, const Scene& scene, const Backend& backend, Progress& progress,
          const std::string& line) {
-  const auto session = backend.open_elastic(arguments.scene.session);
-  const std::vector<KnobRow> rows = turn_knobs(scene, arguments.knobs, *session, progress);
+  const std::vector<KnobRow> rows =
+      turn_knobs(scene, arguments.knobs, !arguments.quick, backend, arguments.scene.session, progress);
   progress.clear();
-  fmt::print(
-      "{}, {} x {}: {} cases of each value\n\nAlgorithm 6, a resection: error in pixels, what warns\n\n",
-      scene.name, scene.extent().width, scene.extent().height, arguments.knobs);
-  Table registered({"knob", "value", "tissue", "region", "outliers", "not converged", "folded"});
-  Table detected({"knob", "value", "area under the ROC", "found", "where nothing is", "position, px"});
+  Table physical({"knob", "value", "tissue", "region", "b-splines", "believed", "folded"});
+  Table iterated({"knob", "value", "tissue", "region", "outliers", "not converged", "folded"});
+  Table detected({"knob", "value", "area under the ROC", "found", "warned", "where nothing is", "warned",
+                  "position, px"});
   nlohmann::json results = nlohmann::json::array();
   for (const KnobRow& row : rows) {
-    if (row.tissue) {
-      registered.add({row.knob, fmt::format("{:g}", row.value), fmt::format("{:.3f}", *row.tissue),
-                      fmt::format("{:.3f}", *row.region), fmt::format("{:.1f} %", 100.0 * *row.outliers),
-                      std::to_string(*row.not_converged), std::to_string(*row.folded)});
+    const std::string value = fmt::format("{:g}", row.value);
+    if (row.conventional) {
+      physical.add({row.knob, value, fmt::format("{:.3f}", *row.tissue), fmt::format("{:.3f}", *row.region),
+                    fmt::format("{:.3f}", *row.conventional), fmt::format("{:.1f} %", 100.0 * *row.believed),
+                    std::to_string(*row.folded)});
+    } else if (row.tissue) {
+      iterated.add({row.knob, value, fmt::format("{:.3f}", *row.tissue), fmt::format("{:.3f}", *row.region),
+                    fmt::format("{:.1f} %", 100.0 * *row.outliers), std::to_string(*row.not_converged),
+                    std::to_string(*row.folded)});
     } else {
-      detected.add({row.knob, fmt::format("{:g}", row.value), fmt::format("{:.3f}", row.area.value_or(0.5)),
-                    fmt::format("{} of {}", *row.found, row.cases),
-                    fmt::format("{} of {}", *row.mistaken, row.cases), fmt::format("{:.2f}", *row.distance)});
+      detected.add({row.knob, value, fmt::format("{:.3f}", row.area.value_or(0.5)),
+                    fmt::format("{} of {}", *row.found, row.cases), std::to_string(*row.warned),
+                    fmt::format("{} of {}", *row.mistaken, row.cases), std::to_string(*row.mistaken_warned),
+                    fmt::format("{:.2f}", *row.distance)});
     }
     results.push_back(to_json_row(row));
   }
-  fmt::print("{}\nAlgorithm 7: inclusions in a displacement, more than chance found\n\n{}", registered.text(),
-             detected.text());
+  fmt::print("{}, {} x {}: {} cases of each value\n\n", scene.name, scene.extent().width,
+             scene.extent().height, arguments.knobs);
+  if (!arguments.quick) {
+    fmt::print(
+        "Algorithm 5, a resection: error in pixels, that of ITK's B-splines in the region, and how much of "
+        "them was believed\n\n{}\n",
+        physical.text());
+  }
+  fmt::print("Algorithm 6, a resection: error in pixels, what warns\n\n{}\nAlgorithm 7: inclusions in a "
+             "displacement, more than chance found; warned: the picture shows another tissue there\n\n{}",
+             iterated.text(), detected.text());
   write_results(arguments.json, "knobs", run_context(line, arguments.quick), std::move(results));
   return success;
 }
@@ -204,6 +261,9 @@ int run_rivals(const Arguments& arguments, const std::string& line) {
   if (arguments.knobs > 0) {
     return turn(arguments, scene, backend, progress, line);
   }
+  if (!arguments.other.empty()) {
+    return compare_people(arguments, scene, backend, progress, line);
+  }
   return arguments.detection > 0 ? look(arguments, scene, backend, progress, line)
                                  : compare(arguments, scene, backend, progress, line);
 }
@@ -219,6 +279,7 @@ void add_rivals(CLI::App& program, const std::string& arguments, int& status) {
   own->scene.schedule.takes_elastic = true;
   command->add_option("scene", own->scene.scene, "Scene by name or TOML file")->capture_default_str();
   command->add_option("--size", own->scene.size, "Image size: 300 (square) or 257x130");
+  own->scene.add_orientation_to(*command);
   own->scene.add_backend_to(*command);
   command->add_option("--planted", own->kinds, "What deforms: growth, resection, pressure, with commas")
       ->delimiter(',')
@@ -236,15 +297,21 @@ void add_rivals(CLI::App& program, const std::string& arguments, int& status) {
       ->capture_default_str();
   command->add_flag("--other-gray", own->other_gray,
                     "The target has other gray values, as from another scanner");
-  command->add_flag("--quick", own->quick, "Without ITK's mutual information, and so without Algorithm 5");
+  command->add_flag("--quick", own->quick,
+                    "Without mutual information: ITK's, elastix's, and so without Algorithm 5");
+  command->add_option(
+      "--other", own->other,
+      "Nothing is planted: register to the picture of this scene, another person of whom a label "
+      "is the same tissue");
   command->add_option(
       "--output", own->output,
       "Write the pictures of each pair to this folder, for register; with --pictures those of the "
       "first inclusion, for detect");
   command
-      ->add_option("--knobs", own->knobs,
-                   "Where Algorithms 6 and 7 break: noise, sizes, contrast, wrong moduli and labels, so many "
-                   "cases of each value")
+      ->add_option(
+          "--knobs", own->knobs,
+          "Where Algorithms 5, 6 and 7 break: noise, sizes, contrast, wrong moduli and labels, so many "
+          "cases of each value")
       ->check(CLI::Range(1, 1000));
   const auto* const group = "Detection";
   command

@@ -108,6 +108,9 @@ bool replaces(const RivalRow& a, const RivalRow& b) {
   return same_scene(a, b) && a.planted == b.planted && a.amplitude == b.amplitude && a.noise == b.noise &&
          a.other_gray == b.other_gray && a.seed == b.seed && a.method == b.method;
 }
+bool replaces(const PeopleRow& a, const PeopleRow& b) {
+  return same_scene(a, b) && a.other == b.other && a.method == b.method;
+}
 bool replaces(const InclusionRow& a, const InclusionRow& b) {
   return same_scene(a, b) && a.radius == b.radius && a.contrast == b.contrast && a.noise == b.noise &&
          a.pictures == b.pictures && a.spread == b.spread && a.seed == b.seed;
@@ -196,6 +199,8 @@ void add_file(Results& results, const ResultFile& file) {
     add_rows(results, results.detections, file);
   } else if (command == "rivals") {
     add_rows(results, results.rivals, file);
+  } else if (command == "people") {
+    add_rows(results, results.people, file);
   } else if (command == "roc") {
     add_rows(results, results.inclusions, file);
   } else if (command == "knobs") {

@@ -9,6 +9,7 @@
 #include "harness/judge/atlas/atlas_row.hpp"
 #include "harness/judge/continuum/continuum.hpp"
 #include "harness/judge/registration/knobs.hpp"
+#include "harness/judge/registration/people.hpp"
 #include "harness/judge/registration/registration_row.hpp"
 #include "harness/judge/run_row.hpp"
 #include "harness/judge/tradeoff/tradeoff_row.hpp"
@@ -59,6 +60,7 @@ using ProbeRow = From<hdmbench::ProbeRow>;
 using DetectionRow = From<hdmbench::DetectionRow>;
 using InclusionRow = From<hdmbench::InclusionRow>;
 using KnobRow = From<hdmbench::KnobRow>;
+using PeopleRow = From<hdmbench::PeopleRow>;
 using RegistrationRow = From<hdmbench::RegistrationRow>;
 using RivalRow = From<hdmbench::RivalRow>;
 using RunRow = From<hdmbench::RunRow>;
@@ -81,6 +83,7 @@ struct Results {
   std::vector<RegistrationRow> registrations;
   std::vector<DetectionRow> detections;
   std::vector<RivalRow> rivals;
+  std::vector<PeopleRow> people;
   std::vector<InclusionRow> inclusions;
   std::vector<KnobRow> knobs;
   std::vector<AccuracyRow> accuracy;

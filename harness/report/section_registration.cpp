@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <span>
 
 namespace hdmbench::report {
@@ -66,6 +67,11 @@ std::string detection_html(const Results& results, const DetectionRow& row, Anch
              count_text(row.region_sites), seconds_text(row.seconds), row.unexplained_before, row.unexplained,
              row.largest, row.as_much_by_chance, row.simulations, row.x, row.y, row.position_deviation,
              row.radius, row.contrast) +
+         (row.looks_like
+              ? fmt::format("<p><b>The picture itself shows another tissue there: {:.0f} % of the disc "
+                            "look like label {}. A wrong label?</b></p>\n",
+                            100.0 * row.doubted.value_or(0.0), *row.looks_like)
+              : std::string()) +
          pictures_html(results, row);
 }
 
@@ -155,38 +161,85 @@ std::string roc_html(std::span<const hdmbench::InclusionRow> rows) {
              more_than_chance(false), std::ssize(rows) - with, median(distances));
 }
 
+std::string count_or_dash(const std::optional<std::int64_t>& count) {
+  return count ? std::to_string(*count) : "&ndash;";
+}
+
 std::string knobs_html(const std::vector<KnobRow>& rows) {
-  std::string registered;
+  std::string physical;
+  std::string iterated;
   std::string detected;
   for (const KnobRow& row : rows) {
     const std::string start =
         fmt::format("<tr><th scope=\"row\">{}</th><td>{:g}</td>", escape(row.knob), row.value);
     if (row.tissue) {
-      registered +=
-          start + fmt::format("<td>{:.3f}</td><td>{:.3f}</td><td>{:.1f} %</td><td>{} of {}</td>"
-                              "<td>{} of {}</td></tr>\n",
-                              *row.tissue, row.region.value_or(0.0), 100.0 * row.outliers.value_or(0.0),
-                              row.not_converged.value_or(0), row.cases, row.folded.value_or(0), row.cases);
+      std::string& table = row.conventional ? physical : iterated;
+      table += start + fmt::format("<td>{:.3f}</td><td>{:.3f}</td>", *row.tissue, row.region.value_or(0.0));
+      table += row.conventional
+                   ? fmt::format("<td>{:.3f}</td><td>{:.1f} %</td>", *row.conventional,
+                                 100.0 * row.believed.value_or(0.0))
+                   : fmt::format("<td>{:.1f} %</td><td>{} of {}</td>", 100.0 * row.outliers.value_or(0.0),
+                                 row.not_converged.value_or(0), row.cases);
+      table += fmt::format("<td>{} of {}</td></tr>\n", row.folded.value_or(0), row.cases);
     } else {
-      detected += start + fmt::format("<td>{}</td><td>{} of {}</td><td>{} of {}</td><td>{:.2f}</td></tr>\n",
+      detected += start + fmt::format("<td>{}</td><td>{} of {}</td><td>{}</td><td>{} of {}</td><td>{}</td>"
+                                      "<td>{:.2f}</td></tr>\n",
                                       row.area ? fmt::format("{:.3f}", *row.area) : "not known",
-                                      row.found.value_or(0), row.cases, row.mistaken.value_or(0), row.cases,
+                                      row.found.value_or(0), row.cases, count_or_dash(row.warned),
+                                      row.mistaken.value_or(0), row.cases, count_or_dash(row.mistaken_warned),
                                       row.distance.value_or(0.0));
     }
   }
   std::string html;
-  if (!registered.empty()) {
-    html += "<p>Algorithm 6 on a resection, and what warns: sites that do not match, no convergence, "
-            "folds.</p>\n" +
-            table_start("plain", {"knob", ">value", ">tissue, px", ">region, px", ">outliers",
-                                  ">not converged", ">with folds"}) +
-            registered + std::string(table_end);
-  }
-  if (!detected.empty()) {
-    html += "<p>Algorithm 7 on displacements, and how often it finds something where nothing is.</p>\n" +
-            table_start("plain", {"knob", ">value", ">area under the ROC", ">found", ">where nothing is",
-                                  ">position, px"}) +
-            detected + std::string(table_end);
+  const auto add = [&](const std::string& text, const std::vector<std::string_view>& columns,
+                       const std::string& lines) {
+    if (!lines.empty()) {
+      html +=
+          fmt::format("<p>{}</p>\n", text) + table_start("plain", columns) + lines + std::string(table_end);
+    }
+  };
+  add("Algorithm 5 on a resection; beside it the error of ITK's B-splines in the region, and how much of "
+      "them "
+      "was believed.",
+      {"knob", ">value", ">tissue, px", ">region, px", ">b-splines, px", ">believed", ">with folds"},
+      physical);
+  add("Algorithm 6 on a resection, and what warns: sites that do not match, no convergence, folds.",
+      {"knob", ">value", ">tissue, px", ">region, px", ">outliers", ">not converged", ">with folds"},
+      iterated);
+  add("Algorithm 7 on displacements, and how often it finds something where nothing is. Warned: the picture "
+      "shows another tissue there than the label says.",
+      {"knob", ">value", ">area under the ROC", ">found", ">warned", ">where nothing is", ">warned",
+       ">position, px"},
+      detected);
+  return html;
+}
+
+std::string people_html(const std::vector<PeopleRow>& rows) {
+  std::string html;
+  for (std::size_t first = 0; first < rows.size();) {
+    const PeopleRow& row = rows[first];
+    html += fmt::format("<p>{} to {}, {}: overlap of the labels (Dice)</p>\n", escape(row.scene),
+                        escape(row.other), size_text(row.width, row.height));
+    std::vector<std::string> labels;
+    std::ranges::transform(row.overlaps, std::back_inserter(labels), [](const PeopleRow::Overlap& overlap) {
+      return fmt::format(">label {}", overlap.label);
+    });
+    std::vector<std::string_view> columns{"method", ">mean"};
+    columns.insert(columns.end(), labels.begin(), labels.end());
+    columns.insert(columns.end(), {">correlation", ">folds", ">seconds"});
+    html += table_start("plain", columns);
+    for (; first < rows.size() && rows[first].scene == row.scene && rows[first].other == row.other &&
+           rows[first].width == row.width && rows[first].height == row.height;
+         ++first) {
+      const PeopleRow& one = rows[first];
+      html += fmt::format("<tr><th scope=\"row\">{}</th><td>{:.3f}</td>", escape(one.method), one.dice);
+      for (const PeopleRow::Overlap& overlap : one.overlaps) {
+        html += fmt::format("<td>{:.3f}</td>", overlap.dice);
+      }
+      html += fmt::format("<td>{:.3f}</td><td>{}</td><td>{}</td></tr>\n", one.correlation, one.folds,
+                          seconds_text(one.seconds));
+    }
+    html += table_end;
   }
   return html;
 }
@@ -213,6 +266,9 @@ std::string registration_section(const Results& results, Anchors& anchors) {
   }
   for (const std::string& machine : results.machines) {
     html += rivals_html(results.of(results.rivals, machine));
+    if (const auto people = results.of(results.people, machine); !people.empty()) {
+      html += heading(3, anchors.unique("people"), "From one person to another") + people_html(people);
+    }
     std::vector<hdmbench::InclusionRow> inclusions;
     for (const auto& row : results.of(results.inclusions, machine)) {
       inclusions.push_back(row);

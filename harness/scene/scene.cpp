@@ -215,6 +215,9 @@ ScenePart build(const toml::table& root, const std::string& name, const std::str
   if (std::ranges::count_if(sources, [&](std::string_view source) { return reader.has(source); }) != 1) {
     reader.fail("shape", "tables, [image], [brain] or [random]: a scene needs exactly one of these");
   }
+  if (!options.orientation.empty() && !reader.has("brain")) {
+    throw InputError(fmt::format("the scene {} is no [brain]: it has no other orientation", name));
+  }
   TomlReader image = reader.table("image");
   TomlReader brain = reader.table("brain");
   Content content;
@@ -225,7 +228,10 @@ ScenePart build(const toml::table& root, const std::string& name, const std::str
       reader.fail("size", "is missing: [width, height]");
     }
     if (reader.has("brain")) {
-      content = read_brain_content(brain, reader, file, *size);
+      content = read_brain_content(brain, reader, file, *size, options);
+      if (!options.orientation.empty()) {
+        scene.name += fmt::format(", {}", options.orientation);
+      }
     } else if (reader.has("random")) {
       const Extent made = result.sites.extent();
       content.labels = {made, std::vector<int>(made.sites(), 1)};

@@ -128,7 +128,11 @@ void set_start_level(Scene& scene, int level);
 
 /// What the command line may change about a scene file.
 struct SceneOptions {
-  std::optional<Extent> size; ///< pixels; none: the file's own
+  std::optional<Extent> size{}; ///< pixels; none: the file's own
+  /// Of a [brain], in place of the file's: "axial", "coronal" or "sagittal". Empty: the file's, and its
+  /// slice.
+  std::string orientation{};
+  std::optional<int> slice{}; ///< of that orientation; none: the one that shows most of the brain
 };
 
 /// Whether an image, of at most 4096 x 4096 sites, is looked at closely: its scene has a picture and labels,

@@ -1,7 +1,7 @@
 #include "harness/scene/scene_content.hpp"
 
 #include "harness/scene/images/images.hpp"
-#include "harness/scene/scene.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
@@ -140,10 +140,21 @@ Content read_image_content(TomlReader& image, TomlReader& scene, const Files& fi
   return content;
 }
 
-Content read_brain_content(TomlReader& brain, TomlReader& scene, const Files& file, Extent size) {
+Content read_brain_content(TomlReader& brain, TomlReader& scene, const Files& file, Extent size,
+                           const SceneOptions& options) {
   const auto tissues = read_tissues(scene);
   const std::string name = brain.text("file");
-  const int slice = brain.integer("slice");
+  auto orientation = static_cast<Orientation>(brain.choice("orientation", orientation_names, 0));
+  std::optional<int> slice = brain.integer("slice");
+  if (!options.orientation.empty()) {
+    const auto* const found = std::ranges::find(orientation_names, options.orientation);
+    if (found == orientation_names.end()) {
+      throw InputError(fmt::format("there is no orientation \"{}\", there are {}", options.orientation,
+                                   fmt::join(orientation_names, ", ")));
+    }
+    orientation = static_cast<Orientation>(found - orientation_names.begin());
+    slice = options.slice;
+  }
   const int classes = brain.integer("classes");
   const double margin = brain.number("margin");
   if (classes < 1 || classes > 8) {
@@ -153,7 +164,7 @@ Content read_brain_content(TomlReader& brain, TomlReader& scene, const Files& fi
     brain.fail("margin", "must be at least 0 and below 0.5");
   }
   brain.finish();
-  BrainSlice found = read_brain(file(name), slice, classes, margin, size);
+  BrainSlice found = read_brain(file(name), slice, classes, margin, size, orientation);
   Content content{.labels = std::move(found.tissue),
                   .modulus = {},
                   .picture = std::move(found.picture),

@@ -2,6 +2,7 @@
 
 #include "backends/shared/cut.hpp"
 #include "harness/scene/label_field.hpp"
+#include "harness/scene/scene.hpp"
 #include "harness/scene/toml_reader.hpp"
 #include "kernels/data/level.hpp"
 
@@ -45,8 +46,8 @@ void stretch(ScalarField& picture);
                                          std::optional<Extent> size);
 
 /// [brain]: a slice of a 3-D brain, classified.
-[[nodiscard]] Content read_brain_content(TomlReader& brain, TomlReader& scene, const Files& file,
-                                         Extent size);
+[[nodiscard]] Content read_brain_content(TomlReader& brain, TomlReader& scene, const Files& file, Extent size,
+                                         const SceneOptions& options);
 
 /// [[shape]]: painted in order; the sites `part` of an image of `size`.
 [[nodiscard]] Content read_shapes_content(TomlReader& scene, Extent size, const Rectangle& part);

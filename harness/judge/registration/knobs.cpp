@@ -1,7 +1,9 @@
 #include "harness/judge/registration/knobs.hpp"
 
+#include "harness/applications/conventional_registration.hpp"
 #include "harness/applications/iterated_registration.hpp"
 #include "harness/applications/noise.hpp"
+#include "harness/applications/physical_registration.hpp"
 #include "harness/scene/row_fields.hpp"
 #include "harness/scene/sites.hpp"
 
@@ -26,8 +28,8 @@ struct Knob {
   std::string_view name;
   std::vector<double> values;
   std::function<void(Settings&, double)> turn;
-  bool registers = true; ///< means something to Algorithm 6
-  bool detects = true;
+  bool registers = true; ///< means something to Algorithms 5 and 6
+  bool detects = true;   ///< to Algorithm 7
 };
 
 void scale_label(Scene& scene, int label, double factor) {
@@ -72,6 +74,18 @@ void mistake_labels(Scene& scene, double share) {
   set_inverse_modulus(scene.full);
 }
 
+double mean_over_tissue(const VectorField& confidence, const LabelField& labels) {
+  double sum = 0.0;
+  double sites = 0.0;
+  for (std::size_t site = 0; site < labels.values.size(); ++site) {
+    if (labels.values[site] > 0) {
+      sum += 0.5 * (static_cast<double>(confidence.x[site]) + static_cast<double>(confidence.y[site]));
+      sites += 1.0;
+    }
+  }
+  return sites > 0.0 ? sum / sites : 0.0;
+}
+
 std::vector<Knob> knobs() {
   return {
       {"noise of pictures",
@@ -112,23 +126,43 @@ std::vector<Knob> knobs() {
   };
 }
 
-void register_cases(const Scene& scene, Settings settings, KnobRow& row, ElasticSession& session) {
+/// Algorithm 6, or 5 after ITK's B-splines.
+void register_cases(const Scene& scene, Settings settings, bool iterates, KnobRow& row,
+                    const Backend& backend, const SessionOptions& options) {
   Progress silent(false);
-  row.tissue = row.region = row.outliers = 0.0;
-  row.not_converged = row.folded = 0;
+  const auto session = backend.open_elastic(options);
+  const Scene told = with_elastic_energy(settings.told);
   const auto count = static_cast<double>(row.cases);
+  const auto add = [&](std::optional<double>& mean, double value) {
+    mean = mean.value_or(0.0) + value / count;
+  };
+  row.folded = 0;
   for (std::int64_t number = 0; number < row.cases; ++number) {
     settings.pair.seed = static_cast<std::uint32_t>(number + 1);
     const PlantedPair pair = plant(scene, settings.pair);
-    const IteratedRegistration found =
-        register_iteratively(pair.source, pair.target, settings.told, pair.region, {}, session, silent);
-    const RegistrationError error = error_of(found.displacement, pair, scene.labels);
-    *row.tissue += error.tissue / count;
-    *row.region += error.region / count;
-    *row.outliers += found.iterations.back().outliers / count;
-    *row.not_converged += found.converged ? 0 : 1;
+    VectorField displacement;
+    if (iterates) {
+      IteratedRegistration found =
+          register_iteratively(pair.source, pair.target, told, pair.region, {}, *session, silent);
+      add(row.outliers, found.iterations.back().outliers);
+      row.not_converged = row.not_converged.value_or(0) + (found.converged ? 0 : 1);
+      row.seconds += found.seconds / count;
+      displacement = std::move(found.displacement);
+    } else {
+      const ConventionalRegistration before =
+          register_conventionally(pair.source, pair.target, pair.region, {}, silent);
+      VectorField confidence;
+      Solution solution = make_physical(pair.source, pair.target, before.displacement, pair.region, told,
+                                        backend, options, confidence, silent);
+      add(row.conventional, error_of(before.displacement, pair, scene.labels).region);
+      add(row.believed, mean_over_tissue(confidence, told.labels));
+      row.seconds += (before.seconds + solution.timings.total()) / count;
+      displacement = std::move(solution.displacement);
+    }
+    const RegistrationError error = error_of(displacement, pair, scene.labels);
+    add(row.tissue, error.tissue);
+    add(row.region, error.region);
     *row.folded += error.folds > 0 ? 1 : 0;
-    row.seconds += found.seconds / count;
   }
 }
 
@@ -136,14 +170,17 @@ void detect_cases(const Scene& scene, Settings settings, KnobRow& row, ElasticSe
   Progress silent(false);
   std::vector<InclusionRow> found;
   std::vector<double> distances;
-  row.found = row.mistaken = 0;
+  row.found = row.mistaken = row.warned = row.mistaken_warned = 0;
   for (std::int64_t number = 0; number < row.cases; ++number) {
     settings.inclusion.seed = static_cast<std::uint32_t>(number + 1);
     for (const double contrast : {settings.inclusion.contrast, 1.0}) {
       PlantedInclusion inclusion = settings.inclusion;
       inclusion.contrast = contrast;
       const InclusionRow one = look_for(scene, settings.told, inclusion, false, session, silent);
-      (contrast == 1.0 ? *row.mistaken : *row.found) += one.score > one.by_chance ? 1 : 0;
+      if (one.score > one.by_chance) {
+        ++(contrast == 1.0 ? *row.mistaken : *row.found);
+        (contrast == 1.0 ? *row.mistaken_warned : *row.warned) += one.doubted ? 1 : 0;
+      }
       if (contrast != 1.0) {
         distances.push_back(one.distance);
       }
@@ -170,6 +207,8 @@ void list_fields(Fields& fields, KnobRow& row) {
   fields("seconds", NotNegative{row.seconds});
   fields.if_any("tissue", row.tissue);
   fields.if_any("region", row.region);
+  fields.if_any("conventional", row.conventional);
+  fields.if_any("believed", row.believed);
   fields.if_any("outliers", row.outliers);
   fields.if_any("not_converged", row.not_converged);
   fields.if_any("folded", row.folded);
@@ -177,27 +216,36 @@ void list_fields(Fields& fields, KnobRow& row) {
   fields.if_any("distance", row.distance);
   fields.if_any("found", row.found);
   fields.if_any("mistaken", row.mistaken);
+  fields.if_any("warned", row.warned);
+  fields.if_any("mistaken_warned", row.mistaken_warned);
 }
 
-std::vector<KnobRow> turn_knobs(const Scene& scene, int cases, ElasticSession& session, Progress& progress) {
+std::vector<KnobRow> turn_knobs(const Scene& scene, int cases, bool slow, const Backend& backend,
+                                const SessionOptions& options, Progress& progress) {
+  const auto session = backend.open_elastic(options);
   std::vector<KnobRow> rows;
   for (const Knob& knob : knobs()) {
-    for (const bool detects : {false, true}) {
-      if (!(detects ? knob.detects : knob.registers)) {
+    for (const std::string_view algorithm : {algorithm_5, algorithm_6, algorithm_7}) {
+      const bool detects = algorithm == algorithm_7;
+      if (!(detects ? knob.detects : knob.registers) || (algorithm == algorithm_5 && !slow)) {
         continue;
       }
       for (const double value : knob.values) {
-        progress.describe(fmt::format("rivals {}: {} {:g}", scene.name, knob.name, value));
+        progress.describe(fmt::format("rivals {}: {}, {} {:g}", scene.name, algorithm, knob.name, value));
         Settings settings{.told = scene};
         knob.turn(settings, value);
         KnobRow row{.scene = scene.name,
                     .width = scene.extent().width,
                     .height = scene.extent().height,
-                    .algorithm = std::string(detects ? algorithm_7 : algorithm_6),
+                    .algorithm = std::string(algorithm),
                     .knob = std::string(knob.name),
                     .value = value,
                     .cases = cases};
-        (detects ? detect_cases : register_cases)(scene, settings, row, session);
+        if (detects) {
+          detect_cases(scene, settings, row, *session);
+        } else {
+          register_cases(scene, settings, algorithm == algorithm_6, row, backend, options);
+        }
         rows.push_back(row);
         progress.advance(1.0);
       }

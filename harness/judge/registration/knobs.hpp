@@ -14,14 +14,17 @@ struct KnobRow {
   std::string scene;
   std::int64_t width = 0;
   std::int64_t height = 0;
-  std::string algorithm; ///< "Algorithm 6" registers a resection; "Algorithm 7" looks for inclusions
+  /// algorithm_5 and algorithm_6 register a resection, algorithm_7 looks for inclusions.
+  std::string algorithm;
   std::string knob;
   double value = 0.0;
   std::int64_t cases = 0;
   double seconds = 0.0; ///< of a case, mean
-  // Algorithm 6, means over the cases
-  std::optional<double> tissue{};   ///< error, pixels
-  std::optional<double> region{};   ///< error, pixels
+  // Algorithms 5 and 6, means over the cases
+  std::optional<double> tissue{};       ///< error, pixels
+  std::optional<double> region{};       ///< error, pixels
+  std::optional<double> conventional{}; ///< of 5: error in the region of the registration before it, pixels
+  std::optional<double> believed{};     ///< of 5: mean confidence in that registration over tissue
   std::optional<double> outliers{}; ///< share of the sites that do not match, as the last iteration saw them
   std::optional<std::int64_t> not_converged{}; ///< cases
   std::optional<std::int64_t> folded{};        ///< cases with folds
@@ -30,12 +33,15 @@ struct KnobRow {
   std::optional<double> distance{};       ///< error of the position, median, pixels
   std::optional<std::int64_t> found{};    ///< of the cases with an inclusion, more than chance
   std::optional<std::int64_t> mistaken{}; ///< of as many without
+  std::optional<std::int64_t> warned{}; ///< of `found`: the picture shows another tissue than the label says
+  std::optional<std::int64_t> mistaken_warned{}; ///< of `mistaken`
 };
 void list_fields(Fields& fields, KnobRow& row);
 
 /// Turns noise, size, contrast and what is told of Poisson's ratio, of moduli and of labels. Each row is that
-/// of `cases` seeds.
-[[nodiscard]] std::vector<KnobRow> turn_knobs(const Scene& scene, int cases, ElasticSession& session,
+/// of `cases` seeds. Without `slow` Algorithm 5 is left out.
+[[nodiscard]] std::vector<KnobRow> turn_knobs(const Scene& scene, int cases, bool slow,
+                                              const Backend& backend, const SessionOptions& session,
                                               Progress& progress);
 
 } // namespace hdmbench

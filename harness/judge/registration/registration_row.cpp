@@ -68,6 +68,8 @@ void list_fields(Fields& fields, DetectionRow& row) {
   fields("contrast", row.contrast);
   fields("position_deviation", row.position_deviation);
   fields("contrast_deviation", row.contrast_deviation);
+  fields.if_any("looks_like", row.looks_like);
+  fields.if_any("doubted", row.doubted);
   fields.if_any("modulus", row.modulus);
   fields.if_any("deviation", row.deviation);
   fields.if_any("detection", row.detection);

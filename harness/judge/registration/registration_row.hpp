@@ -79,6 +79,8 @@ struct DetectionRow {
   double contrast = 1.0;           ///< modulus over the label's
   double position_deviation = 0.0; ///< standard deviation by noise, pixels
   double contrast_deviation = 0.0; ///< of the logarithm
+  std::optional<int> looks_like{}; ///< the label of the tissue that the picture shows there, if not its own
+  std::optional<double> doubted{}; ///< share of the disc where it does
   std::string modulus{};
   std::string deviation{};
   std::string detection{};

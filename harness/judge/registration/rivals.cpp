@@ -1,13 +1,11 @@
 #include "harness/judge/registration/rivals.hpp"
 
-#include "harness/applications/conventional_registration.hpp"
 #include "harness/applications/detection.hpp"
 #include "harness/applications/iterated_registration.hpp"
+#include "harness/applications/label_doubt.hpp"
 #include "harness/applications/noise.hpp"
-#include "harness/applications/physical_registration.hpp"
 #include "harness/applications/picture.hpp"
 #include "harness/judge/diagnosis/folding.hpp"
-#include "harness/scene/method.hpp"
 #include "harness/scene/row_fields.hpp"
 #include "harness/scene/sites.hpp"
 #include "harness/solve/methods/solver.hpp"
@@ -133,6 +131,7 @@ void list_fields(Fields& fields, InclusionRow& row) {
   fields("place_score", row.place_score);
   fields("distance", row.distance);
   fields("found_contrast", row.found_contrast);
+  fields.newer("doubted", row.doubted);
   fields("seconds", NotNegative{row.seconds});
 }
 
@@ -175,30 +174,32 @@ RegistrationError error_of(const VectorField& displacement, const PlantedPair& p
     std::ranges::nth_element(all, most);
     error.tissue_95 = *most;
   }
-  const ScalarField areas = least_area_ratios(displacement);
-  for_each_site(areas.extent, [&](int x, int y) {
-    error.folds += labels.values[extent.index(x, y)] > 0 && !(areas.values[areas.extent.index(x, y)] > 0.0F);
-  });
+  error.folds = folds_of(displacement, labels);
   return error;
+}
+
+std::int64_t folds_of(const VectorField& displacement, const LabelField& labels) {
+  const ScalarField areas = least_area_ratios(displacement);
+  std::int64_t folds = 0;
+  for_each_site(areas.extent, [&](int x, int y) {
+    folds += labels.values[labels.extent.index(x, y)] > 0 && !(areas.values[areas.extent.index(x, y)] > 0.0F);
+  });
+  return folds;
 }
 
 std::vector<RivalRow> compare_rivals(const Scene& scene, const PlantedOptions& planted, bool slow,
                                      const Backend& backend, const SessionOptions& session,
                                      Progress& progress) {
-  Scene elastic = scene;
-  if (elastic.energy != EnergyModel::elastic) {
-    use_method(elastic, usual_method(EnergyModel::elastic));
-  }
+  const Scene elastic = with_elastic_energy(scene);
   const auto what = planted_names[static_cast<std::size_t>(planted.kind)];
-  progress.describe(fmt::format("rivals {}: {}", scene.name, what));
+  const std::string caption = fmt::format("rivals {}: {}", scene.name, what);
+  progress.describe(caption);
   const PlantedPair pair = plant(scene, planted);
   const bool looks_different = planted.kind != Planted::pressure;
-  const ScalarField unseen = looks_different ? pair.region : ScalarField{};
   std::vector<RivalRow> rows;
-  const auto add = [&](std::string_view method, const VectorField& displacement, double seconds,
-                       bool knows_region) {
+  const auto add = [&](const RegisteredPair& registered) {
     RivalRow row;
-    static_cast<RegistrationError&>(row) = error_of(displacement, pair, scene.labels);
+    static_cast<RegistrationError&>(row) = error_of(registered.displacement, pair, scene.labels);
     row.scene = scene.name;
     row.width = scene.extent().width;
     row.height = scene.extent().height;
@@ -207,42 +208,15 @@ std::vector<RivalRow> compare_rivals(const Scene& scene, const PlantedOptions& p
     row.noise = planted.noise;
     row.other_gray = planted.other_gray;
     row.seed = planted.seed;
-    row.method = method;
-    row.knows_region = knows_region;
-    row.seconds = seconds;
+    row.method = registered.method;
+    row.knows_region = registered.knows_region;
+    row.seconds = registered.seconds;
     rows.push_back(row);
-    progress.advance(1.0);
   };
-  Progress silent(false);
-  add(not_registered, VectorField(scene.extent()), 0.0, false);
-  for (const Conventional method : {Conventional::b_splines, Conventional::gaussian, Conventional::demons}) {
-    const std::string_view name = conventional_names[static_cast<std::size_t>(method)];
-    const bool is_demons = method == Conventional::demons;
-    if (!slow && !is_demons) {
-      continue;
-    }
-    progress.describe(fmt::format("rivals {}: {}, ITK's {}", scene.name, what, name));
-    const ConventionalRegistration found =
-        register_conventionally(pair.source, pair.target, unseen, {.method = method}, silent);
-    add(fmt::format("ITK {}", name), found.displacement, found.seconds, looks_different && !is_demons);
-    if (method == Conventional::b_splines) {
-      VectorField confidence;
-      const Solution solution = make_physical(pair.source, pair.target, found.displacement, pair.region,
-                                              elastic, backend, session, confidence, silent);
-      add(algorithm_5, solution.displacement, found.seconds + solution.timings.total(), true);
-    }
-  }
-  progress.describe(fmt::format("rivals {}: {}, Algorithm 6", scene.name, what));
-  const auto elastic_session = backend.open_elastic(session);
-  const auto iterated = [&](const IteratedOptions& options) {
-    return register_iteratively(pair.source, pair.target, elastic, unseen, options, *elastic_session, silent);
-  };
-  const IteratedRegistration ours = iterated({});
-  add(algorithm_6, ours.displacement, ours.seconds, looks_different);
-  const IteratedRegistration gaussian =
-      iterated({.iterations = 60, .stiffness = 0.3, .gaussian = 2.0, .smallest_step = 0.01});
-  add(gaussian_6, gaussian.displacement, gaussian.seconds, looks_different);
-  add(truth_outside, given_outside(elastic, pair, looks_different, backend, session, silent), 0.0, true);
+  register_every_way({pair.source, pair.target, pair.region, looks_different}, elastic, slow, backend,
+                     session, caption, progress, add);
+  add({std::string(truth_outside), given_outside(elastic, pair, looks_different, backend, session, progress),
+       0.0, true});
   return rows;
 }
 
@@ -263,11 +237,12 @@ InclusionRow look_for(const Scene& scene, const Scene& told, const PlantedInclus
   const PlantedField field = plant(scene, planted);
   Progress silent(false);
   const DetectionOptions quick{.repetitions = 0};
+  const PlantedPair pair =
+      pictures_of(scene, field, pictures ? inclusion.noise : PlantedOptions{}.noise, inclusion.seed);
   const auto detect = [&] {
     if (!pictures) {
       return detect_modulus(field.observed, field.region, told, quick, session, silent);
     }
-    const PlantedPair pair = pictures_of(scene, field, inclusion.noise, inclusion.seed);
     const IteratedRegistration registered =
         register_iteratively(pair.source, pair.target, told, {}, {}, session, silent);
     Detection found = detect_modulus(pair.source, pair.target, registered.displacement, field.region, told,
@@ -289,6 +264,7 @@ InclusionRow look_for(const Scene& scene, const Scene& told, const PlantedInclus
                    .by_chance = std::ranges::max(found.by_chance),
                    .distance = std::hypot(found.x - field.x, found.y - field.y),
                    .found_contrast = found.contrast,
+                   .doubted = doubt_labels(pair.source, told, found).is_serious(),
                    .seconds = found.seconds};
   for_each_site(scene.extent(), [&](int x, int y) {
     if (std::hypot(x - field.x, y - field.y) < 1.0) {

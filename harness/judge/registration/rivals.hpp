@@ -2,6 +2,7 @@
 
 #include "backends/backend.hpp"
 #include "harness/judge/registration/planted.hpp"
+#include "harness/judge/registration/ways.hpp"
 #include "harness/solve/progress.hpp"
 
 #include <cstdint>
@@ -29,6 +30,9 @@ void list_fields(Fields& fields, RegistrationError& error);
 [[nodiscard]] RegistrationError error_of(const VectorField& displacement, const PlantedPair& pair,
                                          const LabelField& labels);
 
+/// Cells of tissue (label > 0) that are turned over.
+[[nodiscard]] std::int64_t folds_of(const VectorField& displacement, const LabelField& labels);
+
 /// A row of `rivals`: one way to register one planted pair.
 struct RivalRow : RegistrationError {
   std::string scene;
@@ -45,16 +49,9 @@ struct RivalRow : RegistrationError {
 };
 void list_fields(Fields& fields, RivalRow& row);
 
-inline constexpr std::string_view not_registered = "no registration";
-inline constexpr std::string_view algorithm_5 = "Algorithm 5 after b-splines";
-inline constexpr std::string_view algorithm_6 = "Algorithm 6";
-inline constexpr std::string_view algorithm_7 = "Algorithm 7";
-inline constexpr std::string_view gaussian_6 = "Algorithm 6, Gaussian in place of the elastic energy";
 inline constexpr std::string_view truth_outside = "the truth given outside the region";
 
-/// Every way in one run. All but demons are told the region where something looks different afterwards
-/// (growth, resection). The scene's moduli and Poisson's ratio are those of the solver. Without `slow` ITK's
-/// mutual information, and with it Algorithm 5, is left out.
+/// Every way on a planted pair (register_every_way).
 [[nodiscard]] std::vector<RivalRow> compare_rivals(const Scene& scene, const PlantedOptions& planted,
                                                    bool slow, const Backend& backend,
                                                    const SessionOptions& session, Progress& progress);
@@ -76,6 +73,7 @@ struct InclusionRow {
   double distance =
       0.0; ///< of the disc that explains the displacement best from the inclusion's centre, pixels
   double found_contrast = 1.0; ///< of that disc
+  bool doubted = false;        ///< the picture shows another tissue there than the label says
   double seconds = 0.0;
 };
 void list_fields(Fields& fields, InclusionRow& row);

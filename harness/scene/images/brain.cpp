@@ -14,6 +14,7 @@
 #include <itkRelabelComponentImageFilter.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -27,15 +28,17 @@ InputError unusable(const std::filesystem::path& file, std::string_view why) {
   return InputError(fmt::format("cannot take a brain from the image {}: {}", file.string(), why));
 }
 
-/// An axial slice as the file samples it.
+/// A slice as the file samples it.
 struct Native {
   ScalarField intensity;
   double spacing_x = 1.0; ///< millimetres
   double spacing_y = 1.0;
 };
 
-Native read_axial(const std::filesystem::path& file, int slice) {
-  using Volume = itk::Image<float, 3>;
+using Volume = itk::Image<float, 3>;
+
+/// Right to left, anterior to posterior, inferior to superior.
+Volume::Pointer read_volume(const std::filesystem::path& file) {
   const auto pixels = images::read_pixels(file);
   if (pixels->GetNumberOfComponentsPerPixel() != 1) {
     throw unusable(file, fmt::format("it has {} components per pixel, 1 is expected",
@@ -45,29 +48,71 @@ Native read_axial(const std::filesystem::path& file, int slice) {
   volume->CopyInformation(pixels);
   volume->SetRegions(pixels->GetLargestPossibleRegion());
   volume->SetPixelContainer(pixels->GetPixelContainer());
-
-  // Right to left, anterior to posterior, inferior to superior: rows of an axial slice begin in front.
   const auto orient = itk::OrientImageFilter<Volume, Volume>::New();
   orient->SetInput(volume);
   orient->UseImageDirectionOn();
   orient->SetDesiredCoordinateOrientationToAxial();
   orient->Update();
-  const auto* const axial = orient->GetOutput();
+  return orient->GetOutput();
+}
 
-  const auto size = axial->GetLargestPossibleRegion().GetSize();
-  if (slice < 0 || slice >= static_cast<long>(size[2])) {
-    throw unusable(file, fmt::format("there is no axial slice {}, it has the slices 0 ... {} from below",
-                                     slice, size[2] - 1));
+/// Axes of a volume as read_volume gives it: of columns, of rows (the third of them from above) and of
+/// slices.
+std::array<unsigned, 3> axes_of(Orientation orientation) {
+  switch (orientation) {
+  case Orientation::coronal:
+    return {0, 2, 1};
+  case Orientation::sagittal:
+    return {1, 2, 0};
+  default:
+    return {0, 1, 2};
   }
+}
+
+Native slice_of(const Volume& volume, Orientation orientation, int slice) {
+  const auto size = volume.GetLargestPossibleRegion().GetSize();
+  const auto [across, down, through] = axes_of(orientation);
   Native native;
-  native.intensity = ScalarField({static_cast<int>(size[0]), static_cast<int>(size[1])});
-  native.spacing_x = axial->GetSpacing()[0];
-  native.spacing_y = axial->GetSpacing()[1];
-  const std::size_t sites = native.intensity.extent.sites();
-  std::copy_n(axial->GetBufferPointer() + static_cast<std::size_t>(slice) * sites, sites,
-              native.intensity.values.begin());
+  native.intensity = ScalarField({static_cast<int>(size[across]), static_cast<int>(size[down])});
+  native.spacing_x = volume.GetSpacing()[across];
+  native.spacing_y = volume.GetSpacing()[down];
+  const Extent extent = native.intensity.extent;
+  for_each_site(extent, [&](int x, int y) {
+    Volume::IndexType at = volume.GetLargestPossibleRegion().GetIndex();
+    at[across] += x;
+    at[down] += down == 2 ? extent.height - 1 - y : y;
+    at[through] += slice;
+    native.intensity.values[extent.index(x, y)] = volume.GetPixel(at);
+  });
+  return native;
+}
+
+/// The slice with the most pixels above 0.
+int fullest_slice(const Volume& volume, Orientation orientation, int slices) {
+  std::vector<std::ptrdiff_t> counts;
+  for (int slice = 0; slice < slices; ++slice) {
+    counts.push_back(std::ranges::count_if(slice_of(volume, orientation, slice).intensity.values,
+                                           [](float value) { return value > 0.0F; }));
+  }
+  return static_cast<int>(std::ranges::max_element(counts) - counts.begin());
+}
+
+Native read_slice(const std::filesystem::path& file, Orientation orientation, std::optional<int> wanted) {
+  const auto volume = read_volume(file);
+  const auto name = orientation_names[static_cast<std::size_t>(orientation)];
+  const auto slices = static_cast<int>(volume->GetLargestPossibleRegion().GetSize()[axes_of(orientation)[2]]);
+  const int slice = wanted ? *wanted : fullest_slice(*volume, orientation, slices);
+  if (slice < 0 || slice >= slices) {
+    constexpr std::array first{"below", "the front", "the patient's right"};
+    throw unusable(file, fmt::format("there is no {} slice {}, it has the slices 0 ... {} from {}", name,
+                                     slice, slices - 1, first[static_cast<std::size_t>(orientation)]));
+  }
+  Native native = slice_of(*volume, orientation, slice);
   if (!std::ranges::all_of(native.intensity.values, [](float value) { return std::isfinite(value); })) {
-    throw unusable(file, fmt::format("axial slice {} has values that are not finite", slice));
+    throw unusable(file, fmt::format("{} slice {} has values that are not finite", name, slice));
+  }
+  if (std::ranges::none_of(native.intensity.values, [](float value) { return value > 0.0F; })) {
+    throw unusable(file, fmt::format("{} slice {} has no pixel > 0", name, slice));
   }
   return native;
 }
@@ -161,7 +206,8 @@ std::vector<double> otsu_thresholds(const ScalarField& intensity, const ScalarFi
 
 } // namespace
 
-BrainSlice read_brain(const std::filesystem::path& file, int slice, int classes, double margin, Extent size) {
+BrainSlice read_brain(const std::filesystem::path& file, std::optional<int> slice, int classes, double margin,
+                      Extent size, Orientation orientation) {
   if (classes < 1 || classes > most_classes) {
     throw unusable(file, fmt::format("{} tissue classes, there may be 1 to {}", classes, most_classes));
   }
@@ -173,12 +219,9 @@ BrainSlice read_brain(const std::filesystem::path& file, int slice, int classes,
     throw unusable(file, fmt::format("a grid of {} x {} pixels", size.width, size.height));
   }
   try {
-    const Native native = read_axial(file, slice);
+    const Native native = read_slice(file, orientation, slice);
     const ScalarField native_mask = largest_part(native.intensity, 0.0F);
     const Box box = bounding_box(native_mask);
-    if (box.right < box.left) {
-      throw unusable(file, fmt::format("axial slice {} has no pixel > 0", slice));
-    }
     const std::vector<double> thresholds = otsu_thresholds(native.intensity, native_mask, classes);
     const float brightest = std::ranges::max(native.intensity.values);
 

@@ -3,9 +3,11 @@
 #include "harness/scene/label_field.hpp"
 #include "kernels/data/field.hpp"
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <span>
+#include <string_view>
 
 /// Image files through ITK: NRRD, MetaImage, NIfTI, PNG, JPEG and TIFF. Where the project is built without it
 /// (-DHDMBENCH_IMAGES=OFF) every function that takes a file throws InputError that says so; have_images()
@@ -42,19 +44,27 @@ struct ReadOptions {
 [[nodiscard]] Image<VectorField> read_vector(const std::filesystem::path& file,
                                              const ReadOptions& options = {});
 
+/// Which way a slice of a volume lies, and what scene files call it.
+enum class Orientation {
+  axial,   ///< counted from below; rows begin in front, columns at the patient's right
+  coronal, ///< counted from the front; rows begin above, columns at the patient's right
+  sagittal ///< counted from the patient's right; rows begin above, columns in front
+};
+inline constexpr std::array<std::string_view, 3> orientation_names{"axial", "coronal", "sagittal"};
+
 /// A slice of a brain without skull. picture is 0 exactly where tissue is 0, but for dark spots inside.
 struct BrainSlice {
   ScalarField picture; ///< gray values 0 ... 255
   LabelField tissue; ///< 0 outside the brain, then 1 ... classes by rising brightness; one part without holes
   double spacing = 1.0;
 };
-/// A 3-D image whose background is 0, turned as its header says: anterior up, the patient's right on the
-/// left. `slice` counts axial slices from below. The grid has `size` pixels with the brain centred and at
+/// A 3-D image whose background is 0, turned as its header says. No `slice`: the one that shows most of the
+/// brain. The grid has `size` pixels with the brain centred and at
 /// least `margin` (a fraction of the shorter side, 0 <= margin < 0.5) free around it. `classes`, 1 ... 4,
 /// tissue classes by ITK's multi-Otsu thresholds of the brain's pixels as the file has them, so that they do
 /// not depend on `size`.
-[[nodiscard]] BrainSlice read_brain(const std::filesystem::path& file, int slice, int classes, double margin,
-                                    Extent size);
+[[nodiscard]] BrainSlice read_brain(const std::filesystem::path& file, std::optional<int> slice, int classes,
+                                    double margin, Extent size, Orientation orientation = Orientation::axial);
 
 /// Writes displacement * spacing in millimetres as a W x H x 1 image of 3-vectors (z = 0) that ITK, 3D Slicer
 /// and ParaView open; .nrrd or .mha by the extension. The header carries the direction of the mapping and the
@@ -79,9 +89,10 @@ void write_png(const std::filesystem::path& file, const ScalarField& picture);
 void write_magnitude_png(const std::filesystem::path& file, const VectorField& displacement, double largest);
 
 /// 8-bit colour PNG of one signed value per site in raster order: blue = -`largest` and beyond, white = 0,
-/// red = `largest`. Written beside the target and renamed.
+/// red = `largest`. With a `picture` (gray values 0 ... 255) they are painted over it, in place of white.
+/// Written beside the target and renamed.
 void write_signed_png(const std::filesystem::path& file, Extent extent, std::span<const float> values,
-                      double largest);
+                      double largest, const ScalarField& picture = {});
 
 /// The picture after the deformation: the gray value at site s moves to s + d_s, linear between sites; the
 /// mean where the field folds over itself, 0 where nothing arrives. The time grows with the area that pixels

@@ -35,7 +35,8 @@ Image<VectorField> read_vector(const std::filesystem::path& file, const ReadOpti
   refuse(file);
 }
 
-BrainSlice read_brain(const std::filesystem::path& file, int, int, double, Extent) {
+BrainSlice read_brain(const std::filesystem::path& file, std::optional<int>, int, double, Extent,
+                      Orientation) {
   refuse(file);
 }
 
@@ -63,7 +64,8 @@ void write_magnitude_png(const std::filesystem::path& file, const VectorField&, 
   refuse(file);
 }
 
-void write_signed_png(const std::filesystem::path& file, Extent, std::span<const float>, double) {
+void write_signed_png(const std::filesystem::path& file, Extent, std::span<const float>, double,
+                      const ScalarField&) {
   refuse(file);
 }
 

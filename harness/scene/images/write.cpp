@@ -227,18 +227,21 @@ void write_magnitude_png(const std::filesystem::path& file, const VectorField& d
 }
 
 void write_signed_png(const std::filesystem::path& file, Extent extent, std::span<const float> values,
-                      double largest) {
+                      double largest, const ScalarField& picture) {
   require_png(file);
-  if (values.size() != extent.sites() ||
+  if (values.size() != extent.sites() || (!picture.values.empty() && picture.extent != extent) ||
       !std::ranges::all_of(values, [](float v) { return std::isfinite(v); })) {
     throw unwritable(file, "the values are not finite or not one per site");
   }
   write_colours(file, extent, [&](std::size_t site) {
     const double fraction = std::clamp(static_cast<double>(values[site]) / largest, -1.0, 1.0);
     const Colour end = fraction < 0.0 ? Colour{20, 70, 180} : Colour{180, 30, 30};
-    const double share = std::abs(fraction);
-    return Colour{std::lerp(255.0, end.red, share), std::lerp(255.0, end.green, share),
-                  std::lerp(255.0, end.blue, share)};
+    // Some of the picture is seen through the strongest colour.
+    const double gray =
+        picture.values.empty() ? 255.0 : std::clamp(static_cast<double>(picture.values[site]), 0.0, 255.0);
+    const double share = (picture.values.empty() ? 1.0 : 0.7) * std::abs(fraction);
+    return Colour{std::lerp(gray, end.red, share), std::lerp(gray, end.green, share),
+                  std::lerp(gray, end.blue, share)};
   });
 }
 

@@ -1,0 +1,49 @@
+#pragma once
+
+#include "backends/backend.hpp"
+#include "harness/scene/scene.hpp"
+#include "harness/solve/progress.hpp"
+
+#include <functional>
+#include <string>
+#include <string_view>
+
+namespace hdmbench {
+
+inline constexpr std::string_view not_registered = "no registration";
+inline constexpr std::string_view by_elastix = "elastix b-splines";
+inline constexpr std::string_view algorithm_5 = "Algorithm 5 after b-splines";
+inline constexpr std::string_view algorithm_5_after_6 =
+    "Algorithm 5 after Algorithm 6 that does not look in the region";
+inline constexpr std::string_view algorithm_6 = "Algorithm 6";
+inline constexpr std::string_view algorithm_7 = "Algorithm 7";
+inline constexpr std::string_view gaussian_6 = "Algorithm 6, Gaussian in place of the elastic energy";
+
+/// What one way of registering made of a pair.
+struct RegisteredPair {
+  std::string method;
+  VectorField displacement; ///< pixels
+  double seconds = 0.0;
+  bool knows_region = false; ///< was told where the region of interest is
+};
+
+/// A pair to be registered by every way.
+struct PairToRegister {
+  const ScalarField& source;
+  const ScalarField& target;
+  const ScalarField& region;    ///< of interest, which Algorithm 5 does not believe; all 0: none
+  bool looks_different = false; ///< the region does, afterwards: the others do not look there either
+};
+
+/// Every way in turn, `take` gets each. All but demons are told the region where it looks different. The
+/// scene's moduli and Poisson's ratio are those of the solver, which minimises the elastic energy whatever
+/// the scene's own. Without `slow` mutual information, and with it Algorithm 5, is left out, without elastix
+/// on this machine its way. `caption` begins what is shown as progress.
+void register_every_way(const PairToRegister& pair, const Scene& scene, bool slow, const Backend& backend,
+                        const SessionOptions& session, const std::string& caption, Progress& progress,
+                        const std::function<void(const RegisteredPair&)>& take);
+
+/// The scene with the elastic energy: itself where that is its own.
+[[nodiscard]] Scene with_elastic_energy(Scene scene);
+
+} // namespace hdmbench
