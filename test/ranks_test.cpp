@@ -499,8 +499,10 @@ TEST_F(RankProgram, ErrorsEndAllWithStatusTwoAndOneSentence) {
                  "bench --scaling models icm and closed-form, not multigrid");
   expect_refusal("run square --size 20 --halo 6" + out, "--halo 6: a multiple of 4");
   expect_refusal("run square --size 20 --energy elastic --halo 3" + out, "a multiple of 2");
-  expect_refusal("run square --size 20 --method multigrid --halo 8" + out, "--halo 8: a halo of 12 is as wide as");
-  expect_refusal("run square --size 20 --energy elastic --stride 4" + out, "--stride, which makes a small image");
+  expect_refusal("run square --size 20 --method multigrid --halo 8" + out,
+                 "--halo 8: a halo of 12 is as wide as");
+  expect_refusal("run square --size 20 --energy elastic --stride 4" + out,
+                 "--stride, which makes a small image");
   expect_refusal("run square --size 20 --energy elastic --robust 1" + out, "--robust, which solves again");
   expect_refusal("run tie-rich --size 1x20 --energy elastic" + out, "at least 2 x 2 pixels");
   expect_refusal("devices --measure", "tell of one process");

@@ -157,7 +157,8 @@ private:
     ScenePart part = load_scene_part(scene_, {.size = extent}, loaded);
     arguments_.schedule.apply(part.scene);
     require_shareable(part.scene);
-    if (sharing_for(part.scene.schedule, sharing_of(count)) != sharing_of(count)) {
+    if (part.scene.energy == EnergyModel::hdm &&
+        sharing_for(part.scene.schedule, Sharing{}) != Sharing{}) { // whose pieces are rows
       throw InputError(
           fmt::format("bench --scaling models icm and closed-form, not {}; run tells its seconds",
                       part.scene.schedule.method));

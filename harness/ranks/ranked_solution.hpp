@@ -45,8 +45,8 @@ struct Sharing {
   /// > 0: pieces are whole rows, at least so many, where there are so many: for what is summed up over the
   /// image row by row, and for random numbers (seed_from_row()).
   int fewest_rows = 0;
-  /// Where `halo` is 0: of 8, 16, 32, 64 sites the width with which a sweep and its share of a renewal take the
-  /// shortest.
+  /// Where `halo` is 0: of 8, 16, 32, 64 sites the width with which a sweep and its share of a renewal take
+  /// the shortest.
   std::optional<HaloCosts> costs{};
 
   bool operator==(const Sharing&) const = default;
