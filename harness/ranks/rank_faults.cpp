@@ -180,6 +180,7 @@ std::vector<RankFault> rank_faults() {
                                         }}));
   all.push_back(of_method("cascade", {.name = "sums-of-moduli-forgotten",
                                       .what = "a mean lacks the rows of the rank above",
+                                      .ranks = 3, // two share no row of a level of the images of `faults`
                                       .in_sums = forget}));
   return all;
 }

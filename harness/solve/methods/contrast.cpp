@@ -5,14 +5,15 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace hdmbench {
 
 ModulusRange modulus_range(const ScalarField& modulus) {
   const std::vector<float>& values = modulus.values;
-  std::int32_t softest = ordered_bits(values.front());
-  std::int32_t stiffest = softest;
+  std::int32_t softest = ordered_bits(std::numeric_limits<float>::max());
+  std::int32_t stiffest = 0;
 #pragma omp simd reduction(min : softest) reduction(max : stiffest)
   for (std::size_t i = 0; i < values.size(); ++i) {
     const std::int32_t own = ordered_bits(values[i]);

@@ -10,7 +10,7 @@ struct ModulusRange {
   double stiffest = 0.0;
 };
 
-/// Of moduli > 0, at least one.
+/// Of moduli > 0. Of none: the largest float and 0, which other parts of an image change.
 [[nodiscard]] ModulusRange modulus_range(const ScalarField& modulus);
 
 /// The stiffest over the softest of an image's moduli, which are > 0. >= 1
