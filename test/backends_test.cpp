@@ -240,6 +240,10 @@ TEST_P(BackendTest, AnImageBeyondTheDevicesLimitIsCutOrRefusedWhereItCannotBe) {
     }
   }
   expect_same(test::random_problem({9, 9}, test::Texture::smooth, 14), 2, "after a refused level");
+  if (extent.width > extent.height) { // rows are what annealing can be cut into
+    expect_same(test::random_problem({5, 70000}, test::Texture::smooth, 13, {}, Rule::annealing), 2,
+                "annealing, cut in rows");
+  }
   expect_same(test::random_problem(extent, test::Texture::tie_rich, 15), 3, "cut");
   expect_same(
       test::random_problem(extent, test::Texture::smooth, 16, {}, Rule::closed_form, Update::coloured), 3,

@@ -43,7 +43,8 @@ void CutSession::load_pieces(const Level& level, const TooLarge& error) {
     const bool in_rows = level.rule == Rule::annealing; // as its random numbers want
     Cut cut = in_rows ? cut_rows(level.extent, count) : cut_image(level.extent, count);
     if (cut.pieces.empty()) {
-      throw TooLarge(fmt::format("{}; nor do pieces of it fit: {}", error.what(), of_piece));
+      throw TooLarge(fmt::format("{}; nor do pieces of it fit{}: {}", error.what(),
+                                 in_rows ? ", which annealing needs in whole rows" : "", of_piece));
     }
     try {
       std::vector<PieceSweeps::Own> own;
