@@ -86,7 +86,7 @@ private:
 constexpr std::array asked_for{1.0, 0.2, 0.02};
 
 /// Estimates and margins were fitted to scenes before this one.
-constexpr std::uint64_t first_seed = 3001;
+constexpr std::uint64_t first_seed = 13001;
 
 TEST(Promise, OfTheElasticEnergyIsKept) {
   std::vector<std::unique_ptr<Session>> none;
@@ -230,7 +230,7 @@ TEST(Promise, OfTheEnergyThatIsChosenIsKeptWhereTissueIsThin) {
   std::vector<std::unique_ptr<Session>> sessions;
   Promises promises;
   int simple = 0;
-  for (std::uint64_t seed = 7001; seed <= 7060; ++seed) {
+  for (std::uint64_t seed = first_seed; seed < first_seed + 60; ++seed) {
     Scene scene = scene_with_lines(seed, 3.2, 32.0);
     use_method(scene, usual_method(EnergyModel::elastic));
     const ReferenceField truth(

@@ -2,7 +2,6 @@
 
 #include "harness/scene/method.hpp"
 #include "harness/solve/field_norms.hpp"
-#include "harness/solve/methods/contrast.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/methods/robust_observations.hpp"
 #include "harness/solve/methods/sampled_image.hpp"
@@ -10,6 +9,7 @@
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
+#include "kernels/data/modulus_range.hpp"
 
 #include <fmt/format.h>
 

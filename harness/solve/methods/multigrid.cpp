@@ -1,8 +1,8 @@
 #include "harness/solve/methods/multigrid.hpp"
 
-#include "harness/solve/methods/contrast.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/input_error.hpp"
+#include "kernels/data/modulus_range.hpp"
 
 #include <fmt/format.h>
 

@@ -1,11 +1,11 @@
 #include "harness/solve/methods/robust_observations.hpp"
 
 #include "harness/solve/field_norms.hpp"
-#include "harness/solve/methods/contrast.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
+#include "kernels/data/modulus_range.hpp"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,6 @@
 #include "harness/solve/planner/elastic_planner.hpp"
 
 #include "harness/solve/field_norms.hpp"
-#include "harness/solve/methods/contrast.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/methods/robust_observations.hpp"
@@ -11,6 +10,7 @@
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
+#include "kernels/data/modulus_range.hpp"
 
 #include <fmt/format.h>
 
@@ -35,8 +35,7 @@ constexpr int looked_at = 33;
 /// request: between two levels there is one difference, and it can be small by chance.
 constexpr double caution_before_interpolation = 2.0;
 
-/// Of that error: what it turns out to be on most scenes, others than those of test/promise_test. What is
-/// asked for is compared with the whole of it.
+/// Of that error: what it turns out to be on most scenes. What is asked for is compared with the whole of it.
 constexpr double likely_share = 0.5;
 
 /// The full image, then those with 4, 8, ... pixels a cell.

@@ -1,22 +1,18 @@
 #include "kernels/data/elastic/free_parts.hpp"
 
 #include "kernels/data/input_error.hpp"
-#include "kernels/data/ordered_bits.hpp"
+#include "kernels/data/modulus_range.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <map>
 #include <numeric>
 
 namespace hdmbench {
 
 namespace {
-
-/// Below this many sites threads cost more than they bring.
-constexpr std::size_t sites_worth_threads = 1 << 15;
 
 /// Sets of sites that are joined one by one (union-find); a set is named by its first site.
 class Parts {
@@ -94,17 +90,9 @@ std::string Hold::freedom() const {
 
 void require_parts_held(const Level& level) {
   const std::vector<float>& modulus = level.modulus.values;
-  const bool large = modulus.size() > sites_worth_threads;
-  std::int32_t softest = ordered_bits(modulus.front());
-  std::int32_t stiffest = softest;
-#pragma omp parallel for simd if (large) reduction(min : softest) reduction(max : stiffest)
-  for (std::size_t i = 0; i < modulus.size(); ++i) {
-    const std::int32_t own = ordered_bits(modulus[i]);
-    softest = own < softest ? own : softest;
-    stiffest = own > stiffest ? own : stiffest;
-  }
-  const float least = void_share * std::bit_cast<float>(stiffest);
-  if (std::bit_cast<float>(softest) >= least) {
+  const ModulusRange range = modulus_range(level.modulus);
+  const float least = void_share * static_cast<float>(range.stiffest);
+  if (static_cast<float>(range.softest) >= least) {
     return;
   }
   const Extent extent = level.extent;

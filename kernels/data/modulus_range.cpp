@@ -1,4 +1,4 @@
-#include "harness/solve/methods/contrast.hpp"
+#include "kernels/data/modulus_range.hpp"
 
 #include "kernels/data/ordered_bits.hpp"
 
@@ -10,11 +10,21 @@
 
 namespace hdmbench {
 
+namespace {
+
+/// Below this many sites threads cost more than they bring.
+constexpr std::size_t sites_worth_threads = 1 << 15;
+
+} // namespace
+
 ModulusRange modulus_range(const ScalarField& modulus) {
   const std::vector<float>& values = modulus.values;
   std::int32_t softest = ordered_bits(std::numeric_limits<float>::max());
   std::int32_t stiffest = 0;
-#pragma omp simd reduction(min : softest) reduction(max : stiffest)
+#pragma omp parallel for simd if (values.size() > sites_worth_threads) reduction(min                         \
+                                                                                 : softest)                  \
+    reduction(max                                                                                            \
+              : stiffest)
   for (std::size_t i = 0; i < values.size(); ++i) {
     const std::int32_t own = ordered_bits(values[i]);
     softest = own < softest ? own : softest;
