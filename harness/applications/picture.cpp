@@ -1,6 +1,7 @@
 #include "harness/applications/picture.hpp"
 
 #include "harness/scene/sites.hpp"
+#include "kernels/data/sites_worth_threads.hpp"
 
 #include <cmath>
 #include <vector>
@@ -24,7 +25,6 @@ std::vector<float> gaussian(double sigma) {
 }
 
 constexpr double blur_before_halving = 1.0; // pixels
-constexpr std::size_t sites_worth_threads = std::size_t{1} << 14;
 
 } // namespace
 

@@ -1,5 +1,6 @@
 #include "harness/ranks/ranked_resampling.hpp"
 
+#include "kernels/data/sites_worth_threads.hpp"
 #include "kernels/specification/projection.hpp"
 
 #include <algorithm>
@@ -8,9 +9,6 @@
 namespace hdmbench {
 
 namespace {
-
-/// Below, a second thread costs more than it brings.
-constexpr std::size_t sites_worth_threads = std::size_t{1} << 17;
 
 /// The indices of an axis from `first` on, `count` of them, that `indices` (rising) has: where they begin,
 /// and how many.

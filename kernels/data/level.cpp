@@ -1,6 +1,7 @@
 #include "kernels/data/level.hpp"
 
 #include "kernels/data/input_error.hpp"
+#include "kernels/data/sites_worth_threads.hpp"
 
 #include <fmt/format.h>
 
@@ -43,9 +44,6 @@ void require_strengths(const Level& level) {
     }
   }
 }
-
-/// Below this many sites threads cost more than they bring.
-constexpr std::size_t sites_worth_threads = 1 << 17;
 
 bool is_finite(float value) {
   return std::isfinite(value);

@@ -1,6 +1,7 @@
 #include "kernels/data/modulus_range.hpp"
 
 #include "kernels/data/ordered_bits.hpp"
+#include "kernels/data/sites_worth_threads.hpp"
 
 #include <bit>
 #include <cstddef>
@@ -9,13 +10,6 @@
 #include <vector>
 
 namespace hdmbench {
-
-namespace {
-
-/// Below this many sites threads cost more than they bring.
-constexpr std::size_t sites_worth_threads = 1 << 15;
-
-} // namespace
 
 ModulusRange modulus_range(const ScalarField& modulus) {
   const std::vector<float>& values = modulus.values;

@@ -2,6 +2,7 @@
 
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/mean_modulus.hpp"
+#include "kernels/data/sites_worth_threads.hpp"
 #include "kernels/specification/projection.hpp"
 
 #include <fmt/format.h>
@@ -26,9 +27,6 @@ std::vector<int> axis_sizes(int n) {
   return sizes;
 }
 
-/// Below this many sites threads cost more than they bring.
-constexpr std::size_t sites_worth_sharing = 1 << 17;
-
 /// Copies the sites that `extent` samples from a planar array of `full`.
 class Sampler {
 public:
@@ -38,7 +36,7 @@ public:
 
   void operator()(const std::vector<float>& from, std::vector<float>& to) const {
     const std::size_t width = columns_.size();
-#pragma omp parallel for if (to.size() > sites_worth_sharing)
+#pragma omp parallel for if (to.size() > sites_worth_threads)
     for (std::size_t y = 0; y < rows_.size(); ++y) {
       const float* row = from.data() + full_.index(0, rows_[y]);
       float* next = to.data() + y * width;
@@ -204,7 +202,7 @@ void Projection::row(const float* coarse, int y, CoarseRows& rows, float* to) co
 VectorField prolongate(const VectorField& coarse, Extent fine, Alignment alignment) {
   const Projection projection(coarse.extent, fine, alignment);
   VectorField result(fine);
-#pragma omp parallel if (fine.sites() > sites_worth_sharing)
+#pragma omp parallel if (fine.sites() > sites_worth_threads)
   {
     Projection::CoarseRows x;
     Projection::CoarseRows y;

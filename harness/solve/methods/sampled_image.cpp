@@ -1,6 +1,7 @@
 #include "harness/solve/methods/sampled_image.hpp"
 
 #include "kernels/data/ordered_bits.hpp"
+#include "kernels/data/sites_worth_threads.hpp"
 
 #include <algorithm>
 #include <array>
@@ -29,8 +30,6 @@ struct Imposed {
 
 /// Few sites are observed, and the rest need not be looked at one by one.
 constexpr std::size_t block = 64;
-
-constexpr std::size_t sites_worth_threads = 1 << 15;
 
 /// Pixels: no smaller gap is worth asking whether it was known.
 constexpr float smallest_gap = 1e-3F;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "kernels/data/elastic/hierarchy.hpp"
+#include "kernels/data/sites_worth_threads.hpp"
 
 #include <array>
 #include <cstddef>
@@ -8,9 +9,6 @@
 #include <vector>
 
 namespace hdmbench {
-
-/// Below this many sites threads cost more than they bring.
-inline constexpr std::size_t sites_worth_threads = 1 << 15;
 
 /// What a coarser level has to know of a level's cells.
 enum class CellKind : std::uint8_t {
