@@ -3,6 +3,7 @@
 #include "kernels/data/elastic/cell_kinds.hpp"
 #include "kernels/data/elastic/coarsest_inverse.hpp"
 #include "kernels/data/elastic/hierarchy_part.hpp"
+#include "kernels/data/elastic/site_response.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -14,8 +15,8 @@ namespace {
 
 using InFloat = ElasticInFloat;
 
-/// Where |xx yy - xy^2| is less than this share of xx yy, the two components of a site move as one.
-constexpr float least_determinant = 1e-6F;
+/// Of cells that a thread makes at a time: conditions are often in a few rows.
+constexpr int rows_together = 8;
 
 constexpr Extent half_as_many(Extent sites) {
   return {sites.width / 2 + 1, sites.height / 2 + 1};
@@ -109,33 +110,43 @@ private:
   const Prescribed* prescribed_;
 };
 
-void set_masked_cells(ElasticLevel& level, CellKinds& kinds, const Galerkin& galerkin) {
-  const Extent cells = kinds.extent;
-  std::vector<int> rows;
-  kinds.index.resize(cells.sites());
-  for (int y = 0; y < cells.height; ++y) {
-    level.masked.row_begin.push_back(level.masked.cells.size());
-    for (int x = 0; x < cells.width; ++x) {
-      const std::size_t at = cells.index(x, y);
-      if (kinds.kind[at] != CellKind::whole) {
-        set_cell(level, level.grid.index(x, y), {0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F});
-      }
-      if (kinds.kind[at] == CellKind::masked) {
-        kinds.index[at] = static_cast<std::uint32_t>(level.masked.cells.size());
-        level.masked.cells.push_back({.x = x});
-        rows.push_back(y);
-      }
+/// Of the two halves, which rounding made different, one; column by column.
+std::array<float, 64> symmetric(const CellMatrix& matrix) {
+  std::array<float, 64> result{};
+  for (std::size_t column = 0; column < 8; ++column) {
+    for (std::size_t row = 0; row < 8; ++row) {
+      result[8 * column + row] =
+          static_cast<float>(matrix[8 * std::max(row, column) + std::min(row, column)]);
     }
   }
-  level.masked.row_begin.push_back(level.masked.cells.size());
-#pragma omp parallel for schedule(static) if (rows.size() > 2048)
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    MaskedCell& cell = level.masked.cells[i];
-    const CellMatrix matrix = galerkin.parent(cell.x, rows[i]);
-    for (std::size_t column = 0; column < 8; ++column) {
-      for (std::size_t row = 0; row < 8; ++row) { // of the two halves, which rounding made different, one
-        cell.stiffness[8 * column + row] =
-            static_cast<float>(matrix[8 * std::max(row, column) + std::min(row, column)]);
+  return result;
+}
+
+void set_masked_cells(ElasticLevel& level, CellKinds& kinds, const Galerkin& galerkin) {
+  const Extent cells = kinds.extent;
+  kinds.index.resize(cells.sites());
+  std::vector<std::size_t>& row_begin = level.masked.row_begin;
+  row_begin.assign(static_cast<std::size_t>(cells.height) + 1, 0);
+  for (int y = 0; y < cells.height; ++y) {
+    const CellKind* const row = kinds.kind.data() + cells.index(0, y);
+    row_begin[static_cast<std::size_t>(y) + 1] =
+        row_begin[static_cast<std::size_t>(y)] +
+        static_cast<std::size_t>(std::count(row, row + cells.width, CellKind::masked));
+  }
+  level.masked.cells.resize(row_begin.back());
+#pragma omp parallel for schedule(dynamic, rows_together) if (cells.sites() > sites_worth_threads)
+  for (int y = 0; y < cells.height; ++y) {
+    std::size_t next = row_begin[static_cast<std::size_t>(y)];
+    for (int x = 0; x < cells.width; ++x) {
+      const std::size_t at = cells.index(x, y);
+      if (kinds.kind[at] == CellKind::whole) {
+        continue;
+      }
+      set_cell(level, level.grid.index(x, y), {0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F});
+      if (kinds.kind[at] == CellKind::masked) {
+        kinds.index[at] = static_cast<std::uint32_t>(next);
+        level.masked.cells[next] = {.x = x, .stiffness = symmetric(galerkin.parent(x, y))};
+        ++next;
       }
     }
   }
@@ -202,64 +213,6 @@ CellKinds add_springs(ElasticLevel& image, const InFloat::PoissonRatio& ratio, d
                            [](double value) { return static_cast<float>(value); });
   }
   return kinds;
-}
-
-/// Relaxation times the inverse; of a matrix of rank one its pseudo-inverse.
-InFloat::SiteResponse response_of(const InFloat::SiteStiffness& site) {
-  const auto relaxation = static_cast<float>(elastic_relaxation);
-  const float trace = site.xx + site.yy;
-  const float determinant = site.xx * site.yy - site.xy * site.xy;
-  if (determinant > least_determinant * (site.xx * site.yy)) {
-    const float scale = relaxation / determinant;
-    return {scale * site.yy, -scale * site.xy, scale * site.xx};
-  }
-  const float scale = trace > 0.0F ? relaxation / (trace * trace) : 0.0F;
-  return {scale * site.xx, scale * site.xy, scale * site.yy};
-}
-
-void set_response(ElasticLevel& level, const InFloat::PoissonRatio& ratio, const Prescribed* prescribed) {
-  const Extent sites = level.grid.sites;
-  const std::size_t pitch = level.grid.pitch;
-#pragma omp parallel for if (sites.sites() > sites_worth_threads)
-  for (int y = 0; y < sites.height; ++y) {
-    std::vector<InFloat::SiteStiffness> row(static_cast<std::size_t>(sites.width));
-    for (int x = 0; x < sites.width; ++x) {
-      const std::size_t at = level.grid.index(x, y);
-      InFloat::SiteStiffness sum{0.0F, 0.0F, 0.0F};
-      sum = InFloat::with_cell(sum, level.cell(at - pitch - 1), 1.0F, 1.0F, ratio);
-      sum = InFloat::with_cell(sum, level.cell(at - pitch), -1.0F, 1.0F, ratio);
-      sum = InFloat::with_cell(sum, level.cell(at - 1), 1.0F, -1.0F, ratio);
-      row[static_cast<std::size_t>(x)] = InFloat::with_cell(sum, level.cell(at), -1.0F, -1.0F, ratio);
-    }
-    for (int above = 1; above >= 0; --above) { // the row of cells above the sites, then that below
-      const auto [first, last] = level.masked.row(y - above);
-      for (std::size_t i = first; i < last; ++i) {
-        const MaskedCell& cell = level.masked.cells[i];
-        for (std::size_t right = 0; right < 2; ++right) {
-          const std::size_t own = 4 * static_cast<std::size_t>(above) + 2 * right;
-          InFloat::SiteStiffness& site = row[static_cast<std::size_t>(cell.x) + right];
-          site.xx += cell.stiffness[8 * own + own];
-          site.xy += cell.stiffness[8 * own + own + 1];
-          site.yy += cell.stiffness[8 * (own + 1) + own + 1];
-        }
-      }
-    }
-    for (int x = 0; x < sites.width; ++x) {
-      const std::size_t at = level.grid.index(x, y);
-      InFloat::SiteStiffness& site = row[static_cast<std::size_t>(x)];
-      if (prescribed != nullptr) {
-        const bool free_x = prescribed->component[0][at] == 0;
-        const bool free_y = prescribed->component[1][at] == 0;
-        site.xx = free_x ? site.xx : 0.0F;
-        site.yy = free_y ? site.yy : 0.0F;
-        site.xy = free_x && free_y ? site.xy : 0.0F;
-      }
-      const InFloat::SiteResponse response = response_of(site);
-      level.response[0][at] = response.xx;
-      level.response[1][at] = response.xy;
-      level.response[2][at] = response.yy;
-    }
-  }
 }
 
 std::vector<std::uint8_t> in_turn(const Prescribed& prescribed, const RingedGrid& grid) {
@@ -388,11 +341,16 @@ ElasticPart make_elastic_part(const Level& part, double poisson, Springs springs
 ElasticLevel empty_level(Extent sites) {
   ElasticLevel level;
   level.grid = RingedGrid(sites);
-  for (auto& values : level.moments) {
-    values.resize(level.grid.size());
+  std::array<std::vector<float>*, 9> arrays{};
+  std::ranges::transform(level.moments, arrays.begin(), [](auto& values) { return &values; });
+  std::ranges::transform(level.response, arrays.begin() + level.moments.size(),
+                         [](auto& values) { return &values; });
+  for (std::vector<float>* const values : arrays) { // where memory is short, outside of the threads
+    values->reserve(level.grid.size());
   }
-  for (auto& values : level.response) {
-    values.resize(level.grid.size());
+#pragma omp parallel for if (sites.sites() > sites_worth_threads)
+  for (std::size_t i = 0; i < arrays.size(); ++i) {
+    arrays[i]->resize(level.grid.size());
   }
   return level;
 }
