@@ -1,6 +1,7 @@
 #include "kernels/data/elastic/hierarchy.hpp"
 
 #include "kernels/data/elastic/cell_kinds.hpp"
+#include "kernels/data/elastic/cell_moments.hpp"
 #include "kernels/data/elastic/coarsest_inverse.hpp"
 #include "kernels/data/elastic/hierarchy_part.hpp"
 #include "kernels/data/elastic/site_response.hpp"
@@ -22,43 +23,9 @@ constexpr Extent half_as_many(Extent sites) {
   return {sites.width / 2 + 1, sites.height / 2 + 1};
 }
 
-void set_cell(ElasticLevel& level, std::size_t index, const InFloat::CellMoments& cell) {
-  level.moments[0][index] = cell.m;
-  level.moments[1][index] = cell.mr;
-  level.moments[2][index] = cell.ms;
-  level.moments[3][index] = cell.mrr;
-  level.moments[4][index] = cell.mss;
-  level.moments[5][index] = cell.mrs;
-}
-
-void set_image_moments(ElasticLevel& level, const Level& full) {
-  const Extent cells = level.grid.cells();
-#pragma omp parallel for if (full.extent.sites() > sites_worth_threads)
-  for (int y = 0; y < cells.height; ++y) {
-    const float* const top = full.modulus.values.data() + full.extent.index(0, y);
-    const float* const bottom = top + full.extent.width;
-    for (int x = 0; x < cells.width; ++x) {
-      set_cell(level, level.grid.index(x, y),
-               InFloat::image_cell({top[x], top[x + 1], bottom[x], bottom[x + 1]}));
-    }
-  }
-}
-
-/// Children that stick out of the image lie in the ring: they add nothing.
-void set_parent_moments(ElasticLevel& level, const ElasticLevel& fine) {
-  const Extent cells = level.grid.cells();
-#pragma omp parallel for if (level.grid.sites.sites() > sites_worth_threads)
-  for (int y = 0; y < cells.height; ++y) {
-    for (int x = 0; x < cells.width; ++x) {
-      const std::size_t child = fine.grid.index(2 * x, 2 * y);
-      const std::size_t below = child + fine.grid.pitch;
-      InFloat::CellMoments sum{0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F};
-      sum = InFloat::with_child(sum, fine.cell(child), -1.0F, -1.0F);
-      sum = InFloat::with_child(sum, fine.cell(child + 1), 1.0F, -1.0F);
-      sum = InFloat::with_child(sum, fine.cell(below), -1.0F, 1.0F);
-      sum = InFloat::with_child(sum, fine.cell(below + 1), 1.0F, 1.0F);
-      set_cell(level, level.grid.index(x, y), sum);
-    }
+void clear_cell(ElasticLevel& level, int x, int y) {
+  for (std::vector<float>& moment : level.moments) {
+    moment[level.grid.index(x, y)] = 0.0F;
   }
 }
 
@@ -142,7 +109,7 @@ void set_masked_cells(ElasticLevel& level, CellKinds& kinds, const Galerkin& gal
       if (kinds.kind[at] == CellKind::whole) {
         continue;
       }
-      set_cell(level, level.grid.index(x, y), {0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F});
+      clear_cell(level, x, y);
       if (kinds.kind[at] == CellKind::masked) {
         kinds.index[at] = static_cast<std::uint32_t>(next);
         level.masked.cells[next] = {.x = x, .stiffness = symmetric(galerkin.parent(x, y))};
@@ -192,7 +159,7 @@ CellKinds add_springs(ElasticLevel& image, const InFloat::PoissonRatio& ratio, d
         kinds.index[cells.index(x, y)] = static_cast<std::uint32_t>(matrices.size());
         matrices.push_back(cell_matrix(image.cell(image.grid.index(x, y)), ratio));
         image.masked.cells.push_back({.x = x});
-        set_cell(image, image.grid.index(x, y), {0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F});
+        clear_cell(image, x, y);
       }
     }
   }

@@ -1,6 +1,6 @@
 #include "kernels/data/elastic/site_response.hpp"
 
-#include <algorithm>
+#include "kernels/data/elastic/moments_row.hpp"
 
 namespace hdmbench {
 
@@ -25,36 +25,28 @@ ResponseRow row_of(ElasticLevel& level, int y) {
           level.response[2].data() + first};
 }
 
-/// Moments of the cells at the bottom right of a row's sites; those of other corners lie before.
-class MomentsRow {
-public:
-  MomentsRow(const ElasticLevel& level, int y) : pitch_(static_cast<std::ptrdiff_t>(level.grid.pitch)) {
-    std::ranges::transform(level.moments, moments_.begin(), [&](const std::vector<float>& values) {
-      return values.data() + level.grid.index(0, y);
-    });
-  }
-  [[nodiscard]] InFloat::CellMoments cell(int x, int left, int above) const {
-    const std::ptrdiff_t at = x - left - above * pitch_;
-    return {moments_[0][at], moments_[1][at], moments_[2][at],
-            moments_[3][at], moments_[4][at], moments_[5][at]};
-  }
+// Bodies of loops are functions of their own: locals declared inside an `omp simd` loop would become arrays
+// in memory.
 
-private:
-  std::ptrdiff_t pitch_;
-  std::array<const float*, 6> moments_{};
-};
+/// Of the site between two cells of the row above and two of the row below.
+HDM_FUNCTION void set_stiffness_at(const ResponseRow& row, const MomentsRow<const float>& above,
+                                   const MomentsRow<const float>& below, const InFloat::PoissonRatio& ratio,
+                                   int x) {
+  InFloat::SiteStiffness sum{0.0F, 0.0F, 0.0F};
+  sum = InFloat::with_cell(sum, above.cell(x - 1), 1.0F, 1.0F, ratio);
+  sum = InFloat::with_cell(sum, above.cell(x), -1.0F, 1.0F, ratio);
+  sum = InFloat::with_cell(sum, below.cell(x - 1), 1.0F, -1.0F, ratio);
+  sum = InFloat::with_cell(sum, below.cell(x), -1.0F, -1.0F, ratio);
+  row.xx[x] = sum.xx;
+  row.xy[x] = sum.xy;
+  row.yy[x] = sum.yy;
+}
 
-void set_stiffness(const ResponseRow& row, const MomentsRow& moments, const InFloat::PoissonRatio& ratio) {
+void set_stiffness(const ResponseRow& row, const MomentsRow<const float>& above,
+                   const MomentsRow<const float>& below, const InFloat::PoissonRatio& ratio) {
 #pragma omp simd
   for (int x = 0; x < row.width; ++x) {
-    InFloat::SiteStiffness sum{0.0F, 0.0F, 0.0F};
-    sum = InFloat::with_cell(sum, moments.cell(x, 1, 1), 1.0F, 1.0F, ratio);
-    sum = InFloat::with_cell(sum, moments.cell(x, 0, 1), -1.0F, 1.0F, ratio);
-    sum = InFloat::with_cell(sum, moments.cell(x, 1, 0), 1.0F, -1.0F, ratio);
-    sum = InFloat::with_cell(sum, moments.cell(x, 0, 0), -1.0F, -1.0F, ratio);
-    row.xx[x] = sum.xx;
-    row.xy[x] = sum.xy;
-    row.yy[x] = sum.yy;
+    set_stiffness_at(row, above, below, ratio, x);
   }
 }
 
@@ -82,7 +74,7 @@ void leave_out(const ResponseRow& row, const std::uint8_t* x_prescribed, const s
     const bool free_y = y_prescribed[x] == 0;
     row.xx[x] = free_x ? row.xx[x] : 0.0F;
     row.yy[x] = free_y ? row.yy[x] : 0.0F;
-    row.xy[x] = free_x && free_y ? row.xy[x] : 0.0F;
+    row.xy[x] = (x_prescribed[x] | y_prescribed[x]) == 0 ? row.xy[x] : 0.0F;
   }
 }
 
@@ -112,7 +104,7 @@ void set_response(ElasticLevel& level, const InFloat::PoissonRatio& ratio, const
 #pragma omp parallel for if (grid.sites.sites() > sites_worth_threads)
   for (int y = 0; y < grid.sites.height; ++y) {
     const ResponseRow row = row_of(level, y);
-    set_stiffness(row, MomentsRow(level, y), ratio);
+    set_stiffness(row, {level, y - 1}, {level, y}, ratio);
     add_masked_cells(row, level.masked, y);
     if (prescribed != nullptr) {
       const std::size_t first = grid.index(0, y);
