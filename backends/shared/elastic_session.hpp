@@ -16,6 +16,11 @@ enum class ElasticField {
 };
 inline constexpr std::size_t elastic_fields = 5;
 
+/// A level that is not the image has only what it adds to the finer one.
+[[nodiscard]] constexpr bool has_field(int level, ElasticField field) {
+  return level == 0 || field == ElasticField::correction || field == ElasticField::load;
+}
+
 /// One step of a method at a time, in the arithmetic and the order of kernels/specification/elastic. Levels
 /// are numbered as in the hierarchy. Fields stay where they are computed, but for write() and read(); a field
 /// is 0 until it is written or computed. Not thread-safe.

@@ -54,7 +54,7 @@ class ElasticProcession final : public ElasticSession {
     for (int level = 0; level < static_cast<int>(hierarchy_->levels.size()); ++level) {
       for (std::size_t field = 0; field < elastic_fields; ++field) {
         const auto which = static_cast<ElasticField>(field);
-        if (fields.at(level, which).x.empty()) {
+        if (!has_field(level, which)) {
           continue;
         }
         reference_.read(level, which, values);
