@@ -49,8 +49,8 @@ struct GoldenEntry {
 
 /// Every shipped scene by its own method, `square` at a second size, and every other method on `random`; of
 /// the elastic energy some scenes by conjugate gradients, too.
-/// Without krylov, of which no other build was tried yet. Of multigrid only the coarsest level is Eigen's,
-/// and rounded to float: it kept its bits in all builds that were tried.
+/// Of multigrid and krylov only the coarsest level is Eigen's, and rounded to float: it kept its bits in all
+/// builds that were tried.
 [[nodiscard]] std::vector<GoldenCase> golden_cases();
 
 /// The scene at the case's size, with its method and few iterations. Throws what load_scene throws.

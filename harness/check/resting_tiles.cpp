@@ -35,6 +35,10 @@ std::int64_t RestingTiles::sweep(const VectorField& before, const VectorField& a
   return at_rest;
 }
 
+bool RestingTiles::rests(int x, int y) const {
+  return awake_[tiles_.index(x / side, y / side)] == 0;
+}
+
 void RestingTiles::wake_around(int x, int y) {
   for (int row = std::max(y - 1, 0) / side; row <= std::min(y + 1, extent_.height - 1) / side; ++row) {
     for (int column = std::max(x - 1, 0) / side; column <= std::min(x + 1, extent_.width - 1) / side;

@@ -15,6 +15,8 @@ public:
   void begin_level(Extent extent);
   /// Returns the number of sites in tiles that were at rest during this sweep.
   std::int64_t sweep(const VectorField& before, const VectorField& after);
+  /// Whether the tile of this site will be at rest in the next sweep.
+  [[nodiscard]] bool rests(int x, int y) const;
 
 private:
   /// Wakes all tiles that (x, y) belongs to or touches.

@@ -5,6 +5,7 @@
 #include "harness/ranks/crew.hpp"
 #include "harness/ranks/rank_devices.hpp"
 #include "harness/ranks/rank_faults.hpp"
+#include "harness/ranks/sleeping_pieces.hpp"
 #include "harness/report/table.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -184,16 +185,22 @@ bool print_sum(const std::vector<Trial>& trials, const std::vector<TrialScene>& 
   return std::ranges::all_of(trials, &Trial::as_expected);
 }
 
-/// `list`: what is planted.
+/// `list`: what is planted. `asleep`: in place of the small scene of sleeping tiles, where given.
 int try_faults(const Arguments& arguments, const std::vector<Planted>& list, const Backend& reference,
-               const std::string& line) {
+               const std::string& line, const std::optional<Scene>& asleep = {}) {
   if (arguments.list) {
     print_list(list);
     return success;
   }
   require_results_writable(arguments.json);
-  const std::vector<TrialScene> scenes = faults::trial_scenes(
+  std::vector<TrialScene> scenes = faults::trial_scenes(
       arguments.scenes, arguments.size.empty() ? std::nullopt : std::optional(parse_size(arguments.size)));
+  for (TrialScene& scene : scenes) {
+    if (scene.tiles_sleep && asleep) {
+      scene.label = asleep->name;
+      scene.scene = *asleep;
+    }
+  }
   Progress progress;
   std::ptrdiff_t total = 0;
   for (const Planted& planted : list) {
@@ -234,7 +241,7 @@ int run_faults_on_ranks(const Arguments& arguments, const std::string& line, Ran
   const std::vector<Planted> list =
       chosen(arguments.faults, faults::planted_on_ranks(crew, backend_of_rank(registry, arguments.backend, 0),
                                                         arguments.backend, ranks.size()));
-  const int status = try_faults(arguments, list, *registry.front(), line);
+  const int status = try_faults(arguments, list, *registry.front(), line, sleeping_pieces(ranks.size()));
   crew.dismiss();
   return status;
 }

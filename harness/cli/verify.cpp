@@ -10,6 +10,7 @@
 #include "harness/measure/result_file.hpp"
 #include "harness/ranks/rank_backend.hpp"
 #include "harness/ranks/rank_devices.hpp"
+#include "harness/ranks/sleeping_pieces.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/solve.hpp"
@@ -27,14 +28,19 @@ namespace {
 /// Methods that go to and fro between the levels: in one process bench compares them.
 enum class Cycles { left_out, kept };
 
+/// Nobody chose on the command line.
+bool are_all_to_verify(const CommonArguments& arguments) {
+  return arguments.scenes.empty() && arguments.methods.empty() && !arguments.schedule.method &&
+         !arguments.schedule.energy;
+}
+
 /// Without scenes and methods on the command line: every scene as its file says, what meets the backends'
 /// tiles at any --sizes, and on the scene that has a different modulus at every site a few iterations of
 /// every other method, so that each rule and order of sites is compared; then every scene (--quick: two of
 /// them) with the elastic energy, a few steps of conjugate gradients, in which all of its arithmetic is.
 std::vector<Scene> scenes_to_verify(CommonArguments arguments, Cycles cycles = Cycles::left_out) {
   std::vector<Scene> scenes = arguments.load_scenes(shipped_scenes());
-  const bool all = arguments.scenes.empty() && arguments.methods.empty();
-  if (all && !arguments.schedule.method && !arguments.schedule.energy) {
+  if (are_all_to_verify(arguments)) {
     for (Scene& scene : tile_boundary_scenes()) {
       arguments.schedule.apply(scene);
       scenes.push_back(std::move(scene));
@@ -162,9 +168,13 @@ int run_verify(const CommonArguments& arguments, Tier required, const std::strin
   return verify_scenes(arguments, required, line, arguments.choose(registry), scenes_to_verify(arguments));
 }
 
-/// Without those that several ranks cannot compute, which it names.
-std::vector<Scene> scenes_for_ranks(const CommonArguments& arguments) {
+/// Without those that several ranks cannot compute, which it names, and where nobody chose with what sleeps
+/// on so many ranks.
+std::vector<Scene> scenes_for_ranks(const CommonArguments& arguments, int ranks) {
   std::vector<Scene> scenes = scenes_to_verify(arguments, Cycles::kept);
+  if (are_all_to_verify(arguments)) {
+    scenes.push_back(sleeping_pieces(ranks));
+  }
   std::erase_if(scenes, [](const Scene& scene) {
     const bool is_sequential = scene.full.update == Update::sequential;
     if (is_sequential) {
@@ -204,7 +214,8 @@ int run_verify_on_ranks(const CommonArguments& arguments, Tier required, const s
       backends.push_back(shared.back().get());
     }
   }
-  const int status = verify_scenes(arguments, required, line, backends, scenes_for_ranks(arguments));
+  const int status =
+      verify_scenes(arguments, required, line, backends, scenes_for_ranks(arguments, ranks.size()));
   crew.dismiss();
   return status;
 }

@@ -230,7 +230,12 @@ void Crew::open_here(int session, RankMessage& message) {
   SessionOptions options = options_of_rank(session_, backend, ranks_);
   options.work = work;
   if (energy == EnergyModel::hdm) {
-    members_.try_emplace(session, ranks_, sharing, fault, backend.open(options));
+    std::unique_ptr<Session> own = backend.open(options);
+    if (const auto planted = faults::find_rank_fault(fault).in_active_session;
+        planted && work == Work::active) {
+      own = planted(std::move(own));
+    }
+    members_.try_emplace(session, ranks_, sharing, fault, std::move(own));
   } else {
     elastic_members_.try_emplace(session, ranks_, sharing, fault,
                                  [&backend, options] { return backend.open_elastic(options); });

@@ -1,8 +1,11 @@
 #include "harness/ranks/rank_faults.hpp"
 
 #include "backends/shared/cut_rows.hpp"
+#include "harness/check/compare.hpp"
+#include "harness/check/resting_tiles.hpp"
 #include "harness/ranks/rank_backend.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/scene/sites.hpp"
 
 #include <fmt/format.h>
 
@@ -118,6 +121,45 @@ void forget(std::vector<Parcel>& arrived) {
   }
 }
 
+/// Sound, but that a tile of 16 x 16 at rest is not woken by a halo that write_parts() renews in it.
+class UnwokenTiles final : public Session {
+public:
+  explicit UnwokenTiles(std::unique_ptr<Session> sound) : sound_(std::move(sound)) {}
+
+private:
+  void do_load(const Level& level) override { sound_->load(level); }
+  void do_write(const VectorField& displacement) override {
+    sound_->write(displacement);
+    tiles_.begin_level(displacement.extent);
+  }
+  void do_step(int /*first*/, int sweeps) override {
+    for (int i = 0; i < sweeps; ++i) {
+      sound_->read(before_);
+      sound_->step(1);
+      sound_->read(after_);
+      for_each_site(after_.extent, [&](int x, int y) {
+        if (tiles_.rests(x, y)) {
+          const std::size_t site = after_.extent.index(x, y);
+          after_.x[site] = before_.x[site];
+          after_.y[site] = before_.y[site];
+        }
+      });
+      sound_->write(after_);
+      changed_ = compare(before_, after_).sites;
+      (void)tiles_.sweep(before_, after_);
+    }
+  }
+  void do_read(VectorField& displacement) override { sound_->read(displacement); }
+  void do_write_parts(std::span<const FieldPart> parts) override { sound_->write_parts(parts); }
+  std::int64_t do_changed() override { return changed_; }
+
+  std::unique_ptr<Session> sound_;
+  RestingTiles tiles_;
+  VectorField before_; ///< the last sweep
+  VectorField after_;
+  std::int64_t changed_ = 0;
+};
+
 RankFault of_method(std::string_view method, RankFault fault) {
   fault.name = fmt::format("{}-{}", method, fault.name);
   fault.method = method;
@@ -151,6 +193,12 @@ std::vector<RankFault> rank_faults() {
   all.push_back({.name = "count-of-a-rank-missing",
                  .what = "the second rank's changed sites are not counted",
                  .in_count = [](std::int64_t count, std::size_t rank) { return rank == 1 ? 0 : count; }});
+  all.push_back(
+      {.name = "asleep-after-renewal",
+       .what = "active: a tile that sleeps is not woken by a halo that is renewed in it",
+       .in_active_session =
+           [](std::unique_ptr<Session> sound) { return std::make_unique<UnwokenTiles>(std::move(sound)); },
+       .part = Part::sleep});
   std::ranges::transform(in_halos, std::back_inserter(all), elastic);
   // Cycles renew a halo while a row of it is left; sweeps without springs use it up. Where several levels are
   // cut it is so wide on the image that a mistake on its rim rounds away.
@@ -228,13 +276,16 @@ std::vector<Planted> planted_on_ranks(Crew& crew, const Backend& first, std::str
                    .expected = expected,
                    .method = one.method,
                    .bitwise = first.threads({}) > 0,
+                   .part = one.part,
                    .make = [&crew, &first, sharing, fault, names = std::string(backends)](const Scene&) {
                      return std::make_unique<RankBackend>(crew, first, names, sharing, fault);
                    }};
   };
   const RankFault none{.name = "sound", .what = "no mistake"};
-  std::vector<Planted> list{planted(none, Expected::let_through),
-                            planted(elastic(none), Expected::let_through)};
+  std::vector<Planted> list{
+      planted(none, Expected::let_through),
+      planted({.name = "sleeping-sound", .what = none.what, .part = Part::sleep}, Expected::let_through),
+      planted(elastic(none), Expected::let_through)};
   for (const std::string_view method : {"annealing", "cascade", "multigrid", "krylov"}) {
     list.push_back(planted(of_method(method, none), Expected::let_through));
   }

@@ -4,6 +4,7 @@
 #include "harness/check/faults/planted.hpp"
 
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -29,8 +30,11 @@ struct RankFault {
   std::function<void(std::vector<Parcel>&)> in_sums{};
   /// Spoils the piece of a level that this rank loads.
   std::function<void(Level&, std::size_t rank)> in_level{};
+  /// A session with Work::active, the mistake around a sound one.
+  std::function<std::unique_ptr<Session>(std::unique_ptr<Session>)> in_active_session{};
   std::string method = "icm";   ///< that it concerns
   std::size_t fewest_sites = 1; ///< Sharing::fewest_sites that it is tried with
+  Part part = Part::sweep;
 };
 
 [[nodiscard]] std::vector<RankFault> rank_faults();
