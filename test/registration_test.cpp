@@ -132,7 +132,8 @@ TEST(SiteSprings, HoldAsFiniteElementsSay) {
     problem.modulus[site] = static_cast<double>(level.modulus.values[site]);
   }
   const auto session = test::find("openmp").open_elastic({});
-  ElasticSolver solver(level, 0.3, springs, start, pull, *session);
+  ElasticSolver solver(level, 0.3, springs, *session);
+  solver.pull(start, pull);
   solver.full_multigrid();
   for (int step = 0; step < 30 && !solver.conjugate_gradients().ended; ++step) {
   }

@@ -135,6 +135,8 @@ private:
       }
     });
     const VectorField inward = gradient(blurred(pictures_.unseen, 1.0));
+    const SiteSprings none;
+    ElasticSolver solver(held, poisson_, none, session_);
     for (const auto& [xx, yy, xy] :
          {std::array{1.0F, 0.0F, 0.0F}, std::array{0.0F, 1.0F, 0.0F}, std::array{0.0F, 0.0F, 1.0F}}) {
       Drive drive{VectorField(extent), VectorField(extent)};
@@ -142,7 +144,7 @@ private:
         drive.force.x[site] = -driving_stress * (xx * inward.x[site] + xy * inward.y[site]);
         drive.force.y[site] = -driving_stress * (xy * inward.x[site] + yy * inward.y[site]);
       }
-      ElasticSolver solver(held, poisson_, SiteSprings{}, VectorField(extent), drive.force, session_);
+      solver.pull(VectorField(extent), drive.force);
       solver.full_multigrid();
       for (int step = 0; step < drive_steps && !solver.conjugate_gradients().ended; ++step) {
       }
@@ -156,11 +158,12 @@ private:
     if (options_.gaussian > 0.0) {
       return made_smooth(displacement, evidence);
     }
-    ElasticSolver solver(sheet_, poisson_, evidence.structure, displacement, evidence.pull, session_);
+    ElasticSolver solver(sheet_, poisson_, evidence.structure, session_);
+    solver.pull(displacement, evidence.pull);
     solver.full_multigrid();
     VectorField solution = solver.displacement();
     if (!drives_.empty()) {
-      drive(solution, displacement, evidence);
+      drive(solution, displacement, evidence, solver);
     }
     return solution;
   }
@@ -169,13 +172,13 @@ private:
   /// U the displacements by the drives' forces F alone, energy counts from U a instead of from 0:
   ///     minimise  1/2 (d - U a)' A (d - U a) + springs(d)  over d and a,
   /// so d(a) = d(0) + W a with (A + springs) W = F, and F'(U - W) a = F' d(0).
-  void drive(VectorField& solution, const VectorField& start, const Evidence& evidence) const {
+  void drive(VectorField& solution, const VectorField& start, const Evidence& evidence,
+             ElasticSolver& solver) const {
     std::array<VectorField, drive_count> responses;
     Eigen::Matrix<double, drive_count, drive_count> matrix;
     Eigen::Vector<double, drive_count> wanted;
     for (std::size_t i = 0; i < drive_count; ++i) {
-      ElasticSolver solver(sheet_, poisson_, evidence.structure, VectorField(sheet_.extent), drives_[i].force,
-                           session_);
+      solver.pull(VectorField(sheet_.extent), drives_[i].force);
       solver.full_multigrid();
       responses[i] = solver.displacement();
     }
