@@ -77,6 +77,12 @@ public:
         add_child(sum, 2 * x + column, 2 * y + row, column, row);
       }
     }
+    for (std::size_t column = 0; column < 8;
+         ++column) { // of the two halves, which rounding made different, one
+      for (std::size_t row = column + 1; row < 8; ++row) {
+        sum[8 * column + row] = sum[8 * row + column];
+      }
+    }
     return sum;
   }
 
@@ -109,34 +115,38 @@ private:
   const Prescribed* prescribed_;
 };
 
-void set_masked_cells(ElasticLevel& level, CellKinds& kinds, const Galerkin& galerkin) {
+/// Lists the masked cells of `kinds`, each with `matrix_at` its place; other cells of the level that are not
+/// whole have nothing.
+template <typename Matrix>
+void set_masked_cells(ElasticLevel& level, CellKinds& kinds, const Matrix& matrix_at) {
   const Extent cells = kinds.extent;
+  std::vector<MaskedCell>& masked = level.masked.cells;
   std::vector<int> rows;
+  rows.reserve(static_cast<std::size_t>(std::ranges::count(kinds.kind, CellKind::masked)));
+  masked.reserve(rows.capacity());
   kinds.index.resize(cells.sites());
   for (int y = 0; y < cells.height; ++y) {
-    level.masked.row_begin.push_back(level.masked.cells.size());
+    level.masked.row_begin.push_back(masked.size());
     for (int x = 0; x < cells.width; ++x) {
       const std::size_t at = cells.index(x, y);
-      if (kinds.kind[at] != CellKind::whole) {
-        set_cell(level, level.grid.index(x, y), {0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F});
-      }
       if (kinds.kind[at] == CellKind::masked) {
-        kinds.index[at] = static_cast<std::uint32_t>(level.masked.cells.size());
-        level.masked.cells.push_back({.x = x});
+        kinds.index[at] = static_cast<std::uint32_t>(masked.size());
+        masked.push_back({.x = x});
         rows.push_back(y);
       }
     }
   }
-  level.masked.row_begin.push_back(level.masked.cells.size());
+  level.masked.row_begin.push_back(masked.size());
 #pragma omp parallel for schedule(static) if (rows.size() > 2048)
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    MaskedCell& cell = level.masked.cells[i];
-    const CellMatrix matrix = galerkin.parent(cell.x, rows[i]);
-    for (std::size_t column = 0; column < 8; ++column) {
-      for (std::size_t row = 0; row < 8; ++row) { // of the two halves, which rounding made different, one
-        cell.stiffness[8 * column + row] =
-            static_cast<float>(matrix[8 * std::max(row, column) + std::min(row, column)]);
-      }
+    std::ranges::transform(matrix_at(masked[i].x, rows[i]), masked[i].stiffness.begin(),
+                           [](double value) { return static_cast<float>(value); });
+  }
+  for (std::size_t at = 0; at < kinds.kind.size(); ++at) {
+    if (kinds.kind[at] != CellKind::whole) {
+      const auto width = static_cast<std::size_t>(cells.width);
+      set_cell(level, level.grid.index(static_cast<int>(at % width), static_cast<int>(at / width)),
+               {0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F});
     }
   }
 }
@@ -157,50 +167,35 @@ CellKinds add_springs(ElasticLevel& image, const InFloat::PoissonRatio& ratio, d
                       const Spring& spring_at) {
   const Extent sites = image.grid.sites;
   const Extent cells = image.grid.cells();
-  CellKinds kinds{cells, std::vector<CellKind>(cells.sites(), CellKind::whole),
-                  std::vector<std::uint32_t>(cells.sites())};
-  const auto cell_of = [&](int x, int y) {
-    return cells.index(std::min(x, cells.width - 1), std::min(y, cells.height - 1));
-  };
-  const auto for_each_spring = [&](const auto& call) {
-    for (int y = 0; y < sites.height; ++y) {
-      for (int x = 0; x < sites.width; ++x) {
+  const auto for_each_spring = [&](int cell_x, int cell_y, const auto& call) {
+    for (int y = cell_y; y <= (cell_y + 1 == cells.height ? cell_y + 1 : cell_y); ++y) {
+      for (int x = cell_x; x <= (cell_x + 1 == cells.width ? cell_x + 1 : cell_x); ++x) {
         const SpringAt spring = spring_at(sites.index(x, y));
         if (!spring.is_none()) {
-          call(x, y, spring);
+          call(x - cell_x + 2 * (y - cell_y), spring);
         }
       }
     }
   };
-  for_each_spring([&](int x, int y, const SpringAt&) { kinds.kind[cell_of(x, y)] = CellKind::masked; });
-  std::vector<CellMatrix> matrices;
+  CellKinds kinds{cells, std::vector<CellKind>(cells.sites(), CellKind::whole), {}};
+#pragma omp parallel for if (sites.sites() > sites_worth_threads)
   for (int y = 0; y < cells.height; ++y) {
-    image.masked.row_begin.push_back(image.masked.cells.size());
     for (int x = 0; x < cells.width; ++x) {
-      if (kinds.kind[cells.index(x, y)] == CellKind::masked) {
-        kinds.index[cells.index(x, y)] = static_cast<std::uint32_t>(matrices.size());
-        matrices.push_back(cell_matrix(image.cell(image.grid.index(x, y)), ratio));
-        image.masked.cells.push_back({.x = x});
-        set_cell(image, image.grid.index(x, y), {0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F});
-      }
+      for_each_spring(x, y, [&](int, const SpringAt&) { kinds.kind[cells.index(x, y)] = CellKind::masked; });
     }
   }
-  image.masked.row_begin.push_back(image.masked.cells.size());
   const double unit = force_unit(poisson);
-  for_each_spring([&](int x, int y, const SpringAt& spring) {
-    const int column = std::min(x, cells.width - 1);
-    const int row = std::min(y, cells.height - 1);
-    const auto entry = static_cast<std::size_t>(2 * ((x - column) + 2 * (y - row)));
-    CellMatrix& matrix = matrices[kinds.index[cells.index(column, row)]];
-    matrix[9 * entry] += unit * spring.xx;
-    matrix[9 * entry + 1] += unit * spring.xy;
-    matrix[9 * entry + 8] += unit * spring.xy;
-    matrix[9 * entry + 9] += unit * spring.yy;
+  set_masked_cells(image, kinds, [&](int x, int y) {
+    CellMatrix matrix = cell_matrix(image.cell(image.grid.index(x, y)), ratio);
+    for_each_spring(x, y, [&](int corner, const SpringAt& spring) {
+      const auto entry = static_cast<std::size_t>(2 * corner);
+      matrix[9 * entry] += unit * spring.xx;
+      matrix[9 * entry + 1] += unit * spring.xy;
+      matrix[9 * entry + 8] += unit * spring.xy;
+      matrix[9 * entry + 9] += unit * spring.yy;
+    });
+    return matrix;
   });
-  for (std::size_t i = 0; i < matrices.size(); ++i) {
-    std::ranges::transform(matrices[i], image.masked.cells[i].stiffness.begin(),
-                           [](double value) { return static_cast<float>(value); });
-  }
   return kinds;
 }
 
@@ -310,8 +305,8 @@ public:
     if (is_image && !kinds_.kind.empty()) {
       mask_above(kinds, kinds_);
     }
-    set_masked_cells(level, kinds,
-                     Galerkin(fine, kinds_, hierarchy_.ratio, is_image ? &*prescribed_ : nullptr));
+    const Galerkin galerkin(fine, kinds_, hierarchy_.ratio, is_image ? &*prescribed_ : nullptr);
+    set_masked_cells(level, kinds, [&](int x, int y) { return galerkin.parent(x, y); });
     set_response(level, hierarchy_.ratio, nullptr);
     kinds_ = std::move(kinds);
     hierarchy_.levels.push_back(std::move(level));
