@@ -27,7 +27,6 @@ constexpr float unseen_softness = 0.05F;
 /// The region drives where its forces take away so much of the elastic energy.
 constexpr double driving_share = 0.5;
 constexpr double resistance_to_driving = 0.01; // of the energy that the forces put in: less is no information
-constexpr int drive_steps = 1;                 // of conjugate gradients: drives are made once a level
 constexpr double largest_spring = 1e3;         // times the modulus of the site: no more than float can bear
 
 /// One level of the pictures.
@@ -161,8 +160,6 @@ private:
       });
       solver.pull(std::move(strained), no_force);
       solver.full_multigrid();
-      for (int step = 0; step < drive_steps && !solver.conjugate_gradients().ended; ++step) {
-      }
       drives_.push_back({solver.displacement(), {}});
     }
     const ElasticHierarchy free = make_elastic_hierarchy(sheet_, poisson_, Springs::none);
