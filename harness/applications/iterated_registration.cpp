@@ -162,6 +162,7 @@ private:
       solver.full_multigrid();
       drives_.push_back({solver.displacement(), {}});
     }
+    // What pulls back where the sheet is free is minus what does it.
     const ElasticHierarchy free = make_elastic_hierarchy(sheet_, poisson_, Springs::none);
     session_.load(free);
     const auto unit = static_cast<float>(-force_unit(poisson_));

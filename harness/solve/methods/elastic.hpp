@@ -26,16 +26,15 @@ public:
   /// observations pull with springs the session has the way from the extended conditions for displacement,
   /// and for its load what is left of their residual, which is made once and then followed.
   ElasticSolver(const Level& full, double poisson, ElasticSession& session);
-  /// A sheet that is held by `springs`, at rest where pull() says; empty springs: none, so conditions must
-  /// hold the sheet. It makes the hierarchy and loads it once, for any number of pull(), before which there
-  /// is nothing to solve. All must outlive this object.
-  ElasticSolver(const Level& full, double poisson, const SiteSprings& springs, ElasticSession& session);
   /// The same where somebody else has made the hierarchy: `load` loads it into what takes `steps`, with
   /// springs or without. `levels` are their extents, the image's first; `start` the extended conditions, of
   /// whatever sites are written and read there. `sprung`: observations pull with springs.
   ElasticSolver(ElasticSteps& steps, const std::function<void(Springs)>& load,
                 const std::vector<Extent>& levels, VectorField start, bool sprung);
-
+  /// A sheet that is held by `springs`, at rest where pull() says; empty springs: none, so conditions must
+  /// hold the sheet. It makes the hierarchy and loads it once, for any number of pull(), before which there
+  /// is nothing to solve. All must outlive this object.
+  ElasticSolver(const Level& full, double poisson, const SiteSprings& springs, ElasticSession& session);
   /// Of a sheet with springs: what is solved from now on. `forces` (on sites that are not prescribed, MPa *
   /// pixel * thickness) pull at the sheet, which is displaced by `start`, where its springs are at rest: the
   /// way w from start that solves A (start + w) + springs w = forces. Prescribed components keep the value

@@ -77,8 +77,8 @@ public:
         add_child(sum, 2 * x + column, 2 * y + row, column, row);
       }
     }
-    for (std::size_t column = 0; column < 8;
-         ++column) { // of the two halves, which rounding made different, one
+    // Of the two halves, which rounding made different, one.
+    for (std::size_t column = 0; column < 8; ++column) {
       for (std::size_t row = column + 1; row < 8; ++row) {
         sum[8 * column + row] = sum[8 * row + column];
       }
