@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <vector>
 
 namespace hdmbench {
@@ -19,29 +20,23 @@ struct RingedField {
   }
 };
 
-/// The fields of all levels in the memory of the CPU.
+/// The fields of all levels in the memory of the CPU. A field takes memory from its first use on: two of the
+/// image's five are for conjugate gradients alone.
 class ElasticFields {
 public:
   /// All 0.
   void load(const ElasticHierarchy& hierarchy) {
     levels_.clear();
     levels_.resize(hierarchy.levels.size());
-    for (std::size_t level = 0; level < levels_.size(); ++level) {
-      for (std::size_t field = 0; field < elastic_fields; ++field) {
-        const bool everywhere =
-            field == index_of(ElasticField::correction) || field == index_of(ElasticField::load);
-        if (level == 0 || everywhere) {
-          levels_[level][field].require(hierarchy.levels[level].grid);
-        }
-      }
-    }
+    grids_.clear();
+    std::ranges::transform(hierarchy.levels, std::back_inserter(grids_), &ElasticLevel::grid);
   }
 
   [[nodiscard]] RingedField& at(int level, ElasticField field) {
-    return levels_.at(static_cast<std::size_t>(level))[index_of(field)];
+    return required(static_cast<std::size_t>(level), field);
   }
   [[nodiscard]] const RingedField& at(int level, ElasticField field) const {
-    return levels_.at(static_cast<std::size_t>(level))[index_of(field)];
+    return required(static_cast<std::size_t>(level), field);
   }
 
   /// Values of the sites `part` of the level.
@@ -68,9 +63,14 @@ public:
   }
 
 private:
-  [[nodiscard]] static std::size_t index_of(ElasticField field) { return static_cast<std::size_t>(field); }
+  RingedField& required(std::size_t level, ElasticField field) const {
+    RingedField& result = levels_.at(level)[static_cast<std::size_t>(field)];
+    result.require(grids_.at(level));
+    return result;
+  }
 
-  std::vector<std::array<RingedField, elastic_fields>> levels_;
+  std::vector<RingedGrid> grids_;
+  mutable std::vector<std::array<RingedField, elastic_fields>> levels_;
 };
 
 } // namespace hdmbench

@@ -1,4 +1,5 @@
 #include "backends/backend.hpp"
+#include "backends/cpu/thread_placement.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
 #include "harness/ranks/launch.hpp"
@@ -104,6 +105,9 @@ int run_program(int argc, char** argv, Ranks* ranks) {
   if (argc < 2) {
     fmt::print("{}", program.help());
     return commands::bad_input;
+  }
+  if (ranks == nullptr) { // ranks are placed by who started them
+    place_threads();
   }
   try {
     const auto named =
