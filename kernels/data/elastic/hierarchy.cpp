@@ -1,8 +1,10 @@
 #include "kernels/data/elastic/hierarchy.hpp"
 
 #include "kernels/data/elastic/cell_kinds.hpp"
+#include "kernels/data/elastic/cell_moments.hpp"
 #include "kernels/data/elastic/coarsest_inverse.hpp"
 #include "kernels/data/elastic/hierarchy_part.hpp"
+#include "kernels/data/elastic/site_response.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -14,50 +16,16 @@ namespace {
 
 using InFloat = ElasticInFloat;
 
-/// Where |xx yy - xy^2| is less than this share of xx yy, the two components of a site move as one.
-constexpr float least_determinant = 1e-6F;
+/// Of cells that a thread makes at a time: conditions are often in a few rows.
+constexpr int rows_together = 8;
 
 constexpr Extent half_as_many(Extent sites) {
   return {sites.width / 2 + 1, sites.height / 2 + 1};
 }
 
-void set_cell(ElasticLevel& level, std::size_t index, const InFloat::CellMoments& cell) {
-  level.moments[0][index] = cell.m;
-  level.moments[1][index] = cell.mr;
-  level.moments[2][index] = cell.ms;
-  level.moments[3][index] = cell.mrr;
-  level.moments[4][index] = cell.mss;
-  level.moments[5][index] = cell.mrs;
-}
-
-void set_image_moments(ElasticLevel& level, const Level& full) {
-  const Extent cells = level.grid.cells();
-#pragma omp parallel for if (full.extent.sites() > sites_worth_threads)
-  for (int y = 0; y < cells.height; ++y) {
-    const float* const top = full.modulus.values.data() + full.extent.index(0, y);
-    const float* const bottom = top + full.extent.width;
-    for (int x = 0; x < cells.width; ++x) {
-      set_cell(level, level.grid.index(x, y),
-               InFloat::image_cell({top[x], top[x + 1], bottom[x], bottom[x + 1]}));
-    }
-  }
-}
-
-/// Children that stick out of the image lie in the ring: they add nothing.
-void set_parent_moments(ElasticLevel& level, const ElasticLevel& fine) {
-  const Extent cells = level.grid.cells();
-#pragma omp parallel for if (level.grid.sites.sites() > sites_worth_threads)
-  for (int y = 0; y < cells.height; ++y) {
-    for (int x = 0; x < cells.width; ++x) {
-      const std::size_t child = fine.grid.index(2 * x, 2 * y);
-      const std::size_t below = child + fine.grid.pitch;
-      InFloat::CellMoments sum{0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F};
-      sum = InFloat::with_child(sum, fine.cell(child), -1.0F, -1.0F);
-      sum = InFloat::with_child(sum, fine.cell(child + 1), 1.0F, -1.0F);
-      sum = InFloat::with_child(sum, fine.cell(below), -1.0F, 1.0F);
-      sum = InFloat::with_child(sum, fine.cell(below + 1), 1.0F, 1.0F);
-      set_cell(level, level.grid.index(x, y), sum);
-    }
+void clear_cell(ElasticLevel& level, int x, int y) {
+  for (std::vector<float>& moment : level.moments) {
+    moment[level.grid.index(x, y)] = 0.0F;
   }
 }
 
@@ -75,12 +43,6 @@ public:
     for (int row = 0; row < 2 && 2 * y + row < cells.height; ++row) {
       for (int column = 0; column < 2 && 2 * x + column < cells.width; ++column) {
         add_child(sum, 2 * x + column, 2 * y + row, column, row);
-      }
-    }
-    // Of the two halves, which rounding made different, one.
-    for (std::size_t column = 0; column < 8; ++column) {
-      for (std::size_t row = column + 1; row < 8; ++row) {
-        sum[8 * column + row] = sum[8 * row + column];
       }
     }
     return sum;
@@ -115,38 +77,47 @@ private:
   const Prescribed* prescribed_;
 };
 
-/// Lists the masked cells of `kinds`, each with `matrix_at` its place; other cells of the level that are not
-/// whole have nothing.
-template <typename Matrix>
-void set_masked_cells(ElasticLevel& level, CellKinds& kinds, const Matrix& matrix_at) {
-  const Extent cells = kinds.extent;
-  std::vector<MaskedCell>& masked = level.masked.cells;
-  std::vector<int> rows;
-  rows.reserve(static_cast<std::size_t>(std::ranges::count(kinds.kind, CellKind::masked)));
-  masked.reserve(rows.capacity());
-  kinds.index.resize(cells.sites());
-  for (int y = 0; y < cells.height; ++y) {
-    level.masked.row_begin.push_back(masked.size());
-    for (int x = 0; x < cells.width; ++x) {
-      const std::size_t at = cells.index(x, y);
-      if (kinds.kind[at] == CellKind::masked) {
-        kinds.index[at] = static_cast<std::uint32_t>(masked.size());
-        masked.push_back({.x = x});
-        rows.push_back(y);
-      }
+/// Of the two halves, which rounding made different, one; column by column.
+std::array<float, 64> symmetric(const CellMatrix& matrix) {
+  std::array<float, 64> result{};
+  for (std::size_t column = 0; column < 8; ++column) {
+    for (std::size_t row = 0; row < 8; ++row) {
+      result[8 * column + row] =
+          static_cast<float>(matrix[8 * std::max(row, column) + std::min(row, column)]);
     }
   }
-  level.masked.row_begin.push_back(masked.size());
-#pragma omp parallel for schedule(static) if (rows.size() > 2048)
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    std::ranges::transform(matrix_at(masked[i].x, rows[i]), masked[i].stiffness.begin(),
-                           [](double value) { return static_cast<float>(value); });
+  return result;
+}
+
+/// Lists the masked cells of `kinds`, each with `stiffness_at` its place, which may look at the moments
+/// there; a cell of the level that is not whole then has none.
+template <typename Stiffness>
+void set_masked_cells(ElasticLevel& level, CellKinds& kinds, const Stiffness& stiffness_at) {
+  const Extent cells = kinds.extent;
+  kinds.index.resize(cells.sites());
+  std::vector<std::size_t>& row_begin = level.masked.row_begin;
+  row_begin.assign(static_cast<std::size_t>(cells.height) + 1, 0);
+  for (int y = 0; y < cells.height; ++y) {
+    const CellKind* const row = kinds.kind.data() + cells.index(0, y);
+    row_begin[static_cast<std::size_t>(y) + 1] =
+        row_begin[static_cast<std::size_t>(y)] +
+        static_cast<std::size_t>(std::count(row, row + cells.width, CellKind::masked));
   }
-  for (std::size_t at = 0; at < kinds.kind.size(); ++at) {
-    if (kinds.kind[at] != CellKind::whole) {
-      const auto width = static_cast<std::size_t>(cells.width);
-      set_cell(level, level.grid.index(static_cast<int>(at % width), static_cast<int>(at / width)),
-               {0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F});
+  level.masked.cells.resize(row_begin.back());
+#pragma omp parallel for schedule(dynamic, rows_together) if (cells.sites() > sites_worth_threads)
+  for (int y = 0; y < cells.height; ++y) {
+    std::size_t next = row_begin[static_cast<std::size_t>(y)];
+    for (int x = 0; x < cells.width; ++x) {
+      const std::size_t at = cells.index(x, y);
+      if (kinds.kind[at] == CellKind::whole) {
+        continue;
+      }
+      if (kinds.kind[at] == CellKind::masked) {
+        kinds.index[at] = static_cast<std::uint32_t>(next);
+        level.masked.cells[next] = {.x = x, .stiffness = stiffness_at(x, y)};
+        ++next;
+      }
+      clear_cell(level, x, y);
     }
   }
 }
@@ -194,67 +165,11 @@ CellKinds add_springs(ElasticLevel& image, const InFloat::PoissonRatio& ratio, d
       matrix[9 * entry + 8] += unit * spring.xy;
       matrix[9 * entry + 9] += unit * spring.yy;
     });
-    return matrix;
+    std::array<float, 64> stiffness{};
+    std::ranges::transform(matrix, stiffness.begin(), [](double value) { return static_cast<float>(value); });
+    return stiffness;
   });
   return kinds;
-}
-
-/// Relaxation times the inverse; of a matrix of rank one its pseudo-inverse.
-InFloat::SiteResponse response_of(const InFloat::SiteStiffness& site) {
-  const auto relaxation = static_cast<float>(elastic_relaxation);
-  const float trace = site.xx + site.yy;
-  const float determinant = site.xx * site.yy - site.xy * site.xy;
-  if (determinant > least_determinant * (site.xx * site.yy)) {
-    const float scale = relaxation / determinant;
-    return {scale * site.yy, -scale * site.xy, scale * site.xx};
-  }
-  const float scale = trace > 0.0F ? relaxation / (trace * trace) : 0.0F;
-  return {scale * site.xx, scale * site.xy, scale * site.yy};
-}
-
-void set_response(ElasticLevel& level, const InFloat::PoissonRatio& ratio, const Prescribed* prescribed) {
-  const Extent sites = level.grid.sites;
-  const std::size_t pitch = level.grid.pitch;
-#pragma omp parallel for if (sites.sites() > sites_worth_threads)
-  for (int y = 0; y < sites.height; ++y) {
-    std::vector<InFloat::SiteStiffness> row(static_cast<std::size_t>(sites.width));
-    for (int x = 0; x < sites.width; ++x) {
-      const std::size_t at = level.grid.index(x, y);
-      InFloat::SiteStiffness sum{0.0F, 0.0F, 0.0F};
-      sum = InFloat::with_cell(sum, level.cell(at - pitch - 1), 1.0F, 1.0F, ratio);
-      sum = InFloat::with_cell(sum, level.cell(at - pitch), -1.0F, 1.0F, ratio);
-      sum = InFloat::with_cell(sum, level.cell(at - 1), 1.0F, -1.0F, ratio);
-      row[static_cast<std::size_t>(x)] = InFloat::with_cell(sum, level.cell(at), -1.0F, -1.0F, ratio);
-    }
-    for (int above = 1; above >= 0; --above) { // the row of cells above the sites, then that below
-      const auto [first, last] = level.masked.row(y - above);
-      for (std::size_t i = first; i < last; ++i) {
-        const MaskedCell& cell = level.masked.cells[i];
-        for (std::size_t right = 0; right < 2; ++right) {
-          const std::size_t own = 4 * static_cast<std::size_t>(above) + 2 * right;
-          InFloat::SiteStiffness& site = row[static_cast<std::size_t>(cell.x) + right];
-          site.xx += cell.stiffness[8 * own + own];
-          site.xy += cell.stiffness[8 * own + own + 1];
-          site.yy += cell.stiffness[8 * (own + 1) + own + 1];
-        }
-      }
-    }
-    for (int x = 0; x < sites.width; ++x) {
-      const std::size_t at = level.grid.index(x, y);
-      InFloat::SiteStiffness& site = row[static_cast<std::size_t>(x)];
-      if (prescribed != nullptr) {
-        const bool free_x = prescribed->component[0][at] == 0;
-        const bool free_y = prescribed->component[1][at] == 0;
-        site.xx = free_x ? site.xx : 0.0F;
-        site.yy = free_y ? site.yy : 0.0F;
-        site.xy = free_x && free_y ? site.xy : 0.0F;
-      }
-      const InFloat::SiteResponse response = response_of(site);
-      level.response[0][at] = response.xx;
-      level.response[1][at] = response.xy;
-      level.response[2][at] = response.yy;
-    }
-  }
 }
 
 std::vector<std::uint8_t> in_turn(const Prescribed& prescribed, const RingedGrid& grid) {
@@ -306,7 +221,7 @@ public:
       mask_above(kinds, kinds_);
     }
     const Galerkin galerkin(fine, kinds_, hierarchy_.ratio, is_image ? &*prescribed_ : nullptr);
-    set_masked_cells(level, kinds, [&](int x, int y) { return galerkin.parent(x, y); });
+    set_masked_cells(level, kinds, [&](int x, int y) { return symmetric(galerkin.parent(x, y)); });
     set_response(level, hierarchy_.ratio, nullptr);
     kinds_ = std::move(kinds);
     hierarchy_.levels.push_back(std::move(level));
@@ -383,11 +298,16 @@ ElasticPart make_elastic_part(const Level& part, double poisson, Springs springs
 ElasticLevel empty_level(Extent sites) {
   ElasticLevel level;
   level.grid = RingedGrid(sites);
-  for (auto& values : level.moments) {
-    values.resize(level.grid.size());
+  std::array<std::vector<float>*, 9> arrays{};
+  std::ranges::transform(level.moments, arrays.begin(), [](auto& values) { return &values; });
+  std::ranges::transform(level.response, arrays.begin() + level.moments.size(),
+                         [](auto& values) { return &values; });
+  for (std::vector<float>* const values : arrays) { // where memory is short, outside of the threads
+    values->reserve(level.grid.size());
   }
-  for (auto& values : level.response) {
-    values.resize(level.grid.size());
+#pragma omp parallel for if (sites.sites() > sites_worth_threads)
+  for (std::size_t i = 0; i < arrays.size(); ++i) {
+    arrays[i]->resize(level.grid.size());
   }
   return level;
 }

@@ -7,26 +7,49 @@ namespace {
 /// The share of a parent's corner in the site at 0, 1 or 2 half cells from its first corner.
 constexpr std::array<std::array<double, 2>, 3> shares{{{1.0, 0.0}, {0.5, 0.5}, {0.0, 1.0}}};
 
+constexpr CellMatrix identity = [] {
+  CellMatrix result{};
+  for (std::size_t i = 0; i < 8; ++i) {
+    result[9 * i] = 1.0;
+  }
+  return result;
+}();
+
+using InDouble = Elastic<double>;
+
+/// One component of the corners where the component `column` of all is 1 and the others are 0.
+HDM_FUNCTION InDouble::CellCorners unit_corners(std::size_t component, std::size_t column) {
+  const double* const unit = identity.data() + 8 * component + column;
+  return {unit[0], unit[16], unit[32], unit[48]};
+}
+
+HDM_FUNCTION void set_forces(CellMatrix& matrix, std::size_t corner, std::size_t column,
+                             InDouble::Force force) {
+  matrix[16 * corner + column] = -force.x;
+  matrix[16 * corner + 8 + column] = -force.y;
+}
+
+/// A function of its own: locals declared inside an `omp simd` loop would become arrays in memory.
+HDM_FUNCTION void set_column(CellMatrix& matrix, const InDouble::CellMoments& moments,
+                             const InDouble::PoissonRatio& ratio, std::size_t column) {
+  const InDouble::CellTension tension =
+      InDouble::cell_tension(moments, unit_corners(0, column), unit_corners(1, column), ratio);
+  set_forces(matrix, 0, column, InDouble::force_on_top_left(tension));
+  set_forces(matrix, 1, column, InDouble::force_on_top_right(tension));
+  set_forces(matrix, 2, column, InDouble::force_on_bottom_left(tension));
+  set_forces(matrix, 3, column, InDouble::force_on_bottom_right(tension));
+}
+
 } // namespace
 
 CellMatrix cell_matrix(const ElasticInFloat::CellMoments& moments,
                        const ElasticInFloat::PoissonRatio& ratio) {
-  using InDouble = Elastic<double>;
   const InDouble::CellMoments wide{moments.m, moments.mr, moments.ms, moments.mrr, moments.mss, moments.mrs};
   const InDouble::PoissonRatio wide_ratio{ratio.nu, ratio.shear};
   CellMatrix matrix{};
+#pragma omp simd
   for (std::size_t column = 0; column < 8; ++column) {
-    std::array<double, 8> unit{};
-    unit[column] = 1.0;
-    const auto tension = InDouble::cell_tension(wide, {unit[0], unit[2], unit[4], unit[6]},
-                                                {unit[1], unit[3], unit[5], unit[7]}, wide_ratio);
-    const std::array forces{InDouble::force_on_top_left(tension), InDouble::force_on_top_right(tension),
-                            InDouble::force_on_bottom_left(tension),
-                            InDouble::force_on_bottom_right(tension)};
-    for (std::size_t corner = 0; corner < 4; ++corner) {
-      matrix[8 * (2 * corner) + column] = -forces[corner].x;
-      matrix[8 * (2 * corner + 1) + column] = -forces[corner].y;
-    }
+    set_column(matrix, wide, wide_ratio, column);
   }
   return matrix;
 }
@@ -40,21 +63,22 @@ void add_galerkin(CellMatrix& sum, const CellMatrix& child, int column, int row,
       share[at][corner] = mask[at] * along_x[corner % 2] * along_y[corner / 2];
     }
   }
-  CellMatrix half{}; // child * P
   for (std::size_t at = 0; at < 8; ++at) {
+    std::array<std::array<double, 4>, 2> half{}; // a row of child * P: x of the corners, then y
     for (std::size_t other = 0; other < 8; ++other) {
+      const double stiffness = child[8 * at + other];
       for (std::size_t corner = 0; corner < 4; ++corner) {
-        half[8 * at + 2 * corner + other % 2] += child[8 * at + other] * share[other][corner];
+        half[other % 2][corner] += stiffness * share[other][corner];
       }
     }
-  }
-  for (std::size_t at = 0; at < 8; ++at) {
     for (std::size_t corner = 0; corner < 4; ++corner) {
       const double weight = share[at][corner];
-      if (weight != 0.0) {
-        for (std::size_t other = 0; other < 8; ++other) {
-          sum[8 * (2 * corner + at % 2) + other] += weight * half[8 * at + other];
-        }
+      if (weight == 0.0) {
+        continue;
+      }
+      double* const to = sum.data() + 8 * (2 * corner + at % 2);
+      for (std::size_t other = 0; other < 8; ++other) {
+        to[other] += weight * half[other % 2][other / 2];
       }
     }
   }
