@@ -27,8 +27,6 @@ constexpr float unseen_softness = 0.05F;
 /// The region drives where its forces take away so much of the elastic energy.
 constexpr double driving_share = 0.5;
 constexpr double resistance_to_driving = 0.01; // of the energy that the forces put in: less is no information
-constexpr float driving_stress = 30.0F;        // MPa: of the size of moduli; any other gives the same
-constexpr int drive_steps = 1;                 // of conjugate gradients: forces are made once a level
 constexpr double largest_spring = 1e3;         // times the modulus of the site: no more than float can bear
 
 /// One level of the pictures.
@@ -37,6 +35,7 @@ struct PictureLevel {
   ScalarField target;
   ScalarField modulus;
   ScalarField unseen; ///< empty: none
+  ScalarField still;  ///< what is not tissue; empty: not known
 };
 
 /// What the pictures say about the next step, per site.
@@ -113,11 +112,11 @@ public:
   [[nodiscard]] double noise() const { return noise_; }
 
 private:
-  /// Forces of the region on the tissue around it, as if it were stretched along x, along y, or sheared, and
-  /// what each does alone.
+  /// What becomes of the tissue around when the region is strained about its middle, while what is not tissue
+  /// and the border of the image stay, and the forces that do it.
   struct Drive {
-    VectorField force;        ///< MPa * pixel * thickness
-    VectorField displacement; ///< where the border of the image is held
+    VectorField displacement;
+    VectorField force; ///< MPa * pixel * thickness
   };
 
   void set_drives() {
@@ -126,28 +125,53 @@ private:
     }
     blend_moduli(sheet_.modulus, pictures_.unseen, unseen_softness);
     const Extent extent = sheet_.extent;
+    const auto is_inside = [&](std::size_t site) { return pictures_.unseen.values[site] > 0.5F; };
     Level held = sheet_;
-    held.target = VectorField(extent);
+    double sum_x = 0.0;
+    double sum_y = 0.0;
+    double sites = 0.0;
     for_each_site(extent, [&](int x, int y) {
-      if (x == 0 || y == 0 || x == extent.width - 1 || y == extent.height - 1) {
-        held.confidence.x[extent.index(x, y)] = 1.0F;
-        held.confidence.y[extent.index(x, y)] = 1.0F;
+      const std::size_t site = extent.index(x, y);
+      const bool at_border = x == 0 || y == 0 || x == extent.width - 1 || y == extent.height - 1;
+      const bool is_still = !pictures_.still.values.empty() && pictures_.still.values[site] > 0.5F;
+      if (is_inside(site)) {
+        sum_x += x;
+        sum_y += y;
+        sites += 1.0;
+      }
+      if (is_inside(site) || at_border || is_still) {
+        held.confidence.x[site] = held.confidence.y[site] = 1.0F;
       }
     });
-    const VectorField inward = gradient(blurred(pictures_.unseen, 1.0));
+    const auto middle_x = static_cast<float>(sum_x / std::max(sites, 1.0));
+    const auto middle_y = static_cast<float>(sum_y / std::max(sites, 1.0));
+    const SiteSprings none;
+    const VectorField no_force(extent);
+    ElasticSolver solver(held, poisson_, none, session_);
     for (const auto& [xx, yy, xy] :
          {std::array{1.0F, 0.0F, 0.0F}, std::array{0.0F, 1.0F, 0.0F}, std::array{0.0F, 0.0F, 1.0F}}) {
-      Drive drive{VectorField(extent), VectorField(extent)};
-      for (std::size_t site = 0; site < extent.sites(); ++site) {
-        drive.force.x[site] = -driving_stress * (xx * inward.x[site] + xy * inward.y[site]);
-        drive.force.y[site] = -driving_stress * (xy * inward.x[site] + yy * inward.y[site]);
-      }
-      ElasticSolver solver(held, poisson_, SiteSprings{}, VectorField(extent), drive.force, session_);
+      VectorField strained(extent);
+      for_each_site(extent, [&](int x, int y) {
+        const std::size_t site = extent.index(x, y);
+        const float from_x = is_inside(site) ? static_cast<float>(x) - middle_x : 0.0F;
+        const float from_y = is_inside(site) ? static_cast<float>(y) - middle_y : 0.0F;
+        strained.x[site] = xx * from_x + xy * from_y;
+        strained.y[site] = xy * from_x + yy * from_y;
+      });
+      solver.pull(std::move(strained), no_force);
       solver.full_multigrid();
-      for (int step = 0; step < drive_steps && !solver.conjugate_gradients().ended; ++step) {
-      }
-      drive.displacement = solver.displacement();
-      drives_.push_back(std::move(drive));
+      drives_.push_back({solver.displacement(), {}});
+    }
+    // What pulls back where the sheet is free is minus what does it.
+    const ElasticHierarchy free = make_elastic_hierarchy(sheet_, poisson_, Springs::none);
+    session_.load(free);
+    const auto unit = static_cast<float>(-force_unit(poisson_));
+    for (Drive& drive : drives_) {
+      session_.write(0, ElasticField::displacement, drive.displacement);
+      session_.forces(ElasticField::displacement, ElasticField::load);
+      session_.read(0, ElasticField::load, drive.force);
+      std::ranges::for_each(drive.force.x, [&](float& force) { force /= unit; });
+      std::ranges::for_each(drive.force.y, [&](float& force) { force /= unit; });
     }
   }
 
@@ -156,11 +180,12 @@ private:
     if (options_.gaussian > 0.0) {
       return made_smooth(displacement, evidence);
     }
-    ElasticSolver solver(sheet_, poisson_, evidence.structure, displacement, evidence.pull, session_);
+    ElasticSolver solver(sheet_, poisson_, evidence.structure, session_);
+    solver.pull(displacement, evidence.pull);
     solver.full_multigrid();
     VectorField solution = solver.displacement();
     if (!drives_.empty()) {
-      drive(solution, displacement, evidence);
+      drive(solution, displacement, evidence, solver);
     }
     return solution;
   }
@@ -169,13 +194,13 @@ private:
   /// U the displacements by the drives' forces F alone, energy counts from U a instead of from 0:
   ///     minimise  1/2 (d - U a)' A (d - U a) + springs(d)  over d and a,
   /// so d(a) = d(0) + W a with (A + springs) W = F, and F'(U - W) a = F' d(0).
-  void drive(VectorField& solution, const VectorField& start, const Evidence& evidence) const {
+  void drive(VectorField& solution, const VectorField& start, const Evidence& evidence,
+             ElasticSolver& solver) const {
     std::array<VectorField, drive_count> responses;
     Eigen::Matrix<double, drive_count, drive_count> matrix;
     Eigen::Vector<double, drive_count> wanted;
     for (std::size_t i = 0; i < drive_count; ++i) {
-      ElasticSolver solver(sheet_, poisson_, evidence.structure, VectorField(sheet_.extent), drives_[i].force,
-                           session_);
+      solver.pull(VectorField(sheet_.extent), drives_[i].force);
       solver.full_multigrid();
       responses[i] = solver.displacement();
     }
@@ -316,13 +341,22 @@ private:
 
 std::vector<PictureLevel> picture_levels(const ScalarField& source, const ScalarField& target,
                                          const Scene& scene, const ScalarField& unseen, int most) {
-  std::vector<PictureLevel> levels{{source, target, scene.full.modulus, unseen}};
+  ScalarField still;
+  if (!scene.labels.values.empty()) {
+    still = ScalarField(source.extent);
+    std::ranges::transform(scene.labels.values, still.values.begin(),
+                           [](int label) { return label > 0 ? 0.0F : 1.0F; });
+  }
+  const auto half = [](const ScalarField& mask) {
+    return mask.values.empty() ? ScalarField{} : halved_mean(mask);
+  };
+  std::vector<PictureLevel> levels{{source, target, scene.full.modulus, unseen, std::move(still)}};
   while (static_cast<int>(levels.size()) < most &&
          std::min(levels.back().source.extent.width, levels.back().source.extent.height) >=
              2 * smallest_side) {
     const PictureLevel& fine = levels.back();
-    levels.push_back({halved(fine.source), halved(fine.target), halved_mean(fine.modulus),
-                      fine.unseen.values.empty() ? ScalarField{} : halved_mean(fine.unseen)});
+    levels.push_back({halved(fine.source), halved(fine.target), halved_mean(fine.modulus), half(fine.unseen),
+                      half(fine.still)});
   }
   return levels;
 }

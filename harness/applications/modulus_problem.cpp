@@ -82,7 +82,9 @@ VectorField ModulusProblem::displacement(std::span<const double> logarithms) {
 
 void ModulusProblem::slopes(const VectorField& found, const VectorField& difference,
                             std::span<double> derivative) {
-  ElasticSolver solver(level_, poisson_, SiteSprings{}, VectorField(level_.extent), difference, session_);
+  const SiteSprings none;
+  ElasticSolver solver(level_, poisson_, none, session_);
+  solver.pull(VectorField(level_.extent), difference);
   solver.full_multigrid();
   for (int step = 0; step < steps && !solver.conjugate_gradients().ended; ++step) {
   }

@@ -40,29 +40,27 @@ int run_detect(const Arguments& arguments, const std::string& line) {
                                          data.scene, arguments.detection, *session, progress);
   progress.clear();
 
-  DetectionRow row{.scene = data.scene.name,
-                   .width = data.scene.extent().width,
-                   .height = data.scene.extent().height,
-                   .backend = std::string(backend.name()),
-                   .device = device.name,
-                   .seconds = registered.seconds + found.seconds,
-                   .registration_seconds = registered.seconds,
-                   .region_sites =
-                       std::ranges::count_if(data.region.values, [](float v) { return v != 0.0F; }),
-                   .simulations = std::ssize(found.by_chance),
-                   .as_much_by_chance = std::ranges::count_if(
-                       found.by_chance, [&](double most) { return most >= std::abs(found.largest); }),
-                   .largest_by_chance = std::ranges::max(found.by_chance),
-                   .noise = found.noise,
-                   .unexplained_before = found.unexplained_before,
-                   .unexplained = found.unexplained,
-                   .largest = found.largest,
-                   .x = found.x,
-                   .y = found.y,
-                   .radius = found.radius,
-                   .contrast = found.contrast,
-                   .position_deviation = found.position_deviation,
-                   .contrast_deviation = found.contrast_deviation};
+  DetectionRow row;
+  row.set_scene(data.scene);
+  row.backend = std::string(backend.name());
+  row.device = device.name;
+  row.seconds = registered.seconds + found.seconds;
+  row.registration_seconds = registered.seconds;
+  row.region_sites = std::ranges::count_if(data.region.values, [](float v) { return v != 0.0F; });
+  row.simulations = std::ssize(found.by_chance);
+  row.as_much_by_chance =
+      std::ranges::count_if(found.by_chance, [&](double most) { return most >= std::abs(found.largest); });
+  row.largest_by_chance = std::ranges::max(found.by_chance);
+  row.noise = found.noise;
+  row.unexplained_before = found.unexplained_before;
+  row.unexplained = found.unexplained;
+  row.largest = found.largest;
+  row.x = found.x;
+  row.y = found.y;
+  row.radius = found.radius;
+  row.contrast = found.contrast;
+  row.position_deviation = found.position_deviation;
+  row.contrast_deviation = found.contrast_deviation;
   const LabelDoubt doubt = doubt_labels(data.source, data.scene, found);
   if (doubt.is_serious()) {
     row.looks_like = doubt.label;

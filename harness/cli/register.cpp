@@ -167,9 +167,7 @@ int run_register(const Arguments& arguments, const std::string& line) {
                                       : register_region(arguments, data, backend, progress);
   progress.clear();
   RegistrationRow& row = outcome.row;
-  row.scene = data.scene.name;
-  row.width = data.scene.extent().width;
-  row.height = data.scene.extent().height;
+  row.set_scene(data.scene);
   row.spacing = data.scene.spacing;
   row.algorithm = registration_algorithms[arguments.iterate ? 1 : 0];
   row.backend = std::string(backend.name());

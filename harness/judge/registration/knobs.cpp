@@ -197,9 +197,7 @@ void detect_cases(const Scene& scene, Settings settings, KnobRow& row, ElasticSe
 } // namespace
 
 void list_fields(Fields& fields, KnobRow& row) {
-  fields("scene", row.scene);
-  fields("width", row.width);
-  fields("height", row.height);
+  list_fields(fields, static_cast<RegisteredScene&>(row));
   fields("algorithm", row.algorithm);
   fields("knob", row.knob);
   fields("value", row.value);
@@ -234,13 +232,12 @@ std::vector<KnobRow> turn_knobs(const Scene& scene, int cases, bool slow, const 
         progress.describe(fmt::format("rivals {}: {}, {} {:g}", scene.name, algorithm, knob.name, value));
         Settings settings{.told = scene};
         knob.turn(settings, value);
-        KnobRow row{.scene = scene.name,
-                    .width = scene.extent().width,
-                    .height = scene.extent().height,
-                    .algorithm = std::string(algorithm),
-                    .knob = std::string(knob.name),
-                    .value = value,
-                    .cases = cases};
+        KnobRow row;
+        row.set_scene(scene);
+        row.algorithm = std::string(algorithm);
+        row.knob = std::string(knob.name);
+        row.value = value;
+        row.cases = cases;
         if (detects) {
           detect_cases(scene, settings, row, *session);
         } else {

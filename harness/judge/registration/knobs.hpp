@@ -10,10 +10,7 @@ namespace hdmbench {
 
 /// A row of `rivals --knobs`: one thing is turned, all others are as usual. "told" is what the algorithm is
 /// told of the tissue, which is not what the truth was made with.
-struct KnobRow {
-  std::string scene;
-  std::int64_t width = 0;
-  std::int64_t height = 0;
+struct KnobRow : RegisteredScene {
   /// algorithm_5 and algorithm_6 register a resection, algorithm_7 looks for inclusions.
   std::string algorithm;
   std::string knob;

@@ -22,10 +22,8 @@ static void list_fields(Fields& fields, PeopleRow::Overlap& overlap) {
 }
 
 void list_fields(Fields& fields, PeopleRow& row) {
-  fields("scene", row.scene);
+  list_fields(fields, static_cast<RegisteredScene&>(row));
   fields("other", row.other);
-  fields("width", row.width);
-  fields("height", row.height);
   fields("method", row.method);
   fields("dice", row.dice);
   fields("overlaps", row.overlaps);
@@ -83,17 +81,15 @@ std::vector<PeopleRow> compare_people(const Scene& scene, const Scene& other, bo
       {scene.picture, other.picture, nowhere, false}, scene, slow, backend, session,
       fmt::format("rivals {} to {}", scene.name, other.name), progress,
       [&](const RegisteredPair& registered) {
-        PeopleRow row{
-            .scene = scene.name,
-            .other = other.name,
-            .width = scene.extent().width,
-            .height = scene.extent().height,
-            .method = registered.method,
-            .overlaps = overlaps_of(scene.labels, other.labels, registered.displacement),
-            .correlation =
-                similarity(scene.picture, pulled_back(other.picture, registered.displacement)).correlation,
-            .folds = folds_of(registered.displacement, scene.labels),
-            .seconds = registered.seconds};
+        PeopleRow row;
+        row.set_scene(scene);
+        row.other = other.name;
+        row.method = registered.method;
+        row.overlaps = overlaps_of(scene.labels, other.labels, registered.displacement);
+        row.correlation =
+            similarity(scene.picture, pulled_back(other.picture, registered.displacement)).correlation;
+        row.folds = folds_of(registered.displacement, scene.labels);
+        row.seconds = registered.seconds;
         for (const PeopleRow::Overlap& overlap : row.overlaps) {
           row.dice += overlap.dice / static_cast<double>(row.overlaps.size());
         }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "harness/judge/registration/registered_scene.hpp"
 #include "harness/judge/registration/ways.hpp"
 #include "harness/scene/label_field.hpp"
 
@@ -13,16 +14,13 @@ class Fields;
 
 /// A row of `rivals --other`: one way to register the picture of one person to that of another. Nobody knows
 /// the true displacement; what can be said is whether one label lies on the same label.
-struct PeopleRow {
+struct PeopleRow : RegisteredScene {
   /// How much the two have in common of one label.
   struct Overlap {
     int label = 0;
     double dice = 0.0; ///< 0 ... 1
   };
-  std::string scene; ///< the source
-  std::string other; ///< the target
-  std::int64_t width = 0;
-  std::int64_t height = 0;
+  std::string other; ///< the target; the source is `scene`
   std::string method;
   double dice = 0.0;             ///< mean over the labels above 0 that both have
   std::vector<Overlap> overlaps; ///< of each of them

@@ -25,9 +25,7 @@ static void list_fields(Fields& fields, RegistrationRow::Iteration& iteration) {
 }
 
 void list_fields(Fields& fields, RegistrationRow& row) {
-  fields("scene", row.scene);
-  fields("width", row.width);
-  fields("height", row.height);
+  list_fields(fields, static_cast<RegisteredScene&>(row));
   fields("spacing", row.spacing);
   fields("algorithm", OneOf{row.algorithm, registration_algorithms});
   fields.if_any("conventional", row.conventional);
@@ -47,9 +45,7 @@ void list_fields(Fields& fields, RegistrationRow& row) {
 }
 
 void list_fields(Fields& fields, DetectionRow& row) {
-  fields("scene", row.scene);
-  fields("width", row.width);
-  fields("height", row.height);
+  list_fields(fields, static_cast<RegisteredScene&>(row));
   fields("backend", row.backend);
   fields("device", row.device);
   fields("seconds", NotNegative{row.seconds});

@@ -2,6 +2,7 @@
 
 #include "harness/applications/iterated_registration.hpp"
 #include "harness/applications/similarity.hpp"
+#include "harness/judge/registration/registered_scene.hpp"
 
 #include <array>
 #include <cstdint>
@@ -24,7 +25,7 @@ struct NamedPicture {
 inline constexpr std::array<std::string_view, 2> registration_algorithms{"region", "iterated"};
 
 /// The row of `register`.
-struct RegistrationRow {
+struct RegistrationRow : RegisteredScene {
   struct Iteration {
     int level = 0;
     std::int64_t width = 0;
@@ -33,9 +34,6 @@ struct RegistrationRow {
     double outliers = 0.0;   ///< share
     double step = 0.0;       ///< pixels
   };
-  std::string scene;
-  std::int64_t width = 0;
-  std::int64_t height = 0;
   double spacing = 1.0; ///< millimetres per pixel
   std::string algorithm;
   std::string conventional{}; ///< of Algorithm 5
@@ -57,10 +55,7 @@ struct RegistrationRow {
 void list_fields(Fields& fields, RegistrationRow& row);
 
 /// The row of `detect`.
-struct DetectionRow {
-  std::string scene;
-  std::int64_t width = 0;
-  std::int64_t height = 0;
+struct DetectionRow : RegisteredScene {
   std::string backend;
   std::string device;
   double seconds = 0.0;              ///< in all

@@ -102,9 +102,7 @@ void list_fields(Fields& fields, RegistrationError& error) {
 }
 
 void list_fields(Fields& fields, RivalRow& row) {
-  fields("scene", row.scene);
-  fields("width", row.width);
-  fields("height", row.height);
+  list_fields(fields, static_cast<RegisteredScene&>(row));
   fields("planted", OneOf{row.planted, planted_names});
   fields("amplitude", row.amplitude);
   fields("noise", row.noise);
@@ -117,9 +115,7 @@ void list_fields(Fields& fields, RivalRow& row) {
 }
 
 void list_fields(Fields& fields, InclusionRow& row) {
-  fields("scene", row.scene);
-  fields("width", row.width);
-  fields("height", row.height);
+  list_fields(fields, static_cast<RegisteredScene&>(row));
   fields("radius", row.radius);
   fields("contrast", row.contrast);
   fields("noise", row.noise);
@@ -200,9 +196,7 @@ std::vector<RivalRow> compare_rivals(const Scene& scene, const PlantedOptions& p
   const auto add = [&](const RegisteredPair& registered) {
     RivalRow row;
     static_cast<RegistrationError&>(row) = error_of(registered.displacement, pair, scene.labels);
-    row.scene = scene.name;
-    row.width = scene.extent().width;
-    row.height = scene.extent().height;
+    row.set_scene(scene);
     row.planted = what;
     row.amplitude = planted.amplitude;
     row.noise = planted.noise;
@@ -252,20 +246,19 @@ InclusionRow look_for(const Scene& scene, const Scene& told, const PlantedInclus
   };
   const Detection found = detect();
   progress.advance(1.0);
-  InclusionRow row{.scene = scene.name,
-                   .width = scene.extent().width,
-                   .height = scene.extent().height,
-                   .radius = inclusion.radius,
-                   .contrast = inclusion.contrast,
-                   .noise = inclusion.noise,
-                   .pictures = pictures,
-                   .seed = inclusion.seed,
-                   .score = std::abs(found.largest),
-                   .by_chance = std::ranges::max(found.by_chance),
-                   .distance = std::hypot(found.x - field.x, found.y - field.y),
-                   .found_contrast = found.contrast,
-                   .doubted = doubt_labels(pair.source, told, found).is_serious(),
-                   .seconds = found.seconds};
+  InclusionRow row;
+  row.set_scene(scene);
+  row.radius = inclusion.radius;
+  row.contrast = inclusion.contrast;
+  row.noise = inclusion.noise;
+  row.pictures = pictures;
+  row.seed = inclusion.seed;
+  row.score = std::abs(found.largest);
+  row.by_chance = std::ranges::max(found.by_chance);
+  row.distance = std::hypot(found.x - field.x, found.y - field.y);
+  row.found_contrast = found.contrast;
+  row.doubted = doubt_labels(pair.source, told, found).is_serious();
+  row.seconds = found.seconds;
   for_each_site(scene.extent(), [&](int x, int y) {
     if (std::hypot(x - field.x, y - field.y) < 1.0) {
       const auto significance = static_cast<double>(found.significance.values[scene.extent().index(x, y)]);

@@ -2,6 +2,7 @@
 
 #include "backends/backend.hpp"
 #include "harness/judge/registration/planted.hpp"
+#include "harness/judge/registration/registered_scene.hpp"
 #include "harness/judge/registration/ways.hpp"
 #include "harness/solve/progress.hpp"
 
@@ -34,10 +35,7 @@ void list_fields(Fields& fields, RegistrationError& error);
 [[nodiscard]] std::int64_t folds_of(const VectorField& displacement, const LabelField& labels);
 
 /// A row of `rivals`: one way to register one planted pair.
-struct RivalRow : RegistrationError {
-  std::string scene;
-  std::int64_t width = 0;
-  std::int64_t height = 0;
+struct RivalRow : RegisteredScene, RegistrationError {
   std::string planted; ///< of planted_names
   double amplitude = 0.0;
   double noise = 0.0;
@@ -57,10 +55,7 @@ inline constexpr std::string_view truth_outside = "the truth given outside the r
                                                    const SessionOptions& session, Progress& progress);
 
 /// A row of `roc`: one planted inclusion, or none.
-struct InclusionRow {
-  std::string scene;
-  std::int64_t width = 0;
-  std::int64_t height = 0;
+struct InclusionRow : RegisteredScene {
   double radius = 0.0;
   double contrast = 1.0; ///< 1: nothing was hidden
   double noise = 0.0;    ///< of the displacement, share of the largest one; of pictures, share of white

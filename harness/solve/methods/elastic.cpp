@@ -70,26 +70,34 @@ void ElasticSolver::load(const std::function<void(Springs)>& load_sheet) {
   session_.write(0, ElasticField::load, load);
 }
 
-ElasticSolver::ElasticSolver(const Level& full, double poisson, const SiteSprings& springs, VectorField start,
-                             const VectorField& pull, ElasticSession& session)
-    : session_(session), start_(std::move(start)), sprung_(true) {
-  const bool held = !springs.xx.values.empty();
+ElasticSolver::ElasticSolver(const Level& full, double poisson, const SiteSprings& springs,
+                             ElasticSession& session)
+    : session_(session), sprung_(true), sheet_{&full, &springs, poisson} {
   timed(timings_.projection, [&] {
-    hierarchy_ = held ? make_elastic_hierarchy(full, poisson, springs)
-                      : make_elastic_hierarchy(full, poisson, Springs::none);
+    hierarchy_ = springs.xx.values.empty() ? make_elastic_hierarchy(full, poisson, Springs::none)
+                                           : make_elastic_hierarchy(full, poisson, springs);
   });
+  timed(timings_.upload, [&] { session.load(hierarchy_); });
+  list_work(extents(hierarchy_));
+}
+
+void ElasticSolver::pull(VectorField start, const VectorField& forces_there) {
   const Stopwatch watch(timings_.upload);
-  session.load(hierarchy_);
+  start_ = std::move(start);
+  last_product_ = 0.0F;
   session_.write(0, ElasticField::displacement, start_);
   session_.forces(ElasticField::displacement, ElasticField::load);
   VectorField load;
   session_.read(0, ElasticField::load, load);
-  const double unit = force_unit(poisson);
+  const double unit = force_unit(sheet_.poisson);
+  const Level& full = *sheet_.level;
+  const SiteSprings& springs = *sheet_.springs;
+  const bool held = !springs.xx.values.empty();
   for (std::size_t at = 0; at < full.extent.sites(); ++at) {
     const double x = start_.x[at];
     const double y = start_.y[at];
-    double along_x = pull.x[at];
-    double along_y = pull.y[at];
+    double along_x = forces_there.x[at];
+    double along_y = forces_there.y[at];
     if (held) { // they pulled from 0
       along_x += springs.xx.values[at] * x + springs.xy.values[at] * y;
       along_y += springs.xy.values[at] * x + springs.yy.values[at] * y;
@@ -99,7 +107,6 @@ ElasticSolver::ElasticSolver(const Level& full, double poisson, const SiteSpring
   }
   session_.write(0, ElasticField::load, load);
   session_.write(0, ElasticField::displacement, VectorField(full.extent));
-  list_work(extents(hierarchy_));
 }
 
 void ElasticSolver::list_work(const std::vector<Extent>& levels) {

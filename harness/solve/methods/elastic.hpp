@@ -26,18 +26,20 @@ public:
   /// observations pull with springs the session has the way from the extended conditions for displacement,
   /// and for its load what is left of their residual, which is made once and then followed.
   ElasticSolver(const Level& full, double poisson, ElasticSession& session);
-  /// What `pull` does (forces on sites that are not prescribed, MPa * pixel * thickness) to a sheet that is
-  /// displaced by `start` and held by `springs`, which are at rest there: the way w from start that solves
-  /// A (start + w) + springs w = pull. Prescribed components have the value that start has. Empty springs:
-  /// none, so conditions must hold the sheet. All must outlive this object.
-  ElasticSolver(const Level& full, double poisson, const SiteSprings& springs, VectorField start,
-                const VectorField& pull, ElasticSession& session);
-
   /// The same where somebody else has made the hierarchy: `load` loads it into what takes `steps`, with
   /// springs or without. `levels` are their extents, the image's first; `start` the extended conditions, of
   /// whatever sites are written and read there. `sprung`: observations pull with springs.
   ElasticSolver(ElasticSteps& steps, const std::function<void(Springs)>& load,
                 const std::vector<Extent>& levels, VectorField start, bool sprung);
+  /// A sheet that is held by `springs`, at rest where pull() says; empty springs: none, so conditions must
+  /// hold the sheet. It makes the hierarchy and loads it once, for any number of pull(), before which there
+  /// is nothing to solve. All must outlive this object.
+  ElasticSolver(const Level& full, double poisson, const SiteSprings& springs, ElasticSession& session);
+  /// Of a sheet with springs: what is solved from now on. `forces` (on sites that are not prescribed, MPa *
+  /// pixel * thickness) pull at the sheet, which is displaced by `start`, where its springs are at rest: the
+  /// way w from start that solves A (start + w) + springs w = forces. Prescribed components keep the value
+  /// that start has.
+  void pull(VectorField start, const VectorField& forces);
 
   /// From the coarsest level to the finest, one W cycle each: the error of the result is of the size of the
   /// discretisation's. Without `on_image` the image only gets what the next level has.
@@ -75,8 +77,14 @@ private:
   Timings timings_;
   ElasticHierarchy hierarchy_;
   std::vector<LevelResult> work_;
-  VectorField start_;         ///< extended conditions; only where sprung_
-  bool sprung_ = false;       ///< the session has the way from start_, and its load was made once
+  VectorField start_;   ///< extended conditions, or that of pull(); only where sprung_
+  bool sprung_ = false; ///< the session has the way from start_, and its load was made once
+  struct Sheet {
+    const Level* level = nullptr;
+    const SiteSprings* springs = nullptr;
+    double poisson = 0.0;
+  };
+  Sheet sheet_;               ///< of pull()
   float last_product_ = 0.0F; ///< load * correction of the last step of conjugate gradients; 0: none yet
   float last_factor_ = 0.0F;
 };

@@ -89,7 +89,10 @@ std::array<float, 64> symmetric(const CellMatrix& matrix) {
   return result;
 }
 
-void set_masked_cells(ElasticLevel& level, CellKinds& kinds, const Galerkin& galerkin) {
+/// Lists the masked cells of `kinds`, each with `stiffness_at` its place, which may look at the moments
+/// there; a cell of the level that is not whole then has none.
+template <typename Stiffness>
+void set_masked_cells(ElasticLevel& level, CellKinds& kinds, const Stiffness& stiffness_at) {
   const Extent cells = kinds.extent;
   kinds.index.resize(cells.sites());
   std::vector<std::size_t>& row_begin = level.masked.row_begin;
@@ -109,12 +112,12 @@ void set_masked_cells(ElasticLevel& level, CellKinds& kinds, const Galerkin& gal
       if (kinds.kind[at] == CellKind::whole) {
         continue;
       }
-      clear_cell(level, x, y);
       if (kinds.kind[at] == CellKind::masked) {
         kinds.index[at] = static_cast<std::uint32_t>(next);
-        level.masked.cells[next] = {.x = x, .stiffness = symmetric(galerkin.parent(x, y))};
+        level.masked.cells[next] = {.x = x, .stiffness = stiffness_at(x, y)};
         ++next;
       }
+      clear_cell(level, x, y);
     }
   }
 }
@@ -135,50 +138,37 @@ CellKinds add_springs(ElasticLevel& image, const InFloat::PoissonRatio& ratio, d
                       const Spring& spring_at) {
   const Extent sites = image.grid.sites;
   const Extent cells = image.grid.cells();
-  CellKinds kinds{cells, std::vector<CellKind>(cells.sites(), CellKind::whole),
-                  std::vector<std::uint32_t>(cells.sites())};
-  const auto cell_of = [&](int x, int y) {
-    return cells.index(std::min(x, cells.width - 1), std::min(y, cells.height - 1));
-  };
-  const auto for_each_spring = [&](const auto& call) {
-    for (int y = 0; y < sites.height; ++y) {
-      for (int x = 0; x < sites.width; ++x) {
+  const auto for_each_spring = [&](int cell_x, int cell_y, const auto& call) {
+    for (int y = cell_y; y <= (cell_y + 1 == cells.height ? cell_y + 1 : cell_y); ++y) {
+      for (int x = cell_x; x <= (cell_x + 1 == cells.width ? cell_x + 1 : cell_x); ++x) {
         const SpringAt spring = spring_at(sites.index(x, y));
         if (!spring.is_none()) {
-          call(x, y, spring);
+          call(x - cell_x + 2 * (y - cell_y), spring);
         }
       }
     }
   };
-  for_each_spring([&](int x, int y, const SpringAt&) { kinds.kind[cell_of(x, y)] = CellKind::masked; });
-  std::vector<CellMatrix> matrices;
+  CellKinds kinds{cells, std::vector<CellKind>(cells.sites(), CellKind::whole), {}};
+#pragma omp parallel for if (sites.sites() > sites_worth_threads)
   for (int y = 0; y < cells.height; ++y) {
-    image.masked.row_begin.push_back(image.masked.cells.size());
     for (int x = 0; x < cells.width; ++x) {
-      if (kinds.kind[cells.index(x, y)] == CellKind::masked) {
-        kinds.index[cells.index(x, y)] = static_cast<std::uint32_t>(matrices.size());
-        matrices.push_back(cell_matrix(image.cell(image.grid.index(x, y)), ratio));
-        image.masked.cells.push_back({.x = x});
-        clear_cell(image, x, y);
-      }
+      for_each_spring(x, y, [&](int, const SpringAt&) { kinds.kind[cells.index(x, y)] = CellKind::masked; });
     }
   }
-  image.masked.row_begin.push_back(image.masked.cells.size());
   const double unit = force_unit(poisson);
-  for_each_spring([&](int x, int y, const SpringAt& spring) {
-    const int column = std::min(x, cells.width - 1);
-    const int row = std::min(y, cells.height - 1);
-    const auto entry = static_cast<std::size_t>(2 * ((x - column) + 2 * (y - row)));
-    CellMatrix& matrix = matrices[kinds.index[cells.index(column, row)]];
-    matrix[9 * entry] += unit * spring.xx;
-    matrix[9 * entry + 1] += unit * spring.xy;
-    matrix[9 * entry + 8] += unit * spring.xy;
-    matrix[9 * entry + 9] += unit * spring.yy;
+  set_masked_cells(image, kinds, [&](int x, int y) {
+    CellMatrix matrix = cell_matrix(image.cell(image.grid.index(x, y)), ratio);
+    for_each_spring(x, y, [&](int corner, const SpringAt& spring) {
+      const auto entry = static_cast<std::size_t>(2 * corner);
+      matrix[9 * entry] += unit * spring.xx;
+      matrix[9 * entry + 1] += unit * spring.xy;
+      matrix[9 * entry + 8] += unit * spring.xy;
+      matrix[9 * entry + 9] += unit * spring.yy;
+    });
+    std::array<float, 64> stiffness{};
+    std::ranges::transform(matrix, stiffness.begin(), [](double value) { return static_cast<float>(value); });
+    return stiffness;
   });
-  for (std::size_t i = 0; i < matrices.size(); ++i) {
-    std::ranges::transform(matrices[i], image.masked.cells[i].stiffness.begin(),
-                           [](double value) { return static_cast<float>(value); });
-  }
   return kinds;
 }
 
@@ -230,8 +220,8 @@ public:
     if (is_image && !kinds_.kind.empty()) {
       mask_above(kinds, kinds_);
     }
-    set_masked_cells(level, kinds,
-                     Galerkin(fine, kinds_, hierarchy_.ratio, is_image ? &*prescribed_ : nullptr));
+    const Galerkin galerkin(fine, kinds_, hierarchy_.ratio, is_image ? &*prescribed_ : nullptr);
+    set_masked_cells(level, kinds, [&](int x, int y) { return symmetric(galerkin.parent(x, y)); });
     set_response(level, hierarchy_.ratio, nullptr);
     kinds_ = std::move(kinds);
     hierarchy_.levels.push_back(std::move(level));
