@@ -38,6 +38,13 @@ struct PictureLevel {
   ScalarField still;  ///< what is not tissue; empty: not known
 };
 
+/// Of a region, the same everywhere.
+struct Strain {
+  float xx;
+  float yy;
+  float xy;
+};
+
 /// What the pictures say about the next step, per site.
 struct Evidence {
   SiteSprings structure;   ///< weighted gradient times gradient
@@ -148,15 +155,15 @@ private:
     const SiteSprings none;
     const VectorField no_force(extent);
     ElasticSolver solver(held, poisson_, none, session_);
-    for (const auto& [xx, yy, xy] :
-         {std::array{1.0F, 0.0F, 0.0F}, std::array{0.0F, 1.0F, 0.0F}, std::array{0.0F, 0.0F, 1.0F}}) {
+    for (const Strain& strain :
+         {Strain{1.0F, 0.0F, 0.0F}, Strain{0.0F, 1.0F, 0.0F}, Strain{0.0F, 0.0F, 1.0F}}) {
       VectorField strained(extent);
       for_each_site(extent, [&](int x, int y) {
         const std::size_t site = extent.index(x, y);
         const float from_x = is_inside(site) ? static_cast<float>(x) - middle_x : 0.0F;
         const float from_y = is_inside(site) ? static_cast<float>(y) - middle_y : 0.0F;
-        strained.x[site] = xx * from_x + xy * from_y;
-        strained.y[site] = xy * from_x + yy * from_y;
+        strained.x[site] = strain.xx * from_x + strain.xy * from_y;
+        strained.y[site] = strain.xy * from_x + strain.yy * from_y;
       });
       solver.pull(std::move(strained), no_force);
       solver.full_multigrid();

@@ -85,10 +85,10 @@ void print(const char* title, const std::vector<const Trial*>& trials, const std
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     if (std::ranges::any_of(trials, [&](const Trial* trial) { return trial->seen[i].has_value(); })) {
       shown.push_back(i);
-      columns.push_back({scenes[i].label, Table::Align::left});
+      columns.emplace_back(scenes[i].label, Table::Align::left);
     }
   }
-  columns.push_back({last_column, Table::Align::left});
+  columns.emplace_back(last_column, Table::Align::left);
   Table table(columns);
   for (const Trial* const trial : trials) {
     std::vector<std::string> cells{trial->planted.name, trial->planted.backend};

@@ -14,17 +14,6 @@
 
 namespace hdmbench {
 
-/// Which device a rank opens: "by-rank" is the one that has the rank's number among the ranks of its machine,
-/// from the first one on again where there are fewer. Threads that nobody asked for: the machine's, shared
-/// out. Throws DeviceError.
-[[nodiscard]] SessionOptions options_of_rank(SessionOptions asked, const Backend& backend,
-                                             const Ranks& ranks);
-
-/// "openmp", or "openmp+vulkan-compute": the backend of each rank in turn, from the first one on again.
-/// Throws InputError where one is unknown.
-[[nodiscard]] const Backend& backend_of_rank(const std::vector<std::unique_ptr<Backend>>& registry,
-                                             std::string_view names, int rank);
-
 /// Sessions that all ranks have together, commanded by the first one: it has the levels and fields, hands out
 /// to each rank its part, and collects them. So what knows nothing of ranks, as verify, can run them. Errors
 /// of another rank end all. On the first rank errors are InputError, in the words of what failed: the others

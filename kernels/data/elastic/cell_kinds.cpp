@@ -34,7 +34,7 @@ CellKinds kinds_below_image(Extent cells, const Prescribed& prescribed, const Ri
       }
     }
     for (int x = 0; x < cells.width; ++x) {
-      const auto left = static_cast<std::size_t>(2 * x);
+      const std::size_t left = 2 * static_cast<std::size_t>(x);
       const auto right = static_cast<std::size_t>(std::min(2 * x + 2, width - 1));
       if ((any[left] | any[left + 1] | any[right]) != 0) {
         const bool held = (all[left] & all[left + 1] & all[right]) != 0;

@@ -125,6 +125,8 @@ Known known_component(Extent extent, const std::vector<float>& target, const std
   return known;
 }
 
+// Ends, as averages have half as many sites a side.
+// NOLINTNEXTLINE(misc-no-recursion)
 void extend(Known& known) {
   if (known.extent.width <= 2 && known.extent.height <= 2) {
     fill(known);

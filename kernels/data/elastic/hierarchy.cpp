@@ -159,7 +159,7 @@ CellKinds add_springs(ElasticLevel& image, const InFloat::PoissonRatio& ratio, d
   set_masked_cells(image, kinds, [&](int x, int y) {
     CellMatrix matrix = cell_matrix(image.cell(image.grid.index(x, y)), ratio);
     for_each_spring(x, y, [&](int corner, const SpringAt& spring) {
-      const auto entry = static_cast<std::size_t>(2 * corner);
+      const std::size_t entry = 2 * static_cast<std::size_t>(corner);
       matrix[9 * entry] += unit * spring.xx;
       matrix[9 * entry + 1] += unit * spring.xy;
       matrix[9 * entry + 8] += unit * spring.xy;
@@ -306,8 +306,8 @@ ElasticLevel empty_level(Extent sites) {
     values->reserve(level.grid.size());
   }
 #pragma omp parallel for if (sites.sites() > sites_worth_threads)
-  for (std::size_t i = 0; i < arrays.size(); ++i) {
-    arrays[i]->resize(level.grid.size());
+  for (std::vector<float>* const values : arrays) {
+    values->resize(level.grid.size());
   }
   return level;
 }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstddef>
 
 namespace hdmbench {
 
@@ -21,10 +20,10 @@ struct MomentsRow {
                            [&](auto& values) { return values.data() + level.grid.index(0, y); });
   }
 
-  [[nodiscard]] ElasticInFloat::CellMoments cell(std::ptrdiff_t x) const {
+  [[nodiscard]] ElasticInFloat::CellMoments cell(int x) const {
     return {moments[0][x], moments[1][x], moments[2][x], moments[3][x], moments[4][x], moments[5][x]};
   }
-  void set(std::ptrdiff_t x, const ElasticInFloat::CellMoments& cell) const {
+  void set(int x, const ElasticInFloat::CellMoments& cell) const {
     moments[0][x] = cell.m;
     moments[1][x] = cell.mr;
     moments[2][x] = cell.ms;
