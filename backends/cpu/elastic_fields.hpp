@@ -40,8 +40,8 @@ public:
   }
 
   /// Values of the sites `part` of the level.
-  void write(const RingedGrid& grid, int level, ElasticField field, const Rectangle& part,
-             const VectorField& values) {
+  void write(int level, ElasticField field, const Rectangle& part, const VectorField& values) {
+    const RingedGrid& grid = grids_.at(static_cast<std::size_t>(level));
     RingedField& to = at(level, field);
     for (int y = 0; y < part.height; ++y) {
       const std::size_t from = part.extent().index(0, y);
@@ -50,8 +50,8 @@ public:
       std::copy_n(values.y.data() + from, part.width, to.y.data() + first);
     }
   }
-  void read(const RingedGrid& grid, int level, ElasticField field, const Rectangle& part,
-            VectorField& values) const {
+  void read(int level, ElasticField field, const Rectangle& part, VectorField& values) const {
+    const RingedGrid& grid = grids_.at(static_cast<std::size_t>(level));
     const RingedField& from = at(level, field);
     values = VectorField(part.extent());
     for (int y = 0; y < part.height; ++y) {

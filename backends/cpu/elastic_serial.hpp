@@ -31,10 +31,10 @@ public:
     read_part(level, field, all_of(grid(level).sites), values);
   }
   void write_part(int level, ElasticField field, const Rectangle& part, const VectorField& values) override {
-    fields_.write(grid(level), level, field, part, values);
+    fields_.write(level, field, part, values);
   }
   void read_part(int level, ElasticField field, const Rectangle& part, VectorField& values) const override {
-    fields_.read(grid(level), level, field, part, values);
+    fields_.read(level, field, part, values);
   }
 
   void relax(int level, ElasticField field) override {

@@ -59,8 +59,7 @@ class ElasticProcession final : public ElasticSession {
         }
         reference_.read(level, which, values);
         const bool is_replaced = step != nullptr && step->level == level && step->field == which;
-        fields.write(hierarchy_->levels[static_cast<std::size_t>(level)].grid, level, which,
-                     all_of(values.extent), is_replaced ? *replaced : values);
+        fields.write(level, which, all_of(values.extent), is_replaced ? *replaced : values);
       }
     }
     return ask(Bounded(*hierarchy_, fields));
