@@ -2,6 +2,7 @@
 
 #include "backends/cpu/openmp.hpp"
 #include "backends/cpu/scalar.hpp"
+#include "backends/shared/driver_trial.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -116,6 +117,16 @@ const Backend& find_backend(const std::vector<std::unique_ptr<Backend>>& backend
     throw InputError(fmt::format("there is no backend \"{}\"; the backends are {}", name, names));
   }
   return **found;
+}
+
+void ask_drivers_apart(int argc, const char* const* argv) {
+  begin_driver_trials(argc, argv, [](std::string_view backend) {
+    const auto backends = make_backends();
+    try {
+      (void)find_backend(backends, backend).devices();
+    } catch (const DeviceError&) { // is an answer, too: the one who asks will get it again
+    }
+  });
 }
 
 } // namespace hdmbench

@@ -63,6 +63,12 @@ TEST_F(ImageFiles, EveryOrientationIsTurnedByItsHeader) {
                   0.01);
     }
   }
+  using Vector = Placement::Vector; // to the left, to the back, upwards: the file has the opposite of two
+  EXPECT_EQ(coronal.placement.origin, (Vector{-8.0, -8.0, 6.0}));
+  EXPECT_EQ(coronal.placement.axes, (std::array{Vector{1, 0, 0}, Vector{0, 0, -1}, Vector{0, 1, 0}}));
+  EXPECT_EQ(sagittal.placement.origin, (Vector{-6.0, -10.0, 6.0}));
+  EXPECT_EQ(sagittal.placement.axes, (std::array{Vector{0, 1, 0}, Vector{0, 0, -1}, Vector{1, 0, 0}}));
+  EXPECT_EQ(sagittal.placement.thickness, 2.0);
   expect_refusal(
       [&] {
         (void)read_brain(file, 6, 1, 0.0, {5, 4}, Orientation::coronal);

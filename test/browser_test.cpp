@@ -1,6 +1,6 @@
 // The page that tests a GPU, in a real browser: headless Chromium, whose WebGL runs on SwiftShader here.
 
-#include "harness/measure/subprocess.hpp"
+#include "backends/shared/subprocess.hpp"
 #include "test/program.hpp"
 #include "test/temporary_folder.hpp"
 

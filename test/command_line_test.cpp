@@ -1,9 +1,12 @@
 // The program as a user types it: exit status, messages, files.
 
 #include "backends/registry.hpp"
+#include "harness/report/ci_files.hpp"
+#include "harness/scene/file_input.hpp"
 #include "test/program.hpp"
 #include "test/temporary_folder.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -56,8 +59,11 @@ TEST(CommandLine, ALargeImageIsSolvedButNotInspected) {
 }
 
 TEST(CommandLine, BadInputIsASentenceAndStatusTwo) {
-  const std::array<std::pair<const char*, const char*>, 36> cases{{
+  const std::vector<std::pair<const char*, const char*>> cases{
       {"fly", "fly"},
+      {"verifi", "did you mean verify?"},
+      {"run square --size 9 --iteration 3", "did you mean --iterations?"},
+      {"run square --size=9 --colour=3", "run has no option --colour; hdmbench run --help lists them"},
       {"run", "scene"},
       {"run nowhere.toml", "nowhere.toml"},
       {"verify square --size 0", "\"0\""},
@@ -79,7 +85,9 @@ TEST(CommandLine, BadInputIsASentenceAndStatusTwo) {
       {"verify square --size 9 --threads -1", "not in range 0 to 4096"},
       {"verify square --size 9 --epsilon -1", "not in range 0"},
       {"bench square --size 9 --repeat -1", "not in range 1 to"},
-      {"verify square --size 9 --windows 0", "not in range 1 to"},
+      {"verify square --size 9 --reference none", "there is no backend \"none\""},
+      {"verify square --size 9 --reference openmp --backends openmp",
+       "no backend is left to compare with openmp"},
       {"verify square --size 16 --start-level 99",
        "16 x 16 pixels have the levels 0 (full resolution) ... 4"},
       {"verify square --size 16 --start-level -1", "start level -1"},
@@ -89,14 +97,55 @@ TEST(CommandLine, BadInputIsASentenceAndStatusTwo) {
       {"accuracy square --size 9 --methods icm", "accuracy measures icm"},
       {"verify square --size 9 --stop never", "never"},
       {"run square --size 9 --update sequential", "--backend scalar"},
+      {"run square --size 9 --energy elastic --robust -2", "not in range 0.000001 to 1000000"},
       {"run square --size 9 --stride 4", "--stride is for --energy elastic"},
       {"run square --size 20 --energy elastic --stride 9", "leaves an image of 3 x 3 sites"},
       {"bench square --size 9 --repeat 0", "repeat"},
       {"verify square --size 9 --json /no/such/folder/a.json", "/no/such/folder"},
       {"report /no/such/results", "/no/such/results"},
-  }};
+      {"probe --device nonsense", "no backend has a device \"nonsense\""},
+      {"probe --require openmp --device nonsense", "openmp is needed but not there"},
+      {"run square --size 9 --output /proc/x", "/proc/x: the folder cannot be made: No such file"},
+      {"run square --size 20 --energy elastic --stride 12", "every 12th pixel"},
+      {"run square --size 70 --energy elastic --stride 61", "every 61st pixel"},
+      {"run square --size 9 --accuracy 3cm", "give pixels above 0, as 0.35px, or millimetres, as 0.1mm"},
+  };
   for (const auto& [arguments, message] : cases) {
     test::expect_run(2, arguments, AllOf(HasSubstr(message), Not(testing::ContainsRegex("[0-9]{20}"))));
+  }
+}
+
+TEST(CommandLine, AnOptionWithoutEffectIsRefused) {
+  const std::vector<std::pair<const char*, const char*>> cases{
+      {"run square --size 9 --halo 4", "--halo has no effect here: ranks are several processes"},
+      {"run square --size 9 --sites-per-rank 4 --halo 4", "--sites-per-rank, --halo have no effect"},
+      {"run square --size 9 --explain", "it explains a plan"},
+      {"run square --size 9 --accuracy 1px --iterations 3",
+       "choose method, levels and iterations themselves"},
+      {"run square --size 9 --epsilon 1e-3", "--epsilon has no effect here"},
+      {"run square --size 9 --stop still --epsilon 1e-3", "--epsilon has no effect here"},
+      {"verify square --size 9 --epsilon 1e-3", "--epsilon has no effect here"},
+      {"tune square --size 9 --search-seed 3", "--search-seed has no effect here"},
+      {"tune square --size 9 --prior-weight 0.3", "--range says where"},
+      {"tune square --size 9 --mask a.png", "--truth FILE.nrrd"},
+      {"energy-plot square --size 9 --sites 1,1 2,2 --start --iterations 3", "nothing is solved"},
+      {"energy-plot square --size 9 --sites 1,1 2,2 --start --backend scalar", "nothing is solved"},
+      {"atlas --list --json a.json", "--json has no effect here"},
+      {"faults --list --json a.json", "--json has no effect here"},
+      {"continuum --sizes 8 --quick", "--quick has no effect here"},
+      {"tradeoff square --size 9 --quick --repeat 3", "--repeat has no effect here"},
+      {"tradeoff square --size 9 --method icm", "choose with --methods"},
+      {"rivals --radius 3", "--radius has no effect here: only --detection takes that"},
+      {"rivals --detection 1 --amplitudes 3", "--amplitudes has no effect here"},
+      {"rivals --knobs 1 --seeds 3", "--seeds has no effect here"},
+      {"implementations --device 1", "takes every device in turn"},
+      {"devices --no-cache", "--no-cache has no effect here: only --measure measures"},
+      {"accuracy square --size 9 --quick --full", "--full has no effect here"},
+      {"fem-to-image a.txt --elements b.txt --size 9 --output c.nrrd --reach 2",
+       "--interpolation nearest does"},
+  };
+  for (const auto& [arguments, message] : cases) {
+    test::expect_run(2, arguments, HasSubstr(message));
   }
 }
 
@@ -142,6 +191,89 @@ TEST(CommandLine, ResultsGoWhereTheyAreSentTo) {
   for (const auto& entry : std::filesystem::recursive_directory_iterator(at)) {
     EXPECT_THAT(entry.path().string(), Not(HasSubstr("partial")));
   }
+}
+
+/// A small image, a scene of it, and results in a folder.
+class Inputs : public testing::Test {
+protected:
+  [[nodiscard]] std::string at(const std::string& name) const { return (folder_.path() / name).string(); }
+
+  /// Runs where the files are.
+  [[nodiscard]] test::Outcome run(const std::string& arguments) const {
+    return hdmbench(arguments, "cd " + folder_.path().string() + ";");
+  }
+
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(Inputs, AreNeverReplacedByOutputs) {
+  const std::string image = "NRRD0004\ntype: uchar\ndimension: 2\nsizes: 18 16\nencoding: raw\n\n" +
+                            std::string(144, '\0') + std::string(144, '\1');
+  const std::string scene = "[image]\nlabels = \"scene.nrrd\"\npicture = \"displacement.nrrd\"\n"
+                            "[[tissue]]\nlabel = 0\nmodulus = 1.0\n[[tissue]]\nlabel = 1\nmodulus = 2.0\n";
+  const std::string nodes = "1,0,0,0,0\n2,10,0,10,0\n3,10,10,10,5\n4,0,10,0,5\n";
+  ASSERT_EQ(run("devices --json v.json").status, 0);
+  const std::map<std::string, std::string> files{{"scene.nrrd", image},
+                                                 {"displacement.nrrd", image},
+                                                 {"scene.toml", scene},
+                                                 {"nodes.csv", nodes},
+                                                 {"v.json", test::read_json(at("v.json")).dump()}};
+  for (const auto& [name, bytes] : files) {
+    (void)folder_.write(name, bytes);
+  }
+  std::filesystem::create_symlink("v.json", at("link.json"));
+  for (const char* arguments :
+       {"report v.json --output v.json",
+        "report . --output v.json",
+        "report v.json --csv ./v.json",
+        "report v.json --output link.json",
+        "run scene.toml --json scene.toml",
+        "run scene.toml --json scene.nrrd",
+        "run scene.toml --output .",
+        "run scene.toml --output . --strains",
+        "verify square scene.toml --json scene.nrrd",
+        "bench --compare v.json --json v.json",
+        "accuracy scene.toml --json scene.toml",
+        "verify scene.toml --junit scene.toml",
+        "bench scene.toml --benchmark-json scene.toml",
+        "energy-plot scene.toml --sites 1,1 2,2 --output scene.nrrd",
+        "export scene.toml --output .",
+        "register scene.nrrd displacement.nrrd --scene scene.toml --json scene.nrrd",
+        "register scene.nrrd displacement.nrrd --scene scene.toml --output .",
+        "detect scene.nrrd displacement.nrrd --scene square --roi v.json --json v.json",
+        "fem-to-image nodes.csv --size 9 --output nodes.csv",
+        "fem-to-image nodes.csv --size 9 --output o.nrrd --mask nodes.csv",
+        "positions-to-displacements scene.nrrd scene.nrrd"}) {
+    const test::Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.status, 2) << arguments << '\n' << outcome.output;
+    EXPECT_THAT(outcome.output, HasSubstr("would replace the input")) << arguments;
+    for (const auto& [name, bytes] : files) {
+      std::ifstream stream(at(name), std::ios::binary);
+      ASSERT_EQ(std::string(std::istreambuf_iterator<char>(stream), {}), bytes) << arguments << ": " << name;
+    }
+  }
+}
+
+TEST_F(Inputs, ResultsGoToStandardOutputAlone) {
+  const test::Outcome outcome =
+      run("run square --size 20 --output out --json - 2>text >a.json; cat text; exit 0");
+  const nlohmann::json document = read_json(at("a.json"));
+  EXPECT_EQ(document["command"], "run");
+  EXPECT_EQ(document["results"][0]["field"], "out/square.nrrd");
+  EXPECT_THAT(outcome.output, HasSubstr("largest displacement"));
+  EXPECT_FALSE(std::filesystem::exists(at("-")));
+  EXPECT_EQ(nlohmann::json::parse(run("devices --json=- 2>/dev/null; exit 0").output)["command"], "devices");
+  EXPECT_EQ(run("devices --json - >/dev/full").status, 2);
+}
+
+TEST_F(Inputs, AnAccuracyMayBeInMillimetres) {
+  (void)folder_.write("half.toml",
+                      "size = [20, 20]\nspacing = 0.5\n[random]\nseed = 2\nmodulus = [1.0, 9.0]\n"
+                      "displacement = 2.0\nobserved = 0.1\n");
+  (void)run("run half.toml --energy elastic --accuracy 0.1mm --json mm.json");
+  EXPECT_EQ(read_json(at("mm.json"))["results"][0]["plan"]["asked_px"], 0.2);
+  (void)run("run half.toml --energy elastic --accuracy 0.1px --json px.json");
+  EXPECT_EQ(read_json(at("px.json"))["results"][0]["plan"]["asked_px"], 0.1);
 }
 
 TEST(CommandLine, WhatNeverEndsIsNotRead) {
@@ -202,6 +334,42 @@ TEST(CommandLine, VerifyWritesTheAgreement) {
     EXPECT_GT(row["sites_compared"], 0);
     EXPECT_TRUE(row["first_difference"].is_null());
   }
+}
+
+TEST(CommandLine, VerifyAndBenchWriteWhatTheCiOfOthersReads) {
+  const test::TemporaryFolder folder;
+  const auto junit = folder.path() / "verify.xml";
+  test::expect_run(0, "verify tie-rich --sizes 24 --backends openmp --junit " + junit.string());
+  EXPECT_THAT(read_file(junit),
+              AllOf(HasSubstr(R"(tests="3" failures="0" skipped="1")"),
+                    HasSubstr(R"(<testcase classname="tie-rich.24x24.icm" name="openmp resync">)")));
+  const nlohmann::json bad{{"scene", "a<b"},        {"width", 3},
+                           {"height", 4},           {"method", "icm"},
+                           {"backend", "openmp"},   {"mode", "free"},
+                           {"verdict", "disagree"}, {"sites_differing", 7},
+                           {"reason", "\"x\""},     {"repeat", "hdmbench verify 'a<b'"}};
+  report::write_junit(junit, nlohmann::json::array({bad}));
+  EXPECT_THAT(read_file(junit),
+              AllOf(HasSubstr(R"(failures="1")"), HasSubstr(R"(classname="a&lt;b.3x4.icm")"),
+                    HasSubstr("disagree: 7 sites differ, 0 counts are wrong. &quot;x&quot;\">hdmbench verify "
+                              "&#39;a&lt;b&#39;")));
+
+  const auto own = folder.path() / "bench.json";
+  const auto google = folder.path() / "google.json";
+  test::expect_run(0,
+                   "bench square --size 16 --backends openmp --work dense --repeat 2 --no-ceilings --json " +
+                       own.string() + " --benchmark-json " + google.string());
+  nlohmann::json rows = read_json(own)["results"];
+  const nlohmann::json samples = read_json(google)["benchmarks"];
+  ASSERT_EQ(samples.size(), 4U) << "scalar and openmp, two samples each";
+  EXPECT_EQ(samples[3]["name"],
+            fmt::format("square/16x16/icm/openmp/threads:{}", rows[1]["threads"].get<int>()));
+  EXPECT_EQ(samples[3]["time_unit"], "ms");
+  EXPECT_DOUBLE_EQ(samples[3]["real_time"], 1000.0 * rows[1]["seconds"][1].get<double>());
+  EXPECT_FALSE(samples[3].contains("error_occurred"));
+  rows[1]["valid"] = false;
+  report::write_google_benchmark(google, Context{}, rows);
+  EXPECT_TRUE(read_json(google)["benchmarks"][3]["error_occurred"]);
 }
 
 TEST(CommandLine, VerifyMeetsTheTilesAtWhateverSizes) {
@@ -323,6 +491,8 @@ TEST(CommandLine, ReportFromResults) {
   test::expect_run(0, "run circular --size 32 --output " + at + "/out --json " + at + "/run.json");
   test::expect_run(0, "report " + at + " --output " + at + "/report.html");
   EXPECT_GT(std::filesystem::file_size(folder.path() / "report.html"), 10000U);
+  std::filesystem::remove(folder.path() / "out/circular-grid.png");
+  test::expect_run(0, "report " + at + " --output " + at + "/report.html");
 }
 
 TEST(CommandLine, AccuracyWritesEveryMethodWithItsDistancesFromTheTruths) {

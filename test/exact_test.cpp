@@ -300,7 +300,7 @@ TEST_F(ExactKey, IsRefusedWithTheLineAndWhatToDo) {
   EXPECT_THAT(
       refusal("start_level = 2"),
       testing::AllOf(HasSubstr("mine.toml:2"), HasSubstr("start_level = 0, or alignment = \"center\"")));
-  EXPECT_THAT(refusal("method = \"closed-form\"\nstart_level = 0"),
+  EXPECT_THAT(refusal("method = \"annealing\"\nstart_level = 0"),
               HasSubstr("exact cannot be true: only icm"));
   EXPECT_THAT(refusal("update = \"sequential\"\nstart_level = 0"),
               HasSubstr("exact cannot be true: only icm"));

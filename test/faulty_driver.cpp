@@ -1,12 +1,18 @@
-// A Vulkan driver that does not come back from its first call: DRIVER_DOES is what it does.
+// A driver of Vulkan and of OpenCL that does not come back from its first call: DRIVER_DOES is what it does.
 
 #include <chrono>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 #include <thread>
 #include <vector>
 
 namespace {
+
+[[maybe_unused]] void abort_with_words() {
+  std::fputs("no room on this device\n", stderr);
+  std::abort();
+}
 
 [[maybe_unused]] void sleep_for_ever() {
   for (;;) {
@@ -29,5 +35,9 @@ extern "C" int vk_icdNegotiateLoaderICDInterfaceVersion(std::uint32_t* /*version
   return 0;
 }
 extern "C" void (*vk_icdGetInstanceProcAddr(void* /*instance*/, const char* /*name*/))() {
+  return nullptr;
+}
+extern "C" void* clGetExtensionFunctionAddress(const char* /*name*/) {
+  DRIVER_DOES();
   return nullptr;
 }

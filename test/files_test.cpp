@@ -74,6 +74,27 @@ TEST_F(Files, AreWrittenWhereLinksLead) {
   EXPECT_THAT(refusal([&] { write_text(path("loop") / "a.json", "new"); }), HasSubstr("symbolic links"));
 }
 
+TEST_F(Files, ThatAreReadAreNotReplaced) {
+  const fs::path input = folder_.write("a.json", "old");
+  fs::create_symlink("a.json", path("link"));
+  fs::create_hard_link(input, path("hard"));
+  const std::vector<fs::path> inputs{path("none"), input, "/dev/null"};
+  for (const fs::path& same : {input, path("link"), path("hard"), folder_.path() / "." / "a.json"}) {
+    EXPECT_THAT(refusal([&] { require_no_input(same, inputs); }), HasSubstr("would replace the input"))
+        << same;
+  }
+  for (const fs::path& other : {path("none"), path("b.json"), fs::path("/dev/null")}) {
+    EXPECT_NO_THROW(require_no_input(other, inputs)) << other;
+  }
+  const std::vector<std::string> files{"new", "a.json"};
+  EXPECT_THAT(refusal([&] { require_folder(folder_.path(), files, inputs); }),
+              HasSubstr("a.json: would replace"));
+  EXPECT_NO_THROW(require_folder(path("made/folder"), files, inputs));
+  EXPECT_TRUE(fs::is_directory(path("made/folder")));
+  EXPECT_THAT(refusal([&] { require_folder("/proc/none", files, inputs); }),
+              HasSubstr("/proc/none: the folder cannot be made: No such file or directory"));
+}
+
 TEST_F(Files, ThatArePipesAndDevicesAreWrittenTo) {
   ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
   std::string received;

@@ -279,13 +279,33 @@ TEST(GoldenCommand, WritesItsResults) {
 
 TEST(GoldenCommand, RefusesWhatIsNotGolden) {
   for (const auto& [arguments, message] : {std::pair{"golden nowhere", "of the shipped scenes only"},
-                                           {"golden square --write a.json", "excludes"},
+                                           {"golden square --write a.json", "leave out the scenes"},
                                            {"golden --backends openmp --write a.json", "excludes"},
                                            {"golden --backends none", "no backend \"none\""},
                                            {"golden --json /no/such/folder/a.json", "/no/such/folder"},
                                            {"golden --write /no/such/folder/a.json", "/no/such/folder"}}) {
     test::expect_run(2, arguments, HasSubstr(message));
   }
+}
+
+TEST(GoldenCommand, KeepsHashesOfScenesOfTheUser) {
+  const test::TemporaryFolder folder;
+  const auto scene = [&](int seed) {
+    return folder
+        .write("mine.toml",
+               fmt::format("title = \"mine\"\nsize = [20, 16]\n[random]\nseed = {}\nmodulus = [1.0, "
+                           "2.0]\ndisplacement = 1.0\nobserved = 0.3\n",
+                           seed))
+        .string();
+  };
+  const std::string golden = (folder.path() / "mine.json").string();
+  test::expect_run(2, "golden " + scene(1), HasSubstr("--write FILE keeps them"));
+  test::expect_run(0, fmt::format("golden {} --write {}", scene(1), golden), HasSubstr("1 cases"));
+  test::expect_run(0, fmt::format("golden {} --golden {} --backends openmp", scene(1), golden),
+                   HasSubstr("2 solutions are golden, 0 are not"));
+  test::expect_run(1, fmt::format("golden {} --golden {} --backends openmp", scene(2), golden),
+                   HasSubstr("the inputs are not golden"));
+  test::expect_run(2, fmt::format("golden {0} --golden {0}", scene(1)), HasSubstr("mine.toml"));
 }
 
 TEST(Golden, AnAbsentBackendIsSkippedWithItsReason) {

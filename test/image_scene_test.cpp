@@ -68,8 +68,27 @@ TEST_F(ImageScene, SizeResamples) {
   const Scene scene = load(with_image("labels = \"labels.nrrd\""), {.size = Extent{30, 20}});
   EXPECT_EQ(scene.extent(), (Extent{30, 20}));
   EXPECT_NEAR(scene.spacing, 0.05, 1e-12);
+  // The corner of the image stays where it is: half a pixel before the first pixel's centre.
+  EXPECT_NEAR(scene.placement.origin[0] - 0.5 * 0.05, -0.5 * 0.5, 1e-12);
+  EXPECT_NEAR(scene.placement.origin[1] - 0.5 * 0.05, -0.5 * 0.5, 1e-12);
   EXPECT_EQ(scene.full.modulus.values[0], 10.0F);
   EXPECT_EQ(scene.full.modulus.values[29], 30.0F);
+}
+
+TEST_F(ImageScene, ItsSpacingIsThatOfTheFilesPixels) {
+  const std::string text = "spacing = 2.0\n" + with_image("labels = \"labels.nrrd\"");
+  EXPECT_EQ(load(text).spacing, 2.0);
+  const Scene halved = load(text, {.size = Extent{6, 4}});
+  EXPECT_EQ(halved.spacing, 1.0);
+  EXPECT_EQ(halved.placement.origin, (Placement::Vector{-0.5, -0.5, 0.0}));
+  expect_refused("spacing = 0\n" + with_image("labels = \"labels.nrrd\""), "spacing must be positive");
+}
+
+TEST_F(ImageScene, KnowsTheFilesThatItIsMadeOf) {
+  const auto scene = write("scene.toml", with_image("labels = \"labels.nrrd\"\npicture = \"none.nrrd\""));
+  EXPECT_EQ(files_of_scene(scene.string()), (std::vector<fs::path>{scene, path("labels.nrrd")}));
+  EXPECT_TRUE(files_of_scene("square").empty());
+  EXPECT_TRUE(files_of_scene(path("nowhere.toml").string()).empty());
 }
 
 TEST_F(ImageScene, MistakesInTheFileAreNamed) {
@@ -81,7 +100,20 @@ TEST_F(ImageScene, MistakesInTheFileAreNamed) {
   expect_refused(with_image("labels = \"modulus.nrrd\""), "6.5");
   expect_refused(with_image("labels = \"labels.nrrd\"\ntarget = \"target.nrrd\""),
                  "give both images or none");
-  expect_refused(with_image("labels = \"labels.nrrd\"\nlabel = 3"), "label is not a key");
+  expect_refused(with_image("labels = \"labels.nrrd\"\nlabel = 3"),
+                 "label is not a key of scene files here; did you mean labels?");
+  expect_refused(
+      with_image("labels = \"labels.nrrd\"\ntargets = \"target.nrrd\"\nconfidence = \"confidence.nrrd\""),
+      "did you mean target?");
+  expect_refused(
+      with_image("labels = \"labels.nrrd\"\ntarget = \"target.nrrd\"\ndeviation = \"confidence.nrrd\""),
+      "deviation has no effect in this scene: it belongs to energy = \"elastic\"");
+  expect_refused(fmt::format("energy = \"elastic\"\n{}",
+                             with_image("labels = \"labels.nrrd\"\nstart = \"target.nrrd\"")),
+                 "start has no effect");
+  expect_refused(with_image("modulus = \"modulus.nrrd\""), "tissue has no effect");
+  expect_refused("[image]\nmodulus = \"modulus.nrrd\"\npicture_range = [0.0, 1.0]\n",
+                 "picture_range has no effect");
 }
 
 TEST_F(ImageScene, BadPixelsAreNamedWithTheirPlace) {
@@ -101,6 +133,19 @@ TEST_F(ImageScene, BadPixelsAreNamedWithTheirPlace) {
   expect_refused(conditions, "2 x 2, the scene is 3 x 2");
   write_nrrd("spoilt.nrrd", "float", "2 3 2", "0 0 0 0", vector_kind);
   expect_refused(conditions, "spoilt.nrrd");
+}
+
+TEST_F(ImageScene, AnImageOfAnotherAspectHasNoModulusBesideIt) {
+  expect_refusal(
+      [&] {
+        (void)load("[image]\nmodulus = \"modulus.nrrd\"\n", {.size = Extent{8, 8}});
+      },
+      "modulus does not fill 8 x 8 pixels, which have another aspect");
+  EXPECT_EQ(load("[image]\nmodulus = \"modulus.nrrd\"\n", {.size = Extent{6, 4}}).extent(), (Extent{6, 4}));
+  write_nrrd("far.nrrd", "float", "2 3 2", "1 2 3 4 5 6 7 8 9 1e30 11 12", vector_kind);
+  expect_refused(
+      "[image]\nmodulus = \"modulus.nrrd\"\ntarget = \"far.nrrd\"\nconfidence = \"confidence.nrrd\"\n",
+      "target has a displacement of 1e+30 pixels; at most 1e+09 are possible");
 }
 
 TEST_F(ImageScene, TheBrainIsAScene) {

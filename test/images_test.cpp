@@ -117,6 +117,33 @@ TEST_F(ImageFiles, DisplacementsSurviveTheRoundTrip) {
   }
 }
 
+TEST_F(ImageFiles, DisplacementsComeBackFromAnywhereInSpace) {
+  const double c = std::cos(0.2);
+  const double s = std::sin(0.2);
+  const Placement oblique{.origin = {-70.0, 33.0, 5.5},
+                          .axes = {{{c, 0.0, s}, {0.0, -1.0, 0.0}, {s, 0.0, -c}}},
+                          .thickness = 3.0};
+  const VectorField field = some_displacement({7, 5});
+  for (const auto* name : {"d.nrrd", "d.mha"}) {
+    write_displacement(path(name), field, 0.74, oblique);
+    const auto read = read_displacement(path(name));
+    for (std::size_t i = 0; i < 3; ++i) {
+      EXPECT_NEAR(read.placement.origin[i], oblique.origin[i], 1e-12) << name;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        EXPECT_NEAR(read.placement.axes[axis][i], oblique.axes[axis][i], 1e-12) << name;
+      }
+    }
+    EXPECT_NEAR(read.placement.thickness, 3.0, 1e-12) << name;
+    for (std::size_t site = 0; site < field.x.size(); ++site) {
+      EXPECT_NEAR(read.pixels.x[site], field.x[site], 1e-4) << name;
+      EXPECT_NEAR(read.pixels.y[site], field.y[site], 1e-4) << name;
+    }
+  }
+  const auto sheared = write_nrrd("s.nrrd", "float", "2 2", "1 2 3 4",
+                                  "space dimension: 2\nspace directions: (1,0) (0.6,0.8)\n");
+  expect_refusal([&] { (void)read_scalar(sheared); }, "not perpendicular");
+}
+
 TEST_F(ImageFiles, WhatCannotBeWrittenLeavesNothing) {
   const VectorField field({3, 3});
   const ScalarField picture({3, 3});

@@ -1,13 +1,17 @@
 // Other drivers in processes of their own: what theirs do to us is a row of a table.
 
+#include "backends/shared/driver_trial.hpp"
+#include "backends/shared/subprocess.hpp"
 #include "harness/measure/implementations.hpp"
-#include "harness/measure/subprocess.hpp"
-#include "harness/scene/row_fields.hpp"
 #include "test/program.hpp"
 #include "test/temporary_folder.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <tuple>
 
 namespace hdmbench {
 namespace {
@@ -55,6 +59,85 @@ TEST(Implementations, ADriverThatDoesNotComeBackIsARow) {
   EXPECT_EQ(rows[3].outcome, Outcome::passed) << rows[3].reason;
 }
 
+/// Before the program: the loaders of Vulkan and OpenCL find this driver only.
+std::string only_driver(const std::string& library) {
+  const std::string file = HDMBENCH_DRIVERS "/" + library;
+  return fmt::format("VK_DRIVER_FILES={0}.json VK_ICD_FILENAMES={0}.json OCL_ICD_VENDORS={0}.icd", file);
+}
+
+TEST(DriverTrial, ADriverThatAbortsIsNotThereAndAllElseGoesOn) {
+  const auto not_there = [](const char* before) {
+    return HasSubstr(fmt::format("{}: the driver was ended by signal 6 (Aborted) when it was asked for its "
+                                 "devices in a process of its own; its last words were: no room on this "
+                                 "device",
+                                 before));
+  };
+  const std::string aborting = only_driver("driver_aborts");
+  test::expect_run(0, "devices", testing::AllOf(not_there("vulkan-compute"), not_there("opencl")), aborting);
+  test::expect_run(0, "verify tie-rich --sizes 8", not_there("opencl: skipped"), aborting);
+  test::expect_run(2, "verify tie-rich --sizes 8 --backends opencl", HasSubstr("no room on this device"),
+                   aborting);
+}
+
+/// Here a driver that is asked ends the program.
+TEST(DriverTrial, RunAsksOnlyTheDriverOfItsBackend) {
+  const test::TemporaryFolder folder;
+  test::expect_run(0, "run square --size 20 --backend scalar --output " + folder.path().string(), testing::_,
+                   only_driver("driver_aborts") + " HDMBENCH_ASK_IN_PROCESS=1");
+}
+
+TEST(DriverTrial, HasLimitsOfTimeAndMemory) {
+  for (const auto& [library, backend, words] :
+       {std::tuple{"driver_hangs", "vulkan-compute", "gave no answer within 1 s"},
+        std::tuple{"driver_hangs", "opencl", "gave no answer within 1 s"},
+        std::tuple{"driver_allocates", "vulkan-compute", "took more than 0.4 GB"}}) {
+    for (const auto& [name, value] : with_driver(library).environment) {
+      ASSERT_EQ(setenv(name.c_str(), value.c_str(), 1), 0);
+    }
+    ASSERT_EQ(setenv("OCL_ICD_VENDORS", (HDMBENCH_DRIVERS "/" + std::string(library) + ".icd").c_str(), 1),
+              0);
+    const bool hangs = std::string_view(library) == "driver_hangs";
+    EXPECT_THAT(try_driver(backend, {.seconds = hangs ? 1.0 : 60.0, .resident_bytes = 400'000'000}),
+                HasSubstr(words));
+  }
+}
+
+TEST(Gates, WhatIsSkippedOrSoftwareIsNoPass) {
+  const std::string aborting = only_driver("driver_aborts");
+  const auto says = testing::AllOf(HasSubstr("--fail-on-skip: not everything was run"),
+                                   HasSubstr("vulkan-compute: the driver was ended by signal 6"));
+  test::expect_run(1, "verify tie-rich --sizes 8 --fail-on-skip", says, aborting);
+  test::expect_run(1, "probe --fail-on-skip", says, aborting);
+  test::expect_run(0, "verify tie-rich --sizes 8 --backends openmp --fail-on-skip", testing::_, aborting);
+  // A processor is no hardware that was wanted, and OSMesa has no other.
+  test::expect_run(2, "verify tie-rich --sizes 8 --backends openmp --require-hardware",
+                   HasSubstr("no backend has a device that is hardware"));
+  test::expect_run(2, "bench square --size 8 --backends gl-fragment-osmesa --require-hardware",
+                   HasSubstr("gl-fragment-osmesa is needed but not there"));
+}
+
+TEST(Gates, WhatAgreedBeforeHasToAgree) {
+  const test::TemporaryFolder folder;
+  const std::string before = (folder.path() / "before.json").string();
+  const auto verify = [](const std::string& more) { return "verify tie-rich --backends openmp " + more; };
+  test::expect_run(0, verify("--sizes 8 --json ") + before);
+  nlohmann::json file = test::read_json(before);
+  EXPECT_THAT(file["results"][0]["driver"].get<std::string>(), HasSubstr("OpenMP"));
+  test::expect_run(0, verify("--sizes 8 --baseline ") + before,
+                   HasSubstr("All that agreed in the baseline agrees"));
+  test::expect_run(1, verify("--sizes 9 --baseline ") + before,
+                   HasSubstr("8 x 8 tie-rich, icm, openmp, resync: was bitwise, is missing"));
+  file["results"][0]["tier"] = "exact";
+  const std::string better = folder.write("better.json", file.dump()).string();
+  test::expect_run(1, verify("--sizes 8 --baseline ") + better, HasSubstr("resync: was exact, is agree"));
+  test::expect_run(2, verify("--sizes 8 --baseline ") + folder.write("no.json", "{}").string(),
+                   HasSubstr("no.json"));
+  const std::string timed = (folder.path() / "timed.json").string();
+  test::expect_run(
+      0, "bench square --size 16 --backends openmp --iterations 3 --repeat 1 --no-ceilings --json " + timed);
+  EXPECT_THAT(test::read_json(timed)["results"][1]["driver"].get<std::string>(), HasSubstr("OpenMP"));
+}
+
 TEST(Implementations, WhatAnEarlierOneHasShownIsNotRunAgain) {
   const auto rows = rows_of({{"first", {}}, {"again", {}}}, {"tie-rich", "--sizes", "8"});
   ASSERT_EQ(rows.size(), 1U);
@@ -94,8 +177,6 @@ TEST(Implementations, NothingComparedIsNoPass) {
   const auto rows = rows_of({{"as installed", {}}}, {"tie-rich", "--sizes", "8", "--update", "sequential"});
   ASSERT_EQ(rows.size(), 1U);
   EXPECT_EQ(rows[0].outcome, Outcome::refused);
-  EXPECT_THROW(require_consistent({.backend = "x", .implementation = "y", .outcome = Outcome::passed}),
-               Contradiction);
 }
 
 TEST(Implementations, EveryVulkanDriverFileIsKnownAlsoUnderZink) {

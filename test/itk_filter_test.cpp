@@ -1,13 +1,21 @@
 #include "backends/registry.hpp"
 #include "harness/check/compare.hpp"
+#include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "kernels/data/mean_energy.hpp"
 #include "test/itk_pipeline.hpp"
+#include "test/temporary_folder.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <itkDisplacementFieldTransform.h>
+#include <itkImageFileReader.h>
+#include <itkImageFileWriter.h>
+#include <itkMetaImageIO.h>
+#include <itkNiftiImageIO.h>
+#include <itkNrrdImageIO.h>
 
 #include <algorithm>
 #include <array>
@@ -16,8 +24,11 @@
 #include <initializer_list>
 #include <iterator>
 #include <limits>
+#include <optional>
 #include <sstream>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 namespace hdmbench {
@@ -297,6 +308,94 @@ TEST(ItkFilterGeometry, PhysicalUnitsAndAxesAreConverted) {
     const FieldDifference difference = compare(pipeline.problem.solved().displacement, pipeline.result());
     const bool exact = geometry.angle == 0.0 || geometry.angle == half_turn;
     EXPECT_LE(difference.largest, exact ? 0.0 : 1e-5); // else the rotation of this test rounds
+  }
+}
+
+/// Oblique: 12 degrees about the third axis, then 30 about the first; one axis is flipped.
+struct Oblique {
+  using Volume = itk::Image<unsigned char, 3>;
+
+  static Volume::Pointer allocate(const itk::Size<3>& size) {
+    const auto volume = Volume::New();
+    volume->SetRegions(size);
+    volume->SetOrigin(std::array{-70.0, 33.0, 8.5}.data());
+    volume->SetSpacing(std::array{0.8, 0.8, 2.5}.data());
+    const double c = std::cos(std::acos(-1.0) / 15.0);
+    const double s = std::sin(std::acos(-1.0) / 15.0);
+    const double half = 0.5;
+    const double rest = std::sqrt(0.75);
+    const std::array<double, 9> rows{c, -s, 0.0, rest * s, rest * c, half, half * s, half * c, -rest};
+    Volume::DirectionType direction;
+    std::ranges::copy(rows, direction.GetVnlMatrix().data_block());
+    volume->SetDirection(direction);
+    volume->Allocate(true);
+    return volume;
+  }
+};
+
+/// As ITK warps: what a pixel's displacement does to its point in physical space.
+TEST(ItkGeometry, AFieldLiesAndPointsWhereItsImageDoes) {
+  const TemporaryFolder folder;
+  struct Case {
+    const char* file;
+    itk::ImageIOBase::Pointer format;
+    itk::SizeValueType slices;
+    std::optional<Extent> size;
+    const char* field = "field.nrrd";
+  };
+  const itk::ImageIOBase::Pointer nrrd = itk::NrrdImageIO::New().GetPointer();
+  const itk::ImageIOBase::Pointer meta = itk::MetaImageIO::New().GetPointer();
+  const itk::ImageIOBase::Pointer nifti = itk::NiftiImageIO::New().GetPointer();
+  for (const Case& one :
+       {Case{"a.nrrd", nrrd, 5, {}}, Case{"a.mha", meta, 5, {}, "field.mha"}, Case{"a.nii", nifti, 5, {}},
+        Case{"flat.nrrd", nrrd, 1, {}}, Case{"a.nii.gz", nifti, 5, Extent{60, 20}},
+        Case{"a.nrrd", nrrd, 5, Extent{10, 10}}}) {
+    SCOPED_TRACE(testing::Message() << one.file << (one.size ? ", resampled" : ""));
+    const auto image = Oblique::allocate({20, 12, one.slices});
+    const auto writer = itk::ImageFileWriter<Oblique::Volume>::New();
+    writer->SetFileName(folder.path() / one.file);
+    writer->SetImageIO(one.format);
+    writer->SetInput(image);
+    writer->Update();
+    const itk::IndexValueType slice = one.slices > 1 ? 3 : 0;
+    const Scene scene = load_scene(
+        folder
+            .write("scene.toml",
+                   fmt::format("[image]\nlabels = \"{}\"\nslice = {}\n[[tissue]]\nlabel = 0\n"
+                               "modulus = 1.0\n[[condition]]\nwhere = \"border\"\ndx = 1.5\ndy = -0.75\n",
+                               one.file, slice))
+            .string(),
+        {.size = one.size});
+    const std::string file = folder.path() / one.field;
+    write_displacement(file, scene.full.target, scene.spacing, scene.placement);
+
+    using FieldTransform = itk::DisplacementFieldTransform<double, 3>;
+    const auto reader = itk::ImageFileReader<FieldTransform::DisplacementFieldType>::New();
+    reader->SetFileName(file);
+    reader->SetImageIO(std::string_view(one.field).ends_with("mha") ? meta : nrrd);
+    reader->Update();
+    EXPECT_NEAR(reader->GetOutput()->GetSpacing()[2], 2.5, 1e-6) << "the thickness of the slice";
+    const auto transform = FieldTransform::New();
+    transform->SetDisplacementField(reader->GetOutput());
+    const Extent extent = scene.extent();
+    const double step = std::max(20.0 / extent.width, 12.0 / extent.height);
+    for (const auto& [x, y] : {std::pair{0, 0},
+                               {extent.width - 1, 0},
+                               {extent.width - 1, extent.height - 1},
+                               {3, extent.height - 1}}) {
+      itk::ContinuousIndex<double, 3> index; // of the site in the file
+      index[0] = (x + 0.5 - 0.5 * extent.width) * step + 9.5;
+      index[1] = (y + 0.5 - 0.5 * extent.height) * step + 5.5;
+      index[2] = static_cast<double>(slice);
+      const auto point = image->TransformContinuousIndexToPhysicalPoint<double>(index);
+      const auto own = reader->GetOutput()->TransformIndexToPhysicalPoint<double>({x, y, 0});
+      EXPECT_LT(own.EuclideanDistanceTo(point), 1e-4) << x << ", " << y;
+      const auto moved =
+          image->TransformPhysicalPointToContinuousIndex<double>(transform->TransformPoint(own));
+      EXPECT_NEAR(moved[0], index[0] + 1.5 * step, 1e-4) << x << ", " << y;
+      EXPECT_NEAR(moved[1], index[1] - 0.75 * step, 1e-4) << x << ", " << y;
+      EXPECT_NEAR(moved[2], index[2], 1e-4) << x << ", " << y;
+    }
   }
 }
 

@@ -4,6 +4,7 @@
 #include "backends/opencl/session.hpp"
 #include "backends/registry.hpp"
 #include "backends/shared/cut_session.hpp"
+#include "backends/shared/driver_trial.hpp"
 #include "backends/shared/energy_programs.hpp"
 #include "harness/check/compare.hpp"
 #include "test/random_level.hpp"
@@ -23,6 +24,7 @@ class OpenClTest : public testing::Test {
 protected:
   void SetUp() override {
     try {
+      require_answer("opencl");
       api_ = std::make_shared<const opencl::Api>();
       devices_ = opencl::find_devices(*api_);
     } catch (const DeviceError& error) {

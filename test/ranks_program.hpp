@@ -17,8 +17,10 @@ namespace hdmbench::test {
 
 /// Before the program: mpirun for root in a container, with more ranks than processors. Without the search
 /// for network cards, and without the second between SIGTERM and SIGKILL: these take longer than most runs.
+/// mpirun's hwloc is not to ask OpenCL's drivers, of which PoCL aborts it where there is no /sys.
 inline const std::string mpirun =
-    "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_pml=ob1 OMPI_MCA_btl=self,vader,tcp "
+    "HWLOC_COMPONENTS=-opencl OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_pml=ob1 "
+    "OMPI_MCA_btl=self,vader,tcp "
     "OMPI_MCA_odls_base_sigkill_timeout=0 '" HDMBENCH_MPIEXEC "' --oversubscribe ";
 
 inline std::string on_ranks(int ranks) {

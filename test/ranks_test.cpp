@@ -59,6 +59,23 @@ TEST_F(RankProgram, WritesTheFileOfOneProcessByteForByte) {
        {"tie-rich", "--size 20x33 --method annealing --iterations 8 --temperatures 2,0.1", 6}});
 }
 
+TEST_F(RankProgram, AFieldLiesWhereTheImageOfTheSceneDoes) {
+  (void)folder_.write("labels.nrrd",
+                      "NRRD0004\ntype: uchar\ndimension: 2\nspace dimension: 2\nsizes: 20 17\nencoding: raw\n"
+                      "space directions: (0,2) (-2,0)\nspace origin: (-70,33)\n\n" +
+                          std::string(200, '\0') + std::string(140, '\1'));
+  const std::string placed =
+      folder_
+          .write("placed.toml",
+                 "[image]\nlabels = \"labels.nrrd\"\n[[tissue]]\nlabel = 0\nmodulus = 1.0\n"
+                 "[[tissue]]\nlabel = 1\nmodulus = 3.0\n[[condition]]\nwhere = \"left\"\ndx = 3.0\n"
+                 "dy = 0.0\n")
+          .string();
+  expect_files_of_one_process({{placed, "", 3}, {placed, "--energy elastic --size 40x34", 4}});
+  EXPECT_THAT(test::bytes(path("one/placed.nrrd")),
+              HasSubstr("space directions: none (0,1,0) (-1,0,0) (0,0,1)"));
+}
+
 /// multigrid and krylov; an image of 33 rows leaves one to the last rank, one of 7 x 3 leaves all but one
 /// idle.
 TEST_F(RankProgram, CyclesWriteTheFileOfOneProcess) {
@@ -86,6 +103,10 @@ confidences = [0.25, 0.5, 1.0]
 
 TEST_F(RankProgram, ElasticFilesAreThoseOfOneProcess) {
   const std::string sprung = folder_.write("springs.toml", springs).string();
+  std::string only_springs = springs; // and moduli whose squares float cannot hold
+  only_springs.replace(only_springs.find("0.5, 1.0]"), 9, "1e-5]");
+  only_springs.replace(only_springs.find("[1.0, 100.0]"), 12, "[1e20, 1e22]");
+  const std::string weak = folder_.write("weak.toml", only_springs).string();
   std::vector<SharedRun> runs{{"random", "--size 61x47 --method conjugate-gradients --iterations 2", 2},
                               {"square", "--size 97x101", 3},
                               {"circular-radial", "--size 33x129 --method sweeps --iterations 5", 4},
@@ -93,6 +114,7 @@ TEST_F(RankProgram, ElasticFilesAreThoseOfOneProcess) {
                               {"random", "--size 66x50 --method full-multigrid --iterations 3", 6},
                               {sprung, "--method conjugate-gradients --iterations 2", 4},
                               {sprung, "--size 40x90 --method sweeps --iterations 4", 3},
+                              {weak, "--method full-multigrid", 4},
                               {"square", "--size 7x3", 6}, // all but one are idle
                               {"random", "--size 40x30", 4, "openmp+vulkan-compute+gl-fragment+gl-compute"}};
   for (SharedRun& run : runs) {
@@ -264,24 +286,44 @@ TEST_F(RankProgram, ErrorsEndAllWithStatusTwoAndOneSentence) {
   EXPECT_EQ(test::files_in(path("out")), 0U);
 }
 
-/// Two ranks, of which the second one is started by these words of a shell: "$0" "$@" are the program's.
-std::string with_second(const std::string& arguments, const std::string& words) {
-  return test::mpirun + "-n 1 '" HDMBENCH_PROGRAM "' " + arguments + " : -n 1 sh -c '" + words + "'";
+/// Ranks of which the last one is started by these words of a shell: "$0" "$@" are the program's.
+std::string with_last(const std::string& arguments, const std::string& words, int others = 1) {
+  return fmt::format("{}-n {} '" HDMBENCH_PROGRAM "' {} : -n 1 sh -c '{}'", test::mpirun, others, arguments,
+                     words);
 }
 
 TEST_F(RankProgram, AnErrorOfOneRankHasItsWords) {
   const std::string run = "run square --size 2000 --output " + path("out");
   test::expect_run(2, run, HasSubstr("rank 1: out of memory"),
-                   with_second(run, "ulimit -v 200000; exec \"$0\" \"$@\""));
+                   with_last(run, "ulimit -v 200000; exec \"$0\" \"$@\""));
   EXPECT_EQ(test::files_in(path("out")), 0U);
+}
+
+/// Neither OpenBLAS's threads nor MPI keep the others waiting where they get no memory; and as the output is
+/// read to its end, no process is left behind.
+TEST_F(RankProgram, ARankWithLittleMemoryEndsAllWithinSeconds) {
+  const std::string run = "run square --size 300 --output " + path("out");
+  for (const int kilobytes : {130000, 200000, 300000}) {
+    const test::Outcome outcome = test::hdmbench(
+        run, "timeout -s KILL 60 env " +
+                 with_last(run, fmt::format("ulimit -v {}; exec \"$0\" \"$@\"", kilobytes), 2));
+    EXPECT_THAT(outcome.status, testing::Le(2)) << kilobytes << outcome.output;
+  }
+}
+
+TEST_F(RankProgram, OtherArgumentsOfARankAreRefused) {
+  const std::string run = "run square --size 30 --output " + path("out");
+  test::expect_run(2, run + " --iterations 3",
+                   AllOf(HasSubstr("rank 2 was started as \"hdmbench run square --size 30"),
+                         HasSubstr("--iterations 3\""), HasSubstr("give all ranks the same arguments")),
+                   "timeout -s KILL 60 env " + with_last(run, "exec \"$0\" \"$@\"", 2));
 }
 
 TEST_F(RankProgram, AKilledRankIsNamedAndEndsAll) {
   const std::string run = "run square --size 1000 --iterations 1000000 --output " + path("out");
   test::expect_run(2, run, HasSubstr("rank 1 was ended by signal 9 (Killed)"),
-                   with_second(run,
-                               "\"$0\" \"$@\" & watching=$!; sleep 1; "
-                               "kill -9 $(cat /proc/$watching/task/$watching/children); wait $watching"));
+                   with_last(run, "\"$0\" \"$@\" & watching=$!; sleep 1; "
+                                  "kill -9 $(cat /proc/$watching/task/$watching/children); wait $watching"));
   EXPECT_EQ(test::files_in(path("out")), 0U);
 }
 
@@ -290,7 +332,7 @@ TEST_F(RankProgram, AFileThatCannotBeWrittenLeavesNothing) {
   const std::string small = "ulimit -f 4000; exec \"$0\" \"$@\""; // half of the file
   test::expect_run(2, run, HasSubstr("File too large"), test::mpirun + "-n 2 sh -c '" + small + "'");
   EXPECT_EQ(test::files_in(path("out")), 0U);
-  test::expect_run(2, run, HasSubstr("(rank 1)"), with_second(run, small));
+  test::expect_run(2, run, HasSubstr("(rank 1)"), with_last(run, small));
   EXPECT_EQ(test::files_in(path("out")), 0U);
 }
 

@@ -1,5 +1,6 @@
 // register and detect as a user types them: files, exit status, what they refuse.
 
+#include "harness/applications/noise.hpp"
 #include "harness/judge/registration/planted.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/sites.hpp"
@@ -7,6 +8,7 @@
 #include "test/program.hpp"
 #include "test/temporary_folder.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -23,6 +25,8 @@ using testing::HasSubstr;
 class RegisterCommand : public testing::Test {
 protected:
   static constexpr int side = 64;
+  static constexpr Placement placement{.origin = {-70.0, 33.0, 4.0},
+                                       .axes = {{{0.0, 1.0, 0.0}, {-1.0, 0.0, 0.0}, {0.0, 0.0, 1.0}}}};
 
   void SetUp() override {
     if (!have_images()) {
@@ -45,10 +49,28 @@ protected:
       labels.values[site] = std::hypot(x - 32, y - 32) < 25 ? 1 : 0;
       region.values[site] = std::hypot(x - 34, y - 30) < 8 ? 1.0F : 0.0F;
     });
-    write_scalar(file("source.nrrd"), source, 1.0);
+    write_scalar(file("source.nrrd"), source, 1.0, placement);
     write_scalar(file("target.nrrd"), target, 1.0);
     write_scalar(file("region.nrrd"), region, 1.0);
     write_scalar(file("empty.nrrd"), ScalarField(extent), 1.0);
+    ScalarField spoilt = region;
+    spoilt.values[extent.index(30, 31)] = std::nanf("");
+    write_scalar(file("spoilt.nrrd"), spoilt, 1.0);
+    ScalarField point(extent);
+    point.values[extent.index(30, 31)] = 1.0F;
+    write_scalar(file("point.nrrd"), point, 1.0);
+    ScalarField corner(extent);
+    ScalarField noise(extent);
+    ScalarField noisy = source;
+    GaussianNoise random(1);
+    for_each_site(extent, [&](int x, int y) {
+      corner.values[extent.index(x, y)] = x < 8 && y < 8 ? 1.0F : 0.0F;
+      noise.values[extent.index(x, y)] = static_cast<float>(100.0 * random.uniform());
+      noisy.values[extent.index(x, y)] += static_cast<float>(5.0 * random());
+    });
+    write_scalar(file("corner.nrrd"), corner, 1.0);
+    write_scalar(file("noise.nrrd"), noise, 1.0);
+    write_scalar(file("noisy.nrrd"), noisy, 1.0);
     write_scalar(file("everywhere.nrrd"), ScalarField(extent, 1.0F), 1.0);
     write_scalar(file("constant.nrrd"), ScalarField(extent, 9.0F), 1.0);
     write_scalar(file("coarse.nrrd"), target, 2.0);
@@ -111,7 +133,11 @@ TEST_F(RegisterCommand, WritesAFieldPicturesAndARow) {
     for (const auto& picture : row["pictures"]) {
       EXPECT_TRUE(std::filesystem::exists(file(picture["file"].get<std::string>())));
     }
-    const Image<VectorField> field = read_vector(file("out/displacement.nrrd"));
+    const Image<VectorField> field = read_displacement(file("out/displacement.nrrd"));
+    EXPECT_EQ(field.placement.origin, placement.origin);
+    EXPECT_EQ(field.placement.axes, placement.axes);
+    EXPECT_EQ(row["placement"]["origin"], nlohmann::json(placement.origin));
+    EXPECT_EQ(row["placement"]["direction"][0], nlohmann::json(placement.axes[0]));
     EXPECT_NEAR(field.pixels.x[field.pixels.extent.index(32, 20)], 1.5F, 0.4F);
     EXPECT_NEAR(field.pixels.y[field.pixels.extent.index(32, 20)], -0.5F, 0.4F);
   }
@@ -124,6 +150,7 @@ TEST_F(RegisterCommand, DetectWritesModulusAndSignificance) {
   const nlohmann::json row = test::read_json(file("row.json"))["results"][0];
   EXPECT_GT(row["position_deviation"], 0.0);
   EXPECT_GT(row["contrast_deviation"], 0.0);
+  EXPECT_EQ(read_scalar(file("out/modulus.nrrd")).placement.origin, placement.origin);
   const ScalarField modulus = read_scalar(file("out/modulus.nrrd")).pixels;
   const ScalarField significance = read_scalar(file("out/detection.nrrd")).pixels;
   EXPECT_EQ(modulus.values[modulus.extent.index(2, 2)], 10.0F);
@@ -194,12 +221,68 @@ TEST_F(RegisterCommand, BadInputIsASentenceAndStatusTwo) {
       {command("detect", "source.nrrd", "target.nrrd", region("everywhere.nrrd")), "whole image"},
       {command("detect", "source.nrrd", "target.nrrd", region() + " --simulations 2"), "--simulations"},
       {command("detect", "source.nrrd", "target.nrrd", region("empty.nrrd")), "region of interest is empty"},
+      {command("detect", "source.nrrd", "target.nrrd", region("spoilt.nrrd")),
+       "the mask at x = 30, y = 31 is nan"},
+      {command("register", "source.nrrd", "target.nrrd", region("spoilt.nrrd")), "x = 30, y = 31 is nan"},
+      {command("detect", "source.nrrd", "target.nrrd", region("point.nrrd")), "has 1 pixels of tissue"},
+      {command("detect", "source.nrrd", "target.nrrd", region("corner.nrrd")), "has 0 pixels of tissue"},
+      {command("detect", "source.nrrd", "source.nrrd", region()), "without a deformation"},
+      {command("detect", "source.nrrd", "noise.nrrd", region()), "no likeness"},
+      {command("detect", "source.nrrd", "target.nrrd", region() + " --method icm"), "no option --method"},
+      {command("register", "source.nrrd", "target.nrrd", "--iterate --energy hdm"),
+       "--energy has no effect here"},
+      {command("register", "source.nrrd", "target.nrrd", "--iterate --conventional demons"),
+       "--conventional has no effect here"},
+      {command("register", "source.nrrd", "target.nrrd", "--iterate --iterations 0 --steps fine"),
+       "--iterations, --steps have no effect here"},
+      {command("register", "source.nrrd", "target.nrrd", "--iterations 0"), "give at least 1"},
+      {command("register", "source.nrrd", "target.nrrd", "--iterat"), "did you mean --iterate?"},
   };
   for (const Case& bad : cases) {
     test::expect_run(2, bad.arguments, HasSubstr(bad.message));
     EXPECT_FALSE(std::filesystem::exists(file("out/displacement.nrrd")));
     EXPECT_FALSE(std::filesystem::exists(file("out/modulus.nrrd")));
   }
+}
+
+TEST_F(RegisterCommand, WhatCannotBeRegisteredIsSaid) {
+  struct Case {
+    const char* target;
+    const char* how;
+    int status;
+    std::string kind;
+  };
+  for (const Case& one :
+       std::initializer_list<Case>{{"source.nrrd", "", 0, "nothing-gained"},
+                                   {"source.nrrd", "--conventional demons", 0, "nothing-gained"},
+                                   {"source.nrrd", "--iterate", 0, "nothing-gained"},
+                                   {"noisy.nrrd", "", 0, "nothing-gained"},
+                                   {"noisy.nrrd", "--iterate", 0, "nothing-gained"},
+                                   {"noise.nrrd", "", 1, "no-likeness"},
+                                   {"noise.nrrd", "--conventional demons", 1, "no-likeness"},
+                                   {"noise.nrrd", "--iterate", 1, "no-likeness"},
+                                   {"target.nrrd", "", 0, ""},
+                                   {"target.nrrd", "--iterate", 0, ""}}) {
+    SCOPED_TRACE(one.target + std::string(" ") + one.how);
+    test::expect_run(one.status,
+                     command("register", "source.nrrd", one.target,
+                             fmt::format("{} --json {}", one.how, file("row.json").string())),
+                     HasSubstr(one.kind));
+    const nlohmann::json row = test::read_json(file("row.json"))["results"][0];
+    ASSERT_EQ(row.contains("warnings"), !one.kind.empty()) << row;
+    if (!one.kind.empty()) {
+      EXPECT_EQ(row["warnings"][0]["kind"], one.kind);
+    }
+  }
+}
+
+TEST_F(RegisterCommand, ADetectionSaysWhatItCannotTell) {
+  // The target is the source moved as one: there is hardly a deformation.
+  const test::Outcome outcome = test::expect_run(
+      0, command("detect", "source.nrrd", "target.nrrd", region() + " --json " + file("row.json").string()),
+      testing::Not(testing::AnyOf(testing::ContainsRegex("[0-9]{8}"), HasSubstr("More than chance found"))));
+  EXPECT_THAT(outcome.output, HasSubstr("it cannot be told"));
+  EXPECT_EQ(test::read_json(file("row.json"))["results"][0]["contrast_undetermined"], true);
 }
 
 TEST_F(RegisterCommand, AnInterruptedRunLeavesNothing) {

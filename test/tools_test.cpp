@@ -1,6 +1,7 @@
 // The tools of the thesis's appendix A, without the command line.
 
 #include "harness/check/compare.hpp"
+#include "harness/scene/method.hpp"
 #include "harness/solve/solve.hpp"
 #include "harness/tools/energy_plot.hpp"
 #include "harness/tools/export_scene.hpp"
@@ -146,6 +147,7 @@ TEST_F(Export, EveryInputComesBackToTheBit) {
     scene.spacing = 0.7;
     scene.title = "with \"quotes\" and \\";
     scene.full.steps = StepSet::parse("fine");
+    scene.schedule.stop = Stop::energy;
     scene.schedule.epsilon = 1.0 / 3.0;
     const Scene back = exported(scene);
     EXPECT_EQ(back.title, scene.title);
@@ -181,6 +183,10 @@ TEST_F(Export, TheScheduleComesBack) {
   EXPECT_EQ(back.schedule.alignment, Alignment::center);
   EXPECT_EQ(back.full.update, Update::sequential);
   EXPECT_EQ(compare(solve_on(scene, "scalar"), solve_on(back, "scalar")).sites, 0);
+  for (const Method& method : methods()) { // a key that one does not take would be refused
+    use_method(scene, method);
+    EXPECT_EQ(exported(scene).schedule.method, method.name);
+  }
 }
 
 TEST_F(Export, LabelsAndPicturesStandBeside) {

@@ -3,6 +3,7 @@
 #include "backends/gl/context.hpp"
 #include "backends/shared/arithmetic.hpp"
 #include "backends/shared/coarse_levels.hpp"
+#include "backends/shared/driver_trial.hpp"
 #include "backends/shared/elastic_device.hpp"
 
 #include <memory>
@@ -96,7 +97,10 @@ public:
 
   std::string_view name() const override { return name_; }
   std::string_view description() const override { return description_; }
-  std::vector<Device> devices() const override { return platform_->devices(version_); }
+  std::vector<Device> devices() const override {
+    require_answer(name_);
+    return platform_->devices(version_);
+  }
   double bytes_per_update(SiteKind kind, int /*sweeps*/) const override {
     return Sweep::bytes_per_update(kind);
   }

@@ -6,6 +6,7 @@
 #include "backends/opencl/elastic_session.hpp"
 #include "backends/opencl/programs.hpp"
 #include "backends/opencl/session.hpp"
+#include "backends/shared/driver_trial.hpp"
 
 #include <fmt/format.h>
 
@@ -24,6 +25,7 @@ public:
   }
 
   [[nodiscard]] std::vector<Device> devices() const override {
+    require_answer(name());
     std::vector<Device> all;
     for (const opencl::FoundDevice& found : opencl::find_devices(opencl::Api())) {
       all.push_back(found.description);

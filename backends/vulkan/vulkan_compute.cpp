@@ -1,6 +1,7 @@
 #include "backends/vulkan/vulkan_compute.hpp"
 
 #include "backends/shared/coarse_levels.hpp"
+#include "backends/shared/driver_trial.hpp"
 #include "backends/shared/sweep_shapes.hpp"
 #include "backends/vulkan/arithmetic.hpp"
 #include "backends/vulkan/ceilings.hpp"
@@ -26,6 +27,7 @@ public:
   }
 
   [[nodiscard]] std::vector<Device> devices() const override {
+    require_answer(name());
     return vulkan::translate_errors([] {
       const vulkan::Installation installation;
       std::vector<Device> all;

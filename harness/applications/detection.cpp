@@ -13,14 +13,14 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <numbers>
 
 namespace hdmbench {
 
 namespace {
 
-constexpr double largest_logarithm = 3.0; // moduli are at most 20 times another than the labels say
-constexpr double first_logarithm = 0.5;   // of the disc, before it is fitted
-constexpr double smallest_jump = 0.03;    // of log modulus: below, total variation is quadratic
+constexpr double first_logarithm = 0.5; // of the disc, before it is fitted
+constexpr double smallest_jump = 0.03;  // of log modulus: below, total variation is quadratic
 constexpr double pull_to_labels = 0.02;
 constexpr double least_noise = 1e-3; // pixels: what a displacement is worth that has no noise
 constexpr int fewest_simulations = 3;
@@ -251,6 +251,42 @@ private:
   VectorField expected_;
 };
 
+/// Tissue, and enough of it for the smallest disc that is sought.
+void require_tissue(const RegionSheet& sheet, const Scene& scene) {
+  const double smallest = InclusionScan::radii.front();
+  const auto needed = static_cast<std::ptrdiff_t>(std::numbers::pi * smallest * smallest);
+  const auto tissue = std::ranges::count_if(sheet.inside(), [&](std::size_t site) {
+    return scene.labels.values.empty() || sheet.label(site) != 0;
+  });
+  if (tissue < needed) {
+    throw InputError(fmt::format("detection: the region of interest has {} pixels of tissue (label 0 is "
+                                 "none), at least {} are needed: "
+                                 "the smallest disc that is sought has a radius of {:g} pixels",
+                                 tissue, needed, smallest));
+  }
+}
+
+/// What moves as one says nothing about moduli.
+void require_deformation(const VectorField& part) {
+  const auto spread = [](const std::vector<float>& values) {
+    double sum = 0.0;
+    double squares = 0.0;
+    for (const float value : values) {
+      sum += static_cast<double>(value);
+      squares += static_cast<double>(value) * static_cast<double>(value);
+    }
+    const auto count = static_cast<double>(values.size());
+    return std::max(squares / count - std::pow(sum / count, 2), 0.0);
+  };
+  const double deviation = std::sqrt(spread(part.x) + spread(part.y));
+  if (!(deviation > least_noise)) {
+    throw InputError(fmt::format(
+        "detection: around the region the tissue moved as one, but for {:.2g} px; without a deformation of "
+        "more than {:g} px nothing can be said about moduli",
+        deviation, least_noise));
+  }
+}
+
 void require_simulations(int simulations) {
   if (simulations < fewest_simulations) {
     throw InputError(fmt::format("detection: {} simulations say nothing about chance, at least {} are needed",
@@ -265,7 +301,9 @@ Detection detect_modulus(const VectorField& observed, const ScalarField& region,
   const auto start = std::chrono::steady_clock::now();
   require_simulations(options.fields);
   const RegionSheet sheet(region, scene, session);
+  require_tissue(sheet, scene);
   const VectorField part = sheet.part_of(observed);
+  require_deformation(part);
   const double noise = white_noise_of(part);
   Search search(sheet, part, options, progress);
   const auto nothing = search.scans(
@@ -281,7 +319,10 @@ Detection detect_modulus(const ScalarField& source, const ScalarField& target, c
   const auto start = std::chrono::steady_clock::now();
   require_simulations(options.pairs);
   const RegionSheet sheet(region, scene, session);
-  Search search(sheet, sheet.part_of(registered), options, progress);
+  require_tissue(sheet, scene);
+  const VectorField part = sheet.part_of(registered);
+  require_deformation(part);
+  Search search(sheet, part, options, progress);
   const ScalarField like_target = with_values_of(source, pulled_back(target, registered), {});
   const double source_noise = noise_of(source);
   const double target_noise = noise_of(target);

@@ -49,7 +49,8 @@ struct Detection {
 /// pattern of a stiffer or softer disc, of any place and of several sizes; how much of it is chance is
 /// measured by the same search where nothing is hidden but white noise. The moduli that explain the
 /// displacement are least squares over the noise plus total variation of the logarithm, by L-BFGS with the
-/// gradient of the adjoint. Throws InputError for an empty region, or one that leaves the sheet free.
+/// gradient of the adjoint. Throws InputError for an empty region, one without enough tissue for the smallest
+/// disc, one that leaves the sheet free, and where nothing deformed.
 [[nodiscard]] Detection detect_modulus(const VectorField& observed, const ScalarField& region,
                                        const Scene& scene, const DetectionOptions& options,
                                        ElasticSession& session, Progress& progress);

@@ -19,7 +19,6 @@ constexpr double largest_poisson = 0.49;
 constexpr double other_modulus = 0.25; // logarithm
 constexpr double border_error = 0.5;   // of labels, standard deviation, pixels
 constexpr double border_length = 1.5;  // over which it changes, pixels
-constexpr double largest_logarithm = 3.0;
 constexpr int most_iterations = 15;
 constexpr double least_gain = 1e-4;    // of the squared differences, less ends the fit
 constexpr double least_way = 1e-2;     // pixels, root of the sum of squares: below, it is rounding

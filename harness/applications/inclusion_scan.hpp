@@ -10,6 +10,9 @@
 
 namespace hdmbench {
 
+/// Moduli are sought between a 20th and 20 times the label's: the logarithm of the factor.
+inline constexpr double largest_logarithm = 3.0;
+
 /// A disc whose modulus is another than its label's.
 struct Inclusion {
   double x = 0.0; ///< of the centre, sites of the sheet

@@ -6,7 +6,7 @@
 namespace hdmbench {
 
 Similarity similarity(const ScalarField& a, const ScalarField& b) {
-  constexpr std::size_t bins = 32;
+  constexpr std::size_t bins = Similarity::bins;
   Similarity result;
   const auto sites = static_cast<double>(a.values.size());
   double sum_a = 0.0, sum_b = 0.0, sum_aa = 0.0, sum_bb = 0.0, sum_ab = 0.0;

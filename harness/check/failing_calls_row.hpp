@@ -23,7 +23,5 @@ struct FailingCallsRow {
 };
 
 void list_fields(Fields& fields, FailingCallsRow& row);
-/// Throws Contradiction where the counts do not add up.
-void require_consistent(const FailingCallsRow& row);
 
 } // namespace hdmbench

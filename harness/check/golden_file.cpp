@@ -42,10 +42,10 @@ GoldenEntry read_entry(const nlohmann::json& json) {
 
 std::string entry_text(const GoldenEntry& entry) {
   std::string text = fmt::format(
-      "  {{\"scene\": \"{}\", \"width\": {}, \"height\": {}, \"method\": \"{}\", \"inputs\": \"{:016x}\", "
+      "  {{\"scene\": {}, \"width\": {}, \"height\": {}, \"method\": \"{}\", \"inputs\": \"{:016x}\", "
       "\"levels\": [",
-      entry.problem.scene, entry.problem.extent.width, entry.problem.extent.height, entry.problem.method,
-      entry.inputs.scene);
+      nlohmann::json(entry.problem.scene).dump(), entry.problem.extent.width, entry.problem.extent.height,
+      entry.problem.method, entry.inputs.scene);
   for (std::size_t i = 0; i < entry.levels.size(); ++i) {
     const GoldenLevel& level = entry.levels[i];
     text += fmt::format("{}    {{\"level\": {}, \"iterations\": {}, ", i > 0 ? ",\n" : "\n", level.level,

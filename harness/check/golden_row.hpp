@@ -37,8 +37,6 @@ struct GoldenRow {
 };
 
 void list_fields(Fields& fields, GoldenRow& row);
-/// Throws Contradiction where a row agrees without levels, with a level that differs, or on other inputs.
-void require_consistent(const GoldenRow& row);
 
 [[nodiscard]] GoldenRow golden_row(const GoldenResult& result, const GoldenOutcome& outcome);
 

@@ -179,7 +179,7 @@ void list_fields(Fields& fields, ProbeRow& row) {
   fields("backend", row.backend);
   fields("device", row.device);
   fields("driver", row.driver);
-  fields.newer("program", row.program);
+  fields("program", row.program);
   fields("question", row.question);
   fields("as_specified", row.as_specified);
   fields("otherwise", row.otherwise);
@@ -187,15 +187,8 @@ void list_fields(Fields& fields, ProbeRow& row) {
   fields("telling", row.telling);
   fields("specified", row.specified);
   fields("other", row.other);
-  fields.newer("ulp", row.ulp);
+  fields("ulp", row.ulp);
   fields("agreement_needs_it", row.agreement_needs_it);
-}
-
-void require_consistent(const ProbeRow& row) {
-  const bool all = row.specified == row.telling && row.telling > 0;
-  if (row.answer == ProbeAnswer::as_specified && !all) {
-    throw Contradiction{"answer", "is \"as specified\" although not every telling component says so"};
-  }
 }
 
 std::vector<ProbeRow> probe(const Backend& backend, const SessionOptions& options) {

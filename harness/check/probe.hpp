@@ -50,7 +50,6 @@ struct ProbeRow {
   bool agreement_needs_it = true; ///< whether scenes of verify would show it
 };
 void list_fields(Fields& fields, ProbeRow& row);
-void require_consistent(const ProbeRow& row);
 
 /// Asks the device that `options` choose. Throws DeviceError.
 [[nodiscard]] std::vector<ProbeRow> probe(const Backend& backend, const SessionOptions& options);

@@ -23,8 +23,6 @@ enum class Mode {
   /// The whole pyramid by one call of Session::solve(), with Work::dense and with Work::active, and in every
   /// way to compute its coarse levels: the last field and the last count.
   pyramid,
-  /// Levels too large for scalar, in windows of each, after all its sweeps (verify_windows.hpp).
-  windows,
 };
 
 enum class Verdict { // the worst last
@@ -44,7 +42,7 @@ enum class Tier {
 };
 
 /// What results call them, in the order of the enumerators.
-inline constexpr std::array<std::string_view, 5> mode_names{"resync", "free", "active", "pyramid", "windows"};
+inline constexpr std::array<std::string_view, 4> mode_names{"resync", "free", "active", "pyramid"};
 inline constexpr std::array<std::string_view, 5> verdict_names{"agree", "certified", "skipped", "mistrusted",
                                                                "disagree"};
 inline constexpr std::array<std::string_view, 4> tier_names{"none", "certified", "bitwise", "exact"};

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "harness/check/verify_windows.hpp"
+#include "harness/check/verify.hpp"
 
 #include <cstdint>
 #include <string>
@@ -15,18 +15,15 @@ struct VerifyRow : Comparison {
   std::string scene;
   std::int64_t width = 0;
   std::int64_t height = 0;
-  std::string method{};                    ///< method_name(); empty in files of before
-  std::vector<WindowedLevel> coverage{};   ///< of Mode::windows: what was looked at
-  std::vector<WindowedPyramid> pyramids{}; ///< of Mode::windows
-  std::optional<std::int64_t> ranks{};     ///< that computed it together; none: one process
+  std::string method{};                ///< method_name(); empty in files of before
+  std::optional<std::int64_t> ranks{}; ///< that computed it together; none: one process
+  std::string reference{};             ///< what it was compared with; empty: scalar
+  std::string repeat{};                ///< the command line that repeats the comparison
 };
 
 void list_fields(Fields& fields, VerifyRow& row);
 void require_consistent(const VerifyRow& row);
 
 [[nodiscard]] VerifyRow verify_row(const Scene& scene, const Comparison& comparison);
-/// Where nothing is left of the scene but its name, extent and method_name().
-[[nodiscard]] VerifyRow verify_row(const std::string& scene, Extent extent, const std::string& method,
-                                   const WindowedComparison& comparison);
 
 } // namespace hdmbench

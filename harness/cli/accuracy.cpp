@@ -174,18 +174,17 @@ bool is_sound(const SceneAccuracy& accuracy) {
   return sound;
 }
 
-int run_accuracy(Arguments& arguments, const std::string& line) {
+int run_accuracy(Arguments& arguments, const Command& command, const std::string& line) {
+  refuse_idle(command,
+              {{.here = true,
+                .options = {"--method", "--methods"},
+                .why = "accuracy measures icm, and with --energy elastic all its methods; bench takes them"},
+               {.here = arguments.quick, .options = {"--full"}, .why = "--quick asks for the opposite"},
+               {.here = true,
+                .options = {"--update", "--stop", "--epsilon"},
+                .why = "accuracy runs both designs of the thesis, simultaneous with fixed iterations and in "
+                       "place until nothing moves"}});
   require_results_writable(arguments.json);
-  if (arguments.schedule.method || !arguments.methods.empty()) {
-    throw InputError(
-        "accuracy measures icm, and with --energy elastic all its methods; leave out --method and "
-        "--methods (bench takes them)");
-  }
-  if (arguments.schedule.update || arguments.schedule.stop || arguments.schedule.epsilon) {
-    throw InputError(
-        "accuracy runs both designs of the thesis, simultaneous with fixed iterations and in place "
-        "until nothing moves; leave out --update, --stop and --epsilon");
-  }
   if (arguments.full && arguments.sizes.empty()) {
     arguments.sizes = {"300", "600", "1200"};
   }
@@ -229,8 +228,8 @@ int run_accuracy(Arguments& arguments, const std::string& line) {
 
 } // namespace
 
-void add_accuracy(CLI::App& program, const std::string& arguments, int& status) {
-  auto* command = program.add_subcommand(
+void add_accuracy(const Command& program, const std::string& arguments, int& status) {
+  const Command command = program.add_subcommand(
       "accuracy",
       "Measure every method against finite elements and the exact fixed point: Tables 5.1, 5.3, 5.5 and 5.7\n"
       "of the thesis by default, and a brain. Exit status 1 where a field is not scalar's to the bit or a "
@@ -238,14 +237,14 @@ void add_accuracy(CLI::App& program, const std::string& arguments, int& status) 
       "is not explained by rounding.");
   const auto own = std::make_shared<Arguments>();
   own->schedule.takes_elastic = true;
-  own->add_to(*command);
-  leave_out_of_help(*command, {"--method", "--methods", "--update", "--stop", "--epsilon"});
-  command->add_option("--repeat", own->repeats, "Samples of the seconds")
-      ->check(CLI::Range(1, 1'000'000))
-      ->capture_default_str();
-  command->add_flag("--full", own->full,
-                    "Sizes 300, 600 and 1200, and every iteration against double: takes long");
-  command->callback([own, arguments, &status] { status = run_accuracy(*own, arguments); });
+  own->add_to(command);
+  leave_out_of_help(command, {"--method", "--methods", "--update", "--stop", "--epsilon"});
+  command.add_option("--repeat", own->repeats, "Samples of the seconds")
+      .range(1, 1'000'000)
+      .capture_default_str();
+  command.add_flag("--full", own->full,
+                   "Sizes 300, 600 and 1200, and every iteration against double: takes long");
+  command.callback([own, command, arguments, &status] { status = run_accuracy(*own, command, arguments); });
 }
 
 } // namespace hdmbench::commands

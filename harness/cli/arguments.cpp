@@ -1,23 +1,29 @@
 #include "harness/cli/arguments.hpp"
 
 #include "harness/measure/choice_cache.hpp"
+#include "harness/scene/file_output.hpp"
 #include "harness/scene/images/images.hpp"
+#include "harness/scene/joined.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/scene/nearest_name.hpp"
 #include "harness/solve/solve.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
+#include <iterator>
+#include <utility>
 
 namespace hdmbench::commands {
 
 namespace {
 
-void add_session_to(CLI::App& command, SessionOptions& session) {
+void add_session_to(const Command& command, SessionOptions& session) {
   command.add_option("--device", session.device, "Device by part of its name or by number (see devices)");
-  command.add_option("--threads", session.threads, "CPU threads (0: all)")->check(CLI::Range(0, 4096));
+  command.add_option("--threads", session.threads, "CPU threads (0: all)").range(0, 4096);
   add_choice_cache_to(command, session);
 }
 
@@ -32,32 +38,32 @@ int parse_side(std::string_view text, const std::string& whole) {
 
 } // namespace
 
-void add_choice_cache_to(CLI::App& command, SessionOptions& session) {
+void add_choice_cache_to(const Command& command, SessionOptions& session) {
   if (const std::filesystem::path file = choice_cache_file(); !file.empty()) {
     session.kept_choices = std::make_shared<ChoiceCache>(file);
   }
-  command.add_flag_callback(
+  command.add_flag(
       "--no-cache", [&session] { session.kept_choices.reset(); },
       "Measure anew which way is fastest on a device, and keep nothing of it for the next time");
 }
 
-void SceneArguments::add_scene_to(CLI::App& command) {
-  command.add_option("scene", scene, "Scene by name or TOML file")->required();
+void SceneArguments::add_scene_to(const Command& command) {
+  command.add_option("scene", scene, "Scene by name or TOML file").required();
   command.add_option("--size", size, "Image size: 300 (square) or 257x130");
   schedule.add_to(command);
 }
 
-void SceneArguments::add_backend_to(CLI::App& command) {
-  command.add_option("--backend", backend, "Backend that computes")->capture_default_str();
+void SceneArguments::add_backend_to(const Command& command) {
+  command.add_option("--backend", backend, "Backend that computes").capture_default_str();
   add_session_to(command, session);
 }
 
-void SceneArguments::add_orientation_to(CLI::App& command) {
-  auto* const option = command.add_option(
-      "--orientation", orientation, "Of a [brain]: axial, coronal or sagittal, in place of the scene's own");
-  option->check(CLI::IsMember(std::vector<std::string>(orientation_names.begin(), orientation_names.end())));
+void SceneArguments::add_orientation_to(const Command& command) {
+  Option option = command.add_option("--orientation", orientation,
+                                     "Of a [brain]: axial, coronal or sagittal, in place of the scene's own");
+  option.one_of(std::vector<std::string>(orientation_names.begin(), orientation_names.end()));
   command.add_option("--slice", slice, "Of that orientation; default: the one that shows most of the brain")
-      ->needs(option);
+      .needs(option);
 }
 
 Scene SceneArguments::load() const {
@@ -114,29 +120,29 @@ std::string CommonArguments::repeat(std::string_view command, const Scene& scene
          schedule.text(many ? std::optional(scene.schedule.method) : std::nullopt);
 }
 
-void CommonArguments::add_backends_to(CLI::App& command) {
+void CommonArguments::add_backends_to(const Command& command) {
   command
       .add_option("--backends", backends, "Backends with commas (none: all; one that is named must be there)")
-      ->delimiter(',');
+      .delimiter(',');
   command.add_option("--require", required, "Backends that must be there, others may be skipped")
-      ->delimiter(',');
+      .delimiter(',');
   add_session_to(command, session);
 }
 
-void CommonArguments::add_scenes_to(CLI::App& command) {
+void CommonArguments::add_scenes_to(const Command& command) {
   command.add_option("scenes", scenes,
                      "Scenes by name or TOML file (none: all that the command is made for)");
   command.add_option("--sizes,--size", sizes, "Image sizes: 300 (square) or 257x130, several with commas")
-      ->delimiter(',');
+      .delimiter(',');
   schedule.add_to(command);
   command
       .add_option("--methods", methods,
                   "Several methods with commas, or all of them, instead of --method (tradeoff: rivals too)")
-      ->delimiter(',')
-      ->excludes("--method");
+      .delimiter(',')
+      .excludes("--method");
 }
 
-void CommonArguments::add_to(CLI::App& command) {
+void CommonArguments::add_to(const Command& command) {
   add_scenes_to(command);
   add_backends_to(command);
   command.add_flag("--quick", quick, "A shorter run; the results say so");
@@ -200,6 +206,11 @@ std::vector<Scene> CommonArguments::load_scenes(const std::vector<std::string>& 
   return loaded;
 }
 
+bool CommonArguments::needs(std::string_view backend) const {
+  return std::ranges::find(backends, backend) != backends.end() ||
+         std::ranges::find(required, backend) != required.end();
+}
+
 std::vector<const Backend*>
 CommonArguments::choose(const std::vector<std::unique_ptr<Backend>>& registry) const {
   for (const auto* names : {&backends, &required}) {
@@ -243,6 +254,35 @@ std::string shell_word(std::string_view word) {
   return result + "'";
 }
 
+void require_other_outputs(const Command& command) {
+  namespace fs = std::filesystem;
+  constexpr std::array<std::string_view, 7> writes{
+      "--json", "--junit", "--benchmark-json", "--output", "--csv", "--write", "output"};
+  std::vector<fs::path> inputs;
+  std::vector<fs::path> outputs;
+  for (const Option& option : command.options()) {
+    const bool is_output = std::ranges::find(writes, option.name()) != writes.end() ||
+                           (command.name() == "fem-to-image" && option.name() == "--mask");
+    for (const std::string& value : option.values()) {
+      std::error_code missing;
+      if (is_output) {
+        outputs.emplace_back(value);
+      } else if (fs::is_directory(value, missing)) {
+        for (const auto& entry : fs::directory_iterator(value, missing)) {
+          if (entry.path().extension() == ".json") {
+            inputs.push_back(entry.path());
+          }
+        }
+      } else {
+        std::ranges::move(files_of_scene(value), std::back_inserter(inputs));
+      }
+    }
+  }
+  for (const fs::path& output : outputs) {
+    require_no_input(output, inputs);
+  }
+}
+
 std::string command_line(int argc, const char* const* argv) {
   std::string line;
   for (int i = 1; i < argc; ++i) {
@@ -251,24 +291,69 @@ std::string command_line(int argc, const char* const* argv) {
   return line;
 }
 
-void leave_out_of_help(CLI::App& command, std::initializer_list<const char*> options) {
+void leave_out_of_help(const Command& command, std::initializer_list<const char*> options) {
   for (const char* const option : options) {
-    command.get_option(option)->group("");
+    command.option(option).group("");
   }
 }
 
-void require_whole_lists(const CLI::App& command, const std::vector<std::string>& words) {
+void refuse_idle(const Command& command, std::initializer_list<Idle> idle) {
+  for (const Idle& one : idle) {
+    std::vector<std::string> given;
+    std::ranges::copy_if(one.options, std::back_inserter(given),
+                         [&](const std::string& option) { return command.count(option) > 0; });
+    if (one.here && !given.empty()) {
+      throw InputError(fmt::format("{} {} no effect here: {}; leave {} out", joined(given, ", "),
+                                   given.size() > 1 ? "have" : "has", one.why,
+                                   given.size() > 1 ? "them" : "it"));
+    }
+  }
+}
+
+std::vector<std::string> options_of_group(const Command& command, std::string_view group,
+                                          std::initializer_list<std::string_view> but) {
+  std::vector<std::string> names;
+  for (const Option& option : command.options()) {
+    const std::string name = option.name();
+    if (option.heading() == group && std::ranges::find(but, name) == but.end()) {
+      names.push_back(name);
+    }
+  }
+  return names;
+}
+
+void require_known_options(const Command& command, const std::vector<std::string>& words) {
+  std::vector<std::string> known{"--help"};
+  for (const Option& option : command.options()) {
+    for (const std::string& name : option.long_names()) {
+      known.push_back("--" + name);
+    }
+  }
+  for (const std::string& word : words) {
+    const std::string name = word.substr(0, word.find('='));
+    if (word == "--") { // what follows are no options
+      return;
+    }
+    if (name.starts_with("--") && std::ranges::find(known, name) == known.end()) {
+      throw InputError(fmt::format(
+          "{} has no option {}; {}", command.name(), name,
+          did_you_mean(name, known, fmt::format("hdmbench {} --help lists them", command.name()))));
+    }
+  }
+}
+
+void require_whole_lists(const Command& command, const std::vector<std::string>& words) {
   for (std::size_t i = 0; i < words.size(); ++i) {
     const std::size_t equals = words[i].find('=');
     const std::string name = words[i].substr(0, equals);
-    const CLI::Option* const option = command.get_option_no_throw(name);
-    if (option == nullptr || option->get_delimiter() == '\0') {
+    const std::optional<Option> option = command.find(name);
+    if (!option || option->delimiter() == '\0') {
       continue;
     }
     const std::string list = equals != std::string::npos ? words[i].substr(equals + 1)
                              : i + 1 < words.size()      ? words[i + 1]
                                                          : name;
-    const char end = option->get_delimiter();
+    const char end = option->delimiter();
     if (fmt::format("{0}{1}{0}", end, list).find(fmt::format("{0}{0}", end)) != std::string::npos) {
       throw InputError(fmt::format("{} {}: a word is missing before or after a comma", name, list));
     }

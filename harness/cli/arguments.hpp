@@ -5,7 +5,7 @@
 #include "harness/scene/scene.hpp"
 #include "harness/scene/scene_part.hpp"
 
-#include <CLI/CLI.hpp>
+#include "harness/cli/command.hpp"
 
 #include <filesystem>
 #include <initializer_list>
@@ -30,16 +30,18 @@ struct SceneArguments {
   ScheduleOverrides schedule;
 
   /// Which slice of a scene's brain.
-  void add_orientation_to(CLI::App& command);
+  void add_orientation_to(const Command& command);
   /// Only the scene, its size and its schedule.
-  void add_scene_to(CLI::App& command);
+  void add_scene_to(const Command& command);
   /// Where it is computed.
-  void add_backend_to(CLI::App& command);
+  void add_backend_to(const Command& command);
 
   /// The scene at its size with its schedule. Throws InputError.
   [[nodiscard]] Scene load() const;
   /// The same, of whose fields only a part is kept.
   [[nodiscard]] ScenePart load_part(const ChoosePart& part) const;
+  /// What it is made of.
+  [[nodiscard]] std::vector<std::filesystem::path> files() const { return files_of_scene(scene); }
   /// The backend, which lives as long as the registry. Throws InputError where it is unknown or cannot update
   /// as the scene wants.
   [[nodiscard]] const Backend& choose(const std::vector<std::unique_ptr<Backend>>& registry,
@@ -69,11 +71,14 @@ struct CommonArguments {
   bool quick = false;
   std::filesystem::path json;
 
-  void add_to(CLI::App& command);
+  void add_to(const Command& command);
   /// Only which scenes, at which sizes, solved how.
-  void add_scenes_to(CLI::App& command);
+  void add_scenes_to(const Command& command);
   /// Only which backends, on which device, with how many threads.
-  void add_backends_to(CLI::App& command);
+  void add_backends_to(const Command& command);
+
+  /// Whether a backend was named here or with --require.
+  [[nodiscard]] bool needs(std::string_view backend) const;
 
   /// The command line that repeats one comparison; where the scene has no source, with all others.
   [[nodiscard]] std::string repeat(std::string_view command, const Scene& scene,
@@ -98,7 +103,7 @@ private:
 };
 
 /// Adds --no-cache; without it `session` keeps choices in the user's cache.
-void add_choice_cache_to(CLI::App& command, SessionOptions& session);
+void add_choice_cache_to(const Command& command, SessionOptions& session);
 
 /// "300" is 300 x 300, "257x130" is that. Throws InputError.
 [[nodiscard]] Extent parse_size(const std::string& text);
@@ -107,11 +112,33 @@ void add_choice_cache_to(CLI::App& command, SessionOptions& session);
 [[nodiscard]] std::string shell_word(std::string_view word);
 
 /// For those that the command refuses, and says why.
-void leave_out_of_help(CLI::App& command, std::initializer_list<const char*> options);
+void leave_out_of_help(const Command& command, std::initializer_list<const char*> options);
+
+/// Options that have no effect in a call.
+struct Idle {
+  bool here = false; ///< whether they have none in this one
+  std::vector<std::string> options;
+  std::string why; ///< a sentence: "--halo is for several processes: mpirun -n 4 hdmbench run"
+};
+
+/// No option is silently ignored. Throws InputError that names those of the first entry that the user gave.
+void refuse_idle(const Command& command, std::initializer_list<Idle> idle);
+
+/// The names of the command's options of one group of its help, but those of `but`.
+[[nodiscard]] std::vector<std::string> options_of_group(const Command& command, std::string_view group,
+                                                        std::initializer_list<std::string_view> but = {});
+
+/// Throws InputError for an option among `words`, the arguments of `command`, that the command does not have;
+/// names the one that it may have been.
+void require_known_options(const Command& command, const std::vector<std::string>& words);
 
 /// CLI11 drops empty words of a list: it takes "16,,32" for 16 and 32. Throws InputError for such a list
 /// among `words`, the arguments of `command`.
-void require_whole_lists(const CLI::App& command, const std::vector<std::string>& words);
+void require_whole_lists(const Command& command, const std::vector<std::string>& words);
+
+/// Throws InputError where a file that `command`, which has been parsed, would write is one of those that it
+/// reads: what its other arguments name, result files in a folder and the images of a scene among them.
+void require_other_outputs(const Command& command);
 
 /// The words after the program's name, as a shell would take them again.
 [[nodiscard]] std::string command_line(int argc, const char* const* argv);

@@ -108,7 +108,10 @@ void print(const atlas::EntryResult& result) {
   std::fflush(stdout); // into a pipe too: the next entry may take seconds
 }
 
-void run_atlas(const Arguments& arguments, const std::string& command_line) {
+void run_atlas(const Arguments& arguments, const Command& command, const std::string& command_line) {
+  refuse_idle(command, {{.here = arguments.list,
+                         .options = {"entries", "--backend", "--quick", "--json"},
+                         .why = "--list names the entries and stops"}});
   if (arguments.list) {
     print_list();
     return;
@@ -146,18 +149,18 @@ void run_atlas(const Arguments& arguments, const std::string& command_line) {
 
 } // namespace
 
-void add_atlas(CLI::App& program, const std::string& arguments) {
-  auto* command = program.add_subcommand(
+void add_atlas(const Command& program, const std::string& arguments) {
+  const Command command = program.add_subcommand(
       "atlas", "Where the methods fail: families of scenes along one knob each, from healthy to harmful, the "
                "error of every\nmethod, from where on it fails, how that shows, and what survives.");
   const auto own = std::make_shared<Arguments>();
-  command->add_option("entries", own->entries, "Entries by name (none: all; see --list)");
-  command->add_flag("--list", own->list, "Name the entries and stop");
-  command->add_option("--backend", own->backend, "Where it is computed; the bits are the same everywhere")
-      ->capture_default_str();
-  command->add_flag("--quick", own->quick, "Fewer values of every knob; the results say so");
-  command->add_option("--json", own->json, "Write the results to this file, pictures beside it");
-  command->callback([own, arguments] { run_atlas(*own, arguments); });
+  command.add_option("entries", own->entries, "Entries by name (none: all; see --list)");
+  command.add_flag("--list", own->list, "Name the entries and stop");
+  command.add_option("--backend", own->backend, "Where it is computed; the bits are the same everywhere")
+      .capture_default_str();
+  command.add_flag("--quick", own->quick, "Fewer values of every knob; the results say so");
+  command.add_option("--json", own->json, "Write the results to this file, pictures beside it");
+  command.callback([own, command, arguments] { run_atlas(*own, command, arguments); });
 }
 
 } // namespace hdmbench::commands

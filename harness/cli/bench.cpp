@@ -4,11 +4,13 @@
 #include "harness/cli/bench_compare.hpp"
 #include "harness/cli/bench_on_ranks.hpp"
 #include "harness/cli/commands.hpp"
+#include "harness/cli/gates.hpp"
 #include "harness/measure/bench_row.hpp"
 #include "harness/measure/choices.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/measure/memory_use.hpp"
 #include "harness/measure/result_file.hpp"
+#include "harness/report/ci_files.hpp"
 #include "harness/report/table.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/published.hpp"
@@ -29,6 +31,7 @@ struct Arguments : CommonArguments {
   std::vector<std::string> work{"dense", "active"};
   bool scaling = false;
   bool no_ceilings = false;
+  std::filesystem::path benchmark_json; ///< empty: nobody asked for it
   std::optional<std::string> reference; ///< "none" or a backend; none given: scalar, of images not too large
 };
 
@@ -244,6 +247,7 @@ BenchOptions bench_options(const Arguments& arguments, bool checked) {
 
 int run_bench(Arguments& arguments, const std::string& line) {
   require_results_writable(arguments.json);
+  require_results_writable(arguments.benchmark_json);
   if (arguments.sizes.empty()) {
     arguments.sizes = arguments.quick ? std::vector<std::string>{"300", "600"}
                                       : std::vector<std::string>{"300", "600", "1200"};
@@ -314,7 +318,9 @@ int run_bench(Arguments& arguments, const std::string& line) {
   if (!chosen.empty()) {
     fmt::print("\nChosen by measurement, medians\n{}", fmt::join(chosen, ""));
   }
-  write_results(arguments.json, "bench", run_context(line, arguments.quick), std::move(rows));
+  const Context context = run_context(line, arguments.quick);
+  report::write_google_benchmark(arguments.benchmark_json, context, rows);
+  write_results(arguments.json, "bench", context, std::move(rows));
   if (!all_agree) {
     return disagreement;
   }
@@ -323,8 +329,8 @@ int run_bench(Arguments& arguments, const std::string& line) {
 
 } // namespace
 
-void add_bench(CLI::App& program, const std::string& arguments, int& status, Ranks* ranks) {
-  auto* command = program.add_subcommand(
+void add_bench(const Command& program, const std::string& arguments, int& status, Ranks* ranks) {
+  const Command command = program.add_subcommand(
       "bench",
       "Time whole solutions on every backend: Tables 5.2, 5.4, 5.6 and 5.8 of the thesis by default.\n"
       "A field that is not scalar's to the bit gets no speed-up and exit status 1. What the devices can do "
@@ -332,36 +338,43 @@ void add_bench(CLI::App& program, const std::string& arguments, int& status, Ran
       "most, in copying memory and in arithmetic, is measured in the same run.");
   const auto own = std::make_shared<Arguments>();
   own->schedule.takes_elastic = true;
-  own->add_to(*command);
-  command->add_option("--repeat", own->repeats, "Samples per backend, scene and size")
-      ->check(CLI::Range(1, 1'000'000))
-      ->capture_default_str();
+  own->add_to(command);
+  command.add_option("--repeat", own->repeats, "Samples per backend, scene and size")
+      .range(1, 1'000'000)
+      .capture_default_str();
   command
-      ->add_option("--work", own->work,
-                   "dense: every sweep visits all sites; active: it leaves out what cannot change, with the "
-                   "same bits, where the schedule allows it")
-      ->delimiter(',')
-      ->check(CLI::IsMember({"dense", "active"}))
-      ->capture_default_str();
-  command->add_flag(
+      .add_option("--work", own->work,
+                  "dense: every sweep visits all sites; active: it leaves out what cannot change, with the "
+                  "same bits, where the schedule allows it")
+      .delimiter(',')
+      .one_of({"dense", "active"})
+      .capture_default_str();
+  command.add_flag(
       "--scaling,--threads-sweep", own->scaling,
       "Backends with threads of their own run with 1, 2, 4 ... of them, too; with mpirun, followed "
       "by strong or weak: 1, 2, 4 ... ranks");
-  command->add_flag("--no-ceilings", own->no_ceilings,
-                    "Do not measure what the devices can do at most: a second or two less for each");
-  command->add_option("--reference", own->reference,
-                      "Backend whose field and time the others are compared with, or none (default: scalar, "
-                      "none for images larger than 4096 x 4096)");
+  command.add_flag("--no-ceilings", own->no_ceilings,
+                   "Do not measure what the devices can do at most: a second or two less for each");
+  command.add_option("--reference", own->reference,
+                     "Backend whose field and time the others are compared with, or none (default: scalar, "
+                     "none for images larger than 4096 x 4096)");
+  command.add_option(
+      "--benchmark-json", own->benchmark_json,
+      "Write the samples to this file as Google Benchmark's JSON, too, for its compare.py and for CI");
   const auto comparison = std::make_shared<CompareArguments>();
-  comparison->add_to(*command);
-  command->callback([own, comparison, command, arguments, &status, ranks] {
+  comparison->add_to(command);
+  const auto gates = std::make_shared<Gates>();
+  gates->add_to(command);
+  command.callback([own, comparison, gates, command, arguments, &status, ranks] {
+    gates->prepare(*own);
     if (ranks != nullptr) {
       status = bench_scaling_on_ranks(*own, own->scaling, own->repeats, arguments, *ranks);
       return;
     }
-    const int repeats = command->count("--repeat") > 0 ? own->repeats : 0;
-    status = comparison->wanted() ? compare_benches(*comparison, *command, arguments, repeats, own->json)
-                                  : run_bench(*own, arguments);
+    const int repeats = command.count("--repeat") > 0 ? own->repeats : 0;
+    status = comparison->before.empty() ? run_bench(*own, arguments)
+                                        : compare_benches(*comparison, repeats, own->json);
+    status = gates->judge(status, *own);
   });
 }
 

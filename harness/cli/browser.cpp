@@ -42,16 +42,16 @@ void write_page([[maybe_unused]] Arguments arguments, [[maybe_unused]] const std
 
 } // namespace
 
-void add_browser(CLI::App& program, const std::string& arguments) {
-  auto* command = program.add_subcommand(
+void add_browser(const Command& program, const std::string& arguments) {
+  const Command command = program.add_subcommand(
       "browser",
       "Write a page that tests the GPU of whoever opens it: the thesis's shader in WebGL 2 beside scalar in\n"
       "WebAssembly, every site after every sweep, then the speed of both. Needs no network.\n"
       "Without scenes: those that show most, at 64 x 64.");
   const auto own = std::make_shared<Arguments>();
-  own->scenes.add_scenes_to(*command);
-  command->add_option("--output", own->output, "The page")->capture_default_str();
-  command->callback([own, arguments] { write_page(*own, arguments); });
+  own->scenes.add_scenes_to(command);
+  command.add_option("--output", own->output, "The page").capture_default_str();
+  command.callback([own, arguments] { write_page(*own, arguments); });
 }
 
 } // namespace hdmbench::commands

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "harness/cli/command.hpp"
 
 #include <string>
 
@@ -14,28 +14,28 @@ class Ranks;
 /// is alone; commands without it run alone.
 namespace hdmbench::commands {
 
-void add_devices(CLI::App& program, const std::string& arguments, int& status, Ranks* ranks);
-void add_methods(CLI::App& program);
-void add_run(CLI::App& program, const std::string& arguments, int& status, Ranks* ranks);
-void add_register(CLI::App& program, const std::string& arguments, int& status);
-void add_detect(CLI::App& program, const std::string& arguments, int& status);
-void add_rivals(CLI::App& program, const std::string& arguments, int& status);
-void add_verify(CLI::App& program, const std::string& arguments, int& status, Ranks* ranks);
-void add_implementations(CLI::App& program, const std::string& arguments, int& status);
-void add_probe(CLI::App& program, const std::string& arguments);
-void add_browser(CLI::App& program, const std::string& arguments);
-void add_golden(CLI::App& program, const std::string& arguments, int& status);
-void add_accuracy(CLI::App& program, const std::string& arguments, int& status);
-void add_continuum(CLI::App& program, const std::string& arguments, int& status);
-void add_faults(CLI::App& program, const std::string& arguments, int& status, Ranks* ranks);
-void add_atlas(CLI::App& program, const std::string& arguments);
-void add_tradeoff(CLI::App& program, const std::string& arguments, int& status);
-void add_bench(CLI::App& program, const std::string& arguments, int& status, Ranks* ranks);
-void add_report(CLI::App& program, int& status);
-void add_export(CLI::App& program);
-void add_fem_to_image(CLI::App& program);
-void add_positions_to_displacements(CLI::App& program);
-void add_energy_plot(CLI::App& program);
-void add_tune(CLI::App& program);
+void add_devices(const Command& program, const std::string& arguments, int& status, Ranks* ranks);
+void add_methods(const Command& program);
+void add_run(const Command& program, const std::string& arguments, int& status, Ranks* ranks);
+void add_register(const Command& program, const std::string& arguments, int& status);
+void add_detect(const Command& program, const std::string& arguments, int& status);
+void add_rivals(const Command& program, const std::string& arguments, int& status);
+void add_verify(const Command& program, const std::string& arguments, int& status, Ranks* ranks);
+void add_implementations(const Command& program, const std::string& arguments, int& status);
+void add_probe(const Command& program, const std::string& arguments, int& status);
+void add_browser(const Command& program, const std::string& arguments);
+void add_golden(const Command& program, const std::string& arguments, int& status);
+void add_accuracy(const Command& program, const std::string& arguments, int& status);
+void add_continuum(const Command& program, const std::string& arguments, int& status);
+void add_faults(const Command& program, const std::string& arguments, int& status, Ranks* ranks);
+void add_atlas(const Command& program, const std::string& arguments);
+void add_tradeoff(const Command& program, const std::string& arguments, int& status);
+void add_bench(const Command& program, const std::string& arguments, int& status, Ranks* ranks);
+void add_report(const Command& program, int& status);
+void add_export(const Command& program);
+void add_fem_to_image(const Command& program);
+void add_positions_to_displacements(const Command& program);
+void add_energy_plot(const Command& program);
+void add_tune(const Command& program);
 
 } // namespace hdmbench::commands

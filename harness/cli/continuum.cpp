@@ -37,7 +37,10 @@ std::string text(const Distance& distance) {
   return fmt::format("{:.2e} ({:.1e})", distance.rmsd, distance.largest);
 }
 
-int run_continuum(const Arguments& arguments, const std::string& line) {
+int run_continuum(const Arguments& arguments, const Command& command, const std::string& line) {
+  refuse_idle(
+      command,
+      {{.here = !arguments.sizes.empty(), .options = {"--quick"}, .why = "--sizes says which sizes"}});
   require_results_writable(arguments.json);
   const auto registry = make_backends();
   const Backend& backend = find_backend(registry, arguments.backend);
@@ -72,26 +75,26 @@ int run_continuum(const Arguments& arguments, const std::string& line) {
 
 } // namespace
 
-void add_continuum(CLI::App& program, const std::string& arguments, int& status) {
-  auto* command = program.add_subcommand(
+void add_continuum(const Command& program, const std::string& arguments, int& status) {
+  const Command command = program.add_subcommand(
       "continuum", "How far a mesh of pixels is from the continuum: a round inclusion whose displacement is "
                    "known exactly,\non meshes of several sizes; errors of discretisation, of the solver and "
                    "of float32 apart.");
   const auto own = std::make_shared<Arguments>();
-  command->add_option("--sizes", own->sizes, "Sides of the images, several with commas")
-      ->delimiter(',')
-      ->check(CLI::Range(8, 4096));
+  command.add_option("--sizes", own->sizes, "Sides of the images, several with commas")
+      .delimiter(',')
+      .range(8, 4096);
   command
-      ->add_option("--contrasts", own->contrasts,
-                   "Modulus of the inclusion over that around it, several with commas")
-      ->delimiter(',')
-      ->check(CLI::Range(1e-4, 1e4))
-      ->capture_default_str();
-  command->add_option("--backend", own->backend, "Backend that computes")->capture_default_str();
-  command->add_option("--threads", own->session.threads, "CPU threads (0: all)")->check(CLI::Range(0, 4096));
-  command->add_flag("--quick", own->quick, "Three sizes to 200; the results say so");
-  command->add_option("--json", own->json, "Write the results to this file");
-  command->callback([own, arguments, &status] { status = run_continuum(*own, arguments); });
+      .add_option("--contrasts", own->contrasts,
+                  "Modulus of the inclusion over that around it, several with commas")
+      .delimiter(',')
+      .range(1e-4, 1e4)
+      .capture_default_str();
+  command.add_option("--backend", own->backend, "Backend that computes").capture_default_str();
+  command.add_option("--threads", own->session.threads, "CPU threads (0: all)").range(0, 4096);
+  command.add_flag("--quick", own->quick, "Three sizes to 200; the results say so");
+  command.add_option("--json", own->json, "Write the results to this file");
+  command.callback([own, command, arguments, &status] { status = run_continuum(*own, command, arguments); });
 }
 
 } // namespace hdmbench::commands

@@ -1,8 +1,11 @@
 #include "harness/applications/detection.hpp"
+#include "harness/applications/inclusion_scan.hpp"
 #include "harness/applications/iterated_registration.hpp"
 #include "harness/applications/label_doubt.hpp"
+#include "harness/applications/picture.hpp"
 #include "harness/cli/commands.hpp"
 #include "harness/cli/pair_arguments.hpp"
+#include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/images/images.hpp"
@@ -10,11 +13,39 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace hdmbench::commands {
 
 namespace {
+
+/// How much stiffer or softer, as far as the search can tell.
+std::string contrast_text(const DetectionRow& row) {
+  const double most = std::exp(largest_logarithm);
+  if (row.contrast_undetermined) {
+    return fmt::format("any modulus from 1/{0:.0f} to {0:.0f} times the label's: it cannot be told", most);
+  }
+  const auto end = [&](double logarithm) {
+    return std::exp(std::clamp(std::log(row.contrast) + logarithm, -largest_logarithm, largest_logarithm));
+  };
+  const std::string range =
+      fmt::format("{:.3g} ... {:.3g}", end(-row.contrast_deviation), end(row.contrast_deviation));
+  return row.contrast_at_limit ? fmt::format("{} the label's modulus, where the search ends ({})",
+                                             row.contrast > 1.0 ? fmt::format("{:.0f} times or more", most)
+                                                                : fmt::format("1/{:.0f} or less of", most),
+                                             range)
+                               : fmt::format("{:.3g} times the label's modulus ({})", row.contrast, range);
+}
+
+std::string verdict(const DetectionRow& row) {
+  if (row.as_much_by_chance > 0) {
+    return "Nothing that chance does not find as well.";
+  }
+  return row.contrast_undetermined ? "More than chance is unexplained, but not by stiffer or softer tissue: "
+                                     "the deformation does not tell its modulus."
+                                   : "More than chance found: tissue there is not as its label says.";
+}
 
 constexpr double strong = 4.0; // standard deviations that are full colour
 
@@ -27,7 +58,8 @@ int run_detect(const Arguments& arguments, const std::string& line) {
   const auto registry = make_backends();
   const Backend& backend = arguments.scene.choose(registry, data.scene);
   const Device device = backend.device(arguments.scene.session);
-  arguments.require_output({"modulus.nrrd", "deviation.nrrd", "detection.nrrd"});
+  arguments.require_output(std::vector<std::string>{"modulus.nrrd", "deviation.nrrd", "detection.nrrd",
+                                                    "source.png", "detection.png"});
   const auto session = backend.open_elastic(arguments.scene.session);
   if (session == nullptr) {
     throw InputError(fmt::format("{} has no elastic energy, which detect solves with", backend.name()));
@@ -36,12 +68,20 @@ int run_detect(const Arguments& arguments, const std::string& line) {
   // The pictures are looked at inside the region too: it is the modulus there that is not known.
   const IteratedRegistration registered =
       register_iteratively(data.source, data.target, data.scene, {}, {}, *session, progress);
+  const Similarity after = similarity(data.source, pulled_back(data.target, registered.displacement));
+  for (const Warning& doubt :
+       diagnose(data.source, data.target, similarity(data.source, data.target), after)) {
+    if (doubt.kind == no_likeness) {
+      throw InputError(fmt::format("detect: {} {}", doubt.message, doubt.advice));
+    }
+  }
   const Detection found = detect_modulus(data.source, data.target, registered.displacement, data.region,
                                          data.scene, arguments.detection, *session, progress);
   progress.clear();
 
   DetectionRow row;
   row.set_scene(data.scene);
+  row.placement = data.placement;
   row.backend = std::string(backend.name());
   row.device = device.name;
   row.seconds = registered.seconds + found.seconds;
@@ -61,6 +101,8 @@ int run_detect(const Arguments& arguments, const std::string& line) {
   row.contrast = found.contrast;
   row.position_deviation = found.position_deviation;
   row.contrast_deviation = found.contrast_deviation;
+  row.contrast_undetermined = !(found.contrast_deviation < largest_logarithm);
+  row.contrast_at_limit = std::abs(std::log(found.contrast)) > 0.999 * largest_logarithm;
   const LabelDoubt doubt = doubt_labels(data.source, data.scene, found);
   if (doubt.is_serious()) {
     row.looks_like = doubt.label;
@@ -69,9 +111,9 @@ int run_detect(const Arguments& arguments, const std::string& line) {
   const auto name = [&](const char* file) {
     return arguments.json.empty() ? std::string(file) : arguments.beside_json(file);
   };
-  write_scalar(arguments.output / "modulus.nrrd", found.modulus, data.scene.spacing);
-  write_scalar(arguments.output / "detection.nrrd", found.significance, data.scene.spacing);
-  write_scalar(arguments.output / "deviation.nrrd", found.deviation, data.scene.spacing);
+  write_scalar(arguments.output / "modulus.nrrd", found.modulus, data.scene.spacing, data.placement);
+  write_scalar(arguments.output / "detection.nrrd", found.significance, data.scene.spacing, data.placement);
+  write_scalar(arguments.output / "deviation.nrrd", found.deviation, data.scene.spacing, data.placement);
   row.modulus = name("modulus.nrrd");
   row.deviation = name("deviation.nrrd");
   row.detection = name("detection.nrrd");
@@ -89,15 +131,13 @@ int run_detect(const Arguments& arguments, const std::string& line) {
   table.add({"error of the displacement, as white noise", fmt::format("{:.3g} px", row.noise)});
   table.add({"unexplained by the labels' moduli", fmt::format("{:.3g} px", row.unexplained_before)});
   table.add({"unexplained by those found", fmt::format("{:.3g} px", row.unexplained)});
-  table.add({"most significant", fmt::format("{:.1f} standard deviations", row.largest)});
-  table.add({"by chance", fmt::format("as much in {} of {} simulations with nothing hidden, at most {:.1f}",
+  table.add({"most significant", fmt::format("{:.3g} standard deviations", row.largest)});
+  table.add({"by chance", fmt::format("as much in {} of {} simulations with nothing hidden, at most {:.3g}",
                                       row.as_much_by_chance, row.simulations, row.largest_by_chance)});
   table.add(
-      {"explained best by", fmt::format("a disc at x = {:.1f}, y = {:.1f} (+- {:.1f}), radius {:.1f} px",
+      {"explained best by", fmt::format("a disc at x = {:.1f}, y = {:.1f} (+- {:.3g}), radius {:.1f} px",
                                         row.x, row.y, row.position_deviation, row.radius)});
-  table.add({"of", fmt::format("{:.2f} times the label's modulus ({:.2f} ... {:.2f})", row.contrast,
-                               row.contrast * std::exp(-row.contrast_deviation),
-                               row.contrast * std::exp(row.contrast_deviation))});
+  table.add({"of", contrast_text(row)});
   const std::string warning =
       doubt.is_serious()
           ? fmt::format(
@@ -108,10 +148,8 @@ int run_detect(const Arguments& arguments, const std::string& line) {
   fmt::print("{}\n\n{}\n  {}{}\n\n  {:.3g} s ({:.3g} of them the registration)\n  {}: MPa; beside it "
              "deviation.nrrd, the "
              "standard deviation of its logarithm, and detection.nrrd, standard deviations\n",
-             data.scene.title, table.text(),
-             row.as_much_by_chance == 0 ? "More than chance found: tissue there is not as its label says."
-                                        : "Nothing that chance does not find as well.",
-             warning, row.seconds, row.registration_seconds, (arguments.output / "modulus.nrrd").string());
+             data.scene.title, table.text(), verdict(row), warning, row.seconds, row.registration_seconds,
+             (arguments.output / "modulus.nrrd").string());
   write_results(arguments.json, "detect", run_context(line, false),
                 nlohmann::json::array({to_json_row(row)}));
   return success;
@@ -119,21 +157,21 @@ int run_detect(const Arguments& arguments, const std::string& line) {
 
 } // namespace
 
-void add_detect(CLI::App& program, const std::string& arguments, int& status) {
-  auto* command = program.add_subcommand(
+void add_detect(const Command& program, const std::string& arguments, int& status) {
+  const Command command = program.add_subcommand(
       "detect",
       "Where is tissue stiffer or softer than its label says? (thesis Algorithm 7)\nRegisters the two "
       "pictures, then finds the moduli in the region that explain the deformation.\nWrites "
       "DIR/modulus.nrrd and DIR/detection.nrrd.");
   const auto own = std::make_shared<Arguments>();
-  own->add_to(*command, true);
+  own->add_to(command, true);
   command
-      ->add_option("--simulations", own->detection.pairs,
-                   "Pairs of pictures with nothing hidden that are registered too: what is found in them is "
-                   "chance")
-      ->check(CLI::Range(3, 1000))
-      ->capture_default_str();
-  command->callback([own, arguments, &status] { status = run_detect(*own, arguments); });
+      .add_option("--simulations", own->detection.pairs,
+                  "Pairs of pictures with nothing hidden that are registered too: what is found in them is "
+                  "chance")
+      .range(3, 1000)
+      .capture_default_str();
+  command.callback([own, arguments, &status] { status = run_detect(*own, arguments); });
 }
 
 } // namespace hdmbench::commands

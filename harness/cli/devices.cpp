@@ -75,9 +75,7 @@ void list_devices_of_ranks(const Arguments& arguments, Ranks& ranks) {
 }
 
 void list_devices(const Arguments& arguments, const std::string& line) {
-  if (!arguments.json.empty()) {
-    require_writable(arguments.json);
-  }
+  require_results_writable(arguments.json);
   Table table({{"backend", Table::Align::left},
                {"no.", Table::Align::right},
                {"device", Table::Align::left},
@@ -129,17 +127,19 @@ void list_devices(const Arguments& arguments, const std::string& line) {
 
 } // namespace
 
-void add_devices(CLI::App& program, const std::string& arguments, int& /*status*/, Ranks* ranks) {
-  auto* command =
+void add_devices(const Command& program, const std::string& arguments, int& /*status*/, Ranks* ranks) {
+  const Command command =
       program.add_subcommand("devices", "List every backend with its devices, or why it is not there.\n"
                                         "mpirun -n R hdmbench devices: which one each rank takes.");
   const auto own = std::make_shared<Arguments>();
-  command->add_option("--json", own->json, "Write the list to this file");
-  command->add_flag(
+  command.add_option("--json", own->json, "Write the list to this file");
+  command.add_flag(
       "--measure", own->measures,
       "Measure, too, which way each device computes fastest: compiles shaders for it, takes seconds");
-  add_choice_cache_to(*command, own->session);
-  command->callback([own, arguments, ranks] {
+  add_choice_cache_to(command, own->session);
+  command.callback([own, command, arguments, ranks] {
+    refuse_idle(command,
+                {{.here = !own->measures, .options = {"--no-cache"}, .why = "only --measure measures"}});
     ranks != nullptr ? list_devices_of_ranks(*own, *ranks) : list_devices(*own, arguments);
   });
 }

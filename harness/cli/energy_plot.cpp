@@ -66,7 +66,14 @@ VectorField displacement_of(const Scene& scene, const Arguments& arguments) {
   return solve(scene, *backend.open(arguments.scene.session), progress).displacement;
 }
 
-void plot(const Arguments& arguments) {
+void plot(const Arguments& arguments, const Command& command) {
+  refuse_idle(command,
+              {{.here = arguments.at_start,
+                .options = options_of_group(command, schedule_group, {"--penalty", "--prior-weight"}),
+                .why = "with --start nothing is solved"},
+               {.here = arguments.at_start,
+                .options = {"--backend", "--device", "--threads"},
+                .why = "with --start nothing is solved"}});
   const Scene scene = arguments.scene.load();
   const Extent extent = scene.extent();
   EnergyPlaneOptions options{.sites = {parse_site(arguments.sites[0]), parse_site(arguments.sites[1])},
@@ -101,31 +108,29 @@ void plot(const Arguments& arguments) {
 
 } // namespace
 
-void add_energy_plot(CLI::App& program) {
-  auto* command = program.add_subcommand(
+void add_energy_plot(const Command& program) {
+  const Command command = program.add_subcommand(
       "energy-plot", "Plot the total energy U over the displacements of two sites, all others as the scene's "
                      "schedule leaves them\n(thesis A.5). The sum of all U_t, in double.");
   const auto own = std::make_shared<Arguments>();
-  own->scene.add_scene_to(*command);
-  own->scene.add_backend_to(*command);
-  command->add_option("--sites", own->sites, "Two sites as column,row: --sites 10,20 11,20")
-      ->required()
-      ->expected(2);
-  command->add_option("--component", own->component, "Displacement along x or y")
-      ->check(CLI::IsMember({"x", "y"}))
-      ->capture_default_str();
+  own->scene.add_scene_to(command);
+  own->scene.add_backend_to(command);
+  command.add_option("--sites", own->sites, "Two sites as column,row: --sites 10,20 11,20")
+      .required()
+      .expected(2);
+  command.add_option("--component", own->component, "Displacement along x or y")
+      .one_of({"x", "y"})
+      .capture_default_str();
   command
-      ->add_option("--range", own->range,
-                   "Displacements low,high in pixels (default: around the sites' own "
-                   "and their targets)")
-      ->delimiter(',')
-      ->expected(2);
-  command->add_option("--points", own->points, "Values tried per site")
-      ->check(CLI::Range(2, 500))
-      ->capture_default_str();
-  command->add_flag("--start", own->at_start, "All other sites as the scene starts, not solved");
-  command->add_option("--output", own->output, "SVG file (default: SCENE-energy.svg)");
-  command->callback([own] { plot(*own); });
+      .add_option("--range", own->range,
+                  "Displacements low,high in pixels (default: around the sites' own "
+                  "and their targets)")
+      .delimiter(',')
+      .expected(2);
+  command.add_option("--points", own->points, "Values tried per site").range(2, 500).capture_default_str();
+  command.add_flag("--start", own->at_start, "All other sites as the scene starts, not solved");
+  command.add_option("--output", own->output, "SVG file (default: SCENE-energy.svg)");
+  command.callback([own, command] { plot(*own, command); });
 }
 
 } // namespace hdmbench::commands

@@ -23,9 +23,11 @@ struct Arguments {
 
 void write_scene(const Arguments& arguments) {
   const Scene scene = arguments.scene.load();
-  std::error_code error;
-  fs::create_directories(arguments.output, error);
-  require_writable(arguments.output / "scene.toml");
+  const std::vector<std::string> files{
+      "scene.toml",    "picture.nrrd", "picture.png", "modulus.nrrd",    "target.nrrd",
+      "target.png",    "labels.nrrd",  "start.nrrd",  "confidence.nrrd", "displacement-fem.nrrd",
+      "confidence.png"};
+  require_folder(arguments.output, files, arguments.scene.files());
   Progress progress;
   progress.describe(fmt::format("export {}", scene.name));
   std::vector<std::string> names;
@@ -33,7 +35,8 @@ void write_scene(const Arguments& arguments) {
     progress.describe(fmt::format("export {}: solving the finite elements", scene.name));
     names.emplace_back("displacement-fem.nrrd");
     write_displacement(arguments.output / names.back(),
-                       find_finite_elements(scene, scene.poisson).displacement.to_float(), scene.spacing);
+                       find_finite_elements(scene, scene.poisson).displacement.to_float(), scene.spacing,
+                       scene.placement);
   }
   const auto images = export_scene(scene, arguments.output);
   names.insert(names.end(), images.begin(), images.end());
@@ -47,19 +50,18 @@ void write_scene(const Arguments& arguments) {
 
 } // namespace
 
-void add_export(CLI::App& program) {
-  auto* command = program.add_subcommand(
+void add_export(const Command& program) {
+  const Command command = program.add_subcommand(
       "export",
       "Write all inputs of a scene as images (NRRD, with PNGs to look at) and a scene file that "
       "refers to them\n(thesis A.3, A.6, A.8). --size computes the scene, and the finite elements, at that "
       "size; the images of a scene file are\nscaled when it is read with --size.");
   const auto own = std::make_shared<Arguments>();
-  own->scene.add_scene_to(*command);
-  command->add_option("--output", own->output, "Folder for the files, made if missing")
-      ->capture_default_str();
-  command->add_flag("--fem", own->finite_elements,
-                    "Also the displacement by finite elements (plane stress), in millimetres");
-  command->callback([own] { write_scene(*own); });
+  own->scene.add_scene_to(command);
+  command.add_option("--output", own->output, "Folder for the files, made if missing").capture_default_str();
+  command.add_flag("--fem", own->finite_elements,
+                   "Also the displacement by finite elements (plane stress), in millimetres");
+  command.callback([own] { write_scene(*own); });
 }
 
 } // namespace hdmbench::commands

@@ -248,25 +248,28 @@ int run_faults_on_ranks(const Arguments& arguments, const std::string& line, Ran
 
 } // namespace
 
-void add_faults(CLI::App& program, const std::string& arguments, int& status, Ranks* ranks) {
-  auto* command = program.add_subcommand(
+void add_faults(const Command& program, const std::string& arguments, int& status, Ranks* ranks) {
+  const Command command = program.add_subcommand(
       "faults",
       "Check the checker: plant mistakes into sessions, shaders and driver calls, one at a time, and "
       "see that verify\ndisagrees on one scene at least; and that it lets through what is no mistake.\n"
       "mpirun -n R hdmbench faults: mistakes in what ranks tell each other.\n"
       "Exit status 1 if a fault is caught nowhere, or a control is not let through.");
   const auto own = std::make_shared<Arguments>();
-  command->add_option("scenes", own->scenes, "Scenes by name or TOML file (none: small ones made for this)");
-  command->add_option("--faults", own->faults, "Faults and controls by name, with commas (none: all)")
-      ->delimiter(',');
-  command->add_flag("--list", own->list, "Name the faults and stop");
-  command->add_option("--size", own->size,
-                      "Image size: 300 (square) or 257x130 (none: 48x40, 32 where exact)");
-  command->add_option("--backend", own->backend, "Whose sessions make the sessions' mistakes")
-      ->capture_default_str();
-  command->add_flag("--brief", own->brief, "Only what did not go as expected, and the sum");
-  command->add_option("--json", own->json, "Write the results to this file");
-  command->callback([own, arguments, &status, ranks] {
+  command.add_option("scenes", own->scenes, "Scenes by name or TOML file (none: small ones made for this)");
+  command.add_option("--faults", own->faults, "Faults and controls by name, with commas (none: all)")
+      .delimiter(',');
+  command.add_flag("--list", own->list, "Name the faults and stop");
+  command.add_option("--size", own->size,
+                     "Image size: 300 (square) or 257x130 (none: 48x40, 32 where exact)");
+  command.add_option("--backend", own->backend, "Whose sessions make the sessions' mistakes")
+      .capture_default_str();
+  command.add_flag("--brief", own->brief, "Only what did not go as expected, and the sum");
+  command.add_option("--json", own->json, "Write the results to this file");
+  command.callback([own, command, arguments, &status, ranks] {
+    refuse_idle(command, {{.here = own->list,
+                           .options = {"scenes", "--size", "--brief", "--json"},
+                           .why = "--list names the faults and stops"}});
     status = ranks != nullptr ? run_faults_on_ranks(*own, arguments, *ranks) : run_faults(*own, arguments);
   });
 }

@@ -40,9 +40,13 @@ PixelGrid grid_of(const Arguments& arguments, const Mesh& mesh) {
           .pixel = *arguments.pixel};
 }
 
-void convert(const Arguments& arguments) {
+void convert(const Arguments& arguments, const Command& command) {
   const bool by_element =
       arguments.interpolation.empty() ? !arguments.elements.empty() : arguments.interpolation == "element";
+  refuse_idle(command,
+              {{.here = by_element,
+                .options = {"--reach"},
+                .why = "shape functions do not look for the nearest node; --interpolation nearest does"}});
   if (by_element && arguments.elements.empty()) {
     throw InputError("--interpolation element needs the element list: --elements FILE");
   }
@@ -55,7 +59,8 @@ void convert(const Arguments& arguments) {
   const PixelGrid grid = grid_of(arguments, mesh);
   const MeshImage image =
       by_element ? element_image(mesh, grid) : nearest_node_image(mesh, grid, arguments.reach);
-  write_displacement(arguments.output, image.displacement, grid.pixel);
+  write_displacement(arguments.output, image.displacement, grid.pixel,
+                     {.origin = {grid.origin_x, grid.origin_y, 0.0}});
   if (!arguments.mask.empty()) {
     write_png(arguments.mask, image.mask);
   }
@@ -73,33 +78,33 @@ void convert(const Arguments& arguments) {
 
 } // namespace
 
-void add_fem_to_image(CLI::App& program) {
-  auto* command = program.add_subcommand(
+void add_fem_to_image(const Command& program) {
+  const Command command = program.add_subcommand(
       "fem-to-image",
       "Turn a finite element result into a displacement image (thesis A.1). Lists are text: a "
       "line id,x,y,u,v per node,\nid,n1,n2,n3[,n4] per element; commas, semicolons or white "
       "space between, # begins a comment. y points down,\nas in images. Lengths of the "
       "result count as millimetres.");
   const auto own = std::make_shared<Arguments>();
-  command->add_option("nodes", own->nodes, "Node list")->required();
-  command->add_option("--elements", own->elements, "Element list");
-  command->add_option("--size", own->size, "Image size: 300 (square) or 257x130")->required();
+  command.add_option("nodes", own->nodes, "Node list").required();
+  command.add_option("--elements", own->elements, "Element list");
+  command.add_option("--size", own->size, "Image size: 300 (square) or 257x130").required();
   command
-      ->add_option("--origin", own->origin,
-                   "Position x,y of the first pixel's centre (with --pixel; default: "
-                   "the image covers all nodes)")
-      ->delimiter(',')
-      ->expected(2);
-  command->add_option("--pixel", own->pixel, "Side of a pixel in the result's unit");
+      .add_option("--origin", own->origin,
+                  "Position x,y of the first pixel's centre (with --pixel; default: "
+                  "the image covers all nodes)")
+      .delimiter(',')
+      .expected(2);
+  command.add_option("--pixel", own->pixel, "Side of a pixel in the result's unit");
   command
-      ->add_option("--interpolation", own->interpolation,
-                   "nearest (node; default without elements) or element (shape functions; default with)")
-      ->check(CLI::IsMember({"nearest", "element"}));
-  command->add_option("--reach", own->reach, "With nearest: pixels beyond which a node is too far away")
-      ->capture_default_str();
-  command->add_option("--output", own->output, "Displacement image, .nrrd or .mha")->required();
-  command->add_option("--mask", own->mask, "Also a PNG of where the displacement is defined");
-  command->callback([own] { convert(*own); });
+      .add_option("--interpolation", own->interpolation,
+                  "nearest (node; default without elements) or element (shape functions; default with)")
+      .one_of({"nearest", "element"});
+  command.add_option("--reach", own->reach, "With nearest: pixels beyond which a node is too far away")
+      .capture_default_str();
+  command.add_option("--output", own->output, "Displacement image, .nrrd or .mha").required();
+  command.add_option("--mask", own->mask, "Also a PNG of where the displacement is defined");
+  command.callback([own, command] { convert(*own, command); });
 }
 
 } // namespace hdmbench::commands

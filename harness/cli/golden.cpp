@@ -3,8 +3,10 @@
 #include "harness/check/golden_file.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
+#include "harness/cli/gates.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
+#include "harness/scene/file_input.hpp"
 #include "harness/scene/file_output.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -20,7 +22,15 @@ namespace hdmbench::commands {
 namespace {
 
 struct Arguments : CommonArguments {
-  std::filesystem::path write; ///< empty: only compare
+  std::filesystem::path write;  ///< empty: only compare
+  std::filesystem::path golden; ///< empty: the committed hashes
+
+  /// Scenes as the user's own files have them, and not the shipped ones with few iterations.
+  [[nodiscard]] bool has_own_scenes() const {
+    const std::vector<std::string> shipped = shipped_scenes();
+    return std::ranges::any_of(
+        scenes, [&](const std::string& scene) { return std::ranges::find(shipped, scene) == shipped.end(); });
+  }
 };
 
 /// A case with its scene, or why that is not there.
@@ -106,10 +116,23 @@ void print_remarks(const std::vector<GoldenResult>& results, std::span<const Gol
   const auto unknown = std::ranges::count_if(
       results, [](const GoldenResult& result) { return !result.known && result.absence.empty(); });
   if (unknown > 0) {
-    fmt::print("  {} cases are new, and compared with scalar only: hdmbench golden --write "
-               "harness/check/golden.json, then build\n",
-               unknown);
+    fmt::print("  {} cases are new, and compared with scalar only: hdmbench golden {}\n", unknown,
+               arguments.has_own_scenes() ? "SCENES --write FILE, then SCENES --golden FILE"
+                                          : "--write harness/check/golden.json, then build");
   }
+}
+
+/// The user's own scenes, each a case. Throws InputError.
+std::vector<Problem> load_own_problems(const Arguments& arguments) {
+  std::vector<Problem> problems;
+  for (Scene& scene : arguments.load_scenes({})) {
+    const GoldenCase problem = golden_case(scene);
+    if (std::ranges::find(problems, problem, &Problem::problem) != problems.end()) {
+      throw InputError(fmt::format("two scenes are {}; give one of them another name", name_of(problem)));
+    }
+    problems.push_back({problem, std::move(scene)});
+  }
+  return problems;
 }
 
 /// The cases of the scenes that were asked for, with their scenes. Throws InputError for a name that is no
@@ -119,7 +142,8 @@ std::vector<Problem> load_problems(const std::vector<std::string>& scenes) {
   for (const std::string& name : scenes) {
     if (std::ranges::find(cases, name, &GoldenCase::scene) == cases.end()) {
       throw InputError(
-          fmt::format("there are golden hashes of the shipped scenes only, which are {}; not of \"{}\"",
+          fmt::format("there are golden hashes of the shipped scenes only, which are {}; not of \"{}\". Of "
+                      "scenes of your own, --write FILE keeps them and --golden FILE compares with them",
                       fmt::join(shipped_scenes(), ", "), name));
     }
   }
@@ -188,31 +212,42 @@ ExitStatus write_golden(const std::vector<GoldenResult>& results, const std::vec
     changed += same ? 0 : 1;
   }
   write_text(file, golden_text(entries));
-  fmt::print(
-      "{}: {} cases, of which {} changed or are new; this program compares with the {} it was built with\n",
-      file.string(), entries.size(), changed, before.size());
+  fmt::print("{}: {} cases, of which {} changed or are new; before there were {}\n", file.string(),
+             entries.size(), changed, before.size());
   return success;
 }
 
 ExitStatus run_golden(const Arguments& arguments, const std::string& line) {
-  for (const std::filesystem::path& file : {arguments.json, arguments.write}) {
-    if (!file.empty()) {
-      require_writable(file);
-    }
+  require_results_writable(arguments.json);
+  if (!arguments.write.empty()) {
+    require_writable(arguments.write);
   }
   const auto registry = make_backends();
   std::vector<GoldenSolver> solvers;
   for (const Backend* backend : arguments.choose(registry)) {
     solvers.emplace_back(*backend, arguments.session);
   }
-  const std::vector<Problem> problems = load_problems(arguments.scenes);
+  const bool own_scenes =
+      arguments.has_own_scenes() && !(arguments.write.empty() && arguments.golden.empty());
+  if (!own_scenes && !arguments.scenes.empty() && !arguments.write.empty()) {
+    throw InputError(fmt::format("--write {}: leave out the scenes, because the file has all shipped ones",
+                                 arguments.write.string()));
+  }
+  const std::vector<Problem> problems =
+      own_scenes ? load_own_problems(arguments) : load_problems(arguments.scenes);
   if (!arguments.write.empty()) {
     require_all(problems, arguments.write);
   }
-  const std::vector<GoldenEntry>& golden = committed_golden();
+  std::vector<GoldenEntry> given;
+  if (!arguments.golden.empty()) {
+    const std::string name = arguments.golden.string();
+    given = read_golden(read_file(arguments.golden), name);
+  }
+  const std::vector<GoldenEntry>& golden =
+      own_scenes || !arguments.golden.empty() ? given : committed_golden();
   const std::vector<GoldenResult> results = check(problems, solvers, golden);
-  fmt::print(
-      "Displacements of all levels, hashed, against those committed; the last one also made in one piece:\n");
+  fmt::print("Displacements of all levels, hashed, against those {}; the last one also made in one piece:\n",
+             arguments.golden.empty() ? "committed" : "of " + arguments.golden.string());
   print_table(results, solvers);
   print_remarks(results, solvers, arguments);
 
@@ -239,24 +274,36 @@ ExitStatus run_golden(const Arguments& arguments, const std::string& line) {
 
 } // namespace
 
-void add_golden(CLI::App& program, const std::string& arguments, int& status) {
-  auto* command = program.add_subcommand(
+void add_golden(const Command& program, const std::string& arguments, int& status) {
+  const Command command = program.add_subcommand(
       "golden",
       "Solve the shipped scenes at fixed sizes on every backend and compare a hash of the field of every "
       "level\n"
       "with those committed: machines, compilers and versions are to give the same bits, not only backends.\n"
+      "Scenes of your own: SCENE.toml --write FILE keeps their hashes, SCENE.toml --golden FILE compares "
+      "with\n"
+      "them.\n"
       "Exit status 1 if a hash differs, or there is none to compare with.");
   const auto own = std::make_shared<Arguments>();
-  auto* const scenes = command->add_option("scenes", own->scenes, "Shipped scenes by name (none: all)");
-  own->add_backends_to(*command);
+  own->schedule.takes_elastic = true; // as a scene's own file says
+  command.add_option("scenes", own->scenes,
+                     "Shipped scenes by name (none: all); with --golden or --write your own, by file");
+  own->add_backends_to(command);
+  const auto gates = std::make_shared<Gates>();
+  gates->add_to(command);
+  command.add_option("--golden", own->golden,
+                     "Compare with the hashes of this file, which --write wrote, in place of the committed "
+                     "ones");
   command
-      ->add_option("--write", own->write,
-                   "Write the hashes to this file, if all backends agree; harness/check/golden.json is "
-                   "what the next build compares with")
-      ->excludes(scenes)
-      ->excludes("--backends");
-  command->add_option("--json", own->json, "Write the results to this file");
-  command->callback([own, arguments, &status] { status = run_golden(*own, arguments); });
+      .add_option("--write", own->write,
+                  "Write the hashes to this file, if all backends agree; harness/check/golden.json is "
+                  "what the next build compares with")
+      .excludes("--backends");
+  command.add_option("--json", own->json, "Write the results to this file");
+  command.callback([own, gates, arguments, &status] {
+    gates->prepare(*own);
+    status = gates->judge(run_golden(*own, arguments), *own);
+  });
 }
 
 } // namespace hdmbench::commands

@@ -23,21 +23,21 @@ struct Arguments {
 };
 
 /// What was given of the arguments that `verify` has too, for another process.
-std::vector<std::string> verify_words(const CLI::App& command) {
+std::vector<std::string> verify_words(const Command& command) {
   std::vector<std::string> words;
   std::vector<std::string> scenes;
-  for (const CLI::Option* option : command.get_options()) {
-    const std::string name = option->get_name();
-    if (option->count() == 0 || name == "--json" || name == "--backends" || name.starts_with("--limit")) {
+  for (const Option& option : command.options()) {
+    const std::string name = option.name();
+    if (option.count() == 0 || name == "--json" || name == "--backends" || name.starts_with("--limit")) {
       continue;
     }
-    if (option->get_positional()) {
-      scenes = option->results();
+    if (option.is_positional()) {
+      scenes = option.values();
       continue;
     }
     words.push_back(name);
-    if (option->get_items_expected_max() > 0) {
-      words.push_back(fmt::format("{}", fmt::join(option->results(), ",")));
+    if (option.takes_values()) {
+      words.push_back(fmt::format("{}", fmt::join(option.values(), ",")));
     }
   }
   words.insert(words.begin(), scenes.begin(), scenes.end());
@@ -74,7 +74,7 @@ void print_matrix(const std::vector<ImplementationRow>& rows) {
   }
 }
 
-int run_implementations(const CLI::App& command, const Arguments& arguments, const std::string& line) {
+int run_implementations(const Command& command, const Arguments& arguments, const std::string& line) {
   const std::filesystem::path& json = arguments.verify.json;
   require_results_writable(json);
   const auto registry = make_backends();
@@ -107,8 +107,8 @@ int run_implementations(const CLI::App& command, const Arguments& arguments, con
 
 } // namespace
 
-void add_implementations(CLI::App& program, const std::string& arguments, int& status) {
-  auto* command = program.add_subcommand(
+void add_implementations(const Command& program, const std::string& arguments, int& status) {
+  const Command command = program.add_subcommand(
       "implementations",
       "Run verify on every implementation of OpenGL and Vulkan that this machine has, each in a process of\n"
       "its own: as installed, Mesa's llvmpipe and softpipe, every Vulkan driver with a file, and zink on "
@@ -116,19 +116,19 @@ void add_implementations(CLI::App& program, const std::string& arguments, int& s
       "A driver that hangs, crashes or takes too much memory is a row of the table.\n"
       "Takes the arguments of verify. Exit status 1 if one does not pass.");
   const auto own = std::make_shared<Arguments>();
-  own->verify.add_to(*command);
-  leave_out_of_help(*command, {"--device", "--require"});
-  command->add_option("--limit-seconds", own->seconds, "That one implementation of one backend may take")
-      ->check(CLI::Range(1.0, 1e6))
-      ->capture_default_str();
-  command->add_option("--limit-memory", own->gigabytes, "That it may take, in GB")
-      ->check(CLI::Range(0.1, 1e4))
-      ->capture_default_str();
-  command->callback([own, command, arguments, &status] {
-    if (!own->verify.session.device.empty() || !own->verify.required.empty()) {
-      throw InputError("implementations takes every device in turn; leave out --device and --require");
-    }
-    status = run_implementations(*command, *own, arguments);
+  own->verify.add_to(command);
+  leave_out_of_help(command, {"--device", "--require"});
+  command.add_option("--limit-seconds", own->seconds, "That one implementation of one backend may take")
+      .range(1.0, 1e6)
+      .capture_default_str();
+  command.add_option("--limit-memory", own->gigabytes, "That it may take, in GB")
+      .range(0.1, 1e4)
+      .capture_default_str();
+  command.callback([own, command, arguments, &status] {
+    refuse_idle(command, {{.here = true,
+                           .options = {"--device", "--require"},
+                           .why = "implementations takes every device in turn"}});
+    status = run_implementations(command, *own, arguments);
   });
 }
 

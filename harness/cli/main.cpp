@@ -1,11 +1,14 @@
 #include "backends/backend.hpp"
 #include "backends/cpu/thread_placement.hpp"
+#include "backends/registry.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
 #include "harness/ranks/launch.hpp"
 #include "harness/ranks/message_passing.hpp"
+#include "harness/scene/nearest_name.hpp"
 #include "kernels/data/input_error.hpp"
 
+#include <CLI/CLI.hpp>
 #include <build_information.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -18,9 +21,13 @@
 #include <csignal>
 #include <cstdio>
 #include <iostream>
+#include <iterator>
 #include <memory>
+#include <span>
 #include <sstream>
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace {
 
@@ -59,6 +66,18 @@ void keep_silent(const Ranks* ranks) {
   }
 }
 
+/// `--json -` sends results to standard output: what is printed for people then goes to standard error.
+bool sends_results_to_standard_output(std::span<char*> words) {
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const std::string_view word = words[i];
+    if (word == "--json=-" ||
+        (word == "--json" && i + 1 < words.size() && words[i + 1] == std::string_view("-"))) {
+      return true;
+    }
+  }
+  return false;
+}
+
 /// Among ranks, other commands would do the same work several times, and write the same files.
 void require_for_ranks(std::string_view command, const Ranks* ranks) {
   constexpr std::array<std::string_view, 5> shared{"run", "verify", "faults", "bench", "devices"};
@@ -68,10 +87,27 @@ void require_for_ranks(std::string_view command, const Ranks* ranks) {
   }
 }
 
+/// Otherwise ranks would wait for each other in different places, for ever. Collective.
+void require_same_arguments(const std::string& own, Ranks* ranks) {
+  const std::vector<std::string> all = ranks != nullptr ? ranks->gather(own) : std::vector<std::string>{};
+  for (std::size_t rank = 0; rank < all.size(); ++rank) {
+    if (all[rank] != own) {
+      throw InputError(fmt::format("rank {} was started as \"hdmbench {}\", but rank 0 as \"hdmbench {}\"; "
+                                   "give all ranks the same arguments",
+                                   rank, all[rank], own));
+    }
+  }
+}
+
 /// Throws what the commands throw.
 int run_program(int argc, char** argv, Ranks* ranks) {
   keep_silent(ranks);
+  if ((ranks == nullptr || ranks->is_first()) &&
+      sends_results_to_standard_output({argv, static_cast<std::size_t>(argc)})) {
+    stdout = stderr;
+  }
   const std::string arguments = commands::command_line(argc, argv);
+  require_same_arguments(arguments, ranks);
   int status = commands::success;
   CLI::App program(
       "hdmbench: one soft-tissue displacement model on CPU, OpenGL and Vulkan, cross-checked to the bit and "
@@ -79,29 +115,34 @@ int run_program(int argc, char** argv, Ranks* ranks) {
       "hdmbench");
   program.set_version_flag("--version", std::string(build::version));
   program.require_subcommand(1);
-  commands::add_devices(program, arguments, status, ranks);
-  commands::add_methods(program);
-  commands::add_run(program, arguments, status, ranks);
-  commands::add_register(program, arguments, status);
-  commands::add_detect(program, arguments, status);
-  commands::add_rivals(program, arguments, status);
-  commands::add_verify(program, arguments, status, ranks);
-  commands::add_probe(program, arguments);
-  commands::add_implementations(program, arguments, status);
-  commands::add_faults(program, arguments, status, ranks);
-  commands::add_golden(program, arguments, status);
-  commands::add_bench(program, arguments, status, ranks);
-  commands::add_accuracy(program, arguments, status);
-  commands::add_continuum(program, arguments, status);
-  commands::add_atlas(program, arguments);
-  commands::add_tradeoff(program, arguments, status);
-  commands::add_browser(program, arguments);
-  commands::add_report(program, status);
-  commands::add_export(program);
-  commands::add_fem_to_image(program);
-  commands::add_positions_to_displacements(program);
-  commands::add_energy_plot(program);
-  commands::add_tune(program);
+  const commands::Command declared(program);
+  commands::add_devices(declared, arguments, status, ranks);
+  commands::add_methods(declared);
+  commands::add_run(declared, arguments, status, ranks);
+  commands::add_register(declared, arguments, status);
+  commands::add_detect(declared, arguments, status);
+  commands::add_rivals(declared, arguments, status);
+  commands::add_verify(declared, arguments, status, ranks);
+  commands::add_probe(declared, arguments, status);
+  commands::add_implementations(declared, arguments, status);
+  commands::add_faults(declared, arguments, status, ranks);
+  commands::add_golden(declared, arguments, status);
+  commands::add_bench(declared, arguments, status, ranks);
+  commands::add_accuracy(declared, arguments, status);
+  commands::add_continuum(declared, arguments, status);
+  commands::add_atlas(declared, arguments);
+  commands::add_tradeoff(declared, arguments, status);
+  commands::add_browser(declared, arguments);
+  commands::add_report(declared, status);
+  commands::add_export(declared);
+  commands::add_fem_to_image(declared);
+  commands::add_positions_to_displacements(declared);
+  commands::add_energy_plot(declared);
+  commands::add_tune(declared);
+  for (CLI::App* const command : program.get_subcommands({})) {
+    command->parse_complete_callback(
+        [command] { commands::require_other_outputs(commands::Command(*command)); });
+  }
   if (argc < 2) {
     fmt::print("{}", program.help());
     return commands::bad_input;
@@ -113,11 +154,18 @@ int run_program(int argc, char** argv, Ranks* ranks) {
     const auto named =
         program.get_subcommands([&](const CLI::App* command) { return command->get_name() == argv[1]; });
     if (argv[1][0] != '-' && named.empty()) {
-      throw InputError(fmt::format("there is no command \"{}\"; hdmbench --help lists them", argv[1]));
+      std::vector<std::string> names;
+      std::ranges::transform(program.get_subcommands(nullptr), std::back_inserter(names),
+                             &CLI::App::get_name);
+      throw InputError(fmt::format("there is no command \"{}\"; {}", argv[1],
+                                   did_you_mean(argv[1], names, "hdmbench --help lists them")));
     }
     if (!named.empty()) {
       require_for_ranks(argv[1], ranks);
-      commands::require_whole_lists(*named.front(), {argv + 2, argv + argc});
+      const std::vector<std::string> words(argv + 2, argv + argc);
+      const commands::Command command(*named.front());
+      commands::require_known_options(command, words);
+      commands::require_whole_lists(command, words);
     }
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -151,7 +199,8 @@ int run_and_explain(int argc, char** argv) {
 } // namespace
 
 int main(int argc, char** argv) {
-  watch_over_rank(commands::bad_input);
+  ask_drivers_apart(argc, argv);
+  watch_over_rank(argv, commands::bad_input);
   keep_standard_streams();
   std::signal(SIGXFSZ, SIG_IGN); // a file that grows beyond its limit is then an error as any other
   const int status = run_and_explain(argc, argv);

@@ -57,12 +57,12 @@ void list_methods() {
 
 } // namespace
 
-void add_methods(CLI::App& program) {
+void add_methods(const Command& program) {
   program
       .add_subcommand("methods",
                       "List the ways to solve a scene (--method): what --iterations counts, how many are "
                       "usual,\nwhich other options each takes, and which backends can")
-      ->callback(list_methods);
+      .callback(list_methods);
 }
 
 } // namespace hdmbench::commands

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace hdmbench::commands {
 
@@ -39,10 +40,15 @@ bool has_no_spacing(const fs::path& file) {
   return extension == ".png" || extension == ".jpg" || extension == ".jpeg";
 }
 
-ScalarField read_picture(const fs::path& file, const Scene& scene) {
+/// It lies where its file says, or else where the scene does.
+Image<ScalarField> read_picture(const fs::path& file, const Scene& scene) {
   Image<ScalarField> image = read_scalar(file);
-  require_same(file, image.pixels.extent, has_no_spacing(file) ? scene.spacing : image.spacing, scene);
-  return std::move(image.pixels);
+  if (has_no_spacing(file)) {
+    image.spacing = scene.spacing;
+    image.placement = scene.placement;
+  }
+  require_same(file, image.pixels.extent, image.spacing, scene);
+  return image;
 }
 
 /// Bright parts of both somewhere at the same place.
@@ -64,24 +70,26 @@ void require_overlap(const ScalarField& source, const ScalarField& target) {
 
 } // namespace
 
-void PairArguments::add_to(CLI::App& command, bool needs_region) {
-  command.add_option("source", source, "The picture before, as the scene's labels have it")->required();
-  command.add_option("target", target, "The picture after, of the same size and spacing")->required();
+void PairArguments::add_to(const Command& command, bool detects) {
+  command.add_option("source", source, "The picture before, as the scene's labels have it").required();
+  command.add_option("target", target, "The picture after, of the same size and spacing").required();
   command
       .add_option("--scene", scene.scene, "Scene by name or TOML file: labels of the source, moduli, energy")
-      ->required();
-  auto* const roi = command.add_option("--roi", region,
-                                       "Mask of the region of interest, not 0 inside: there the pictures are "
-                                       "not believed");
-  if (needs_region) {
-    roi->required();
+      .required();
+  Option roi = command.add_option("--roi", region,
+                                  "Mask of the region of interest, not 0 inside: there the pictures are "
+                                  "not believed");
+  if (detects) {
+    roi.required();
   }
   command.add_option("--size", scene.size, "Size of the scene: 300 (square) or 257x130");
   scene.add_orientation_to(command);
   scene.schedule.takes_elastic = true;
-  scene.schedule.add_to(command);
+  if (!detects) {
+    scene.schedule.add_to(command);
+  }
   scene.add_backend_to(command);
-  command.add_option("--output", output, "Folder for the files, made if missing")->capture_default_str();
+  command.add_option("--output", output, "Folder for the files, made if missing").capture_default_str();
   command.add_option("--json", json, "Write the result to this file");
 }
 
@@ -96,8 +104,10 @@ PictureData PairArguments::load() const {
                     "and a [[tissue]] with a modulus for each",
                     data.scene.name));
   }
-  data.source = read_picture(source, data.scene);
-  data.target = read_picture(target, data.scene);
+  Image<ScalarField> before = read_picture(source, data.scene);
+  data.source = std::move(before.pixels);
+  data.placement = before.placement;
+  data.target = read_picture(target, data.scene).pixels;
   require_pair(data.source, data.target);
   require_overlap(data.source, data.target);
   const auto [low_source, high_source] = std::ranges::minmax(data.source.values);
@@ -110,7 +120,16 @@ PictureData PairArguments::load() const {
     }
   }
   if (!region.empty()) {
-    data.region = read_picture(region, data.scene);
+    data.region = read_picture(region, data.scene).pixels;
+    const auto bad =
+        std::ranges::find_if_not(data.region.values, [](float value) { return std::isfinite(value); });
+    if (bad != data.region.values.end()) {
+      const auto site = static_cast<int>(bad - data.region.values.begin());
+      const int width = data.region.extent.width;
+      throw InputError(
+          fmt::format("{}: the mask at x = {}, y = {} is {}; give 0 outside the region, 1 inside",
+                      region.string(), site % width, site / width, *bad));
+    }
     const auto inside = std::ranges::count_if(data.region.values, [](float value) { return value != 0.0F; });
     if (inside == 0) {
       throw InputError(fmt::format("{}: the region of interest is empty, every pixel is 0", region.string()));
@@ -125,13 +144,11 @@ PictureData PairArguments::load() const {
   return data;
 }
 
-void PairArguments::require_output(std::initializer_list<const char*> files) const {
+void PairArguments::require_output(std::span<const std::string> files) const {
   require_results_writable(json);
-  std::error_code error;
-  fs::create_directories(output, error);
-  for (const char* const file : files) {
-    require_writable(output / file);
-  }
+  std::vector<fs::path> inputs = scene.files();
+  inputs.insert(inputs.end(), {source, target, region});
+  require_folder(output, files, inputs);
 }
 
 std::string PairArguments::beside_json(const std::string& name) const {

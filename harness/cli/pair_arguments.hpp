@@ -4,6 +4,7 @@
 #include "harness/judge/registration/registration_row.hpp"
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,8 @@ struct PictureData {
   Scene scene;
   ScalarField source; ///< gray values of both 0 ... 255, on one scale
   ScalarField target;
-  ScalarField region; ///< not 0: of interest; empty where none was asked for
+  ScalarField region;    ///< not 0: of interest; empty where none was asked for
+  Placement placement{}; ///< of the source; the scene's where the file cannot say
 };
 
 /// Arguments of the commands that compare two pictures.
@@ -26,12 +28,14 @@ struct PairArguments {
   std::filesystem::path json;
   SceneArguments scene;
 
-  void add_to(CLI::App& command, bool needs_region);
+  /// `detects`: then a region is required, and there is one way to solve.
+  void add_to(const Command& command, bool detects);
   /// Throws InputError where the two, the scene and the region do not belong together: other sizes or
   /// spacings, no overlap, one gray value, no labels, an empty region.
   [[nodiscard]] PictureData load() const;
-  /// Makes the folder and sees that files can be written, before long work. Throws InputError.
-  void require_output(std::initializer_list<const char*> files) const;
+  /// Makes the folder and sees that files can be written and are none of the inputs, before long work.
+  /// Throws InputError.
+  void require_output(std::span<const std::string> files) const;
   /// How the result file names a file of the output folder.
   [[nodiscard]] std::string beside_json(const std::string& name) const;
 };

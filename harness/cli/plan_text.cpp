@@ -91,14 +91,15 @@ std::string plan_text(const Scene& scene, const Request& request, const Plan& pl
   return text;
 }
 
-double parse_pixels(const std::string& text) {
+double parse_pixels(const std::string& text, std::optional<double> spacing) {
   double value = 0.0;
   const std::string_view unit = leading_number(text, value);
-  if (unit != "px" && !unit.empty()) {
-    throw InputError(
-        fmt::format("the accuracy \"{}\" is not understood; give pixels above 0, as 0.35px", text));
+  const bool millimetres = unit == "mm" && spacing;
+  if (unit != "px" && !unit.empty() && !millimetres) {
+    throw InputError(fmt::format("the accuracy \"{}\" is not understood; give pixels above 0, as 0.35px{}",
+                                 text, spacing ? ", or millimetres, as 0.1mm" : ""));
   }
-  return value;
+  return millimetres ? value / *spacing : value;
 }
 
 double parse_seconds(const std::string& text) {

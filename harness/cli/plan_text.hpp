@@ -2,6 +2,7 @@
 
 #include "harness/solve/planner/planner.hpp"
 
+#include <optional>
 #include <string>
 
 namespace hdmbench {
@@ -10,8 +11,9 @@ namespace hdmbench {
 /// which terms of the energy cost nothing. Lines of at most 120 columns, the last one ended.
 [[nodiscard]] std::string plan_text(const Scene& scene, const Request& request, const Plan& plan);
 
-/// "0.2px" or "0.2": pixels, > 0. Throws InputError.
-[[nodiscard]] double parse_pixels(const std::string& text);
+/// "0.2px" or "0.2": pixels, > 0; where it is known how many millimetres a pixel has, also "0.1mm". Throws
+/// InputError.
+[[nodiscard]] double parse_pixels(const std::string& text, std::optional<double> spacing = {});
 
 /// "10ms", "2s" or "2": seconds, > 0. Throws InputError.
 [[nodiscard]] double parse_seconds(const std::string& text);

@@ -2,9 +2,11 @@
 
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
+#include "harness/cli/gates.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
 #include "harness/solve/progress.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
@@ -31,18 +33,25 @@ void run_probe(const CommonArguments& arguments, const std::string& line) {
       }
       expected += fmt::format("  {}: {}\n", backend->name(), expected_tier(rows));
     } catch (const DeviceError& error) {
+      if (arguments.needs(backend->name())) {
+        throw;
+      }
       expected += fmt::format("  {}: skipped: {}\n", backend->name(), error.what());
     }
   }
   progress.clear();
+  if (results.empty()) { // scalar is always there: it is the device that is not
+    throw InputError(
+        fmt::format("no backend has a device \"{}\"; hdmbench devices lists them", arguments.session.device));
+  }
   fmt::print("{}\nExpected of verify\n{}", table.text(), expected);
   write_results(arguments.json, "probe", run_context(line, false), std::move(results));
 }
 
 } // namespace
 
-void add_probe(CLI::App& program, const std::string& arguments) {
-  auto* command = program.add_subcommand(
+void add_probe(const Command& program, const std::string& arguments, int& status) {
+  const Command command = program.add_subcommand(
       "probe",
       "What does each device's arithmetic do? Are products fused into sums, are sums reordered, are "
       "subnormal\n"
@@ -50,9 +59,15 @@ void add_probe(CLI::App& program, const std::string& arguments) {
       "sweep in the very programs that verify compares, and a small program of its own per language, on\n"
       "numbers that tell the cases apart. \"could tell\" counts the answers that would have been others.");
   const auto own = std::make_shared<CommonArguments>();
-  own->add_backends_to(*command);
-  command->add_option("--json", own->json, "Write the answers to this file");
-  command->callback([own, arguments] { run_probe(*own, arguments); });
+  own->add_backends_to(command);
+  const auto gates = std::make_shared<Gates>();
+  gates->add_to(command);
+  command.add_option("--json", own->json, "Write the answers to this file");
+  command.callback([own, gates, arguments, &status] {
+    gates->prepare(*own);
+    run_probe(*own, arguments);
+    status = gates->judge(success, *own);
+  });
 }
 
 } // namespace hdmbench::commands

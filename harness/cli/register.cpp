@@ -5,10 +5,12 @@
 #include "harness/check/compare.hpp"
 #include "harness/cli/commands.hpp"
 #include "harness/cli/pair_arguments.hpp"
+#include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/diagnosis/folding.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/images/images.hpp"
+#include "harness/scene/method.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -61,6 +63,21 @@ ScalarField difference_of(const ScalarField& a, const ScalarField& b) {
   return result;
 }
 
+/// All that write_files may write.
+std::vector<std::string> output_files() {
+  std::vector<std::string> files{"displacement.nrrd"};
+  for (const char* const picture :
+       {"source", "target", "warped", "checkerboard-before", "checkerboard-after", "grid",
+        "difference-before", "difference-after", "jacobian", "confidence"}) {
+    files.push_back(fmt::format("{}.png", picture));
+  }
+  constexpr int most_levels = 32;
+  for (int level = 1; level <= most_levels; ++level) {
+    files.push_back(fmt::format("level-{}.png", level));
+  }
+  return files;
+}
+
 void write_files(const Arguments& arguments, const PictureData& data, Outcome& outcome) {
   const Extent extent = data.source.extent;
   const ScalarField warped = warp(data.source, outcome.displacement);
@@ -92,7 +109,8 @@ void write_files(const Arguments& arguments, const PictureData& data, Outcome& o
                   fmt::format("after level {} of {}", level + 1, outcome.strip.size()).c_str(),
                   warp(data.source, outcome.strip[level]));
   }
-  write_displacement(arguments.pair.output / "displacement.nrrd", outcome.displacement, data.scene.spacing);
+  write_displacement(arguments.pair.output / "displacement.nrrd", outcome.displacement, data.scene.spacing,
+                     data.placement);
   outcome.row.field =
       arguments.pair.json.empty() ? "displacement.nrrd" : arguments.pair.beside_json("displacement.nrrd");
 }
@@ -156,12 +174,27 @@ void print_iterations(const RegistrationRow& row) {
                  : "Not converged: the last step still moved the tissue; look at the differences.");
 }
 
-int run_register(const Arguments& arguments, const std::string& line) {
+int run_register(const Arguments& arguments, const Command& command, const std::string& line) {
+  const ScheduleOverrides& schedule = arguments.pair.scene.schedule;
+  refuse_idle(command, {{.here = arguments.iterate,
+                         .options = {"--conventional"},
+                         .why = "--iterate looks at the pictures itself"},
+                        {.here = arguments.iterate,
+                         .options = options_of_group(command, schedule_group, {"--energy"}),
+                         .why = "--iterate solves with the elastic energy, in a way of its own"},
+                        {.here = arguments.iterate && schedule.energy == EnergyModel::hdm,
+                         .options = {"--energy"},
+                         .why = "--iterate solves with the elastic energy"}});
   const PictureData data = arguments.pair.load();
+  const Schedule& solved = data.scene.schedule;
+  const bool has_sweeps_only = solved.cycle == Cycle::one_way || solved.method == elastic_sweeps;
+  if (!arguments.iterate && has_sweeps_only && solved.iterations == 0) {
+    throw InputError("register with 0 iterations would leave everything where it is; give at least 1");
+  }
   const auto registry = make_backends();
   const Backend& backend = arguments.pair.scene.choose(registry, data.scene);
   const Device device = backend.device(arguments.pair.scene.session);
-  arguments.pair.require_output({"displacement.nrrd", "warped.png"});
+  arguments.pair.require_output(output_files());
   Progress progress;
   Outcome outcome = arguments.iterate ? register_iterated(arguments, data, backend, progress)
                                       : register_region(arguments, data, backend, progress);
@@ -169,11 +202,13 @@ int run_register(const Arguments& arguments, const std::string& line) {
   RegistrationRow& row = outcome.row;
   row.set_scene(data.scene);
   row.spacing = data.scene.spacing;
+  row.placement = data.placement;
   row.algorithm = registration_algorithms[arguments.iterate ? 1 : 0];
   row.backend = std::string(backend.name());
   row.device = device.name;
   row.before = similarity(data.source, data.target);
   row.after = similarity(data.source, pulled_back(data.target, outcome.displacement));
+  row.warnings = diagnose(data.source, data.target, row.before, row.after);
   row.largest_displacement = largest_magnitude(outcome.displacement);
   const ScalarField areas = least_area_ratios(outcome.displacement);
   row.folds = std::ranges::count_if(areas.values, [](float ratio) { return !(ratio > 0.0F); });
@@ -198,29 +233,34 @@ int run_register(const Arguments& arguments, const std::string& line) {
                  : "");
   fmt::print("  {}: the displacement in millimetres; beside it {} pictures\n",
              (arguments.pair.output / "displacement.nrrd").string(), row.pictures.size());
+  if (!row.warnings.empty()) {
+    fmt::print("\n{}", warnings_text(row.warnings));
+  }
   write_results(arguments.pair.json, "register", run_context(line, false),
                 nlohmann::json::array({to_json_row(row)}));
-  return row.converged.value_or(true) ? success : disagreement;
+  const bool alike = std::ranges::find(row.warnings, no_likeness, &Warning::kind) == row.warnings.end();
+  return alike && row.converged.value_or(true) ? success : disagreement;
 }
 
 } // namespace
 
-void add_register(CLI::App& program, const std::string& arguments, int& status) {
-  auto* command = program.add_subcommand(
+void add_register(const Command& program, const std::string& arguments, int& status) {
+  const Command command = program.add_subcommand(
       "register",
       "Find the displacement between two pictures of one person, with the tissues' moduli (thesis "
-      "Algorithms 5 and 6).\nWrites DIR/displacement.nrrd and pictures before and after.");
+      "Algorithms 5 and 6).\nWrites DIR/displacement.nrrd and pictures before and after. Exit status 1 where "
+      "the pictures have no likeness.");
   const auto own = std::make_shared<Arguments>();
-  own->pair.add_to(*command, false);
+  own->pair.add_to(command, false);
   command
-      ->add_option("--conventional", own->conventional,
-                   "ITK's registration that says what is observed: b-splines, gaussian or demons")
-      ->check(CLI::IsMember(std::vector<std::string>(conventional_names.begin(), conventional_names.end())))
-      ->capture_default_str();
-  command->add_flag("--iterate", own->iterate,
-                    "No ITK: estimate, solve with the elastic energy and look again, from coarse to fine; "
-                    "exit status 1 where it does not converge");
-  command->callback([own, arguments, &status] { status = run_register(*own, arguments); });
+      .add_option("--conventional", own->conventional,
+                  "ITK's registration that says what is observed: b-splines, gaussian or demons")
+      .one_of(std::vector<std::string>(conventional_names.begin(), conventional_names.end()))
+      .capture_default_str();
+  command.add_flag("--iterate", own->iterate,
+                   "No ITK: estimate, solve with the elastic energy and look again, from coarse to fine; "
+                   "exit status 1 where it does not converge");
+  command.callback([own, command, arguments, &status] { status = run_register(*own, command, arguments); });
 }
 
 } // namespace hdmbench::commands

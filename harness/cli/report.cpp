@@ -18,17 +18,17 @@ struct Arguments {
 
 } // namespace
 
-void add_report(CLI::App& program, int& /*status*/) {
-  auto* command = program.add_subcommand(
+void add_report(const Command& program, int& /*status*/) {
+  const Command command = program.add_subcommand(
       "report", "Put results into one HTML page that needs no network and no other file.");
   const auto own = std::make_shared<Arguments>();
-  command->add_option("results", own->results, "Files that --json wrote, or folders of them")->required();
-  command->add_option("--output", own->output, "The page")->capture_default_str();
-  command->add_option(
+  command.add_option("results", own->results, "Files that --json wrote, or folders of them").required();
+  command.add_option("--output", own->output, "The page").capture_default_str();
+  command.add_option(
       "--csv", own->csv,
       "Write the timings to this file, too: problem, platform, application, fom (seconds), as the "
       "P3 Analysis Library reads them");
-  command->callback([own] {
+  command.callback([own] {
     if (!own->csv.empty()) {
       require_writable(own->csv);
     }

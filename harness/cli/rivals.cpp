@@ -7,6 +7,7 @@
 #include "harness/measure/median.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
+#include "harness/scene/file_output.hpp"
 #include "harness/scene/images/images.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -40,12 +41,12 @@ struct Arguments {
 
 /// For `register` and `detect`.
 void write_pair(const fs::path& folder, const Scene& scene, const PlantedPair& pair, std::string_view what) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  write_scalar(folder / "source.nrrd", pair.source, scene.spacing);
-  write_scalar(folder / "target.nrrd", pair.target, scene.spacing);
-  write_scalar(folder / "region.nrrd", pair.region, scene.spacing);
-  write_vector(folder / "truth.nrrd", pair.truth, scene.spacing);
+  const std::vector<std::string> files{"source.nrrd", "target.nrrd", "region.nrrd", "truth.nrrd"};
+  require_folder(folder, files, files_of_scene(scene.source));
+  write_scalar(folder / "source.nrrd", pair.source, scene.spacing, scene.placement);
+  write_scalar(folder / "target.nrrd", pair.target, scene.spacing, scene.placement);
+  write_scalar(folder / "region.nrrd", pair.region, scene.spacing, scene.placement);
+  write_vector(folder / "truth.nrrd", pair.truth, scene.spacing, scene.placement);
   fmt::print("  {}: source, target, region and truth (pixels) of {}\n\n", folder.string(), what);
 }
 
@@ -246,7 +247,37 @@ int turn(const Arguments& arguments, const Scene& scene, const Backend& backend,
   return success;
 }
 
-int run_rivals(const Arguments& arguments, const std::string& line) {
+/// Of the four things that rivals does each has options of its own.
+void require_meaning(const Arguments& arguments, const Command& command) {
+  const bool turns = arguments.knobs > 0;
+  const bool compares = !turns && arguments.other.empty() && arguments.detection == 0;
+  const bool detects = !turns && arguments.other.empty() && arguments.detection > 0;
+  refuse_idle(
+      command,
+      {{.here = turns, .options = {"--other", "--detection"}, .why = "--knobs plants what it needs itself"},
+       {.here = !arguments.other.empty(),
+        .options = {"--detection"},
+        .why = "with --other nothing is planted"},
+       {.here = !compares,
+        .options = {"--planted", "--amplitudes", "--noises", "--other-gray"},
+        .why = "only planted deformations take that, without --knobs, --other and --detection"},
+       {.here = !compares && !detects,
+        .options = {"--seeds"},
+        .why = "only planted deformations and inclusions take that, without --knobs and --other"},
+       {.here = !compares && !(detects && arguments.pictures),
+        .options = {"--output"},
+        .why = "only pictures of planted deformations are written; with --detection give --pictures"},
+       {.here = detects, .options = {"--quick"}, .why = "--detection has no mutual information to leave out"},
+       {.here = !detects,
+        .options = {"--radius", "--contrast", "--spread", "--pictures", "--field-noise"},
+        .why = "only --detection takes that"},
+       {.here = arguments.spread,
+        .options = {"--radius", "--contrast"},
+        .why = "--spread takes another one in each case"}});
+}
+
+int run_rivals(const Arguments& arguments, const Command& command, const std::string& line) {
+  require_meaning(arguments, command);
   if (arguments.detection < 0 || arguments.seeds.empty()) {
     throw InputError("rivals: the number of cases must not be negative, and one seed is needed");
   }
@@ -270,79 +301,77 @@ int run_rivals(const Arguments& arguments, const std::string& line) {
 
 } // namespace
 
-void add_rivals(CLI::App& program, const std::string& arguments, int& status) {
-  auto* command = program.add_subcommand(
+void add_rivals(const Command& program, const std::string& arguments, int& status) {
+  const Command command = program.add_subcommand(
       "rivals", "register and detect against planted truth, and what others do: finite elements deform a "
                 "slice,\nnoise is added, and every method has to find out how.");
   const auto own = std::make_shared<Arguments>();
   own->scene.scene = "brain";
   own->scene.schedule.takes_elastic = true;
-  command->add_option("scene", own->scene.scene, "Scene by name or TOML file")->capture_default_str();
-  command->add_option("--size", own->scene.size, "Image size: 300 (square) or 257x130");
-  own->scene.add_orientation_to(*command);
-  own->scene.add_backend_to(*command);
-  command->add_option("--planted", own->kinds, "What deforms: growth, resection, pressure, with commas")
-      ->delimiter(',')
-      ->check(CLI::IsMember(std::vector<std::string>(planted_names.begin(), planted_names.end())));
-  command->add_option("--amplitudes", own->amplitudes, "Largest displacement, pixels, several with commas")
-      ->delimiter(',')
-      ->check(CLI::Range(0.0, 100.0))
-      ->capture_default_str();
-  command->add_option("--noises", own->noises, "In the pictures, share of white, several with commas")
-      ->delimiter(',')
-      ->check(CLI::Range(0.0, 1.0))
-      ->capture_default_str();
-  command->add_option("--seeds", own->seeds, "Of place, direction and noise, several with commas")
-      ->delimiter(',')
-      ->capture_default_str();
-  command->add_flag("--other-gray", own->other_gray,
-                    "The target has other gray values, as from another scanner");
-  command->add_flag("--quick", own->quick,
-                    "Without mutual information: ITK's, elastix's, and so without Algorithm 5");
-  command->add_option(
+  command.add_option("scene", own->scene.scene, "Scene by name or TOML file").capture_default_str();
+  command.add_option("--size", own->scene.size, "Image size: 300 (square) or 257x130");
+  own->scene.add_orientation_to(command);
+  own->scene.add_backend_to(command);
+  command.add_option("--planted", own->kinds, "What deforms: growth, resection, pressure, with commas")
+      .delimiter(',')
+      .one_of(std::vector<std::string>(planted_names.begin(), planted_names.end()));
+  command.add_option("--amplitudes", own->amplitudes, "Largest displacement, pixels, several with commas")
+      .delimiter(',')
+      .range(0.0, 100.0)
+      .capture_default_str();
+  command.add_option("--noises", own->noises, "In the pictures, share of white, several with commas")
+      .delimiter(',')
+      .range(0.0, 1.0)
+      .capture_default_str();
+  command.add_option("--seeds", own->seeds, "Of place, direction and noise, several with commas")
+      .delimiter(',')
+      .capture_default_str();
+  command.add_flag("--other-gray", own->other_gray,
+                   "The target has other gray values, as from another scanner");
+  command.add_flag("--quick", own->quick,
+                   "Without mutual information: ITK's, elastix's, and so without Algorithm 5");
+  command.add_option(
       "--other", own->other,
       "Nothing is planted: register to the picture of this scene, another person of whom a label "
       "is the same tissue");
-  command->add_option(
+  command.add_option(
       "--output", own->output,
       "Write the pictures of each pair to this folder, for register; with --pictures those of the "
       "first inclusion, for detect");
   command
-      ->add_option(
+      .add_option(
           "--knobs", own->knobs,
           "Where Algorithms 5, 6 and 7 break: noise, sizes, contrast, wrong moduli and labels, so many "
           "cases of each value")
-      ->check(CLI::Range(1, 1000));
+      .range(1, 1000);
   const auto* const group = "Detection";
   command
-      ->add_option("--detection", own->detection,
-                   "So many cases with a hidden inclusion, and as many without")
-      ->group(group);
-  command->add_option("--radius", own->radius, "Of inclusions, pixels")
-      ->check(CLI::Range(1.0, 100.0))
-      ->group(group)
-      ->capture_default_str();
-  command->add_option("--contrast", own->contrast, "Their modulus over the label's")
-      ->check(CLI::Range(0.01, 100.0))
-      ->group(group)
-      ->capture_default_str();
+      .add_option("--detection", own->detection, "So many cases with a hidden inclusion, and as many without")
+      .group(group);
+  command.add_option("--radius", own->radius, "Of inclusions, pixels")
+      .range(1.0, 100.0)
+      .group(group)
+      .capture_default_str();
+  command.add_option("--contrast", own->contrast, "Their modulus over the label's")
+      .range(0.01, 100.0)
+      .group(group)
+      .capture_default_str();
+  command.add_flag("--spread", own->spread, "Radius 3 to 15 pixels and contrast 1.5 to 10, another each case")
+      .group(group);
   command
-      ->add_flag("--spread", own->spread, "Radius 3 to 15 pixels and contrast 1.5 to 10, another each case")
-      ->group(group);
+      .add_flag("--pictures", own->pictures,
+                "The displacement is not given: Algorithm 6 finds it in pictures that do not show the "
+                "inclusion")
+      .group(group);
   command
-      ->add_flag("--pictures", own->pictures,
-                 "The displacement is not given: Algorithm 6 finds it in pictures that do not show the "
-                 "inclusion")
-      ->group(group);
-  command
-      ->add_option(
+      .add_option(
           "--field-noise", own->detection_noise,
           "Of the observed displacement, share of the largest one: 0.01; of pictures, share of white: "
           "0.03")
-      ->check(CLI::Range(0.0, 1.0))
-      ->group(group);
-  command->add_option("--json", own->json, "Write the results to this file");
-  command->callback([own, arguments, &status] { status = run_rivals(*own, arguments); });
+      .range(0.0, 1.0)
+      .group(group);
+  command.add_option("--json", own->json, "Write the results to this file");
+  command.callback([own, command, arguments, &status] { status = run_rivals(*own, command, arguments); });
 }
 
 } // namespace hdmbench::commands

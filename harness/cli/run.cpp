@@ -8,6 +8,7 @@
 #include "harness/judge/diagnosis/folding.hpp"
 #include "harness/judge/run_row.hpp"
 #include "harness/measure/result_file.hpp"
+#include "harness/ranks/launch.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/images/images.hpp"
@@ -23,7 +24,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
+#include <limits>
 
 namespace hdmbench::commands {
 
@@ -35,7 +38,7 @@ struct Arguments {
   SceneArguments scene;
   fs::path output = "hdmbench-output";
   fs::path json;
-  std::string accuracy; ///< "0.2px"; empty: not asked for
+  std::string accuracy; ///< "0.2px" or "0.1mm"; empty: not asked for
   std::string within;   ///< "10ms"; empty: not asked for
   bool explain = false;
   std::size_t sites_per_rank = 0; ///< of run_on_ranks.hpp
@@ -43,11 +46,11 @@ struct Arguments {
   bool strains = false;
 
   [[nodiscard]] bool asks() const { return !accuracy.empty() || !within.empty(); }
-  /// Throws InputError.
-  [[nodiscard]] Request request() const {
+  /// Of a scene whose pixels have sides of `spacing` millimetres. Throws InputError.
+  [[nodiscard]] Request request(double spacing) const {
     Request wanted;
     if (!accuracy.empty()) {
-      wanted.accuracy = parse_pixels(accuracy);
+      wanted.accuracy = parse_pixels(accuracy, spacing);
     }
     if (!within.empty()) {
       wanted.seconds = parse_seconds(within);
@@ -56,22 +59,40 @@ struct Arguments {
   }
 };
 
+RunRow::Pictures picture_names(const Scene& scene) {
+  const auto name = [&](const char* what) { return fmt::format("{}-{}.png", scene.name, what); };
+  return {.before = name("before"),
+          .after = name("after"),
+          .grid = name("grid"),
+          .magnitude = name("magnitude"),
+          .jacobian = name("jacobian")};
+}
+
+/// What goes to the output folder: the field first.
+std::vector<std::string> file_names(const Scene& scene, bool strains) {
+  std::vector<std::string> names{scene.name + ".nrrd"};
+  if (is_inspected(scene.extent())) {
+    const RunRow::Pictures pictures = picture_names(scene);
+    names.insert(names.end(),
+                 {pictures.before, pictures.after, pictures.grid, pictures.magnitude, pictures.jacobian});
+  }
+  if (strains) {
+    std::ranges::move(strain_image_names(scene), std::back_inserter(names));
+  }
+  return names;
+}
+
 /// File names, relative to `folder`.
 RunRow::Pictures write_pictures(const Scene& scene, const VectorField& displacement, const fs::path& folder) {
-  RunRow::Pictures names;
-  const auto file = [&](const char* what, std::string& name) {
-    name = fmt::format("{}-{}.png", scene.name, what);
-    return folder / name;
-  };
-  write_png(file("before", names.before), scene.picture);
-  write_png(file("after", names.after), warp(scene.picture, displacement));
-  write_png(file("grid", names.grid),
+  const RunRow::Pictures names = picture_names(scene);
+  write_png(folder / names.before, scene.picture);
+  write_png(folder / names.after, warp(scene.picture, displacement));
+  write_png(folder / names.grid,
             warp(grid_picture(scene.extent(), grid_spacing(scene.extent())), displacement));
-  write_magnitude_png(file("magnitude", names.magnitude), displacement,
+  write_magnitude_png(folder / names.magnitude, displacement,
                       std::max(largest_magnitude(displacement), 1e-6));
   // Full blue is a fold, full red a doubled area.
-  write_signed_png(file("jacobian", names.jacobian), scene.extent(), area_change_map(displacement).values,
-                   1.0);
+  write_signed_png(folder / names.jacobian, scene.extent(), area_change_map(displacement).values, 1.0);
   return names;
 }
 
@@ -116,29 +137,29 @@ Warnings find_warnings(const Scene& scene, const Solution& solution) {
 
 /// A request is a method of its own, so what belongs to another one has no meaning beside it. Throws
 /// InputError.
-void require_meaning(const Arguments& arguments) {
-  const ScheduleOverrides& schedule = arguments.scene.schedule;
-  if (schedule.auto_energy && arguments.accuracy.empty()) {
+void require_meaning(const Arguments& arguments, const Command& command, const Ranks* ranks) {
+  if (arguments.scene.schedule.auto_energy && arguments.accuracy.empty()) {
     throw InputError("--energy auto chooses by the accuracy that is asked for; give --accuracy");
   }
-  if (!arguments.asks() && arguments.explain) {
-    throw InputError("--explain explains a plan; ask for one with --accuracy or --within");
-  }
-  if (arguments.asks() && (schedule.iterations || schedule.start_level || schedule.stop || schedule.epsilon ||
-                           schedule.update || schedule.steps || schedule.stride || schedule.relaxation ||
-                           !schedule.temperatures.empty() || schedule.method)) {
-    throw InputError(
-        "--accuracy and --within choose method, levels and iterations themselves; leave out --method, "
-        "--iterations, --start-level, --stride, --stop, --epsilon, --update and --steps");
-  }
+  refuse_idle(command,
+              {{.here = launched_together() == 0,
+                .options = {"--sites-per-rank", "--halo"},
+                .why = "ranks are several processes, mpirun -n 4 hdmbench run ..., and this one is alone"},
+               {.here = ranks != nullptr,
+                .options = {"--accuracy", "--within", "--strains"},
+                .why = "that runs in one process, without mpirun"},
+               {.here = !arguments.asks(),
+                .options = {"--explain"},
+                .why = "it explains a plan, which --accuracy or --within ask for"},
+               {.here = arguments.asks(),
+                .options = {"--method", "--iterations", "--start-level", "--stride", "--stop", "--epsilon",
+                            "--update", "--steps", "--relaxation", "--temperatures", "--seed"},
+                .why = "--accuracy and --within choose method, levels and iterations themselves"}});
 }
 
-int run_scene(const Arguments& arguments, const std::string& line, Ranks* ranks) {
-  require_meaning(arguments);
+int run_scene(const Arguments& arguments, const Command& command, const std::string& line, Ranks* ranks) {
+  require_meaning(arguments, command, ranks);
   if (ranks != nullptr) {
-    if (arguments.asks() || arguments.strains) {
-      throw InputError("--accuracy, --within and --strains run in one process: leave out mpirun");
-    }
     return run_scene_on_ranks(arguments.scene,
                               {.output = arguments.output,
                                .json = arguments.json,
@@ -146,10 +167,11 @@ int run_scene(const Arguments& arguments, const std::string& line, Ranks* ranks)
                                .halo = arguments.halo},
                               line, *ranks);
   }
-  const Request request = arguments.request();
+  (void)arguments.request(1.0); // before long work
   Progress progress;
   progress.describe(fmt::format("prepare {}", arguments.scene.scene));
   Scene scene = arguments.scene.load();
+  const Request request = arguments.request(scene.spacing);
   if (arguments.asks() && scene.energy == EnergyModel::hdm) {
     use_method(scene, find_method("multigrid"));
   }
@@ -163,9 +185,7 @@ int run_scene(const Arguments& arguments, const std::string& line, Ranks* ranks)
   const Device device = backend.device(arguments.scene.session);
   require_results_writable(arguments.json);
   if (have_images()) {
-    std::error_code error;
-    fs::create_directories(arguments.output, error);
-    require_writable(arguments.output / (scene.name + ".nrrd"));
+    require_folder(arguments.output, file_names(scene, arguments.strains), arguments.scene.files());
   }
 
   const bool inspected = is_inspected(scene.extent());
@@ -193,7 +213,10 @@ int run_scene(const Arguments& arguments, const std::string& line, Ranks* ranks)
   }
 
   const std::int64_t iterations = total_iterations(solution.levels);
-  const double energy = mean_energy_of(scene, solution.displacement);
+  const std::string absurd = why_absurd(scene, solution.displacement);
+  const double energy = std::isfinite(largest_found(solution.displacement))
+                            ? mean_energy_of(scene, solution.displacement)
+                            : std::numeric_limits<double>::quiet_NaN();
   const double largest = largest_magnitude(solution.displacement);
   fmt::print("{}\n{} x {} pixels of {:.4g} mm, {} on {} ({})\n\n", scene.title, scene.extent().width,
              scene.extent().height, scene.spacing, plan ? "as needed" : method_name(scene), backend.name(),
@@ -214,6 +237,11 @@ int run_scene(const Arguments& arguments, const std::string& line, Ranks* ranks)
                scene.energy == EnergyModel::elastic ? "finite elements" : "the fixed point",
                *solution.estimated_error);
   }
+  if (!absurd.empty()) {
+    fmt::print(
+        "  NO RESULT: {}; look for extreme moduli, targets or a huge --penalty, or take another --method\n",
+        absurd);
+  }
   fmt::print("\n{}\n", inspected
                            ? warnings_text(warnings)
                            : "  Not diagnosed, and no pictures: beyond 4096 x 4096 sites that takes more "
@@ -233,20 +261,20 @@ int run_scene(const Arguments& arguments, const std::string& line, Ranks* ranks)
              .mean_energy = energy,
              .largest_displacement = largest,
              .spacing = scene.spacing,
+             .placement = scene.placement,
              .warnings = warnings};
   if (plan) {
     row.plan = plan_row(scene, request, *plan);
   }
   if (have_images()) {
     const std::string field = scene.name + ".nrrd";
-    write_displacement(arguments.output / field, solution.displacement, scene.spacing);
-    fmt::print("  {}: the displacement in millimetres", (arguments.output / field).string());
+    write_displacement(arguments.output / field, solution.displacement, scene.spacing, scene.placement);
+    fmt::print("  {}: the displacement in millimetres\n", (arguments.output / field).string());
     if (inspected) {
       row.pictures = write_pictures(scene, solution.displacement, arguments.output);
-      fmt::print("; beside it {}, {}, {}, {} and {}", row.pictures->before, row.pictures->after,
+      fmt::print("  beside it {}, {}, {}, {} and {}\n", row.pictures->before, row.pictures->after,
                  row.pictures->grid, row.pictures->magnitude, row.pictures->jacobian);
     }
-    fmt::print("\n");
     if (arguments.strains) {
       row.strains = write_strain_images(scene, solution.displacement, arguments.output);
     }
@@ -269,57 +297,58 @@ int run_scene(const Arguments& arguments, const std::string& line, Ranks* ranks)
     fmt::print("  No files are written: this build has no image support (-DHDMBENCH_IMAGES=ON).\n");
   }
   write_results(arguments.json, "run", run_context(line, false), nlohmann::json::array({to_json_row(row)}));
-  return !plan || plan->met ? success : disagreement;
+  return absurd.empty() && (!plan || plan->met) ? success : disagreement;
 }
 
 } // namespace
 
-void add_run(CLI::App& program, const std::string& arguments, int& status, Ranks* ranks) {
-  auto* command = program.add_subcommand(
+void add_run(const Command& program, const std::string& arguments, int& status, Ranks* ranks) {
+  const Command command = program.add_subcommand(
       "run", "Solve one scene; write the displacement as NRRD, and the "
              "picture before and after, the deformed grid and\n"
              "the displacement's magnitude and change of area as PNG; say what speaks against the result.");
   const auto own = std::make_shared<Arguments>();
   own->scene.schedule.takes_elastic = true;
   own->scene.schedule.is_of_run = true;
-  own->scene.add_scene_to(*command);
-  own->scene.add_backend_to(*command);
-  command->add_option("--output", own->output, "Folder for the files, made if missing")
-      ->capture_default_str();
-  command->add_flag("--strains", own->strains,
-                    "Write strains, von Mises stress and change of area as well, as NRRD and PNG");
-  command->add_option("--json", own->json, "Write the result to this file");
+  own->scene.add_scene_to(command);
+  own->scene.add_backend_to(command);
+  command.add_option("--output", own->output, "Folder for the files, made if missing").capture_default_str();
+  command.add_flag("--strains", own->strains,
+                   "Write strains, von Mises stress and change of area as well, as NRRD and PNG");
+  command.add_option("--json", own->json, "Write the result to this file");
   const auto* const group = "No more than the scene needs";
   command
-      ->add_option(
+      .add_option(
           "--accuracy", own->accuracy,
           "Distance from the fixed point (elastic: from finite elements) that is good enough, RMS, as "
-          "0.2px: levels and cycles follow from the scene; exit status 1 where the estimate is above "
+          "0.2px or 0.1mm: levels and cycles follow from the scene; exit status 1 where the estimate is "
+          "above "
           "it, or cannot be trusted")
-      ->group(group);
+      .group(group);
   command
-      ->add_option("--within", own->within, "The time there is, as 10ms or 2s: the best field and its error")
-      ->group(group);
-  command->add_flag("--explain", own->explain, "Print the plan, step by step, and why")->group(group);
+      .add_option("--within", own->within, "The time there is, as 10ms or 2s: the best field and its error")
+      .group(group);
+  command.add_flag("--explain", own->explain, "Print the plan, step by step, and why").group(group);
   const std::string several = "Several processes (mpirun -n 4 hdmbench run ...)";
   constexpr int widest_halo = 1024;
   command
-      ->add_option(
+      .add_option(
           "--sites-per-rank", own->sites_per_rank,
           "With mpirun: a level goes to as many ranks as get so many sites each, 0: 16384, of the elastic "
           "energy 4096; --backend "
           "is then one for all, or as openmp+vulkan-compute each rank's in turn, and --device may be "
           "by-rank")
-      ->group(several);
+      .group(several);
   command
-      ->add_option(
+      .add_option(
           "--halo", own->halo,
           "With mpirun: sites that a rank computes beyond its own, a multiple of 4, on every level; 0: "
           "the width that a measurement says is the fastest. Of the elastic energy those of the "
           "coarsest level that is cut, even; 0: 4. The bits are the same")
-      ->check(CLI::Range(0, widest_halo))
-      ->group(several);
-  command->callback([own, arguments, &status, ranks] { status = run_scene(*own, arguments, ranks); });
+      .range(0, widest_halo)
+      .group(several);
+  command.callback(
+      [own, command, arguments, &status, ranks] { status = run_scene(*own, command, arguments, ranks); });
 }
 
 } // namespace hdmbench::commands

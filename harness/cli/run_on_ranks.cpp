@@ -182,22 +182,24 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
   const fs::path file = rank_arguments.output / (scene.name + ".nrrd");
   if (ranks.is_first()) {
     require_results_writable(rank_arguments.json);
-    std::error_code error;
-    fs::create_directories(rank_arguments.output, error);
-    require_writable(file);
+    require_folder(rank_arguments.output, std::vector{file.filename().string()}, arguments.files());
   }
 
   const bool is_elastic = scene.energy == EnergyModel::elastic;
   const int together = is_elastic ? 1 : sweeps_per_iteration(scene.full);
   progress.set_total(site_updates(scene), WorkUnit::site_updates);
   progress.describe(fmt::format("run {} on {} ranks", scene.name, ranks.size()));
+  const double given = ranks.largest(largest_given(part.full, part.start));
   const RankedSolution solution = solve(std::move(part), backend, options, sharing, ranks, progress);
   progress.describe(fmt::format("write {}", file.string()));
   write_displacement_on_ranks(file, scene.extent(), solution.owned, solution.displacement, scene.spacing,
-                              ranks);
+                              scene.placement, ranks);
   progress.clear();
 
   const double largest = ranks.largest(largest_magnitude(solution.displacement));
+  const std::string absurd =
+      why_absurd(scene.extent(), given, ranks.largest(largest_found(solution.displacement)));
+  const int status = absurd.empty() ? success : disagreement;
   std::int64_t iterations = 0;
   double own_seconds = 0.0;
   for (const RankedLevel& level : solution.levels) {
@@ -219,6 +221,7 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
              .iterations = iterations,
              .largest_displacement = largest,
              .spacing = scene.spacing,
+             .placement = scene.placement,
              .ranks = ranks.size()};
   row.by_rank = gather_rows<RankRow>({{.machine = machine_name(),
                                        .backend = std::string(backend.name()),
@@ -234,7 +237,7 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
   }
   row.shared_levels = rows_of(solution.levels, !is_elastic && scene.schedule.cycle == Cycle::one_way, ranks);
   if (!ranks.is_first()) {
-    return success;
+    return status;
   }
   fmt::print("{}\n{} x {} pixels of {:.4g} mm, {} on {} ranks ({})\n\n", scene.title, scene.extent().width,
              scene.extent().height, scene.spacing, method_name(scene), ranks.size(), arguments.backend);
@@ -248,6 +251,9 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
   }
   print_ranks(row.by_rank);
   fmt::print("\n  largest displacement {:.4g} px, {} iterations in {:.3g} s\n", largest, iterations, seconds);
+  if (!absurd.empty()) {
+    fmt::print("  NO RESULT: {}; look for extreme moduli or targets, or take another --method\n", absurd);
+  }
   if (made_whole) {
     fmt::print("  Every rank had the whole scene in memory while it was made: it comes from an image, or a "
                "condition is on what is outside.\n");
@@ -260,7 +266,7 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
   }
   write_results(rank_arguments.json, "run", run_context(line, false),
                 nlohmann::json::array({to_json_row(row)}));
-  return success;
+  return status;
 }
 
 } // namespace hdmbench::commands

@@ -22,17 +22,26 @@ const std::map<std::string, Update> updates{{"simultaneous", Update::simultaneou
                                             {"coloured", Update::coloured},
                                             {"four-coloured", Update::four_coloured}};
 
+template <typename Value>
+std::vector<std::string> words_of(const std::map<std::string, Value>& meanings) {
+  std::vector<std::string> words;
+  for (const auto& [word, meaning] : meanings) {
+    words.push_back(word);
+  }
+  return words;
+}
+
 constexpr const char* automatic = "auto";
 const std::map<std::string, EnergyModel> energies{{"hdm", EnergyModel::hdm},
                                                   {"elastic", EnergyModel::elastic}};
 
 } // namespace
 
-void ScheduleOverrides::add_to(CLI::App& command) {
-  const auto* const group = "Instead of what the scene says";
+void ScheduleOverrides::add_to(const Command& command) {
+  const auto* const group = schedule_group;
   if (takes_elastic) {
     command
-        .add_option_function<std::string>(
+        .add_option(
             "--energy",
             [this](const std::string& name) {
               auto_energy = name == automatic;
@@ -41,64 +50,70 @@ void ScheduleOverrides::add_to(CLI::App& command) {
             fmt::format("What the displacement minimises: hdm (the thesis) or elastic (plane stress); a "
                         "method of either brings its own{}",
                         is_of_run ? "; auto: what --accuracy needs" : ""))
-        ->check(CLI::IsMember(is_of_run ? std::vector<std::string>{"hdm", "elastic", automatic}
-                                        : std::vector<std::string>{"hdm", "elastic"}))
-        ->group(group);
+        .one_of(is_of_run ? std::vector<std::string>{"hdm", "elastic", automatic}
+                          : std::vector<std::string>{"hdm", "elastic"})
+        .group(group);
     if (is_of_run) {
       command
           .add_option(
               "--robust", robust,
               "Of the elastic energy: observations with a confidence below 1 that are further away than "
               "this many pixels are forgiven")
-          ->check(CLI::PositiveNumber)
-          ->group(group);
+          .range(1e-6, 1e6) // PositiveNumber would name the largest double
+          .group(group);
       command
           .add_option(
               "--stride", stride,
               "Of the elastic energy: solve an image that samples every so many pixels, with means of "
               "their moduli, and interpolate; 1 is the full resolution")
-          ->check(CLI::Range(1, 1024))
-          ->group(group);
+          .range(1, 1024)
+          .group(group);
     }
   }
-  command.add_option("--method", method, "How the scene is solved (see methods)")->group(group);
+  command.add_option("--method", method, "How the scene is solved (see methods)").group(group);
   command
       .add_option(
           "--iterations", iterations,
           "Effort of the method: iterations per level, exact or at most (see --stop), or what methods says")
-      ->group(group);
+      .group(group);
   command.add_option("--relaxation", relaxation, "Of closed-form: how far a site moves towards its minimum")
-      ->group(group);
+      .group(group);
   command.add_option("--temperatures", temperatures, "Of annealing: HIGHEST,LOWEST in units of the energy")
-      ->delimiter(',')
-      ->expected(2)
-      ->group(group);
-  command.add_option("--seed", seed, "Of annealing: 0 ... 4092")->group(group);
+      .delimiter(',')
+      .expected(2)
+      .group(group);
+  command.add_option("--seed", seed, "Of annealing: 0 ... 4092").group(group);
   command.add_option("--start-level", start_level, "First level computed; 0 is the full resolution")
-      ->group(group);
+      .group(group);
   command
-      .add_option("--stop", stop, "When a level ends: fixed, still (no site changed) or energy (thesis 5.3)")
-      ->transform(CLI::CheckedTransformer(stops))
-      ->group(group);
+      .add_option(
+          "--stop", [this](const std::string& word) { stop = stops.at(word); },
+          "When a level ends: fixed, still (no site changed) or energy (thesis 5.3)")
+      .one_of(words_of(stops))
+      .group(group);
   command.add_option("--epsilon", epsilon, "Change of the mean energy that ends a level with --stop energy")
-      ->check(CLI::Range(0.0, 1e6))
-      ->group(group);
-  command.add_option("--alignment", alignment, "Of the pyramid's levels: corner or center")
-      ->transform(CLI::CheckedTransformer(alignments))
-      ->group(group);
+      .range(0.0, 1e6)
+      .group(group);
   command
-      .add_option("--update", update,
-                  "Of icm: simultaneous, coloured, four-coloured, or sequential (scalar only)")
-      ->transform(CLI::CheckedTransformer(updates))
-      ->group(group);
+      .add_option(
+          "--alignment", [this](const std::string& word) { alignment = alignments.at(word); },
+          "Of the pyramid's levels: corner or center")
+      .one_of(words_of(alignments))
+      .group(group);
+  command
+      .add_option(
+          "--update", [this](const std::string& word) { update = updates.at(word); },
+          "Of icm: simultaneous, coloured, four-coloured, or sequential (scalar only)")
+      .one_of(words_of(updates))
+      .group(group);
   command.add_option("--steps", steps, "Candidates: default, thesis, fine, or numbers such as 0,-1,1")
-      ->group(group);
-  command.add_option("--penalty", penalty, "K > 0 of the observation term")->group(group);
+      .group(group);
+  command.add_option("--penalty", penalty, "K > 0 of the observation term").group(group);
   command
       .add_option(
           "--prior-weight", prior_weight,
           "alpha of the thesis, (3.17), above 0 and below 1: U = alpha prior + (1 - alpha) observation")
-      ->group(group);
+      .group(group);
 }
 
 void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& other_method) const {
@@ -144,6 +159,10 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
     set_start_level(scene, *start_level);
   }
   scene.schedule.stop = stop.value_or(scene.schedule.stop);
+  if (epsilon && scene.schedule.stop != Stop::energy) {
+    throw InputError("--epsilon has no effect here: it ends a level with --stop energy; give that, or leave "
+                     "it out");
+  }
   scene.schedule.epsilon = epsilon.value_or(scene.schedule.epsilon);
   scene.schedule.alignment = alignment.value_or(scene.schedule.alignment);
   set_weight(scene, {.penalty = penalty.value_or(scene.weight.penalty),

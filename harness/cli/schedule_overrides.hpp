@@ -2,13 +2,16 @@
 
 #include "harness/scene/scene.hpp"
 
-#include <CLI/CLI.hpp>
+#include "harness/cli/command.hpp"
 
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace hdmbench::commands {
+
+/// The group of its options in a command's help.
+inline constexpr const char* schedule_group = "Instead of what the scene says";
 
 /// What the user may change about every scene's schedule.
 struct ScheduleOverrides {
@@ -32,7 +35,7 @@ struct ScheduleOverrides {
   std::optional<double> robust; ///< Scene::robust
   std::optional<int> stride;    ///< Schedule::stride
 
-  void add_to(CLI::App& command);
+  void add_to(const Command& command);
   /// With `other_method` in place of `method`, where there is one. Throws InputError.
   void apply(Scene& scene, const std::optional<std::string>& other_method = std::nullopt) const;
   /// The arguments that were given, each with a space before it: " --iterations 5". The method is that of

@@ -178,16 +178,16 @@ std::string repeat(const Arguments& arguments, const Scene& scene, std::string_v
   return line + arguments.schedule.text();
 }
 
-int run_tradeoff(Arguments& arguments, const std::string& line) {
+int run_tradeoff(Arguments& arguments, const Command& command, const std::string& line) {
+  refuse_idle(command,
+              {{.here = true,
+                .options = {"--method", "--iterations", "--update", "--steps"},
+                .why = "tradeoff runs the methods at efforts of its own; choose with --methods"},
+               {.here = arguments.quick, .options = {"--repeat"}, .why = "--quick takes one sample"}});
   std::vector<double> targets;
-  std::ranges::transform(arguments.at, std::back_inserter(targets), parse_pixels);
+  std::ranges::transform(arguments.at, std::back_inserter(targets),
+                         [](const std::string& text) { return parse_pixels(text); });
   require_results_writable(arguments.json);
-  const ScheduleOverrides& given = arguments.schedule;
-  if (given.method || given.iterations || given.update || given.steps) {
-    throw InputError(
-        "tradeoff runs the methods at efforts of its own; leave out --method, --iterations, --update "
-        "and --steps, and choose with --methods");
-  }
   // Among them rivals and requests, which load_scenes does not know.
   std::vector<std::string> methods = std::exchange(arguments.methods, {});
   if (methods == std::vector<std::string>{"all"}) {
@@ -249,8 +249,8 @@ int run_tradeoff(Arguments& arguments, const std::string& line) {
 
 } // namespace
 
-void add_tradeoff(CLI::App& program, const std::string& arguments, int& status) {
-  auto* command = program.add_subcommand(
+void add_tradeoff(const Command& program, const std::string& arguments, int& status) {
+  const Command command = program.add_subcommand(
       "tradeoff",
       "Speed against accuracy: every method at several efforts, and its rivals (finite elements direct, by\n"
       "conjugate gradients and on a coarse mesh, interpolation), timed and measured against the truths.\n"
@@ -258,16 +258,16 @@ void add_tradeoff(CLI::App& program, const std::string& arguments, int& status) 
       "scalar's to the bit.");
   const auto own = std::make_shared<Arguments>();
   own->schedule.takes_elastic = true;
-  own->add_to(*command);
-  leave_out_of_help(*command, {"--method", "--iterations", "--update", "--steps"});
-  command->add_option("--at", own->at, "Accuracies at which the fastest are compared: RMSD to FEM with nu 0")
-      ->delimiter(',')
-      ->capture_default_str();
-  command->add_option("--repeat", own->repeats, "Samples per point, fewer where they take long")
-      ->check(CLI::Range(1, 1'000'000))
-      ->capture_default_str();
-  command->add_flag("--all", own->all, "Print all points, not the front only");
-  command->callback([own, arguments, &status] { status = run_tradeoff(*own, arguments); });
+  own->add_to(command);
+  leave_out_of_help(command, {"--method", "--iterations", "--update", "--steps"});
+  command.add_option("--at", own->at, "Accuracies at which the fastest are compared: RMSD to FEM with nu 0")
+      .delimiter(',')
+      .capture_default_str();
+  command.add_option("--repeat", own->repeats, "Samples per point, fewer where they take long")
+      .range(1, 1'000'000)
+      .capture_default_str();
+  command.add_flag("--all", own->all, "Print all points, not the front only");
+  command.callback([own, command, arguments, &status] { status = run_tradeoff(*own, command, arguments); });
 }
 
 } // namespace hdmbench::commands

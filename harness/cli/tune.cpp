@@ -26,15 +26,12 @@ struct Arguments {
 };
 
 Truth read_truth(const Arguments& arguments, Extent extent) {
-  Image<VectorField> read = read_vector(arguments.truth);
+  Image<VectorField> read = read_displacement(arguments.truth);
   if (read.pixels.extent != extent) {
     throw InputError(fmt::format("{}: is {} x {} pixels, the scene is {} x {}", arguments.truth,
                                  read.pixels.extent.width, read.pixels.extent.height, extent.width,
                                  extent.height));
   }
-  const auto to_pixels = [&](float millimetres) { return static_cast<float>(millimetres / read.spacing); };
-  std::ranges::transform(read.pixels.x, read.pixels.x.begin(), to_pixels);
-  std::ranges::transform(read.pixels.y, read.pixels.y.begin(), to_pixels);
   validate(read.pixels, extent, "the truth");
   Truth truth{.displacement = std::move(read.pixels), .defined = {}};
   if (!arguments.mask.empty()) {
@@ -55,20 +52,23 @@ void print(const Tuning& tuning, double penalty) {
   fmt::print("{}", table.text());
 }
 
-void tune(const Arguments& arguments) {
+void tune(const Arguments& arguments, const Command& command) {
+  const bool against_elements = arguments.truth == "fem";
+  refuse_idle(
+      command,
+      {{.here = true, .options = {"--prior-weight"}, .why = "it is what tune looks for; --range says where"},
+       {.here = arguments.method == "simplex",
+        .options = {"--search-seed"},
+        .why = "chance is for --search annealing"},
+       {.here = against_elements,
+        .options = {"--mask"},
+        .why = "it belongs to a truth from a file, --truth FILE.nrrd"}});
   Scene scene = arguments.scene.load();
-  if (arguments.scene.schedule.prior_weight) {
-    throw InputError("--prior-weight is what tune looks for; --range says where");
-  }
   TuneOptions search = arguments.search;
   search.method = arguments.method == "simplex" ? SearchMethod::simplex : SearchMethod::annealing;
   if (!arguments.range.empty()) {
     search.low = arguments.range[0];
     search.high = arguments.range[1];
-  }
-  const bool against_elements = arguments.truth == "fem";
-  if (against_elements && !arguments.mask.empty()) {
-    throw InputError("--mask belongs to a truth from a file: --truth FILE.nrrd");
   }
   const auto registry = make_backends();
   const Backend& backend = arguments.scene.choose(registry, scene);
@@ -113,32 +113,31 @@ void tune(const Arguments& arguments) {
 
 } // namespace
 
-void add_tune(CLI::App& program) {
-  auto* command = program.add_subcommand(
+void add_tune(const Command& program) {
+  const Command command = program.add_subcommand(
       "tune", "Find the prior weight alpha of (3.17) that brings the solution nearest to a truth (thesis "
               "A.7, (A.8)): a scan of\nfive alphas, then the downhill simplex or simulated annealing over "
               "log(alpha / (1 - alpha)).");
   const auto own = std::make_shared<Arguments>();
-  own->scene.add_scene_to(*command);
-  own->scene.add_backend_to(*command);
+  own->scene.add_scene_to(command);
+  own->scene.add_backend_to(command);
+  command.add_option("--search", own->method, "simplex (Nelder and Mead, ITK's) or annealing (thesis Alg. 1)")
+      .one_of({"simplex", "annealing"})
+      .capture_default_str();
+  command.add_option("--evaluations", own->search.evaluations, "Solutions after the scan, about, at most")
+      .range(1, 100000)
+      .capture_default_str();
+  command.add_option("--range", own->range, "alpha is sought in low,high (default: 0.01,0.99)")
+      .delimiter(',')
+      .expected(2);
+  command.add_option("--search-seed", own->search.seed, "Of --search annealing").capture_default_str();
   command
-      ->add_option("--search", own->method, "simplex (Nelder and Mead, ITK's) or annealing (thesis Alg. 1)")
-      ->check(CLI::IsMember({"simplex", "annealing"}))
-      ->capture_default_str();
-  command->add_option("--evaluations", own->search.evaluations, "Solutions after the scan, about, at most")
-      ->check(CLI::Range(1, 100000))
-      ->capture_default_str();
-  command->add_option("--range", own->range, "alpha is sought in low,high (default: 0.01,0.99)")
-      ->delimiter(',')
-      ->expected(2);
-  command->add_option("--search-seed", own->search.seed, "Of --search annealing")->capture_default_str();
-  command
-      ->add_option("--truth", own->truth,
-                   "fem (finite elements, plane stress, the scene's Poisson ratio), or a displacement image "
-                   "in millimetres")
-      ->capture_default_str();
-  command->add_option("--mask", own->mask, "Image that is 0 where the truth from a file is not defined");
-  command->callback([own] { tune(*own); });
+      .add_option("--truth", own->truth,
+                  "fem (finite elements, plane stress, the scene's Poisson ratio), or a displacement image "
+                  "in millimetres")
+      .capture_default_str();
+  command.add_option("--mask", own->mask, "Image that is 0 where the truth from a file is not defined");
+  command.callback([own, command] { tune(*own, command); });
 }
 
 } // namespace hdmbench::commands

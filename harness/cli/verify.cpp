@@ -5,13 +5,13 @@
 #include "harness/check/probe.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
+#include "harness/cli/gates.hpp"
 #include "harness/cli/verify_text.hpp"
-#include "harness/cli/verify_windows.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/ranks/rank_backend.hpp"
 #include "harness/ranks/rank_devices.hpp"
 #include "harness/ranks/sleeping_pieces.hpp"
-#include "harness/scene/file_output.hpp"
+#include "harness/report/ci_files.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/solve.hpp"
 #include "kernels/data/input_error.hpp"
@@ -24,6 +24,14 @@
 namespace hdmbench::commands {
 
 namespace {
+
+struct VerifyArguments : CommonArguments {
+  std::filesystem::path junit; ///< empty: nobody asked for it
+  std::string reference;       ///< empty: scalar
+};
+
+/// Iterations per level of a --quick verify.
+constexpr int quick_iterations = 10;
 
 /// Methods that go to and fro between the levels: in one process bench compares them.
 enum class Cycles { left_out, kept };
@@ -103,7 +111,7 @@ const RankBackend* rank_backend(const std::vector<const Backend*>& backends, std
 }
 
 /// Backends and scenes, judged and printed. `backends`: the reference first.
-int verify_scenes(const CommonArguments& arguments, Tier required, const std::string& line,
+int verify_scenes(const VerifyArguments& arguments, Tier required, const std::string& line,
                   const std::vector<const Backend*>& backends, const std::vector<Scene>& scenes) {
   Progress progress;
   VerifyOptions options{.session = arguments.session, .iteration_limit = std::nullopt};
@@ -136,6 +144,9 @@ int verify_scenes(const CommonArguments& arguments, Tier required, const std::st
         row.backend = shared->backends();
         row.ranks = shared->ranks();
       }
+      row.reference = arguments.reference;
+      row.repeat = arguments.repeat("verify", scene, comparison.backend) +
+                   (arguments.reference.empty() ? "" : " --reference " + arguments.reference);
       rows.push_back(to_json_row(row));
       all.push_back(comparison);
     }
@@ -146,26 +157,44 @@ int verify_scenes(const CommonArguments& arguments, Tier required, const std::st
   const auto failing = std::ranges::count_if(all, [&](const Comparison& comparison) {
     return comparison.verdict != Verdict::skipped && comparison.tier < required;
   });
-  fmt::print(
-      "\n{} comparisons with scalar agree to the bit, {} are certified, {} disagree, {} are mistrusted, "
-      "{} were skipped\n",
-      count(Verdict::agree), count(Verdict::certified), count(Verdict::disagree), count(Verdict::mistrusted),
-      count(Verdict::skipped));
+  fmt::print("\n{} comparisons with {} agree to the bit, {} are certified, {} disagree, {} are mistrusted, "
+             "{} were skipped\n",
+             count(Verdict::agree), backends.front()->name(), count(Verdict::certified),
+             count(Verdict::disagree), count(Verdict::mistrusted), count(Verdict::skipped));
   if (required == Tier::bitwise && count(Verdict::certified) > 0) {
     fmt::print("--require-tier bitwise: certified is not enough\n");
   }
-  if (!arguments.json.empty()) {
-    write_results(arguments.json, "verify", run_context(line, arguments.quick), std::move(rows));
-  }
+  report::write_junit(arguments.junit, rows);
+  write_results(arguments.json, "verify", run_context(line, arguments.quick), std::move(rows));
   return failing > 0 ? disagreement : success;
 }
 
-int run_verify(const CommonArguments& arguments, Tier required, const std::string& line) {
-  if (!arguments.json.empty()) {
-    require_writable(arguments.json);
+/// The reference first, then what is compared with it. Throws InputError where nothing is.
+std::vector<const Backend*> backends_to_verify(const VerifyArguments& arguments,
+                                               const std::vector<std::unique_ptr<Backend>>& registry) {
+  std::vector<const Backend*> backends = arguments.choose(registry); // scalar first
+  if (arguments.reference.empty()) {
+    return backends;
   }
+  const Backend* const reference = &find_backend(registry, arguments.reference);
+  if (std::ranges::find(arguments.backends, backends.front()->name()) == arguments.backends.end()) {
+    backends.erase(backends.begin());
+  }
+  std::erase(backends, reference);
+  if (backends.empty()) {
+    throw InputError(
+        fmt::format("no backend is left to compare with {}; name one with --backends", arguments.reference));
+  }
+  backends.insert(backends.begin(), reference);
+  return backends;
+}
+
+int run_verify(const VerifyArguments& arguments, Tier required, const std::string& line) {
+  require_results_writable(arguments.json);
+  require_results_writable(arguments.junit);
   const auto registry = make_backends();
-  return verify_scenes(arguments, required, line, arguments.choose(registry), scenes_to_verify(arguments));
+  return verify_scenes(arguments, required, line, backends_to_verify(arguments, registry),
+                       scenes_to_verify(arguments));
 }
 
 /// Without those that several ranks cannot compute, which it names, and where nobody chose with what sleeps
@@ -187,7 +216,7 @@ std::vector<Scene> scenes_for_ranks(const CommonArguments& arguments, int ranks)
 }
 
 /// Every backend on 1, 2, ... ranks, against scalar on the first one.
-int run_verify_on_ranks(const CommonArguments& arguments, Tier required, const std::string& line,
+int run_verify_on_ranks(const VerifyArguments& arguments, Tier required, const std::string& line,
                         Ranks& ranks) {
   const auto registry = make_backends();
   Crew crew(ranks, registry, arguments.session);
@@ -195,9 +224,8 @@ int run_verify_on_ranks(const CommonArguments& arguments, Tier required, const s
     crew.serve();
     return success;
   }
-  if (!arguments.json.empty()) {
-    require_writable(arguments.json);
-  }
+  require_results_writable(arguments.json);
+  require_results_writable(arguments.junit);
   std::vector<std::string> names = arguments.backends;
   for (std::size_t i = 0; i < registry.size() && arguments.backends.empty(); ++i) {
     names.emplace_back(registry[i]->name());
@@ -222,8 +250,8 @@ int run_verify_on_ranks(const CommonArguments& arguments, Tier required, const s
 
 } // namespace
 
-void add_verify(CLI::App& program, const std::string& arguments, int& status, Ranks* ranks) {
-  auto* command = program.add_subcommand(
+void add_verify(const Command& program, const std::string& arguments, int& status, Ranks* ranks) {
+  const Command command = program.add_subcommand(
       "verify",
       "Run every backend beside scalar and compare all sites after every iteration, bit for bit.\n"
       "resync: each iteration starts from scalar's field. free: each backend runs on its own.\n"
@@ -233,31 +261,34 @@ void add_verify(CLI::App& program, const std::string& arguments, int& status, Ra
       "Without scenes: all of them, the other methods, and three sizes that meet the backends' tiles.\n"
       "mpirun -n R hdmbench verify: every backend, or mixture as openmp+vulkan-compute, on 1 ... R ranks.\n"
       "Exit status 1 if a backend disagrees or a scene could not have shown it.");
-  const auto own = std::make_shared<CommonArguments>();
+  const auto own = std::make_shared<VerifyArguments>();
   own->schedule.takes_elastic = true;
   const auto required = std::make_shared<std::string>(name_of(Tier::certified));
-  own->add_to(*command);
+  own->add_to(command);
   command
-      ->add_option("--require-tier", *required,
-                   "certified: differences that rounding explains pass. bitwise: none does")
-      ->check(CLI::IsMember({"certified", "bitwise"}))
-      ->capture_default_str();
-  const auto windows = std::make_shared<WindowArguments>();
-  windows->add_to(*command);
-  command->callback([own, required, windows, arguments, &status, ranks] {
+      .add_option("--require-tier", *required,
+                  "certified: differences that rounding explains pass. bitwise: none does")
+      .one_of({"certified", "bitwise"})
+      .capture_default_str();
+  command.add_option("--junit", own->junit, "Write the comparisons to this file as JUnit XML, too, for CI");
+  command.add_option(
+      "--reference", own->reference,
+      "Backend that the others are compared with (default: scalar, which takes minutes beyond 4096 x 4096)");
+  const auto gates = std::make_shared<Gates>();
+  gates->add_to(command);
+  gates->add_baseline_to(command);
+  command.callback([own, required, gates, arguments, &status, ranks] {
+    gates->prepare(*own);
     const Tier tier = *required == "bitwise" ? Tier::bitwise : Tier::certified;
     if (ranks != nullptr) {
-      if (windows->windows > 0) {
-        throw InputError("verify --windows runs in one process: leave out mpirun");
+      if (!own->reference.empty()) {
+        throw InputError("verify --reference runs in one process: leave out mpirun");
       }
       status = run_verify_on_ranks(*own, tier, arguments, *ranks);
+      status = ranks->is_first() ? gates->judge(status, *own) : status;
       return;
     }
-    if (windows->windows > 0) {
-      status = run_verify_windows(*own, *windows, arguments);
-      return;
-    }
-    status = run_verify(*own, tier, arguments);
+    status = gates->judge(run_verify(*own, tier, arguments), *own);
   });
 }
 

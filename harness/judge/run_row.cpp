@@ -14,13 +14,6 @@ static void list_fields(Fields& fields, RunRow::Pictures& pictures) {
   fields.if_any("jacobian", pictures.jacobian);
 }
 
-static void list_fields(Fields& fields, Warning& warning) {
-  fields("kind", warning.kind);
-  fields("message", warning.message);
-  fields("advice", warning.advice);
-  fields.if_any("sites", warning.sites);
-}
-
 static void list_fields(Fields& fields, PlanStep& step) {
   fields("width", step.extent.width);
   fields("height", step.extent.height);
@@ -87,13 +80,14 @@ void list_fields(Fields& fields, RunRow& row) {
   fields("backend", row.backend);
   fields("device", row.device);
   fields("method", row.method);
-  fields.newer("energy", OneOf{row.energy, energy_names});
+  fields("energy", row.energy);
   fields("seconds", row.seconds);
   fields("levels", row.levels);
   fields("iterations", row.iterations);
   fields("mean_energy", row.mean_energy);
   fields("largest_displacement", row.largest_displacement);
   fields("spacing", row.spacing);
+  fields.newer("placement", row.placement);
   fields.newer("warnings", row.warnings);
   fields.if_any("plan", row.plan);
   fields.if_any("field", row.field);

@@ -89,6 +89,7 @@ struct RunRow {
   std::optional<double> mean_energy{};
   std::optional<double> largest_displacement{}; ///< pixels
   double spacing = 1.0;                         ///< millimetres per pixel
+  Placement placement{};                        ///< of the field and its pictures in the patient
   std::vector<Warning> warnings{};
   std::optional<PlanRow> plan{};
   std::string field{}; ///< file of the displacement; empty: none was written

@@ -52,6 +52,7 @@ void list_fields(Fields& fields, BenchRow& row) {
   fields("height", row.height);
   fields("backend", row.backend);
   fields("device", row.device);
+  fields.newer("driver", row.driver);
   fields("method", row.method);
   fields.newer("work", row.work);
   fields.newer("threads", row.threads);
@@ -114,6 +115,7 @@ BenchRow bench_row(const Scene& scene, const BenchResult& result) {
       .height = scene.extent().height,
       .backend = result.backend,
       .device = result.device.name,
+      .driver = result.device.driver,
       .method = bench_method_name(scene, result),
       .work = result.work,
       .effort = scene.schedule.iterations,

@@ -26,7 +26,8 @@ struct BenchRow {
   std::int64_t height = 0;
   std::string backend;
   std::string device;
-  std::string method; ///< "icm"; "icm-active" where sites that cannot change were left out
+  std::string driver{}; ///< with its version; empty in files of before
+  std::string method;   ///< "icm"; "icm-active" where sites that cannot change were left out
   Work work = Work::dense;
   std::optional<int> threads{}; ///< of the CPU
   std::optional<int> effort{};  ///< Schedule::iterations

@@ -57,7 +57,6 @@ struct ImplementationRow {
   std::string repeat{};        ///< a command line for a shell
 };
 void list_fields(Fields& fields, ImplementationRow& row);
-void require_consistent(const ImplementationRow& row);
 
 struct ImplementationOptions {
   std::filesystem::path program;       ///< hdmbench itself

@@ -27,7 +27,5 @@ struct InstructionsRow {
 };
 
 void list_fields(Fields& fields, InstructionsRow& row);
-/// Throws Contradiction where a shader both fits and is refused, or neither, or fits beyond the limit.
-void require_consistent(const InstructionsRow& row);
 
 } // namespace hdmbench

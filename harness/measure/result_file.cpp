@@ -83,7 +83,7 @@ ResultFile read_results(const std::filesystem::path& file) {
 }
 
 void require_results_writable(const std::filesystem::path& file) {
-  if (!file.empty()) {
+  if (!file.empty() && file != results_to_standard_output) {
     require_writable(file);
   }
 }
@@ -99,7 +99,7 @@ void write_results(const std::filesystem::path& file, std::string_view command, 
                                         {"results", std::move(results)}};
   std::string text;
   append_json(text, document, 0);
-  write_text(file, text + "\n");
+  write_text(file == results_to_standard_output ? "/dev/stdout" : file, text + "\n");
 }
 
 } // namespace hdmbench

@@ -37,6 +37,9 @@ struct ResultFile {
 /// Throws InputError where the file cannot be read, is not JSON or not a result file.
 [[nodiscard]] ResultFile read_results(const std::filesystem::path& file);
 
+/// The name of a result file that means standard output.
+inline constexpr std::string_view results_to_standard_output = "-";
+
 /// Before long work: throws InputError unless write_results can write to `file`.
 void require_results_writable(const std::filesystem::path& file);
 

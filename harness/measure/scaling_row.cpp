@@ -1,21 +1,18 @@
 #include "harness/measure/scaling_row.hpp"
 
 #include "harness/scene/row_fields.hpp"
-#include "harness/scene/scene.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 
 namespace hdmbench {
 
 void list_fields(Fields& fields, ScalingRow& row) {
-  static constexpr std::array<std::string_view, 2> kinds{"strong", "weak"};
   fields("scene", row.scene);
-  fields.newer("energy", OneOf{row.energy, energy_names});
-  fields("scaling", OneOf{row.scaling, kinds});
+  fields("energy", row.energy);
+  fields("scaling", row.scaling);
   fields("backend", row.backend);
   fields("ranks", row.ranks);
   fields("width", row.width);
@@ -24,12 +21,7 @@ void list_fields(Fields& fields, ScalingRow& row) {
   fields("modelled_seconds", row.modelled_seconds);
   fields("messages", row.messages);
   fields("bytes", row.bytes);
-  fields.newer("message_seconds", row.message_seconds);
-}
-
-void require_consistent(const ScalingRow& row) {
-  refuse_if(row.seconds.empty() && !row.modelled_seconds, "modelled_seconds",
-            "of a row without \"seconds\" must be a number");
+  fields("message_seconds", row.message_seconds);
 }
 
 double model_error(const ScalingRow& row) {

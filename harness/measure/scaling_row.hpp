@@ -28,9 +28,6 @@ struct ScalingRow {
 
 void list_fields(Fields& fields, ScalingRow& row);
 
-/// Throws Contradiction where it is neither measured nor modelled.
-void require_consistent(const ScalingRow& row);
-
 /// By how much the model is off, as a share of the fastest sample: 0.1 is 10 % too long. The rates it takes
 /// are the best that were measured, too. The row has samples, and was modelled.
 [[nodiscard]] double model_error(const ScalingRow& row);

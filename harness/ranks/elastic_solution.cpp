@@ -6,9 +6,11 @@
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/input_error.hpp"
+#include "kernels/data/modulus_range.hpp"
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <utility>
 
 namespace hdmbench {
@@ -22,12 +24,8 @@ public:
     for (int y = owned.top; y < owned.top + owned.height; ++y) {
       for (int x = owned.left; x < owned.left + owned.width; ++x) {
         const std::size_t at = part.extent.index(x - loaded.left, y - loaded.top);
-        if (part.confidence.x[at] > 0.0F) {
-          rows_.add(y);
-        }
-        if (part.confidence.y[at] > 0.0F) {
-          columns_.add(x);
-        }
+        rows_.add(y, part.confidence.x[at]);
+        columns_.add(x, part.confidence.y[at]);
         softest_ = std::min(softest_, static_cast<double>(part.modulus.values[at]));
         stiffest_ = std::max(stiffest_, static_cast<double>(part.modulus.values[at]));
         sprung_ = sprung_ || is_spring(part.confidence.x[at]) || is_spring(part.confidence.y[at]);
@@ -37,19 +35,21 @@ public:
 
   /// Collective. Throws InputError.
   void require_held(Extent image, Ranks& ranks) const {
-    Hold hold;
-    for (const double row : rows_.of_all(ranks)) {
-      hold.know_x(static_cast<int>(row));
-    }
-    for (const double column : columns_.of_all(ranks)) {
-      hold.know_y(static_cast<int>(column));
-    }
-    hdmbench::require_held(image, hold);
-    if (-ranks.largest(-softest_) < static_cast<double>(void_share) * ranks.largest(stiffest_)) {
+    hdmbench::require_held(image, hold_of(&Known::by_any, ranks));
+    const ModulusRange moduli = range(ranks);
+    if (moduli.softest < static_cast<double>(void_share) * moduli.stiffest) {
       throw InputError(
           "there is void in the tissue (pixels with next to no modulus), which may cut off a part "
           "that no condition holds: that is judged on one rank only; leave out mpirun");
     }
+  }
+  /// Collective: of the moduli of all ranks.
+  [[nodiscard]] ModulusRange range(Ranks& ranks) const {
+    return {.softest = -ranks.largest(-softest_), .stiffest = ranks.largest(stiffest_)};
+  }
+  /// Collective: what prescribed components leave to the image.
+  [[nodiscard]] std::vector<RigidMotion> motions(Extent image, Ranks& ranks) const {
+    return hold_of(&Known::for_good, ranks).motions(image);
   }
   /// Collective.
   [[nodiscard]] bool sprung(Ranks& ranks) const { return ranks.largest(sprung_ ? 1.0 : 0.0) > 0.0; }
@@ -72,8 +72,34 @@ private:
     }
   };
 
-  Between rows_;    ///< with a known x
-  Between columns_; ///< with a known y
+  /// Rows or columns with a condition.
+  struct Known {
+    Between by_any;
+    Between for_good; ///< prescribed
+
+    void add(int number, float confidence) {
+      if (confidence > 0.0F) {
+        by_any.add(number);
+      }
+      if (confidence >= 1.0F) {
+        for_good.add(number);
+      }
+    }
+  };
+
+  [[nodiscard]] Hold hold_of(Between Known::*which, Ranks& ranks) const {
+    Hold hold;
+    for (const double row : (rows_.*which).of_all(ranks)) {
+      hold.know_x(static_cast<int>(row));
+    }
+    for (const double column : (columns_.*which).of_all(ranks)) {
+      hold.know_y(static_cast<int>(column));
+    }
+    return hold;
+  }
+
+  Known rows_;    ///< with an x
+  Known columns_; ///< with a y
   double softest_ = std::numeric_limits<double>::infinity();
   double stiffest_ = 0.0;
   bool sprung_ = false;
@@ -126,20 +152,45 @@ VectorField extended_conditions_on_ranks(const Level& part, const ElasticShare& 
   return own;
 }
 
+namespace {
+
+/// The moduli and conditions of the sites that a rank owns, of those that it loads.
+Level owned_level(const Level& part, const Rectangle& owned, const Rectangle& loaded) {
+  Level level{.extent = owned.extent(),
+              .target = VectorField(owned.extent()),
+              .confidence = VectorField(owned.extent()),
+              .modulus = ScalarField(owned.extent())};
+  copy(owned, part.target, loaded, level.target, owned);
+  copy(owned, part.confidence, loaded, level.confidence, owned);
+  copy(owned, part.modulus.values, loaded, level.modulus.values, owned);
+  return level;
+}
+
+} // namespace
+
 RankedSolution solve_elastic_on_ranks(const ScenePart& part, RankedElastic& steps, Ranks& ranks,
                                       Progress& progress) {
   const Clock clock;
   const ElasticShare& share = steps.share();
   const auto rank = static_cast<std::size_t>(ranks.rank());
   const Rectangle owned = share.image().owned[rank];
-  const Conditions conditions(part.full, owned, share.image().loaded[rank]);
+  const Rectangle loaded = share.image().loaded[rank];
+  const Conditions conditions(part.full, owned, loaded);
   conditions.require_held(part.scene.extent(), ranks);
   const double largest = ranks.largest(static_cast<double>(largest_component(part.full.target)));
+  std::optional<Level> scaled;
+  if (const int exponent = exponent_to_safe_moduli(conditions.range(ranks)); exponent != 0) {
+    scaled = part.full;
+    scale_moduli(*scaled, exponent);
+  }
+  const Level& full = scaled ? *scaled : part.full;
   ElasticSolver solver(
-      steps, [&](Springs springs) { steps.load(part.full, part.scene.poisson, springs); }, share.levels,
-      extended_conditions_on_ranks(part.full, share, ranks), conditions.sprung(ranks));
+      steps, [&](Springs springs) { steps.load(full, part.scene.poisson, springs); }, share.levels,
+      extended_conditions_on_ranks(full, share, ranks), conditions.sprung(ranks));
   follow(elastic_method(part.scene.schedule, largest), solver,
          static_cast<double>(part.scene.extent().sites()), progress);
+  solver.settle(owned_level(full, owned, loaded), owned.left, owned.top,
+                conditions.motions(part.scene.extent(), ranks));
 
   RankedSolution solution{.owned = owned, .displacement = solver.displacement(), .levels = {}};
   for (const LevelResult& work : solver.work()) {

@@ -5,11 +5,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 
 namespace hdmbench {
 
@@ -30,10 +30,26 @@ int launched_together() {
   return size != nullptr ? std::atoi(size) : 0;
 }
 
-void watch_over_rank(int status) {
+void watch_over_rank(char** argv, int status) {
+  if (launched_together() <= 1) {
+    return;
+  }
+  // OpenBLAS starts threads before main(). Where memory is short, one of them asks for it for ever, and
+  // fork() waits for it.
+  if (std::getenv("OPENBLAS_NUM_THREADS") == nullptr) {
+    setenv("OPENBLAS_NUM_THREADS", "1", 1);
+    execv("/proc/self/exe", argv); // returns only where that cannot be started: then it goes on as it is
+  }
+  const pid_t launcher = getppid();
   const pid_t parent = getpid();
-  const pid_t child = launched_together() > 1 ? fork() : 0;
+  sigset_t child_ended;
+  sigset_t before;
+  sigemptyset(&child_ended);
+  sigaddset(&child_ended, SIGCHLD);
+  sigprocmask(SIG_BLOCK, &child_ended, &before); // until sigtimedwait()
+  const pid_t child = fork();
   if (child == 0 || child == -1) { // without a child it is not watched over
+    sigprocmask(SIG_SETMASK, &before, nullptr);
     if (getpid() != parent) {
       prctl(PR_SET_PDEATHSIG, SIGKILL);
       if (getppid() != parent) { // it ended before
@@ -43,7 +59,12 @@ void watch_over_rank(int status) {
     return;
   }
   int ended = 0;
-  while (waitpid(child, &ended, 0) == -1 && errno == EINTR) {
+  while (waitpid(child, &ended, WNOHANG) != child) {
+    const timespec second{.tv_sec = 1, .tv_nsec = 0};
+    sigtimedwait(&child_ended, nullptr, &second);
+    if (getppid() != launcher) {
+      std::_Exit(status); // and the child is killed
+    }
   }
   if (WIFSIGNALED(ended)) {
     const char* const rank = variable("OMPI_COMM_WORLD_RANK", "PMI_RANK", "SLURM_PROCID");

@@ -88,6 +88,7 @@ public:
     require(MPI_Comm_set_errhandler(MPI_COMM_WORLD, MPI_ERRORS_RETURN), "MPI_Comm_set_errhandler");
     MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
     MPI_Comm_size(MPI_COMM_WORLD, &size_);
+    require_that_all_answer();
     MPI_Comm machine = MPI_COMM_NULL;
     require(MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, rank_, MPI_INFO_NULL, &machine),
             "MPI_Comm_split_type");
@@ -186,17 +187,36 @@ public:
   }
 
 private:
-  /// MPI's own waiting keeps the processor busy.
+  /// MPI's own waiting keeps the processor busy. Returns false where that took longer than `seconds`.
   template <typename Begin>
-  static void wait_patiently(const Begin& begin) {
+  static bool wait_patiently(const Begin& begin, double seconds = std::numeric_limits<double>::infinity()) {
+    const auto began = std::chrono::steady_clock::now();
     MPI_Request request = MPI_REQUEST_NULL;
-    require(begin(&request), "MPI_Ibcast");
+    require(begin(&request), "MPI_Ibcast or MPI_Ibarrier");
     int done = 0;
     for (int tries = 0; done == 0; ++tries) {
       require(MPI_Test(&request, &done, MPI_STATUS_IGNORE), "MPI_Test");
       if (tries > 100) {
         std::this_thread::sleep_for(std::chrono::microseconds(100));
       }
+      if (std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count() > seconds) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  /// MPI_Init is over on all ranks. One that had no memory for messages within its machine then listens
+  /// elsewhere, and what the others send it is lost.
+  void require_that_all_answer() const {
+    constexpr double seconds = 10.0;
+    if (!wait_patiently([](MPI_Request* request) { return MPI_Ibarrier(MPI_COMM_WORLD, request); },
+                        seconds)) {
+      give_way();
+      throw DeviceError(
+          fmt::format("not all ranks answered within {:g} s after MPI had started them; has each "
+                      "enough memory (ulimit -v)?",
+                      seconds));
     }
   }
 

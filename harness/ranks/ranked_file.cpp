@@ -38,7 +38,8 @@ void reserve(const std::filesystem::path& file, std::uint64_t bytes) {
 }
 
 void write_own(const std::filesystem::path& file, const std::string& header, Extent extent,
-               const Rectangle& owned, const VectorField& displacement, double spacing, Ranks& ranks) {
+               const Rectangle& owned, const VectorField& displacement, double spacing,
+               const Placement& placement, Ranks& ranks) {
   const std::unique_ptr<SharedFile> shared = ranks.open(file);
   if (ranks.is_first()) {
     shared->write_at(0, std::as_bytes(std::span(header)));
@@ -50,9 +51,9 @@ void write_own(const std::filesystem::path& file, const std::string& header, Ext
   for (int y = 0; y < owned.height; y += rows_at_once) {
     const auto rows = static_cast<std::size_t>(std::min(rows_at_once, owned.height - y));
     const std::size_t first_in_file = extent.index(owned.left, owned.top + y);
-    shared->write_at(
-        header.size() + displacement_bytes_per_site * first_in_file,
-        bytes_of(displacement_values(displacement, owned.extent().index(0, y), rows * width, spacing)));
+    shared->write_at(header.size() + displacement_bytes_per_site * first_in_file,
+                     bytes_of(displacement_values(displacement, owned.extent().index(0, y), rows * width,
+                                                  spacing, placement)));
   }
   shared->close();
 }
@@ -65,13 +66,14 @@ std::vector<std::byte> packed(const std::string& text) {
 } // namespace
 
 void write_displacement_on_ranks(const std::filesystem::path& file, Extent extent, const Rectangle& owned,
-                                 const VectorField& displacement, double spacing, Ranks& ranks) {
-  const std::string header = displacement_header(extent, spacing);
+                                 const VectorField& displacement, double spacing, const Placement& placement,
+                                 Ranks& ranks) {
+  const std::string header = displacement_header(extent, spacing, placement);
   // What a rank met, to the first one; that throws where one met something.
   const auto write_part = [&](const std::filesystem::path& partial) {
     std::string error;
     try {
-      write_own(partial, header, extent, owned, displacement, spacing, ranks);
+      write_own(partial, header, extent, owned, displacement, spacing, placement, ranks);
     } catch (const std::exception& met) {
       error = met.what();
     }

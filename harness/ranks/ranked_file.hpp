@@ -2,6 +2,7 @@
 
 #include "backends/shared/cut.hpp"
 #include "harness/ranks/message_passing.hpp"
+#include "harness/scene/placement.hpp"
 
 #include <filesystem>
 
@@ -12,6 +13,7 @@ namespace hdmbench {
 /// left where a rank cannot. Throws InputError on the first rank, in the words of the rank that could not;
 /// the others wait for it.
 void write_displacement_on_ranks(const std::filesystem::path& file, Extent extent, const Rectangle& owned,
-                                 const VectorField& displacement, double spacing, Ranks& ranks);
+                                 const VectorField& displacement, double spacing, const Placement& placement,
+                                 Ranks& ranks);
 
 } // namespace hdmbench

@@ -1,13 +1,7 @@
 #include "harness/report/html.hpp"
 
-#include "harness/scene/file_input.hpp"
-#include "kernels/data/input_error.hpp"
-
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cctype>
-#include <cmath>
+#include <cstdint>
 
 namespace hdmbench::report {
 
@@ -44,88 +38,6 @@ std::string escape(std::string_view text) {
     }
   }
   return result;
-}
-
-std::string seconds_text(double seconds) {
-  if (!std::isfinite(seconds) || seconds <= 0.0) {
-    return fmt::format("{}", seconds);
-  }
-  const int magnitude = static_cast<int>(std::floor(std::log10(seconds)));
-  return fmt::format("{:.{}f}", seconds, std::clamp(2 - magnitude, 0, 9));
-}
-
-std::string speed_up_text(double speed_up) {
-  return fmt::format("{:.{}f}×", speed_up, speed_up < 10.0 ? 2 : speed_up < 100.0 ? 1 : 0);
-}
-
-std::string count_text(std::int64_t count) {
-  std::string digits = fmt::format("{}", count);
-  for (std::ptrdiff_t position = std::ssize(digits) - 3; position > (count < 0 ? 1 : 0); position -= 3) {
-    digits.insert(static_cast<std::size_t>(position), "\u202F");
-  }
-  return digits;
-}
-
-std::string size_text(std::int64_t width, std::int64_t height) {
-  return fmt::format("{}\u00A0×\u00A0{}", width, height);
-}
-
-std::string plural(std::int64_t count, std::string_view noun) {
-  return fmt::format("{} {}{}", count_text(count), noun, count == 1 ? "" : "s");
-}
-
-std::string Anchors::unique(std::string_view text) {
-  std::string id;
-  for (const char letter : text) {
-    const auto byte = static_cast<unsigned char>(letter);
-    if (byte < 0x80 && std::isalnum(byte) != 0) {
-      id += static_cast<char>(std::tolower(byte));
-    } else if (!id.empty() && id.back() != '-') {
-      id += '-';
-    }
-  }
-  // A number is set off by a dot, which cannot come from `text`.
-  const int number = ++given_[id];
-  return number == 1 && !id.empty() ? id : fmt::format("{}.{}", id, number);
-}
-
-std::string heading(int level, std::string_view id, std::string_view title) {
-  return fmt::format("<h{0} id=\"{1}\">{2}<a class=\"anchor\" href=\"#{1}\" aria-label=\"Link to this "
-                     "section\">#</a></h{0}>\n",
-                     level, escape(id), escape(title));
-}
-
-std::string folded(std::string_view summary, std::string_view content, bool open) {
-  return content.empty() ? ""
-                         : fmt::format("<details{}><summary>{}</summary>\n{}</details>\n",
-                                       open ? " open" : "", summary, content);
-}
-
-std::string table_start(std::string_view css_class, const std::vector<std::string_view>& headings) {
-  std::string html = fmt::format("<div class=\"scroll\"><table class=\"{}\">\n<thead><tr>", css_class);
-  for (const std::string_view text : headings) {
-    const bool over_numbers = text.starts_with('>');
-    html += fmt::format("<th scope=\"col\"{}>{}</th>", over_numbers ? " class=\"number\"" : "",
-                        text.substr(over_numbers ? 1 : 0));
-  }
-  return html + "</tr></thead>\n<tbody>\n";
-}
-
-EmbeddedPng embed_png(const std::filesystem::path& file) {
-  const std::string bytes = read_file(file);
-  // 8 bytes signature, 8 bytes chunk head ending in "IHDR", then width and height, big endian.
-  if (bytes.size() < 24 || bytes.compare(0, 8, "\x89PNG\r\n\x1A\n") != 0 ||
-      bytes.compare(12, 4, "IHDR") != 0) {
-    throw InputError(fmt::format("{}: is not a PNG picture", file.string()));
-  }
-  const auto number = [&](std::size_t start) {
-    std::uint32_t value = 0;
-    for (std::size_t i = start; i < start + 4; ++i) {
-      value = value << 8U | static_cast<unsigned char>(bytes[i]);
-    }
-    return value;
-  };
-  return {"data:image/png;base64," + base64(bytes), number(16), number(20)};
 }
 
 std::string base64(std::string_view bytes) {

@@ -1,103 +1,338 @@
 #include "harness/report/report.hpp"
 
-#include "harness/report/portability.hpp"
+#include "harness/report/html.hpp"
 #include "harness/report/results.hpp"
-#include "harness/report/sections.hpp"
+#include "harness/report/verdict.hpp"
+#include "harness/scene/file_input.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/joined.hpp"
+#include "harness/scene/row_fields.hpp"
+#include "kernels/data/input_error.hpp"
+#include "reference/published.hpp"
+#include "report_assets/chart_script.hpp"
+#include "report_assets/elements_script.hpp"
+#include "report_assets/folded_script.hpp"
 #include "report_assets/page_style.hpp"
-#include "report_assets/tradeoff_script.hpp"
+#include "report_assets/report_script.hpp"
+#include "report_assets/report_text.hpp"
+#include "report_assets/sections_script.hpp"
 
 #include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <map>
+#include <optional>
+#include <set>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 namespace hdmbench {
 
 namespace {
 
-/// Of tradeoff.js, as a Content-Security-Policy has it: base64 of the bytes that CMake gives in hexadecimal.
-std::string script_digest() {
-  const std::string_view digits = HDMBENCH_TRADEOFF_SCRIPT_SHA256;
+using nlohmann::json;
+using report::number_of;
+using report::text_of;
+using Path = std::filesystem::path;
+
+/// A list of more numbers is for programs, not for a page.
+constexpr std::size_t longest_list = 100;
+
+bool stays_out(const json& value) {
+  return value.is_array() && !value.empty() &&
+         (value.front().is_array() || (value.size() > longest_list && !value.front().is_object()));
+}
+
+/// What the page carries: numbers with seven digits; objects of a list as {"keys", "rows"}, so that a key
+/// stands there once. As deep as a result file, which read_results limits.
+// NOLINTNEXTLINE(misc-no-recursion)
+json packed(const json& value) {
+  if (value.is_number_float()) {
+    return std::strtod(fmt::format("{:.7g}", value.get<double>()).c_str(), nullptr);
+  }
+  if (value.is_object()) {
+    json object = json::object();
+    for (const auto& [key, item] : value.items()) {
+      if (!stays_out(item)) {
+        object[key] = packed(item);
+      }
+    }
+    return object;
+  }
+  if (!value.is_array()) {
+    return value;
+  }
+  json list = json::array();
+  std::ranges::transform(value, std::back_inserter(list), packed);
+  if (list.size() < 2 || !std::ranges::all_of(list, &json::is_object)) {
+    return list;
+  }
+  std::set<std::string> keys;
+  for (const json& object : list) {
+    for (const auto& [key, item] : object.items()) {
+      keys.insert(key);
+    }
+  }
+  json rows = json::array();
+  for (const json& object : list) {
+    json row = json::array();
+    for (const std::string& key : keys) {
+      row.push_back(object.value(key, json()));
+    }
+    rows.push_back(std::move(row));
+  }
+  return {{"keys", keys}, {"rows", std::move(rows)}};
+}
+
+/// The pictures of a page by folder and name, as data URIs.
+class Pictures {
+public:
+  /// Takes each picture that `value` names: a text that ends in .png or .jpg. Components of a difference and
+  /// Jacobians are not shown.
+  // NOLINTNEXTLINE(misc-no-recursion)
+  void add_named(const json& value, const Path& folder, const std::string& prefix) {
+    static const std::set<std::string> not_shown{"x", "y", "jacobian"};
+    if (value.is_string()) {
+      named_.push_back(prefix + value.get<std::string>());
+      add(folder, value.get<std::string>(), prefix);
+    }
+    if (value.is_structured()) {
+      for (const auto& [key, item] : value.items()) {
+        if (not_shown.contains(key) && item.is_string()) {
+          left_out_.insert(prefix + item.get<std::string>());
+        } else {
+          add_named(item, folder, prefix);
+        }
+      }
+    }
+  }
+  /// Takes what else lies in the folder.
+  void add_loose(const Path& folder, const std::string& prefix) {
+    std::set<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      names.insert(entry.path().filename().string());
+    }
+    for (const std::string& name : names) {
+      add(folder, name, prefix);
+    }
+  }
+  [[nodiscard]] const std::map<std::string, std::string>& uris() const { return uris_; }
+  /// Those that results name.
+  [[nodiscard]] json named() const {
+    json names = json::array();
+    for (const auto& [name, uri] : uris_) {
+      if (std::ranges::find(named_, name) != named_.end()) {
+        names.push_back(name);
+      }
+    }
+    return names;
+  }
+
+private:
+  void add(const Path& folder, const std::string& name, const std::string& prefix) {
+    constexpr std::size_t most = 1'500'000; // characters of all, half of what a page may have
+    const std::string extension = Path(name).extension().string();
+    std::error_code ignored;
+    if ((extension != ".png" && extension != ".jpg") || left_out_.contains(prefix + name) ||
+        uris_.contains(prefix + name) || !std::filesystem::is_regular_file(folder / name, ignored)) {
+      return;
+    }
+    const std::string bytes = read_file(folder / name);
+    const bool is_png = bytes.starts_with("\x89PNG\r\n\x1A\n");
+    if ((!is_png && !bytes.starts_with("\xFF\xD8\xFF")) || size_ + bytes.size() * 4 / 3 > most) {
+      return;
+    }
+    size_ += bytes.size() * 4 / 3;
+    uris_[prefix + name] =
+        fmt::format("data:image/{};base64,{}", is_png ? "png" : "jpeg", report::base64(bytes));
+  }
+
+  std::map<std::string, std::string> uris_;
+  std::set<std::string> left_out_;
+  std::vector<std::string> named_;
+  std::size_t size_ = 0;
+};
+
+json published() {
+  json timings = json::array();
+  for (const PublishedTiming& row : published_timings()) {
+    timings.push_back({{"table", row.table},
+                       {"scene", row.scene},
+                       {"size", row.size},
+                       {"gpu_seconds", row.gpu_seconds},
+                       {"cpu_seconds", row.cpu_seconds},
+                       {"speed_up", row.speed_up}});
+  }
+  const auto or_null = [](const auto& value) { return value ? json(*value) : json(); };
+  json accuracy = json::array();
+  for (const PublishedAccuracy& row : published_accuracy()) {
+    accuracy.push_back({{"table", row.table},
+                        {"scene", row.scene},
+                        {"method", row.method},
+                        {"rmsd", or_null(row.rmsd)},
+                        {"mean_energy", or_null(row.mean_energy)},
+                        {"iterations", or_null(row.iterations)},
+                        {"seconds", row.seconds}});
+  }
+  return {{"timings", timings}, {"accuracy", accuracy}};
+}
+
+json machine_json(const report::Results& results, const std::string& machine) {
+  const report::Verdict verdict = report::verdict_of(results, machine);
+  json notes = json::array();
+  for (const report::Finding& note : verdict.notes) {
+    notes.push_back({{"state", name_of(note.state)}, {"text", note.sentence}});
+  }
+  json numbers = json::array();
+  for (const report::Figure& figure : verdict.figures) {
+    numbers.push_back({{"state", name_of(figure.state)}, {"value", figure.value}, {"text", figure.text}});
+  }
+  return {{"name", machine},
+          {"state", name_of(verdict.state)},
+          {"sentence", verdict.sentence},
+          {"notes", notes},
+          {"numbers", numbers}};
+}
+
+json page_data(const report::Results& results) {
+  json files = json::array();
+  Pictures pictures;
+  std::map<Path, std::string> folders;
+  for (const report::Source& source : results) {
+    const Path folder = source.file.parent_path();
+    const std::string prefix = folders.try_emplace(folder, fmt::format("{}/", folders.size())).first->second;
+    pictures.add_named(source.results, folder, prefix);
+    files.push_back({{"file", source.file.filename().string()},
+                     {"folder", prefix},
+                     {"command", source.command},
+                     {"context", to_json_row<Context>(source.context)},
+                     {"replaced", source.replaced},
+                     {"results", packed(source.results)}});
+  }
+  for (const auto& [folder, prefix] : folders) {
+    pictures.add_loose(folder.empty() ? Path(".") : folder, prefix);
+  }
+  json machines = json::array();
+  for (const std::string& machine : machines_of(results)) {
+    machines.push_back(machine_json(results, machine));
+  }
+  return {{"files", files},
+          {"machines", machines},
+          {"pictures", pictures.uris()},
+          {"named", pictures.named()},
+          {"published", published()}};
+}
+
+/// For a script element, which a "<" inside a text could end.
+std::string script_text(const json& data) {
+  std::string text;
+  for (const char letter : data.dump(-1, ' ', false, json::error_handler_t::replace)) {
+    text += letter == '<' ? std::string("\\u003c") : std::string(1, letter);
+  }
+  return text;
+}
+
+/// 'sha256-...' of the scripts, as a Content-Security-Policy has it: base64 of the bytes that CMake gives in
+/// hexadecimal.
+std::string script_policy() {
+  std::string policy;
   std::string bytes;
+  const std::string_view digits = HDMBENCH_SCRIPT_DIGESTS; // 64 digits and a hyphen for each
   for (std::size_t i = 0; i + 1 < digits.size(); i += 2) {
     bytes += static_cast<char>(std::stoi(std::string(digits.substr(i, 2)), nullptr, 16));
+    if (bytes.size() == 32) {
+      policy += fmt::format("'sha256-{}' ", report::base64(bytes));
+      bytes.clear();
+      ++i;
+    }
   }
-  return report::base64(bytes);
+  return policy;
+}
+
+/// `text` with a value in place of each @NAME@.
+std::string filled(std::string_view text, const std::map<std::string_view, std::string>& values) {
+  std::string result;
+  while (!text.empty()) {
+    const std::size_t begin = std::min(text.find('@'), text.size());
+    const std::size_t end = text.find('@', std::min(begin + 1, text.size()));
+    result += text.substr(0, begin);
+    if (end == std::string_view::npos) {
+      break;
+    }
+    result += values.at(text.substr(begin + 1, end - begin - 1));
+    text.remove_prefix(end + 1);
+  }
+  return result + std::string(text.find('@') == std::string_view::npos ? text : "");
 }
 
 std::string page_html(const report::Results& results) {
-  const std::string title = report::escape(fmt::format("hdmbench on {}", joined(results.machines, " and ")));
-  // The policy forbids the page to load anything, and to run anything but our script: no text that a result
-  // file smuggles in can.
-  const std::string script_policy =
-      results.tradeoff.empty() ? "" : fmt::format("; script-src 'sha256-{}'", script_digest());
-  std::string html = fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<meta name=\"color-scheme\" content=\"light dark\">\n"
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; "
-      "img-src data:{2}\">\n"
-      "<title>{0}</title>\n<style>\n{1}</style>\n</head>\n<body>\n<main>\n<header>\n"
-      "<p class=\"overline\">Image deformation by energy minimisation on CPUs and GPUs: same bits, speed, "
-      "accuracy</p>\n<h1>{0}</h1>\n",
-      title, sources::page_style, script_policy);
-  report::Anchors anchors;
-  html += report::summary_section(results);
-  html +=
-      R"(<nav aria-label="Sections"><a href="#tradeoff">Speed and accuracy</a>
-<a href="#pictures">Displacement fields</a>
-<a href="#registration">Registration</a>
-<a href="#speed">Speed</a>
-<a href="#ranks">Several ranks</a>
-<a href="#portability">Machines side by side</a>
-<a href="#agreement">Agreement</a>
-<a href="#implementations">What runs where</a>
-<a href="#arithmetic">Arithmetic of the devices</a>
-<a href="#accuracy">Accuracy</a>
-<a href="#continuum">Pixels and continuum</a>
-<a href="#failures">Failure atlas</a>
-<a href="#golden">Golden hashes</a>
-<a href="#faults">Planted faults</a>
-<a href="#failing-calls">Failing driver calls</a>
-<a href="#before-and-after">Before and after</a>
-<a href="#instructions">Instruction counts</a>
-<a href="#support">Backends and devices</a>
-<a href="#reading">How to read</a>
-<a href="#reproduce">Reproduce</a></nav>
-</header>
-)";
-  html += report::tradeoff_section(results, anchors);
-  html += report::pictures_section(results, anchors);
-  html += report::registration_section(results, anchors);
-  html += report::speed_section(results, anchors);
-  html += report::scaling_section(results, anchors);
-  html += report::portability_section(results, anchors);
-  html += report::agreement_section(results, anchors);
-  html += report::implementations_section(results, anchors);
-  html += report::probe_section(results, anchors);
-  html += report::accuracy_section(results, anchors);
-  html += report::continuum_section(results, anchors);
-  html += report::atlas_section(results, anchors);
-  html += report::golden_section(results, anchors);
-  html += report::faults_section(results, anchors);
-  html += report::failing_calls_section(results, anchors);
-  html += report::compare_section(results, anchors);
-  html += report::instructions_section(results, anchors);
-  html += report::support_section(results, anchors);
-  html += report::reading_section(results, anchors);
-  const std::string script =
-      results.tradeoff.empty() ? "" : fmt::format("<script>{}</script>\n", sources::tradeoff_script);
-  return html + "</main>\n" + script + "</body>\n</html>\n";
+  std::string scripts;
+  for (const std::string_view script :
+       {sources::elements_script, sources::chart_script, sources::sections_script, sources::folded_script,
+        sources::report_script}) {
+    scripts += fmt::format("<script>{}</script>\n", script);
+  }
+  return filled(sources::report_text,
+                {{"POLICY", script_policy()},
+                 {"TITLE", report::escape("hdmbench on " + joined(machines_of(results), " and "))},
+                 {"STYLE", std::string(sources::page_style)},
+                 {"DATA", script_text(page_data(results))},
+                 {"SCRIPTS", scripts}});
+}
+
+std::string csv_word(std::string word) {
+  for (std::size_t at = word.find('"'); at != std::string::npos; at = word.find('"', at + 2)) {
+    word.insert(at, 1, '"');
+  }
+  return '"' + word + '"';
 }
 
 } // namespace
 
-void write_report(std::span<const std::filesystem::path> results, const std::filesystem::path& page) {
+void write_report(std::span<const Path> results, const Path& page) {
   require_writable(page);
   write_text(page, page_html(report::load_results(results)));
 }
 
-void write_p3_csv(std::span<const std::filesystem::path> results, const std::filesystem::path& file) {
-  write_text(file, report::p3_csv(report::portability(report::load_results(results))));
+void write_p3_csv(std::span<const Path> files, const Path& file) {
+  const report::Results results = report::load_results(files);
+  std::set<std::pair<std::string, std::string>> processors; // machine and device: the CPU in disguise
+  for (const report::Source& source : results) {
+    for (const json& row : source.results) {
+      if (source.command == "devices" && report::flag_of(row, "software").value_or(false)) {
+        processors.insert({source.context.machine, text_of(row, "device")});
+      }
+    }
+  }
+  std::map<std::tuple<std::string, std::string, std::string>, std::optional<double>> fastest;
+  for (const report::Source& source : results) {
+    if (source.command != "bench") {
+      continue;
+    }
+    for (const json& row : source.results) {
+      const std::string device = text_of(row, "device");
+      const bool is_processor = device.empty() || device == source.context.cpu ||
+                                processors.contains({source.context.machine, device});
+      const std::string problem =
+          fmt::format("{}, {}, {}", text_of(row, "scene"), report::size_of(row), text_of(row, "method"));
+      const std::string platform =
+          is_processor ? source.context.machine : fmt::format("{} ({})", device, source.context.machine);
+      auto& best = fastest[std::tuple(problem, platform, text_of(row, "backend"))];
+      const auto seconds = number_of(row, "seconds_median");
+      if (seconds && report::flag_of(row, "valid").value_or(true) && (!best || *seconds < *best)) {
+        best = seconds;
+      }
+    }
+  }
+  std::string text = "problem,platform,application,fom\n";
+  for (const auto& [names, seconds] : fastest) {
+    const auto& [problem, platform, application] = names;
+    text += fmt::format("{},{},{},{}\n", csv_word(problem), csv_word(platform), csv_word(application),
+                        seconds ? fmt::format("{:.9g}", *seconds) : "");
+  }
+  write_text(file, text);
 }
 
 } // namespace hdmbench

@@ -1,126 +1,155 @@
-// What a run comes to, for a terminal: the page's verdicts, and of its tables the lines that are asked for
-// first.
+// What a run comes to on one screen: the numbers below the verdict, and the text for a terminal.
 
-#include "harness/report/accuracy_tables.hpp"
-#include "harness/report/html.hpp"
+#include "harness/report/grouped.hpp"
 #include "harness/report/report.hpp"
+#include "harness/report/results.hpp"
 #include "harness/report/table.hpp"
-#include "harness/report/timings.hpp"
 #include "harness/report/verdict.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstddef>
-#include <ranges>
+#include <functional>
+#include <iterator>
+#include <optional>
+#include <set>
+#include <utility>
 
 namespace hdmbench::report {
 
 namespace {
 
-using Align = Table::Align;
+using nlohmann::json;
 
-std::string lines_of(const Summary& summary) {
-  constexpr std::ptrdiff_t most_notes = 5;
-  std::string text = fmt::format("  {}\n", summary.sentence);
-  for (const std::string& note : summary.notes | std::views::take(most_notes)) {
-    text += fmt::format("  {}\n", note);
-  }
-  if (const auto left = std::ssize(summary.notes) - most_notes; left > 0) {
-    text += fmt::format("  {} on the page.\n", plural(left, "more note"));
-  }
-  return text;
+std::int64_t count_if(const Rows& rows, const std::function<bool(const json&)>& belongs) {
+  return std::ranges::count_if(rows, [&](const json* row) { return belongs(*row); });
 }
 
-std::string agreement(const Results& results) {
-  std::string text = "\nAgreement\n" + lines_of(summarise(results));
-  if (const auto golden = summarise_golden(results)) {
-    text += lines_of(*golden);
-  }
-  const auto ran = std::ranges::count_if(
-      results.implementations, [](const ImplementationRow& row) { return row.outcome != Outcome::absent; });
-  if (ran > 0) {
-    const auto passed =
-        std::ranges::count(results.implementations, Outcome::passed, &ImplementationRow::outcome);
-    text += fmt::format("  {} of {} backends on other drivers agree with scalar, too.\n", passed, ran);
-  }
-  const auto tried = std::ranges::count_if(results.faults,
-                                           [](const FaultRow& row) { return row.ran() || !row.as_expected; });
-  if (tried > 0) {
-    const auto missed = std::ranges::count(results.faults, false, &FaultRow::as_expected);
-    text +=
-        fmt::format("  {} of {} planted faults and controls came out as expected.\n", tried - missed, tried);
-  }
-  std::int64_t calls = 0;
-  std::int64_t unclean = 0;
-  for (const FailingCallsRow& row : results.failing_calls) {
-    calls += row.failed;
-    unclean += std::ssize(row.unclean);
-  }
-  if (calls > 0) {
-    text += fmt::format("  {} of {} failing calls of drivers ended clean.\n", calls - unclean, calls);
-  }
-  return text;
+std::string seconds_text(double seconds) {
+  return seconds < 1.0 ? fmt::format("{:.3g} ms", 1e3 * seconds) : fmt::format("{:.3g} s", seconds);
 }
 
-// The first scene that scalar solved, too, at its largest such size.
-std::string speed(const Results& results, const std::string& machine) {
-  for (const SceneTimings& timings : scene_timings(results, machine)) {
-    for (auto size = timings.sizes.rbegin(); size != timings.sizes.rend(); ++size) {
-      Table table({"<backend", "seconds", "over scalar", "million sites/s"});
-      bool beside_scalar = false;
-      for (const SceneTimings::Line& line : timings.lines) {
-        const BenchRow* const row = SceneTimings::find(line, *size);
-        if (row == nullptr || !row->seconds_median) {
-          continue;
-        }
-        beside_scalar = beside_scalar || row->speed_up_over_scalar.has_value();
-        table.add({timings.label_of(line), seconds_text(*row->seconds_median),
-                   !row->counts()              ? "not verified"
-                   : row->speed_up_over_scalar ? speed_up_text(*row->speed_up_over_scalar)
-                                               : "-",
-                   row->msites_per_second ? fmt::format("{:.0f}", *row->msites_per_second) : ""});
-      }
-      if (beside_scalar) {
-        return fmt::format("\nSpeed: {} at {}, a whole solution\n{}", timings.scene,
-                           size_text(size->width, size->height), table.text());
-      }
+Figure comparisons_figure(const Results& results, std::string_view machine) {
+  const Rows rows = rows_of(results, "verify", machine);
+  const auto compared = count_if(rows, was_compared);
+  const auto wrong = count_if(rows, disagrees);
+  const auto agree = compared - count_if(rows, [](const json& row) {
+                       return disagrees(row) || text_of(row, "verdict") == "mistrusted";
+                     });
+  if (compared == 0) {
+    return {State::unsure, "none", "No backend was compared with scalar."};
+  }
+  return {wrong > 0          ? State::bad
+          : agree < compared ? State::unsure
+                             : State::good,
+          fmt::format("{} of {}", grouped(agree), grouped(compared)),
+          "comparisons with scalar, the plain C++ program, agree"};
+}
+
+/// The rows of `square`, which the thesis begins with, or of the first scene, at the largest size that has
+/// speed-ups.
+Rows headline_rows(const Results& results, std::string_view machine) {
+  const Rows rows = rows_of(results, "bench", machine);
+  const json* best = nullptr;
+  const auto rank = [](const json& row) {
+    return std::pair(text_of(row, "scene") == "square", number_of(row, "width"));
+  };
+  for (const json* const row : rows) {
+    if (number_of(*row, "speed_up_over_scalar") && (best == nullptr || rank(*row) > rank(*best))) {
+      best = row;
     }
   }
-  return {};
+  Rows chosen;
+  std::ranges::copy_if(rows, std::back_inserter(chosen), [&](const json* row) {
+    return best != nullptr && text_of(*row, "scene") == text_of(*best, "scene") &&
+           size_of(*row) == size_of(*best);
+  });
+  return chosen;
 }
 
-std::string accuracy(const Results& results, const std::string& machine) {
-  const auto summary = summarise_accuracy(results, machine);
-  if (!summary) {
+/// Of a backend that disagrees nowhere.
+std::optional<Figure> fastest_figure(const Results& results, std::string_view machine) {
+  std::set<std::string> wrong;
+  for (const json* const row : rows_of(results, "verify", machine)) {
+    if (disagrees(*row)) {
+      wrong.insert(text_of(*row, "backend"));
+    }
+  }
+  const json* best = nullptr;
+  for (const json* const row : headline_rows(results, machine)) {
+    const auto speed_up = number_of(*row, "speed_up_over_scalar");
+    if (speed_up && flag_of(*row, "valid") == true && !wrong.contains(text_of(*row, "backend")) &&
+        (best == nullptr || *speed_up > *number_of(*best, "speed_up_over_scalar"))) {
+      best = row;
+    }
+  }
+  if (best == nullptr) {
+    return std::nullopt;
+  }
+  return Figure{State::good, fmt::format("{:.3g} x", *number_of(*best, "speed_up_over_scalar")),
+                fmt::format("as fast as plain C++ on one thread: {} by {} on {}, {}",
+                            text_of(*best, "method"), text_of(*best, "backend"), text_of(*best, "scene"),
+                            size_of(*best))};
+}
+
+/// The fastest that comes within 0.01 px of finite elements, else the nearest: on the brain, or the first
+/// scene.
+std::optional<Figure> nearest_figure(const Results& results, std::string_view machine) {
+  constexpr double near = 0.01;
+  constexpr double far = 0.5; // half a pixel is nothing to be proud of
+  Rows rows = rows_of(results, "tradeoff", machine);
+  std::erase_if(rows, [](const json* row) {
+    return flag_of(*row, "rival").value_or(true) || flag_of(*row, "valid") != true || !own_error(*row) ||
+           !number_of(*row, "seconds_median");
+  });
+  if (rows.empty()) {
+    return std::nullopt;
+  }
+  const json& scene = **std::ranges::min_element(rows, {}, [](const json* row) {
+    return std::pair(text_of(*row, "scene") != "brain", number_of(*row, "width"));
+  });
+  std::erase_if(rows, [&](const json* row) {
+    return text_of(*row, "scene") != text_of(scene, "scene") || size_of(*row) != size_of(scene);
+  });
+  const json& best = **std::ranges::min_element(rows, {}, [&](const json* row) {
+    const double error = *own_error(*row);
+    return std::pair(std::max(error, near), *number_of(*row, "seconds_median"));
+  });
+  const double error = *own_error(best);
+  return Figure{error > far ? State::unsure : State::good, fmt::format("{:.2g} px", error),
+                fmt::format("from finite elements after {}: {} by {} on {}, {}",
+                            seconds_text(*number_of(best, "seconds_median")), text_of(best, "method"),
+                            text_of(best, "backend"), text_of(best, "scene"), size_of(best))};
+}
+
+/// The headline's rows as a table.
+std::string speed_text(const Rows& rows) {
+  if (rows.empty()) {
     return {};
   }
-  Table table({"<RMSD to finite elements [px]", "ICM", "fixed point", "interpolation"});
-  const auto cell = [](const AccuracyRow* row) {
-    return row != nullptr && row->to_fem_nu0.all ? distance_text(*row->to_fem_nu0.all) : std::string("-");
-  };
-  for (const AccuracyScene& scene : accuracy_scenes(results, machine)) {
-    table.add({fmt::format("{}, {}", scene.scene, size_text(scene.width, scene.height)),
-               cell(scene.find("icm")), cell(scene.find("fixed-point")), cell(scene.find("interpolation"))});
+  Table table({"<backend", "<method", "seconds", "over scalar"});
+  for (const json* const row : rows) {
+    const auto seconds = number_of(*row, "seconds_median");
+    const auto speed_up = number_of(*row, "speed_up_over_scalar");
+    table.add({text_of(*row, "backend"), text_of(*row, "method"),
+               seconds ? fmt::format("{:.3g}", *seconds) : text_of(*row, "reason"),
+               speed_up ? fmt::format("{:.3g}", *speed_up) : "not verified"});
   }
-  return "\nAccuracy\n" + lines_of(*summary) + table.text();
-}
-
-// The fastest way to an accuracy beside finite elements.
-std::string tradeoff(const std::vector<EqualAccuracyRow>& rows) {
-  Table table({"<scene", "RMSD at most [px]", "<fastest", "seconds", "finite elements take"});
-  for (const EqualAccuracyRow& row : rows) {
-    if (row.ours) {
-      table.add({fmt::format("{}, {}", row.scene, size_text(row.width, row.height)),
-                 distance_text(row.target), fmt::format("{} on {}", row.ours->method, row.ours->backend),
-                 seconds_text(row.ours->seconds_median),
-                 row.direct ? speed_up_text(row.direct->ratio) : "-"});
-    }
-  }
-  return rows.empty() ? "" : "\nSpeed at equal accuracy\n" + table.text();
+  return fmt::format("\n  {}, {}, a whole solution\n{}", text_of(*rows.front(), "scene"),
+                     size_of(*rows.front()), table.text());
 }
 
 } // namespace
+
+std::vector<Figure> figures_of(const Results& results, std::string_view machine) {
+  std::vector<Figure> figures{comparisons_figure(results, machine)};
+  for (const auto& figure : {fastest_figure(results, machine), nearest_figure(results, machine)}) {
+    if (figure) {
+      figures.push_back(*figure);
+    }
+  }
+  return figures;
+}
 
 } // namespace hdmbench::report
 
@@ -128,15 +157,22 @@ namespace hdmbench {
 
 std::string summary_text(std::span<const std::filesystem::path> files) {
   using namespace report;
+  constexpr std::size_t most_notes = 8;
   const Results results = load_results(files);
   std::string text;
-  for (const std::string& machine : results.machines) {
-    text += fmt::format("{}\n", machine);
-  }
-  text += agreement(results);
-  for (const std::string& machine : results.machines) {
-    text += speed(results, machine) + accuracy(results, machine) +
-            tradeoff(results.of(results.equal_accuracy, machine));
+  for (const std::string& machine : machines_of(results)) {
+    const Verdict verdict = verdict_of(results, machine);
+    text += fmt::format("{}\n  {}\n", machine, verdict.sentence);
+    for (std::size_t i = 0; i < std::min(most_notes, verdict.notes.size()); ++i) {
+      text += fmt::format("  {}\n", verdict.notes[i].sentence);
+    }
+    if (verdict.notes.size() > most_notes) {
+      text += fmt::format("  The page has {} more.\n", verdict.notes.size() - most_notes);
+    }
+    for (const Figure& figure : verdict.figures) {
+      text += fmt::format("  {:>12}  {}\n", figure.value, figure.text);
+    }
+    text += speed_text(headline_rows(results, machine));
   }
   return text;
 }

@@ -2,36 +2,46 @@
 
 #include "harness/report/results.hpp"
 
-#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace hdmbench::report {
 
-/// What the rows of one command come to. Texts are plain, not HTML.
-struct Summary {
-  enum class State {
-    good,   ///< everything that ran holds
-    unsure, ///< nothing ran, or something failed or cannot be trusted
-    bad,    ///< at least one result is wrong
-  };
-  State state = State::unsure;
+enum class State {
+  good,   ///< all that ran holds
+  unsure, ///< something was skipped, failed, cannot be trusted or does not reach what was asked
+  bad,    ///< at least one result is wrong
+};
+/// As page.css has it: "good", "unsure", "bad".
+[[nodiscard]] std::string_view name_of(State state);
+
+/// A sentence about the rows of one command.
+struct Finding {
+  State state = State::good;
   std::string sentence;
-  std::vector<std::string> notes; ///< what the sentence leaves open: skipped, mistrusted, never compared
 };
 
-/// Of the verify rows. `machine` empty: all machines together.
-[[nodiscard]] Summary summarise(const Results& results, const std::string& machine = {});
+/// One of the numbers below the verdict: "366 x", "as fast as ...".
+struct Figure {
+  State state = State::good;
+  std::string value;
+  std::string text;
+};
 
-/// Of the golden rows, none where there are none: bad where a hash differs, unsure where there was nothing
-/// golden to compare with.
-[[nodiscard]] std::optional<Summary> summarise_golden(const Results& results,
-                                                      const std::string& machine = {});
+/// What the results of a machine come to, in plain text.
+struct Verdict {
+  State state = State::unsure;
+  std::string sentence;        ///< the worst that was found
+  std::vector<Finding> notes;  ///< all else, the worst first
+  std::vector<Figure> figures; ///< as figures_of
+};
 
-/// Of the accuracy rows, none where there are none: what failed, else the distances of ICM to FEM. Bad where
-/// float32 leaves the derived bound or a field is not valid; unsure where a row has no result or float32 was
-/// not compared.
-[[nodiscard]] std::optional<Summary> summarise_accuracy(const Results& results,
-                                                        const std::string& machine = {});
+/// Comparisons that agree, the fastest and the nearest to finite elements, as far as they were measured.
+[[nodiscard]] std::vector<Figure> figures_of(const Results& results, std::string_view machine);
+
+/// A row that contradicts itself ("agree" although sites differ) counts as wrong, one without a verdict as
+/// not compared. `machine` empty: all machines together.
+[[nodiscard]] Verdict verdict_of(const Results& results, std::string_view machine);
 
 } // namespace hdmbench::report

@@ -25,7 +25,7 @@ struct Condition {
   float confidence = 1.0F;
 };
 
-Condition read_condition(TomlReader& table) {
+Condition read_condition(TomlReader& table, EnergyModel energy) {
   if (!table.has("where")) {
     table.fail("where", "is missing: left, right, top, bottom, border or outside");
   }
@@ -35,25 +35,27 @@ Condition read_condition(TomlReader& table) {
                       .outward = table.optional_number("outward"),
                       .closing = table.number("closing", 0.0),
                       .confidence = static_cast<float>(table.number("confidence", 1.0))};
+  table.refuse_unless(energy == EnergyModel::elastic, "deviation");
   if (const std::optional<double> deviation = table.optional_number("deviation")) {
     if (table.has("confidence")) {
       table.fail("deviation", "cannot stand beside confidence");
     }
-    if (!(*deviation >= 0.0 && std::isfinite(*deviation))) {
+    if (!(*deviation >= 0.0)) {
       table.fail("deviation", "must be at least 0 (pixels)");
     }
     condition.confidence = confidence_of_deviation(*deviation);
   }
   table.finish();
+  require_possible_displacement(table, "dx", condition.dx.value_or(0.0));
+  require_possible_displacement(table, "dy", condition.dy.value_or(0.0));
+  require_possible_displacement(table, "outward", condition.outward.value_or(0.0));
   if (!(condition.confidence >= 0.0F && condition.confidence <= 1.0F)) {
     table.fail("confidence", "must be within 0 ... 1");
   }
   if (!(condition.closing >= 0.0 && condition.closing < 1.0)) {
     table.fail("closing", "must be at least 0 and below 1 (a fraction of the image)");
   }
-  if (table.has("closing") && condition.where != Where::outside) {
-    table.fail("closing", "belongs to where = \"outside\"");
-  }
+  table.refuse_unless(condition.where == Where::outside, "closing");
   if (!condition.dx && !condition.dy && !condition.outward) {
     table.fail("where", "has no displacement beside it: give dx, dy or outward");
   }
@@ -176,9 +178,9 @@ void apply_outside(TomlReader& scene, const Condition& condition, const LabelFie
 } // namespace
 
 void apply_conditions(TomlReader& scene, const LabelField& labels, Extent extent, const Rectangle& part,
-                      Level& level) {
+                      EnergyModel energy, Level& level) {
   for (TomlReader& table : scene.tables("condition")) {
-    const Condition condition = read_condition(table);
+    const Condition condition = read_condition(table, energy);
     if (condition.where == Where::outside) {
       apply_outside(scene, condition, labels, level);
     } else {

@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <fstream>
 #include <memory>
+#include <optional>
 #include <system_error>
 
 namespace hdmbench {
@@ -50,31 +51,31 @@ fs::path followed(fs::path target) {
   return target;
 }
 
-/// stdout or stderr, where `target` is what one of them goes to: /dev/stdout, and the file that the shell
-/// made of it. Nothing where it is neither.
-std::FILE* standard_stream(const fs::path& target) {
-  for (std::FILE* const stream : {stdout, stderr}) {
+/// The descriptor of standard output or standard error, where `target` is what one of them goes to:
+/// /dev/stdout, and the file that the shell made of it. Nothing where it is neither.
+std::optional<int> standard_stream(const fs::path& target) {
+  for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) {
     struct stat own {};
     struct stat wanted {};
-    if (fstat(fileno(stream), &own) == 0 && stat(target.c_str(), &wanted) == 0 &&
-        own.st_dev == wanted.st_dev && own.st_ino == wanted.st_ino) {
+    if (fstat(stream, &own) == 0 && stat(target.c_str(), &wanted) == 0 && own.st_dev == wanted.st_dev &&
+        own.st_ino == wanted.st_ino) {
       return stream;
     }
   }
-  return nullptr;
+  return std::nullopt;
 }
 
 /// Whether `target` is written to, not replaced.
 bool is_written_to(const fs::path& target) {
   const fs::file_status status = status_of(target);
-  return fs::exists(status) && (!fs::is_regular_file(status) || standard_stream(target) != nullptr);
+  return fs::exists(status) && (!fs::is_regular_file(status) || standard_stream(target));
 }
 
 void copy_to(const fs::path& target, const fs::path& from) {
-  std::FILE* const own = standard_stream(target);
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> opened(
-      own == nullptr ? std::fopen(target.c_str(), "wb") : nullptr, std::fclose);
-  std::FILE* const to = own == nullptr ? opened.get() : own;
+  std::fflush(stdout); // what has been printed comes first
+  const std::optional<int> own = standard_stream(target);
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> to(
+      own ? fdopen(dup(*own), "wb") : std::fopen(target.c_str(), "wb"), std::fclose);
   if (to == nullptr) {
     throw unwritable(target, errno);
   }
@@ -83,11 +84,11 @@ void copy_to(const fs::path& target, const fs::path& from) {
   do {
     content.read(block.data(), block.size());
     const auto length = static_cast<std::size_t>(content.gcount());
-    if (std::fwrite(block.data(), 1, length, to) != length) {
+    if (std::fwrite(block.data(), 1, length, to.get()) != length) {
       throw unwritable(target, errno);
     }
   } while (content);
-  if (std::fflush(to) != 0) {
+  if (std::fflush(to.get()) != 0) {
     throw unwritable(target, errno);
   }
 }
@@ -108,7 +109,7 @@ void require_writable(const fs::path& target) {
   if (fs::is_directory(status)) {
     throw unwritable(target, "is a folder");
   }
-  if (fs::exists(status) && standard_stream(target) == nullptr) {
+  if (fs::exists(status) && !standard_stream(target)) {
     require_permission(target, status);
   }
   if (is_written_to(target)) {
@@ -121,6 +122,31 @@ void require_writable(const fs::path& target) {
   }
   if (access(folder.c_str(), W_OK) != 0) {
     throw unwritable(target, fmt::format("the folder {} cannot be written to", folder.string()));
+  }
+}
+
+void require_no_input(const fs::path& target, std::span<const fs::path> inputs) {
+  for (const fs::path& input : inputs) {
+    std::error_code missing;
+    if (fs::is_regular_file(input, missing) && fs::equivalent(target, input, missing)) {
+      throw unwritable(
+          target, fmt::format("would replace the input {}; give another name or folder", input.string()));
+    }
+  }
+}
+
+void require_folder(const fs::path& folder, std::span<const std::string> files,
+                    std::span<const fs::path> inputs) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) {
+    std::error_code missing;
+    throw unwritable(folder, fs::exists(folder, missing) ? "is a file, not a folder"
+                                                         : "the folder cannot be made: " + error.message());
+  }
+  for (const std::string& file : files) {
+    require_no_input(folder / file, inputs);
+    require_writable(folder / file);
   }
 }
 

@@ -2,6 +2,8 @@
 
 #include <filesystem>
 #include <functional>
+#include <span>
+#include <string>
 #include <string_view>
 
 namespace hdmbench {
@@ -17,6 +19,14 @@ void write_atomically(const std::filesystem::path& target,
 /// Throws InputError unless write_atomically can write to `target`: its folder exists and can be written to,
 /// and `target` is neither a folder nor read-only. A check before long work.
 void require_writable(const std::filesystem::path& target);
+
+/// Throws InputError where `target` is one of the files `inputs`, under whatever name: it would be lost.
+void require_no_input(const std::filesystem::path& target, std::span<const std::filesystem::path> inputs);
+
+/// Makes the folder that `files` go to where it is missing. Throws InputError where it cannot be made, and as
+/// require_writable and require_no_input do for one of the files.
+void require_folder(const std::filesystem::path& folder, std::span<const std::string> files,
+                    std::span<const std::filesystem::path> inputs);
 
 /// write_atomically for a text.
 void write_text(const std::filesystem::path& target, std::string_view text);

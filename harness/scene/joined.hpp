@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <string>
 #include <string_view>
 
@@ -18,6 +20,13 @@ template <typename Texts>
     first = false;
   }
   return result;
+}
+
+/// "1st", "12th", "61st" of a number > 0.
+[[nodiscard]] inline std::string ordinal(int number) {
+  constexpr std::array<const char*, 4> endings{"th", "st", "nd", "rd"};
+  const int last = number / 10 % 10 == 1 ? 0 : number % 10;
+  return std::to_string(number) + endings.at(last < 4 ? static_cast<std::size_t>(last) : 0);
 }
 
 } // namespace hdmbench

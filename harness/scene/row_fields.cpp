@@ -62,12 +62,6 @@ void require_count(const nlohmann::json& found, const JsonPlace& place, std::uin
   }
 }
 
-void require_not_negative(const std::optional<double>& number, const JsonPlace& place) {
-  if (number && !(*number >= 0.0)) {
-    place.fail(fmt::format("is {}, but must not be negative", *number));
-  }
-}
-
 std::size_t require_name(const nlohmann::json& found, const JsonPlace& place,
                          std::span<const std::string_view> names) {
   const auto text = found.get<std::string_view>();
@@ -85,5 +79,11 @@ void require_size(const nlohmann::json& found, const JsonPlace& place, std::size
 }
 
 } // namespace json_value
+
+void list_fields(Fields& fields, Placement& placement) {
+  fields("origin", placement.origin);
+  fields("direction", placement.axes);
+  fields("thickness", placement.thickness);
+}
 
 } // namespace hdmbench

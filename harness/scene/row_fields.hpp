@@ -1,5 +1,7 @@
 #pragma once
 
+#include "harness/scene/placement.hpp"
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -59,20 +61,6 @@ struct JsonPlace {
   [[noreturn]] void fail(std::string_view what) const;
 };
 
-/// A text out of a few.
-struct OneOf {
-  std::string& value;
-  std::span<const std::string_view> allowed;
-};
-
-/// A number that must be 0 or more; an optional without a value is.
-template <typename Number>
-struct NotNegative {
-  Number& value;
-};
-template <typename Number>
-NotNegative(Number&) -> NotNegative<Number>;
-
 /// Numbers that are null in the file where they are not finite, and NaN when read: one, an array or a vector.
 template <typename Numbers>
 struct NullIsNan {
@@ -118,6 +106,9 @@ private:
   JsonPlace place_{};
 };
 
+/// "direction" has the unit vectors along rows, along columns and through slices.
+void list_fields(Fields& fields, Placement& placement);
+
 /// `row` as it stands in a file.
 template <typename Row>
 [[nodiscard]] nlohmann::json to_json_row(Row row) {
@@ -151,7 +142,6 @@ namespace json_value {
 [[noreturn]] void fail_type(const nlohmann::json& found, const JsonPlace& place, const std::string& wanted);
 /// Throws InputError unless it is 0 to `most`.
 void require_count(const nlohmann::json& found, const JsonPlace& place, std::uint64_t most);
-void require_not_negative(const std::optional<double>& number, const JsonPlace& place);
 /// Index of the text among `names`; throws InputError that lists them.
 std::size_t require_name(const nlohmann::json& found, const JsonPlace& place,
                          std::span<const std::string_view> names);
@@ -204,11 +194,8 @@ bool is(const nlohmann::json& found) {
 
 template <typename Value>
 void read(const nlohmann::json& found, const JsonPlace& place, Value& value);
-template <typename Number>
-void read(const nlohmann::json& found, const JsonPlace& place, NotNegative<Number>& value);
 template <typename Numbers>
 void read(const nlohmann::json& found, const JsonPlace& place, NullIsNan<Numbers>& value);
-inline void read(const nlohmann::json& found, const JsonPlace& place, OneOf& value);
 
 template <typename Values>
 void resize_as(const nlohmann::json& found, const JsonPlace& place, Values& values) {
@@ -245,12 +232,6 @@ void read(const nlohmann::json& found, const JsonPlace& place, Value& value) {
   }
 }
 
-template <typename Number>
-void read(const nlohmann::json& found, const JsonPlace& place, NotNegative<Number>& value) {
-  read(found, place, value.value);
-  require_not_negative(value.value, place);
-}
-
 template <typename Numbers>
 void read(const nlohmann::json& found, const JsonPlace& place, NullIsNan<Numbers>& value) {
   if constexpr (List<Numbers>) {
@@ -266,11 +247,6 @@ void read(const nlohmann::json& found, const JsonPlace& place, NullIsNan<Numbers
     read(found, place, number);
     value.value = number.value_or(std::nanf(""));
   }
-}
-
-inline void read(const nlohmann::json& found, const JsonPlace& place, OneOf& value) {
-  read(found, place, value.value);
-  require_name(found, place, value.allowed);
 }
 
 template <typename Value>

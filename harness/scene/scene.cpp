@@ -1,6 +1,5 @@
 #include "harness/scene/scene.hpp"
 
-#include "harness/scene/file_input.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
@@ -11,28 +10,24 @@
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <scene_texts.hpp>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <utility>
 
 namespace hdmbench {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 int coarsest_level(const Scene& scene) {
   return static_cast<int>(pyramid_extents(scene.extent()).size()) - 1;
 }
 
 /// The method with its options, of which it refuses those it does not take.
-void read_method(TomlReader& table, Scene& scene) {
-  MethodOptions options;
+void read_method(TomlReader& table, std::optional<StepSet> steps, Scene& scene) {
+  MethodOptions options{.steps = std::move(steps)};
   if (table.has("iterations")) {
     options.iterations = table.integer("iterations");
   }
@@ -52,20 +47,21 @@ void read_method(TomlReader& table, Scene& scene) {
     use_method(scene, find_method(name, scene.energy));
     set_options(scene, options);
   } catch (const InputError& error) {
-    table.fail(table.has("method") ? "method" : "iterations", error.what());
+    table.fail(table.has("method") ? "method" : "iterations", fmt::format("is wrong: {}", error.what()));
   }
 }
 
-/// scene.full.steps is there already. At another size than the file's own there may be fewer levels: then the
-/// coarsest one stands for a start level beyond it.
-void read_schedule(TomlReader& table, bool at_own_size, Scene& scene) {
+/// At another size than the file's own there may be fewer levels: then the coarsest one stands for a start
+/// level beyond it. `steps`: of the file, none where it has none.
+void read_schedule(TomlReader& table, std::optional<StepSet> steps, bool at_own_size, Scene& scene) {
   Schedule& schedule = scene.schedule;
-  read_method(table, scene);
+  read_method(table, std::move(steps), scene);
   if (scene.energy == EnergyModel::elastic) { // has no other keys
     table.finish();
     return;
   }
   schedule.stop = static_cast<Stop>(table.choice("stop", stop_names, 0));
+  table.refuse_unless(schedule.stop == Stop::energy, "epsilon");
   schedule.epsilon = table.number("epsilon", schedule.epsilon);
   if (table.has("start_level")) {
     const int level = table.integer("start_level");
@@ -79,9 +75,9 @@ void read_schedule(TomlReader& table, bool at_own_size, Scene& scene) {
   table.finish();
 }
 
-StepSet read_steps(TomlReader& scene) {
+std::optional<StepSet> read_steps(TomlReader& scene) {
   if (!scene.has("steps")) {
-    return {};
+    return std::nullopt;
   }
   try {
     return scene.is_text("steps") ? StepSet::parse(scene.text("steps")) : StepSet(scene.numbers("steps"));
@@ -120,12 +116,25 @@ std::optional<Extent> read_size(TomlReader& scene, const SceneOptions& options) 
 
 /// Optional images of target displacement (pixels) and confidence, before the built-in conditions, and of the
 /// displacement to begin with.
-void read_vector_images(TomlReader& image, const Files& file, std::optional<Extent> size, Level& full,
-                        std::optional<VectorField>& start) {
+void read_vector_images(TomlReader& image, const Files& file, std::optional<Extent> size, Scene& scene) {
+  Level& full = scene.full;
+  const bool is_elastic = scene.energy == EnergyModel::elastic;
   const auto read = [&](std::string_view key, VectorField& into) {
     if (image.has(key)) {
-      into = read_vector(file(image.text(key)), {.slice = std::nullopt, .size = size}).pixels;
+      Image<VectorField> found = read_vector(file(image.text(key)), {.size = size});
+      require_filled(image, key, found.padded && key == "deviation",
+                     found.pixels.extent); // 0 would be certain
+      into = std::move(found.pixels);
       require_extent(image, key, into.extent, full.extent);
+    }
+  };
+  image.refuse_unless(is_elastic, "deviation");
+  image.refuse_unless(!is_elastic, "start");
+  const auto require_possible = [&](std::string_view key, const VectorField& displacement) {
+    for (const std::vector<float>* const values : {&displacement.x, &displacement.y}) {
+      for (const float value : *values) {
+        require_possible_displacement(image, key, static_cast<double>(value));
+      }
     }
   };
   if (image.has("target") != (image.has("confidence") || image.has("deviation"))) {
@@ -135,6 +144,7 @@ void read_vector_images(TomlReader& image, const Files& file, std::optional<Exte
     image.fail("deviation", "cannot stand beside confidence");
   }
   read("target", full.target);
+  require_possible("target", full.target);
   read("confidence", full.confidence);
   if (image.has("deviation")) {
     read("deviation", full.confidence);
@@ -148,7 +158,8 @@ void read_vector_images(TomlReader& image, const Files& file, std::optional<Exte
     }
   }
   if (image.has("start")) {
-    read("start", start.emplace());
+    read("start", scene.start.emplace());
+    require_possible("start", *scene.start);
   }
 }
 
@@ -204,6 +215,11 @@ ScenePart build(const toml::table& root, const std::string& name, const std::str
   Scene& scene = result.scene;
   scene.name = name;
   scene.title = reader.text("title", name);
+  scene.energy = static_cast<EnergyModel>(reader.choice("energy", energy_names, 0));
+  reader.refuse_unless(scene.energy == EnergyModel::elastic, "robust");
+  for (const std::string_view key : {"penalty", "prior_weight", "steps"}) {
+    reader.refuse_unless(scene.energy == EnergyModel::hdm, key);
+  }
   const std::optional<Extent> size = read_size(reader, options);
   result.made_whole = !size || !(reader.has("shape") || reader.has("random")) || has_outside(root);
   if (size) {
@@ -259,19 +275,17 @@ ScenePart build(const toml::table& root, const std::string& name, const std::str
       stretch(content.picture);
     }
   }
-  read_vector_images(image, file, size, full, scene.start);
+  read_vector_images(image, file, size, scene);
   image.finish();
-  apply_conditions(reader, content.labels, image_extent, result.sites, full);
+  apply_conditions(reader, content.labels, image_extent, result.sites, scene.energy, full);
   if (content.segmented && is_inspected(extent)) {
     scene.labels = std::move(content.labels);
   }
   content.labels = {}; // before there is more
   read_weight(reader, scene);
-  full.steps = read_steps(reader);
-  scene.spacing = reader.number("spacing", content.spacing);
-  if (!(scene.spacing > 0.0)) {
-    reader.fail("spacing", "must be positive (millimetres per pixel)");
-  }
+  const std::optional<double> spacing = read_spacing(reader);
+  scene.spacing = spacing && !reader.has("image") ? *spacing : content.spacing; // an image has seen it
+  scene.placement = content.placement;
   scene.poisson = reader.number("poisson", scene.poisson);
   if (!(scene.poisson > -1.0 && scene.poisson <= 0.5)) {
     reader.fail("poisson", "must lie in (-1, 0.5]");
@@ -280,9 +294,8 @@ ScenePart build(const toml::table& root, const std::string& name, const std::str
   if (scene.robust && !(*scene.robust > 0.0)) {
     reader.fail("robust", "must be above 0 (pixels)");
   }
-  scene.energy = static_cast<EnergyModel>(reader.choice("energy", energy_names, 0));
   TomlReader schedule = reader.table("schedule");
-  read_schedule(schedule, !options.size, scene);
+  read_schedule(schedule, read_steps(reader), !options.size, scene);
   read_exact(reader, options, scene);
   reader.finish();
   set_inverse_modulus(full);
@@ -296,32 +309,15 @@ ScenePart load(const std::string& scene, const SceneOptions& options, const Choo
     throw InputError(fmt::format("the size {} x {} is not possible, each side must be at least 1",
                                  options.size->width, options.size->height));
   }
-  const auto* const shipped = std::ranges::find(scene_texts::all, scene, &scene_texts::Text::name);
-  std::string text;
-  std::string file_name = scene;
-  Files files{fs::path()};
-  std::string name = scene;
-  if (shipped != scene_texts::all.end()) {
-    text = shipped->text;
-    file_name += ".toml";
-  } else {
-    const fs::path path(scene);
-    if (!fs::exists(path)) {
-      throw MissingFile(fmt::format("there is no scene and no file \"{}\"; the shipped scenes are {}", scene,
-                                    fmt::join(shipped_scenes(), ", ")));
-    }
-    text = read_file(path);
-    files = Files(path.parent_path());
-    name = path.stem().string();
-  }
+  const SceneText file = text_of(scene);
   try {
-    const toml::table root = toml::parse(text, file_name);
-    ScenePart result = build(root, name, file_name, files, options, choose_part);
+    const toml::table root = toml::parse(file.text, file.file_name);
+    ScenePart result = build(root, file.name, file.file_name, Files(file.folder), options, choose_part);
     result.scene.source = scene;
     return result;
   } catch (const toml::parse_error& error) {
-    throw InputError(
-        fmt::format("{}:{}: {}", file_name, error.source().begin.line, std::string(error.description())));
+    throw InputError(fmt::format("{}:{}: {}", file.file_name, error.source().begin.line,
+                                 std::string(error.description())));
   }
 }
 

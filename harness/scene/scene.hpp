@@ -1,10 +1,12 @@
 #pragma once
 
 #include "harness/scene/label_field.hpp"
+#include "harness/scene/placement.hpp"
 #include "kernels/data/level.hpp"
 #include "kernels/data/pyramid.hpp"
 
 #include <array>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -98,9 +100,10 @@ struct Scene {
   std::string title;                ///< one line for people
   Level full;                       ///< the finest level: everything but the displacement
   std::optional<VectorField> start; ///< displacement to begin with, pixels; none: the null field
-  ScalarField picture;  ///< gray values 0 ... 255, only to look at; empty where !is_inspected(extent())
-  LabelField labels;    ///< the segmentation the moduli come from; empty where there was none, likewise
-  double spacing = 1.0; ///< millimetres per pixel
+  ScalarField picture;   ///< gray values 0 ... 255, only to look at; empty where !is_inspected(extent())
+  LabelField labels;     ///< the segmentation the moduli come from; empty where there was none, likewise
+  double spacing = 1.0;  ///< millimetres per pixel
+  Placement placement{}; ///< of the pixels in the patient
   EnergyModel energy = EnergyModel::hdm; ///< changed by use_method
   double poisson =
       0.3; ///< Poisson's ratio of all tissues, for finite elements and elastic energy; HDM has none
@@ -148,6 +151,10 @@ void require_memory(Extent extent);
 
 /// The shipped scenes in the order of the thesis, the brain last.
 [[nodiscard]] std::vector<std::string> shipped_scenes();
+
+/// The files that a scene is made of: the TOML file and what it names, where it is there. Nothing where it is
+/// no scene.
+[[nodiscard]] std::vector<std::filesystem::path> files_of_scene(const std::string& scene);
 
 /// `scene` is the name of a shipped scene or the path of a TOML file (harness/scene/scenes/README.md). Throws
 /// InputError with file, line where there is one, and what to do; MissingFile where a file that the scene

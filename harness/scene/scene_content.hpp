@@ -2,6 +2,7 @@
 
 #include "backends/shared/cut.hpp"
 #include "harness/scene/label_field.hpp"
+#include "harness/scene/placement.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/scene/toml_reader.hpp"
 #include "kernels/data/level.hpp"
@@ -21,6 +22,7 @@ struct Content {
   ScalarField modulus;
   ScalarField picture;
   double spacing = 1.0;
+  Placement placement{};
   bool segmented = false; ///< labels says which tissue, not the same everywhere for want of one
 };
 
@@ -34,6 +36,26 @@ private:
   std::filesystem::path folder_;
 };
 
+/// Millimetres per pixel where the scene says it: above 0.
+[[nodiscard]] std::optional<double> read_spacing(TomlReader& scene);
+
+/// A scene file that is shipped or on the disk.
+struct SceneText {
+  std::string name;
+  std::string file_name;        ///< for messages
+  std::filesystem::path folder; ///< of the files that it names
+  std::string text;
+};
+/// `scene` as load_scene takes it. Throws MissingFile, and InputError where the file cannot be read.
+[[nodiscard]] SceneText text_of(const std::string& scene);
+
+/// Fails where the image that `key` names leaves pixels free of a scene of that size, although 0 is no value.
+void require_filled(const TomlReader& image, std::string_view key, bool is_padded, Extent size);
+
+/// Fails where `key` has a displacement of so many pixels that it must be a mistake: beyond what an image can
+/// have, of a size whose square leaves a 32-bit float soon. One that is not finite is found later.
+void require_possible_displacement(const TomlReader& table, std::string_view key, double displacement);
+
 /// Fails where an image that `key` names has another extent than the scene.
 void require_extent(TomlReader& table, std::string_view key, Extent found, Extent wanted);
 
@@ -41,7 +63,8 @@ void require_extent(TomlReader& table, std::string_view key, Extent found, Exten
 /// looked at.
 void stretch(ScalarField& picture);
 
-/// [image]: labels or moduli, and a picture. `size` as in ReadOptions.
+/// [image]: labels or moduli, and a picture. `size` as in ReadOptions; the scene's `spacing` is that of the
+/// pixels before.
 [[nodiscard]] Content read_image_content(TomlReader& image, TomlReader& scene, const Files& file,
                                          std::optional<Extent> size);
 
@@ -66,9 +89,10 @@ void fill_randomly(TomlReader& table, Extent extent, const Rectangle& part, Leve
 
 /// Applies the [[condition]] tables of a scene to level.target and level.confidence in order, later ones over
 /// earlier ones (harness/scene/scenes/README.md). Displacements are pixels at every size. `labels` tells
-/// where "outside" (label 0) is. The fields hold the sites `part` of an image of `extent`: all of them where
-/// a condition is on what is outside. Throws InputError.
+/// where "outside" (label 0) is. Only the elastic `energy` knows a condition's deviation. The fields hold the
+/// sites `part` of an image of `extent`: all of them where a condition is on what is outside. Throws
+/// InputError.
 void apply_conditions(TomlReader& scene, const LabelField& labels, Extent extent, const Rectangle& part,
-                      Level& level);
+                      EnergyModel energy, Level& level);
 
 } // namespace hdmbench

@@ -1,11 +1,14 @@
 #include "harness/scene/toml_reader.hpp"
 
+#include "harness/scene/nearest_name.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace hdmbench {
 
@@ -13,7 +16,68 @@ namespace {
 
 const toml::table empty_table;
 
+using Names = std::vector<std::string_view>;
+
+/// The keys of each table, as harness/scene/scenes/README.md explains them; "" are those above all tables.
+const std::map<std::string_view, Names> known_keys{
+    {"",
+     {"title", "size", "penalty", "prior_weight", "steps", "poisson", "energy", "robust", "spacing", "exact",
+      "schedule", "image", "brain", "random", "shape", "tissue", "condition"}},
+    {"schedule",
+     {"method", "iterations", "stop", "epsilon", "start_level", "alignment", "update", "relaxation",
+      "temperatures", "seed"}},
+    {"image",
+     {"labels", "modulus", "slice", "picture", "picture_range", "target", "confidence", "deviation",
+      "start"}},
+    {"brain", {"file", "slice", "orientation", "classes", "margin"}},
+    {"random", {"seed", "modulus", "moduli", "displacement", "grid", "observed", "confidences"}},
+    {"shape", {"kind", "label", "centre", "size"}},
+    {"tissue", {"label", "name", "modulus", "gray"}},
+    {"condition", {"where", "dx", "dy", "outward", "closing", "confidence", "deviation"}},
+};
+
+constexpr std::string_view of_hdm = "it belongs to energy = \"hdm\", which is the usual one";
+constexpr std::string_view of_elastic = "it belongs to energy = \"elastic\"";
+
+/// Where a key has an effect that has one only somewhere.
+const std::map<std::string_view, std::string_view> only{
+    {"penalty", of_hdm},
+    {"prior_weight", of_hdm},
+    {"steps", of_hdm},
+    {"stop", of_hdm},
+    {"start_level", of_hdm},
+    {"alignment", of_hdm},
+    {"start", of_hdm},
+    {"robust", of_elastic},
+    {"deviation", of_elastic},
+    {"epsilon", "it belongs to stop = \"energy\""},
+    {"closing", "it belongs to where = \"outside\""},
+    {"picture_range", "it belongs to a picture"},
+    {"tissue", "moduli of tissues belong to labels"},
+    {"gray", "it belongs to [[shape]], or to labels without a picture"},
+    {"centre", "everything has no centre"},
+    {"size", "everything has no size"},
+};
+
+/// `where` is the name of a table in errors: "[schedule]", "[[tissue]]", "".
+const Names& keys_of(std::string_view where) {
+  const std::size_t first = std::min(where.find_first_not_of('['), where.size());
+  return known_keys.at(where.substr(first, where.find(']') - first));
+}
+
 } // namespace
+
+TomlReader::TomlReader(const toml::table& table, std::string file, std::string where)
+    : table_(table), file_(std::move(file)), where_(std::move(where)) {
+  const Names& names = keys_of(where_);
+  for (const auto& [key, node] : table_) {
+    if (std::ranges::find(names, key.str()) == names.end()) {
+      const std::string all = fmt::format("those understood are {}", fmt::join(names, ", "));
+      fail(key.str(),
+           fmt::format("is not a key of scene files here; {}", did_you_mean(key.str(), names, all)));
+    }
+  }
+}
 
 const toml::node* TomlReader::find(std::string_view key) {
   asked_for_.emplace(key);
@@ -150,12 +214,17 @@ std::vector<TomlReader> TomlReader::tables(std::string_view key) {
   return readers;
 }
 
+void TomlReader::refuse_unless(bool has_effect, std::string_view key) const {
+  if (!has_effect && table_.contains(key)) {
+    const auto found = only.find(key);
+    fail(key, fmt::format("has no effect in this scene{}{}; leave it out", found == only.end() ? "" : ": ",
+                          found == only.end() ? "" : found->second));
+  }
+}
+
 void TomlReader::finish() const {
   for (const auto& [key, node] : table_) {
-    if (!asked_for_.contains(key.str())) {
-      fail(key.str(), fmt::format("is not a key of scene files here; those understood are {}",
-                                  fmt::join(asked_for_, ", ")));
-    }
+    refuse_unless(asked_for_.contains(key.str()), key.str());
   }
 }
 

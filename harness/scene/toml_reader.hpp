@@ -12,13 +12,14 @@
 
 namespace hdmbench {
 
-/// Typed access to one table of a scene file. Every error is an InputError with file and line; finish()
-/// refuses the keys that nobody asked for, so that a misspelt key is never silently ignored.
+/// Typed access to one table of a scene file. Every error is an InputError with file and line. No key is
+/// silently ignored: one that the table cannot have is refused at once, and finish() refuses one that nobody
+/// asked for, because it has no effect in this scene.
 class TomlReader {
 public:
-  /// `where` names the table in errors: "[schedule]". The table must outlive the reader.
-  TomlReader(const toml::table& table, std::string file, std::string where)
-      : table_(table), file_(std::move(file)), where_(std::move(where)) {}
+  /// `where` names the table in errors: "[schedule]". The table must outlive the reader. Throws InputError
+  /// for a key that this table cannot have.
+  TomlReader(const toml::table& table, std::string file, std::string where);
 
   /// These ask for a key, too.
   [[nodiscard]] bool has(std::string_view key) { return find(key) != nullptr; }
@@ -43,7 +44,9 @@ public:
   /// The tables of [[key]], none if absent.
   [[nodiscard]] std::vector<TomlReader> tables(std::string_view key);
 
-  /// Throws InputError that lists the keys that were asked for, if the file has others.
+  /// Throws InputError where the table has `key`, unless it `has_effect`; says where the key belongs.
+  void refuse_unless(bool has_effect, std::string_view key) const;
+  /// Does the same for every key that nobody asked for.
   void finish() const;
 
   /// Throws InputError("FILE:LINE: WHERE key: message").

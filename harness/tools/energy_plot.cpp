@@ -1,94 +1,125 @@
 #include "harness/tools/energy_plot.hpp"
 
-#include "harness/report/gnuplot.hpp"
+#include "harness/report/html.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <regex>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <string_view>
 
 namespace hdmbench {
 
 namespace {
+
+constexpr double left = 80.0;
+constexpr double top = 56.0;
+constexpr double side = 520.0; ///< of the square that is drawn
+constexpr int bands = 24;      ///< of energy, which stand for contour lines
 
 std::string axis_title(SiteIndex site, Component component) {
   return fmt::format("{} displacement of site {},{} [px]", component == Component::x ? 'x' : 'y', site.x,
                      site.y);
 }
 
-/// One line per point, an empty line after each row, as splot wants it.
-std::string data_block(const EnergyPlane& plane) {
-  std::string block = "$energy << END\n";
-  for (std::size_t second = 0; second < plane.values.size(); ++second) {
-    for (std::size_t first = 0; first < plane.values.size(); ++first) {
-      block += fmt::format("{} {} {}\n", plane.values[first], plane.values[second], plane.at(first, second));
+/// Bands lie denser towards the lowest energy: a trough is flat, the rim steep.
+std::string colour_of(int band) {
+  constexpr std::array<std::array<double, 3>, 5> palette{
+      {{11, 29, 81}, {31, 95, 158}, {79, 167, 168}, {199, 216, 138}, {255, 247, 194}}};
+  const double at = double(band) / (bands - 1) * (palette.size() - 1);
+  const auto first = std::min(static_cast<std::size_t>(at), palette.size() - 2);
+  const auto mix = [&](std::size_t i) {
+    return static_cast<int>(
+        std::lerp(palette[first][i], palette[first + 1][i], at - static_cast<double>(first)));
+  };
+  return fmt::format("#{:02x}{:02x}{:02x}", mix(0), mix(1), mix(2));
+}
+
+std::string rectangle(double x, double y, double width, double height, int band) {
+  return fmt::format("<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"{}\"/>\n", x,
+                     y, width, height, colour_of(band));
+}
+
+/// The energy of every pair, cells of one band in a row as one.
+std::string cells(const EnergyPlane& plane, double lowest, double highest) {
+  const auto count = plane.values.size();
+  const double cell = side / static_cast<double>(count);
+  const auto band_of = [&](std::size_t first, std::size_t second) {
+    const double share = highest > lowest ? (plane.at(first, second) - lowest) / (highest - lowest) : 0.0;
+    return std::min(bands - 1, static_cast<int>(std::sqrt(share) * bands));
+  };
+  std::string svg = "<g shape-rendering=\"crispEdges\">\n";
+  for (std::size_t second = 0; second < count; ++second) {
+    for (std::size_t first = 0; first < count;) {
+      const int band = band_of(first, second);
+      std::size_t end = first;
+      while (end < count && band_of(end, second) == band) {
+        ++end;
+      }
+      svg += rectangle(left + cell * static_cast<double>(first),
+                       top + side - cell * static_cast<double>(second + 1),
+                       cell * static_cast<double>(end - first), cell, band);
+      first = end;
     }
-    block += '\n';
   }
-  return block + "END\n";
+  return svg + "</g>\n";
 }
 
-/// Levels that lie denser towards the lowest energy, as the colours do: a trough is flat, the rim steep.
-std::string contour_levels(const EnergyPlane& plane) {
-  constexpr int count = 12;
-  const double low = plane.energy[plane.lowest];
-  const double height = std::ranges::max(plane.energy) - low;
-  std::string levels;
-  for (int i = 1; i < count; ++i) {
-    const double fraction = double(i) / count;
-    levels += fmt::format("{}{}", i > 1 ? "," : "", low + height * fraction * fraction);
-  }
-  return levels;
-}
-
-/// Without it browsers smooth the cells' edges, which shows as a grid of hairlines.
-std::string with_crisp_cells(const std::string& svg) {
-  static const std::regex cells("<polygon ");
-  return std::regex_replace(svg, cells, "<polygon shape-rendering=\"crispEdges\" ");
+std::string words(double x, double y, std::string_view anchor, std::string_view text) {
+  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>\n", x, y, anchor,
+                     report::escape(text));
 }
 
 } // namespace
 
 std::string energy_plot_svg(const EnergyPlane& plane, const EnergyPlaneOptions& options,
                             std::array<float, 2> here, const std::string& title) {
-  using report::gnuplot_text;
   const double low = static_cast<double>(plane.values.front());
   const double high = static_cast<double>(plane.values.back());
-  const double half_cell = 0.5 * (high - low) / static_cast<double>(plane.values.size() - 1);
-  const auto is_inside = [&](float value) {
-    return value >= plane.values.front() && value <= plane.values.back();
-  };
-  std::string script = fmt::format(
-      "set encoding utf8\n"
-      "set terminal svg size 760,640 dynamic name \"hdmbench\" font \"sans-serif,14\" background "
-      "\"#ffffff\"\n"
-      "set title {} noenhanced\nset xlabel {} noenhanced\nset ylabel {} noenhanced\n"
-      "set cblabel {} noenhanced\n"
-      "set size ratio 1\nset xrange [{}:{}]\nset yrange [{}:{}]\nset tics out nomirror\nset cbtics format "
-      "\"%g\"\n"
-      "set palette defined (0 '#0b1d51', 0.0625 '#1f5f9e', 0.25 '#4fa7a8', 0.5625 '#c7d88a', 1 '#fff7c2')\n"
-      "set key outside top center horizontal noenhanced\n",
-      gnuplot_text(title), gnuplot_text(axis_title(options.sites[0], options.component)),
-      gnuplot_text(axis_title(options.sites[1], options.component)), gnuplot_text("total energy U"),
-      low - half_cell, high + half_cell, low - half_cell, high + half_cell);
+  const double cell = side / static_cast<double>(plane.values.size());
+  const auto along = [&](double value) { return cell / 2.0 + (value - low) / (high - low) * (side - cell); };
   const double lowest = plane.energy[plane.lowest];
   const double highest = std::ranges::max(plane.energy);
-  if (highest > lowest) {
-    script += fmt::format("set cbrange [{}:{}]\n", lowest, highest);
+  std::string svg =
+      "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n"
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 760 640\" font-family=\"sans-serif\" "
+      "font-size=\"14\">\n<rect width=\"760\" height=\"640\" fill=\"#fff\"/>\n";
+  svg += words(left + side / 2.0, 22.0, "middle", title) + cells(plane, lowest, highest);
+  for (const double value : {low, (low + high) / 2.0, high}) {
+    svg += words(left + along(value), top + side + 18.0, "middle", fmt::format("{:.4g}", value)) +
+           words(left - 6.0, top + side - along(value) + 5.0, "end", fmt::format("{:.4g}", value));
   }
-  script += data_block(plane);
-  script += fmt::format("set contour base\nset cntrparam levels discrete {}\nunset surface\n"
-                        "set table $lines\nsplot $energy using 1:2:3\nunset table\n",
-                        contour_levels(plane));
-  script += fmt::format("$lowest << END\n{} {}\nEND\n", plane.lowest_first(), plane.lowest_second());
-  script += fmt::format("$here << END\n{} {}\nEND\n", here[0], here[1]);
-  script += "plot $energy using 1:2:3 with image pixels notitle, "
-            "$lines using 1:2 with lines lw 0.8 lc rgb '#66ffffff' notitle, ";
-  if (is_inside(here[0]) && is_inside(here[1])) {
-    script += "$here using 1:2 with points pt 6 ps 1.6 lw 2.5 lc rgb '#ff9a3c' title 'the field as it is', ";
+  svg +=
+      words(left + side / 2.0, top + side + 42.0, "middle", axis_title(options.sites[0], options.component));
+  svg += fmt::format("<g transform=\"translate(22 {}) rotate(-90)\">{}</g>\n", top + side / 2.0,
+                     words(0.0, 0.0, "middle", axis_title(options.sites[1], options.component)));
+  for (int band = 0; band < bands; ++band) {
+    svg += rectangle(left + side + 24.0, top + side * (bands - 1 - band) / bands, 20.0, side / bands + 0.5,
+                     band);
   }
-  script += "$lowest using 1:2 with points pt 2 ps 1.2 lw 2.5 lc rgb '#ff3b4e' title 'lowest on the grid'\n";
-  return with_crisp_cells(report::gnuplot_svg_file(script));
+  svg += words(left + side + 50.0, top + 12.0, "start", fmt::format("{:.4g}", highest)) +
+         words(left + side + 50.0, top + side, "start", fmt::format("{:.4g}", lowest)) +
+         words(left + side + 24.0, top - 8.0, "start", "total energy U");
+  const auto mark = [&](double first, double second, std::string_view path, std::string_view colour) {
+    return fmt::format("<path transform=\"translate({:.2f} {:.2f})\" d=\"{}\" fill=\"none\" stroke=\"{}\" "
+                       "stroke-width=\"2.5\"/>\n",
+                       first, second, path, colour);
+  };
+  constexpr std::string_view circle = "M-7 0a7 7 0 1 0 14 0a7 7 0 1 0-14 0";
+  constexpr std::string_view cross = "M-6-6L6 6M-6 6L6-6";
+  const auto is_inside = [&](double value) { return value >= low && value <= high; };
+  if (is_inside(double{here[0]}) && is_inside(double{here[1]})) {
+    svg += mark(left + along(double{here[0]}), top + side - along(double{here[1]}), circle, "#ff9a3c") +
+           mark(left + 20.0, 42.0, circle, "#ff9a3c") +
+           words(left + 34.0, 47.0, "start", "the field as it is");
+  }
+  return svg +
+         mark(left + along(double{plane.lowest_first()}), top + side - along(double{plane.lowest_second()}),
+              cross, "#ff3b4e") +
+         mark(left + 220.0, 42.0, cross, "#ff3b4e") +
+         words(left + 234.0, 47.0, "start", "lowest on the grid") + "</svg>\n";
 }
 
 } // namespace hdmbench

@@ -3,6 +3,7 @@
 #include "harness/check/compare.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/images/images.hpp"
+#include "harness/scene/method.hpp"
 
 #include <fmt/format.h>
 #include <toml++/toml.h>
@@ -50,13 +51,16 @@ std::string method_text(const Scene& scene) {
 
 std::string scene_text(const Scene& scene, bool with_start) {
   const Schedule& schedule = scene.schedule;
+  const bool has_steps = (find_method(schedule.method, scene.energy).options & takes_steps) != 0;
+  const std::string steps = has_steps ? fmt::format("steps = [{}]\n", scene.full.steps.text()) : "";
   std::string text =
       fmt::format("# The scene {0} at {1} x {2} pixels, as hdmbench export wrote it.\n"
-                  "title = {3}\npenalty = {4}\nprior_weight = {5}\nsteps = [{6}]\nspacing = {7}\n"
-                  "poisson = {8}\n\n[schedule]\n{9}stop = {10}\nepsilon = {11}\n",
+                  "title = {3}\npenalty = {4}\nprior_weight = {5}\n{6}spacing = {7}\n"
+                  "poisson = {8}\n\n[schedule]\n{9}stop = {10}\n{11}",
                   scene.name, scene.extent().width, scene.extent().height, quoted(scene.title),
-                  scene.weight.penalty, scene.weight.prior_weight, scene.full.steps.text(), scene.spacing,
-                  scene.poisson, method_text(scene), name_of(stop_names, schedule.stop), schedule.epsilon);
+                  scene.weight.penalty, scene.weight.prior_weight, steps, scene.spacing, scene.poisson,
+                  method_text(scene), name_of(stop_names, schedule.stop),
+                  schedule.stop == Stop::energy ? fmt::format("epsilon = {}\n", schedule.epsilon) : "");
   if (schedule.start_level) {
     text += fmt::format("start_level = {}\n", *schedule.start_level);
   }
@@ -86,18 +90,18 @@ std::vector<std::string> export_scene(const Scene& scene, const std::filesystem:
   };
   const bool with_picture = !scene.picture.values.empty();
   if (with_picture) {
-    write_scalar(file("picture.nrrd"), scene.picture, scene.spacing);
+    write_scalar(file("picture.nrrd"), scene.picture, scene.spacing, scene.placement);
     write_png(file("picture.png"), scene.picture);
   }
-  write_scalar(file("modulus.nrrd"), full.modulus, scene.spacing);
-  write_vector(file("target.nrrd"), full.target, scene.spacing);
-  write_vector(file("confidence.nrrd"), full.confidence, scene.spacing);
+  write_scalar(file("modulus.nrrd"), full.modulus, scene.spacing, scene.placement);
+  write_vector(file("target.nrrd"), full.target, scene.spacing, scene.placement);
+  write_vector(file("confidence.nrrd"), full.confidence, scene.spacing, scene.placement);
   if (!scene.labels.values.empty()) {
-    write_labels(file("labels.nrrd"), scene.labels, scene.spacing);
+    write_labels(file("labels.nrrd"), scene.labels, scene.spacing, scene.placement);
   }
   const bool with_start = scene.start && !is_zero(*scene.start);
   if (with_start) {
-    write_vector(file("start.nrrd"), *scene.start, scene.spacing);
+    write_vector(file("start.nrrd"), *scene.start, scene.spacing, scene.placement);
   }
   if (with_picture) {
     write_magnitude_png(file("target.png"), full.target, std::max(largest_magnitude(full.target), 1e-6));

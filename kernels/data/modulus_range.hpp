@@ -1,6 +1,6 @@
 #pragma once
 
-#include "kernels/data/field.hpp"
+#include "kernels/data/level.hpp"
 
 namespace hdmbench {
 
@@ -18,5 +18,12 @@ struct ModulusRange {
   const ModulusRange range = modulus_range(modulus);
   return range.stiffest / range.softest;
 }
+
+/// The power of two that brings moduli of this range to around 1; 0 where products of them with each other,
+/// and with squares of displacements, stay within float as they are. A field only depends on their ratios.
+[[nodiscard]] int exponent_to_safe_moduli(const ModulusRange& range);
+
+/// Multiplies all moduli by 2^exponent and fills inverse_modulus.
+void scale_moduli(Level& level, int exponent);
 
 } // namespace hdmbench

@@ -42,8 +42,5 @@ struct FaultRow {
 };
 
 void list_fields(Fields& fields, FaultRow& row);
-/// Throws Contradiction where a row is caught although no scene says so, or as expected although it was not
-/// planted.
-void require_consistent(const FaultRow& row);
 
 } // namespace hdmbench

@@ -120,9 +120,6 @@ struct AccuracyRow {
 };
 
 void list_fields(Fields& fields, AccuracyRow& row);
-/// Throws Contradiction: lists of different lengths, a decomposition that does not add up to 1e-9 (total^2 +
-/// 1) px^2, more differing steps than were compared.
-void require_consistent(const AccuracyRow& row);
 
 /// Rows of one scene. Where `pictures` is not empty the difference images are written into that folder and
 /// named relative to `json_folder`. Throws InputError where a file cannot be written.

@@ -32,7 +32,7 @@ static void list_fields(Fields& fields, AtlasRow::PictureFile& picture) {
 void list_fields(Fields& fields, AtlasRow& row) {
   fields("entry", row.entry);
   fields("title", row.title);
-  fields.newer("energy", OneOf{row.energy, energy_names});
+  fields("energy", row.energy);
   fields("mechanism", row.mechanism);
   fields("knob", row.knob);
   fields("measure", row.measure);
@@ -42,30 +42,9 @@ void list_fields(Fields& fields, AtlasRow& row) {
   fields("warnings", row.warnings);
   fields("width", row.width);
   fields("height", row.height);
-  fields.newer("seconds", row.seconds);
+  fields("seconds", row.seconds);
   fields("series", row.series);
   fields.if_any("picture", row.picture);
-}
-
-void require_consistent(const AtlasRow& row) {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < row.series.size(); ++i) {
-    const SeriesResult& series = row.series[i];
-    for (std::size_t j = 0; j < series.points.size(); ++j) {
-      const Point& point = series.points[j];
-      refuse_if(point.failed == (point.error && *point.error <= row.limit),
-                fmt::format("series[{}].points[{}].failed", i, j), "is {} although the limit is {}",
-                point.failed, row.limit);
-    }
-    if (!series.absence.empty()) {
-      continue;
-    }
-    refuse_if(series.points.empty(), fmt::format("series[{}].absence", i),
-              "must say why where there are no points");
-    refuse_if(count > 0 && series.points.size() != count, fmt::format("series[{}].points", i),
-              "are {}, those of the series before {}", series.points.size(), count);
-    count = series.points.size();
-  }
 }
 
 AtlasRow atlas_row(const EntryResult& result, const std::filesystem::path& json_folder) {

@@ -39,9 +39,6 @@ struct AtlasRow {
 };
 
 void list_fields(Fields& fields, AtlasRow& row);
-/// Throws Contradiction where a point failed below the limit or passed above it, and where series have
-/// different lengths.
-void require_consistent(const AtlasRow& row);
 
 /// Writes the picture into `json_folder` where images are built, as "atlas-NAME.png". Throws InputError.
 [[nodiscard]] AtlasRow atlas_row(const EntryResult& result, const std::filesystem::path& json_folder);

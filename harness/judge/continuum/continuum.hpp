@@ -39,9 +39,6 @@ struct ContinuumRow {
 };
 
 void list_fields(Fields& fields, ContinuumRow& row);
-/// Throws Contradiction where an RMSD is above the largest distance, or the total beyond the sum of its
-/// parts.
-void require_consistent(const ContinuumRow& row);
 
 /// Images of these sides, rising, at least 8 pixels each. Throws InputError, and what a session throws.
 [[nodiscard]] std::vector<ContinuumRow> measure_continuum(double contrast, std::span<const int> sides,

@@ -1,6 +1,8 @@
 #include "harness/judge/diagnosis/checks.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/diagnosis/rest.hpp"
+#include "harness/scene/joined.hpp"
+#include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
 
 #include <fmt/format.h>
@@ -191,10 +193,17 @@ void check_rest(const Scene& scene, const Solution& solution, Warnings& warnings
 
 void check_elastic_rest(const Scene& scene, const Solution& solution, Warnings& warnings) {
   if (scene.schedule.stride > 1) {
+    warnings.push_back({"no-estimate",
+                        fmt::format("what it costs to sample every {} pixel was not estimated",
+                                    ordinal(scene.schedule.stride)),
+                        "--accuracy in place of --stride, which chooses the stride and estimates"});
+  } else if (!solution.estimated_error && scene.schedule.method == elastic_conjugate_gradients &&
+             scene.schedule.iterations > 0) {
     warnings.push_back(
         {"no-estimate",
-         fmt::format("what it costs to sample every {}th pixel was not estimated", scene.schedule.stride),
-         "--accuracy in place of --stride, which chooses the stride and estimates"});
+         "conjugate gradients ended where float32 had no further step, not where nothing was left "
+         "to be done",
+         "moduli, springs or targets that differ less, and are not near the limits of float32"});
   } else if (!solution.estimated_error) {
     warnings.push_back(
         {"no-estimate",
@@ -223,6 +232,9 @@ Warnings diagnose(const Scene& scene, const Solution& solution) {
              "--method icm or multigrid; look for extreme moduli, targets or a huge --penalty", wild}};
   }
   if (scene.energy == EnergyModel::elastic) {
+    if (const std::string absurd = why_absurd(scene, field); !absurd.empty()) {
+      return {{"divergence", absurd, "--method full-multigrid; look for extreme moduli or targets"}};
+    }
     diagnosis::check_folding(field, warnings);
     diagnosis::check_elastic_rest(scene, solution, warnings);
     return warnings;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "harness/applications/similarity.hpp"
 #include "harness/judge/diagnosis/warning.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/solve/solve.hpp"
@@ -35,5 +36,15 @@ namespace hdmbench {
 ///   stalled            at rest on the smallest candidate, with what that may cost
 ///   no-estimate        a method that should estimate its own error did not
 [[nodiscard]] Warnings diagnose(const Scene& scene, const Solution& solution);
+
+inline constexpr std::string_view no_likeness = "no-likeness";
+
+/// What two pictures (gray values 0 ... 255) say about their registration, by how alike they were `before`
+/// and are `after` it.
+///
+///   no-likeness      they are no more alike than two pictures of noise
+///   nothing-gained   they are not more alike than before, or did not differ by more than their noise
+[[nodiscard]] Warnings diagnose(const ScalarField& source, const ScalarField& target,
+                                const Similarity& before, const Similarity& after);
 
 } // namespace hdmbench

@@ -8,6 +8,8 @@
 
 namespace hdmbench {
 
+class Fields;
+
 /// One reason not to trust a result, found before or after the run.
 struct Warning {
   std::string kind;                   ///< a word that stays the same: "fold-over"
@@ -17,6 +19,8 @@ struct Warning {
 };
 
 using Warnings = std::vector<Warning>;
+
+void list_fields(Fields& fields, Warning& warning);
 
 /// A block for people, lines of at most 110 characters that end in a newline; one line where nothing was
 /// found.

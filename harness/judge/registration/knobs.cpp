@@ -202,7 +202,7 @@ void list_fields(Fields& fields, KnobRow& row) {
   fields("knob", row.knob);
   fields("value", row.value);
   fields("cases", row.cases);
-  fields("seconds", NotNegative{row.seconds});
+  fields("seconds", row.seconds);
   fields.if_any("tissue", row.tissue);
   fields.if_any("region", row.region);
   fields.if_any("conventional", row.conventional);

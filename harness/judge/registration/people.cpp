@@ -29,7 +29,7 @@ void list_fields(Fields& fields, PeopleRow& row) {
   fields("overlaps", row.overlaps);
   fields("correlation", row.correlation);
   fields("folds", row.folds);
-  fields("seconds", NotNegative{row.seconds});
+  fields("seconds", row.seconds);
 }
 
 std::vector<PeopleRow::Overlap> overlaps_of(const LabelField& source, const LabelField& target,

@@ -27,12 +27,13 @@ static void list_fields(Fields& fields, RegistrationRow::Iteration& iteration) {
 void list_fields(Fields& fields, RegistrationRow& row) {
   list_fields(fields, static_cast<RegisteredScene&>(row));
   fields("spacing", row.spacing);
-  fields("algorithm", OneOf{row.algorithm, registration_algorithms});
+  fields.newer("placement", row.placement);
+  fields("algorithm", row.algorithm);
   fields.if_any("conventional", row.conventional);
   fields("energy", row.energy);
   fields("backend", row.backend);
   fields("device", row.device);
-  fields("seconds", NotNegative{row.seconds});
+  fields("seconds", row.seconds);
   fields.if_any("conventional_seconds", row.conventional_seconds);
   fields.if_any("converged", row.converged);
   fields("before", row.before);
@@ -42,14 +43,16 @@ void list_fields(Fields& fields, RegistrationRow& row) {
   fields.if_any("iterations", row.iterations);
   fields.if_any("field", row.field);
   fields.if_any("pictures", row.pictures);
+  fields.if_any("warnings", row.warnings);
 }
 
 void list_fields(Fields& fields, DetectionRow& row) {
   list_fields(fields, static_cast<RegisteredScene&>(row));
+  fields.newer("placement", row.placement);
   fields("backend", row.backend);
   fields("device", row.device);
-  fields("seconds", NotNegative{row.seconds});
-  fields("registration_seconds", NotNegative{row.registration_seconds});
+  fields("seconds", row.seconds);
+  fields("registration_seconds", row.registration_seconds);
   fields("region_sites", row.region_sites);
   fields("simulations", row.simulations);
   fields("as_much_by_chance", row.as_much_by_chance);
@@ -64,6 +67,8 @@ void list_fields(Fields& fields, DetectionRow& row) {
   fields("contrast", row.contrast);
   fields("position_deviation", row.position_deviation);
   fields("contrast_deviation", row.contrast_deviation);
+  fields.newer("contrast_at_limit", row.contrast_at_limit);
+  fields.newer("contrast_undetermined", row.contrast_undetermined);
   fields.if_any("looks_like", row.looks_like);
   fields.if_any("doubted", row.doubted);
   fields.if_any("modulus", row.modulus);

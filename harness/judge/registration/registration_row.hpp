@@ -2,6 +2,7 @@
 
 #include "harness/applications/iterated_registration.hpp"
 #include "harness/applications/similarity.hpp"
+#include "harness/judge/diagnosis/warning.hpp"
 #include "harness/judge/registration/registered_scene.hpp"
 
 #include <array>
@@ -34,7 +35,8 @@ struct RegistrationRow : RegisteredScene {
     double outliers = 0.0;   ///< share
     double step = 0.0;       ///< pixels
   };
-  double spacing = 1.0; ///< millimetres per pixel
+  double spacing = 1.0;  ///< millimetres per pixel
+  Placement placement{}; ///< of the field and its pictures in the patient
   std::string algorithm;
   std::string conventional{}; ///< of Algorithm 5
   std::string energy{};
@@ -50,12 +52,14 @@ struct RegistrationRow : RegisteredScene {
   std::vector<Iteration> iterations{};
   std::string field{};
   std::vector<NamedPicture> pictures{};
+  Warnings warnings{};
 };
 
 void list_fields(Fields& fields, RegistrationRow& row);
 
 /// The row of `detect`.
 struct DetectionRow : RegisteredScene {
+  Placement placement{}; ///< of the images
   std::string backend;
   std::string device;
   double seconds = 0.0;              ///< in all
@@ -71,9 +75,11 @@ struct DetectionRow : RegisteredScene {
   double x = 0.0;           ///< of the disc that explains it best, pixels
   double y = 0.0;
   double radius = 0.0;
-  double contrast = 1.0;           ///< modulus over the label's
-  double position_deviation = 0.0; ///< standard deviation by noise, pixels
-  double contrast_deviation = 0.0; ///< of the logarithm
+  double contrast = 1.0;              ///< modulus over the label's
+  double position_deviation = 0.0;    ///< standard deviation by noise, pixels
+  double contrast_deviation = 0.0;    ///< of the logarithm
+  bool contrast_at_limit = false;     ///< of the search: it may be more
+  bool contrast_undetermined = false; ///< any that the search tries explains as much
   std::optional<int> looks_like{}; ///< the label of the tissue that the picture shows there, if not its own
   std::optional<double> doubted{}; ///< share of the disc where it does
   std::string modulus{};

@@ -103,14 +103,14 @@ void list_fields(Fields& fields, RegistrationError& error) {
 
 void list_fields(Fields& fields, RivalRow& row) {
   list_fields(fields, static_cast<RegisteredScene&>(row));
-  fields("planted", OneOf{row.planted, planted_names});
+  fields("planted", row.planted);
   fields("amplitude", row.amplitude);
   fields("noise", row.noise);
   fields("other_gray", row.other_gray);
   fields("seed", row.seed);
   fields("method", row.method);
   fields("knows_region", row.knows_region);
-  fields("seconds", NotNegative{row.seconds});
+  fields("seconds", row.seconds);
   list_fields(fields, static_cast<RegistrationError&>(row));
 }
 
@@ -127,8 +127,8 @@ void list_fields(Fields& fields, InclusionRow& row) {
   fields("place_score", row.place_score);
   fields("distance", row.distance);
   fields("found_contrast", row.found_contrast);
-  fields.newer("doubted", row.doubted);
-  fields("seconds", NotNegative{row.seconds});
+  fields("doubted", row.doubted);
+  fields("seconds", row.seconds);
 }
 
 RegistrationError error_of(const VectorField& displacement, const PlantedPair& pair,

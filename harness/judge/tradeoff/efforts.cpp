@@ -1,5 +1,6 @@
 #include "harness/judge/tradeoff/efforts.hpp"
 
+#include "harness/scene/joined.hpp"
 #include "harness/solve/methods/sampled_image.hpp"
 
 #include <fmt/format.h>
@@ -53,7 +54,7 @@ int usual_effort(const Method& method, int own_iterations) {
 
 std::string effort_text(const Method& method, Effort effort) {
   if (effort.stride > 1) {
-    return fmt::format("{} cycles on every {}th pixel", effort.iterations, effort.stride);
+    return fmt::format("{} cycles on every {} pixel", effort.iterations, ordinal(effort.stride));
   }
   std::string text = fmt::format("{} {}", effort.iterations, method.effort);
   if (effort.iterations == 1) {

@@ -59,8 +59,6 @@ struct TradeoffRow : TradeoffScene {
 };
 
 void list_fields(Fields& fields, TradeoffRow& row);
-/// Throws Contradiction where a row is ok without samples or distances, or with another median.
-void require_consistent(const TradeoffRow& row);
 
 /// The row of kind "equal accuracy": the fastest method of ours at an accuracy against finite elements, see
 /// EqualAccuracy.

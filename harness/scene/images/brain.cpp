@@ -33,6 +33,7 @@ struct Native {
   ScalarField intensity;
   double spacing_x = 1.0; ///< millimetres
   double spacing_y = 1.0;
+  Placement placement;
 };
 
 using Volume = itk::Image<float, 3>;
@@ -69,6 +70,26 @@ std::array<unsigned, 3> axes_of(Orientation orientation) {
   }
 }
 
+Placement placement_of(const Volume& volume, Orientation orientation, int slice) {
+  const auto axes = axes_of(orientation);
+  Volume::IndexType at = volume.GetLargestPossibleRegion().GetIndex();
+  at[axes[2]] += slice;
+  const bool from_above = axes[1] == 2;
+  if (from_above) {
+    at[2] += static_cast<itk::IndexValueType>(volume.GetLargestPossibleRegion().GetSize()[2]) - 1;
+  }
+  const auto origin = volume.TransformIndexToPhysicalPoint<double>(at);
+  Placement placement{.thickness = volume.GetSpacing()[axes[2]]};
+  for (unsigned row = 0; row < 3; ++row) {
+    placement.origin[row] = origin[row];
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      const double component = volume.GetDirection()(row, axes[axis]);
+      placement.axes[axis][row] = axis == 1 && from_above ? -component : component;
+    }
+  }
+  return placement;
+}
+
 Native slice_of(const Volume& volume, Orientation orientation, int slice) {
   const auto size = volume.GetLargestPossibleRegion().GetSize();
   const auto [across, down, through] = axes_of(orientation);
@@ -76,6 +97,7 @@ Native slice_of(const Volume& volume, Orientation orientation, int slice) {
   native.intensity = ScalarField({static_cast<int>(size[across]), static_cast<int>(size[down])});
   native.spacing_x = volume.GetSpacing()[across];
   native.spacing_y = volume.GetSpacing()[down];
+  native.placement = placement_of(volume, orientation, slice);
   const Extent extent = native.intensity.extent;
   for_each_site(extent, [&](int x, int y) {
     Volume::IndexType at = volume.GetLargestPossibleRegion().GetIndex();
@@ -229,14 +251,21 @@ BrainSlice read_brain(const std::filesystem::path& file, std::optional<int> slic
     BrainSlice brain;
     brain.spacing = std::max((box.right - box.left) * native.spacing_x / (size.width - free),
                              (box.bottom - box.top) * native.spacing_y / (size.height - free));
+    const auto native_x = [&](int column) {
+      return 0.5 * (box.left + box.right) +
+             (column + 0.5 - 0.5 * size.width) * brain.spacing / native.spacing_x;
+    };
+    const auto native_y = [&](int row) {
+      return 0.5 * (box.top + box.bottom) +
+             (row + 0.5 - 0.5 * size.height) * brain.spacing / native.spacing_y;
+    };
+    brain.placement = native.placement.moved(native_x(0) * native.spacing_x, native_y(0) * native.spacing_y);
     const auto sample = [&](const ScalarField& field) {
       ScalarField result(size);
       for (int row = 0; row < size.height; ++row) {
-        const double y =
-            0.5 * (box.top + box.bottom) + (row + 0.5 - 0.5 * size.height) * brain.spacing / native.spacing_y;
+        const double y = native_y(row);
         for (int column = 0; column < size.width; ++column) {
-          const double x = 0.5 * (box.left + box.right) +
-                           (column + 0.5 - 0.5 * size.width) * brain.spacing / native.spacing_x;
+          const double x = native_x(column);
           result.values[size.index(column, row)] = images::linear_at(field, x, y);
         }
       }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "harness/scene/label_field.hpp"
+#include "harness/scene/placement.hpp"
 #include "kernels/data/field.hpp"
 
 #include <array>
@@ -18,21 +19,25 @@ namespace hdmbench {
 
 [[nodiscard]] bool have_images();
 
-/// An image and the size of its pixels in millimetres (1 where the file says nothing). A file whose pixels
-/// are not square is an InputError.
+/// An image, the side of its pixels in millimetres (1 where the file says nothing) and where it lies. A file
+/// whose pixels are not square is an InputError.
 template <typename Pixels>
 struct Image {
   Pixels pixels;
   double spacing = 1.0;
+  Placement placement{};
+  bool padded = false; ///< `size` has another aspect: pixels beside the file's image are 0
 };
 
 /// `slice` picks the slice of a 3-D image along its third axis and is required there unless it has one slice.
 /// `size` resamples about the image centre to this extent, keeping the aspect ratio, so that the whole image
 /// fits: linear for scalars and vectors, nearest neighbour for labels, 0 beside the image. Rows and columns
-/// are those of the file: no orientation is applied.
+/// are those of the file: no orientation is applied, but `placement` says how they lie. `spacing` replaces
+/// what the file says of its pixels.
 struct ReadOptions {
-  std::optional<int> slice;
-  std::optional<Extent> size;
+  std::optional<int> slice{};
+  std::optional<Extent> size{};
+  std::optional<double> spacing{};
 };
 /// InputError where a pixel is not an integer.
 [[nodiscard]] Image<LabelField> read_labels(const std::filesystem::path& file,
@@ -43,6 +48,9 @@ struct ReadOptions {
 /// Two components, or three of which the third is ignored; the values as they are, nothing is rescaled.
 [[nodiscard]] Image<VectorField> read_vector(const std::filesystem::path& file,
                                              const ReadOptions& options = {});
+/// A physical displacement in millimetres, as write_displacement writes it: back in pixels along the image's
+/// rows and columns. Two or three components.
+[[nodiscard]] Image<VectorField> read_displacement(const std::filesystem::path& file);
 
 /// Which way a slice of a volume lies, and what scene files call it.
 enum class Orientation {
@@ -57,6 +65,7 @@ struct BrainSlice {
   ScalarField picture; ///< gray values 0 ... 255
   LabelField tissue; ///< 0 outside the brain, then 1 ... classes by rising brightness; one part without holes
   double spacing = 1.0;
+  Placement placement;
 };
 /// A 3-D image whose background is 0, turned as its header says. No `slice`: the one that shows most of the
 /// brain. The grid has `size` pixels with the brain centred and at
@@ -66,19 +75,24 @@ struct BrainSlice {
 [[nodiscard]] BrainSlice read_brain(const std::filesystem::path& file, std::optional<int> slice, int classes,
                                     double margin, Extent size, Orientation orientation = Orientation::axial);
 
-/// Writes displacement * spacing in millimetres as a W x H x 1 image of 3-vectors (z = 0) that ITK, 3D Slicer
-/// and ParaView open; .nrrd or .mha by the extension. The header carries the direction of the mapping and the
+/// Writes the displacement, in pixels, as a W x H x 1 image of physical 3-vectors in millimetres, along the
+/// axes of the space and not of the image, that ITK, 3D Slicer and ParaView open; .nrrd or .mha by the
+/// extension. The header carries the direction of the mapping and the
 /// unit as key/values. Written beside the target and renamed, so that no half-written file is left.
-void write_displacement(const std::filesystem::path& file, const VectorField& displacement, double spacing);
+void write_displacement(const std::filesystem::path& file, const VectorField& displacement, double spacing,
+                        const Placement& placement = {});
 
 /// The values as they are, float or 16-bit integer, as a W x H x 1 image of pixels with sides of `spacing`
 /// millimetres; .nrrd or .mha by the extension. read_scalar, read_vector and read_labels give them back to
 /// the bit. Written beside the target and renamed.
-void write_scalar(const std::filesystem::path& file, const ScalarField& field, double spacing);
-/// Two components per pixel.
-void write_vector(const std::filesystem::path& file, const VectorField& field, double spacing);
+void write_scalar(const std::filesystem::path& file, const ScalarField& field, double spacing,
+                  const Placement& placement = {});
+/// Two components per pixel, along rows and columns.
+void write_vector(const std::filesystem::path& file, const VectorField& field, double spacing,
+                  const Placement& placement = {});
 /// InputError where a label is beyond 16 bits.
-void write_labels(const std::filesystem::path& file, const LabelField& labels, double spacing);
+void write_labels(const std::filesystem::path& file, const LabelField& labels, double spacing,
+                  const Placement& placement = {});
 
 /// 8-bit grey PNG; gray values are rounded and clamped to 0 ... 255, not a number is 0. Written beside the
 /// target and renamed.

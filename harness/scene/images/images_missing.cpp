@@ -35,24 +35,28 @@ Image<VectorField> read_vector(const std::filesystem::path& file, const ReadOpti
   refuse(file);
 }
 
+Image<VectorField> read_displacement(const std::filesystem::path& file) {
+  refuse(file);
+}
+
 BrainSlice read_brain(const std::filesystem::path& file, std::optional<int>, int, double, Extent,
                       Orientation) {
   refuse(file);
 }
 
-void write_displacement(const std::filesystem::path& file, const VectorField&, double) {
+void write_displacement(const std::filesystem::path& file, const VectorField&, double, const Placement&) {
   refuse(file);
 }
 
-void write_scalar(const std::filesystem::path& file, const ScalarField&, double) {
+void write_scalar(const std::filesystem::path& file, const ScalarField&, double, const Placement&) {
   refuse(file);
 }
 
-void write_vector(const std::filesystem::path& file, const VectorField&, double) {
+void write_vector(const std::filesystem::path& file, const VectorField&, double, const Placement&) {
   refuse(file);
 }
 
-void write_labels(const std::filesystem::path& file, const LabelField&, double) {
+void write_labels(const std::filesystem::path& file, const LabelField&, double, const Placement&) {
   refuse(file);
 }
 

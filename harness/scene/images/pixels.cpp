@@ -160,6 +160,11 @@ Pixels::Pointer read_pixels(const std::filesystem::path& file) {
     reader->SetFileName(file.string());
     reader->SetImageIO(format);
     reader->Update();
+    if (format->GetNumberOfDimensions() < 3) { // whatever ITK made of the third one
+      Pixels::SpacingType spacing = reader->GetOutput()->GetSpacing();
+      spacing[2] = spacing[0];
+      reader->GetOutput()->SetSpacing(spacing);
+    }
     return reader->GetOutput();
   } catch (const itk::ExceptionObject& error) {
     throw unreadable(file, own_words(error));

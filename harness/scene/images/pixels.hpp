@@ -13,7 +13,8 @@ namespace hdmbench::images {
 /// per pixel.
 using Pixels = itk::VectorImage<float, 3>;
 
-/// The whole file, its values unchanged but for the rounding to float. Throws InputError.
+/// The whole file, its values unchanged but for the rounding to float; the pixels of a flat one are as deep
+/// as they are wide. Throws InputError.
 [[nodiscard]] Pixels::Pointer read_pixels(const std::filesystem::path& file);
 
 /// ITK's message on one line, without the class, the address and the empty lines around it.

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <string_view>
 #include <utility>
 
@@ -25,7 +26,8 @@ InputError unreadable(const std::filesystem::path& file, std::string_view why) {
 }
 
 /// One slice of a file, one field per component.
-Image<std::vector<ScalarField>> read_slice(const std::filesystem::path& file, std::optional<int> slice) {
+Image<std::vector<ScalarField>> read_slice(const std::filesystem::path& file, const ReadOptions& options) {
+  const std::optional<int> slice = options.slice;
   const auto pixels = images::read_pixels(file);
   const auto size = pixels->GetLargestPossibleRegion().GetSize();
   const auto slices = static_cast<int>(size[2]);
@@ -41,11 +43,32 @@ Image<std::vector<ScalarField>> read_slice(const std::filesystem::path& file, st
     throw unreadable(file, fmt::format("its pixels are {} mm x {} mm, they must be square; resample it",
                                        spacing[0], spacing[1]));
   }
+  const auto direction = pixels->GetDirection();
+  Placement placement;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    placement.origin[axis] = pixels->GetOrigin()[axis];
+    for (unsigned row = 0; row < 3; ++row) {
+      placement.axes[axis][row] = direction(row, axis);
+    }
+  }
+  const auto& [along, down, through] = placement.axes;
+  if (const double cosine = std::inner_product(along.begin(), along.end(), down.begin(), 0.0);
+      !(std::abs(cosine) <= square_tolerance)) {
+    throw unreadable(file,
+                     fmt::format("its rows and columns are not perpendicular, the cosine between them is "
+                                 "{:.3g}; resample it",
+                                 cosine));
+  }
+  if (slices > 1 || spacing[2] != spacing[0]) { // else a pixel without a depth of its own
+    placement.thickness = spacing[2];
+  }
+  placement = placement.moved(0.0, 0.0, slice.value_or(0) * spacing[2]);
   const Extent extent{static_cast<int>(size[0]), static_cast<int>(size[1])};
   const std::size_t components = pixels->GetNumberOfComponentsPerPixel();
   const float* const first =
       pixels->GetBufferPointer() + static_cast<std::size_t>(slice.value_or(0)) * extent.sites() * components;
-  Image<std::vector<ScalarField>> result{std::vector(components, ScalarField(extent)), spacing[0]};
+  Image<std::vector<ScalarField>> result{std::vector(components, ScalarField(extent)),
+                                         options.spacing.value_or(spacing[0]), placement};
   for (std::size_t component = 0; component < components; ++component) {
     for (std::size_t site = 0; site < extent.sites(); ++site) {
       result.pixels[component].values[site] = first[site * components + component];
@@ -66,19 +89,26 @@ void fit(Image<std::vector<ScalarField>>& image, std::optional<Extent> size, Sam
     throw InputError(fmt::format("cannot resample an image to {} x {} pixels", size->width, size->height));
   }
   const double step = std::max(double(from.width) / size->width, double(from.height) / size->height);
+  const auto position = [step](int pixel, int count, int of) {
+    return (pixel + 0.5 - 0.5 * count) * step + 0.5 * of - 0.5;
+  };
   for (ScalarField& component : image.pixels) {
     ScalarField resampled(*size);
     for (int row = 0; row < size->height; ++row) {
-      const double y = (row + 0.5 - 0.5 * size->height) * step + 0.5 * from.height - 0.5;
+      const double y = position(row, size->height, from.height);
       for (int column = 0; column < size->width; ++column) {
-        const double x = (column + 0.5 - 0.5 * size->width) * step + 0.5 * from.width - 0.5;
+        const double x = position(column, size->width, from.width);
         if (x >= -0.5 && x <= from.width - 0.5 && y >= -0.5 && y <= from.height - 0.5) {
           resampled.values[size->index(column, row)] = sample_at(component, x, y);
+        } else {
+          image.padded = true;
         }
       }
     }
     component = std::move(resampled);
   }
+  image.placement = image.placement.moved(image.spacing * position(0, size->width, from.width),
+                                          image.spacing * position(0, size->height, from.height));
   image.spacing *= step;
 }
 
@@ -89,6 +119,12 @@ void require_one_component(const std::filesystem::path& file, std::size_t compon
   }
 }
 
+void require_vectors(const std::filesystem::path& file, std::size_t components) {
+  if (components != 2 && components != 3) {
+    throw unreadable(file, fmt::format("it has {} component(s) per pixel, a vector has 2 or 3", components));
+  }
+}
+
 } // namespace
 
 bool have_images() {
@@ -96,7 +132,7 @@ bool have_images() {
 }
 
 Image<LabelField> read_labels(const std::filesystem::path& file, const ReadOptions& options) {
-  auto image = read_slice(file, options.slice);
+  auto image = read_slice(file, options);
   require_one_component(file, image.pixels.size());
   const ScalarField& stored = image.pixels.front();
   const auto wrong = std::ranges::find_if_not(stored.values, [](float value) {
@@ -113,28 +149,44 @@ Image<LabelField> read_labels(const std::filesystem::path& file, const ReadOptio
   LabelField labels{fitted.extent, std::vector<int>(fitted.values.size())};
   std::ranges::transform(fitted.values, labels.values.begin(),
                          [](float value) { return static_cast<int>(value); });
-  return {std::move(labels), image.spacing};
+  return {std::move(labels), image.spacing, image.placement, image.padded};
 }
 
 Image<ScalarField> read_scalar(const std::filesystem::path& file, const ReadOptions& options) {
-  auto image = read_slice(file, options.slice);
+  auto image = read_slice(file, options);
   require_one_component(file, image.pixels.size());
   fit(image, options.size, images::linear_at);
-  return {std::move(image.pixels.front()), image.spacing};
+  return {std::move(image.pixels.front()), image.spacing, image.placement, image.padded};
 }
 
 Image<VectorField> read_vector(const std::filesystem::path& file, const ReadOptions& options) {
-  auto image = read_slice(file, options.slice);
-  if (image.pixels.size() != 2 && image.pixels.size() != 3) {
-    throw unreadable(
-        file, fmt::format("it has {} component(s) per pixel, a vector has 2 or 3", image.pixels.size()));
-  }
+  auto image = read_slice(file, options);
+  require_vectors(file, image.pixels.size());
   fit(image, options.size, images::linear_at);
   VectorField field;
   field.extent = image.pixels[0].extent;
   field.x = std::move(image.pixels[0].values);
   field.y = std::move(image.pixels[1].values);
-  return {std::move(field), image.spacing};
+  return {std::move(field), image.spacing, image.placement, image.padded};
+}
+
+Image<VectorField> read_displacement(const std::filesystem::path& file) {
+  auto image = read_slice(file, {});
+  require_vectors(file, image.pixels.size());
+  Image<VectorField> result{VectorField(image.pixels[0].extent), image.spacing, image.placement};
+  const auto& axes = image.placement.axes;
+  for (std::size_t site = 0; site < result.pixels.x.size(); ++site) {
+    double x = 0.0;
+    double y = 0.0;
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+      const double component = image.pixels[i].values[site];
+      x += axes[0][i] * component;
+      y += axes[1][i] * component;
+    }
+    result.pixels.x[site] = static_cast<float>(x / image.spacing);
+    result.pixels.y[site] = static_cast<float>(y / image.spacing);
+  }
+  return result;
 }
 
 } // namespace hdmbench

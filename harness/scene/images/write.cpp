@@ -149,28 +149,38 @@ void require_spacing(const std::filesystem::path& file, double spacing) {
 /// W x H x 1.
 template <typename Pixel>
 typename itk::Image<Pixel, 3>::Pointer allocate_values(const std::filesystem::path& file, Extent extent,
-                                                       double spacing) {
+                                                       double spacing, const Placement& placement) {
   require_spacing(file, spacing);
   using Field = itk::Image<Pixel, 3>;
   auto field = allocate<Field>(extent);
   typename Field::SpacingType spacings;
   spacings.Fill(spacing);
+  spacings[2] = placement.thickness > 0.0 ? placement.thickness : spacing;
   field->SetSpacing(spacings);
+  field->SetOrigin(placement.origin.data());
+  typename Field::DirectionType direction;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    for (unsigned row = 0; row < 3; ++row) {
+      direction(row, axis) = placement.axes[axis][row];
+    }
+  }
+  field->SetDirection(direction);
   return field;
 }
 
 } // namespace
 
-void write_displacement(const std::filesystem::path& file, const VectorField& displacement, double spacing) {
+void write_displacement(const std::filesystem::path& file, const VectorField& displacement, double spacing,
+                        const Placement& placement) {
   const auto format = format_of_values(file);
   validate(displacement, displacement.extent, "the displacement to write");
   if (file.extension() == ".nrrd") { // ranks write their parts of such a file, too, so it is not ITK's
     require_spacing(file, spacing);
-    return write_displacement_file(file, displacement, spacing);
+    return write_displacement_file(file, displacement, spacing, placement);
   }
-  const auto field = allocate_values<itk::Vector<float, 3>>(file, displacement.extent, spacing);
+  const auto field = allocate_values<itk::Vector<float, 3>>(file, displacement.extent, spacing, placement);
   const std::vector<float> values =
-      displacement_values(displacement, 0, displacement.extent.sites(), spacing);
+      displacement_values(displacement, 0, displacement.extent.sites(), spacing, placement);
   std::ranges::copy(values, field->GetBufferPointer()->GetDataPointer());
   auto& keys = field->GetMetaDataDictionary();
   for (const auto& [key, text] : displacement_keys) {
@@ -179,16 +189,18 @@ void write_displacement(const std::filesystem::path& file, const VectorField& di
   write_file(file, field.GetPointer(), format);
 }
 
-void write_scalar(const std::filesystem::path& file, const ScalarField& field, double spacing) {
+void write_scalar(const std::filesystem::path& file, const ScalarField& field, double spacing,
+                  const Placement& placement) {
   const auto format = format_of_values(file);
-  const auto image = allocate_values<float>(file, field.extent, spacing);
+  const auto image = allocate_values<float>(file, field.extent, spacing, placement);
   std::ranges::copy(field.values, image->GetBufferPointer());
   write_file(file, image.GetPointer(), format);
 }
 
-void write_vector(const std::filesystem::path& file, const VectorField& field, double spacing) {
+void write_vector(const std::filesystem::path& file, const VectorField& field, double spacing,
+                  const Placement& placement) {
   const auto format = format_of_values(file);
-  const auto image = allocate_values<itk::Vector<float, 2>>(file, field.extent, spacing);
+  const auto image = allocate_values<itk::Vector<float, 2>>(file, field.extent, spacing, placement);
   auto* const values = image->GetBufferPointer();
   for (std::size_t site = 0; site < field.extent.sites(); ++site) {
     values[site][0] = field.x[site];
@@ -197,9 +209,10 @@ void write_vector(const std::filesystem::path& file, const VectorField& field, d
   write_file(file, image.GetPointer(), format);
 }
 
-void write_labels(const std::filesystem::path& file, const LabelField& labels, double spacing) {
+void write_labels(const std::filesystem::path& file, const LabelField& labels, double spacing,
+                  const Placement& placement) {
   const auto format = format_of_values(file);
-  const auto image = allocate_values<std::int16_t>(file, labels.extent, spacing);
+  const auto image = allocate_values<std::int16_t>(file, labels.extent, spacing, placement);
   std::ranges::transform(labels.values, image->GetBufferPointer(), [&](int label) {
     if (!std::in_range<std::int16_t>(label)) {
       throw unwritable(file, fmt::format("the label {} is beyond 16 bits", label));

@@ -1,10 +1,12 @@
 #include "harness/solve/methods/elastic.hpp"
 
+#include "harness/scene/joined.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/methods/robust_observations.hpp"
 #include "harness/solve/methods/sampled_image.hpp"
+#include "harness/solve/methods/solver.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/springs.hpp"
@@ -22,6 +24,14 @@
 namespace hdmbench {
 
 namespace {
+
+/// Of conjugate gradients: a step of this share of the field ends them. Further ones would find products so
+/// small that float has no digits for them, and the field would grow without bounds.
+constexpr double least_share = 0x1p-36;
+/// Products below it have fewer digits than float.
+constexpr float least_product = 0x1p-100F;
+/// Squares of moduli that differ more do not fit into float, on whatever scale: what is soft is anywhere.
+constexpr double most_contrast = 1e30;
 
 std::vector<Extent> extents(const ElasticHierarchy& hierarchy) {
   std::vector<Extent> result;
@@ -229,11 +239,14 @@ ElasticSolver::Step ElasticSolver::conjugate_gradients() {
   const bool first = last_product_ == 0.0F;
   if (first) {
     find_load();
+    least_change_ =
+        least_share * root_mean_square(session_.dot(ElasticField::displacement, ElasticField::displacement));
   }
   improve(0, ElasticField::correction, true);
   const float product = session_.dot(ElasticField::load, ElasticField::correction);
-  if (!(product > 0.0F)) {
-    return {.ended = true};
+  const bool was_small = !first && last_change_ <= 0x1p16 * least_change_;
+  if (!(product > least_product && std::isfinite(product))) {
+    return {.ended = true, .at_rest = was_small || std::abs(product) <= least_product};
   }
   // What the load has changed by since the last step is last_factor * image.
   const float share =
@@ -242,16 +255,21 @@ ElasticSolver::Step ElasticSolver::conjugate_gradients() {
   session_.advance(ElasticField::direction, ElasticField::correction, share, ElasticField::direction);
   forces(ElasticField::direction, ElasticField::image);
   const float stiffness = -session_.dot(ElasticField::direction, ElasticField::image);
-  if (!(stiffness > 0.0F)) {
-    return {.ended = true};
+  if (!(stiffness > 0.0F && std::isfinite(stiffness))) {
+    return {.ended = true, .at_rest = was_small};
   }
   const float factor = product / stiffness;
+  const double change = static_cast<double>(factor) *
+                        root_mean_square(session_.dot(ElasticField::direction, ElasticField::direction));
+  if (!(change > least_change_)) {
+    return {.ended = true, .at_rest = true};
+  }
   session_.advance(ElasticField::displacement, ElasticField::displacement, factor, ElasticField::direction);
   session_.advance(ElasticField::load, ElasticField::load, factor, ElasticField::image);
   last_product_ = product;
   last_factor_ = factor;
-  return {.change = static_cast<double>(factor) *
-                    root_mean_square(session_.dot(ElasticField::direction, ElasticField::direction))};
+  last_change_ = change;
+  return {.change = change};
 }
 
 VectorField ElasticSolver::displacement() const {
@@ -264,11 +282,16 @@ VectorField ElasticSolver::displacement() const {
   return field;
 }
 
+double ElasticSolver::rounding(double largest, double contrast) const {
+  if (contrast > most_contrast) {
+    return std::numeric_limits<double>::infinity();
+  }
+  const double of_springs = sprung_ ? std::sqrt(std::min(contrast, 1e6)) : 1.0;
+  return largest * std::numeric_limits<float>::epsilon() * of_springs;
+}
+
 ElasticMethod elastic_method(const Schedule& schedule, double largest) {
-  // A hundredth of the last place of the largest target.
-  return {.name = schedule.method,
-          .effort = schedule.iterations,
-          .least_error = 0.01 * largest * std::numeric_limits<float>::epsilon()};
+  return {.name = schedule.method, .effort = schedule.iterations, .largest = largest};
 }
 
 std::optional<double> follow(const ElasticMethod& method, ElasticSolver& solver, double sites,
@@ -283,19 +306,28 @@ std::optional<double> follow(const ElasticMethod& method, ElasticSolver& solver,
   const bool gradients = method.name == elastic_conjugate_gradients;
   solver.full_multigrid(gradients || method.effort > 0);
   const int steps = gradients ? method.effort : method.effort - 1; // the first cycle is full multigrid's own
+  const double rounding = solver.rounding(method.largest, method.contrast);
+  const double least = 0.01 * method.largest * std::numeric_limits<float>::epsilon(); // it changes nothing
   RemainingError error(method.contrast);
+  CyclesError of_cycles(method.contrast, rounding);
   for (int done = 0; done < steps; ++done) {
     const ElasticSolver::Step step = gradients ? solver.conjugate_gradients() : solver.cycle();
     progress.advance(sites);
     if (step.ended) {
-      break;
+      return step.at_rest ? std::optional(std::hypot(error.is_known() ? error.estimate() : 0.0, rounding))
+                          : std::nullopt;
     }
-    error.add(std::sqrt(2.0) * step.change); // of sites, from that of components
-    if (error.cautious_estimate() < method.least_error) {
+    const double moved = std::sqrt(2.0) * step.change; // of sites, from that of components
+    error.add(moved);
+    of_cycles.add(moved);
+    if (error.cautious_estimate() < least) {
       break;
     }
   }
-  return error.is_known() ? std::optional(error.estimate()) : std::nullopt;
+  if (!error.is_known()) {
+    return std::nullopt;
+  }
+  return std::hypot(gradients ? error.estimate() : of_cycles.estimate(), rounding);
 }
 
 namespace {
@@ -306,8 +338,8 @@ Solution solve_sampled(const Scene& scene, ElasticSession& session, Progress& pr
   const Extent extent = sampled_extent(scene.extent(), scene.schedule.stride);
   if (std::min(extent.width, extent.height) < fewest_sampled_sites) {
     throw InputError(
-        fmt::format("every {}th pixel of {} x {} leaves an image of {} x {} sites; it needs {} x {}",
-                    scene.schedule.stride, scene.extent().width, scene.extent().height, extent.width,
+        fmt::format("every {} pixel of {} x {} leaves an image of {} x {} sites; it needs {} x {}",
+                    ordinal(scene.schedule.stride), scene.extent().width, scene.extent().height, extent.width,
                     extent.height, fewest_sampled_sites, fewest_sampled_sites));
   }
   const auto require_prescribed = [&](bool has_springs) {
@@ -351,6 +383,7 @@ Solution solve_whole(const Scene& scene, ElasticSession& session, Progress& prog
   method.contrast = contrast_of(scene.full.modulus);
   const std::optional<double> error =
       follow(method, solver, static_cast<double>(scene.extent().sites()), progress);
+  solver.settle(robust ? robust->level : scene.full, 0, 0, free_motions(scene.full));
   Solution solution;
   if (robust) {
     solution.levels = std::move(robust->work);
@@ -358,7 +391,9 @@ Solution solve_whole(const Scene& scene, ElasticSession& session, Progress& prog
   }
   add_work(solution.levels, solver.work());
   solution.timings.add(solver.timings());
-  solution.estimated_error = error;
+  if (error && std::isfinite(*error)) {
+    solution.estimated_error = error;
+  }
   {
     const Stopwatch watch(solution.timings.readback);
     solution.displacement = solver.displacement();
@@ -370,6 +405,9 @@ Solution solve_whole(const Scene& scene, ElasticSession& session, Progress& prog
 
 Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& progress,
                        const SolveOptions& options) {
+  if (const std::optional<Scene> scaled = with_safe_moduli(scene)) {
+    return solve_elastic(*scaled, session, progress, options);
+  }
   Solution solution = scene.schedule.stride > 1 ? solve_sampled(scene, session, progress)
                                                 : solve_whole(scene, session, progress);
   std::ranges::reverse(solution.levels); // the coarsest first, as other methods have them

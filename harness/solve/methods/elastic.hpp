@@ -4,6 +4,7 @@
 #include "harness/scene/scene.hpp"
 #include "harness/solve/progress.hpp"
 #include "harness/solve/solve.hpp"
+#include "kernels/data/elastic/free_parts.hpp"
 
 #include <functional>
 #include <optional>
@@ -18,7 +19,8 @@ public:
   /// What a cycle did to displacement: the root mean square over all components, pixels.
   struct Step {
     double change = 0.0;
-    bool ended = false; ///< what is left is rounding: nothing was changed
+    bool ended = false;   ///< nothing was changed
+    bool at_rest = false; ///< ... for what is left is rounding; else numbers left what float can hold
   };
 
   /// Makes the hierarchy of the image and loads it; displacement is the extended conditions. Both must
@@ -53,7 +55,17 @@ public:
   /// which moduli of very different size multiply.
   Step conjugate_gradients();
 
+  /// Where springs alone keep the sheet from moving without strain: brings it to where they are in balance.
+  /// Steps see the less of such motions the weaker the springs are beside the tissue, in the end nothing.
+  /// `own` has the sites that are written and read, from (left, top) of the image on; `motions` are those
+  /// that what is prescribed leaves (Hold::motions). Returns the RMS of the way, pixels. The last thing to
+  /// do.
+  double settle(const Level& own, int left, int top, const std::vector<RigidMotion>& motions);
+
   [[nodiscard]] VectorField displacement() const;
+  /// What float leaves at least of the error of a field that reaches `largest`, pixels. Weak springs on soft
+  /// tissue hold what is stiff the less exactly the more their moduli differ.
+  [[nodiscard]] double rounding(double largest, double contrast) const;
   /// Sweeps and residuals so far, the image first.
   [[nodiscard]] const std::vector<LevelResult>& work() const { return work_; }
   [[nodiscard]] const Timings& timings() const { return timings_; }
@@ -87,14 +99,16 @@ private:
   Sheet sheet_;               ///< of pull()
   float last_product_ = 0.0F; ///< load * correction of the last step of conjugate gradients; 0: none yet
   float last_factor_ = 0.0F;
+  double last_change_ = 0.0;  ///< pixels
+  double least_change_ = 0.0; ///< of conjugate gradients: what moves a component by no bit, pixels
 };
 
 /// The method that a schedule names.
 struct ElasticMethod {
   std::string name;
-  int effort = 0;           ///< Schedule::iterations
-  double least_error = 0.0; ///< pixels: no step as small as this changes anything
-  double contrast = 1.0;    ///< contrast_of() the sheet: of what is stated, not of what is done
+  int effort = 0;        ///< Schedule::iterations
+  double largest = 0.0;  ///< component of the targets, pixels
+  double contrast = 1.0; ///< contrast_of() the sheet: of what is stated, not of what is done
 };
 /// `largest`: of the targets, pixels.
 [[nodiscard]] ElasticMethod elastic_method(const Schedule& schedule, double largest);

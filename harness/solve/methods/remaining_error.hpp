@@ -65,4 +65,33 @@ private:
   std::vector<double> moved_;
 };
 
+/// The same of cycles by themselves. They shrink by a share that tends to one of their own, so what is left
+/// is a geometric series. The first one tells less: the larger the contrast, the more is left.
+class CyclesError {
+public:
+  /// `rounding`: RMS that moves a field for ever, pixels.
+  CyclesError(double contrast, double rounding) : contrast_(contrast), rounding_(rounding) {}
+
+  void add(double moved) {
+    if (moved_ > 0.0 && moved > rounding_) {
+      share_ = std::min(moved / moved_, largest_share);
+    }
+    moved_ = moved;
+  }
+
+  /// RMS of what is left, pixels.
+  [[nodiscard]] double estimate() const {
+    const double of_next =
+        share_ > 0.0 ? 1.3 * share_ / (1.0 - share_) : 0.5 * std::pow(std::min(contrast_, 1e6), 0.18);
+    return moved_ * of_next;
+  }
+
+private:
+  static constexpr double largest_share = 0.99;
+  double contrast_;
+  double rounding_;
+  double moved_ = 0.0;
+  double share_ = 0.0; ///< of a cycle's way in that of the one before; 0: not known yet
+};
+
 } // namespace hdmbench

@@ -71,7 +71,7 @@ public:
     if (!solve_sampled()) {
       solve_image();
     }
-    conclude(plan_, request_, clock_.seconds(), "finite elements");
+    conclude(plan_, scene_, request_, clock_.seconds(), "finite elements", mistrust_);
     return std::move(plan_);
   }
 
@@ -238,15 +238,22 @@ private:
     note(scene_.extent(), "multigrid", "from the coarsest level up, a W cycle on each", 0.0, unknown);
     RemainingError error(contrast_of(scene_.full.modulus));
     double last = clock_.seconds() - set_up; // a step costs no more than full multigrid
-    for (int i = 0; i < most_steps; ++i) {
+    bool at_rest = false;
+    for (int i = 0;; ++i) {
       const double before = clock_.seconds();
       const bool accurate = request_.accuracy && error.is_within(*request_.accuracy);
       if (accurate || !has_time_for(last)) {
         break;
       }
+      if (i == most_steps) {
+        mistrust_ = fmt::format("{} steps of conjugate gradients did not come to an end", most_steps);
+        break;
+      }
       const ElasticSolver::Step step = solver.conjugate_gradients();
       if (step.ended) {
-        note(scene_.extent(), "end", "what is left is rounding", 0.0, unknown);
+        at_rest = step.at_rest;
+        mistrust_ = at_rest ? "" : "moduli or springs differ so much that float32 has no further step";
+        note(scene_.extent(), "end", at_rest ? "what is left is rounding" : mistrust_, 0.0, unknown);
         break;
       }
       const double moved = distance_of(step);
@@ -258,13 +265,16 @@ private:
                                : std::string("there is time left"),
            moved, error.estimate());
     }
+    solver.settle(robust ? robust->level : scene_.full, 0, 0, free_motions(scene_.full));
     plan_.solution.displacement = solver.displacement();
     add_work(solver);
     const double largest = largest_component(plan_.solution.displacement);
-    if (error.is_known()) {
+    const double rounding = solver.rounding(largest, contrast_of(scene_.full.modulus));
+    if (!std::isfinite(rounding)) {
+      mistrust_ = "moduli differ more than float32 can tell";
+    } else if ((error.is_known() && mistrust_.empty()) || at_rest) {
       // No field was seen closer to the truth than this, whatever the moduli.
-      plan_.solution.estimated_error =
-          std::hypot(error.estimate(), largest * std::numeric_limits<float>::epsilon());
+      plan_.solution.estimated_error = std::hypot(error.is_known() ? error.estimate() : 0.0, rounding);
     }
   }
 
@@ -281,6 +291,7 @@ private:
   Progress& progress_;
   std::vector<Extent> extents_;
   Plan plan_;
+  std::string mistrust_; ///< why the estimate cannot be believed; empty: it can
 };
 
 } // namespace

@@ -3,6 +3,7 @@
 #include "harness/scene/method.hpp"
 #include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/sampled_image.hpp"
+#include "harness/solve/methods/solver.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
@@ -88,6 +89,13 @@ Plan solve_by_either_energy(Scene& scene, const Request& request, const Backend&
   if (!request.accuracy) {
     throw InputError("no accuracy is asked for, by which to choose an energy");
   }
+  if (std::optional<Scene> scaled = with_safe_moduli(scene)) {
+    Plan plan = solve_by_either_energy(*scaled, request, backend, options, sessions, progress);
+    std::swap(scaled->full.modulus, scene.full.modulus);
+    std::swap(scaled->full.inverse_modulus, scene.full.inverse_modulus);
+    scene = std::move(*scaled);
+    return plan;
+  }
   const Clock clock;
   const bool sprung = has_springs(scene.full);
   const Comparison comparison =
@@ -122,7 +130,7 @@ Plan solve_by_either_energy(Scene& scene, const Request& request, const Backend&
                        comparison.elastic);
     if (plan.met && apart <= share_of_model * *request.accuracy) {
       *plan.solution.estimated_error += std::max(comparison.difference, apart);
-      conclude(plan, request, clock.seconds(), truth);
+      conclude(plan, scene, request, clock.seconds(), truth);
       return plan;
     }
     steps.push_back({.extent = comparison.extent,
@@ -133,7 +141,7 @@ Plan solve_by_either_energy(Scene& scene, const Request& request, const Backend&
                      .seconds = clock.seconds()});
   }
   Plan plan = solve(usual_method(EnergyModel::elastic), request.accuracy);
-  conclude(plan, request, clock.seconds(), truth);
+  conclude(plan, scene, request, clock.seconds(), truth);
   return plan;
 }
 

@@ -4,6 +4,7 @@
 #include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/multigrid.hpp"
 #include "harness/solve/methods/sampled_image.hpp"
+#include "harness/solve/methods/solver.hpp"
 #include "harness/solve/planner/elastic_planner.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/input_error.hpp"
@@ -252,7 +253,7 @@ private:
     solution.levels = multigrid_.work();
     solution.timings = multigrid_.timings();
     solution.estimated_error = std::hypot(error_, rounding());
-    conclude(plan_, request_, seconds(), "the fixed point", mistrust_);
+    conclude(plan_, scene_, request_, seconds(), "the fixed point", mistrust_);
   }
 
   /// What no cycle has to be believed for. False where it cannot be had.
@@ -304,12 +305,17 @@ private:
 
 } // namespace
 
-void conclude(Plan& plan, const Request& request, double seconds, std::string_view truth,
+void conclude(Plan& plan, const Scene& scene, const Request& request, double seconds, std::string_view truth,
               std::string_view mistrust) {
-  const std::optional<double>& error = plan.solution.estimated_error;
+  std::optional<double>& error = plan.solution.estimated_error;
+  const std::string absurd = why_absurd(scene, plan.solution.displacement);
+  if (!absurd.empty()) {
+    error.reset();
+    mistrust = absurd;
+  }
   const bool accurate = !request.accuracy || (error && mistrust.empty() && *error <= *request.accuracy);
   const bool in_time = !request.seconds || seconds <= *request.seconds;
-  plan.met = accurate && in_time;
+  plan.met = accurate && in_time && absurd.empty();
   plan.outcome = fmt::format(
       "{}{}{} in {:.3g} ms: {}{}",
       request.accuracy ? fmt::format("asked {:.3g} px from {}, ", *request.accuracy, truth) : "",
@@ -330,6 +336,9 @@ Plan solve_as_needed(const Scene& scene, const Request& request, const Backend& 
                      Progress& progress) {
   require_positive(request.accuracy, "the accuracy asked for (px)");
   require_positive(request.seconds, "the time asked for (s)");
+  if (const std::optional<Scene> scaled = with_safe_moduli(scene)) {
+    return solve_as_needed(*scaled, request, backend, options, sessions, progress);
+  }
   if (scene.energy == EnergyModel::elastic) {
     return solve_elastic_as_needed(scene, request, backend, options, progress);
   }

@@ -41,9 +41,10 @@ struct Plan {
   std::string outcome; ///< one sentence for people
 };
 
-/// Says how the plan ended: from its estimate, after `seconds`; `truth` is what the estimate is the distance
-/// from. Without an estimate, or with `mistrust` (why it cannot be believed), nothing asked for is met.
-void conclude(Plan& plan, const Request& request, double seconds, std::string_view truth,
+/// Says how the plan of the scene ended: from its estimate, after `seconds`; `truth` is what the estimate is
+/// the distance from. Without an estimate, or with `mistrust` (why it cannot be believed), no accuracy is
+/// met; with a field that cannot be one (why_absurd) nothing is.
+void conclude(Plan& plan, const Scene& scene, const Request& request, double seconds, std::string_view truth,
               std::string_view mistrust = {});
 
 /// Work of the plan in sweeps over the full resolution.

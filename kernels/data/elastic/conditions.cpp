@@ -159,6 +159,22 @@ void require_held(const Level& level) {
   require_parts_held(level);
 }
 
+std::vector<RigidMotion> free_motions(const Level& level) {
+  Hold hold;
+  for (int y = 0; y < level.extent.height; ++y) {
+    for (int x = 0; x < level.extent.width; ++x) {
+      const std::size_t at = level.extent.index(x, y);
+      if (level.confidence.x[at] >= 1.0F) {
+        hold.know_x(y);
+      }
+      if (level.confidence.y[at] >= 1.0F) {
+        hold.know_y(x);
+      }
+    }
+  }
+  return hold.motions(level.extent);
+}
+
 VectorField extended_conditions(const Level& level) {
   VectorField field;
   field.extent = level.extent;

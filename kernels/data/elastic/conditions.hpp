@@ -39,4 +39,7 @@ void fill(Known& fine, const Known& coarse);
 /// All of it: by averages of averages, until there are no more than 2 x 2.
 void extend(Known& known);
 
+/// The motions without strain that prescribed components leave to the sheet.
+[[nodiscard]] std::vector<RigidMotion> free_motions(const Level& level);
+
 } // namespace hdmbench

@@ -88,6 +88,22 @@ std::string Hold::freedom() const {
   return fmt::format("can turn about x = {}, y = {}; give x in two rows or y in two columns", column_, row_);
 }
 
+std::vector<RigidMotion> Hold::motions(Extent image) const {
+  std::vector<RigidMotion> result;
+  if (row_ < 0) {
+    result.push_back({.x = 1.0});
+  }
+  if (column_ < 0) {
+    result.push_back({.y = 1.0});
+  }
+  if (turns_) {
+    result.push_back({.turn = 2.0 / std::max(image.width, image.height),
+                      .column = column_ < 0 ? 0.5 * (image.width - 1) : column_,
+                      .row = row_ < 0 ? 0.5 * (image.height - 1) : row_});
+  }
+  return result;
+}
+
 void require_parts_held(const Level& level) {
   const std::vector<float>& modulus = level.modulus.values;
   const ModulusRange range = modulus_range(level.modulus);

@@ -1,0 +1,61 @@
+#pragma once
+
+#include "harness/measure/bench_row.hpp"
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// Timings of before and after a change. What goes beyond one test of ranks is for Google Benchmark's
+/// compare.py, which reads bench --benchmark-json.
+namespace hdmbench {
+
+enum class Change {
+  faster,       ///< the new samples are smaller
+  not_slower,   ///< the new samples are not slower by more than the tolerance
+  slower,       ///< the new samples are larger, and their median is by more than the tolerance
+  inconclusive, ///< the samples are too few or too noisy to show any of these
+};
+inline constexpr std::array<std::string_view, 4> change_names{"faster", "not slower", "slower",
+                                                              "inconclusive"};
+
+/// A change counts as shown below this chance.
+inline constexpr double significant_p = 0.01;
+
+/// The chance with which the second samples would be so much larger than the first ones if both were of one
+/// distribution: the one-sided test of Mann and Whitney (1947) with the normal approximation, corrected for
+/// ties and continuity. 1 where a side is empty.
+[[nodiscard]] double chance_of_larger(std::span<const double> first, std::span<const double> second);
+
+struct ChangeOfTimes {
+  double old_median = 0.0; ///< seconds
+  double new_median = 0.0;
+  double p = 1.0; ///< chance_of_larger() of what `change` says
+  Change change = Change::inconclusive;
+};
+
+/// Of seconds > 0. `tolerance`: 0.05 bears a time that is 1.05 times as long.
+[[nodiscard]] ChangeOfTimes compare_times(std::span<const double> before, std::span<const double> after,
+                                          double tolerance);
+
+/// One computation, timed before and after.
+struct ComparedRow {
+  BenchRow row; ///< what was computed, as the old side has it
+  std::size_t new_samples = 0;
+  std::optional<ChangeOfTimes> found{}; ///< none where it cannot be compared
+  std::string remark{};                 ///< why not, or what differs beside the time
+
+  /// Neither slower nor open: it was compared, on the same device.
+  [[nodiscard]] bool passes() const;
+};
+
+/// Every row with timings of the old side with the row of the new side that has the same scene, size,
+/// backend, method and, where both tell, threads. Rows that only the new side has are left out.
+[[nodiscard]] std::vector<ComparedRow> compare_rows(std::span<const BenchRow> before,
+                                                    std::span<const BenchRow> after, double tolerance);
+
+} // namespace hdmbench

@@ -1,0 +1,105 @@
+#include "harness/report/ci_files.hpp"
+
+#include "harness/report/html.hpp"
+#include "harness/scene/file_output.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <string_view>
+
+namespace hdmbench::report {
+
+namespace {
+
+std::string text_of(const nlohmann::json& row, const char* key) {
+  const auto found = row.find(key);
+  return found != row.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+std::string size_of(const nlohmann::json& row) {
+  return fmt::format("{}x{}", row.at("width").get<long>(), row.at("height").get<long>());
+}
+
+} // namespace
+
+void write_junit(const std::filesystem::path& file, const nlohmann::json& rows) {
+  if (file.empty()) {
+    return;
+  }
+  std::string cases;
+  int failures = 0;
+  int skipped = 0;
+  for (const nlohmann::json& row : rows) {
+    const std::string verdict = text_of(row, "verdict");
+    const std::string backend = text_of(row, "backend");
+    const std::string method = text_of(row, "method");
+    cases += fmt::format(R"(  <testcase classname="{}.{}.{}" name="{} {}">)", escape(text_of(row, "scene")),
+                         size_of(row), escape(method), escape(backend), escape(text_of(row, "mode")));
+    if (verdict == "skipped") {
+      ++skipped;
+      cases += fmt::format(R"(<skipped message="{}"/>)", escape(text_of(row, "reason")));
+    } else if (verdict != "agree" && verdict != "certified") {
+      ++failures;
+      cases +=
+          fmt::format(R"(<failure message="{}: {} sites differ, {} counts are wrong. {}">{}</failure>)",
+                      escape(verdict), row.value("sites_differing", 0L), row.value("counts_differing", 0L),
+                      escape(text_of(row, "reason")), escape(text_of(row, "repeat")));
+    }
+    cases += "</testcase>\n";
+  }
+  write_text(
+      file,
+      fmt::format("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n <testsuite name=\"hdmbench "
+                  "verify\" tests=\"{}\" failures=\"{}\" skipped=\"{}\">\n{} </testsuite>\n</testsuites>\n",
+                  rows.size(), failures, skipped, cases));
+}
+
+void write_google_benchmark(const std::filesystem::path& file, const Context& context,
+                            const nlohmann::json& rows) {
+  if (file.empty()) {
+    return;
+  }
+  constexpr double milliseconds = 1000.0;
+  nlohmann::ordered_json benchmarks = nlohmann::ordered_json::array();
+  for (const nlohmann::json& row : rows) {
+    const std::string threads = row.value("threads", nlohmann::json()).is_null()
+                                    ? std::string()
+                                    : fmt::format("/threads:{}", row.at("threads").get<int>());
+    const std::string name = fmt::format("{}/{}/{}/{}{}", text_of(row, "scene"), size_of(row),
+                                         text_of(row, "method"), text_of(row, "backend"), threads);
+    const auto samples = row.at("seconds").get<std::vector<double>>();
+    const bool fails = samples.empty() || row.value("valid", nlohmann::json()) == false;
+    for (std::size_t i = 0; i < std::max<std::size_t>(1, samples.size()); ++i) {
+      const double time = samples.empty() ? 0.0 : samples[i] * milliseconds;
+      nlohmann::ordered_json entry{{"name", name},
+                                   {"run_name", name},
+                                   {"run_type", "iteration"},
+                                   {"repetitions", samples.size()},
+                                   {"repetition_index", i},
+                                   {"threads", 1},
+                                   {"iterations", 1},
+                                   {"real_time", time},
+                                   {"cpu_time", time},
+                                   {"time_unit", "ms"},
+                                   {"label", text_of(row, "device")}};
+      if (fails) {
+        entry["error_occurred"] = true;
+        entry["error_message"] = text_of(row, "reason");
+      }
+      benchmarks.push_back(std::move(entry));
+    }
+  }
+  const nlohmann::ordered_json document{{"context",
+                                         {{"date", context.date},
+                                          {"host_name", context.machine},
+                                          {"executable", "hdmbench " + context.arguments},
+                                          {"num_cpus", context.cores},
+                                          {"library_build_type", "release"},
+                                          {"hdmbench_commit", context.commit}}},
+                                        {"benchmarks", std::move(benchmarks)}};
+  write_text(file, document.dump(1) + "\n");
+}
+
+} // namespace hdmbench::report

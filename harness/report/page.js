@@ -1,0 +1,180 @@
+"use strict";
+// Reads the results that the page carries and shows them, a machine at a time.
+
+/// Lists of objects travel as {keys, rows}, so that a key is written once.
+function unpacked(value) {
+  if (Array.isArray(value)) return value.map(unpacked);
+  if (value === null || typeof value !== "object") return value;
+  const without_null = (entries) => Object.fromEntries(entries.filter(([, item]) => item !== null));
+  if (Array.isArray(value.keys) && Array.isArray(value.rows) && Object.keys(value).length === 2)
+    return value.rows.map((row) => without_null(row.map((item, i) => [value.keys[i], unpacked(item)])));
+  return without_null(Object.entries(value).map(([key, item]) => [key, unpacked(item)]));
+}
+
+/// Whatever has no part of its own: every plain value of its rows.
+function plain(rows) {
+  const keys = [...new Set(rows.flatMap((row) => Object.keys(row).filter((key) => typeof row[key] !== "object")))];
+  return table(rows, keys.map((key) => ({ key: (row) => row[key], title: key.replaceAll("_", " ") })));
+}
+
+/// In the order of the page. `commands` are those whose rows it takes, of which `takes` narrows the choice; `run` is how to
+/// get some.
+const SECTIONS = [
+  { title: "Speed against accuracy", commands: ["tradeoff"], run: "hdmbench tradeoff", draw: tradeoff, open: true },
+  { title: "Before and after", commands: ["run"], run: "hdmbench run brain --output DIR", draw: pictures, open: true },
+  { title: "Agreement", commands: ["verify"], run: "hdmbench verify", draw: agreement, open: true },
+  { title: "Speed over sizes", commands: ["bench"], run: "hdmbench bench", draw: speed, open: true },
+  { title: "Accuracy", commands: ["accuracy"], run: "hdmbench accuracy", draw: accuracy },
+  { title: "From pixels to the continuum", commands: ["continuum"], run: "hdmbench continuum", draw: continuum },
+  { title: "Where the methods fail", commands: ["atlas"], run: "hdmbench atlas", draw: atlas },
+  { title: "Backends and devices", commands: ["devices"], run: "hdmbench devices", columns: DEVICES },
+  { title: "Agreement on other drivers", commands: ["implementations"], run: "hdmbench implementations", columns: IMPLEMENTATIONS },
+  { title: "Arithmetic of the devices", commands: ["probe"], run: "hdmbench probe", draw: probe },
+  { title: "Planted faults", commands: ["faults"], run: "hdmbench faults", columns: FAULTS },
+  { title: "Failing calls of drivers", commands: ["failing-calls"], run: "build/release/test/failing_calls", columns: FAILING },
+  { title: "Golden hashes", commands: ["golden"], run: "hdmbench golden", columns: GOLDEN },
+  { title: "Several ranks", commands: ["scaling"], run: "mpirun -n 2 hdmbench bench --scaling strong", draw: scaling },
+  { title: "Registration", commands: ["register", "rivals", "people", "knobs"], takes: (row) => !is_about_stiffness(row),
+    run: "hdmbench rivals brain", draw: registration },
+  { title: "Hidden stiffness", commands: ["detect", "roc", "rivals", "knobs"], takes: is_about_stiffness,
+    run: "hdmbench rivals brain --detection 5", draw: detection },
+  { title: "Does it fit the thesis's card?", commands: ["instructions"], run: "build/release/test/instruction_count",
+    columns: INSTRUCTIONS },
+];
+
+const minute = (date) => String(date ?? "").slice(0, 16).replace("T", " ");
+/// "300 x 300" as 300 × 300.
+const with_times = (words) => words.replace(/(\d) x(?=$| \d)/g, "$1 ×");
+
+const FILES = [
+  { key: "file", title: "file" },
+  { key: "context.arguments", title: "command line", format: code },
+  { key: (file) => file.results.length, title: "rows", format: count },
+  { key: (file) => file.replaced || undefined, title: "replaced by newer", format: count },
+  { key: "context.date", title: "date", format: minute },
+  { key: "context.commit", title: "commit", format: code },
+  { key: "context.quick", title: "quick" },
+  { key: "context.operating_system", title: "operating system" },
+  { key: "context.compiler", title: "compiler" },
+  { key: "context.flags", title: "flags" },
+];
+const MACHINES = [
+  { key: "machine", title: "machine" },
+  { key: "backend", title: "backend" },
+  { key: "compared", title: "comparisons", format: count },
+  { key: "agree", title: "agree", format: count },
+  { key: (row) => row.best && `${scene_of(row.best)}, ${row.best.method}`, title: "fastest on" },
+  { key: "best.seconds_median", title: "seconds", format: seconds },
+  { key: "best.speed_up_over_scalar", title: "over scalar", format: times },
+  { key: "best.msites_per_second", title: "million sites/s" },
+  { key: "best.percent_of_ceiling", title: "of the ceiling", format: unit("%") },
+];
+
+/// Machines beside each other: a line for each backend of each.
+function machines_table(files) {
+  const lines = [...group_by(files, "context.machine")].flatMap(([machine, mine]) => {
+    const of = (command) => mine.filter((file) => file.command === command).flatMap((file) => file.results);
+    return distinct([...of("verify"), ...of("bench")], "backend").map((backend) => {
+      const compared = of("verify").filter((row) => row.backend === backend && row.verdict !== "skipped");
+      const timed = of("bench").filter((row) => row.backend === backend && row.valid && row.speed_up_over_scalar);
+      const agree = compared.filter((row) => row.verdict === "agree" || row.verdict === "certified").length;
+      const [best] = timed.sort((a, b) => b.speed_up_over_scalar - a.speed_up_over_scalar);
+      return { machine, backend, compared: compared.length, agree, best };
+    });
+  });
+  return table(lines, MACHINES);
+}
+
+/// Machine, date, verdict, numbers.
+function head(machine, files) {
+  const dates = files.map((file) => minute(file.context.date)).filter(Boolean).sort();
+  const newest = files.find((file) => minute(file.context.date) === dates.at(-1))?.context ?? {};
+  const [first, last] = [dates[0], dates.at(-1)].map((date) => date?.slice(0, 10));
+  const where = [first === last ? dates.at(-1) : `${first} to ${last}`, newest.operating_system, newest.compiler,
+    newest.commit && `commit ${newest.commit}`];
+  const list = (notes) => notes.length > 0 && el("ul", {}, notes.map((note) => el("li", {}, with_times(note.text))));
+  const others = machine.notes.filter((note) => note.state === "good");
+  return [
+    el("h1", {}, machine.name),
+    el("p", { class: "soft" }, where.filter(Boolean).join(" · ")),
+    el("div", { class: `verdict ${machine.state}` }, el("p", { class: "sentence" }, with_times(machine.sentence)),
+      list(machine.notes.filter((note) => note.state !== "good"))),
+    el("div", { class: "numbers" }, machine.numbers.map((one) =>
+      el("div", { class: one.state }, el("b", {}, with_times(one.value)), el("span", {}, with_times(one.text))))),
+    others.length > 0 && fold("What else was found", list(others)),
+  ];
+}
+
+const id_of = (title) => title.toLowerCase().replace(/[^a-z]+/g, "-");
+
+/// What is folded is made when it is opened first.
+function part_of(section, rows, data) {
+  const draw = () => (section.columns ? table(rows, section.columns) : section.draw(rows, data));
+  if (section.open) return el("section", { id: id_of(section.title) }, el("h2", {}, section.title), draw());
+  let made = false;
+  const content = el("div");
+  const open = () => {
+    if (!made) content.append(...nodes(draw()));
+    made = true;
+  };
+  return el("details", { class: "part", id: id_of(section.title), ontoggle: open },
+    el("summary", {}, section.title, el("span", { class: "soft" }, plural(rows.length, "row"))), content);
+}
+
+/// "Not measured here: ..." with the lines that would.
+function missing_line(sections) {
+  const words = sections.map((section, i) => [i > 0 && ", ", section.title.toLowerCase(), " (", code(section.run), ")"]);
+  return sections.length > 0 && el("p", { class: "soft" }, "Not measured here: ", words, ". Each takes --json FILE.");
+}
+
+function show(all, machine) {
+  const files = all.files.filter((file) => file.context.machine === machine.name);
+  const file_of = new Map(files.flatMap((file) => file.results.map((row) => [row, file])));
+  const data = {
+    published: all.published,
+    picture: (row, name) => name && all.pictures[file_of.get(row).folder + name],
+  };
+  const known = new Set(SECTIONS.flatMap((section) => section.commands));
+  const unknown = distinct(files, "command").filter((command) => !known.has(command));
+  const sections = [...SECTIONS, ...unknown.map((command) => ({ title: command, commands: [command], draw: plain }))];
+  const rows_of = ({ commands, takes = () => true }) =>
+    files.filter((file) => commands.includes(file.command)).flatMap((file) => file.results).filter(takes);
+  const there = sections.filter((section) => rows_of(section).length > 0);
+  const folders = new Set(files.map((file) => file.folder));
+  const loose = Object.entries(all.pictures)
+    .filter(([name]) => !all.named.includes(name) && folders.has(name.slice(0, name.indexOf("/") + 1)))
+    .map(([name, uri]) => [uri, name.split("/").at(-1)]);
+  const parts = there.map((section) => part_of(section, rows_of(section), data));
+  if (loose.length > 0) parts.push(part_of({ title: "More pictures", draw: figures }, loose, data));
+  parts.push(part_of({ title: "Reproduce", columns: FILES }, files, data));
+  const links = parts.map((part) => el("a", { href: `#${part.id}` }, part.querySelector("h2, summary").firstChild.textContent));
+  return nodes([
+    head(machine, files),
+    el("nav", { "aria-label": "Parts of the page" }, links),
+    all.machines.length > 1 && el("section", { id: "machines" }, el("h2", {}, "Machines side by side"), machines_table(all.files)),
+    parts,
+    missing_line(sections.filter((section) => !there.includes(section))),
+  ]);
+}
+
+function open_target() {
+  const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+  if (target?.tagName === "DETAILS") target.open = true;
+  target?.scrollIntoView();
+}
+
+function start() {
+  const all = JSON.parse(document.getElementById("data").textContent);
+  for (const file of all.files) file.results = unpacked(file.results);
+  const content = el("div");
+  const draw = (name) => content.replaceChildren(...show(all, all.machines.find((machine) => machine.name === name)));
+  const machines = all.machines.map((machine) => [machine.name]);
+  document.getElementById("page").replaceChildren(
+    el("p", { class: "soft" }, "hdmbench: one image deformation on CPUs and GPUs: same bits, speed, accuracy ",
+      machines.length > 1 && choice("Machine", machines, draw)),
+    content);
+  draw(all.machines[0].name);
+  window.addEventListener("hashchange", open_target);
+  open_target();
+}
+start();

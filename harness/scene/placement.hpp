@@ -1,0 +1,43 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace hdmbench {
+
+/// Where a two-dimensional image lies in the patient, in ITK's convention: millimetres along axes that point
+/// to the left, to the back and upwards (LPS). An image that says nothing of it begins at 0 and lies along
+/// the axes.
+struct Placement {
+  using Vector = std::array<double, 3>;
+
+  Vector origin{}; ///< centre of the first pixel
+  /// Unit vectors along the rows, along the columns, and from one slice to the next: the columns of ITK's
+  /// direction. The first two are perpendicular.
+  std::array<Vector, 3> axes{{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}};
+  double thickness = 0.0; ///< distance between slices; 0: the side of a pixel
+
+  /// The physical vector of one that leads `x` millimetres along the rows, `y` along the columns and `z`
+  /// through the slices. Without the axes' own rounding where they are those of the space; it has no -0.
+  [[nodiscard]] Vector vector(double x, double y, double z = 0.0) const {
+    Vector sum{};
+    for (std::size_t i = 0; i < sum.size(); ++i) {
+      sum[i] = axes[0][i] * x + axes[1][i] * y + axes[2][i] * z + 0.0;
+    }
+    return sum;
+  }
+
+  /// The placement of an image whose first pixel lies there, seen from this one's.
+  [[nodiscard]] Placement moved(double x, double y, double z = 0.0) const {
+    Placement result = *this;
+    const Vector way = vector(x, y, z);
+    for (std::size_t i = 0; i < way.size(); ++i) {
+      result.origin[i] += way[i];
+    }
+    return result;
+  }
+
+  friend bool operator==(const Placement&, const Placement&) = default;
+};
+
+} // namespace hdmbench
