@@ -10,10 +10,12 @@
 namespace hdmbench {
 
 /// Tiles of sites, each swept by a work group: an invocation goes down `columns` columns side by
-/// side, so that each row is fetched once (kernels/shaders/tile.glsl).
+/// side, so that each row is fetched once (kernels/shaders/tile.glsl), or along them in OpenCL C, where a
+/// single one on a CPU goes along the whole row (kernels/shaders/sweep.cl).
 struct SweepShape {
-  Extent tile{};   ///< sites; divides 128 x 64
-  int columns = 1; ///< 1, 2 or 4; divides the width
+  Extent tile{};      ///< sites; divides 128 x 64
+  int columns = 1;    ///< divides the width; 1, 2 or 4 in shaders
+  int simd_width = 1; ///< sites side by side of a loop along the row: a hint to the compiler
 
   [[nodiscard]] constexpr int invocations() const { return tile.width / columns; }
   auto operator<=>(const SweepShape&) const = default;
@@ -32,8 +34,8 @@ inline constexpr std::array<SweepShape, 10> sweep_shapes{{{{32, 16}, 4},
                                                           {{64, 8}, 1},
                                                           {{64, 32}, 2}}};
 
-/// All of sweep_shapes that are worth trying, for Backend::do_shapes().
-[[nodiscard]] Variants sweep_variants();
+/// All of these shapes, which are worth trying, for Backend::do_shapes().
+[[nodiscard]] Variants sweep_variants(std::span<const SweepShape> shapes);
 
 /// Of any backend's shapes: what results call it, and Variants::measure, dense sweeps of a level of 512 x
 /// 512, or 256 x 256 where that is too large.
