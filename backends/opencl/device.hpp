@@ -82,7 +82,9 @@ private:
   Handle<cl_command_queue> queue_;
 };
 
-/// The verbs on one of the devices.
-[[nodiscard]] std::unique_ptr<ComputeDevice> open(std::shared_ptr<const Api> api, FoundDevice device);
+/// The verbs on one of the devices, whose sweeps may have these shapes, or where there are none, those for
+/// such a device.
+[[nodiscard]] std::unique_ptr<ComputeDevice> open(std::shared_ptr<const Api> api, FoundDevice device,
+                                                  std::vector<SweepShape> shapes);
 
 } // namespace hdmbench::opencl

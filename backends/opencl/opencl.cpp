@@ -34,19 +34,6 @@ namespace {
 /// because some drivers print warnings, whether asked or not.
 constexpr const char* build_options = "-cl-std=CL1.2 -cl-single-precision-constant -w";
 
-/// A CPU has one work item a group, whose loop along a row is made SIMD. PoCL takes 8 sites side by side of
-/// its own accord. Rows of 128 sites make more tiles border tiles.
-constexpr std::array<SweepShape, 6> cpu_shapes{{{.tile = {64, 16}, .columns = 64, .simd_width = 16},
-                                                {.tile = {64, 16}, .columns = 64, .simd_width = 8},
-                                                {.tile = {64, 32}, .columns = 64, .simd_width = 16},
-                                                {.tile = {128, 16}, .columns = 128, .simd_width = 16},
-                                                {.tile = {128, 32}, .columns = 128, .simd_width = 8},
-                                                {.tile = {128, 32}, .columns = 128, .simd_width = 16}}};
-
-/// Other devices have a work item for each column, or for two.
-constexpr std::array<SweepShape, 6> gpu_shapes{
-    {{{64, 16}, 1}, {{64, 8}, 1}, {{32, 16}, 1}, {{32, 8}, 1}, {{128, 8}, 1}, {{128, 16}, 2}}};
-
 /// What is a kernel's in the texts: its name, its arguments by backends/device/bindings.hpp, and its texts.
 struct Source {
   const char* name = "";
@@ -134,7 +121,8 @@ private:
 
 class ClDevice final : public ComputeDevice {
 public:
-  explicit ClDevice(Queue queue) : queue_(std::move(queue)) {
+  ClDevice(Queue queue, std::vector<SweepShape> shapes)
+      : queue_(std::move(queue)), shapes_(std::move(shapes)) {
     const FoundDevice& device = queue_.device();
     constexpr std::size_t indexable = std::size_t{1} << 35; // four planes of 2^31 floats
     limits_ = {.elements = indexable,
@@ -146,7 +134,11 @@ public:
                .shared_bytes = 0,
                .has_planes = true};
     const auto fits = [&](const SweepShape& shape) { return shape.invocations() <= limits_.group; };
-    shapes_ = device.is_cpu || !std::ranges::all_of(gpu_shapes, fits) ? cpu_shapes : gpu_shapes;
+    if (shapes_.empty()) {
+      const bool is_cpu = device.is_cpu || !std::ranges::all_of(sweep_shapes_of_rows, fits);
+      const auto& all = is_cpu ? sweep_shapes_of_simd : sweep_shapes_of_rows;
+      shapes_.assign(all.begin(), all.end());
+    }
   }
 
   const Device& description() const override { return queue_.device().description; }
@@ -196,7 +188,7 @@ private:
 
   Queue queue_;
   DeviceLimits limits_;
-  std::span<const SweepShape> shapes_;
+  std::vector<SweepShape> shapes_;
 };
 
 class OpenClApi final : public ComputeApi {
@@ -215,14 +207,15 @@ public:
     if (index >= found.size()) {
       throw DeviceError(fmt::format("OpenCL device {} has gone, {} are left", index, found.size()));
     }
-    return opencl::open(std::move(api), std::move(found[index]));
+    return opencl::open(std::move(api), std::move(found[index]), {});
   }
 };
 
 } // namespace
 
-std::unique_ptr<ComputeDevice> open(std::shared_ptr<const Api> api, FoundDevice device) {
-  return std::make_unique<ClDevice>(Queue(std::move(api), std::move(device)));
+std::unique_ptr<ComputeDevice> open(std::shared_ptr<const Api> api, FoundDevice device,
+                                    std::vector<SweepShape> shapes) {
+  return std::make_unique<ClDevice>(Queue(std::move(api), std::move(device)), std::move(shapes));
 }
 
 } // namespace hdmbench::opencl

@@ -34,6 +34,18 @@ inline constexpr std::array<SweepShape, 10> sweep_shapes{{{{32, 16}, 4},
                                                           {{64, 8}, 1},
                                                           {{64, 32}, 2}}};
 
+/// For OpenCL C. A CPU has one work item a group, whose loop along a row is made SIMD: PoCL takes 8 sites
+/// side by side of its own accord. Rows of 128 sites make more tiles border tiles.
+inline constexpr std::array<SweepShape, 6> sweep_shapes_of_simd{{{{64, 16}, 64, 16},
+                                                                 {{64, 16}, 64, 8},
+                                                                 {{64, 32}, 64, 16},
+                                                                 {{128, 16}, 128, 16},
+                                                                 {{128, 32}, 128, 8},
+                                                                 {{128, 32}, 128, 16}}};
+/// Other devices have a work item for each column, or for two.
+inline constexpr std::array<SweepShape, 6> sweep_shapes_of_rows{
+    {{{64, 16}, 1}, {{64, 8}, 1}, {{32, 16}, 1}, {{32, 8}, 1}, {{128, 8}, 1}, {{128, 16}, 2}}};
+
 /// All of these shapes, which are worth trying, for Backend::do_shapes().
 [[nodiscard]] Variants sweep_variants(std::span<const SweepShape> shapes);
 

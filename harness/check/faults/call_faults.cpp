@@ -1,6 +1,9 @@
+#include "backends/device/bindings.hpp"
 #include "harness/check/faults/device_faults.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <limits>
 
 namespace hdmbench::faults {
@@ -39,12 +42,12 @@ void read_what_is_drawn_into() {
 void read_what_is_stored_to() {
   GLint name = 0;
   HDMBENCH_DRIVER(GetIntegeri_v)(GL_IMAGE_BINDING_NAME, 0, &name);
-  HDMBENCH_DRIVER(ActiveTexture)(GL_TEXTURE0);
+  HDMBENCH_DRIVER(ActiveTexture)(GL_TEXTURE0 + binding::displacement);
   HDMBENCH_DRIVER(BindTexture)(GL_TEXTURE_BUFFER, static_cast<GLuint>(name));
   record_changed_call();
 }
 
-std::vector<DeviceFault> uniform_faults() {
+std::vector<DeviceFault> fragment_faults() {
   return {
       {.name = "penalty-uniform",
        .what = "half the penalty K in the uniform",
@@ -77,11 +80,6 @@ std::vector<DeviceFault> uniform_faults() {
                                record_changed_call();
                                HDMBENCH_DRIVER(Uniform4f)(location, colour, strength, 0.0F, seed);
                              })}},
-  };
-}
-
-std::vector<DeviceFault> fragment_faults() {
-  return {
       {.name = "half-float-textures",
        .what = "textures of 16-bit floats",
        .calls = {replacement("glTexImage2D", texture_of_format<GL_RGBA16F_ARB>)}},
@@ -153,8 +151,44 @@ std::vector<DeviceFault> fragment_faults() {
   };
 }
 
+/// Words that sweeps are told (kernels/shaders/sweep.comp), one of them changed.
+template <std::size_t word, auto change>
+void sweep_words(GLint location, GLsizei count, const GLint* values) {
+  std::array<GLint, 13> words{};
+  if (static_cast<std::size_t>(count) != words.size()) { // another program's
+    return HDMBENCH_DRIVER(Uniform1iv)(location, count, values);
+  }
+  std::copy_n(values, words.size(), words.begin());
+  words[word] = change(words[word]);
+  record_changed_call();
+  HDMBENCH_DRIVER(Uniform1iv)(location, count, words.data());
+}
+
+template <std::size_t word, auto change>
+DeviceFault in_words(std::string_view name, std::string_view what, std::string_view method) {
+  return {.name = std::string(name),
+          .what = std::string(what),
+          .method = std::string(method),
+          .calls = {{"glUniform1iv", reinterpret_cast<gl::Address>(&sweep_words<word, change>)}}};
+}
+
 std::vector<DeviceFault> compute_faults() {
+  constexpr auto none = [](GLint) { return 0; };
   return {
+      in_words<0, [](GLint bits) { return std::bit_cast<GLint>(0.5F * std::bit_cast<float>(bits)); }>(
+          "penalty-uniform", "half the penalty K in the uniform", "icm"),
+      in_words<1, [](GLint width) { return width - 1; }>(
+          "dimension-uniform", "the image's width one too small in the uniform", "icm"),
+      in_words<3, none>("colour-uniform", "the colour stuck at 0", "coloured"),
+      in_words<5, none>("sweep-number-uniform", "the sweep's number stuck at 0", "annealing"),
+      {.name = "steps-uniform",
+       .what = "one candidate fewer in the uniform, the last one 0",
+       .method = "annealing",
+       .calls = {replacement("glUniform1fv",
+                             [](GLint location, GLsizei count, const GLfloat* values) {
+                               record_changed_call();
+                               HDMBENCH_DRIVER(Uniform1fv)(location, count - 1, values);
+                             })}},
       {.name = "dispatch-short",
        .what = "one group too few",
        .calls = {replacement("glDispatchCompute",
@@ -170,13 +204,6 @@ std::vector<DeviceFault> compute_faults() {
                                const GLintptr late = size > site ? site : 0;
                                record_changed_call();
                                HDMBENCH_DRIVER(BufferSubData)(target, offset + late, size - late, data);
-                             })}},
-      {.name = "dimension-uniform",
-       .what = "the image's width one too small in the uniform",
-       .calls = {replacement("glUniform2i",
-                             [](GLint location, GLint width, GLint height) {
-                               record_changed_call();
-                               HDMBENCH_DRIVER(Uniform2i)(location, width - 1, height);
                              })}},
       {.name = "feedback",
        .what = "the buffer stored to is the one that is read",
@@ -237,10 +264,7 @@ std::vector<Replacement> guard_bands() {
 }
 
 std::vector<DeviceFault> call_faults(Pipeline pipeline) {
-  std::vector<DeviceFault> all = uniform_faults();
-  const auto own = pipeline == Pipeline::fragment ? fragment_faults() : compute_faults();
-  all.insert(all.end(), own.begin(), own.end());
-  return all;
+  return pipeline == Pipeline::fragment ? fragment_faults() : compute_faults();
 }
 
 } // namespace hdmbench::faults

@@ -241,8 +241,8 @@ std::vector<DeviceFault> compute_faults() {
   std::vector<DeviceFault> list{
       edit("pitch", "rows one element too long", "start += size.x;", "start += size.x + 1;"),
       edit("half-float-displacement", "displacements fetched with 11 significant bits",
-           "{ return texelFetch(image, i).rg; }",
-           "{ return unpackHalf2x16(packHalf2x16(texelFetch(image, i).rg)); }"),
+           "{ return texelFetch(displacement, i).xy; }",
+           "{ return unpackHalf2x16(packHalf2x16(texelFetch(displacement, i).xy)); }"),
   };
   list.push_back({.name = "half-float-energy",
                   .what = "energies with 11 significant bits",
