@@ -38,7 +38,7 @@ const Program& Programs::operator()(const ProgramKind& kind) {
 }
 
 void make_room(ComputeDevice& device, std::unique_ptr<Array>& array, std::size_t count, Kind kind) {
-  if (array == nullptr || array->count() < count || array->kind() != kind) {
+  if (array == nullptr || array->count() != count || array->kind() != kind) {
     array.reset(); // before the new one, so that both need not fit
     array = device.allocate(count, kind);
   }

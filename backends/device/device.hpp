@@ -263,7 +263,7 @@ private:
   std::map<ProgramKind, std::unique_ptr<Program>> programs_;
 };
 
-/// Makes `array` have so many elements at least, whose content is then undefined.
+/// Makes `array` have so many elements, whose content is then undefined.
 void make_room(ComputeDevice& device, std::unique_ptr<Array>& array, std::size_t count, Kind kind);
 
 /// A new array with these values; of one element where there are none.
