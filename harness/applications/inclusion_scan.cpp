@@ -163,7 +163,7 @@ void InclusionScan::add_excuse(const VectorField& more, const VectorField& less)
   VectorField excuse = inexcusable(more, less);
   const double length = std::sqrt(product(excuse, excuse));
   if (length > least_way) {
-    add(excuse, static_cast<float>(1.0 / length - 1.0), excuse);
+    add(excuse, static_cast<float>(1.0 / length - 1.0), excuse); // of length 1 now
     excuses_.push_back(std::move(excuse));
   }
 }
