@@ -1,8 +1,7 @@
 #include "harness/check/verify_elastic.hpp"
 
-#include "backends/cpu/elastic_answers.hpp"
-#include "harness/check/bounded_real.hpp"
 #include "harness/check/compare.hpp"
+#include "harness/check/elastic_step.hpp"
 #include "harness/check/follower.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/solver.hpp"
@@ -18,17 +17,7 @@ namespace hdmbench {
 
 namespace {
 
-using Bounded = ElasticAnswers<bounded::real>;
-
-/// What all sessions do at the same time.
-struct Step {
-  const char* name;
-  int level; ///< and field: what it makes
-  ElasticField field;
-  std::function<void(ElasticSession&)> take;
-  /// What it has to make of a site, with bounds; of the fields before the step.
-  std::function<Bounded::Answer(const Bounded&, int x, int y)> answer;
-};
+using Bounded = BoundedElastic;
 
 /// One backend in one mode.
 struct ElasticFollower {
@@ -44,10 +33,11 @@ double gap_over_bound(const bounded::real& expected, float found) {
 
 /// The reference, led by a method, and those that follow it. Fields of a hierarchy are compared as they are
 /// made, so that all sessions have the reference's before every step.
-class ElasticProcession final : public ElasticSession {
+class ElasticProcession final : public SteppedElasticSession {
   /// ask(answers) of the reference's fields as they are, but for `replaced`, where there is one.
   template <typename Ask>
-  auto with_bounds(const Ask& ask, const Step* step = nullptr, const VectorField* replaced = nullptr) const {
+  auto with_bounds(const Ask& ask, const ElasticStep* step = nullptr,
+                   const VectorField* replaced = nullptr) const {
     ElasticFields fields;
     fields.load(*hierarchy_);
     VectorField values;
@@ -82,62 +72,8 @@ public:
       }
     }
   }
-  void write(int level, ElasticField field, const VectorField& values) override {
-    follow({"write", level, field, [&](ElasticSession& session) { session.write(level, field, values); },
-            [&](const Bounded&, int x, int y) {
-              const std::size_t at = values.extent.index(x, y);
-              return Bounded::Answer{values.x[at], values.y[at]};
-            }});
-  }
   void read(int level, ElasticField field, VectorField& values) const override {
     reference_.read(level, field, values);
-  }
-  void relax(int level, ElasticField field) override {
-    follow({"sweep", level, field, [=](ElasticSession& session) { session.relax(level, field); },
-            [=](const Bounded& of, int x, int y) { return of.relax(level, field, x, y); }});
-  }
-  void relax_from_zero(int level) override {
-    follow({"sweep from zero", level, ElasticField::correction,
-            [=](ElasticSession& session) { session.relax_from_zero(level); },
-            [=](const Bounded& of, int x, int y) { return of.relax_from_zero(level, x, y); }});
-  }
-  void forces(ElasticField of, ElasticField to) override {
-    follow({"forces", 0, to, [=](ElasticSession& session) { session.forces(of, to); },
-            [=](const Bounded& answers, int x, int y) { return answers.forces(of, x, y); }});
-  }
-  void restrict_residual(int level, ElasticField of) override {
-    follow({"restricted residual", level + 1, ElasticField::load,
-            [=](ElasticSession& session) { session.restrict_residual(level, of); },
-            [=](const Bounded& answers, int x, int y) {
-              return answers.restricted(level, x, y,
-                                        [&](int i, int j) { return answers.free_residual(level, of, i, j); });
-            }});
-  }
-  void restrict_load(int level) override {
-    follow({"restricted load", level + 1, ElasticField::load,
-            [=](ElasticSession& session) { session.restrict_load(level); },
-            [=](const Bounded& answers, int x, int y) {
-              return answers.restricted(level, x, y,
-                                        [&](int i, int j) { return answers.free_load(level, i, j); });
-            }});
-  }
-  void interpolate(int level) override {
-    follow({"interpolation", level, ElasticField::correction,
-            [=](ElasticSession& session) { session.interpolate(level); },
-            [=](const Bounded& of, int x, int y) { return of.interpolate(level, x, y); }});
-  }
-  void correct(int level, ElasticField field) override {
-    follow({"correction", level, field, [=](ElasticSession& session) { session.correct(level, field); },
-            [=](const Bounded& of, int x, int y) { return of.correct(level, field, x, y); }});
-  }
-  void solve_coarsest() override {
-    follow({"coarsest solution", static_cast<int>(hierarchy_->levels.size()) - 1, ElasticField::correction,
-            [](ElasticSession& session) { session.solve_coarsest(); },
-            [](const Bounded& of, int x, int y) { return of.solve_coarsest(x, y); }});
-  }
-  void advance(ElasticField to, ElasticField value, float factor, ElasticField direction) override {
-    follow({"advance", 0, to, [=](ElasticSession& session) { session.advance(to, value, factor, direction); },
-            [=](const Bounded& of, int x, int y) { return of.advance(value, factor, direction, x, y); }});
   }
   float dot(ElasticField first, ElasticField second) const override {
     const float expected = reference_.dot(first, second);
@@ -177,7 +113,9 @@ private:
     return hierarchy_->levels.at(static_cast<std::size_t>(level)).grid.sites;
   }
 
-  void follow(const Step& step) {
+  [[nodiscard]] const ElasticHierarchy& hierarchy() const override { return *hierarchy_; }
+
+  void take(const ElasticStep& step) override {
     VectorField before;
     VectorField expected;
     reference_.read(step.level, step.field, before);
@@ -202,7 +140,7 @@ private:
     }
   }
 
-  void judge(const Step& step, const VectorField& before, const VectorField& expected,
+  void judge(const ElasticStep& step, const VectorField& before, const VectorField& expected,
              const VectorField& found, Comparison& comparison) const {
     with_bounds(
         [&](const Bounded& of) {
@@ -216,8 +154,8 @@ private:
         &step, &before);
   }
 
-  void judge_site(const Step& step, const Bounded& of, const VectorField& expected, const VectorField& found,
-                  std::size_t site, Comparison& comparison) const {
+  void judge_site(const ElasticStep& step, const Bounded& of, const VectorField& expected,
+                  const VectorField& found, std::size_t site, Comparison& comparison) const {
     const auto width = static_cast<std::size_t>(expected.extent.width);
     FirstDifference difference{.level = step.level,
                                .iteration = static_cast<int>(steps_),
@@ -225,7 +163,7 @@ private:
                                .y = static_cast<int>(site / width),
                                .expected = {expected.x[site], expected.y[site]},
                                .found = {found.x[site], found.y[site]},
-                               .step = step.name};
+                               .step = std::string(step.name)};
     const Bounded::Answer answer = step.answer(of, difference.x, difference.y);
     const double gap =
         std::max(gap_over_bound(answer.x, found.x[site]), gap_over_bound(answer.y, found.y[site]));
