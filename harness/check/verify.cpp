@@ -1,7 +1,6 @@
 #include "harness/check/verify.hpp"
 
 #include "harness/check/compare.hpp"
-#include "harness/check/exactness.hpp"
 #include "harness/check/follower.hpp"
 #include "harness/check/one_piece.hpp"
 #include "harness/check/resting_tiles.hpp"

@@ -156,30 +156,15 @@ private:
 
   void judge_site(const ElasticStep& step, const Bounded& of, const VectorField& expected,
                   const VectorField& found, std::size_t site, Comparison& comparison) const {
-    const auto width = static_cast<std::size_t>(expected.extent.width);
-    FirstDifference difference{.level = step.level,
-                               .iteration = static_cast<int>(steps_),
-                               .x = static_cast<int>(site % width),
-                               .y = static_cast<int>(site / width),
-                               .expected = {expected.x[site], expected.y[site]},
-                               .found = {found.x[site], found.y[site]},
-                               .step = std::string(step.name)};
+    FirstDifference difference = difference_at(site, expected, found);
+    difference.level = step.level;
+    difference.iteration = static_cast<int>(steps_);
+    difference.step = step.name;
     const Bounded::Answer answer = step.answer(of, difference.x, difference.y);
     const double gap =
         std::max(gap_over_bound(answer.x, found.x[site]), gap_over_bound(answer.y, found.y[site]));
     const bool holds = gap <= 1.0 && std::isfinite(found.x[site]) && std::isfinite(found.y[site]);
-    difference.certificate = {.holds = holds, .gap_over_bound = gap};
-    const bool first_failure = !holds && comparison.uncertified == 0;
-    ++comparison.sites_differing;
-    if (holds) {
-      ++comparison.certified_ties;
-      comparison.largest_gap_over_bound = std::max(comparison.largest_gap_over_bound, gap);
-    } else {
-      ++comparison.uncertified;
-    }
-    if (first_failure || !comparison.first) {
-      comparison.first = difference;
-    }
+    count_site(comparison, {.holds = holds, .gap_over_bound = gap}, [&] { return difference; });
   }
 
   ElasticSession& reference_;
@@ -226,28 +211,19 @@ void run_alone(const Followed& reference, const ElasticFollower& led, ElasticFol
   comparison.levels = led.comparison.levels;
   comparison.iterations = led.comparison.iterations;
   comparison.sweeps = reference.steps;
-  comparison.sites_compared = static_cast<std::int64_t>(found.extent.sites());
-  comparison.sites_differing = comparison.sites_drifted = difference.sites;
-  comparison.not_finite = difference.not_finite;
-  comparison.largest_difference = difference.largest;
-  if (difference.sites == 0) {
-    return;
-  }
-  ElasticProcession waited_for(*alone.session, {}); // it reads after every step
-  const bool same =
-      compare(found, solve_elastic(reference.scene, waited_for, silent).displacement).sites == 0;
-  const bool explained = same && led.comparison.uncertified == 0 && led.comparison.counts_differing == 0 &&
-                         led.comparison.certified_ties > 0;
-  (explained ? comparison.certified_ties : comparison.uncertified) = difference.sites;
-  const std::size_t at = *difference.first;
-  const auto width = static_cast<std::size_t>(found.extent.width);
-  comparison.first = FirstDifference{.level = 0,
-                                     .iteration = static_cast<int>(reference.steps),
-                                     .x = static_cast<int>(at % width),
-                                     .y = static_cast<int>(at / width),
-                                     .expected = {reference.displacement.x[at], reference.displacement.y[at]},
-                                     .found = {found.x[at], found.y[at]},
-                                     .step = "end"};
+  const auto as_if_waited_for = [&] {
+    ElasticProcession waited_for(*alone.session, {}); // it reads after every step
+    return solve_elastic(reference.scene, waited_for, silent).displacement;
+  };
+  const bool explained = difference.sites > 0 && led.comparison.uncertified == 0 &&
+                         led.comparison.counts_differing == 0 && led.comparison.certified_ties > 0 &&
+                         compare(found, as_if_waited_for()).sites == 0;
+  count_end(comparison, difference, found.extent, explained, [&](std::size_t site) {
+    FirstDifference first = difference_at(site, reference.displacement, found);
+    first.iteration = static_cast<int>(reference.steps);
+    first.step = "end";
+    return first;
+  });
 }
 
 } // namespace

@@ -1,6 +1,7 @@
 #include "harness/check/faults/trial.hpp"
 
 #include "backends/shared/coarse_levels.hpp"
+#include "harness/check/cases.hpp"
 #include "harness/check/whole_method.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
@@ -21,16 +22,31 @@ constexpr int iteration_limit = 8;
 constexpr Extent usual{48, 40};
 constexpr Extent usual_if_exact{32, 32};
 
-TrialScene load_trial(const std::string& name, std::string_view method, const std::optional<Extent>& size) {
-  TrialScene trial{.label = name, .scene = load_scene(name, {.size = size.value_or(usual_if_exact)})};
+TrialScene load_trial(Case one, const std::optional<Extent>& size) {
+  TrialScene trial{.label = one.name(), .scene = {}};
+  one.size = size.value_or(usual_if_exact);
+  trial.scene = load_case(one);
   if (!trial.scene.exact && !size) {
-    trial.scene = load_scene(name, {.size = usual});
-  }
-  if (!method.empty()) {
-    use_method(trial.scene, find_method(method));
-    trial.label = fmt::format("{}, {}", name, method);
+    one.size = usual;
+    trial.scene = load_case(one);
   }
   return trial;
+}
+
+/// What is tried where nobody names scenes: each rule and order of sites, and two ways to the elastic energy.
+std::vector<Case> usual_cases() {
+  std::vector<Case> cases;
+  for (const char* const scene :
+       {"square", "circular", "tie-rich", "random", "exact-textures", "exact-pyramid", "exact-square"}) {
+    cases.push_back({.scene = scene});
+  }
+  for (const char* const method :
+       {"coloured", "closed-form", "annealing", "cascade", "multigrid", "krylov", "conjugate-gradients"}) {
+    cases.push_back({.scene = "random", .method = method});
+  }
+  cases.push_back({.scene = "square", .method = std::string(elastic_conjugate_gradients)});
+  cases.push_back({.scene = "square", .method = std::string(elastic_sweeps)});
+  return cases;
 }
 
 /// One level, on which what is free begins so small that only denormal numbers hold it, and mostly stays
@@ -52,30 +68,6 @@ TrialScene pulled_by_2_px(Scene scene) {
   }
   return {.label = fmt::format("{}, 2 px", scene.name), .scene = std::move(scene)};
 }
-
-/// What scenes are tried where nobody names any, and by which method that is not their own.
-struct NamedTrial {
-  const char* scene;
-  std::string_view method = "";
-};
-constexpr NamedTrial named_trials[] = {
-    {"square"},
-    {"circular"},
-    {"tie-rich"},
-    {"random"},
-    {"exact-textures"},
-    {"exact-pyramid"},
-    {"exact-square"},
-    {"random", "coloured"},
-    {"random", "closed-form"},
-    {"random", "annealing"},
-    {"random", "cascade"},
-    {"random", "multigrid"},
-    {"random", "krylov"},
-    {"random", elastic_conjugate_gradients},
-    {"square", elastic_conjugate_gradients},
-    {"square", elastic_sweeps},
-};
 
 Seen verdict_of(const std::vector<Comparison>& comparisons) {
   const auto is_skipped = [](const Comparison& comparison) { return comparison.verdict == Verdict::skipped; };
@@ -159,12 +151,12 @@ TrialScene sleeping_tiles() {
 std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names, std::optional<Extent> size) {
   std::vector<TrialScene> scenes;
   for (const std::string& name : names) {
-    scenes.push_back(load_trial(name, "", size));
+    scenes.push_back(load_trial({.scene = name}, size));
     scenes.back().label = scenes.back().scene.name; // of a file
   }
   if (names.empty()) {
-    for (const NamedTrial& trial : named_trials) {
-      scenes.push_back(load_trial(trial.scene, trial.method, size));
+    for (const Case& one : usual_cases()) {
+      scenes.push_back(load_trial(one, size));
     }
     const Scene square = scenes.front().scene;
     scenes.push_back(pulled_by_2_px(square));
