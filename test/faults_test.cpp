@@ -49,43 +49,9 @@ Scene small_scene(test::Texture texture, Extent extent = small) {
   return scene;
 }
 
-/// What is free begins with a denormal number and stays there.
-TrialScene denormal_scene() {
-  Scene scene = test::pulled_scene(small, 3.0F);
-  VectorField& start = scene.start.emplace(scene.extent());
-  for (std::size_t i = 0; i < scene.extent().sites(); ++i) {
-    start.x[i] = scene.full.confidence.x[i] > 0.0F ? 0.0F : 1e-40F;
-  }
-  return {.label = "denormal", .scene = std::move(scene), .only_on_cpu = true};
-}
-
-/// The most telling first.
-std::vector<TrialScene> small_scenes() {
-  std::vector<TrialScene> scenes;
-  for (const test::Texture texture :
-       {test::Texture::dyadic, test::Texture::smooth, test::Texture::tie_rich}) {
-    const Scene scene = small_scene(texture);
-    scenes.push_back({.label = scene.name, .scene = scene});
-  }
-  scenes.push_back({.label = "larger", .scene = small_scene(test::Texture::tie_rich, {131, 98})});
-  scenes.push_back(faults::sleeping_tiles());
-  scenes.push_back(denormal_scene());
-  for (const auto& [label, share] : {std::pair{"from null", 1.0F}, {"to rest on coarse levels", 0.04F}}) {
-    Scene square = load_scene("square", {.size = Extent{32, 20}}); // begins as a pyramid in one piece does
-    square.schedule.iterations = 8;
-    for (auto* const values : {&square.full.target.x, &square.full.target.y}) {
-      std::ranges::transform(*values, values->begin(), [share = share](float pull) { return share * pull; });
-    }
-    scenes.push_back({.label = label, .scene = std::move(square)});
-  }
-  for (const char* const method : {"coloured", "closed-form", "annealing", "conjugate-gradients"}) {
-    Scene scene = small_scene(test::Texture::smooth);
-    use_method(scene, find_method(method));
-    scenes.push_back({.label = method, .scene = std::move(scene)});
-  }
-  Scene square = load_scene("square", {.size = Extent{32, 20}}); // has coarse cells that no condition cuts
-  use_method(square, find_method("conjugate-gradients"));
-  scenes.push_back({.label = "elastic square", .scene = std::move(square)});
+/// Those of `hdmbench faults`.
+const std::vector<TrialScene>& all_scenes() {
+  static const std::vector<TrialScene> scenes = faults::trial_scenes({}, std::nullopt);
   return scenes;
 }
 
@@ -112,7 +78,7 @@ class PlantedFault : public testing::TestWithParam<Planted> {};
 
 TEST_P(PlantedFault, TurnsVerifyRed) {
   bool ran = false;
-  for (const TrialScene& scene : small_scenes()) {
+  for (const TrialScene& scene : all_scenes()) {
     if (!concerns(GetParam(), scene)) {
       continue;
     }
@@ -138,7 +104,7 @@ INSTANTIATE_TEST_SUITE_P(Checker, PlantedFault, testing::ValuesIn(planted([](con
 class Control : public testing::TestWithParam<Planted> {};
 
 TEST_P(Control, IsLetThrough) {
-  for (const TrialScene& scene : small_scenes()) {
+  for (const TrialScene& scene : all_scenes()) {
     if (concerns(GetParam(), scene)) {
       const Trial trial = try_on(GetParam(), scene);
       EXPECT_TRUE(trial.as_expected()) << scene.label << ": " << text(*trial.seen.front());
@@ -197,7 +163,7 @@ TEST(Faults, OnAnySession) {
   for (const auto& backend : test::backends()) {
     for (const Planted& one : faults::all_planted(*backend)) {
       if (one.backend == backend->name() && (one.name == "one-site-one-ulp" || one.name == "sound")) {
-        const Trial trial = try_on(one, small_scenes().front());
+        const Trial trial = try_on(one, all_scenes().front());
         EXPECT_TRUE(trial.as_expected()) << one.name << " on " << one.backend;
       }
     }
@@ -229,7 +195,7 @@ TEST(Faults, ACheckThatCannotFailIsMistrusted) {
 using faults::DeviceFault;
 
 Trial try_device_fault(const DeviceFault& fault) {
-  return try_on(faults::plant(faults::Pipeline::fragment, fault), small_scenes().front());
+  return try_on(faults::plant(faults::Pipeline::fragment, fault), all_scenes().front());
 }
 
 TEST(Faults, WhatIsNotThereIsNotPlanted) {

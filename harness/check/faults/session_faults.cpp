@@ -15,11 +15,16 @@ namespace {
 
 constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
 
-template <typename Change>
-void change_all(VectorField& field, Change change) {
-  for (auto* const values : {&field.x, &field.y}) {
-    std::ranges::transform(*values, values->begin(), change);
-  }
+void each_of(std::vector<float>& values, float (*change)(float)) {
+  std::ranges::transform(values, values.begin(), change);
+}
+
+/// change() of every component of every site.
+std::function<void(VectorField&)> each(float (*change)(float)) {
+  return [change](VectorField& field) {
+    each_of(field.x, change);
+    each_of(field.y, change);
+  };
 }
 
 float one_ulp_up(float value) {
@@ -169,35 +174,25 @@ std::int64_t visited_sites(const VectorField& after, const VectorField& before) 
   return visited;
 }
 
-Fault in_level(std::string name, std::string what, std::function<void(Level&)> spoil,
-               std::string method = "icm") {
-  return {.name = std::move(name), .what = std::move(what), .method = std::move(method), .in_level = spoil};
-}
-
-Fault in_read(std::string name, std::string what, std::function<void(VectorField&)> spoil) {
-  return {.name = std::move(name), .what = std::move(what), .in_read = std::move(spoil)};
-}
-
-Fault in_write(std::string name, std::string what, std::function<void(VectorField&)> spoil) {
-  return {.name = std::move(name), .what = std::move(what), .in_write = std::move(spoil)};
-}
-
-Fault in_sweep(std::string name, std::string what, decltype(Fault::in_sweep) spoil, Way way = Way::every) {
-  return {.name = std::move(name), .what = std::move(what), .way = way, .in_sweep = std::move(spoil)};
-}
-
-Fault in_changed(std::string name, std::string what, decltype(Fault::in_changed) spoil,
-                 Way way = Way::every) {
-  return {.name = std::move(name), .what = std::move(what), .way = way, .in_changed = std::move(spoil)};
-}
-
-Fault in_begin(std::string name, std::string what, decltype(Fault::in_begin) spoil, Way way = Way::every) {
-  return {.name = std::move(name), .what = std::move(what), .way = way, .in_begin = std::move(spoil)};
-}
-
-Fault in_pyramid(std::string name, std::string what, std::function<void(Pyramid&)> spoil) {
-  return {.name = std::move(name), .what = std::move(what), .way = Way::one_piece, .in_pyramid = spoil};
-}
+/// Makes a fault of one hook: in_read("name", "what is wrong", what the hook does).
+template <auto hook>
+struct WithHook {
+  Fault operator()(std::string name, std::string what,
+                   std::remove_reference_t<decltype(std::declval<Fault>().*hook)> spoil, Way way = Way::every,
+                   std::string method = "icm") const {
+    Fault fault{.name = std::move(name), .what = std::move(what), .method = std::move(method), .way = way};
+    fault.*hook = std::move(spoil);
+    return fault;
+  }
+};
+constexpr WithHook<&Fault::in_level> in_level;
+constexpr WithHook<&Fault::in_pyramid> in_pyramid;
+constexpr WithHook<&Fault::in_write> in_write;
+constexpr WithHook<&Fault::in_begin> in_begin;
+constexpr WithHook<&Fault::in_step> in_step;
+constexpr WithHook<&Fault::in_sweep> in_sweep;
+constexpr WithHook<&Fault::in_read> in_read;
+constexpr WithHook<&Fault::in_changed> in_changed;
 
 } // namespace
 
@@ -210,26 +205,21 @@ std::vector<Fault> session_faults() {
               }),
       in_read("last-corner", "0.1 px too much at the last site",
               [](VectorField& field) { field.y.back() += 0.1F; }),
-      in_read("drift", "0.0001 px too much everywhere",
-              [](VectorField& field) { change_all(field, [](float value) { return value + 1e-4F; }); }),
+      in_read("drift", "0.0001 px too much everywhere", each([](float value) { return value + 1e-4F; })),
       in_read("nan-at-one-site", "NaN at one site",
               [](VectorField& field) { field.y[field.y.size() / 2] = not_a_number; }),
-      in_read("nan-everywhere", "NaN everywhere",
-              [](VectorField& field) { change_all(field, [](float) { return not_a_number; }); }),
+      in_read("nan-everywhere", "NaN everywhere", each([](float) { return not_a_number; })),
       in_read("infinity-at-one-site", "infinity at one site",
               [](VectorField& field) { field.x.front() = std::numeric_limits<float>::infinity(); }),
       in_read("components-swapped", "x handed out as y",
               [](VectorField& field) { std::swap(field.x, field.y); }),
       in_read("row-pitch", "rows read with a pitch one element too long", shift_rows),
       in_read("denormals-flushed", "displacements below the smallest normal float become 0",
-              [](VectorField& field) {
-                change_all(field,
-                           [](float value) { return std::fpclassify(value) == FP_SUBNORMAL ? 0.0F : value; });
-              }),
+              each([](float value) { return std::fpclassify(value) == FP_SUBNORMAL ? 0.0F : value; })),
       in_read("unwritten-zeros", "a result nobody wrote: zeros",
               [](VectorField& field) { field = VectorField(field.extent); }),
-      {.name = "skipped-sweep", .what = "no sweep is done", .in_step = [](int) { return 0; }},
-      {.name = "double-sweep", .what = "two sweeps for one", .in_step = [](int n) { return 2 * n; }},
+      in_step("skipped-sweep", "no sweep is done", [](int) { return 0; }),
+      in_step("double-sweep", "two sweeps for one", [](int n) { return 2 * n; }),
       in_sweep("swapped-buffers", "every other time the field before the sweep is handed out",
                [swapped = false](VectorField& after, const VectorField& before) mutable {
                  swapped = !swapped;
@@ -251,13 +241,10 @@ std::vector<Fault> session_faults() {
                  field = before.extent == field.extent ? before : field;
                  before = now;
                }),
-      in_write("half-float-upload", "the displacement uploaded has 11 significant bits",
-               [](VectorField& field) { change_all(field, as_half); }),
+      in_write("half-float-upload", "the displacement uploaded has 11 significant bits", each(as_half)),
       in_write("clamped-upload",
                "the displacement uploaded is clamped to 0 ... 1, as fixed-point textures do",
-               [](VectorField& field) {
-                 change_all(field, [](float value) { return std::clamp(value, 0.0F, 1.0F); });
-               }),
+               each([](float value) { return std::clamp(value, 0.0F, 1.0F); })),
       {.name = "upside-down",
        .what = "row 0 at the bottom, as OpenGL has it, both ways",
        .in_write = turn_upside_down,
@@ -269,26 +256,18 @@ std::vector<Fault> session_faults() {
                }),
       in_level("stale-level", "conditions of the level above", StaleConditions()),
       in_level("inverse-modulus-one-ulp", "1 / m rounded up by one ulp",
-               [](Level& level) {
-                 auto& values = level.inverse_modulus.values;
-                 std::ranges::transform(values, values.begin(), one_ulp_up);
-               }),
+               [](Level& level) { each_of(level.inverse_modulus.values, one_ulp_up); }),
       in_level("modulus-one-ulp", "m rounded up by one ulp, 1 / m right",
-               [](Level& level) {
-                 std::ranges::transform(level.modulus.values, level.modulus.values.begin(), one_ulp_up);
-               }),
+               [](Level& level) { each_of(level.modulus.values, one_ulp_up); }),
       in_level("target-rows-shifted", "the targets of x one row up",
                [](Level& level) {
                  auto& values = level.target.x;
                  const auto width = static_cast<std::size_t>(level.extent.width) % values.size();
                  std::ranges::rotate(values, values.begin() + static_cast<std::ptrdiff_t>(width));
                }),
-      in_level("confidence-as-boolean", "confidence of x is 0 or 1",
-               [](Level& level) {
-                 auto& values = level.confidence.x;
-                 std::ranges::transform(values, values.begin(),
-                                        [](float c) { return c > 0.0F ? 1.0F : 0.0F; });
-               }),
+      in_level(
+          "confidence-as-boolean", "confidence of x is 0 or 1",
+          [](Level& level) { each_of(level.confidence.x, [](float c) { return c > 0.0F ? 1.0F : 0.0F; }); }),
       in_level("penalty-lost", "K is 1", [](Level& level) { level.penalty = 1.0F; }),
       in_level("candidate-missing", "the last candidate is left out",
                [](Level& level) {
@@ -302,10 +281,10 @@ std::vector<Fault> session_faults() {
                }),
       in_level(
           "relaxation-lost", "every sweep with relaxation 1", [](Level& level) { level.strengths = {1.0F}; },
-          "closed-form"),
+          Way::every, "closed-form"),
       in_level(
           "other-seed", "the random numbers of another seed",
-          [](Level& level) { level.seed = (level.seed + 1) % 4093; }, "annealing"),
+          [](Level& level) { level.seed = (level.seed + 1) % 4093; }, Way::every, "annealing"),
       in_changed("count-stuck-at-zero", "no site is ever counted as changed",
                  [](std::int64_t) { return std::int64_t{0}; }),
       in_changed("count-off-by-one", "one site too many is counted",
@@ -390,10 +369,7 @@ std::vector<Fault> session_controls() {
           {.name = "negative-zero",
            .what = "-0 where 0 belongs, which it equals",
            .method = "",
-           .in_read =
-               [](VectorField& field) {
-                 change_all(field, [](float value) { return value == 0.0F ? -0.0F : value; });
-               }},
+           .in_read = each([](float value) { return value == 0.0F ? -0.0F : value; })},
           elastic_sums_in_double()};
 }
 

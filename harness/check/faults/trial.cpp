@@ -33,11 +33,12 @@ TrialScene load_trial(Case one, const std::optional<Extent>& size) {
   return trial;
 }
 
-/// What is tried where nobody names scenes: each rule and order of sites, and two ways to the elastic energy.
+/// What is tried where nobody names scenes, the most telling ones first: each rule and order of sites, and
+/// two ways to the elastic energy.
 std::vector<Case> usual_cases() {
   std::vector<Case> cases;
   for (const char* const scene :
-       {"square", "circular", "tie-rich", "random", "exact-textures", "exact-pyramid", "exact-square"}) {
+       {"exact-textures", "random", "tie-rich", "square", "circular", "exact-pyramid", "exact-square"}) {
     cases.push_back({.scene = scene});
   }
   for (const char* const method :
@@ -158,7 +159,7 @@ std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names, std:
     for (const Case& one : usual_cases()) {
       scenes.push_back(load_trial(one, size));
     }
-    const Scene square = scenes.front().scene;
+    const Scene square = load_trial({.scene = "square"}, size).scene;
     scenes.push_back(pulled_by_2_px(square));
     scenes.push_back(sleeping_tiles());
     scenes.push_back(with_denormals(square));
