@@ -33,7 +33,7 @@ double gap_over_bound(const bounded::real& expected, float found) {
 
 /// The reference, led by a method, and those that follow it. Fields of a hierarchy are compared as they are
 /// made, so that all sessions have the reference's before every step.
-class ElasticProcession final : public SteppedElasticSession {
+class ElasticReferenceRun final : public SteppedElasticSession {
   /// ask(answers) of the reference's fields as they are, but for `replaced`, where there is one.
   template <typename Ask>
   auto with_bounds(const Ask& ask, const ElasticStep* step = nullptr,
@@ -56,7 +56,7 @@ class ElasticProcession final : public SteppedElasticSession {
   }
 
 public:
-  ElasticProcession(ElasticSession& reference, std::span<ElasticFollower> followers)
+  ElasticReferenceRun(ElasticSession& reference, std::span<ElasticFollower> followers)
       : reference_(reference), followers_(followers) {}
 
   void load(const ElasticHierarchy& hierarchy) override {
@@ -212,7 +212,7 @@ void run_alone(const Followed& reference, const ElasticFollower& led, ElasticFol
   comparison.iterations = led.comparison.iterations;
   comparison.sweeps = reference.steps;
   const auto as_if_waited_for = [&] {
-    ElasticProcession waited_for(*alone.session, {}); // it reads after every step
+    ElasticReferenceRun waited_for(*alone.session, {}); // it reads after every step
     return solve_elastic(reference.scene, waited_for, silent).displacement;
   };
   const bool explained = difference.sites > 0 && led.comparison.uncertified == 0 &&
@@ -239,10 +239,10 @@ std::vector<Comparison> verify_elastic(const Scene& scene_, const Backend& refer
     led.push_back(open(scene, *backend, options.session, Mode::resync));
   }
   const std::unique_ptr<ElasticSession> session = reference.open_elastic(options.session);
-  ElasticProcession procession(*session, led);
+  ElasticReferenceRun run(*session, led);
   progress.describe(fmt::format("verify {}, {}", scene.name, scene.schedule.method));
-  const Solution solution = solve_elastic(scene, procession, progress);
-  Followed followed{scene, solution.displacement, procession.steps(),
+  const Solution solution = solve_elastic(scene, run, progress);
+  Followed followed{scene, solution.displacement, run.steps(),
                     why_mistrusted(scene, largest_magnitude(solution.displacement) > 0.0)};
   std::vector<Comparison> comparisons;
   for (std::size_t i = 0; i < backends.size(); ++i) {

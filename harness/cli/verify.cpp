@@ -1,5 +1,4 @@
 #include "harness/check/cases.hpp"
-#include "harness/check/tiers.hpp"
 #include "harness/check/verify_row.hpp"
 
 #include "harness/check/probe.hpp"
