@@ -20,9 +20,6 @@
 #ifdef HDMBENCH_WITH_GL
 #include "backends/gl/fragment_level.hpp"
 #endif
-#if __has_include(<CL/cl.h>)
-#include "backends/opencl/programs.hpp"
-#endif
 
 namespace hdmbench {
 namespace {
@@ -35,17 +32,16 @@ const std::vector<Extent> tile_sizes = [] {
       sizes.push_back(size);
     }
   };
-  for (const SweepShape& shape : sweep_shapes) {
-    add(shape.tile);
+  for (const std::span<const SweepShape> shapes :
+       {std::span<const SweepShape>(sweep_shapes), std::span<const SweepShape>(sweep_shapes_of_simd),
+        std::span<const SweepShape>(sweep_shapes_of_rows)}) {
+    for (const SweepShape& shape : shapes) {
+      add(shape.tile);
+    }
   }
 #ifdef HDMBENCH_WITH_GL
   add({gl::FragmentLevel::tile_side, gl::FragmentLevel::tile_side});
   add({2 * gl::FragmentLevel::tile_side, gl::FragmentLevel::tile_side}); // two sites a texel
-#endif
-#if __has_include(<CL/cl.h>)
-  for (const opencl::Shape& shape : opencl::all_shapes()) {
-    add(shape.tile);
-  }
 #endif
   return sizes;
 }();

@@ -1,6 +1,9 @@
+#include "backends/device/bindings.hpp"
 #include "harness/check/faults/device_faults.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <limits>
 #include <type_traits>
 
@@ -71,12 +74,15 @@ bool read_what_is_drawn_into() {
 void read_what_is_stored_to() {
   GLint name = 0;
   HDMBENCH_DRIVER(GetIntegeri_v)(GL_IMAGE_BINDING_NAME, 0, &name);
-  HDMBENCH_DRIVER(ActiveTexture)(GL_TEXTURE0);
+  HDMBENCH_DRIVER(ActiveTexture)(GL_TEXTURE0 + binding::displacement);
   HDMBENCH_DRIVER(BindTexture)(GL_TEXTURE_BUFFER, static_cast<GLuint>(name));
 }
 
 std::vector<DeviceFault> fragment_faults() {
   return {
+      in_call("penalty-uniform", "half the penalty K in the uniform",
+              HDMBENCH_CALL(
+                  Uniform1f, (auto driver, auto at, auto value) { driver(at, 0.5F * value); })),
       in_call("half-float-textures", "textures of 16-bit floats", textures_of_format<GL_RGBA16F_ARB>()),
       in_call("eight-bit-textures", "textures of 8 bits, clamped to 0 ... 1", textures_of_format<GL_RGBA8>()),
       in_call("viewport-narrow", "a viewport one column too narrow",
@@ -120,6 +126,23 @@ std::vector<DeviceFault> fragment_faults() {
   };
 }
 
+/// One of the words that sweeps are told (kernels/shaders/sweep.comp), changed.
+template <std::size_t word, auto change>
+Replacement sweep_word() {
+  return HDMBENCH_CALL(
+      Uniform1iv, (auto driver, auto location, auto count, auto values) {
+        std::array<GLint, 13> words{};
+        if (static_cast<std::size_t>(count) != words.size()) { // another program's
+          driver(location, count, values);
+          return false;
+        }
+        std::copy_n(values, words.size(), words.begin());
+        words[word] = change(words[word]);
+        driver(location, count, words.data());
+        return true;
+      });
+}
+
 std::vector<DeviceFault> compute_faults() {
   DeviceFault no_barriers =
       in_call("no-barriers",
@@ -140,9 +163,11 @@ std::vector<DeviceFault> compute_faults() {
                     driver(target, offset + late, size - late, data);
                   })),
       in_call(
-          "dimension-uniform", "the image's width one too small in the uniform",
-          HDMBENCH_CALL(
-              Uniform2i, (auto driver, auto at, auto width, auto height) { driver(at, width - 1, height); })),
+          "penalty-uniform", "half the penalty K in the uniform",
+          sweep_word<0,
+                     [](GLint bits) { return std::bit_cast<GLint>(0.5F * std::bit_cast<float>(bits)); }>()),
+      in_call("dimension-uniform", "the image's width one too small in the uniform",
+              sweep_word<1, [](GLint width) { return width - 1; }>()),
       in_call("feedback", "the buffer stored to is the one that is read",
               HDMBENCH_CALL(
                   DispatchCompute,
@@ -229,9 +254,6 @@ std::vector<DeviceFault> controls(Pipeline pipeline) {
 
 std::vector<DeviceFault> call_faults(Pipeline pipeline) {
   std::vector<DeviceFault> all = controls(pipeline);
-  all.push_back(in_call("penalty-uniform", "half the penalty K in the uniform",
-                        HDMBENCH_CALL(
-                            Uniform1f, (auto driver, auto at, auto value) { driver(at, 0.5F * value); })));
   const auto own = pipeline == Pipeline::fragment ? fragment_faults() : compute_faults();
   all.insert(all.end(), own.begin(), own.end());
   return all;

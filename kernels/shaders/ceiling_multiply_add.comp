@@ -4,8 +4,8 @@
 
 layout(local_size_x = 64) in;
 
-layout(binding = 0) uniform samplerBuffer source;
-layout(binding = 1, rgba32f) uniform restrict writeonly imageBuffer target;
+layout(binding = 7) uniform samplerBuffer source;
+layout(binding = 0, rgba32f) uniform restrict writeonly imageBuffer target;
 
 #define ROUND a = a * factor + term; b = b * factor + term; c = c * factor + term;
 
