@@ -26,8 +26,7 @@ struct GoldenCase {
 /// 1/A or strengths (levels) and in the sweep are told apart.
 struct GoldenInputs {
   std::uint64_t scene = 0; ///< target, confidence, modulus, K, candidates and start at full resolution
-  /// level_hash() of each level, coarsest first; of the elastic energy hierarchy_hash() alone; empty where
-  /// another method visits levels more than once.
+  /// level_hash() of each level, coarsest first; of the elastic energy hierarchy_hash() alone.
   std::vector<std::uint64_t> levels;
 };
 
@@ -49,8 +48,6 @@ struct GoldenEntry {
 
 /// Every shipped scene by its own method, `square` at a second size, and every other method on `random`; of
 /// the elastic energy some scenes by conjugate gradients, too.
-/// Of multigrid and krylov only the coarsest level is Eigen's, and rounded to float: it kept its bits in all
-/// builds that were tried.
 [[nodiscard]] std::vector<GoldenCase> golden_cases();
 
 /// The scene at the case's size, with its method and few iterations. Throws what load_scene throws.

@@ -31,7 +31,6 @@ std::vector<std::string> words_of(const std::map<std::string, Value>& meanings) 
   return words;
 }
 
-constexpr const char* automatic = "auto";
 const std::map<std::string, EnergyModel> energies{{"hdm", EnergyModel::hdm},
                                                   {"elastic", EnergyModel::elastic}};
 
@@ -42,16 +41,10 @@ void ScheduleOverrides::add_to(const Command& command) {
   if (takes_elastic) {
     command
         .add_option(
-            "--energy",
-            [this](const std::string& name) {
-              auto_energy = name == automatic;
-              energy = auto_energy ? std::nullopt : std::optional(energies.at(name));
-            },
-            fmt::format("What the displacement minimises: hdm (the thesis) or elastic (plane stress); a "
-                        "method of either brings its own{}",
-                        is_of_run ? "; auto: what --accuracy needs" : ""))
-        .one_of(is_of_run ? std::vector<std::string>{"hdm", "elastic", automatic}
-                          : std::vector<std::string>{"hdm", "elastic"})
+            "--energy", [this](const std::string& name) { energy = energies.at(name); },
+            "What the displacement minimises: hdm (the thesis) or elastic (plane stress); a method of either "
+            "brings its own")
+        .one_of({"hdm", "elastic"})
         .group(group);
     if (is_of_run) {
       command
@@ -128,12 +121,12 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
                                  "verify, bench, tradeoff and accuracy do",
                                  scene.name));
   }
-  if ((scene.energy == EnergyModel::elastic || auto_energy) &&
+  if (scene.energy == EnergyModel::elastic &&
       (start_level || epsilon || alignment || penalty || prior_weight)) {
     throw InputError("the elastic energy has levels of its own and prescribes what is observed; leave out "
                      "--start-level, --epsilon, --alignment, --penalty and --prior-weight");
   }
-  if (robust && scene.energy == EnergyModel::hdm && !auto_energy) {
+  if (robust && scene.energy == EnergyModel::hdm) {
     throw InputError("the thesis's energy takes the absolute value of every observation, which forgives; "
                      "--robust is for --energy elastic");
   }
@@ -151,7 +144,7 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
     options.cooling = Cooling{.highest = temperatures.at(0), .lowest = temperatures.at(1)};
   }
   set_options(scene, options);
-  if (stop && scene.schedule.cycle != Cycle::one_way) {
+  if (stop && scene.energy == EnergyModel::elastic) {
     throw InputError(fmt::format("{} ends after its {}; leave out --stop", scene.schedule.method,
                                  find_method(scene.schedule.method, scene.energy).effort));
   }
@@ -200,7 +193,6 @@ std::string ScheduleOverrides::text(const std::optional<std::string>& other_meth
   add_name("--alignment", alignment, alignments);
   add_name("--update", update, updates);
   add_name("--energy", energy, energies);
-  add("--energy", auto_energy ? std::optional(automatic) : std::nullopt);
   add("--steps", steps ? std::optional(shell_word(*steps)) : std::nullopt);
   add("--penalty", penalty);
   add("--prior-weight", prior_weight);

@@ -33,9 +33,6 @@ struct VerifyArguments : CommonArguments {
 /// Iterations per level of a --quick verify.
 constexpr int quick_iterations = 10;
 
-/// Methods that go to and fro between the levels: in one process bench compares them.
-enum class Cycles { left_out, kept };
-
 /// Nobody chose on the command line.
 bool are_all_to_verify(const CommonArguments& arguments) {
   return arguments.scenes.empty() && arguments.methods.empty() && !arguments.schedule.method &&
@@ -46,7 +43,7 @@ bool are_all_to_verify(const CommonArguments& arguments) {
 /// tiles at any --sizes, and on the scene that has a different modulus at every site a few iterations of
 /// every other method, so that each rule and order of sites is compared; then every scene (--quick: two of
 /// them) with the elastic energy, a few steps of conjugate gradients, in which all of its arithmetic is.
-std::vector<Scene> scenes_to_verify(CommonArguments arguments, Cycles cycles = Cycles::left_out) {
+std::vector<Scene> scenes_to_verify(CommonArguments arguments) {
   std::vector<Scene> scenes = arguments.load_scenes(shipped_scenes());
   if (are_all_to_verify(arguments)) {
     for (Scene& scene : tile_boundary_scenes()) {
@@ -75,11 +72,6 @@ std::vector<Scene> scenes_to_verify(CommonArguments arguments, Cycles cycles = C
       scenes.push_back(std::move(scene));
     }
   }
-  std::erase_if(scenes, [&](const Scene& scene) {
-    const bool has_cycles = scene.energy == EnergyModel::hdm && scene.schedule.cycle != Cycle::one_way;
-    const bool named = arguments.schedule.method.has_value(); // then verify() refuses it
-    return has_cycles && !named && cycles == Cycles::left_out;
-  });
   return scenes;
 }
 
@@ -200,7 +192,7 @@ int run_verify(const VerifyArguments& arguments, Tier required, const std::strin
 /// Without those that several ranks cannot compute, which it names, and where nobody chose with what sleeps
 /// on so many ranks.
 std::vector<Scene> scenes_for_ranks(const CommonArguments& arguments, int ranks) {
-  std::vector<Scene> scenes = scenes_to_verify(arguments, Cycles::kept);
+  std::vector<Scene> scenes = scenes_to_verify(arguments);
   if (are_all_to_verify(arguments)) {
     scenes.push_back(sleeping_pieces(ranks));
   }

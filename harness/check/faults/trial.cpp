@@ -153,7 +153,7 @@ std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names, std:
     }
   }
   for (const std::string_view method :
-       {"coloured", "closed-form", "annealing", "cascade", "multigrid", "krylov", "conjugate-gradients"}) {
+       {"coloured", "closed-form", "annealing", "cascade", "conjugate-gradients"}) {
     scenes.push_back(by_method(random, method));
   }
   scenes.push_back(by_method(square, elastic_conjugate_gradients));
