@@ -16,30 +16,17 @@ namespace {
 /// Only the displacement is known of both, so no rounding explains a difference.
 Comparison compared(const Scene& scene, const Solution& expected, const Backend& backend,
                     const VectorField& found, const VerifyOptions& options) {
-  const FieldDifference difference = compare(expected.displacement, found);
   Comparison comparison{.backend = std::string(backend.name()),
                         .device = backend.device(options.session),
                         .mode = Mode::pyramid,
                         .levels = static_cast<int>(expected.levels.size()),
                         .iterations = total_iterations(expected.levels),
-                        .sweeps = total_iterations(expected.levels) * sweeps_per_iteration(scene.full),
-                        .sites_compared = static_cast<std::int64_t>(found.extent.sites()),
-                        .sites_differing = difference.sites,
-                        .sites_drifted = difference.sites,
-                        .not_finite = difference.not_finite,
-                        .uncertified = difference.sites,
-                        .largest_difference = difference.largest};
-  if (difference.first) {
-    const std::size_t site = *difference.first;
-    const auto width = static_cast<std::size_t>(found.extent.width);
-    comparison.first =
-        FirstDifference{.level = 0,
-                        .iteration = expected.levels.back().iterations,
-                        .x = static_cast<int>(site % width),
-                        .y = static_cast<int>(site / width),
-                        .expected = {expected.displacement.x[site], expected.displacement.y[site]},
-                        .found = {found.x[site], found.y[site]}};
-  }
+                        .sweeps = total_iterations(expected.levels) * sweeps_per_iteration(scene.full)};
+  count_end(comparison, compare(expected.displacement, found), found.extent, false, [&](std::size_t site) {
+    FirstDifference first = difference_at(site, expected.displacement, found);
+    first.iteration = expected.levels.back().iterations;
+    return first;
+  });
   conclude(comparison,
            {.why_mistrusted = why_mistrusted(scene, largest_magnitude(expected.displacement) > 0.0)});
   return comparison;

@@ -1,0 +1,88 @@
+// The commands that write a page: of results, and for browsers.
+
+#include "harness/cli/arguments.hpp"
+#include "harness/cli/commands.hpp"
+#include "harness/report/report.hpp"
+#include "harness/scene/file_output.hpp"
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+
+#ifdef HDMBENCH_WITH_BROWSER
+#include "harness/web/browser_page.hpp"
+#endif
+
+namespace hdmbench::commands {
+
+namespace {
+
+struct ReportArguments {
+  std::vector<std::filesystem::path> results;
+  std::filesystem::path output = "hdmbench-report.html";
+  std::filesystem::path csv;
+};
+
+struct BrowserArguments {
+  CommonArguments scenes;
+  std::filesystem::path output = "hdmbench-browser.html";
+};
+
+void write_page([[maybe_unused]] BrowserArguments arguments, [[maybe_unused]] const std::string& line) {
+#ifdef HDMBENCH_WITH_BROWSER
+  require_writable(arguments.output);
+  if (arguments.scenes.sizes.empty()) {
+    arguments.scenes.sizes = {"64"};
+  }
+  Progress progress;
+  progress.describe("prepare the scenes");
+  const std::vector<Scene> scenes = arguments.scenes.load_scenes(
+      {"exact-textures", "exact-pyramid", "tie-rich", "random", "square", "brain"});
+  const std::string page = browser_page(scenes, run_context(line, false), progress);
+  write_text(arguments.output, page);
+  progress.clear();
+  fmt::print("{} scenes, {:.1f} MB: open {} in a browser\n", scenes.size(),
+             static_cast<double>(page.size()) / 1e6, arguments.output.string());
+#else
+  throw InputError(
+      "this build has no page for browsers: it needs clang++ and lld for WebAssembly, and OpenGL "
+      "(Debian: clang lld wasi-libc libc++-14-dev-wasm32 libclang-rt-14-dev-wasm32)");
+#endif
+}
+
+} // namespace
+
+void add_report(const Command& program, int& /*status*/) {
+  const Command command = program.add_subcommand(
+      "report", "Put results into one HTML page that needs no network and no other file.");
+  const auto own = std::make_shared<ReportArguments>();
+  command.add_option("results", own->results, "Files that --json wrote, or folders of them").required();
+  command.add_option("--output", own->output, "The page").capture_default_str();
+  command.add_option(
+      "--csv", own->csv,
+      "Write the timings to this file, too: problem, platform, application, fom (seconds), as the "
+      "P3 Analysis Library reads them");
+  command.callback([own] {
+    if (!own->csv.empty()) {
+      require_writable(own->csv);
+    }
+    write_report(own->results, own->output);
+    if (!own->csv.empty()) {
+      write_p3_csv(own->results, own->csv);
+    }
+    fmt::print("{}\n{}\n", summary_text(own->results), own->output.string());
+  });
+}
+
+void add_browser(const Command& program, const std::string& arguments) {
+  const Command command = program.add_subcommand(
+      "browser",
+      "Write a page that tests the GPU of whoever opens it: the thesis's shader in WebGL 2 beside scalar in\n"
+      "WebAssembly, every site after every sweep, then the speed of both. Needs no network.\n"
+      "Without scenes: those that show most, at 64 x 64.");
+  const auto own = std::make_shared<BrowserArguments>();
+  own->scenes.add_scenes_to(command);
+  command.add_option("--output", own->output, "The page").capture_default_str();
+  command.callback([own, arguments] { write_page(*own, arguments); });
+}
+
+} // namespace hdmbench::commands
