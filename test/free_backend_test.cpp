@@ -96,8 +96,7 @@ TEST_P(FreeBackend, LandsInTheThirdTierWhereCandidatesNearlyTie) {
 TEST_P(FreeBackend, LandsInTheThirdTierWithEveryMethod) {
   for (const Method& method : methods()) {
     Scene scene = make_scene(Texture::smooth, method.name);
-    if (scene.schedule.cycle != Cycle::one_way || scene.full.update == Update::sequential ||
-        scene.schedule.rule == Rule::annealing) {
+    if (scene.full.update == Update::sequential || scene.schedule.rule == Rule::annealing) {
       continue;
     }
     for (const Comparison& comparison : test::verified(scene, *backend_)) {

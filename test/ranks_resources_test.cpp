@@ -52,38 +52,6 @@ TEST_F(RankProgram, SendsAsManyMessagesAndBytesAsTheFormulaSays) {
   }
 }
 
-/// The same of the methods that go between levels: halos are renewed once a cycle of a level, twice a Krylov
-/// step, and once for the weights of a restriction.
-TEST_F(RankProgram, SendsForCyclesWhatTheFormulaSays) {
-  struct Case {
-    const char* arguments;
-    int ranks;
-    int of_image; ///< renewals
-  };
-  constexpr int halo = 12;
-  for (const Case& one : {Case{"--size 100x260 --method multigrid --iterations 3", 2, 1 + 3},
-                          Case{"--size 64x256 --method krylov --iterations 2", 4, 1 + 2 * 2}}) {
-    test::expect_run(0,
-                     fmt::format("run square {} --sites-per-rank 1 --output {} --json {}", one.arguments,
-                                 path("out"), path("run.json")),
-                     testing::_, test::on_ranks(one.ranks));
-    const nlohmann::json levels = test::read_json(path("run.json"))["results"][0]["shared_levels"];
-    int shared = 0;
-    for (const nlohmann::json& level : levels) {
-      const auto number = [&](const char* key) { return level[key].get<std::int64_t>(); };
-      const std::int64_t cuts = number("rows") - 1;
-      EXPECT_EQ(number("columns"), 1) << level;
-      EXPECT_EQ(number("renewals"), cuts == 0 ? 0 : level == levels.back() ? one.of_image : 1 + 1) << level;
-      if (number("height") / number("rows") >= halo + 4) { // else halos reach beyond the next rank
-        EXPECT_EQ(number("messages"), number("renewals") * 2 * cuts) << level;
-        EXPECT_EQ(number("bytes"), number("renewals") * 8 * number("width") * 2 * halo * cuts) << level;
-        shared += cuts > 0 ? 1 : 0;
-      }
-    }
-    EXPECT_GT(shared, 1) << one.arguments;
-  }
-}
-
 /// The same of the elastic energy. Below the cut levels, loads go to the first rank and corrections come.
 TEST_F(RankProgram, SendsForTheElasticEnergyWhatTheFormulaSays) {
   for (const auto& [size, ranks] :

@@ -4,8 +4,8 @@
 
 namespace hdmbench {
 
-/// A backend that computes methods as a whole in a way of its own, as several ranks do: what goes to and fro
-/// between levels, or wants the host between them, is more than the sweeps that verify follows.
+/// A backend that computes methods as a whole in a way of its own, as several ranks do: what the host makes
+/// between levels is more than the sweeps that verify follows.
 class WholeMethod {
 public:
   WholeMethod() = default;
@@ -13,12 +13,8 @@ public:
   WholeMethod& operator=(const WholeMethod&) = delete;
   virtual ~WholeMethod() = default;
 
-  struct Solved {
-    VectorField displacement;         ///< pixels
-    std::optional<double> residual{}; ///< as of CycleSolution, where the method is one
-  };
-  /// Throws what sessions throw.
-  [[nodiscard]] virtual Solved solve(const Scene& scene) const = 0;
+  /// Returns the displacement, pixels. Throws what sessions throw.
+  [[nodiscard]] virtual VectorField solve(const Scene& scene) const = 0;
 };
 
 /// Whether the scene's method is compared as a whole on backends that are a WholeMethod: of the thesis's
@@ -26,8 +22,7 @@ public:
 [[nodiscard]] bool is_compared_whole(const Scene& scene);
 
 /// The displacement of each backend that is a WholeMethod, and the reference's, which computes the method in
-/// one process: a comparison each, of Mode::pyramid. The residual, where there is one, counts as a count: a
-/// field in double that is another one by less than float can hold has another residual.
+/// one process: a comparison each, of Mode::pyramid.
 [[nodiscard]] std::vector<Comparison> verify_whole(const Scene& scene, const Backend& reference,
                                                    std::span<const Backend* const> backends,
                                                    const VerifyOptions& options, Progress& progress);

@@ -8,7 +8,6 @@
 #include "harness/ranks/elastic_solution.hpp"
 #include "harness/ranks/rank_devices.hpp"
 #include "harness/ranks/ranked_file.hpp"
-#include "harness/ranks/ranked_parts.hpp"
 #include "harness/ranks/ranked_solution.hpp"
 #include "harness/ranks/scaling.hpp"
 #include "harness/report/grouped.hpp"
@@ -125,9 +124,6 @@ RankedSolution solve(ScenePart part, const Backend& backend, const SessionOption
                         [&] { return backend.open_elastic(options); });
     return solve_elastic_on_ranks(part, steps, ranks, progress);
   }
-  if (part.scene.schedule.cycle != Cycle::one_way) {
-    return solve_cycles_on_ranks(std::move(part), backend, options, sharing, ranks, ranks, progress);
-  }
   const int together = sweeps_per_iteration(part.scene.full);
   const auto session = backend.open(options);
   return solve_on_ranks(ranked_pyramid(std::move(part)), sharing, ranks, ranks, *session, true,
@@ -151,10 +147,6 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
     const bool is_elastic = scene.energy == EnergyModel::elastic;
     require_halo(rank_arguments.halo, is_elastic);
     Sharing sharing = sharing_of(ranks, scene, rank_arguments);
-    if (rank_arguments.halo > 0 && sharing.halo != rank_arguments.halo) {
-      throw InputError(fmt::format("--halo {}: a halo of {} is as wide as {} needs; leave it out",
-                                   rank_arguments.halo, sharing.halo, method_name(scene)));
-    }
     if (!is_elastic && sharing.halo == 0) {
       costs = costs ? costs : measure_halo_costs(*backend.open(options), ranks);
       sharing.costs = costs;
@@ -235,7 +227,7 @@ int run_scene_on_ranks(const SceneArguments& arguments, const RankArguments& ran
   if (sharing.costs) {
     row.halo_costs = row_of(*sharing.costs);
   }
-  row.shared_levels = rows_of(solution.levels, !is_elastic && scene.schedule.cycle == Cycle::one_way, ranks);
+  row.shared_levels = rows_of(solution.levels, !is_elastic, ranks);
   if (!ranks.is_first()) {
     return status;
   }

@@ -32,9 +32,6 @@ struct VerifyArguments : CommonArguments {
 /// Iterations per level of a --quick verify.
 constexpr int quick_iterations = 10;
 
-/// Methods that go to and fro between the levels: in one process bench compares them.
-enum class Cycles { left_out, kept };
-
 /// Nobody chose on the command line.
 bool are_all_to_verify(const CommonArguments& arguments) {
   return arguments.scenes.empty() && arguments.methods.empty() && !arguments.schedule.method &&
@@ -59,7 +56,7 @@ std::optional<Scene> load(const Case& one, const ScheduleOverrides& overrides) {
 
 /// Without scenes and methods on the command line verify_cases(), those that have no size of their own at
 /// each of --sizes.
-std::vector<Scene> scenes_to_verify(const CommonArguments& arguments, Cycles cycles = Cycles::left_out) {
+std::vector<Scene> scenes_to_verify(const CommonArguments& arguments) {
   std::vector<Scene> scenes;
   if (are_all_to_verify(arguments)) {
     std::vector<std::optional<Extent>> sizes(std::max<std::size_t>(arguments.sizes.size(), 1));
@@ -75,11 +72,6 @@ std::vector<Scene> scenes_to_verify(const CommonArguments& arguments, Cycles cyc
   } else {
     scenes = arguments.load_scenes(shipped_scenes());
   }
-  std::erase_if(scenes, [&](const Scene& scene) {
-    const bool has_cycles = scene.energy == EnergyModel::hdm && scene.schedule.cycle != Cycle::one_way;
-    const bool named = arguments.schedule.method.has_value(); // then verify() refuses it
-    return has_cycles && !named && cycles == Cycles::left_out;
-  });
   return scenes;
 }
 
@@ -200,7 +192,7 @@ int run_verify(const VerifyArguments& arguments, Tier required, const std::strin
 /// Without those that several ranks cannot compute, which it names, and where nobody chose with what sleeps
 /// on so many ranks.
 std::vector<Scene> scenes_for_ranks(const CommonArguments& arguments, int ranks) {
-  std::vector<Scene> scenes = scenes_to_verify(arguments, Cycles::kept);
+  std::vector<Scene> scenes = scenes_to_verify(arguments);
   if (are_all_to_verify(arguments)) {
     scenes.push_back(sleeping_pieces(ranks));
   }

@@ -134,8 +134,8 @@ void Crew::solve(int session, const Session::Advance& advance) {
   command(message_of(Order::solve, session), {.advance = &advance});
 }
 
-WholeMethod::Solved Crew::solve(const Scene& scene, std::string_view backends, const Sharing& sharing,
-                                std::string_view fault) {
+VectorField Crew::solve(const Scene& scene, std::string_view backends, const Sharing& sharing,
+                        std::string_view fault) {
   if (scene.full.energy != &thesis_energy) {
     throw InputError("an energy that is not the thesis's runs on one rank");
   }
@@ -147,7 +147,7 @@ WholeMethod::Solved Crew::solve(const Scene& scene, std::string_view backends, c
   VectorField result;
   command(std::move(message),
           {.level = &scene.full, .field = scene.start ? &*scene.start : nullptr, .result = &result});
-  return {.displacement = std::move(result), .residual = residual_};
+  return result;
 }
 
 void Crew::dismiss() {
@@ -247,8 +247,7 @@ void Crew::solve_here(RankMessage& message, const CrewGiven& given) {
   const auto sharing = message.get<Sharing>();
   const auto fault = message.get<std::string>();
   const Backend& backend = backend_of_rank(registry_, names, ranks_.rank());
-  residual_ = solve_scene(message, given, ranks_, sharing, fault, backend,
-                          options_of_rank(session_, backend, ranks_));
+  solve_scene(message, given, ranks_, sharing, fault, backend, options_of_rank(session_, backend, ranks_));
 }
 
 } // namespace hdmbench

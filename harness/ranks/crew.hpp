@@ -1,6 +1,5 @@
 #pragma once
 
-#include "harness/check/whole_method.hpp"
 #include "harness/ranks/crew_member.hpp"
 #include "harness/ranks/elastic_crew.hpp"
 #include "harness/ranks/message_passing.hpp"
@@ -41,8 +40,8 @@ public:
   void load(int session, const Pyramid& pyramid);
   void solve(int session, const Session::Advance& advance);
   /// The scene's method as a whole.
-  [[nodiscard]] WholeMethod::Solved solve(const Scene& scene, std::string_view backends,
-                                          const Sharing& sharing, std::string_view fault);
+  [[nodiscard]] VectorField solve(const Scene& scene, std::string_view backends, const Sharing& sharing,
+                                  std::string_view fault);
   // What an ElasticSession does.
   void load(int session, const ElasticHierarchy& hierarchy);
   float call(int session, const ElasticOrder& order, const VectorField* field = nullptr,
@@ -81,10 +80,9 @@ private:
   std::map<int, CrewMember> members_;
   std::map<int, ElasticCrewMember> elastic_members_;
   int next_ = 0;
-  std::int64_t changed_ = 0;       ///< answer to the last Order::changed
-  float value_ = 0.0F;             ///< answer to the last Order::call_elastic
-  std::optional<double> residual_; ///< answer to the last Order::solve_scene
-  bool is_broken_ = false;         ///< an order failed here: the others no longer listen
+  std::int64_t changed_ = 0; ///< answer to the last Order::changed
+  float value_ = 0.0F;       ///< answer to the last Order::call_elastic
+  bool is_broken_ = false;   ///< an order failed here: the others no longer listen
 };
 
 } // namespace hdmbench

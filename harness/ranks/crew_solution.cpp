@@ -1,7 +1,6 @@
 #include "harness/ranks/crew_solution.hpp"
 
 #include "harness/ranks/hand_out.hpp"
-#include "harness/ranks/ranked_parts.hpp"
 #include "harness/scene/method.hpp"
 
 #include <utility>
@@ -46,9 +45,8 @@ Scene get_outline(RankMessage& message, bool& has_start) {
 
 } // namespace
 
-std::optional<double> solve_scene(RankMessage& message, const CrewGiven& given, Ranks& ranks,
-                                  const Sharing& sharing, const std::string& fault, const Backend& backend,
-                                  const SessionOptions& options) {
+void solve_scene(RankMessage& message, const CrewGiven& given, Ranks& ranks, const Sharing& sharing,
+                 const std::string& fault, const Backend& backend, const SessionOptions& options) {
   ScenePart part;
   bool has_start = false;
   part.scene = get_outline(message, has_start);
@@ -68,16 +66,10 @@ std::optional<double> solve_scene(RankMessage& message, const CrewGiven& given, 
     planted.in_level(part.full, rank);
   }
   faults::FaultyExchange halos(ranks, planted, rank);
-  RankedSolution solution;
-  if (part.scene.schedule.cycle != Cycle::one_way) {
-    Progress silent(false);
-    solution = solve_cycles_on_ranks(std::move(part), backend, options, by_method, ranks, halos, silent);
-  } else {
-    const auto session = backend.open(options);
-    solution = solve_on_ranks(ranked_pyramid(std::move(part)), by_method, ranks, halos, *session, false);
-  }
+  const auto session = backend.open(options);
+  const RankedSolution solution =
+      solve_on_ranks(ranked_pyramid(std::move(part)), by_method, ranks, halos, *session, false);
   collect(ranks, extent, share.owned, solution.displacement, given.result);
-  return solution.residual;
 }
 
 } // namespace hdmbench

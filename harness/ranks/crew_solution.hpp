@@ -3,7 +3,6 @@
 #include "harness/ranks/crew_member.hpp"
 #include "harness/scene/scene.hpp"
 
-#include <optional>
 #include <string>
 
 namespace hdmbench {
@@ -12,10 +11,9 @@ namespace hdmbench {
 void put_outline(const Scene& scene, RankMessage& message);
 
 /// Such a scene, whose fields the first rank has (`given`: level, and start where there is one), solved by
-/// its method on all ranks; given.result becomes the displacement. Returns the residual, if any. Collective.
-/// `fault`: as find_rank_fault() takes it.
-[[nodiscard]] std::optional<double> solve_scene(RankMessage& message, const CrewGiven& given, Ranks& ranks,
-                                                const Sharing& sharing, const std::string& fault,
-                                                const Backend& backend, const SessionOptions& options);
+/// its method on all ranks; given.result becomes the displacement. Collective. `fault`: as find_rank_fault()
+/// takes it.
+void solve_scene(RankMessage& message, const CrewGiven& given, Ranks& ranks, const Sharing& sharing,
+                 const std::string& fault, const Backend& backend, const SessionOptions& options);
 
 } // namespace hdmbench

@@ -83,7 +83,7 @@ std::unique_ptr<Session> RankBackend::do_open(std::size_t /*index*/, const Sessi
       crew_, crew_.open(EnergyModel::hdm, backends_, options.work, sharing_, fault_));
 }
 
-WholeMethod::Solved RankBackend::solve(const Scene& scene) const {
+VectorField RankBackend::solve(const Scene& scene) const {
   return crew_.solve(scene, backends_, sharing_, fault_);
 }
 

@@ -25,7 +25,7 @@ public:
   std::vector<Device> devices() const override { return first_.devices(); }
   bool has_elastic() const override { return first_.has_elastic(); }
 
-  Solved solve(const Scene& scene) const override;
+  VectorField solve(const Scene& scene) const override;
 
   /// "openmp", without the ranks.
   [[nodiscard]] const std::string& backends() const { return backends_; }

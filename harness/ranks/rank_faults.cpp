@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <iterator>
 #include <map>
 #include <numeric>
@@ -98,20 +97,6 @@ void add_up(std::vector<Parcel>& arrived) {
     const float sum = std::accumulate(parcel.values.begin(), parcel.values.end(), 0.0F);
     std::ranges::fill(parcel.values, 0.0F);
     parcel.values.front() = sum;
-  }
-}
-
-/// The same of numbers in double, one a row of the level, two floats each.
-void add_up_rows(std::vector<Parcel>& arrived) {
-  for (Parcel& parcel : arrived) {
-    if (parcel.way.sites.width == 2) {
-      std::vector<double> rows(parcel.values.size() / 2);
-      std::memcpy(rows.data(), parcel.values.data(), rows.size() * sizeof(double));
-      const double sum = std::accumulate(rows.begin(), rows.end(), 0.0);
-      std::ranges::fill(rows, 0.0);
-      rows.front() = sum;
-      std::memcpy(parcel.values.data(), rows.data(), rows.size() * sizeof(double));
-    }
   }
 }
 
@@ -215,12 +200,6 @@ std::vector<RankFault> rank_faults() {
   all.push_back(elastic({.name = "sum-in-rank-order",
                          .what = "a dot product is the sum of each rank's own sum",
                          .in_sums = add_up}));
-  for (const RankFault& fault : in_halos) {
-    all.push_back(of_method("multigrid", fault));
-  }
-  all.push_back(of_method("krylov", {.name = "sum-in-rank-order",
-                                     .what = "a dot product is the sum of each rank's own sum",
-                                     .in_sums = add_up_rows}));
   all.push_back(of_method("annealing", {.name = "other-first-row",
                                         .what = "the second rank's random numbers are those of other rows",
                                         .in_level = [](Level& level, std::size_t rank) {
@@ -286,7 +265,7 @@ std::vector<Planted> planted_on_ranks(Crew& crew, const Backend& first, std::str
       planted(none, Expected::let_through),
       planted({.name = "sleeping-sound", .what = none.what, .part = Part::sleep}, Expected::let_through),
       planted(elastic(none), Expected::let_through)};
-  for (const std::string_view method : {"annealing", "cascade", "multigrid", "krylov"}) {
+  for (const std::string_view method : {"annealing", "cascade"}) {
     list.push_back(planted(of_method(method, none), Expected::let_through));
   }
   for (const RankFault& fault : rank_faults()) {

@@ -5,8 +5,6 @@
 #include "harness/ranks/ranked_sampling.hpp"
 #include "harness/ranks/redistribution.hpp"
 #include "harness/scene/level_sequence.hpp"
-#include "harness/solve/methods/coarsest_solver.hpp"
-#include "harness/solve/methods/level_parts.hpp"
 #include "harness/solve/solve.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/input_error.hpp"
@@ -287,15 +285,11 @@ LevelShare Sharing::operator()(Extent extent) const {
 
 Sharing sharing_for(const Schedule& schedule, Sharing sharing) {
   const bool is_default = sharing.fewest_sites == Sharing{}.fewest_sites;
-  if (schedule.cycle != Cycle::one_way) {
-    sharing.halo = LevelParts::halo;
-    sharing.fewest_sites = std::max(sharing.fewest_sites, CoarsestSolver::most_sites + 1);
-    sharing.fewest_rows = 1;
-  } else if (schedule.mean_modulus || schedule.rule == Rule::annealing) {
+  if (schedule.mean_modulus || schedule.rule == Rule::annealing) {
     sharing.fewest_rows = 1;
   }
   if (sharing.fewest_rows > 0 && is_default) { // below, a piece is mostly halo
-    sharing.fewest_rows = 4 * LevelParts::halo;
+    sharing.fewest_rows = 48;
   }
   return sharing;
 }
@@ -316,7 +310,7 @@ void require_shareable(const Scene& scene) {
   if (scene.full.update == Update::sequential) {
     refuse("sequential, each of whose sweeps crosses the image site by site,");
   }
-  if (scene.schedule.cycle == Cycle::one_way && scene.schedule.stop == Stop::energy) {
+  if (scene.schedule.stop == Stop::energy) {
     refuse("a level that ends by its mean energy");
   }
 }

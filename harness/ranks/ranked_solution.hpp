@@ -93,7 +93,6 @@ struct RankedSolution {
   Rectangle owned;
   VectorField displacement; ///< of the sites that are owned, pixels
   std::vector<RankedLevel> levels;
-  std::optional<double> residual{}; ///< as of CycleSolution, where the method is one
 };
 
 /// All levels, each on as many ranks as it is worth; every rank computes its piece on its own `session`, of
