@@ -3,7 +3,7 @@
 // random levels, of which HDMBENCH_RANDOM_CASE=NUMBER repeats one. And what a session promises its caller
 // beside bits.
 
-#include "backends/cpu/openmp.hpp"
+#include "backends/cpu/cpu.hpp"
 #include "backends/shared/energy_programs.hpp"
 #include "harness/check/compare.hpp"
 #include "test/bit_cases.hpp"

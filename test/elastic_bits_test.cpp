@@ -2,9 +2,7 @@
 // session, and the scalar session is what it stands for. HDMBENCH_RANDOM_CASES=10000 (250 unless said) random
 // levels.
 
-#include "backends/cpu/elastic_openmp.hpp"
-#include "backends/cpu/elastic_scalar.hpp"
-#include "backends/cpu/openmp.hpp"
+#include "backends/cpu/cpu.hpp"
 #include "backends/shared/elastic_session.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/scene/scene.hpp"

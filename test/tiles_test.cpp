@@ -1,7 +1,7 @@
 // What the openmp backend makes of tiles: short paths are taken where they may be, and what cannot change is
 // left out. That the bits stay is backends_test's affair.
 
-#include "backends/cpu/openmp.hpp"
+#include "backends/cpu/cpu.hpp"
 #include "backends/shared/energy_programs.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/solve/solve.hpp"
