@@ -17,10 +17,6 @@ using Cases = std::vector<BitCase>;
 
 constexpr std::array grid_textures{Texture::smooth, Texture::tie_rich, Texture::dyadic};
 
-void append(Cases& cases, Cases more) {
-  std::ranges::move(more, std::back_inserter(cases));
-}
-
 BitCase with_calls(BitCase bit_case, std::vector<int> calls) {
   bit_case.calls = std::move(calls);
   return bit_case;
@@ -94,6 +90,12 @@ Cases rules() {
         }
       }
     }
+  }
+  // Large enough for eight threads, whose bands have seams that sweeps pass together.
+  for (const auto& [rule, update] :
+       {std::pair{Rule::closed_form, Update::coloured}, {Rule::annealing, Update::four_coloured}}) {
+    cases.push_back(
+        with_calls(random_bit_case({257, 140}, Texture::tie_rich, 15, {}, rule, update), {1, 2, 5}));
   }
   return cases;
 }
@@ -219,8 +221,7 @@ BitCase pyramid_of(const Scene& scene) {
   return one;
 }
 
-/// Whose coarse levels one work group can compute together.
-Cases coarse_pyramids() {
+Cases coarse_levels() {
   Cases cases;
   std::uint64_t seed = 300;
   for (const Extent extent : {Extent{1, 1}, {1, 1025}, {33, 33}, {90, 7}, {129, 70}}) {
@@ -236,8 +237,6 @@ Cases coarse_pyramids() {
                          {.extent = {20, 20}, .sweeps = 3},
                          {.extent = {20, 20}, .sweeps = 2},
                          {.extent = {40, 50}, .sweeps = 1}};
-  cases.push_back(
-      pyramid_of(random_bit_case({50, 41}, Texture::smooth, 31, {}, Rule::annealing, Update::coloured), 2));
   Scene square = load_scene("square", {.size = Extent{70, 70}});
   square.schedule.iterations = 40; // from a null field the coarsest levels rest long before
   cases.push_back(pyramid_of(square));
@@ -245,7 +244,7 @@ Cases coarse_pyramids() {
 }
 
 Cases pyramids() {
-  Cases cases = coarse_pyramids();
+  Cases cases = coarse_levels();
   std::uint64_t seed = 400;
   for (const Extent extent : {Extent{1, 7}, {70, 1}, {2, 3}, {64, 8}, {65, 33}, {257, 130}}) {
     for (const Alignment alignment : {Alignment::corner, Alignment::center}) {
@@ -278,14 +277,9 @@ Cases layouts() {
   }
   cases.push_back(pulled({256, 97}, 127, 31, {1, 2, 3, 60}));
   cases.push_back(pulled({256, 97}, 128, 32, {1, 2, 3, 60}));
-  // Large enough for eight threads, whose bands have seams that sweeps pass together.
-  for (const auto& [rule, update] : {std::pair{Rule::steps, Update::simultaneous},
-                                     {Rule::closed_form, Update::coloured},
-                                     {Rule::annealing, Update::four_coloured}}) {
-    cases.push_back(with_calls(random_bit_case({257, 140}, Texture::smooth, 31, {}, rule, update), calls));
-  }
+  cases.push_back(with_calls(
+      random_bit_case({257, 140}, Texture::smooth, 31, {}, Rule::annealing, Update::coloured), calls));
   cases.push_back(pyramid_of(random_bit_case({257, 130}, Texture::tie_rich, 33), 3));
-  append(cases, coarse_pyramids());
   return cases;
 }
 
@@ -316,6 +310,8 @@ std::vector<BitCase> cases_of(Group group) {
     return pyramids();
   case Group::layouts:
     return layouts();
+  case Group::coarse_levels:
+    return coarse_levels();
   }
   return {};
 }
@@ -388,45 +384,32 @@ std::string ExpectedBits::differences(Session& session, int* refused) const {
   return text;
 }
 
-namespace {
-
-bool has_threads(const Backend& backend) {
-  return backend.threads({.device = {}, .threads = 2}) == 2;
-}
-
-} // namespace
-
-std::vector<Way> usual_ways(const Backend& backend) {
+std::vector<Way> ways_of(const Backend& backend, Group group) {
+  const bool has_threads = backend.threads({.device = {}, .threads = 2}) == 2;
   std::vector<Way> ways;
-  const std::vector<int> threads = has_threads(backend) ? std::vector{1, 2, 5} : std::vector{1};
-  for (const Work work : {Work::dense, Work::active}) {
-    for (const int count : threads) {
-      ways.push_back(
-          {.name = fmt::format("{}, {} threads", work_names[static_cast<std::size_t>(work)], count),
-           .options = {.device = {}, .threads = count, .work = work, .variant = 0, .shape = 0}});
+  const auto add = [&](std::string name, SessionOptions options) {
+    for (const Work work : {Work::dense, Work::active}) {
+      options.work = work;
+      ways.push_back({fmt::format("{}, {}", work_names[static_cast<std::size_t>(work)], name), options});
     }
-  }
-  return ways;
-}
-
-std::vector<Way> further_ways(const Backend& backend) {
-  std::vector<Way> ways;
-  for (const Work work : {Work::dense, Work::active}) {
-    const std::string_view work_name = work_names[static_cast<std::size_t>(work)];
-    const std::vector<std::string> shapes = backend.shapes({}).names;
-    for (std::size_t shape = 1; shape < shapes.size(); ++shape) {
-      ways.push_back({.name = fmt::format("{}, {}", work_name, shapes[shape]),
-                      .options = {.device = {}, .work = work, .variant = 0, .shape = shape}});
-    }
+  };
+  if (group == Group::coarse_levels) {
     const std::vector<std::string> variants = backend.variants({}).names;
     for (std::size_t variant = 1; variant < variants.size(); ++variant) {
-      ways.push_back({.name = fmt::format("{}, coarse levels {}", work_name, variants[variant]),
-                      .options = {.device = {}, .work = work, .variant = variant, .shape = 0}});
+      add(variants[variant], {.device = {}, .variant = variant, .shape = 0});
     }
-    for (const int threads : has_threads(backend) ? std::vector{3, 4, 6, 7, 8} : std::vector<int>{}) {
-      ways.push_back({.name = fmt::format("{}, {} threads", work_name, threads),
-                      .options = {.device = {}, .threads = threads, .work = work}});
+    return ways;
+  }
+  if (group == Group::layouts) {
+    const std::vector<std::string> shapes = backend.shapes({}).names;
+    for (std::size_t shape = 1; shape < shapes.size(); ++shape) {
+      add(shapes[shape], {.device = {}, .variant = 0, .shape = shape});
     }
+  }
+  const std::vector<int> others = has_threads ? std::vector{3, 4, 6, 7, 8} : std::vector<int>{};
+  const std::vector<int> usual = has_threads ? std::vector{1, 2, 5} : std::vector{1};
+  for (const int threads : group == Group::layouts ? others : usual) {
+    add(fmt::format("{} threads", threads), {.device = {}, .threads = threads, .variant = 0, .shape = 0});
   }
   return ways;
 }

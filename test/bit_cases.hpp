@@ -34,17 +34,17 @@ struct BitCase {
 
 /// What the groups of cases are about.
 enum class Group {
-  sizes,      ///< 1 x N, odd and even sides, sides at the edges of tiles, every remainder of a vector
-  rules,      ///< every rule with every order of sites, of the thesis's energy and of a coupled one
-  candidates, ///< every number of candidates, and exact ties between them
-  tiles,      ///< one site unlike the others in a tile, in its rim and beside it
-  waking,     ///< fields at rest in which something begins to move, and fronts that run through them
-  pyramids,   ///< all levels in one piece
-  layouts ///< those of the others that show how a backend cuts an image into tiles: for backends with many
-          ///< ways
+  sizes,        ///< 1 x N, odd and even sides, sides at the edges of tiles, every remainder of a vector
+  rules,        ///< every rule with every order of sites, of the thesis's energy and of a coupled one
+  candidates,   ///< every number of candidates, and exact ties between them
+  tiles,        ///< one site unlike the others in a tile, in its rim and beside it
+  waking,       ///< fields at rest in which something begins to move, and fronts that run through them
+  pyramids,     ///< all levels in one piece
+  layouts,      ///< a few that show how an image is cut into tiles or among threads
+  coarse_levels ///< pyramids whose coarse levels one work group can compute together
 };
-inline constexpr std::array<std::string_view, 7> group_names{"sizes",  "rules",    "candidates", "tiles",
-                                                             "waking", "pyramids", "layouts"};
+inline constexpr std::array<std::string_view, 8> group_names{
+    "sizes", "rules", "candidates", "tiles", "waking", "pyramids", "layouts", "coarse_levels"};
 [[nodiscard]] std::vector<BitCase> cases_of(Group group);
 
 /// A random level, whose name says how it is made.
@@ -83,10 +83,9 @@ struct Way {
   SessionOptions options;
 };
 
-/// The ways in which all groups are done: dense and active, by few threads and by many.
-[[nodiscard]] std::vector<Way> usual_ways(const Backend& backend);
-/// All others that the backend has: every number of threads, every shape of sweeps, every variant of coarse
-/// levels. Throws DeviceError.
-[[nodiscard]] std::vector<Way> further_ways(const Backend& backend);
+/// The ways in which a backend is to do a group: dense and active, by one thread and by several. Only of
+/// layouts every other number of threads and every shape of sweeps, and of coarse_levels every variant of
+/// these; none where there is one only. Throws DeviceError.
+[[nodiscard]] std::vector<Way> ways_of(const Backend& backend, Group group);
 
 } // namespace hdmbench::test

@@ -7,7 +7,6 @@
 #include "harness/check/compare.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/solve/methods/elastic.hpp"
-#include "test/elastic_problem.hpp"
 #include "test/sessions.hpp"
 
 #include <fmt/format.h>

@@ -1,6 +1,5 @@
 // What must hold for any level, without a second implementation to compare with: symmetries, units, and that
-// ICM goes downhill. On scalar; that all backends do the same is random_levels_test's and backends_test's
-// affair.
+// ICM goes downhill. On scalar; that all backends do the same is backends_test's affair.
 
 #include "harness/check/compare.hpp"
 #include "harness/scene/sites.hpp"
