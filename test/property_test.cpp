@@ -22,7 +22,7 @@ using test::Texture;
 
 /// Odd and even, long and single.
 constexpr std::array<Extent, 7> extents{{{1, 1}, {1, 6}, {7, 1}, {2, 3}, {8, 8}, {13, 10}, {24, 17}}};
-constexpr int seeds = 12;
+constexpr int seeds = 4;
 
 /// Candidates on the dyadic grid that tie with each other.
 StepSet dyadic_steps() {
