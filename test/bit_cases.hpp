@@ -4,7 +4,6 @@
 #include "test/random_level.hpp"
 
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
