@@ -108,7 +108,7 @@ std::vector<int> case_numbers() {
     return {*one};
   }
   const int count = environment("HDMBENCH_RANDOM_CASES").value_or(600);
-  const int used = count >= batches * batch_size ? batches : 24;
+  const int used = count >= batches * batch_size ? batches : 12; // every rule with every order of sites
   std::vector<int> numbers;
   for (int i = 0; i < count; ++i) {
     numbers.push_back(i % used * batch_size + i / used);
