@@ -1,7 +1,7 @@
 // The exact tier: the proof that nothing is rounded and what it refuses, and scenes for which it holds. What
 // a compiler's freedom does to these scenes is in free_backend_test.
 
-#include "harness/check/exactness.hpp"
+#include "harness/check/certificate.hpp"
 
 #include "test/refusal.hpp"
 #include "test/scene_sweeps.hpp"

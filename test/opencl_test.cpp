@@ -1,7 +1,8 @@
 // What no run of verify sees of the OpenCL backend: the shape of groups that is for other devices than this
 // one, a compiler that refuses, a device with little memory.
 
-#include "backends/opencl/session.hpp"
+#include "backends/opencl/device.hpp"
+#include "backends/session/device_session.hpp"
 #include "backends/shared/cut_session.hpp"
 #include "backends/shared/driver_trial.hpp"
 #include "backends/shared/energy_programs.hpp"
@@ -16,8 +17,6 @@
 namespace hdmbench {
 namespace {
 
-using opencl::Shape;
-
 class OpenClTest : public testing::Test {
 protected:
   void SetUp() override {
@@ -30,15 +29,14 @@ protected:
     }
   }
 
-  [[nodiscard]] std::unique_ptr<Session> open(const Shape& shape, Work work) const {
-    return opencl::make_session({api_, devices_.front()}, {shape}, work);
+  [[nodiscard]] std::unique_ptr<Session> open(const SweepShape& shape, Work work) const {
+    return make_device_session(opencl::open(api_, devices_.front(), {shape}), work);
   }
   /// On a device that takes no larger buffers.
   [[nodiscard]] std::unique_ptr<Session> open_small(std::size_t largest_buffer) const {
     opencl::FoundDevice device = devices_.front();
     device.largest_buffer = largest_buffer;
-    const Shape shape = opencl::shapes_for(device).front();
-    return opencl::make_session({api_, std::move(device)}, {shape}, Work::dense);
+    return make_device_session(opencl::open(api_, std::move(device), {}), Work::dense);
   }
 
   std::shared_ptr<const opencl::Api> api_;
@@ -48,10 +46,10 @@ protected:
 /// A driver of a CPU shows shapes of one work item only.
 TEST_F(OpenClTest, SameBitsWithGroupsOfManyItems) {
   const test::ExpectedBits expected(cases_of(test::Group::layouts));
-  for (const auto& [shape, work] : {std::pair{Shape{{64, 16}, 64, 16}, Work::active},
-                                    {Shape{{64, 16}, 8, 16}, Work::dense},
-                                    {Shape{{16, 5}, 16, 16}, Work::active}}) {
-    EXPECT_EQ(expected.differences(*open(shape, work)), "") << shape.lanes << " lanes";
+  for (const auto& [shape, work] : {std::pair{SweepShape{{64, 16}, 1}, Work::active},
+                                    {SweepShape{{64, 16}, 8}, Work::dense},
+                                    {SweepShape{{16, 5}, 1}, Work::active}}) {
+    EXPECT_EQ(expected.differences(*open(shape, work)), "") << shape.invocations() << " items";
   }
 }
 
@@ -73,7 +71,7 @@ TEST_F(OpenClTest, ATextThatDoesNotCompileIsRefusedInTheCompilersWords) {
   const test::BitCase sound = test::random_bit_case({9, 9}, test::Texture::smooth, 5);
   Level level = sound.problem.level;
   level.energy = &energy;
-  const auto session = open({{64, 16}, 1, 16}, Work::dense);
+  const auto session = open({{64, 16}, 64, 16}, Work::dense);
   const std::string error = error_of([&] { session->load(level); });
   EXPECT_THAT(error, testing::StartsWith("clBuildProgram: "));
   EXPECT_THAT(error, testing::HasSubstr("this"));

@@ -18,31 +18,18 @@ namespace {
 Comparison compared(const Scene& scene, const Solution& expected, std::optional<double> residual,
                     const Backend& backend, const WholeMethod::Solved& solved, const VerifyOptions& options) {
   const VectorField& found = solved.displacement;
-  const FieldDifference difference = compare(expected.displacement, found);
   Comparison comparison{.backend = std::string(backend.name()),
                         .device = backend.device(options.session),
                         .mode = Mode::pyramid,
                         .levels = static_cast<int>(expected.levels.size()),
                         .iterations = total_iterations(expected.levels),
                         .sweeps = total_iterations(expected.levels) * sweeps_per_iteration(scene.full),
-                        .sites_compared = static_cast<std::int64_t>(found.extent.sites()),
-                        .sites_differing = difference.sites,
-                        .sites_drifted = difference.sites,
-                        .not_finite = difference.not_finite,
-                        .uncertified = difference.sites,
-                        .counts_differing = solved.residual == residual ? 0 : 1,
-                        .largest_difference = difference.largest};
-  if (difference.first) {
-    const std::size_t site = *difference.first;
-    const auto width = static_cast<std::size_t>(found.extent.width);
-    comparison.first =
-        FirstDifference{.level = 0,
-                        .iteration = expected.levels.back().iterations,
-                        .x = static_cast<int>(site % width),
-                        .y = static_cast<int>(site / width),
-                        .expected = {expected.displacement.x[site], expected.displacement.y[site]},
-                        .found = {found.x[site], found.y[site]}};
-  }
+                        .counts_differing = solved.residual == residual ? 0 : 1};
+  count_end(comparison, compare(expected.displacement, found), found.extent, false, [&](std::size_t site) {
+    FirstDifference first = difference_at(site, expected.displacement, found);
+    first.iteration = expected.levels.back().iterations;
+    return first;
+  });
   conclude(comparison,
            {.why_mistrusted = why_mistrusted(scene, largest_magnitude(expected.displacement) > 0.0)});
   return comparison;

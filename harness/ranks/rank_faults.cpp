@@ -277,7 +277,7 @@ std::vector<Planted> planted_on_ranks(Crew& crew, const Backend& first, std::str
                    .method = one.method,
                    .bitwise = first.threads({}) > 0,
                    .part = one.part,
-                   .make = [&crew, &first, sharing, fault, names = std::string(backends)](const Scene&) {
+                   .make = [&crew, &first, sharing, fault, names = std::string(backends)] {
                      return std::make_unique<RankBackend>(crew, first, names, sharing, fault);
                    }};
   };
