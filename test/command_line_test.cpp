@@ -393,15 +393,10 @@ TEST(CommandLine, VerifyMeetsTheTilesAtWhateverSizes) {
   EXPECT_EQ(widths, (std::set{383, 384, 385}));
 }
 
-TEST(CommandLine, EveryBackendAgreesAtOddSizes) {
-  test::expect_run(0, "verify square tie-rich random --sizes 1x7,5x1,257x130",
-                   AllOf(HasSubstr("tie-rich, 257 x 130"), HasSubstr(" 0 disagree, 0 are mistrusted")));
-  EXPECT_EQ(hdmbench("verify tie-rich random --size 1").status, 0);
-}
-
 TEST(CommandLine, ASceneThatPrescribesEverySiteFails) {
   test::expect_run(1, "verify square --size 1 --backends openmp",
                    HasSubstr("only 0 % of the components are free"));
+  EXPECT_EQ(hdmbench("verify tie-rich random --size 1").status, 0);
 }
 
 TEST(CommandLine, ASceneThatCannotShowADifferenceFails) {

@@ -8,7 +8,6 @@
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/finite_elements.hpp"
-#include "test/elastic_problem.hpp"
 #include "test/sessions.hpp"
 
 #include <gmock/gmock.h>
