@@ -84,6 +84,14 @@ bool is_within(double least, double most, const std::vector<float>& values) {
 
 } // namespace
 
+VectorField Scene::start_field() const {
+  return start ? *start : VectorField(extent());
+}
+
+VectorField Scene::start_at(Extent level) const {
+  return start ? sample_field(*start, level, schedule.alignment) : VectorField(level);
+}
+
 LevelSequence::LevelSequence(const Scene& scene) : scene_(scene), extents_(pyramid_extents(scene.extent())) {
   const auto moves = [](float component) { return component != 0.0F; };
   has_start_ = scene.start &&

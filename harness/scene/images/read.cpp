@@ -1,6 +1,5 @@
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/images/pixels.hpp"
-#include "harness/scene/images/sample.hpp"
 
 #include "kernels/data/input_error.hpp"
 
