@@ -124,7 +124,12 @@ Pixels read_apart(const std::filesystem::path& file) {
   // The bytes are enough for the most values as the file has them, as float, and once more.
   const ProcessOptions options{.seconds = 60.0 + 10.0 * static_cast<double>(processor_seconds(file)),
                                .resident_bytes = std::int64_t{20'000'000'000}};
-  const ProcessEnd end = ask_own_program(question, file.string(), output.path(), errors.path(), options);
+  ProcessEnd end;
+  try {
+    end = ask_own_program(question, file.string(), output.path(), errors.path(), options);
+  } catch (const InputError&) { // no process can be started here, which says nothing about the file
+    return images::read_pixels_here(file);
+  }
   const std::string complaint = complaint_of(file_text(errors.path()));
   if (end.exit_status == has_refused) {
     throw InputError(file_text(output.path()) + (complaint.empty() ? "" : ": " + complaint));
