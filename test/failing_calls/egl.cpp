@@ -1,6 +1,5 @@
 // libEGL.so.1 as the backends see it under test.
 
-#include "test/failing_calls/gl_calls.hpp"
 #include "test/failing_calls/stand_in.hpp"
 
 #include <EGL/egl.h>

@@ -1,5 +1,3 @@
-#include "test/failing_calls/gl_calls.hpp"
-
 #include "test/failing_calls/stand_in.hpp"
 
 #define GL_GLEXT_PROTOTYPES // for decltype only: nothing is linked against libGL

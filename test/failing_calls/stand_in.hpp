@@ -185,6 +185,18 @@ private:
   }
 };
 
+// Of OpenGL, whose functions libEGL and libOSMesa give out (gl_calls.cpp).
+
+using Address = void (*)();
+
+/// The stand-in for the function of OpenGL of this name, which forwards to `real`; null where the armed fault
+/// is that it is missing. A name that backends/gl/api.hpp does not have, which would escape the test, is
+/// complained about.
+[[nodiscard]] Address gl_stand_in(const char* name, Address real);
+
+/// A context is no more; another one may get its address.
+void gl_context_gone(const void* context);
+
 } // namespace hdmbench::failing_calls
 
 // A type per function, for its name; to be redefined for other lists.
