@@ -1,7 +1,7 @@
 #include "harness/ranks/ranked_sampling.hpp"
 
 #include "harness/ranks/redistribution.hpp"
-#include "kernels/data/mean_modulus.hpp"
+#include "kernels/data/modulus.hpp"
 
 #include <algorithm>
 #include <array>

@@ -84,14 +84,6 @@ bool is_within(double least, double most, const std::vector<float>& values) {
 
 } // namespace
 
-VectorField Scene::start_field() const {
-  return start ? *start : VectorField(extent());
-}
-
-VectorField Scene::start_at(Extent level) const {
-  return start ? sample_field(*start, level, schedule.alignment) : VectorField(level);
-}
-
 LevelSequence::LevelSequence(const Scene& scene) : scene_(scene), extents_(pyramid_extents(scene.extent())) {
   const auto moves = [](float component) { return component != 0.0F; };
   has_start_ = scene.start &&
@@ -158,6 +150,14 @@ const Level& LevelSequence::sample_without_acceleration(int level) {
   (void)sample(level);
   sampled_.strengths = {1.0F};
   return sampled_;
+}
+
+VectorField Scene::start_field() const {
+  return start ? *start : VectorField(extent());
+}
+
+VectorField Scene::start_at(Extent level) const {
+  return start ? sample_field(*start, level, schedule.alignment) : VectorField(level);
 }
 
 VectorField LevelSequence::begin(int level, const VectorField& computed_before) const {
