@@ -6,7 +6,6 @@
 #include "harness/check/one_piece.hpp"
 #include "harness/check/resting_tiles.hpp"
 #include "harness/check/verify_elastic.hpp"
-#include "harness/check/whole_method.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/solve/solve.hpp"
 #include "kernels/data/input_error.hpp"
@@ -215,14 +214,7 @@ std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
   if (scene.energy == EnergyModel::elastic) {
     return verify_elastic(scene, reference, backends, options, progress);
   }
-  std::vector<Comparison> whole;
-  if (is_compared_whole(scene)) {
-    whole = verify_whole(scene, reference, backends, options, progress);
-  }
   if (scene.schedule.cycle != Cycle::one_way) {
-    if (whole.size() == backends.size()) {
-      return whole;
-    }
     throw InputError(
         fmt::format("verify follows a method sweep by sweep along the pyramid, {} goes to and fro; "
                     "bench compares its fields",
@@ -236,15 +228,7 @@ std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
                                   levels.extent(index).height));
     procession.compute(levels, index);
   }
-  // Of each backend its modes, the one as a whole last.
-  std::vector<Comparison> comparisons = procession.finish(levels);
-  for (Comparison& comparison : whole) {
-    const auto last_of_backend =
-        std::find_if(comparisons.rbegin(), comparisons.rend(),
-                     [&](const Comparison& other) { return other.backend == comparison.backend; });
-    comparisons.insert(last_of_backend.base(), std::move(comparison));
-  }
-  return comparisons;
+  return procession.finish(levels);
 }
 
 } // namespace hdmbench

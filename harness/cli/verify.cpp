@@ -33,9 +33,6 @@ struct VerifyArguments : CommonArguments {
 /// Iterations per level of a --quick verify.
 constexpr int quick_iterations = 10;
 
-/// Methods that go to and fro between the levels: in one process bench compares them.
-enum class Cycles { left_out, kept };
-
 /// Nobody chose on the command line.
 bool are_all_to_verify(const CommonArguments& arguments) {
   return arguments.scenes.empty() && arguments.methods.empty() && !arguments.schedule.method &&
@@ -46,7 +43,7 @@ bool are_all_to_verify(const CommonArguments& arguments) {
 /// tiles at any --sizes, and on the scene that has a different modulus at every site a few iterations of
 /// every other method, so that each rule and order of sites is compared; then every scene (--quick: two of
 /// them) with the elastic energy, a few steps of conjugate gradients, in which all of its arithmetic is.
-std::vector<Scene> scenes_to_verify(CommonArguments arguments, Cycles cycles = Cycles::left_out) {
+std::vector<Scene> scenes_to_verify(CommonArguments arguments) {
   std::vector<Scene> scenes = arguments.load_scenes(shipped_scenes());
   if (are_all_to_verify(arguments)) {
     for (Scene& scene : tile_boundary_scenes()) {
@@ -78,7 +75,7 @@ std::vector<Scene> scenes_to_verify(CommonArguments arguments, Cycles cycles = C
   std::erase_if(scenes, [&](const Scene& scene) {
     const bool has_cycles = scene.energy == EnergyModel::hdm && scene.schedule.cycle != Cycle::one_way;
     const bool named = arguments.schedule.method.has_value(); // then verify() refuses it
-    return has_cycles && !named && cycles == Cycles::left_out;
+    return has_cycles && !named;
   });
   return scenes;
 }
@@ -110,10 +107,11 @@ const RankBackend* rank_backend(const std::vector<const Backend*>& backends, std
   return dynamic_cast<const RankBackend*>(*std::ranges::find(backends, name, &Backend::name));
 }
 
-/// Backends and scenes, judged and printed. `backends`: the reference first.
+/// Backends and scenes, judged and printed. `backends`: the reference first. `speaks`: shows progress.
 int verify_scenes(const VerifyArguments& arguments, Tier required, const std::string& line,
-                  const std::vector<const Backend*>& backends, const std::vector<Scene>& scenes) {
-  Progress progress;
+                  const std::vector<const Backend*>& backends, const std::vector<Scene>& scenes,
+                  bool speaks = true) {
+  Progress progress(speaks);
   VerifyOptions options{.session = arguments.session, .iteration_limit = std::nullopt};
   if (arguments.quick) {
     options.iteration_limit = quick_iterations;
@@ -200,7 +198,7 @@ int run_verify(const VerifyArguments& arguments, Tier required, const std::strin
 /// Without those that several ranks cannot compute, which it names, and where nobody chose with what sleeps
 /// on so many ranks.
 std::vector<Scene> scenes_for_ranks(const CommonArguments& arguments, int ranks) {
-  std::vector<Scene> scenes = scenes_to_verify(arguments, Cycles::kept);
+  std::vector<Scene> scenes = scenes_to_verify(arguments);
   if (are_all_to_verify(arguments)) {
     scenes.push_back(sleeping_pieces(ranks));
   }
@@ -215,37 +213,34 @@ std::vector<Scene> scenes_for_ranks(const CommonArguments& arguments, int ranks)
   return scenes;
 }
 
-/// Every backend on 1, 2, ... ranks, against scalar on the first one.
-int run_verify_on_ranks(const VerifyArguments& arguments, Tier required, const std::string& line,
-                        Ranks& ranks) {
-  const auto registry = make_backends();
-  Crew crew(ranks, registry, arguments.session);
-  if (!ranks.is_first()) {
-    crew.serve();
-    return success;
+/// Every backend on 1, 2, ... ranks, against scalar, which every rank computes for itself.
+int run_verify_on_ranks(VerifyArguments arguments, Tier required, const std::string& line, Ranks& ranks) {
+  if (ranks.is_first()) {
+    require_results_writable(arguments.json);
+    require_results_writable(arguments.junit);
+  } else { // results are the first one's to write
+    arguments.json.clear();
+    arguments.junit.clear();
   }
-  require_results_writable(arguments.json);
-  require_results_writable(arguments.junit);
+  const auto registry = make_backends();
   std::vector<std::string> names = arguments.backends;
   for (std::size_t i = 0; i < registry.size() && arguments.backends.empty(); ++i) {
     names.emplace_back(registry[i]->name());
   }
+  const SessionOptions asked = std::exchange(arguments.session, {});
   // Levels are shared out down to 8 x 8 sites a rank: below, one after the other has fewer ranks.
   constexpr std::size_t fewest_sites = 64;
   std::vector<std::unique_ptr<RankBackend>> shared;
   std::vector<const Backend*> backends{registry.front().get()};
   for (const std::string& name : names) {
     for (int pieces = 1; pieces <= ranks.size(); ++pieces) {
-      shared.push_back(std::make_unique<RankBackend>(
-          crew, backend_of_rank(registry, name, 0), name,
-          Sharing{.ranks = ranks.size(), .pieces = pieces, .fewest_sites = fewest_sites}));
+      const Sharing sharing{.pieces = pieces, .fewest_sites = fewest_sites};
+      shared.push_back(std::make_unique<RankBackend>(ranks, registry, name, asked, sharing));
       backends.push_back(shared.back().get());
     }
   }
-  const int status =
-      verify_scenes(arguments, required, line, backends, scenes_for_ranks(arguments, ranks.size()));
-  crew.dismiss();
-  return status;
+  return verify_scenes(arguments, required, line, backends, scenes_for_ranks(arguments, ranks.size()),
+                       ranks.is_first());
 }
 
 } // namespace

@@ -44,32 +44,9 @@ void list_fields(Fields& fields, RankRow& row) {
   fields("backend", row.backend);
   fields("device", row.device);
   fields("threads", row.threads);
-  fields("sites", row.sites);
   fields("messages", row.messages);
   fields("bytes", row.bytes);
   fields("peak_memory", row.peak_memory);
-}
-
-void list_fields(Fields& fields, SharedLevelRow& row) {
-  fields("width", row.width);
-  fields("height", row.height);
-  fields("columns", row.columns);
-  fields("rows", row.rows);
-  fields("halo", row.halo);
-  fields("sweeps", row.sweeps);
-  fields("changed", row.changed);
-  fields("renewals", row.renewals);
-  fields("messages", row.messages);
-  fields("bytes", row.bytes);
-  fields.newer("seconds", row.seconds);
-  fields.newer("message_seconds", row.message_seconds);
-}
-
-void list_fields(Fields& fields, HaloCostsRow& row) {
-  fields("sites_per_second", row.sites_per_second);
-  fields("rim_sites_per_second", row.rim_sites_per_second);
-  fields("message_seconds", row.message_seconds);
-  fields("bytes_per_second", row.bytes_per_second);
 }
 
 void list_fields(Fields& fields, RunRow& row) {
@@ -94,8 +71,6 @@ void list_fields(Fields& fields, RunRow& row) {
   fields.if_any("pictures", row.pictures);
   fields.if_any("ranks", row.ranks);
   fields.if_any("by_rank", row.by_rank);
-  fields.if_any("shared_levels", row.shared_levels);
-  fields.if_any("halo_costs", row.halo_costs);
   fields.if_any("strains", row.strains);
 }
 

@@ -1,7 +1,6 @@
 #include "harness/check/faults/trial.hpp"
 
 #include "backends/shared/coarse_levels.hpp"
-#include "harness/check/whole_method.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
 #include "kernels/data/input_error.hpp"
@@ -153,7 +152,7 @@ std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names, std:
     }
   }
   for (const std::string_view method :
-       {"coloured", "closed-form", "annealing", "cascade", "multigrid", "krylov", "conjugate-gradients"}) {
+       {"coloured", "closed-form", "annealing", "cascade", "conjugate-gradients"}) {
     scenes.push_back(by_method(random, method));
   }
   scenes.push_back(by_method(square, elastic_conjugate_gradients));
@@ -194,8 +193,7 @@ bool Trial::as_expected() const {
 }
 
 bool concerns(const Planted& planted, const TrialScene& scene) {
-  const bool on_any = planted.method.empty() && !is_compared_whole(scene.scene);
-  return (on_any || planted.method == scene.scene.schedule.method) &&
+  return (planted.method.empty() || planted.method == scene.scene.schedule.method) &&
          (planted.on_cpu || !scene.only_on_cpu) && scene.tiles_sleep == (planted.part == Part::sleep) &&
          (planted.part != Part::levels || has_levels(scene.scene)) &&
          (planted.variant == 0 || has_coarse_levels(scene.scene));
