@@ -1,0 +1,105 @@
+#include "harness/check/cases.hpp"
+
+#include "harness/scene/method.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <random>
+
+namespace hdmbench {
+
+namespace {
+
+/// `square` from a start of up to 20 px, on one level: every site's choice depends on what its neighbours
+/// weigh, and what the class of a tile leaves out shows in the first sweep.
+Scene square_from_rough_start(Extent extent) {
+  Scene scene = load_scene("square", {.size = extent});
+  scene.name = "square-rough";
+  scene.source.clear();
+  std::mt19937 source(1);
+  VectorField& start = scene.start.emplace(extent);
+  for (auto* const values : {&start.x, &start.y}) {
+    for (float& value : *values) {
+      value = 20.0F * (static_cast<float>(source() >> 8) * 0x1p-23F - 1.0F);
+    }
+  }
+  scene.schedule.start_level = 0;
+  scene.schedule.iterations = 5;
+  return scene;
+}
+
+/// The names of all methods of the thesis's energy but its own, which the scenes have.
+std::vector<std::string> other_methods() {
+  std::vector<std::string> names;
+  std::ranges::transform(methods().subspan(1), std::back_inserter(names),
+                         [](const Method& method) { return std::string(method.name); });
+  return names;
+}
+
+} // namespace
+
+EnergyModel Case::energy() const {
+  return method.empty() ? EnergyModel::hdm : find_method(method).energy;
+}
+
+std::string Case::name() const {
+  std::string text = scene;
+  if (size) {
+    text += fmt::format(", {} x {}", size->width, size->height);
+  }
+  if (!method.empty()) {
+    text += ", " + method;
+  }
+  return mode ? fmt::format("{}, {}", text, name_of(*mode)) : text;
+}
+
+bool Case::operator==(const Case& other) const {
+  return scene == other.scene && size == other.size && method == other.method;
+}
+
+Scene load_case(const Case& one) {
+  Scene scene = one.generate ? one.generate(one.size.value()) : load_scene(one.scene, {.size = one.size});
+  if (!one.method.empty()) {
+    use_method(scene, find_method(one.method));
+  }
+  int& iterations = scene.schedule.iterations;
+  iterations = std::min(iterations, one.iterations.value_or(iterations));
+  return scene;
+}
+
+std::vector<Case> verify_cases(bool quick) {
+  std::vector<Case> cases;
+  for (const std::string& scene : shipped_scenes()) {
+    cases.push_back({.scene = scene});
+  }
+  // Whole tiles of all backends: the soft square is the tile in the middle of 3 x 3 of the largest, so that
+  // around it there is a tile of every backend that sees another modulus at one of its sides or corners
+  // alone. And one site less and one more a side.
+  for (const Extent extent : {Extent{384, 192}, Extent{383, 191}, Extent{385, 193}}) {
+    cases.push_back({.scene = "square-rough", .size = extent, .generate = square_from_rough_start});
+  }
+  for (const std::string& method : other_methods()) {
+    cases.push_back({.scene = "random", .method = method, .iterations = 5});
+  }
+  // A shorter run has a modulus at every site, and a region that is prescribed.
+  const std::vector<std::string> two{"random", "circular-radial"};
+  for (const std::string& scene : quick ? two : shipped_scenes()) {
+    cases.push_back({.scene = scene, .method = std::string(elastic_conjugate_gradients), .iterations = 2});
+  }
+  return cases;
+}
+
+std::vector<Case> all_cases() {
+  return verify_cases();
+}
+
+std::vector<Case> cases_named(std::span<const Case> cases, std::string_view part) {
+  std::vector<Case> found;
+  std::ranges::copy_if(cases, std::back_inserter(found),
+                       [part](const Case& one) { return one.name().find(part) != std::string::npos; });
+  return found;
+}
+
+} // namespace hdmbench

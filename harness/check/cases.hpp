@@ -1,0 +1,52 @@
+#pragma once
+
+#include "harness/check/verify.hpp"
+#include "harness/scene/scene.hpp"
+
+#include <functional>
+#include <optional>
+#include <ostream>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace hdmbench {
+
+/// One problem that backends are compared on. `verify`, `golden`, `faults` and the tests take theirs from
+/// tables of these; a further scene or method is a further line there.
+struct Case {
+  std::string scene;               ///< what load_scene() takes, or the name of what `generate` makes
+  std::optional<Extent> size{};    ///< pixels; none: the scene's own
+  std::string method{};            ///< of harness/scene/method.hpp; empty: the scene's own
+  std::optional<int> iterations{}; ///< at most so many, in the unit of the method's effort; none: no limit
+  std::optional<Mode> mode{};      ///< the one to compare in; none: all that why_left_out() has no reason for
+  /// Makes a scene of a size that no file describes; none: load_scene() makes it. Called with `size`.
+  std::function<Scene(Extent)> generate{};
+
+  /// The energy that the method minimises. Throws InputError where there is no such method.
+  [[nodiscard]] EnergyModel energy() const;
+  /// "random, 257 x 130, annealing, free", without what is not set.
+  [[nodiscard]] std::string name() const;
+  /// Whether scene, size and method are the same.
+  bool operator==(const Case& other) const;
+  friend void PrintTo(const Case& one, std::ostream* stream) { *stream << one.name(); }
+};
+
+/// The scene at its size, with its method and no more iterations. Throws what load_scene() and find_method()
+/// throw.
+[[nodiscard]] Scene load_case(const Case& one);
+
+/// What `verify` compares where nobody chooses: every shipped scene as its file says; what meets the tiles of
+/// all backends; every other method on the scene that has another modulus at every site, so that each rule
+/// and order of sites is compared; then all scenes (`quick`: two) with the elastic energy, a few steps of
+/// conjugate gradients, in which all of its arithmetic is.
+[[nodiscard]] std::vector<Case> verify_cases(bool quick = false);
+
+/// All cases that there are, each once.
+[[nodiscard]] std::vector<Case> all_cases();
+
+/// Those whose name contains `part`.
+[[nodiscard]] std::vector<Case> cases_named(std::span<const Case> cases, std::string_view part);
+
+} // namespace hdmbench
