@@ -39,9 +39,11 @@ Extent scaled(Extent extent, double factor) {
 }
 
 /// Samples of whole solutions, without making the scene and opening sessions. Collective.
-ScalingRow measure(const Scene& scene, const RankBackend& backend, int repeats, Ranks& ranks) {
+ScalingRow measure(const Scene& scene, const std::string& kind, const RankBackend& backend, int repeats,
+                   Ranks& ranks) {
   ScalingRow row{.scene = scene.name,
                  .energy = std::string(energy_names[static_cast<std::size_t>(scene.energy)]),
+                 .scaling = kind,
                  .backend = backend.backends(),
                  .ranks = backend.ranks(),
                  .width = scene.extent().width,
@@ -113,8 +115,7 @@ int bench_scaling_on_ranks(CommonArguments arguments, bool scaling, int repeats,
     Scene scene = load_scene(name, {.size = kind == "weak" ? scaled(size, std::sqrt(count)) : size});
     arguments.schedule.apply(scene);
     const RankBackend backend(ranks, registry, backends, arguments.session, {.pieces = count});
-    rows.push_back(measure(scene, backend, repeats, ranks));
-    rows.back().scaling = kind;
+    rows.push_back(measure(scene, kind, backend, repeats, ranks));
     progress.advance(1.0);
   }
   progress.clear();

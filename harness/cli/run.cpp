@@ -11,6 +11,7 @@
 #include "harness/measure/result_file.hpp"
 #include "harness/ranks/launch.hpp"
 #include "harness/ranks/rank_backend.hpp"
+#include "harness/ranks/rank_devices.hpp"
 #include "harness/report/grouped.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/file_output.hpp"

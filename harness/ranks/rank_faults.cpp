@@ -146,8 +146,6 @@ RankFault elastic(RankFault fault) {
   return fault;
 }
 
-} // namespace
-
 std::vector<RankFault> rank_faults() {
   const std::vector<RankFault> in_halos{
       {.name = "halo-one-row-short",
@@ -200,6 +198,8 @@ std::vector<RankFault> rank_faults() {
        .method = "annealing"});
   return all;
 }
+
+} // namespace
 
 std::vector<Parcel> FaultyExchange::exchange(std::span<const Transfer> ways, std::vector<Parcel> leaving,
                                              int arrays) {

@@ -38,8 +38,6 @@ struct RankFault {
   Part part = Part::sweep;
 };
 
-[[nodiscard]] std::vector<RankFault> rank_faults();
-
 /// `sound` with the fault, or as it is where there is none.
 class FaultyExchange final : public Exchange {
 public:
