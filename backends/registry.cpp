@@ -1,7 +1,6 @@
 #include "backends/registry.hpp"
 
-#include "backends/cpu/openmp.hpp"
-#include "backends/cpu/scalar.hpp"
+#include "backends/cpu/cpu.hpp"
 #include "backends/shared/driver_trial.hpp"
 #include "kernels/data/input_error.hpp"
 

@@ -1,4 +1,4 @@
-#include "reference/elastic_amg.hpp"
+#include "reference/elastic_krylov.hpp"
 
 #include "kernels/data/input_error.hpp"
 

@@ -1,9 +1,12 @@
 #pragma once
 
+#include "kernels/data/field.hpp"
 #include "kernels/data/level.hpp"
-#include "reference/reference_field.hpp"
 
 namespace hdmbench {
+
+/// A displacement in pixels as the references compute it.
+using ReferenceField = DoubleField;
 
 /// The rival that knows no material: per component, linear interpolation between the nearest observed sites
 /// (confidence > 0) along the row and along the column. Where both exist the two are blended with weights

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "kernels/data/level.hpp"
-#include "reference/reference_field.hpp"
+#include "reference/interpolation.hpp"
 
 namespace hdmbench {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "kernels/data/pyramid.hpp"
-#include "reference/reference_field.hpp"
+#include "reference/interpolation.hpp"
 
 namespace hdmbench {
 

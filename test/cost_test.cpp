@@ -1,6 +1,6 @@
 #include "kernels/data/cost.hpp"
 
-#include "backends/cpu/openmp.hpp"
+#include "backends/cpu/cpu.hpp"
 #include "backends/shared/energy_programs.hpp"
 #include "harness/measure/memory_use.hpp"
 #include "harness/scene/sites.hpp"

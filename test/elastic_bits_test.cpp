@@ -1,9 +1,7 @@
 // Every step of the elastic methods on threads and lanes against the scalar session, bit for bit, and the
 // scalar session against what it stands for.
 
-#include "backends/cpu/elastic_openmp.hpp"
-#include "backends/cpu/elastic_scalar.hpp"
-#include "backends/cpu/openmp.hpp"
+#include "backends/cpu/cpu.hpp"
 #include "test/elastic_operations.hpp"
 #include "test/elastic_problem.hpp"
 

@@ -1,4 +1,3 @@
-#include "reference/elastic_amg.hpp"
 #include "reference/elastic_krylov.hpp"
 
 #include "harness/judge/accuracy/deviation.hpp"

@@ -1,7 +1,7 @@
 // Backends that really are compiled with freedoms ours have not, fused multiply-adds and sums in any order,
 // land in the third tier: no more differs than rounding explains, and nothing where all is exact.
 
-#include "backends/cpu/openmp.hpp"
+#include "backends/cpu/cpu.hpp"
 #include "harness/check/faults/faulty_backend.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"

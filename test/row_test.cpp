@@ -1,7 +1,7 @@
 // Every instruction set of the openmp backend, not only the one this processor would choose; and that the
 // comparison sees what the compiler must not do, but on scenes that are exact, where it can do no harm.
 
-#include "backends/cpu/openmp.hpp"
+#include "backends/cpu/cpu.hpp"
 #include "backends/shared/energy_programs.hpp"
 #include "kernels/data/gather.hpp"
 #include "test/random_level.hpp"

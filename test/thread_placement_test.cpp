@@ -1,4 +1,4 @@
-#include "backends/cpu/thread_placement.hpp"
+#include "backends/cpu/processor.hpp"
 
 #include <gtest/gtest.h>
 #include <omp.h>

@@ -2,7 +2,7 @@
 
 #include "harness/check/tile_boundaries.hpp"
 
-#include "backends/cpu/openmp_tiles.hpp"
+#include "backends/cpu/layout.hpp"
 #include "backends/registry.hpp"
 #include "backends/shared/sweep_shapes.hpp"
 #include "harness/check/faults/faulty_backend.hpp"

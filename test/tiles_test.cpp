@@ -1,8 +1,8 @@
 // What the openmp backend makes of tiles: that short paths are taken where they may be and nowhere else, and
 // that what is left out could not have changed.
 
-#include "backends/cpu/openmp.hpp"
-#include "backends/cpu/openmp_tiles.hpp"
+#include "backends/cpu/cpu.hpp"
+#include "backends/cpu/layout.hpp"
 #include "backends/shared/energy_programs.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/scene/level_sequence.hpp"

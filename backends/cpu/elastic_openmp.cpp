@@ -1,4 +1,4 @@
-#include "backends/cpu/elastic_openmp.hpp"
+#include "backends/cpu/cpu.hpp"
 
 #include "backends/cpu/elastic_bands.hpp"
 #include "backends/cpu/elastic_fields.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "backends/cpu/buffer.hpp"
-#include "backends/cpu/openmp_tiles.hpp"
+#include "backends/cpu/layout.hpp"
 #include "kernels/data/level.hpp"
 #include "kernels/data/pyramid.hpp"
 

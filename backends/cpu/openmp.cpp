@@ -1,11 +1,10 @@
-#include "backends/cpu/openmp.hpp"
+#include "backends/cpu/cpu.hpp"
 
 #include "backends/cpu/active.hpp"
 #include "backends/cpu/cpu_ceilings.hpp"
-#include "backends/cpu/cpu_device.hpp"
 #include "backends/cpu/dense.hpp"
-#include "backends/cpu/elastic_openmp.hpp"
 #include "backends/cpu/level_data.hpp"
+#include "backends/cpu/processor.hpp"
 #include "backends/shared/energy_programs.hpp"
 #include "backends/shared/tiles.hpp"
 

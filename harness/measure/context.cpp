@@ -1,6 +1,6 @@
 #include "harness/measure/context.hpp"
 
-#include "backends/cpu/cpu_device.hpp"
+#include "backends/cpu/processor.hpp"
 #include "harness/scene/row_fields.hpp"
 
 #include <build_information.hpp>

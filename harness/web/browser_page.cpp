@@ -1,6 +1,6 @@
 #include "harness/web/browser_page.hpp"
 
-#include "backends/cpu/scalar.hpp"
+#include "backends/cpu/cpu.hpp"
 #include "backends/gl/objects.hpp"
 #include "harness/check/state_hash.hpp"
 #include "harness/report/html.hpp"

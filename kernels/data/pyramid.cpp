@@ -1,7 +1,7 @@
 #include "kernels/data/pyramid.hpp"
 
 #include "kernels/data/input_error.hpp"
-#include "kernels/data/mean_modulus.hpp"
+#include "kernels/data/modulus.hpp"
 #include "kernels/data/sites_worth_threads.hpp"
 #include "kernels/specification/projection.hpp"
 

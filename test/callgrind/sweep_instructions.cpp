@@ -2,8 +2,7 @@
 // one compiler are the same on every run, so that 2 % more of them is a change of the code.
 //   sweep_instructions --check FILE   compares with the committed counts   (--write FILE makes new ones)
 
-#include "backends/cpu/openmp.hpp"
-#include "backends/cpu/scalar.hpp"
+#include "backends/cpu/cpu.hpp"
 #include "backends/shared/energy_programs.hpp"
 #include "backends/shared/subprocess.hpp"
 #include "harness/measure/result_file.hpp"

@@ -1,6 +1,6 @@
 // What a user sees where a driver fails, and what a caller of a session may do then.
 
-#include "backends/cpu/scalar.hpp"
+#include "backends/cpu/cpu.hpp"
 #include "harness/check/faults/faulty_backend.hpp"
 #include "test/program.hpp"
 #include "test/random_level.hpp"

@@ -1,6 +1,6 @@
 #include "test/failing_calls/trial.hpp"
 
-#include "backends/cpu/scalar.hpp"
+#include "backends/cpu/cpu.hpp"
 #include "harness/check/compare.hpp"
 
 #include <fmt/format.h>

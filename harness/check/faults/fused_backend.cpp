@@ -1,7 +1,7 @@
 #include "harness/check/faults/fused_backend.hpp"
 
-#include "backends/cpu/cpu_device.hpp"
 #include "backends/cpu/elastic_serial.hpp"
+#include "backends/cpu/processor.hpp"
 #include "harness/check/energy_proofs.hpp"
 #include "harness/check/fused_real.hpp"
 

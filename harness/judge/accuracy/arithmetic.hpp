@@ -3,7 +3,7 @@
 #include "backends/backend.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/solve/progress.hpp"
-#include "reference/reference_field.hpp"
+#include "reference/interpolation.hpp"
 
 #include <cstdint>
 #include <span>

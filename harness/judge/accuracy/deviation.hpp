@@ -1,6 +1,6 @@
 #pragma once
 
-#include "reference/reference_field.hpp"
+#include "reference/interpolation.hpp"
 
 #include <cstdint>
 #include <span>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "harness/scene/scene.hpp"
-#include "reference/reference_field.hpp"
+#include "reference/interpolation.hpp"
 
 #include <vector>
 

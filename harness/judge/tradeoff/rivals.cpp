@@ -1,6 +1,5 @@
 #include "harness/judge/tradeoff/rivals.hpp"
 
-#include "reference/elastic_amg.hpp"
 #include "reference/elastic_krylov.hpp"
 #include "reference/fixed_point.hpp"
 #include "reference/interpolation.hpp"

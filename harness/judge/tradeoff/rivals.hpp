@@ -2,7 +2,7 @@
 
 #include "harness/judge/accuracy/truths.hpp"
 #include "harness/scene/scene.hpp"
-#include "reference/reference_field.hpp"
+#include "reference/interpolation.hpp"
 
 #include <array>
 #include <functional>

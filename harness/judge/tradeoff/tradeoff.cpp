@@ -11,7 +11,7 @@
 #include "harness/solve/planner/planner.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/mean_energy.hpp"
-#include "reference/elastic_amg.hpp"
+#include "reference/elastic_krylov.hpp"
 
 #include <fmt/format.h>
 

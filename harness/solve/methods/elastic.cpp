@@ -11,7 +11,7 @@
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
-#include "kernels/data/modulus_range.hpp"
+#include "kernels/data/modulus.hpp"
 
 #include <fmt/format.h>
 

@@ -2,7 +2,7 @@
 
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/input_error.hpp"
-#include "kernels/data/modulus_range.hpp"
+#include "kernels/data/modulus.hpp"
 
 #include <fmt/format.h>
 

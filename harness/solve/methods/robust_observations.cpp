@@ -5,7 +5,7 @@
 #include "harness/solve/methods/remaining_error.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
-#include "kernels/data/modulus_range.hpp"
+#include "kernels/data/modulus.hpp"
 
 #include <fmt/format.h>
 

@@ -3,7 +3,7 @@
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/multigrid.hpp"
 #include "kernels/data/input_error.hpp"
-#include "kernels/data/modulus_range.hpp"
+#include "kernels/data/modulus.hpp"
 
 #include <fmt/format.h>
 

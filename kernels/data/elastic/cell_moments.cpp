@@ -1,6 +1,5 @@
-#include "kernels/data/elastic/cell_moments.hpp"
+#include "kernels/data/elastic/set_up.hpp"
 
-#include "kernels/data/elastic/moments_row.hpp"
 #include "kernels/data/sites_worth_threads.hpp"
 
 namespace hdmbench {
@@ -53,6 +52,116 @@ void set_parent_moments(ElasticLevel& level, const ElasticLevel& fine) {
     for (int x = 0; x < cells.width; ++x) {
       set_parent(row, top, bottom, x);
     }
+  }
+}
+
+namespace {
+
+using InFloat = ElasticInFloat;
+
+/// Where |xx yy - xy^2| is less than this share of xx yy, the two components of a site move as one.
+constexpr float least_determinant = 1e-6F;
+
+/// A row of sites: their stiffness at first, their response in the end.
+struct ResponseRow {
+  int width = 0;
+  float* xx = nullptr;
+  float* xy = nullptr;
+  float* yy = nullptr;
+};
+
+ResponseRow row_of(ElasticLevel& level, int y) {
+  const std::size_t first = level.grid.index(0, y);
+  return {level.grid.sites.width, level.response[0].data() + first, level.response[1].data() + first,
+          level.response[2].data() + first};
+}
+
+// Bodies of loops are functions of their own: locals declared inside an `omp simd` loop would become arrays
+// in memory.
+
+/// Of the site between two cells of the row above and two of the row below.
+HDM_FUNCTION void set_stiffness_at(const ResponseRow& row, const MomentsRow<const float>& above,
+                                   const MomentsRow<const float>& below, const InFloat::PoissonRatio& ratio,
+                                   int x) {
+  InFloat::SiteStiffness sum{0.0F, 0.0F, 0.0F};
+  sum = InFloat::with_cell(sum, above.cell(x - 1), 1.0F, 1.0F, ratio);
+  sum = InFloat::with_cell(sum, above.cell(x), -1.0F, 1.0F, ratio);
+  sum = InFloat::with_cell(sum, below.cell(x - 1), 1.0F, -1.0F, ratio);
+  sum = InFloat::with_cell(sum, below.cell(x), -1.0F, -1.0F, ratio);
+  row.xx[x] = sum.xx;
+  row.xy[x] = sum.xy;
+  row.yy[x] = sum.yy;
+}
+
+void set_stiffness(const ResponseRow& row, const MomentsRow<const float>& above,
+                   const MomentsRow<const float>& below, const InFloat::PoissonRatio& ratio) {
+#pragma omp simd
+  for (int x = 0; x < row.width; ++x) {
+    set_stiffness_at(row, above, below, ratio, x);
+  }
+}
+
+/// The row of cells above the sites, then that below.
+void add_masked_cells(const ResponseRow& row, const MaskedCells& masked, int y) {
+  for (int above = 1; above >= 0; --above) {
+    const auto [first, last] = masked.row(y - above);
+    for (std::size_t i = first; i < last; ++i) {
+      const MaskedCell& cell = masked.cells[i];
+      for (std::size_t right = 0; right < 2; ++right) {
+        const std::size_t own = 4 * static_cast<std::size_t>(above) + 2 * right;
+        const std::size_t site = static_cast<std::size_t>(cell.x) + right;
+        row.xx[site] += cell.stiffness[8 * own + own];
+        row.xy[site] += cell.stiffness[8 * own + own + 1];
+        row.yy[site] += cell.stiffness[8 * (own + 1) + own + 1];
+      }
+    }
+  }
+}
+
+void leave_out(const ResponseRow& row, const std::uint8_t* x_prescribed, const std::uint8_t* y_prescribed) {
+#pragma omp simd
+  for (int x = 0; x < row.width; ++x) {
+    const bool free_x = x_prescribed[x] == 0;
+    const bool free_y = y_prescribed[x] == 0;
+    row.xx[x] = free_x ? row.xx[x] : 0.0F;
+    row.yy[x] = free_y ? row.yy[x] : 0.0F;
+    row.xy[x] = (x_prescribed[x] | y_prescribed[x]) == 0 ? row.xy[x] : 0.0F;
+  }
+}
+
+/// Relaxation times the inverse; of a matrix of rank one its pseudo-inverse. Without branches, for vectors.
+void invert(const ResponseRow& row) {
+  const auto relaxation = static_cast<float>(elastic_relaxation);
+#pragma omp simd
+  for (int x = 0; x < row.width; ++x) {
+    const float xx = row.xx[x];
+    const float xy = row.xy[x];
+    const float yy = row.yy[x];
+    const float trace = xx + yy;
+    const float determinant = xx * yy - xy * xy;
+    const bool whole = determinant > least_determinant * (xx * yy);
+    const float quotient = relaxation / (whole ? determinant : trace * trace);
+    const float scale = trace > 0.0F ? quotient : 0.0F;
+    row.xx[x] = scale * (whole ? yy : xx);
+    row.xy[x] = (whole ? -scale : scale) * xy;
+    row.yy[x] = scale * (whole ? xx : yy);
+  }
+}
+
+} // namespace
+
+void set_response(ElasticLevel& level, const InFloat::PoissonRatio& ratio, const Prescribed* prescribed) {
+  const RingedGrid& grid = level.grid;
+#pragma omp parallel for if (grid.sites.sites() > sites_worth_threads)
+  for (int y = 0; y < grid.sites.height; ++y) {
+    const ResponseRow row = row_of(level, y);
+    set_stiffness(row, {level, y - 1}, {level, y}, ratio);
+    add_masked_cells(row, level.masked, y);
+    if (prescribed != nullptr) {
+      const std::size_t first = grid.index(0, y);
+      leave_out(row, prescribed->component[0].data() + first, prescribed->component[1].data() + first);
+    }
+    invert(row);
   }
 }
 

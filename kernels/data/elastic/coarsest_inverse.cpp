@@ -1,4 +1,4 @@
-#include "kernels/data/elastic/coarsest_inverse.hpp"
+#include "kernels/data/elastic/set_up.hpp"
 
 #include <algorithm>
 #include <cmath>

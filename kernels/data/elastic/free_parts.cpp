@@ -1,7 +1,7 @@
 #include "kernels/data/elastic/free_parts.hpp"
 
 #include "kernels/data/input_error.hpp"
-#include "kernels/data/modulus_range.hpp"
+#include "kernels/data/modulus.hpp"
 
 #include <fmt/format.h>
 

@@ -1,9 +1,7 @@
 #include "kernels/data/elastic/hierarchy.hpp"
 
 #include "kernels/data/elastic/cell_kinds.hpp"
-#include "kernels/data/elastic/cell_moments.hpp"
-#include "kernels/data/elastic/coarsest_inverse.hpp"
-#include "kernels/data/elastic/site_response.hpp"
+#include "kernels/data/elastic/set_up.hpp"
 
 #include <algorithm>
 #include <cstdint>

@@ -4,6 +4,7 @@
 #include "backends/cpu/ceiling_loops.hpp"
 #include "backends/cpu/elastic_rows.hpp"
 #include "backends/cpu/row.hpp"
+#include "backends/shared/elastic_session.hpp"
 
 #include <memory>
 #include <string_view>
@@ -33,5 +34,15 @@ struct InstructionSet {
 /// otherwise. `name` and `instruction_set` (for people) must outlive it.
 [[nodiscard]] std::unique_ptr<Backend> make_openmp_with(std::string_view name, openmp::SweepRow sweep_row,
                                                         std::string_view instruction_set);
+
+[[nodiscard]] std::unique_ptr<Backend> make_scalar();
+
+/// Site by site on one thread, as plainly as the specification reads: the reference for bits.
+[[nodiscard]] std::unique_ptr<ElasticSession> make_elastic_scalar();
+
+/// OpenMP threads x SIMD lanes; `rows` of an instruction set that this processor has must outlive it. With
+/// less than `sites_worth_a_thread` for each a thread costs more than it brings; tests ask for less.
+[[nodiscard]] std::unique_ptr<ElasticSession>
+make_elastic_openmp(int threads, const openmp::ElasticRows& rows, std::size_t sites_worth_a_thread = 8192);
 
 } // namespace hdmbench

@@ -1,12 +1,27 @@
-#include "backends/cpu/thread_placement.hpp"
-
-#include <omp.h>
-#include <sched.h>
+#include "backends/cpu/processor.hpp"
 
 #include <algorithm>
+#include <fstream>
+#include <omp.h>
+#include <sched.h>
+#include <string>
 #include <vector>
 
 namespace hdmbench {
+
+Device cpu_device(std::string_view driver) {
+  std::ifstream file("/proc/cpuinfo");
+  std::string line;
+  std::string name = "CPU";
+  while (std::getline(file, line)) {
+    const auto colon = line.find(": ");
+    if (line.starts_with("model name") && colon != std::string::npos) {
+      name = line.substr(colon + 2);
+      break;
+    }
+  }
+  return {.name = name, .driver = std::string(driver), .is_software = false};
+}
 
 void place_threads() {
 #if defined(__linux__)

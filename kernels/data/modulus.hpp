@@ -1,8 +1,16 @@
 #pragma once
 
 #include "kernels/data/level.hpp"
+#include "kernels/data/pyramid.hpp"
+
+#include <bit>
+#include <cstdint>
 
 namespace hdmbench {
+
+/// Sets the moduli of a level to the means over what each of its sites stands for in the full image
+/// (Material::mean), summed up row by row in rising order, in double.
+void set_mean_modulus(const Level& full, Alignment alignment, Level& level);
 
 /// MPa
 struct ModulusRange {
@@ -25,5 +33,11 @@ struct ModulusRange {
 
 /// Multiplies all moduli by 2^exponent and fills inverse_modulus.
 void scale_moduli(Level& level, int exponent);
+
+/// The bits of a number >= 0: such numbers have the order of their bits. The greatest of integers is found
+/// many at a time; that of floats is not, as one of them may be no number.
+[[nodiscard]] constexpr std::int32_t ordered_bits(float number) {
+  return std::bit_cast<std::int32_t>(number);
+}
 
 } // namespace hdmbench
