@@ -121,7 +121,7 @@ TEST_F(RankProgram, AFieldLiesWhereTheImageOfTheSceneDoes) {
                  "dy = 0.0\n")
           .string();
   expect_files_of_one_process({{placed, "", 3}, {placed, "--energy elastic --size 40x34", 4}});
-  test::expect_run(0, "run " + placed + " --output " + path("two"), testing::_, on_ranks(2));
+  test::expect_run(0, "run " + placed + " --size 40x34 --output " + path("two"), testing::_, on_ranks(2));
   EXPECT_THAT(bytes(path("two/placed.nrrd")), HasSubstr("space directions: none (0,1,0) (-1,0,0) (0,0,1)"));
 }
 
@@ -205,7 +205,7 @@ TEST_F(RankProgram, AnyWidthOfHalosHasTheSameBits) {
 TEST_F(RankProgram, VerifyComparesEverySweepOnEveryNumberOfRanks) {
   for (const int ranks : {2, 6}) {
     test::expect_run(0,
-                     "verify square random --size 21x13 --backends scalar,openmp --iterations 12 --json " +
+                     "verify square random --size 21x13 --backends scalar,openmp --iterations 6 --json " +
                          path("verify.json"),
                      AllOf(HasSubstr(fmt::format("openmp on {} ranks", ranks)), HasSubstr(" 0 disagree")),
                      on_ranks(ranks));
@@ -230,15 +230,14 @@ TEST_F(RankProgram, VerifyComparesEverySweepOnEveryNumberOfRanks) {
       "verify random " + sprung +
           " --size 45x31 --energy elastic --method conjugate-gradients --iterations 1 --backends "
           "scalar,openmp",
-      AllOf(HasSubstr("openmp on 6 ranks"), HasSubstr("48 comparisons with scalar agree to the "
+      AllOf(HasSubstr("openmp on 4 ranks"), HasSubstr("32 comparisons with scalar agree to the "
                                                       "bit, 0 are certified, 0 disagree")),
-      on_ranks(6));
+      on_ranks(4));
   test::expect_run(
       0, "verify random --size 21x13 --backends openmp+vulkan-compute,gl-fragment --iterations 8",
       AllOf(HasSubstr("openmp+vulkan-compute on 3 ranks"), HasSubstr(" 0 disagree")), on_ranks(3));
   test::expect_run(0, "verify random --size 21x13 --backends openmp --methods closed-form,sequential --quick",
                    AllOf(HasSubstr("sequential, is left out"), HasSubstr(" 0 disagree")), on_ranks(2));
-  // Sweep by sweep, and as a whole: 2 modes of annealing, 3 of cascade, 1 of the others, 2 backends, 4 ranks.
   test::expect_run(0,
                    "verify random --size 23x45 --backends scalar,openmp --iterations 3 "
                    "--methods annealing,cascade",
@@ -248,12 +247,9 @@ TEST_F(RankProgram, VerifyComparesEverySweepOnEveryNumberOfRanks) {
 
 TEST_F(RankProgram, PlantedFaultsAreSeen) {
   test::expect_run(0, "faults",
-                   AllOf(HasSubstr("10 of 10 planted faults caught, 5 of 5 controls let through"),
-                         HasSubstr("elastic-stale-halo"), HasSubstr("elastic-sum-in-rank-order")),
-                   on_ranks(2));
-  test::expect_run(0, "faults",
                    AllOf(HasSubstr("12 of 12 planted faults caught, 5 of 5 controls let through"),
-                         HasSubstr("swapped-neighbours")),
+                         HasSubstr("swapped-neighbours"), HasSubstr("elastic-stale-halo"),
+                         HasSubstr("elastic-sum-in-rank-order")),
                    on_ranks(4));
   for (const int ranks : {2, 4}) { // a backend that leaves tiles out and wakes them itself
     test::expect_run(0, "faults --backend openmp --faults sleeping-sound,asleep-after-renewal",
