@@ -1,6 +1,6 @@
 #pragma once
 
-#include "harness/applications/noise.hpp"
+#include "harness/applications/picture.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/sites.hpp"
 

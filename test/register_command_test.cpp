@@ -1,6 +1,6 @@
 // register and detect as a user types them: files, exit status, what they refuse.
 
-#include "harness/applications/noise.hpp"
+#include "harness/applications/picture.hpp"
 #include "harness/judge/registration/planted.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/sites.hpp"

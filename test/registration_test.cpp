@@ -1,12 +1,9 @@
 // Registration of small pictures: what it finds, what it refuses.
 
 #include "harness/applications/conventional_registration.hpp"
-#include "harness/applications/gray_values.hpp"
 #include "harness/applications/iterated_registration.hpp"
-#include "harness/applications/noise.hpp"
 #include "harness/applications/physical_registration.hpp"
 #include "harness/applications/picture.hpp"
-#include "harness/applications/similarity.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/judge/registration/elastix.hpp"
 #include "harness/judge/registration/people.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "harness/applications/noise.hpp"
+#include "harness/applications/picture.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/scene/sites.hpp"

@@ -3,7 +3,7 @@
 #include "harness/check/compare.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/solve.hpp"
-#include "harness/tools/energy_plot.hpp"
+#include "harness/tools/energy_plane.hpp"
 #include "harness/tools/export_scene.hpp"
 #include "harness/tools/positions.hpp"
 #include "kernels/data/mean_energy.hpp"

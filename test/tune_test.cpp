@@ -1,8 +1,6 @@
 // A.7: the search for alpha.
 
 #include "harness/solve/solve.hpp"
-#include "harness/tools/annealing.hpp"
-#include "harness/tools/truth.hpp"
 #include "harness/tools/tune.hpp"
 #include "test/image_files.hpp"
 #include "test/sessions.hpp"
@@ -86,17 +84,10 @@ protected:
 };
 
 TEST_F(Tune, TheSimplexFindsTheBestAlphaOfAScan) {
-  if (!have_images()) {
-    expect_refusal([] { (void)minimise_by_simplex([](double x) { return x * x; }, {}); }, "ITK");
-    GTEST_SKIP() << "the simplex is ITK's";
-  }
   expect_found(SearchMethod::simplex, 30);
 }
 
 TEST(Simplex, FindsTheMinimumWithinItsEvaluations) {
-  if (!have_images()) {
-    GTEST_SKIP() << "the simplex is ITK's";
-  }
   int asked = 0;
   const auto function = [&asked](double x) {
     ++asked;

@@ -1,15 +1,14 @@
 #include "harness/applications/conventional_registration.hpp"
 
-#include "harness/applications/itk_images.hpp"
+#include "harness/applications/picture.hpp"
 #include "harness/scene/images/pixels.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 #include <itkBSplineSmoothingOnUpdateDisplacementFieldTransform.h>
-#include <itkBSplineSmoothingOnUpdateDisplacementFieldTransformParametersAdaptor.h>
 #include <itkDiffeomorphicDemonsRegistrationFilter.h>
+#include <itkDisplacementFieldTransformParametersAdaptor.h>
 #include <itkGaussianSmoothingOnUpdateDisplacementFieldTransform.h>
-#include <itkGaussianSmoothingOnUpdateDisplacementFieldTransformParametersAdaptor.h>
 #include <itkGradientDescentOptimizerv4.h>
 #include <itkHistogramMatchingImageFilter.h>
 #include <itkImageMaskSpatialObject.h>
@@ -19,8 +18,10 @@
 #include <itkRegistrationParameterScalesFromPhysicalShift.h>
 #include <itkShrinkImageFilter.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <vector>
 
 namespace hdmbench {
@@ -29,6 +30,7 @@ namespace {
 
 using Gray = itk::Image<double, 2>;
 using Field = itk::Image<itk::Vector<double, 2>, 2>;
+using Transform = itk::DisplacementFieldTransform<double, 2>;
 using Metric = itk::MattesMutualInformationImageToImageMetricv4<Gray, Gray>;
 
 constexpr int smallest_level_side = 24; // pixels
@@ -40,6 +42,29 @@ struct Pictures {
   const ScalarField& unseen;
   int levels = 1;
 };
+
+/// Pixels have sides of 1 and begin at 0.
+template <typename Value>
+typename itk::Image<Value, 2>::Pointer image_of(const ScalarField& field) {
+  using Image = itk::Image<Value, 2>;
+  const auto image = Image::New();
+  image->SetRegions(typename Image::SizeType{static_cast<itk::SizeValueType>(field.extent.width),
+                                             static_cast<itk::SizeValueType>(field.extent.height)});
+  image->Allocate();
+  std::ranges::transform(field.values, image->GetBufferPointer(),
+                         [](float value) { return static_cast<Value>(value); });
+  return image;
+}
+
+VectorField field_of(const Field& image, Extent extent) {
+  VectorField field(extent);
+  const auto* const pixels = image.GetBufferPointer();
+  for (std::size_t site = 0; site < extent.sites(); ++site) {
+    field.x[site] = static_cast<float>(pixels[site][0]);
+    field.y[site] = static_cast<float>(pixels[site][1]);
+  }
+  return field;
+}
 
 int levels_of(Extent extent, int most) {
   int levels = 1;
@@ -62,28 +87,41 @@ Metric::Pointer metric_of(const Gray& fixed, const ScalarField& unseen) {
                            [](float value) { return value == 0.0F ? 1.0F : 0.0F; });
     using Mask = itk::ImageMaskSpatialObject<2>;
     const auto mask = Mask::New();
-    mask->SetImage(images::image_of<unsigned char>(seen));
+    mask->SetImage(image_of<unsigned char>(seen));
     mask->Update();
     metric->SetFixedImageMask(mask);
   }
   return metric;
 }
 
-/// `Transform` is a displacement field whose updates are made smooth; configure(transform) before the first
-/// level, adaptor(level) one that does it for that level, 0 the coarsest.
-template <typename Transform, typename Configure, typename Adaptor>
-VectorField by_mutual_information(const Pictures& pictures, int iterations, const Configure& configure,
-                                  const Adaptor& adaptor_of) {
-  const auto fixed = images::image_of<double>(pictures.source);
-  const auto moving = images::image_of<double>(pictures.target);
+/// What every level begins with: the field on its grid, then what `at_level` does.
+class LevelAdaptor : public itk::DisplacementFieldTransformParametersAdaptor<Transform> {
+public:
+  using Self = LevelAdaptor;
+  using Superclass = itk::DisplacementFieldTransformParametersAdaptor<Transform>;
+  using Pointer = itk::SmartPointer<Self>;
+  itkSimpleNewMacro(Self);
+
+  std::function<void()> at_level;
+
+  void AdaptTransformParameters() override {
+    Superclass::AdaptTransformParameters();
+    at_level();
+  }
+};
+
+/// The updates of `transform` are made smooth by itself, as at_level(level) says, 0 the coarsest. One kind of
+/// transform for all: ITK's registration takes half a minute to compile for each.
+VectorField by_mutual_information(const Pictures& pictures, int iterations, Transform& transform,
+                                  const std::function<void(unsigned level)>& at_level) {
+  const auto fixed = image_of<double>(pictures.source);
   const auto still = Field::New();
   still->CopyInformation(fixed);
   still->SetRegions(fixed->GetLargestPossibleRegion());
   still->Allocate();
   still->FillBuffer(itk::Vector<double, 2>(0.0));
-  const auto transform = Transform::New();
-  transform->SetDisplacementField(still);
-  configure(*transform);
+  transform.SetDisplacementField(still);
+  at_level(0);
 
   const auto metric = metric_of(*fixed, pictures.unseen);
   using Scales = itk::RegistrationParameterScalesFromPhysicalShift<Metric>;
@@ -101,9 +139,9 @@ VectorField by_mutual_information(const Pictures& pictures, int iterations, cons
 
   using Registration = itk::ImageRegistrationMethodv4<Gray, Gray, Transform>;
   const auto levels = static_cast<unsigned>(pictures.levels);
-  typename Registration::ShrinkFactorsArrayType shrink(levels);
-  typename Registration::SmoothingSigmasArrayType blur(levels);
-  typename Registration::TransformParametersAdaptorsContainerType adaptors;
+  Registration::ShrinkFactorsArrayType shrink(levels);
+  Registration::SmoothingSigmasArrayType blur(levels);
+  Registration::TransformParametersAdaptorsContainerType adaptors;
   for (unsigned level = 0; level < levels; ++level) {
     shrink[level] = 1U << (levels - 1 - level);
     blur[level] = 0.5 * static_cast<double>(shrink[level]);
@@ -111,20 +149,21 @@ VectorField by_mutual_information(const Pictures& pictures, int iterations, cons
     shrunk->SetInput(fixed);
     shrunk->SetShrinkFactors(static_cast<unsigned>(shrink[level]));
     shrunk->Update();
-    const auto adaptor = adaptor_of(level);
+    const auto adaptor = LevelAdaptor::New();
+    adaptor->at_level = [&at_level, level] { at_level(level); };
     adaptor->SetRequiredSize(shrunk->GetOutput()->GetBufferedRegion().GetSize());
     adaptor->SetRequiredOrigin(shrunk->GetOutput()->GetOrigin());
     adaptor->SetRequiredSpacing(shrunk->GetOutput()->GetSpacing());
     adaptor->SetRequiredDirection(shrunk->GetOutput()->GetDirection());
-    adaptor->SetTransform(transform);
+    adaptor->SetTransform(&transform);
     adaptors.push_back(adaptor.GetPointer());
   }
   const auto registration = Registration::New();
   registration->SetFixedImage(fixed);
-  registration->SetMovingImage(moving);
+  registration->SetMovingImage(image_of<double>(pictures.target));
   registration->SetMetric(metric);
   registration->SetOptimizer(optimizer);
-  registration->SetInitialTransform(transform);
+  registration->SetInitialTransform(&transform);
   registration->InPlaceOn();
   registration->SetNumberOfLevels(levels);
   registration->SetShrinkFactorsPerLevel(shrink);
@@ -132,74 +171,48 @@ VectorField by_mutual_information(const Pictures& pictures, int iterations, cons
   registration->SetTransformParametersAdaptorsPerLevel(adaptors);
   registration->SetNumberOfWorkUnits(threads);
   registration->Update();
-  return images::field_of(*transform->GetDisplacementField(), pictures.source.extent);
+  return field_of(*transform.GetDisplacementField(), pictures.source.extent);
 }
 
 VectorField by_b_splines(const Pictures& pictures, const ConventionalOptions& options) {
-  using Transform = itk::BSplineSmoothingOnUpdateDisplacementFieldTransform<double, 2>;
-  using Adaptor = itk::BSplineSmoothingOnUpdateDisplacementFieldTransformParametersAdaptor<Transform>;
+  using Splines = itk::BSplineSmoothingOnUpdateDisplacementFieldTransform<double, 2>;
   constexpr unsigned order = 3;
-  const auto control_points = [&](unsigned level) {
+  const auto transform = Splines::New();
+  return by_mutual_information(pictures, options.iterations, *transform, [&](unsigned level) {
     const double shrink = 1U << (static_cast<unsigned>(pictures.levels) - 1 - level);
     const auto along = [&](int side) {
       return order + static_cast<unsigned>(std::max(4.0, std::round(side / (shrink * options.grid_spacing))));
     };
-    Transform::ArrayType points;
+    Splines::ArrayType points;
     points[0] = along(pictures.source.extent.width);
     points[1] = along(pictures.source.extent.height);
-    return points;
-  };
-  Transform::ArrayType none; // the sum of the updates stays as it is
-  none.Fill(0);
-  return by_mutual_information<Transform>(
-      pictures, options.iterations,
-      [&](Transform& transform) {
-        transform.SetNumberOfControlPointsForTheUpdateField(control_points(0));
-        transform.SetNumberOfControlPointsForTheTotalField(none);
-      },
-      [&](unsigned level) {
-        const auto adaptor = Adaptor::New();
-        adaptor->SetNumberOfControlPointsForTheUpdateField(control_points(level));
-        adaptor->SetNumberOfControlPointsForTheTotalField(none);
-        return adaptor;
-      });
+    Splines::ArrayType none; // the sum of the updates stays as it is
+    none.Fill(0);
+    transform->SetNumberOfControlPointsForTheUpdateField(points);
+    transform->SetNumberOfControlPointsForTheTotalField(none);
+  });
 }
 
 VectorField by_gaussian(const Pictures& pictures, const ConventionalOptions& options) {
-  using Transform = itk::GaussianSmoothingOnUpdateDisplacementFieldTransform<double, 2>;
-  using Adaptor = itk::GaussianSmoothingOnUpdateDisplacementFieldTransformParametersAdaptor<Transform>;
-  constexpr double of_the_sum = 0.5; // pixels squared
-  const double of_updates = options.smoothing * options.smoothing;
-  return by_mutual_information<Transform>(
-      pictures, options.iterations,
-      [&](Transform& transform) {
-        transform.SetGaussianSmoothingVarianceForTheUpdateField(of_updates);
-        transform.SetGaussianSmoothingVarianceForTheTotalField(of_the_sum);
-      },
-      [&](unsigned) {
-        const auto adaptor = Adaptor::New();
-        adaptor->SetGaussianSmoothingVarianceForTheUpdateField(of_updates);
-        adaptor->SetGaussianSmoothingVarianceForTheTotalField(of_the_sum);
-        return adaptor;
-      });
+  const auto transform = itk::GaussianSmoothingOnUpdateDisplacementFieldTransform<double, 2>::New();
+  transform->SetGaussianSmoothingVarianceForTheUpdateField(options.smoothing * options.smoothing);
+  transform->SetGaussianSmoothingVarianceForTheTotalField(0.5); // pixels squared
+  return by_mutual_information(pictures, options.iterations, *transform, [](unsigned) {});
 }
 
 VectorField by_demons(const Pictures& pictures, const ConventionalOptions& options) {
-  using Picture = itk::Image<float, 2>;
-  using Displacement = itk::Image<itk::Vector<float, 2>, 2>;
-  const auto fixed = images::image_of<float>(pictures.source);
-  const auto matched = itk::HistogramMatchingImageFilter<Picture, Picture>::New();
+  const auto fixed = image_of<double>(pictures.source);
+  const auto matched = itk::HistogramMatchingImageFilter<Gray, Gray>::New();
   matched->SetReferenceImage(fixed);
-  matched->SetInput(images::image_of<float>(pictures.target));
+  matched->SetInput(image_of<double>(pictures.target));
   matched->SetNumberOfHistogramLevels(256);
   matched->SetNumberOfMatchPoints(15);
   matched->ThresholdAtMeanIntensityOn();
   matched->Update();
-  const auto demons = itk::DiffeomorphicDemonsRegistrationFilter<Picture, Picture, Displacement>::New();
+  const auto demons = itk::DiffeomorphicDemonsRegistrationFilter<Gray, Gray, Field>::New();
   demons->SetStandardDeviations(options.demons_smoothing);
   demons->SetNumberOfWorkUnits(threads);
-  const auto levels =
-      itk::MultiResolutionPDEDeformableRegistration<Picture, Picture, Displacement, float>::New();
+  const auto levels = itk::MultiResolutionPDEDeformableRegistration<Gray, Gray, Field, double>::New();
   levels->SetRegistrationFilter(demons);
   levels->SetFixedImage(fixed);
   levels->SetMovingImage(matched->GetOutput());
@@ -209,7 +222,7 @@ VectorField by_demons(const Pictures& pictures, const ConventionalOptions& optio
   iterations.back() /= 2;
   levels->SetNumberOfIterations(iterations.data());
   levels->Update();
-  return images::field_of(*levels->GetOutput(), pictures.source.extent);
+  return field_of(*levels->GetOutput(), pictures.source.extent);
 }
 
 void require_options(const ConventionalOptions& options) {

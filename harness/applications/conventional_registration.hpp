@@ -38,8 +38,4 @@ struct ConventionalRegistration {
 register_conventionally(const ScalarField& source, const ScalarField& target, const ScalarField& unseen,
                         const ConventionalOptions& options, Progress& progress);
 
-/// Throws InputError where the two cannot be registered: other sizes, a side below 16 pixels, a value that is
-/// not finite, a picture of one gray value.
-void require_pair(const ScalarField& source, const ScalarField& target);
-
 } // namespace hdmbench

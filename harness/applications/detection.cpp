@@ -1,9 +1,7 @@
 #include "harness/applications/detection.hpp"
 
-#include "harness/applications/gray_values.hpp"
 #include "harness/applications/inclusion_scan.hpp"
 #include "harness/applications/minimise.hpp"
-#include "harness/applications/noise.hpp"
 #include "harness/applications/picture.hpp"
 #include "harness/scene/images/images.hpp"
 #include "kernels/data/input_error.hpp"
@@ -132,10 +130,7 @@ public:
           fmt::format("detect: what is found where nothing is hidden, {} of {}", number + 1, count));
       const VectorField& unexplained = result.unexplained.emplace_back(scan_.unexplained(simulate()));
       result.scores.push_back(scan_.scores(unexplained));
-      for (const std::size_t site : sheet_.inside()) {
-        result.mean.x[site] += unexplained.x[site] / static_cast<float>(count);
-        result.mean.y[site] += unexplained.y[site] / static_cast<float>(count);
-      }
+      add(result.mean, 1.0F / static_cast<float>(count), unexplained);
       progress_.advance(1.0);
     }
     return result;
@@ -152,10 +147,7 @@ public:
     ScanResult scan = measure_scan(sheet_, scan_.scores(unexplained), nothing.scores);
     // As significance is: what is left unexplained where nothing is hidden, a registration's bias, is no
     // disc's.
-    for (const std::size_t site : sheet_.inside()) {
-      unexplained.x[site] -= nothing.mean.x[site];
-      unexplained.y[site] -= nothing.mean.y[site];
-    }
+    add(unexplained, -1.0F, nothing.mean);
     progress_.describe("detect: the modulus that explains the deformation");
     const Explanation found = explain(sheet_, observed_, noise, options_);
     // Stiff tissue makes its surroundings look soft, and these may be the more significant.
@@ -173,16 +165,16 @@ public:
     // error.
     const auto explained = [&](const Inclusion& disc) {
       const VectorField response = scan_.response(disc);
-      double variance = noise * noise * scan_.product(response, response);
+      double variance = noise * noise * product(response, response);
       if (!is_white) {
         variance = 0.0;
-        const double mean = scan_.product(response, nothing.mean);
+        const double mean = product(response, nothing.mean);
         for (const VectorField& simulated : nothing.unexplained) {
-          variance += std::pow(scan_.product(response, simulated) - mean, 2) /
+          variance += std::pow(product(response, simulated) - mean, 2) /
                       (static_cast<double>(nothing.unexplained.size()) - 1.0);
         }
       }
-      return variance > 0.0 ? scan_.product(response, unexplained) / std::sqrt(variance) : 0.0;
+      return variance > 0.0 ? product(response, unexplained) / std::sqrt(variance) : 0.0;
     };
     const bool is_stiff = scan.softest.significance == 0.0 ||
                           (scan.stiffest.significance != 0.0 && explained(stiff) >= explained(soft));

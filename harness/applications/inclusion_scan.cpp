@@ -3,7 +3,7 @@
 #include "harness/applications/picture.hpp"
 #include "harness/scene/sites.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
 
 #include <algorithm>
 #include <cmath>
@@ -147,22 +147,15 @@ InclusionScan::InclusionScan(const RegionSheet& sheet, const VectorField& refere
   }
 }
 
-double InclusionScan::product(const VectorField& a, const VectorField& b) const {
-  double sum = 0.0;
-  for (const std::size_t site : sheet_.inside()) {
-    sum += static_cast<double>(a.x[site]) * static_cast<double>(b.x[site]) +
-           static_cast<double>(a.y[site]) * static_cast<double>(b.y[site]);
-  }
-  return sum;
-}
-
 VectorField InclusionScan::inexcusable(const VectorField& a, const VectorField& b) const {
   VectorField difference(sheet_.extent());
   for (const std::size_t site : sheet_.inside()) {
     difference.x[site] = a.x[site] - b.x[site];
     difference.y[site] = a.y[site] - b.y[site];
   }
-  remove_excuses(difference);
+  for (const VectorField& excuse : excuses_) {
+    add(difference, -static_cast<float>(product(excuse, difference)), excuse);
+  }
   return difference;
 }
 
@@ -170,21 +163,8 @@ void InclusionScan::add_excuse(const VectorField& more, const VectorField& less)
   VectorField excuse = inexcusable(more, less);
   const double length = std::sqrt(product(excuse, excuse));
   if (length > least_way) {
-    for (const std::size_t site : sheet_.inside()) {
-      excuse.x[site] /= static_cast<float>(length);
-      excuse.y[site] /= static_cast<float>(length);
-    }
+    add(excuse, static_cast<float>(1.0 / length - 1.0), excuse); // of length 1 now
     excuses_.push_back(std::move(excuse));
-  }
-}
-
-void InclusionScan::remove_excuses(VectorField& unexplained) const {
-  for (const VectorField& excuse : excuses_) {
-    const auto share = static_cast<float>(product(excuse, unexplained));
-    for (const std::size_t site : sheet_.inside()) {
-      unexplained.x[site] -= share * excuse.x[site];
-      unexplained.y[site] -= share * excuse.y[site];
-    }
   }
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "harness/applications/modulus_problem.hpp"
-#include "harness/applications/noise.hpp"
+#include "harness/applications/picture.hpp"
 #include "harness/applications/region_sheet.hpp"
 
 #include <array>
@@ -50,8 +50,6 @@ public:
 
   /// What a disc would leave unexplained by the labels' moduli.
   [[nodiscard]] VectorField response(const Inclusion& disc) const;
-  /// Of two fields, over the region.
-  [[nodiscard]] double product(const VectorField& a, const VectorField& b) const;
 
   /// With Poisson's ratio, the labels' moduli and their borders a little different, inside the region and
   /// around it: none of them is known better.
@@ -59,9 +57,7 @@ public:
 
 private:
   void add_excuse(const VectorField& more, const VectorField& less);
-  /// Leaves of `unexplained` what no excuse explains.
-  void remove_excuses(VectorField& unexplained) const;
-  /// a - b inside, less the excuses; 0 outside.
+  /// a - b inside, less what the excuses explain of it; 0 outside.
   [[nodiscard]] VectorField inexcusable(const VectorField& a, const VectorField& b) const;
   [[nodiscard]] VectorField with_disc(const Inclusion& disc) const;
 

@@ -1,12 +1,11 @@
 #include "harness/applications/iterated_registration.hpp"
 
 #include "harness/applications/conventional_registration.hpp"
-#include "harness/applications/gray_values.hpp"
 #include "harness/applications/picture.hpp"
 #include "harness/scene/sites.hpp"
 #include "harness/solve/methods/elastic.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
 #include <array>
@@ -227,21 +226,8 @@ private:
       return;
     }
     for (std::size_t i = 0; i < drive_count; ++i) {
-      const auto amount = static_cast<float>(amounts[static_cast<Eigen::Index>(i)]);
-      for (std::size_t site = 0; site < solution.x.size(); ++site) {
-        solution.x[site] += amount * responses[i].x[site];
-        solution.y[site] += amount * responses[i].y[site];
-      }
+      add(solution, static_cast<float>(amounts[static_cast<Eigen::Index>(i)]), responses[i]);
     }
-  }
-
-  [[nodiscard]] static double product(const VectorField& a, const VectorField& b) {
-    double sum = 0.0;
-    for (std::size_t site = 0; site < a.x.size(); ++site) {
-      sum += static_cast<double>(a.x[site]) * static_cast<double>(b.x[site]) +
-             static_cast<double>(a.y[site]) * static_cast<double>(b.y[site]);
-    }
-    return sum;
   }
 
   /// Of the sheet: what pull and springs do, which A d balances.

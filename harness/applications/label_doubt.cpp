@@ -1,4 +1,4 @@
-#include "harness/applications/label_doubt.hpp"
+#include "harness/applications/detection.hpp"
 
 #include "harness/applications/picture.hpp"
 #include "harness/scene/sites.hpp"

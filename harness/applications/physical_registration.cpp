@@ -1,6 +1,5 @@
 #include "harness/applications/physical_registration.hpp"
 
-#include "harness/applications/gray_values.hpp"
 #include "harness/applications/picture.hpp"
 #include "harness/solve/methods/solver.hpp"
 

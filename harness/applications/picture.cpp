@@ -1,9 +1,13 @@
 #include "harness/applications/picture.hpp"
 
 #include "harness/scene/sites.hpp"
+#include "kernels/data/input_error.hpp"
 #include "kernels/data/sites_worth_threads.hpp"
 
-#include <cmath>
+#include <fmt/format.h>
+
+#include <array>
+#include <string_view>
 #include <vector>
 
 namespace hdmbench {
@@ -26,7 +30,48 @@ std::vector<float> gaussian(double sigma) {
 
 constexpr double blur_before_halving = 1.0; // pixels
 
+constexpr int smallest_side = 16; // pixels
+
+InputError unusable(std::string_view why) {
+  return InputError(fmt::format("registration: {}", why));
+}
+
+void require_picture(const ScalarField& picture, std::string_view which) {
+  const Extent extent = picture.extent;
+  if (extent.width < smallest_side || extent.height < smallest_side) {
+    throw unusable(fmt::format("the pictures are {} x {}, at least {} x {} pixels are needed", extent.width,
+                               extent.height, smallest_side, smallest_side));
+  }
+  const auto bad = std::ranges::find_if_not(picture.values, [](float gray) { return std::isfinite(gray); });
+  if (bad != picture.values.end()) {
+    const auto site = static_cast<int>(bad - picture.values.begin());
+    throw unusable(
+        fmt::format("the {} at x = {}, y = {} is {}", which, site % extent.width, site / extent.width, *bad));
+  }
+  const auto [low, high] = std::ranges::minmax(picture.values);
+  if (low == high || !std::isfinite(high - low)) {
+    throw unusable(fmt::format("the gray values of the {} are {} ... {}, there is no contrast to register by",
+                               which, low, high));
+  }
+}
+
 } // namespace
+
+double product(const VectorField& a, const VectorField& b) {
+  double sum = 0.0;
+  for (std::size_t site = 0; site < a.x.size(); ++site) {
+    sum += static_cast<double>(a.x[site]) * static_cast<double>(b.x[site]) +
+           static_cast<double>(a.y[site]) * static_cast<double>(b.y[site]);
+  }
+  return sum;
+}
+
+void add(VectorField& field, float factor, const VectorField& more) {
+  for (std::size_t site = 0; site < field.x.size(); ++site) {
+    field.x[site] += factor * more.x[site];
+    field.y[site] += factor * more.y[site];
+  }
+}
 
 ScalarField blurred(const ScalarField& picture, double sigma) {
   if (!(sigma > 0.0)) {
@@ -168,6 +213,114 @@ double noise_of(const ScalarField& picture) {
   // Of a normal distribution the median of the magnitude is 0.6745 standard deviations; of the difference of
   // differences the standard deviation is 6 times the noise's: 4 * 1 + 4 * 4 + 16 = 36.
   return static_cast<double>(*middle) / (0.6745 * 6.0);
+}
+
+ScalarField with_values_of(const ScalarField& source, const ScalarField& target, const ScalarField& unseen) {
+  constexpr std::size_t bins = 24;
+  constexpr double enough = 20.0; // sites of a bin, for a mean
+  const auto [low, high] = std::ranges::minmax(source.values);
+  if (!(high > low)) {
+    return source;
+  }
+  const float scale = static_cast<float>(bins - 1) / (high - low);
+  const auto position = [&](float gray) {
+    const float at = (gray - low) * scale;
+    const auto bin = std::min(static_cast<std::size_t>(at), bins - 2);
+    return std::pair{bin, at - static_cast<float>(bin)};
+  };
+  std::array<double, bins> weight{};
+  std::array<double, bins> sum{};
+  for (std::size_t site = 0; site < source.values.size(); ++site) {
+    if (!unseen.values.empty() && unseen.values[site] != 0.0F) {
+      continue;
+    }
+    const auto [bin, past] = position(source.values[site]);
+    const auto share = static_cast<double>(past);
+    const double change = static_cast<double>(target.values[site]) - static_cast<double>(source.values[site]);
+    weight[bin] += 1.0 - share;
+    weight[bin + 1] += share;
+    sum[bin] += (1.0 - share) * change;
+    sum[bin + 1] += share * change;
+  }
+  // What a bin with too few sites changes by is what its neighbours do.
+  double total = 0.0;
+  double change = 0.0;
+  for (std::size_t bin = 0; bin < bins; ++bin) {
+    total += weight[bin];
+    change += sum[bin];
+  }
+  const double everywhere = total > 0.0 ? change / total : 0.0;
+  std::array<float, bins> shift{};
+  double last = everywhere;
+  for (std::size_t bin = 0; bin < bins; ++bin) {
+    last = weight[bin] >= enough ? sum[bin] / weight[bin] : last;
+    shift[bin] = static_cast<float>(last);
+  }
+  ScalarField result(source.extent);
+  for (std::size_t site = 0; site < source.values.size(); ++site) {
+    const auto [bin, past] = position(source.values[site]);
+    result.values[site] = source.values[site] + shift[bin] + past * (shift[bin + 1] - shift[bin]);
+  }
+  return result;
+}
+
+void require_pair(const ScalarField& source, const ScalarField& target) {
+  if (source.extent != target.extent) {
+    throw unusable(
+        fmt::format("the source is {} x {} pixels, the target {} x {}; crop or resample one of them",
+                    source.extent.width, source.extent.height, target.extent.width, target.extent.height));
+  }
+  require_picture(source, "source");
+  require_picture(target, "target");
+}
+
+Similarity similarity(const ScalarField& a, const ScalarField& b) {
+  constexpr std::size_t bins = Similarity::bins;
+  Similarity result;
+  const auto sites = static_cast<double>(a.values.size());
+  double sum_a = 0.0, sum_b = 0.0, sum_aa = 0.0, sum_bb = 0.0, sum_ab = 0.0;
+  for (std::size_t site = 0; site < a.values.size(); ++site) {
+    const auto first = static_cast<double>(a.values[site]);
+    const auto second = static_cast<double>(b.values[site]);
+    sum_a += first;
+    sum_b += second;
+    sum_aa += first * first;
+    sum_bb += second * second;
+    sum_ab += first * second;
+    result.mean_squares += (first - second) * (first - second) / sites;
+  }
+  const double spread = std::sqrt((sum_aa - sum_a * sum_a / sites) * (sum_bb - sum_b * sum_b / sites));
+  if (!(spread > 0.0)) {
+    return result;
+  }
+  result.correlation = (sum_ab - sum_a * sum_b / sites) / spread;
+  const auto bin_of = [](const ScalarField& picture) {
+    const auto [low, high] = std::ranges::minmax(picture.values);
+    return [low = low, scale = static_cast<float>(bins) / (high - low)](float gray) {
+      return std::min(static_cast<std::size_t>((gray - low) * scale), bins - 1);
+    };
+  };
+  const auto bin_a = bin_of(a);
+  const auto bin_b = bin_of(b);
+  std::array<std::array<double, bins>, bins> joint{};
+  std::array<double, bins> of_a{};
+  std::array<double, bins> of_b{};
+  for (std::size_t site = 0; site < a.values.size(); ++site) {
+    const std::size_t row = bin_a(a.values[site]);
+    const std::size_t column = bin_b(b.values[site]);
+    joint[row][column] += 1.0 / sites;
+    of_a[row] += 1.0 / sites;
+    of_b[column] += 1.0 / sites;
+  }
+  for (std::size_t row = 0; row < bins; ++row) {
+    for (std::size_t column = 0; column < bins; ++column) {
+      if (joint[row][column] > 0.0) {
+        result.mutual_information +=
+            joint[row][column] * std::log2(joint[row][column] / (of_a[row] * of_b[column]));
+      }
+    }
+  }
+  return result;
 }
 
 } // namespace hdmbench

@@ -2,9 +2,21 @@
 
 #include "kernels/data/field.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <random>
+
 /// What registrations do with pictures, in float on the processor: the same bits whatever the number of
 /// threads.
 namespace hdmbench {
+
+/// The sum of a * b over sites and components.
+[[nodiscard]] double product(const VectorField& a, const VectorField& b);
+
+/// Adds factor * more.
+void add(VectorField& field, float factor, const VectorField& more);
 
 /// Bilinear interpolation at a finite position in pixels; beyond the border the nearest pixel. The image has
 /// at least 2 x 2 pixels. For inner loops: images::linear_at is the same in double.
@@ -48,5 +60,45 @@ void blend_moduli(ScalarField& modulus, const ScalarField& region, float resista
 /// Standard deviation of white noise in a picture, gray values: from the median of the absolute second
 /// differences across x and y, in which whatever the picture shows counts little.
 [[nodiscard]] double noise_of(const ScalarField& picture);
+
+/// `source` with gray values as `target` has them, which shows the same at the same sites: each bin of gray
+/// values of the source becomes the mean that the target has there, linear between bins. Two scanners, or
+/// one on two days, do not give one tissue one value. Where `unseen` is not 0 the two do not show the same;
+/// empty: nowhere.
+[[nodiscard]] ScalarField with_values_of(const ScalarField& source, const ScalarField& target,
+                                         const ScalarField& unseen);
+
+/// Throws InputError where the two cannot be registered: other sizes, a side below 16 pixels, a value that is
+/// not finite, a picture of one gray value.
+void require_pair(const ScalarField& source, const ScalarField& target);
+
+/// How alike two pictures are, site by site.
+struct Similarity {
+  static constexpr std::size_t bins = 32; ///< of the gray values of each
+
+  double mean_squares = 0.0;       ///< of the difference, gray values^2
+  double correlation = 0.0;        ///< -1 ... 1
+  double mutual_information = 0.0; ///< of 32 x 32 bins, bits
+};
+
+/// Both have the same extent and more than one gray value, or the last two are 0.
+[[nodiscard]] Similarity similarity(const ScalarField& a, const ScalarField& b);
+
+/// Normally distributed numbers of mean 0 and deviation 1, the same on every machine: no library's
+/// distribution.
+class GaussianNoise {
+public:
+  explicit GaussianNoise(std::uint32_t seed) : random_(seed) {}
+
+  /// 0 <= number < 1.
+  [[nodiscard]] double uniform() { return static_cast<double>(random_()) * 0x1p-32; }
+  [[nodiscard]] double operator()() {
+    const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
+    return radius * std::cos(2.0 * M_PI * uniform());
+  }
+
+private:
+  std::mt19937 random_;
+};
 
 } // namespace hdmbench

@@ -1,7 +1,6 @@
 #include "harness/applications/detection.hpp"
 #include "harness/applications/inclusion_scan.hpp"
 #include "harness/applications/iterated_registration.hpp"
-#include "harness/applications/label_doubt.hpp"
 #include "harness/applications/picture.hpp"
 #include "harness/cli/commands.hpp"
 #include "harness/cli/pair_arguments.hpp"

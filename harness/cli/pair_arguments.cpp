@@ -1,6 +1,6 @@
 #include "harness/cli/pair_arguments.hpp"
 
-#include "harness/applications/conventional_registration.hpp"
+#include "harness/applications/picture.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/images/images.hpp"

@@ -1,119 +1,88 @@
 #include "harness/cli/schedule_overrides.hpp"
 
 #include "harness/cli/arguments.hpp"
+#include "harness/scene/joined.hpp"
 #include "harness/scene/method.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
-#include <map>
+#include <algorithm>
+#include <array>
 
 namespace hdmbench::commands {
 
 namespace {
 
-const std::map<std::string, Stop> stops{
-    {"fixed", Stop::fixed}, {"still", Stop::still}, {"energy", Stop::energy}};
-const std::map<std::string, Alignment> alignments{{"corner", Alignment::corner},
-                                                  {"center", Alignment::center}};
-const std::map<std::string, Update> updates{{"simultaneous", Update::simultaneous},
-                                            {"sequential", Update::sequential},
-                                            {"coloured", Update::coloured},
-                                            {"four-coloured", Update::four_coloured}};
+constexpr std::string_view automatic = "auto"; // an energy of run
+using Names = std::vector<std::string>;
 
-template <typename Value>
-std::vector<std::string> words_of(const std::map<std::string, Value>& meanings) {
-  std::vector<std::string> words;
-  for (const auto& [word, meaning] : meanings) {
-    words.push_back(word);
-  }
-  return words;
+template <typename Value, std::size_t count>
+Value value_of(const std::array<std::string_view, count>& names, std::string_view name) {
+  return static_cast<Value>(std::ranges::find(names, name) - names.begin());
 }
-
-constexpr const char* automatic = "auto";
-const std::map<std::string, EnergyModel> energies{{"hdm", EnergyModel::hdm},
-                                                  {"elastic", EnergyModel::elastic}};
 
 } // namespace
 
 void ScheduleOverrides::add_to(const Command& command) {
-  const auto* const group = schedule_group;
+  const auto keep = [this](Option option) {
+    options_.push_back(option.group(schedule_group));
+    return option;
+  };
+  const auto add = [&](const char* name, auto& value, const std::string& help) {
+    return keep(command.add_option(name, value, help));
+  };
+  const auto add_choice = [&]<typename Value>(const char* name, std::optional<Value>& value,
+                                              const auto& names, const std::string& help) {
+    keep(command.add_option(
+             name, [&value, &names](const std::string& word) { value = value_of<Value>(names, word); }, help))
+        .one_of(Names(names.begin(), names.end()));
+  };
   if (takes_elastic) {
-    command
-        .add_option(
-            "--energy",
-            [this](const std::string& name) {
-              auto_energy = name == automatic;
-              energy = auto_energy ? std::nullopt : std::optional(energies.at(name));
-            },
-            fmt::format("What the displacement minimises: hdm (the thesis) or elastic (plane stress); a "
-                        "method of either brings its own{}",
-                        is_of_run ? "; auto: what --accuracy needs" : ""))
-        .one_of(is_of_run ? std::vector<std::string>{"hdm", "elastic", automatic}
-                          : std::vector<std::string>{"hdm", "elastic"})
-        .group(group);
+    Names names(energy_names.begin(), energy_names.end());
     if (is_of_run) {
-      command
-          .add_option(
-              "--robust", robust,
-              "Of the elastic energy: observations with a confidence below 1 that are further away than "
-              "this many pixels are forgiven")
-          .range(1e-6, 1e6) // PositiveNumber would name the largest double
-          .group(group);
-      command
-          .add_option(
-              "--stride", stride,
-              "Of the elastic energy: solve an image that samples every so many pixels, with means of "
-              "their moduli, and interpolate; 1 is the full resolution")
-          .range(1, 1024)
-          .group(group);
+      names.emplace_back(automatic);
     }
+    const std::function<void(const std::string&)> take = [this](const std::string& name) {
+      auto_energy = name == automatic;
+      energy = auto_energy ? std::nullopt : std::optional(value_of<EnergyModel>(energy_names, name));
+    };
+    keep(command.add_option("--energy", take,
+                            fmt::format("What the displacement minimises: hdm (the thesis) or elastic (plane "
+                                        "stress); a method of either brings its own{}",
+                                        is_of_run ? "; auto: what --accuracy needs" : "")))
+        .one_of(names);
   }
-  command.add_option("--method", method, "How the scene is solved (see methods)").group(group);
-  command
-      .add_option(
-          "--iterations", iterations,
-          "Effort of the method: iterations per level, exact or at most (see --stop), or what methods says")
-      .group(group);
-  command.add_option("--relaxation", relaxation, "Of closed-form: how far a site moves towards its minimum")
-      .group(group);
-  command.add_option("--temperatures", temperatures, "Of annealing: HIGHEST,LOWEST in units of the energy")
+  if (is_of_run) {
+    add("--robust", robust,
+        "Of the elastic energy: observations with a confidence below 1 that are further away than this many "
+        "pixels are forgiven")
+        .range(1e-6, 1e6); // PositiveNumber would name the largest double
+    add("--stride", stride,
+        "Of the elastic energy: solve an image that samples every so many pixels, with means of their "
+        "moduli, "
+        "and interpolate; 1 is the full resolution")
+        .range(1, 1024);
+  }
+  add("--method", method, "How the scene is solved (see methods)");
+  add("--iterations", iterations,
+      "Effort of the method: iterations per level, exact or at most (see --stop), or what methods says");
+  add("--relaxation", relaxation, "Of closed-form: how far a site moves towards its minimum");
+  add("--temperatures", temperatures, "Of annealing: HIGHEST,LOWEST in units of the energy")
       .delimiter(',')
-      .expected(2)
-      .group(group);
-  command.add_option("--seed", seed, "Of annealing: 0 ... 4092").group(group);
-  command.add_option("--start-level", start_level, "First level computed; 0 is the full resolution")
-      .group(group);
-  command
-      .add_option(
-          "--stop", [this](const std::string& word) { stop = stops.at(word); },
-          "When a level ends: fixed, still (no site changed) or energy (thesis 5.3)")
-      .one_of(words_of(stops))
-      .group(group);
-  command.add_option("--epsilon", epsilon, "Change of the mean energy that ends a level with --stop energy")
-      .range(0.0, 1e6)
-      .group(group);
-  command
-      .add_option(
-          "--alignment", [this](const std::string& word) { alignment = alignments.at(word); },
-          "Of the pyramid's levels: corner or center")
-      .one_of(words_of(alignments))
-      .group(group);
-  command
-      .add_option(
-          "--update", [this](const std::string& word) { update = updates.at(word); },
-          "Of icm: simultaneous, coloured, four-coloured, or sequential (scalar only)")
-      .one_of(words_of(updates))
-      .group(group);
-  command.add_option("--steps", steps, "Candidates: default, thesis, fine, or numbers such as 0,-1,1")
-      .group(group);
-  command.add_option("--penalty", penalty, "K > 0 of the observation term").group(group);
-  command
-      .add_option(
-          "--prior-weight", prior_weight,
-          "alpha of the thesis, (3.17), above 0 and below 1: U = alpha prior + (1 - alpha) observation")
-      .group(group);
+      .expected(2);
+  add("--seed", seed, "Of annealing: 0 ... 4092");
+  add("--start-level", start_level, "First level computed; 0 is the full resolution");
+  add_choice("--stop", stop, stop_names,
+             "When a level ends: fixed, still (no site changed) or energy (thesis 5.3)");
+  add("--epsilon", epsilon, "Change of the mean energy that ends a level with --stop energy").range(0.0, 1e6);
+  add_choice("--alignment", alignment, alignment_names, "Of the pyramid's levels: corner or center");
+  add_choice("--update", update, update_names,
+             "Of icm: simultaneous, coloured, four-coloured, or sequential (scalar only)");
+  add("--steps", steps, "Candidates: default, thesis, fine, or numbers such as 0,-1,1");
+  add("--penalty", penalty, "K > 0 of the observation term");
+  add("--prior-weight", prior_weight,
+      "alpha of the thesis, (3.17), above 0 and below 1: U = alpha prior + (1 - alpha) observation");
 }
 
 void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& other_method) const {
@@ -174,38 +143,12 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
 }
 
 std::string ScheduleOverrides::text(const std::optional<std::string>& other_method) const {
-  std::string result;
-  const auto add = [&](std::string_view option, const auto& value) {
-    if (value) {
-      result += fmt::format(" {} {}", option, *value);
+  std::string result = other_method ? " --method " + *other_method : "";
+  for (const Option& option : options_) {
+    if (option.count() > 0 && !(other_method && option.name() == "--method")) {
+      result += fmt::format(" {} {}", option.name(), shell_word(joined(option.values(), ",")));
     }
-  };
-  const auto add_name = [&](std::string_view option, const auto& value, const auto& names) {
-    for (const auto& [name, meaning] : names) {
-      if (value == meaning) {
-        result += fmt::format(" {} {}", option, name);
-      }
-    }
-  };
-  add("--method", other_method ? other_method : method);
-  add("--iterations", iterations);
-  add("--relaxation", relaxation);
-  if (!temperatures.empty()) {
-    result += fmt::format(" --temperatures {}", fmt::join(temperatures, ","));
   }
-  add("--seed", seed);
-  add("--start-level", start_level);
-  add_name("--stop", stop, stops);
-  add("--epsilon", epsilon);
-  add_name("--alignment", alignment, alignments);
-  add_name("--update", update, updates);
-  add_name("--energy", energy, energies);
-  add("--energy", auto_energy ? std::optional(automatic) : std::nullopt);
-  add("--steps", steps ? std::optional(shell_word(*steps)) : std::nullopt);
-  add("--penalty", penalty);
-  add("--prior-weight", prior_weight);
-  add("--robust", robust);
-  add("--stride", stride);
   return result;
 }
 

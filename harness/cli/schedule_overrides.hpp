@@ -38,9 +38,12 @@ struct ScheduleOverrides {
   void add_to(const Command& command);
   /// With `other_method` in place of `method`, where there is one. Throws InputError.
   void apply(Scene& scene, const std::optional<std::string>& other_method = std::nullopt) const;
-  /// The arguments that were given, each with a space before it: " --iterations 5". The method is that of
-  /// the scene where it is not what the scene's file says.
+  /// The arguments that were given, each with a space before it: " --iterations 5", with `other_method` as
+  /// above.
   [[nodiscard]] std::string text(const std::optional<std::string>& other_method = std::nullopt) const;
+
+private:
+  std::vector<Option> options_{}; ///< of add_to
 };
 
 } // namespace hdmbench::commands

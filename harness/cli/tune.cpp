@@ -5,7 +5,6 @@
 #include "harness/report/table.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/solve/solve.hpp"
-#include "harness/tools/truth.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -121,7 +120,7 @@ void add_tune(const Command& program) {
   const auto own = std::make_shared<Arguments>();
   own->scene.add_scene_to(command);
   own->scene.add_backend_to(command);
-  command.add_option("--search", own->method, "simplex (Nelder and Mead, ITK's) or annealing (thesis Alg. 1)")
+  command.add_option("--search", own->method, "simplex (Nelder and Mead) or annealing (thesis Alg. 1)")
       .one_of({"simplex", "annealing"})
       .capture_default_str();
   command.add_option("--evaluations", own->search.evaluations, "Solutions after the scan, about, at most")

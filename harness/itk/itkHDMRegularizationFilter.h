@@ -1,15 +1,24 @@
 #ifndef itkHDMRegularizationFilter_h
 #define itkHDMRegularizationFilter_h
 
+#include <backends/registry.hpp>
+#include <harness/scene/method.hpp>
+#include <harness/solve/methods/solver.hpp>
 #include <harness/solve/solve.hpp>
+#include <kernels/data/input_error.hpp>
+#include <kernels/data/mean_energy.hpp>
 
 #include <itkImage.h>
+#include <itkImageRegionIterator.h>
 #include <itkImageToImageFilter.h>
 #include <itkVector.h>
 
+#include <cmath>
 #include <map>
+#include <stdexcept>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace itk {
@@ -72,10 +81,24 @@ public:
   itkSetInputMacro(Labels, LabelImageType);
   itkGetInputMacro(Labels, LabelImageType);
   /** Young's modulus of a label, MPa, > 0; only ratios matter. */
-  void SetModulus(LabelType label, double megapascal);
+  void SetModulus(LabelType label, double megapascal) {
+    const auto [found, inserted] = m_Moduli.try_emplace(label, megapascal);
+    if (inserted || found->second != megapascal) {
+      found->second = megapascal;
+      this->Modified();
+    }
+  }
   /** That of a label that was named, else 0. */
-  double GetModulus(LabelType label) const;
-  void ClearModuli();
+  double GetModulus(LabelType label) const {
+    const auto found = m_Moduli.find(label);
+    return found == m_Moduli.end() ? 0.0 : found->second;
+  }
+  void ClearModuli() {
+    if (!m_Moduli.empty()) {
+      m_Moduli.clear();
+      this->Modified();
+    }
+  }
   /** Young's modulus itself, MPa, > 0, instead of labels. */
   itkSetInputMacro(ModulusImage, ModulusImageType);
   itkGetInputMacro(ModulusImage, ModulusImageType);
@@ -136,7 +159,13 @@ public:
     return m_Levels;
   }
   /** Iterations of all levels together. */
-  int GetElapsedIterations() const;
+  int GetElapsedIterations() const {
+    int sum = 0;
+    for (const auto& level : m_Levels) {
+      sum += level.iterations;
+    }
+    return sum;
+  }
   /** U of (5.2) at full resolution, in pixels squared. */
   itkGetConstMacro(MeanEnergy, double);
   /** The name of the device that computed, as its driver calls it. */
@@ -147,20 +176,240 @@ protected:
   HDMRegularizationFilter() = default;
   ~HDMRegularizationFilter() override = default;
 
-  void VerifyPreconditions() ITKv5_CONST override;
-  void VerifyInputInformation() ITKv5_CONST override;
-  void GenerateInputRequestedRegion() override;
-  void EnlargeOutputRequestedRegion(DataObject* output) override;
-  void GenerateData() override;
-  void PrintSelf(std::ostream& os, Indent indent) const override;
+  /** What can be said before any upstream filter runs. */
+  void VerifyPreconditions() ITKv5_CONST override {
+    Superclass::VerifyPreconditions();
+    const bool labels = this->GetLabels() != nullptr;
+    if (labels == (this->GetModulusImage() != nullptr)) {
+      itkExceptionMacro(<< "what is the tissue made of? " << (labels ? "Both are set" : "Neither is set")
+                        << ": give either SetLabels() with a SetModulus() per label, or SetModulusImage()");
+    }
+    if ((this->GetObservationImage() != nullptr) != (this->GetConfidenceImage() != nullptr)) {
+      itkExceptionMacro(<< "SetObservationImage() and SetConfidenceImage(): give both or none");
+    }
+    if (m_NumberOfIterations < 0 || m_StartLevel < 0 || !(m_Epsilon >= 0.0)) {
+      itkExceptionMacro(<< "NumberOfIterations is " << m_NumberOfIterations << ", StartLevel " << m_StartLevel
+                        << ", Epsilon " << m_Epsilon << ": none may be negative");
+    }
+    if (!(m_PoissonRatio > -1.0 && m_PoissonRatio <= 0.5)) {
+      itkExceptionMacro(<< "PoissonRatio is " << m_PoissonRatio << ", it must be above -1 and at most 0.5");
+    }
+    try {
+      (void)hdmbench::StepSet::parse(m_StepSet);
+      const auto backends = hdmbench::make_backends();
+      const auto& backend = hdmbench::find_backend(backends, m_Backend);
+      if (!backend.supports(this->UpdateOfSites())) {
+        itkExceptionMacro(
+            << m_Backend
+            << " cannot update during an iteration, only scalar can: call SetBackend(\"scalar\") "
+               "or DuringIterationUpdateOff()");
+      }
+    } catch (const hdmbench::InputError& error) {
+      itkExceptionMacro(<< error.what());
+    }
+  }
+
+  void VerifyInputInformation() ITKv5_CONST override {
+    Superclass::VerifyInputInformation();
+    const auto* const field = this->GetInput();
+    const auto region = field->GetLargestPossibleRegion();
+    for (const auto& name : this->GetInputNames()) {
+      const auto* const image = dynamic_cast<const ImageBase<2>*>(this->ProcessObject::GetInput(name));
+      if (image != nullptr && image->GetLargestPossibleRegion() != region) {
+        itkExceptionMacro(<< "the input " << name << " has " << image->GetLargestPossibleRegion().GetSize()
+                          << " pixels from index " << image->GetLargestPossibleRegion().GetIndex()
+                          << ", the displacement field " << region.GetSize() << " from " << region.GetIndex()
+                          << ": resample one of them");
+      }
+    }
+    const auto spacing = field->GetSpacing();
+    if (!(std::abs(spacing[0] - spacing[1]) <= SquareTolerance * spacing[0])) {
+      itkExceptionMacro(<< "the pixels are " << spacing[0] << " x " << spacing[1]
+                        << ", they must be square: resample the images");
+    }
+    const auto& direction = field->GetDirection();
+    auto rest = direction.GetVnlMatrix().transpose() * direction.GetVnlMatrix();
+    rest(0, 0) -= 1.0;
+    rest(1, 1) -= 1.0;
+    if (!(rest.absolute_value_max() <= OrthogonalityTolerance)) {
+      itkExceptionMacro(<< "the image's direction is not orthonormal, so its pixels are not square:\n"
+                        << direction);
+    }
+  }
+
+  void GenerateInputRequestedRegion() override {
+    Superclass::GenerateInputRequestedRegion();
+    for (const auto& name : this->GetInputNames()) {
+      if (auto* const input = this->ProcessObject::GetInput(name)) {
+        input->SetRequestedRegionToLargestPossibleRegion();
+      }
+    }
+  }
+
+  void EnlargeOutputRequestedRegion(DataObject* output) override {
+    Superclass::EnlargeOutputRequestedRegion(output);
+    output->SetRequestedRegionToLargestPossibleRegion();
+  }
+
+  void GenerateData() override {
+    try {
+      const hdmbench::Scene scene = this->MakeScene();
+      hdmbench::Solution solution = this->Solve(scene);
+      this->AllocateOutputs();
+      this->ToPhysical(solution.displacement, *this->GetOutput());
+      m_Levels = std::move(solution.levels);
+      m_MeanEnergy = hdmbench::mean_energy(scene.full, solution.displacement);
+    } catch (const std::runtime_error& error) { // bad input, or the device
+      itkExceptionMacro(<< error.what());
+    }
+  }
+
+  void PrintSelf(std::ostream& os, Indent indent) const override {
+    Superclass::PrintSelf(os, indent);
+    os << indent << "Moduli:";
+    for (const auto& [label, megapascal] : m_Moduli) {
+      os << ' ' << +label << ": " << megapascal << " MPa";
+    }
+    os << '\n'
+       << indent << "Energy: " << hdmbench::energy_names[static_cast<std::size_t>(m_Energy)]
+       << ", PoissonRatio: " << m_PoissonRatio << '\n'
+       << indent << "NumberOfIterations: " << m_NumberOfIterations << ", StartLevel: " << m_StartLevel
+       << ", StopCriterion: " << static_cast<int>(m_StopCriterion) << ", Epsilon: " << m_Epsilon
+       << ", Alignment: " << static_cast<int>(m_Alignment)
+       << ", DuringIterationUpdate: " << (m_DuringIterationUpdate ? "On" : "Off") << '\n'
+       << indent << "Penalty: " << m_Penalty << ", StepSet: " << m_StepSet << '\n'
+       << indent << "Backend: " << m_Backend << ", Device: " << m_Device << ", DeviceUsed: " << m_DeviceUsed
+       << '\n'
+       << indent << "ElapsedIterations: " << this->GetElapsedIterations() << ", MeanEnergy: " << m_MeanEnergy
+       << std::endl;
+  }
 
 private:
-  hdmbench::Update UpdateOfSites() const;
-  hdmbench::Scene MakeScene() const;
-  hdmbench::ScalarField ModuliOfLabels() const;
-  hdmbench::VectorField ToPixels(const DisplacementFieldType& field) const;
-  void ToPhysical(const hdmbench::VectorField& displacement, DisplacementFieldType& field) const;
-  hdmbench::Solution Solve(const hdmbench::Scene& scene);
+  /** Rounding in file headers, not another shape. */
+  static constexpr double SquareTolerance = 0.01;        // of a pixel's side
+  static constexpr double OrthogonalityTolerance = 1e-4; // of a unit vector
+
+  /** visit(site, value) for every pixel in raster order. */
+  template <typename TImage, typename TVisit>
+  static void ForEachPixel(const TImage& image, TVisit visit) {
+    std::size_t site = 0;
+    for (ImageRegionConstIterator<TImage> pixel(&image, image.GetLargestPossibleRegion()); !pixel.IsAtEnd();
+         ++pixel) {
+      visit(site++, pixel.Get());
+    }
+  }
+
+  template <typename TImage>
+  static hdmbench::Extent ExtentOf(const TImage& image) {
+    const auto size = image.GetLargestPossibleRegion().GetSize();
+    return {static_cast<int>(size[0]), static_cast<int>(size[1])};
+  }
+
+  hdmbench::Update UpdateOfSites() const {
+    return m_DuringIterationUpdate ? hdmbench::Update::sequential : hdmbench::Update::simultaneous;
+  }
+
+  hdmbench::ScalarField ModuliOfLabels() const {
+    const auto* const labels = this->GetLabels();
+    hdmbench::ScalarField moduli(ExtentOf(*labels));
+    ForEachPixel(*labels, [&](std::size_t site, LabelType label) {
+      const auto found = m_Moduli.find(label);
+      if (found == m_Moduli.end()) {
+        const auto width = static_cast<std::size_t>(moduli.extent.width);
+        itkExceptionMacro(<< "the label " << +label << " of the pixel x = " << site % width << ", y = "
+                          << site / width << " has no modulus: call SetModulus(" << +label << ", ...)");
+      }
+      moduli.values[site] = static_cast<float>(found->second);
+    });
+    return moduli;
+  }
+
+  /** Along rows and columns, in pixels. The direction is orthonormal: its inverse is its transpose, which for
+   * unrotated images is exact. */
+  hdmbench::VectorField ToPixels(const DisplacementFieldType& field) const {
+    const auto& direction = this->GetInput()->GetDirection();
+    const double spacing = this->GetInput()->GetSpacing()[0];
+    hdmbench::VectorField pixels(ExtentOf(field));
+    ForEachPixel(field, [&](std::size_t site, const DisplacementType& physical) {
+      const double x = physical[0];
+      const double y = physical[1];
+      pixels.x[site] = static_cast<float>((direction(0, 0) * x + direction(1, 0) * y) / spacing);
+      pixels.y[site] = static_cast<float>((direction(0, 1) * x + direction(1, 1) * y) / spacing);
+    });
+    return pixels;
+  }
+
+  void ToPhysical(const hdmbench::VectorField& displacement, DisplacementFieldType& field) const {
+    using ComponentType = typename DisplacementType::ValueType;
+    const auto& direction = this->GetInput()->GetDirection();
+    const double spacing = this->GetInput()->GetSpacing()[0];
+    ImageRegionIterator<DisplacementFieldType> pixel(&field, field.GetLargestPossibleRegion());
+    for (std::size_t site = 0; !pixel.IsAtEnd(); ++pixel, ++site) {
+      const double x = displacement.x[site];
+      const double y = displacement.y[site];
+      DisplacementType physical;
+      physical[0] = static_cast<ComponentType>((direction(0, 0) * x + direction(0, 1) * y) * spacing);
+      physical[1] = static_cast<ComponentType>((direction(1, 0) * x + direction(1, 1) * y) * spacing);
+      pixel.Set(physical);
+    }
+  }
+
+  hdmbench::Scene MakeScene() const {
+    hdmbench::Scene scene;
+    const hdmbench::VectorField& start = scene.start.emplace(this->ToPixels(*this->GetInput()));
+    scene.schedule = {.iterations = m_NumberOfIterations,
+                      .stop = m_StopCriterion,
+                      .epsilon = m_Epsilon,
+                      .start_level = m_StartLevel,
+                      .alignment = m_Alignment};
+    const hdmbench::Extent extent = start.extent;
+    hdmbench::Level& full = scene.full;
+    full.extent = extent;
+    full.penalty = static_cast<float>(m_Penalty);
+    full.steps = hdmbench::StepSet::parse(m_StepSet);
+    full.update = this->UpdateOfSites();
+    full.target = hdmbench::VectorField(extent);
+    full.confidence = hdmbench::VectorField(extent);
+    if (const auto* const confidence = this->GetConfidenceImage()) {
+      full.target = this->ToPixels(*this->GetObservationImage());
+      ForEachPixel(*confidence, [&](std::size_t site, const auto& value) {
+        full.confidence.x[site] = value[0];
+        full.confidence.y[site] = value[1];
+      });
+    }
+    if (const auto* const moduli = this->GetModulusImage()) {
+      full.modulus = hdmbench::ScalarField(extent);
+      ForEachPixel(*moduli, [&](std::size_t site, float modulus) { full.modulus.values[site] = modulus; });
+    } else {
+      full.modulus = this->ModuliOfLabels();
+    }
+    hdmbench::set_inverse_modulus(full);
+    if (m_Energy == EnergyEnum::elastic) {
+      scene.poisson = m_PoissonRatio;
+      hdmbench::use_method(scene, hdmbench::find_method(hdmbench::elastic_conjugate_gradients),
+                           m_NumberOfIterations);
+    }
+    hdmbench::validate(full);
+    hdmbench::validate(start, extent, "the displacement to be regularised");
+    return scene;
+  }
+
+  hdmbench::Solution Solve(const hdmbench::Scene& scene) {
+    const hdmbench::SessionOptions options{
+        .device = m_Device,
+        .threads = static_cast<int>(this->GetMultiThreader()->GetMaximumNumberOfThreads())};
+    const auto backends = hdmbench::make_backends();
+    const auto& backend = hdmbench::find_backend(backends, m_Backend);
+    m_DeviceUsed = backend.device(options).name;
+    hdmbench::Progress progress([this](double done) {
+      this->UpdateProgress(static_cast<float>(done));
+      if (this->GetAbortGenerateData()) {
+        throw ProcessAborted(__FILE__, __LINE__);
+      }
+    });
+    progress.set_total(hdmbench::site_updates(scene));
+    return hdmbench::Solver(backend, options).solve(scene, progress);
+  }
 
   std::map<LabelType, double> m_Moduli;
   int m_NumberOfIterations = 50;
@@ -182,9 +431,5 @@ private:
 };
 
 } // namespace itk
-
-#ifndef ITK_MANUAL_INSTANTIATION
-#include "itkHDMRegularizationFilter.hxx"
-#endif
 
 #endif

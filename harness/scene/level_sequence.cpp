@@ -152,6 +152,14 @@ const Level& LevelSequence::sample_without_acceleration(int level) {
   return sampled_;
 }
 
+VectorField Scene::start_field() const {
+  return start ? *start : VectorField(extent());
+}
+
+VectorField Scene::start_at(Extent level) const {
+  return start ? sample_field(*start, level, schedule.alignment) : VectorField(level);
+}
+
 VectorField LevelSequence::begin(int level, const VectorField& computed_before) const {
   if (level == order_.front()) {
     return scene_.start_at(extent(level));

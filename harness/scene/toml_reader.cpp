@@ -111,20 +111,8 @@ std::string TomlReader::text(std::string_view key) {
   return *node.value<std::string>();
 }
 
-std::string TomlReader::text(std::string_view key, std::string_view fallback) {
-  return has(key) ? text(key) : std::string(fallback);
-}
-
 double TomlReader::number(std::string_view key) {
   return as_number(key, require(key));
-}
-
-double TomlReader::number(std::string_view key, double fallback) {
-  return has(key) ? number(key) : fallback;
-}
-
-std::optional<double> TomlReader::optional_number(std::string_view key) {
-  return has(key) ? std::optional(number(key)) : std::nullopt;
 }
 
 bool TomlReader::boolean(std::string_view key, bool fallback) {
@@ -148,10 +136,6 @@ int TomlReader::integer(std::string_view key) {
     fail(key, fmt::format("is {}, out of range", value));
   }
   return static_cast<int>(value);
-}
-
-int TomlReader::integer(std::string_view key, int fallback) {
-  return has(key) ? integer(key) : fallback;
 }
 
 std::array<double, 2> TomlReader::pair(std::string_view key) {
@@ -180,10 +164,8 @@ std::size_t TomlReader::choice(std::string_view key, std::span<const std::string
     return fallback;
   }
   const std::string value = text(key);
-  for (std::size_t i = 0; i < choices.size(); ++i) {
-    if (choices[i] == value) {
-      return i;
-    }
+  if (const auto found = std::ranges::find(choices, value); found != choices.end()) {
+    return static_cast<std::size_t>(found - choices.begin());
   }
   fail(key, fmt::format("is \"{}\", it must be one of {}", value, fmt::join(choices, ", ")));
 }

@@ -26,13 +26,18 @@ public:
   [[nodiscard]] bool is_text(std::string_view key) { return has(key) && find(key)->is_string(); }
 
   [[nodiscard]] std::string text(std::string_view key);
-  [[nodiscard]] std::string text(std::string_view key, std::string_view fallback);
+  [[nodiscard]] std::string text(std::string_view key, std::string_view fallback) {
+    return has(key) ? text(key) : std::string(fallback);
+  }
   [[nodiscard]] double number(std::string_view key);
-  [[nodiscard]] double number(std::string_view key, double fallback);
-  [[nodiscard]] std::optional<double> optional_number(std::string_view key);
+  [[nodiscard]] double number(std::string_view key, double fallback) {
+    return has(key) ? number(key) : fallback;
+  }
+  [[nodiscard]] std::optional<double> optional_number(std::string_view key) {
+    return has(key) ? std::optional(number(key)) : std::nullopt;
+  }
   [[nodiscard]] bool boolean(std::string_view key, bool fallback);
   [[nodiscard]] int integer(std::string_view key);
-  [[nodiscard]] int integer(std::string_view key, int fallback);
   [[nodiscard]] std::array<double, 2> pair(std::string_view key);
   [[nodiscard]] std::vector<float> numbers(std::string_view key);
   /// One of `choices`; returns its index.

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <string>
 #include <vector>
 
 namespace hdmbench {
@@ -49,5 +50,10 @@ void require_sites(const std::array<SiteIndex, 2>& sites, Extent extent);
 /// where a site is not in the image, both are the same one, low is not below high or points < 2.
 [[nodiscard]] EnergyPlane energy_plane(const Level& level, VectorField displacement,
                                        const EnergyPlaneOptions& options);
+
+/// A standalone SVG file: the energy as a heat map in bands, the lowest one of the grid marked by a cross,
+/// `here`, the displacements that the two sites have, by a circle where it is in the range.
+[[nodiscard]] std::string energy_plot_svg(const EnergyPlane& plane, const EnergyPlaneOptions& options,
+                                          std::array<float, 2> here, const std::string& title);
 
 } // namespace hdmbench

@@ -1,4 +1,4 @@
-#include "harness/tools/energy_plot.hpp"
+#include "harness/tools/energy_plane.hpp"
 
 #include "harness/report/html.hpp"
 

@@ -1,7 +1,6 @@
 #include "harness/tools/mesh_image.hpp"
 
 #include "harness/scene/sites.hpp"
-#include "harness/tools/node_buckets.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -9,6 +8,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -49,6 +50,46 @@ void define(MeshImage& image, std::size_t site, double u, double v) {
   image.mask.values[site] = 255.0F;
   --image.undefined;
 }
+
+/// Nodes in the order of their x, to find the nearest one without asking every node.
+class SortedNodes {
+public:
+  explicit SortedNodes(const std::vector<MeshNode>& nodes) : nodes_(nodes), order_(nodes.size()) {
+    std::iota(order_.begin(), order_.end(), std::size_t{0});
+    std::ranges::sort(order_, {}, [&](std::size_t i) { return nodes[i].x; });
+  }
+
+  /// Index of the nearest node at most `reach` away, the lowest one among equals.
+  [[nodiscard]] std::optional<std::size_t> nearest(double x, double y, double reach) const {
+    std::optional<std::size_t> best;
+    double best_squared = reach * reach;
+    // Whether nodes that are further away along x may still be the nearest.
+    const auto consider = [&](std::size_t i) {
+      const double dx = nodes_[i].x - x;
+      const double dy = nodes_[i].y - y;
+      const double squared = dx * dx + dy * dy;
+      if (squared < best_squared || (squared == best_squared && i <= best.value_or(i))) {
+        best = i;
+        best_squared = squared;
+      }
+      return dx * dx <= best_squared;
+    };
+    const auto middle = std::ranges::lower_bound(order_, x, {}, [&](std::size_t i) { return nodes_[i].x; });
+    auto right = middle;
+    auto left = std::make_reverse_iterator(middle);
+    bool goes_right = true;
+    bool goes_left = true;
+    while (goes_right || goes_left) { // both sides in turn, so that `best` soon ends either
+      goes_right = goes_right && right != order_.end() && consider(*right++);
+      goes_left = goes_left && left != order_.rend() && consider(*left++);
+    }
+    return best;
+  }
+
+private:
+  const std::vector<MeshNode>& nodes_;
+  std::vector<std::size_t> order_;
+};
 
 /// What the shape functions weigh the corners with; the fourth is 0 in a triangle.
 using Weights = std::array<double, 4>;
@@ -212,9 +253,9 @@ MeshImage nearest_node_image(const Mesh& mesh, const PixelGrid& grid, double rea
   }
   const auto nodes = nodes_in_pixels(mesh, grid);
   MeshImage image = undefined_image(grid.extent);
-  const NodeBuckets buckets(nodes);
+  const SortedNodes sorted(nodes);
   for_each_site(grid.extent, [&](int x, int y) {
-    if (const auto nearest = buckets.nearest(x, y, reach)) {
+    if (const auto nearest = sorted.nearest(x, y, reach)) {
       define(image, grid.extent.index(x, y), nodes[*nearest].u, nodes[*nearest].v);
     }
   });

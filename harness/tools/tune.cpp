@@ -1,16 +1,17 @@
 #include "harness/tools/tune.hpp"
 
-#include "harness/tools/annealing.hpp"
-#include "harness/tools/simplex.hpp"
+#include "harness/judge/accuracy/deviation.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <map>
 #include <numeric>
+#include <random>
 #include <utility>
 
 namespace hdmbench {
@@ -63,6 +64,87 @@ std::size_t lowest(const std::vector<Evaluation>& evaluations) {
 }
 
 } // namespace
+
+double rmsd(const VectorField& displacement, const Truth& truth) {
+  const auto require_extent = [&](Extent found, const char* what) {
+    if (found != displacement.extent) {
+      throw InputError(fmt::format("{} is {} x {} pixels, the solution is {} x {}", what, found.width,
+                                   found.height, displacement.extent.width, displacement.extent.height));
+    }
+  };
+  require_extent(truth.displacement.extent, "the truth");
+  std::vector<std::uint8_t> counted;
+  if (!truth.defined.values.empty()) {
+    require_extent(truth.defined.extent, "the mask of the truth");
+    std::ranges::transform(truth.defined.values, std::back_inserter(counted),
+                           [](float defined) { return static_cast<std::uint8_t>(defined != 0.0F); });
+    if (std::ranges::count(counted, 1) == 0) {
+      throw InputError("the truth is defined at no pixel: its mask is 0 everywhere");
+    }
+  }
+  return rmsd(ReferenceField(displacement), ReferenceField(truth.displacement), counted);
+}
+
+double minimise_by_simplex(const std::function<double(double)>& function, const SearchOptions& options) {
+  constexpr double flat = 1e-6; // values that count as equal
+  struct Corner {
+    double at;
+    double value;
+  };
+  int evaluations = 0;
+  const auto corner = [&](double at) {
+    ++evaluations;
+    return Corner{at, function(at)};
+  };
+  // The simplex of one number has two corners.
+  Corner best = corner(options.start);
+  Corner other = corner(options.start + options.step);
+  while (evaluations < options.evaluations &&
+         (std::abs(best.at - other.at) > options.tolerance || std::abs(best.value - other.value) > flat)) {
+    if (other.value < best.value) {
+      std::swap(best, other);
+    }
+    const Corner reflected = corner(2.0 * best.at - other.at);
+    if (reflected.value < best.value) {
+      const Corner expanded = corner(3.0 * best.at - 2.0 * other.at);
+      other = best;
+      best = expanded.value < reflected.value ? expanded : reflected;
+    } else { // a minimum lies between the two sides
+      const Corner& nearer = reflected.value < other.value ? reflected : other;
+      other = corner(0.5 * (best.at + nearer.at));
+    }
+  }
+  return other.value < best.value ? other.at : best.at;
+}
+
+double minimise_by_annealing(const std::function<double(double)>& function, const SearchOptions& options,
+                             double temperature, std::uint64_t seed) {
+  constexpr std::array<double, 8> moves{1.0, -1.0, 0.3, -0.3, 0.1, -0.1, 0.03, -0.03};
+  constexpr double coldest = 1e-3; // of the first temperature
+  std::mt19937_64 engine(seed);    // its output is specified, that of the standard's distributions is not
+  const auto uniform = [&engine] { return static_cast<double>(engine() >> 11U) * 0x1p-53; };
+  const double cooling = std::pow(coldest, 1.0 / options.evaluations);
+
+  double position = options.start;
+  double value = function(position);
+  double best = position;
+  double best_value = value;
+  for (int i = 0; i < options.evaluations; ++i) {
+    const double next = position + options.step * moves[engine() % moves.size()];
+    const double next_value = function(next);
+    const double draw = uniform();
+    if (next_value <= value || draw < std::exp((value - next_value) / temperature)) {
+      position = next;
+      value = next_value;
+    }
+    if (value < best_value) {
+      best = position;
+      best_value = value;
+    }
+    temperature *= cooling;
+  }
+  return best;
+}
 
 double Tuning::spread() const {
   const auto [low, high] = std::ranges::minmax(evaluations, {}, &Evaluation::rmsd);

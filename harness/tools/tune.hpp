@@ -1,11 +1,44 @@
 #pragma once
 
+#include "kernels/data/field.hpp"
+
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <vector>
 
 namespace hdmbench {
+
+/// What a solution is measured against.
+struct Truth {
+  VectorField displacement; ///< pixels
+  ScalarField defined;      ///< not 0 where the truth is known; empty: everywhere
+};
+
+/// (5.1) over the sites where the truth is defined, pixels. Throws InputError where the sizes differ or the
+/// truth is defined nowhere.
+[[nodiscard]] double rmsd(const VectorField& displacement, const Truth& truth);
+
+/// Where and how far a search over one number looks.
+struct SearchOptions {
+  double start = 0.0;
+  double step = 1.0;       ///< length of the first step
+  double tolerance = 1e-3; ///< of the position
+  int evaluations = 40;    ///< about the most that are made; >= 1
+};
+
+/// Nelder and Mead's downhill simplex (thesis A.7.2): the position of the smallest value found.
+[[nodiscard]] double minimise_by_simplex(const std::function<double(double)>& function,
+                                         const SearchOptions& options);
+
+/// Simulated annealing on a chain of one number (thesis Alg. 1 as A.7.1 has it), `options.evaluations` moves.
+/// A move is one of +-step, +-0.3 step, +-0.1 step, +-0.03 step, drawn with equal probability, and is made
+/// with probability min(1, exp(-rise / T)); T falls geometrically from `temperature` to a thousandth of it.
+/// (Alg. 1 prints the rise with the other sign.) The same seed gives the same chain on every machine. Returns
+/// the position of the smallest value seen.
+[[nodiscard]] double minimise_by_annealing(const std::function<double(double)>& function,
+                                           const SearchOptions& options, double temperature,
+                                           std::uint64_t seed);
 
 enum class SearchMethod { simplex, annealing };
 

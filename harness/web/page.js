@@ -12,50 +12,30 @@ function conclude(state, sentence) {
   element("sentence").textContent = sentence;
 }
 
-function add_cells(table, texts) {
-  const line = element(table).insertRow();
-  texts.forEach(([text, kind]) => {
-    const cell = line.insertCell();
-    cell.textContent = text;
-    cell.className = kind || "";
-  });
-  return line;
-}
-
-const grouped = (count) => count.toLocaleString("en").replaceAll(",", "\u202f");
-
-function show_row(row) {
-  const verdict = row.verdict === "agree" ? row.tier : row.verdict;
-  add_cells("rows", [
-    [row.scene + (row.method === "icm" ? "" : ", " + row.method)], [row.width + " × " + row.height], [row.mode],
-    [grouped(row.sweeps), "number"], [grouped(row.sites_compared), "number"], [grouped(row.sites_differing), "number"],
-    [verdict, row.verdict]
-  ]);
-  const first = row.first_difference;
-  if (first || row.reason) {
-    const text = document.createElement("p");
-    text.textContent = row.scene + ", " + row.mode + ": " + (row.reason || "") +
+/** All rows so far, and what differs in them. */
+function show_rows(rows) {
+  element("rows").replaceChildren(table(rows, [
+    { key: (row) => row.scene + (row.method === "icm" ? "" : ", " + row.method), title: "Scene" },
+    { key: size_of, title: "Size" }, { key: "mode", title: "Mode" }, { key: "sweeps", title: "Sweeps", format: count },
+    { key: "sites_compared", title: "Sites compared", format: count },
+    { key: "sites_differing", title: "Differing", format: count },
+    { key: (row) => (row.verdict === "agree" ? row.tier : row.verdict), title: "Verdict", format: verdict }]));
+  element("differences").replaceChildren(...rows.filter((row) => row.first_difference || row.reason).map((row) => {
+    const first = row.first_difference;
+    return el("p", {}, row.scene + ", " + row.mode + ": " + (row.reason || "") +
       (first ? " first difference on level " + first.level + ", iteration " + first.iteration + ", x = " + first.x +
-        ", y = " + first.y + ": CPU (" + first.expected.join(", ") + "), GPU (" + first.found.join(", ") + ") px" : "");
-    element("differences").append(text);
-  }
+        ", y = " + first.y + ": CPU (" + first.expected.join(", ") + "), GPU (" + first.found.join(", ") + ") px" : ""));
+  }));
 }
 
 function draw(title, width, height, shade) {
-  const figure = document.createElement("figure");
-  const canvas = document.createElement("canvas");
-  canvas.className = "picture";
-  canvas.width = width;
-  canvas.height = height;
+  const canvas = el("canvas", { class: "picture", width, height });
   const pixels = new ImageData(width, height);
   for (let i = 0; i < width * height; ++i) {
     pixels.data.set(shade(i), 4 * i);
   }
   canvas.getContext("2d").putImageData(pixels, 0, 0);
-  const caption = document.createElement("figcaption");
-  caption.textContent = title;
-  figure.append(canvas, caption);
-  element("pictures").append(figure);
+  element("pictures").append(el("figure", {}, canvas, el("figcaption", {}, title)));
 }
 
 function show_fields(row) {
@@ -120,33 +100,20 @@ async function time(scalar, gpu, scene, agrees) {
       gpu.read(1, 1);
     }, sites);
     timings.push({ size, scalar: cpu_rate, gpu: gpu_rate });
-    const million = (value) => (value / 1e6).toFixed(value < 1e7 ? 1 : 0);
-    add_cells("timings", [[size + " × " + size], [million(cpu_rate), "number"], [million(gpu_rate), "number"],
-      [agrees ? (gpu_rate / cpu_rate).toFixed(gpu_rate < cpu_rate ? 2 : 1) + "×" : "not verified", "number"]]);
+    const shown = agrees ? (value) => times(value) : () => "not verified";
+    element("timings").replaceChildren(table(timings, [{ key: "size", title: "Size", format: (value) => value + " × " + value },
+      { key: "scalar", title: "CPU, one thread", format: unit("M/s", 1e-6) }, { key: "gpu", title: "GPU", format: unit("M/s", 1e-6) },
+      { key: (row) => row.gpu / row.scalar, title: "Speed-up", format: shown }]));
     await pause();
   }
   return timings;
 }
 
 function draw_chart(timings) {
-  const rates = timings.flatMap((timing) => [timing.scalar, timing.gpu]);
-  const low = Math.floor(Math.log10(Math.min(...rates) / 1e6));
-  const high = Math.ceil(Math.log10(Math.max(...rates) / 1e6));
-  const across = (size) => 60 + 100 * Math.log2(size / timings[0].size);
-  const up = (value) => 210 - (190 * (Math.log10(value / 1e6) - low)) / (high - low);
-  let marks = "";
-  for (let power = low; power <= high; ++power) {
-    const y = up(10 ** power * 1e6);
-    marks += `<line class="axis" x1="60" x2="470" y1="${y}" y2="${y}"/><text x="4" y="${y + 4}">${10 ** power} M/s</text>`;
-  }
-  timings.forEach(({ size }) => { marks += `<text x="${across(size) - 10}" y="232">${size}</text>`; });
-  for (const name of ["scalar", "gpu"]) {
-    const points = timings.map((timing) => across(timing.size) + "," + up(timing[name]));
-    const last = timings[timings.length - 1];
-    marks += `<polyline class="${name}" points="${points.join(" ")}"/>` +
-      `<text x="474" y="${up(last[name]) + 4}">${name === "gpu" ? "GPU" : "CPU"}</text>`;
-  }
-  element("chart").innerHTML = marks;
+  const series = ["scalar", "gpu"].map((name) => ({ keys: { by: name === "gpu" ? "GPU" : "CPU" },
+    points: timings.map((timing) => ({ x: timing.size, y: timing[name] / 1e6 })) }));
+  element("chart").replaceChildren(logPlot(series, { x: { title: "sites a side" }, y: { title: "million sites a second" }, height: 260,
+    label: "million sites a second over the size of the image" }));
 }
 
 /** What `hdmbench report` reads, and the timings beside it. */
@@ -174,7 +141,7 @@ function keep(rows, timings, gpu) {
 /** "All of N comparisons …" */
 function judge(rows) {
   const of = (verdict) => rows.filter((row) => row.verdict === verdict).length;
-  const sites = grouped(rows.reduce((sum, row) => sum + row.sites_compared, 0));
+  const sites = count(rows.reduce((sum, row) => sum + row.sites_compared, 0));
   if (of("mistrusted") > 0) {
     conclude("unsure", "Nothing can be said: the CPU's own results are not what they should be.");
   } else if (of("disagree") > 0) {
@@ -210,7 +177,7 @@ async function run() {
           await pause();
         }));
         rows[rows.length - 1].exact = scene.exact;
-        show_row(rows[rows.length - 1]);
+        show_rows(rows);
       }
       if (rows[rows.length - 1].fields) { show_fields(rows[rows.length - 1]); }
     }

@@ -1,5 +1,7 @@
 #include "test/r300/scalar_operations.hpp"
 
+#include "harness/scene/temporary_directory.hpp"
+
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -48,25 +50,6 @@ std::string modern(std::string text) {
   replace_all(text, "gl_FragColor", "fragment_colour");
   return text;
 }
-
-class Folder {
-public:
-  Folder() : path_((std::filesystem::temp_directory_path() / "hdmbench-XXXXXX").string()) {
-    if (mkdtemp(path_.data()) == nullptr) {
-      throw std::runtime_error("cannot make a temporary folder");
-    }
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  [[nodiscard]] std::string file(const char* name) const { return path_ + '/' + name; }
-
-private:
-  std::string path_;
-};
 
 std::vector<std::uint32_t> read_words(const std::string& file) {
   std::vector<std::uint32_t> words(std::filesystem::file_size(file) / sizeof(std::uint32_t));
@@ -131,18 +114,19 @@ std::optional<int> scalar_operations(const std::string& fragment_shader) {
   if (std::system("command -v glslangValidator >/dev/null && command -v spirv-opt >/dev/null") != 0) {
     return std::nullopt;
   }
-  const Folder folder;
-  std::ofstream(folder.file("shader.frag")) << modern(fragment_shader);
+  const TemporaryDirectory folder;
+  const auto file = [&](const char* name) { return (folder.path() / name).string(); };
+  std::ofstream(file("shader.frag")) << modern(fragment_shader);
   run(fmt::format("glslangValidator --quiet -G --auto-map-locations --auto-map-bindings -o '{}' '{}'",
-                  folder.file("shader.spv"), folder.file("shader.frag")));
-  std::vector<std::uint32_t> words = read_words(folder.file("shader.spv"));
+                  file("shader.spv"), file("shader.frag")));
+  std::vector<std::uint32_t> words = read_words(file("shader.spv"));
   ask_for_unrolling(words);
-  write_words(folder.file("loops.spv"), words);
+  write_words(file("loops.spv"), words);
   run(fmt::format(
       "spirv-opt --merge-return --inline-entry-points-exhaustive --eliminate-dead-functions "
       "--scalar-replacement=100 --ssa-rewrite --ccp --eliminate-dead-branches --loop-unroll -O '{}' -o '{}'",
-      folder.file("loops.spv"), folder.file("optimised.spv")));
-  return count_scalar_operations(read_words(folder.file("optimised.spv")));
+      file("loops.spv"), file("optimised.spv")));
+  return count_scalar_operations(read_words(file("optimised.spv")));
 }
 
 } // namespace hdmbench::test

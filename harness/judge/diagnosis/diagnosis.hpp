@@ -1,6 +1,6 @@
 #pragma once
 
-#include "harness/applications/similarity.hpp"
+#include "harness/applications/picture.hpp"
 #include "harness/judge/diagnosis/warning.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/solve/solve.hpp"

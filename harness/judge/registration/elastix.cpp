@@ -1,7 +1,7 @@
 #include "harness/judge/registration/elastix.hpp"
 
 #include "backends/shared/subprocess.hpp"
-#include "harness/applications/conventional_registration.hpp"
+#include "harness/applications/picture.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/temporary_directory.hpp"

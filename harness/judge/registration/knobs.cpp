@@ -2,8 +2,8 @@
 
 #include "harness/applications/conventional_registration.hpp"
 #include "harness/applications/iterated_registration.hpp"
-#include "harness/applications/noise.hpp"
 #include "harness/applications/physical_registration.hpp"
+#include "harness/applications/picture.hpp"
 #include "harness/scene/row_fields.hpp"
 #include "harness/scene/sites.hpp"
 

@@ -1,7 +1,6 @@
 #include "harness/judge/registration/people.hpp"
 
 #include "harness/applications/picture.hpp"
-#include "harness/applications/similarity.hpp"
 #include "harness/judge/diagnosis/folding.hpp"
 #include "harness/judge/registration/rivals.hpp"
 #include "harness/scene/row_fields.hpp"

@@ -1,6 +1,5 @@
 #include "harness/judge/registration/planted.hpp"
 
-#include "harness/applications/noise.hpp"
 #include "harness/applications/picture.hpp"
 #include "harness/scene/sites.hpp"
 #include "kernels/data/input_error.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "harness/applications/iterated_registration.hpp"
-#include "harness/applications/similarity.hpp"
+#include "harness/applications/picture.hpp"
 #include "harness/judge/diagnosis/warning.hpp"
 #include "harness/judge/registration/registered_scene.hpp"
 

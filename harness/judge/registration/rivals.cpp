@@ -2,8 +2,6 @@
 
 #include "harness/applications/detection.hpp"
 #include "harness/applications/iterated_registration.hpp"
-#include "harness/applications/label_doubt.hpp"
-#include "harness/applications/noise.hpp"
 #include "harness/applications/picture.hpp"
 #include "harness/judge/diagnosis/folding.hpp"
 #include "harness/scene/row_fields.hpp"

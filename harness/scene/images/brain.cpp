@@ -6,17 +6,16 @@
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
-#include <itkBinaryFillholeImageFilter.h>
-#include <itkConnectedComponentImageFilter.h>
 #include <itkHistogram.h>
 #include <itkOrientImageFilter.h>
 #include <itkOtsuMultipleThresholdsCalculator.h>
-#include <itkRelabelComponentImageFilter.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
 namespace hdmbench {
 
@@ -139,34 +138,52 @@ Native read_slice(const std::filesystem::path& file, Orientation orientation, st
   return native;
 }
 
-/// The largest connected part of what is > `threshold`, its holes filled: 1 inside, 0 outside. All 0 if there
-/// is none.
+/// The largest part of what is > `threshold`, connected by sides, its holes filled: 1 inside, 0 outside. All
+/// 0 if there is none.
 ScalarField largest_part(const ScalarField& field, float threshold) {
-  using Mask = itk::Image<unsigned char, 2>;
-  using Parts = itk::Image<unsigned, 2>;
-  const Mask::SizeType size{static_cast<itk::SizeValueType>(field.extent.width),
-                            static_cast<itk::SizeValueType>(field.extent.height)};
-  const auto mask = Mask::New();
-  mask->SetRegions(size);
-  mask->Allocate();
-  std::ranges::transform(field.values, mask->GetBufferPointer(),
-                         [threshold](float value) { return static_cast<unsigned char>(value > threshold); });
-
-  const auto parts = itk::ConnectedComponentImageFilter<Mask, Parts>::New();
-  parts->SetInput(mask);
-  const auto by_size = itk::RelabelComponentImageFilter<Parts, Parts>::New();
-  by_size->SetInput(parts->GetOutput());
-  by_size->Update();
-  std::transform(by_size->GetOutput()->GetBufferPointer(),
-                 by_size->GetOutput()->GetBufferPointer() + field.extent.sites(), mask->GetBufferPointer(),
-                 [](unsigned part) { return static_cast<unsigned char>(part == 1); });
-
-  const auto filled = itk::BinaryFillholeImageFilter<Mask>::New();
-  filled->SetInput(mask);
-  filled->SetForegroundValue(1);
-  filled->Update();
-  ScalarField result(field.extent);
-  std::copy_n(filled->GetOutput()->GetBufferPointer(), field.extent.sites(), result.values.begin());
+  const Extent extent = field.extent;
+  std::vector<bool> seen(extent.sites());
+  const auto part_from = [&](std::size_t first, const auto& belongs) {
+    std::vector<std::size_t> part{first};
+    seen[first] = true;
+    for (std::size_t next = 0; next < part.size(); ++next) {
+      const int x = static_cast<int>(part[next] % static_cast<std::size_t>(extent.width));
+      const int y = static_cast<int>(part[next] / static_cast<std::size_t>(extent.width));
+      for (const auto& [dx, dy] : {std::pair{1, 0}, std::pair{-1, 0}, std::pair{0, 1}, std::pair{0, -1}}) {
+        const bool is_site = x + dx >= 0 && x + dx < extent.width && y + dy >= 0 && y + dy < extent.height;
+        const std::size_t site = is_site ? extent.index(x + dx, y + dy) : first;
+        if (!seen[site] && belongs(site)) {
+          seen[site] = true;
+          part.push_back(site);
+        }
+      }
+    }
+    return part;
+  };
+  std::vector<std::size_t> largest;
+  for (std::size_t site = 0; site < extent.sites(); ++site) {
+    const auto is_above = [&](std::size_t other) { return field.values[other] > threshold; };
+    if (!seen[site] && is_above(site)) {
+      std::vector<std::size_t> part = part_from(site, is_above);
+      if (part.size() > largest.size()) {
+        largest = std::move(part);
+      }
+    }
+  }
+  // Outside is what is connected with the border of the image beside it; the rest are holes.
+  seen.assign(extent.sites(), false);
+  for (const std::size_t site : largest) {
+    seen[site] = true;
+  }
+  ScalarField result(extent, 1.0F);
+  for_each_site(extent, [&](int x, int y) {
+    const bool at_border = x == 0 || y == 0 || x == extent.width - 1 || y == extent.height - 1;
+    if (at_border && !seen[extent.index(x, y)]) {
+      for (const std::size_t site : part_from(extent.index(x, y), [](std::size_t) { return true; })) {
+        result.values[site] = 0.0F;
+      }
+    }
+  });
   return result;
 }
 

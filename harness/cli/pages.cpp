@@ -1,5 +1,8 @@
+// The commands that write a page: of results, and for browsers.
+
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
+#include "harness/report/report.hpp"
 #include "harness/scene/file_output.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -13,12 +16,18 @@ namespace hdmbench::commands {
 
 namespace {
 
-struct Arguments {
+struct ReportArguments {
+  std::vector<std::filesystem::path> results;
+  std::filesystem::path output = "hdmbench-report.html";
+  std::filesystem::path csv;
+};
+
+struct BrowserArguments {
   CommonArguments scenes;
   std::filesystem::path output = "hdmbench-browser.html";
 };
 
-void write_page([[maybe_unused]] Arguments arguments, [[maybe_unused]] const std::string& line) {
+void write_page([[maybe_unused]] BrowserArguments arguments, [[maybe_unused]] const std::string& line) {
 #ifdef HDMBENCH_WITH_BROWSER
   require_writable(arguments.output);
   if (arguments.scenes.sizes.empty()) {
@@ -42,13 +51,35 @@ void write_page([[maybe_unused]] Arguments arguments, [[maybe_unused]] const std
 
 } // namespace
 
+void add_report(const Command& program, int& /*status*/) {
+  const Command command = program.add_subcommand(
+      "report", "Put results into one HTML page that needs no network and no other file.");
+  const auto own = std::make_shared<ReportArguments>();
+  command.add_option("results", own->results, "Files that --json wrote, or folders of them").required();
+  command.add_option("--output", own->output, "The page").capture_default_str();
+  command.add_option(
+      "--csv", own->csv,
+      "Write the timings to this file, too: problem, platform, application, fom (seconds), as the "
+      "P3 Analysis Library reads them");
+  command.callback([own] {
+    if (!own->csv.empty()) {
+      require_writable(own->csv);
+    }
+    write_report(own->results, own->output);
+    if (!own->csv.empty()) {
+      write_p3_csv(own->results, own->csv);
+    }
+    fmt::print("{}\n{}\n", summary_text(own->results), own->output.string());
+  });
+}
+
 void add_browser(const Command& program, const std::string& arguments) {
   const Command command = program.add_subcommand(
       "browser",
       "Write a page that tests the GPU of whoever opens it: the thesis's shader in WebGL 2 beside scalar in\n"
       "WebAssembly, every site after every sweep, then the speed of both. Needs no network.\n"
       "Without scenes: those that show most, at 64 x 64.");
-  const auto own = std::make_shared<Arguments>();
+  const auto own = std::make_shared<BrowserArguments>();
   own->scenes.add_scenes_to(command);
   command.add_option("--output", own->output, "The page").capture_default_str();
   command.callback([own, arguments] { write_page(*own, arguments); });

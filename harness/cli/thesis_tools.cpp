@@ -1,0 +1,314 @@
+// The tools of the thesis's appendix A but for the search for alpha (tune.cpp).
+
+#include "harness/check/compare.hpp"
+#include "harness/cli/arguments.hpp"
+#include "harness/cli/commands.hpp"
+#include "harness/judge/accuracy/truths.hpp"
+#include "harness/scene/file_output.hpp"
+#include "harness/scene/images/images.hpp"
+#include "harness/solve/solve.hpp"
+#include "harness/tools/energy_plane.hpp"
+#include "harness/tools/export_scene.hpp"
+#include "harness/tools/mesh_image.hpp"
+#include "harness/tools/positions.hpp"
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+
+namespace hdmbench::commands {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct MeshArguments {
+  fs::path nodes;
+  fs::path elements;
+  std::string size;
+  std::vector<double> origin;
+  std::optional<double> pixel;
+  std::string interpolation;
+  double reach = 1.0;
+  fs::path output;
+  fs::path mask;
+};
+
+PixelGrid grid_of(const MeshArguments& arguments, const Mesh& mesh) {
+  const Extent extent = parse_size(arguments.size);
+  require_memory(extent);
+  if (arguments.origin.empty() != !arguments.pixel) {
+    throw InputError("--origin and --pixel belong together: give both, or none for a grid over all nodes");
+  }
+  if (!arguments.pixel) {
+    return grid_over(mesh, extent);
+  }
+  return {.extent = extent,
+          .origin_x = arguments.origin[0],
+          .origin_y = arguments.origin[1],
+          .pixel = *arguments.pixel};
+}
+
+void convert_mesh(const MeshArguments& arguments, const Command& command) {
+  const bool by_element =
+      arguments.interpolation.empty() ? !arguments.elements.empty() : arguments.interpolation == "element";
+  refuse_idle(command,
+              {{.here = by_element,
+                .options = {"--reach"},
+                .why = "shape functions do not look for the nearest node; --interpolation nearest does"}});
+  if (by_element && arguments.elements.empty()) {
+    throw InputError("--interpolation element needs the element list: --elements FILE");
+  }
+  require_writable(arguments.output);
+  if (!arguments.mask.empty()) {
+    require_writable(arguments.mask);
+  }
+  const Mesh mesh = read_mesh(arguments.nodes,
+                              arguments.elements.empty() ? std::nullopt : std::optional(arguments.elements));
+  const PixelGrid grid = grid_of(arguments, mesh);
+  const MeshImage image =
+      by_element ? element_image(mesh, grid) : nearest_node_image(mesh, grid, arguments.reach);
+  write_displacement(arguments.output, image.displacement, grid.pixel,
+                     {.origin = {grid.origin_x, grid.origin_y, 0.0}});
+  if (!arguments.mask.empty()) {
+    write_png(arguments.mask, image.mask);
+  }
+  const std::string way =
+      by_element ? "shape functions" : fmt::format("nearest node within {} px", arguments.reach);
+  fmt::print("{} nodes, {} elements; {} x {} pixels of {:.6g} from ({:.6g}, {:.6g}) on, by {}\n"
+             "  {} of {} pixels are defined, {} undefined ones are 0\n  {}: the displacement\n",
+             mesh.nodes.size(), mesh.elements.size(), grid.extent.width, grid.extent.height, grid.pixel,
+             grid.origin_x, grid.origin_y, way, grid.extent.sites() - image.undefined, grid.extent.sites(),
+             image.undefined, arguments.output.string());
+  if (!arguments.mask.empty()) {
+    fmt::print("  {}: white where it is defined\n", arguments.mask.string());
+  }
+}
+
+struct PositionsArguments {
+  fs::path input;
+  fs::path output;
+  std::optional<double> spacing;
+};
+
+void convert_positions(const PositionsArguments& arguments) {
+  require_writable(arguments.output);
+  const Image<VectorField> positions = read_positions(arguments.input);
+  const VectorField displacement = displacements_from_positions(positions.pixels);
+  const double spacing = arguments.spacing.value_or(positions.spacing);
+  write_displacement(arguments.output, displacement, spacing, positions.placement);
+  fmt::print("{}: {} x {} pixels of {:.4g} mm, largest displacement {:.4g} px\n", arguments.output.string(),
+             displacement.extent.width, displacement.extent.height, spacing, largest_magnitude(displacement));
+}
+
+struct ExportArguments {
+  SceneArguments scene;
+  fs::path output = "hdmbench-scene";
+  bool finite_elements = false;
+};
+
+void write_scene(const ExportArguments& arguments) {
+  const Scene scene = arguments.scene.load();
+  const std::vector<std::string> files{
+      "scene.toml",    "picture.nrrd", "picture.png", "modulus.nrrd",    "target.nrrd",
+      "target.png",    "labels.nrrd",  "start.nrrd",  "confidence.nrrd", "displacement-fem.nrrd",
+      "confidence.png"};
+  require_folder(arguments.output, files, arguments.scene.files());
+  Progress progress;
+  progress.describe(fmt::format("export {}", scene.name));
+  std::vector<std::string> names;
+  if (arguments.finite_elements) {
+    progress.describe(fmt::format("export {}: solving the finite elements", scene.name));
+    names.emplace_back("displacement-fem.nrrd");
+    write_displacement(arguments.output / names.back(),
+                       find_finite_elements(scene, scene.poisson).displacement.to_float(), scene.spacing,
+                       scene.placement);
+  }
+  const auto images = export_scene(scene, arguments.output);
+  names.insert(names.end(), images.begin(), images.end());
+  progress.clear();
+  fmt::print("{}, {} x {} pixels of {:.4g} mm: {} files in {}\n  {}\n", scene.title, scene.extent().width,
+             scene.extent().height, scene.spacing, names.size(), arguments.output.string(),
+             fmt::join(names, "\n  "));
+  fmt::print("\n  hdmbench run {} solves the same problem.\n",
+             shell_word((arguments.output / "scene.toml").string()));
+}
+
+struct EnergyArguments {
+  SceneArguments scene;
+  std::vector<std::string> sites;
+  std::string component = "x";
+  std::vector<double> range;
+  int points = 81;
+  bool at_start = false;
+  fs::path output;
+};
+
+SiteIndex parse_site(const std::string& text) {
+  SiteIndex site;
+  const char* const end = text.data() + text.size();
+  const auto x = std::from_chars(text.data(), end, site.x);
+  if (x.ec == std::errc{} && x.ptr != end && *x.ptr == ',') {
+    const auto y = std::from_chars(x.ptr + 1, end, site.y);
+    if (y.ec == std::errc{} && y.ptr == end) {
+      return site;
+    }
+  }
+  throw InputError(fmt::format("the site \"{}\" is not understood; give column,row such as 10,20", text));
+}
+
+/// The displacements of the two sites now and where they are drawn to, with some space around.
+std::array<double, 2> range_around(const Level& level, const std::array<std::size_t, 2>& indices,
+                                   std::array<float, 2> here, Component component) {
+  double low = std::min(here[0], here[1]);
+  double high = std::max(here[0], here[1]);
+  const auto& target = component == Component::x ? level.target.x : level.target.y;
+  const auto& confidence = component == Component::x ? level.confidence.x : level.confidence.y;
+  for (const std::size_t site : indices) {
+    if (confidence[site] > 0.0F) {
+      low = std::min(low, double{target[site]});
+      high = std::max(high, double{target[site]});
+    }
+  }
+  const double margin = std::max(5.0, 0.5 * (high - low));
+  return {low - margin, high + margin};
+}
+
+VectorField displacement_of(const Scene& scene, const EnergyArguments& arguments) {
+  if (arguments.at_start) {
+    return scene.start_field();
+  }
+  const auto registry = make_backends();
+  const Backend& backend = arguments.scene.choose(registry, scene);
+  Progress progress;
+  progress.set_total(site_updates(scene), WorkUnit::site_updates);
+  progress.describe(fmt::format("solving {} on {}", scene.name, backend.name()));
+  return solve(scene, *backend.open(arguments.scene.session), progress).displacement;
+}
+
+void plot(const EnergyArguments& arguments, const Command& command) {
+  refuse_idle(command,
+              {{.here = arguments.at_start,
+                .options = options_of_group(command, schedule_group, {"--penalty", "--prior-weight"}),
+                .why = "with --start nothing is solved"},
+               {.here = arguments.at_start,
+                .options = {"--backend", "--device", "--threads"},
+                .why = "with --start nothing is solved"}});
+  const Scene scene = arguments.scene.load();
+  const Extent extent = scene.extent();
+  EnergyPlaneOptions options{.sites = {parse_site(arguments.sites[0]), parse_site(arguments.sites[1])},
+                             .component = arguments.component == "x" ? Component::x : Component::y,
+                             .points = arguments.points};
+  const auto output = arguments.output.empty() ? fs::path(scene.name + "-energy.svg") : arguments.output;
+  require_writable(output);
+  require_sites(options.sites, extent);
+  const VectorField displacement = displacement_of(scene, arguments);
+  const std::array<std::size_t, 2> indices{extent.index(options.sites[0].x, options.sites[0].y),
+                                           extent.index(options.sites[1].x, options.sites[1].y)};
+  const auto& component = options.component == Component::x ? displacement.x : displacement.y;
+  const std::array<float, 2> here{component[indices[0]], component[indices[1]]};
+  const auto range = arguments.range.empty() ? range_around(scene.full, indices, here, options.component)
+                                             : std::array<double, 2>{arguments.range[0], arguments.range[1]};
+  options.low = range[0];
+  options.high = range[1];
+  const EnergyPlane plane = energy_plane(scene.full, displacement, options);
+  const std::string title = fmt::format("{}, {} x {} pixels{}", scene.name, extent.width, extent.height,
+                                        arguments.at_start ? ", as it starts" : "");
+  write_text(output, energy_plot_svg(plane, options, here, title));
+  fmt::print("{}\n  {} displacement of the sites {},{} and {},{}, {} x {} values in {:.6g} ... {:.6g} px\n"
+             "  lowest on the grid: U = {:.6g} at {:.6g} and {:.6g} px\n"
+             "  {}: U = {:.6g} at {:.6g} and {:.6g} px\n  {}: the plot\n",
+             scene.title, arguments.component, options.sites[0].x, options.sites[0].y, options.sites[1].x,
+             options.sites[1].y, options.points, options.points, options.low, options.high,
+             plane.energy[plane.lowest], plane.lowest_first(), plane.lowest_second(),
+             arguments.at_start ? "as the scene starts" : "as solved", total_energy(scene.full, displacement),
+             here[0], here[1], output.string());
+}
+
+} // namespace
+
+void add_fem_to_image(const Command& program) {
+  const Command command = program.add_subcommand(
+      "fem-to-image",
+      "Turn a finite element result into a displacement image (thesis A.1). Lists are text: a "
+      "line id,x,y,u,v per node,\nid,n1,n2,n3[,n4] per element; commas, semicolons or white "
+      "space between, # begins a comment. y points down,\nas in images. Lengths of the "
+      "result count as millimetres.");
+  const auto own = std::make_shared<MeshArguments>();
+  command.add_option("nodes", own->nodes, "Node list").required();
+  command.add_option("--elements", own->elements, "Element list");
+  command.add_option("--size", own->size, "Image size: 300 (square) or 257x130").required();
+  command
+      .add_option("--origin", own->origin,
+                  "Position x,y of the first pixel's centre (with --pixel; default: "
+                  "the image covers all nodes)")
+      .delimiter(',')
+      .expected(2);
+  command.add_option("--pixel", own->pixel, "Side of a pixel in the result's unit");
+  command
+      .add_option("--interpolation", own->interpolation,
+                  "nearest (node; default without elements) or element (shape functions; default with)")
+      .one_of({"nearest", "element"});
+  command.add_option("--reach", own->reach, "With nearest: pixels beyond which a node is too far away")
+      .capture_default_str();
+  command.add_option("--output", own->output, "Displacement image, .nrrd or .mha").required();
+  command.add_option("--mask", own->mask, "Also a PNG of where the displacement is defined");
+  command.callback([own, command] { convert_mesh(*own, command); });
+}
+
+void add_positions_to_displacements(const Command& program) {
+  const Command command = program.add_subcommand(
+      "positions-to-displacements",
+      "Turn an image of where every pixel goes (positions in pixels) into a displacement image (thesis "
+      "A.2).\nThe input is a vector image, or the raw transformation that bUnwarpJ saves as text.");
+  const auto own = std::make_shared<PositionsArguments>();
+  command.add_option("input", own->input, "Positions: a vector image or bUnwarpJ's text").required();
+  command.add_option("output", own->output, "Displacement image, .nrrd or .mha").required();
+  command.add_option("--spacing", own->spacing,
+                     "Millimetres per pixel (default: the image's own; 1 for a text)");
+  command.callback([own] { convert_positions(*own); });
+}
+
+void add_export(const Command& program) {
+  const Command command = program.add_subcommand(
+      "export",
+      "Write all inputs of a scene as images (NRRD, with PNGs to look at) and a scene file that "
+      "refers to them\n(thesis A.3, A.6, A.8). --size computes the scene, and the finite elements, at that "
+      "size; the images of a scene file are\nscaled when it is read with --size.");
+  const auto own = std::make_shared<ExportArguments>();
+  own->scene.add_scene_to(command);
+  command.add_option("--output", own->output, "Folder for the files, made if missing").capture_default_str();
+  command.add_flag("--fem", own->finite_elements,
+                   "Also the displacement by finite elements (plane stress), in millimetres");
+  command.callback([own] { write_scene(*own); });
+}
+
+void add_energy_plot(const Command& program) {
+  const Command command = program.add_subcommand(
+      "energy-plot", "Plot the total energy U over the displacements of two sites, all others as the scene's "
+                     "schedule leaves them\n(thesis A.5). The sum of all U_t, in double.");
+  const auto own = std::make_shared<EnergyArguments>();
+  own->scene.add_scene_to(command);
+  own->scene.add_backend_to(command);
+  command.add_option("--sites", own->sites, "Two sites as column,row: --sites 10,20 11,20")
+      .required()
+      .expected(2);
+  command.add_option("--component", own->component, "Displacement along x or y")
+      .one_of({"x", "y"})
+      .capture_default_str();
+  command
+      .add_option("--range", own->range,
+                  "Displacements low,high in pixels (default: around the sites' own "
+                  "and their targets)")
+      .delimiter(',')
+      .expected(2);
+  command.add_option("--points", own->points, "Values tried per site").range(2, 500).capture_default_str();
+  command.add_flag("--start", own->at_start, "All other sites as the scene starts, not solved");
+  command.add_option("--output", own->output, "SVG file (default: SCENE-energy.svg)");
+  command.callback([own, command] { plot(*own, command); });
+}
+
+} // namespace hdmbench::commands
