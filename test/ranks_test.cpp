@@ -330,7 +330,7 @@ TEST_F(RankProgram, AFileThatCannotBeWrittenLeavesNothing) {
 TEST_F(RankProgram, ScalingIsMeasured) {
   for (const std::string more : {"", " --energy elastic --method full-multigrid", " --method cascade"}) {
     test::expect_run(0,
-                     fmt::format("bench --scaling strong square --size 160 --repeat 2{} --json {}", more,
+                     fmt::format("bench --scaling strong square --size 256 --repeat 2{} --json {}", more,
                                  path("scaling.json")),
                      HasSubstr("strong scaling, openmp on 1 ... 2 ranks"), on_ranks(2));
     const nlohmann::json rows = test::read_json(path("scaling.json"))["results"];
