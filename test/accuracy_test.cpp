@@ -3,8 +3,7 @@
 
 #include "harness/judge/accuracy/accuracy.hpp"
 
-#include "harness/check/faults/elastic_faults.hpp"
-#include "harness/check/faults/faulty_backend.hpp"
+#include "harness/check/faults/session_faults.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
 #include "kernels/data/input_error.hpp"

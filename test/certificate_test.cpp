@@ -4,7 +4,6 @@
 #include "harness/check/certificate.hpp"
 
 #include "harness/check/bounded_real.hpp"
-#include "harness/check/faults/faulty_backend.hpp"
 #include "harness/check/verify.hpp"
 #include "harness/scene/sites.hpp"
 #include "test/sessions.hpp"
@@ -316,19 +315,6 @@ TEST(Verify, MistrustsASceneThatPrescribesAlmostEverything) {
     EXPECT_EQ(comparison.tier, Tier::none);
     EXPECT_NE(comparison.reason.find("0.012 % of the components are free"), std::string::npos)
         << comparison.reason;
-  }
-}
-
-TEST(Certificate, DoesNotHoldForAWrongTieRule) {
-  const faults::FaultyBackend faulty(test::scalar(), {.name = "last_of_equals", .in_level = [](Level& level) {
-                                                        std::vector<float> steps(level.steps.values().begin(),
-                                                                                 level.steps.values().end());
-                                                        std::ranges::reverse(steps);
-                                                        level.steps = StepSet(steps);
-                                                      }});
-  for (const Comparison& comparison : test::verified(make_scene(Texture::dyadic), faulty)) {
-    EXPECT_EQ(comparison.verdict, Verdict::disagree);
-    EXPECT_GT(comparison.uncertified, 0);
   }
 }
 

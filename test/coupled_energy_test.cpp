@@ -250,7 +250,7 @@ TEST(CoupledEnergy, FaultsOfSessionsAreCaught) {
       continue;
     }
     const bool caught = std::ranges::any_of(scenes, [&](const Scene& scene) {
-      const faults::FaultyBackend faulty(scalar(), fault, &scene);
+      const faults::FaultyBackend faulty(scalar(), fault);
       return std::ranges::any_of(test::verified(scene, faulty), [](const Comparison& comparison) {
         return comparison.verdict == Verdict::disagree;
       });

@@ -1,7 +1,7 @@
 // The exact tier: the proof that nothing is rounded and what it refuses, scenes for which it holds, and that
 // no backend differs there. What a compiler's freedom does to these scenes is in row_test.
 
-#include "harness/check/exactness.hpp"
+#include "harness/check/certificate.hpp"
 
 #include "harness/check/verify.hpp"
 #include "test/refusal.hpp"

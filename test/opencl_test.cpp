@@ -1,8 +1,9 @@
 // What no run of verify sees of the OpenCL backend: the shape of groups that is for other devices than this
 // one, a compiler that refuses, a device with little memory.
 
-#include "backends/opencl/session.hpp"
+#include "backends/opencl/device.hpp"
 #include "backends/registry.hpp"
+#include "backends/session/device_session.hpp"
 #include "backends/shared/cut_session.hpp"
 #include "backends/shared/driver_trial.hpp"
 #include "backends/shared/energy_programs.hpp"
@@ -18,8 +19,6 @@
 namespace hdmbench {
 namespace {
 
-using opencl::Shape;
-
 class OpenClTest : public testing::Test {
 protected:
   void SetUp() override {
@@ -32,15 +31,14 @@ protected:
     }
   }
 
-  [[nodiscard]] std::unique_ptr<Session> open(const Shape& shape, Work work) const {
-    return opencl::make_session({api_, devices_.front()}, {shape}, work);
+  [[nodiscard]] std::unique_ptr<Session> open(const SweepShape& shape, Work work) const {
+    return make_device_session(opencl::open(api_, devices_.front(), {shape}), work);
   }
   /// On a device that takes no larger buffers.
   [[nodiscard]] std::unique_ptr<Session> open_small(std::size_t largest_buffer) const {
     opencl::FoundDevice device = devices_.front();
     device.largest_buffer = largest_buffer;
-    const Shape shape = opencl::shapes_for(device).front();
-    return opencl::make_session({api_, std::move(device)}, {shape}, Work::dense);
+    return make_device_session(opencl::open(api_, std::move(device), {}), Work::dense);
   }
 
   std::shared_ptr<const opencl::Api> api_;
@@ -67,11 +65,11 @@ void expect_same(Session& session, const test::Problem& problem, int sweeps) {
 }
 
 TEST_F(OpenClTest, SameBitsWithGroupsOfEveryShape) {
-  for (const Shape shape :
-       {Shape{{64, 16}, 1, 16}, Shape{{64, 16}, 64, 16}, Shape{{64, 16}, 8, 16}, Shape{{16, 5}, 16, 16}}) {
+  for (const SweepShape shape : {SweepShape{{64, 16}, 64, 16}, SweepShape{{64, 16}, 1},
+                                 SweepShape{{64, 16}, 8}, SweepShape{{16, 5}, 1}}) {
     for (const Work work : {Work::dense, Work::active}) {
       SCOPED_TRACE(testing::Message()
-                   << shape.lanes << " lanes, " << names_of(work)[static_cast<std::size_t>(work)]);
+                   << shape.invocations() << " lanes, " << names_of(work)[static_cast<std::size_t>(work)]);
       const auto session = open(shape, work);
       expect_same(*session, test::random_problem({131, 70}, test::Texture::tie_rich, 1), 20);
       expect_same(*session, test::random_problem({40, 50}, test::Texture::dyadic, 2), 7); // by one group
@@ -95,9 +93,9 @@ TEST_F(OpenClTest, ChangesWakeTheTilesTheyReach) {
     problem.level.target.x[site] = 60.0F;
     problem.level.target.y[site] = -60.0F;
     problem.level.penalty = 1000.0F;
-    for (const int lanes : {1, 64}) {
-      SCOPED_TRACE(testing::Message() << pulled[0] << ", " << pulled[1] << ", " << lanes << " lanes");
-      const auto session = open({{64, 16}, lanes, 16}, Work::active);
+    for (const int columns : {1, 64}) {
+      SCOPED_TRACE(testing::Message() << pulled[0] << ", " << pulled[1] << ", " << columns << " columns");
+      const auto session = open({{64, 16}, columns, 16}, Work::active);
       for (const int sweeps : {1, 2, 3, 90}) {
         expect_same(*session, problem, sweeps);
       }
@@ -111,7 +109,7 @@ TEST_F(OpenClTest, AWriteWakesAllTiles) {
   level.confidence = VectorField(level.extent);
   const auto backends = make_backends();
   const auto scalar = backends.front()->open({});
-  const auto session = open({{64, 16}, 1, 16}, Work::active);
+  const auto session = open({{64, 16}, 64, 16}, Work::active);
   VectorField expected;
   VectorField found;
   for (Session* one : {scalar.get(), session.get()}) {
@@ -138,16 +136,16 @@ TEST_F(OpenClTest, TheSameWholePyramidWithGroupsOfEveryShape) {
   scalar->load(pyramid);
   scalar->solve();
   scalar->read(expected);
-  for (const int lanes : {1, 64}) {
+  for (const int columns : {1, 64}) {
     for (const Work work : {Work::dense, Work::active}) {
-      const auto session = open({{64, 16}, lanes, 16}, work);
+      const auto session = open({{64, 16}, columns, 16}, work);
       for (int again = 0; again < 2; ++again) {
         session->load(pyramid);
         session->solve();
         VectorField found;
         session->read(found);
-        EXPECT_EQ(compare(expected, found).sites, 0) << lanes;
-        EXPECT_EQ(session->changed(), scalar->changed()) << lanes;
+        EXPECT_EQ(compare(expected, found).sites, 0) << columns;
+        EXPECT_EQ(session->changed(), scalar->changed()) << columns;
       }
     }
   }
@@ -169,7 +167,7 @@ TEST_F(OpenClTest, ATextThatDoesNotCompileIsRefusedInTheCompilersWords) {
   Energy energy = thesis_energy;
   energy.programs = &programs;
   auto problem = test::random_problem({9, 9}, test::Texture::smooth, 5);
-  const auto session = open({{64, 16}, 1, 16}, Work::dense);
+  const auto session = open({{64, 16}, 64, 16}, Work::dense);
   problem.level.energy = &energy;
   const std::string error = error_of([&] { session->load(problem.level); });
   EXPECT_THAT(error, testing::StartsWith("clBuildProgram: "));

@@ -28,6 +28,8 @@ constexpr std::array rooms{
     Room{"kernels/shaders/", 0},
     Room{"kernels/data/", 1},
     Room{"backends/backend.", 2},
+    Room{"backends/device/", 2},
+    Room{"backends/session/", 2},
     Room{"backends/shared/", 2},
     Room{"backends/cpu/", 3},
     Room{"backends/gl/", 4},

@@ -1,7 +1,7 @@
 // The derived bound of float32 rounding: never exceeded, not much larger than what happens, and what it is
 // used for: a choice of a candidate that rounding explains passes, another does not.
 
-#include "harness/check/rounding_bound.hpp"
+#include "harness/check/certificate.hpp"
 
 #include "harness/check/faults/faulty_backend.hpp"
 #include "harness/judge/accuracy/arithmetic.hpp"

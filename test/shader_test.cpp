@@ -1,12 +1,12 @@
 // What running on a rasterizer that never contracts cannot show: the shaders as texts and as SPIR-V.
 
+#include "backends/device/bindings.hpp"
+#include "backends/gl/compute.hpp"
 #include "backends/gl/context.hpp"
 #include "backends/gl/elastic_fragment.hpp"
 #include "backends/gl/fragment_programs.hpp"
-#include "backends/gl/tile_sweeps.hpp"
 #include "backends/registry.hpp"
-#include "backends/shared/shader_bindings.hpp"
-#include "backends/vulkan/vulkan_compute.hpp"
+#include "backends/shared/tiles.hpp"
 #include "test/temporary_folder.hpp"
 
 #include <fmt/format.h>
@@ -48,6 +48,24 @@ int lint(const test::TemporaryFolder& folder, const char* file_name, std::string
   return std::system(("glslangValidator '" + file.string() + "'").c_str());
 }
 
+/// As backends/session/sweeps.cpp has it.
+ProgramKind sweep_kind(const ShaderConstants& constants, std::size_t tile_class, bool wakes) {
+  ProgramKind kind{.kernel = Kernel::sweep,
+                   .constants = {{"RULE", constants.rule},
+                                 {"COLOURS", constants.colours},
+                                 {"STEP_COUNT", constants.step_count},
+                                 {"CLASS", static_cast<int>(tile_class)},
+                                 {"WAKES", wakes ? 1 : 0},
+                                 {"TILE_WIDTH", 32},
+                                 {"TILE_HEIGHT", 16},
+                                 {"COLUMNS", 4},
+                                 {"LANES", 8}}};
+  if (tile_class != general_class) {
+    kind.steps = StepSet().padded();
+  }
+  return kind;
+}
+
 TEST(Shaders, AreStrictGlsl) {
   if (std::system("command -v glslangValidator >/dev/null") != 0) {
     GTEST_SKIP() << "glslangValidator is not installed";
@@ -62,11 +80,7 @@ TEST(Shaders, AreStrictGlsl) {
     }
     for (const std::size_t tile_class : {std::size_t{0}, general_class}) {
       for (const bool active : {false, true}) {
-        gl::TileProgramKind kind{.constants = constants, .tile_class = tile_class, .active = active};
-        if (tile_class != general_class) {
-          kind.steps = StepSet().padded();
-        }
-        EXPECT_EQ(lint(folder, "sweep.comp", gl::assemble(kind)), 0);
+        EXPECT_EQ(lint(folder, "sweep.comp", gl::compute_text(sweep_kind(constants, tile_class, active))), 0);
       }
     }
   }
@@ -79,7 +93,7 @@ TEST(Shaders, AreStrictGlsl) {
   }
   EXPECT_EQ(lint(folder, "coarse_levels.comp",
                  gl::assemble(sources::coarse_levels_compute, "#define INVOCATIONS 64\n#define STEP_COUNT 5\n"
-                                                              "#define STOPS_AT_REST true\n")),
+                                                              "#define STOPS_AT_REST 1\n")),
             0);
   EXPECT_EQ(lint(folder, "quad.vert", sources::quad_vertex), 0);
   EXPECT_EQ(
@@ -177,7 +191,7 @@ double declared_bytes(const char* backend, SiteKind kind) {
 /// SPIR-V of the sweep for a class of tiles and Rule::steps.
 std::string compiled_sweep(const test::TemporaryFolder& folder, std::size_t tile_class) {
   const std::string shaders = HDMBENCH_SOURCE "/kernels/shaders";
-  std::ifstream file(shaders + "/sweep.vulkan.comp");
+  std::ifstream file(shaders + "/sweep.comp");
   std::string text(std::istreambuf_iterator<char>(file), {});
   text = std::regex_replace(text, std::regex("layout\\(constant_id = \\d+\\) const"), "const");
   text = std::regex_replace(text, std::regex("tile_class = 0u"), fmt::format("tile_class = {}u", tile_class));
@@ -211,7 +225,7 @@ std::set<std::uint32_t> bindings_in(const std::string& module) {
 TEST(Bytes, OfVulkanAreThoseOfTheBuffersThatAreLeft) {
   const test::TemporaryFolder folder;
   for (const SiteKind kind : all_kinds) {
-    const std::size_t tile_class = tile_class::class_in_use(vulkan::dense_classes, class_of(kind));
+    const std::size_t tile_class = tile_class::class_in_use(classes_inside, class_of(kind));
     double bytes = 0.0;
     for (const std::uint32_t number : bindings_in(compiled_sweep(folder, tile_class))) {
       if (number != binding::tiles && number != binding::lengths && number != binding::appended_lengths) {
@@ -259,9 +273,7 @@ protected:
 
 TEST_F(OpenGlCompute, BytesAreThoseOfTheBuffersThatAreLeft) {
   for (const SiteKind kind : all_kinds) {
-    const gl::TileProgramKind wanted{
-        .constants = {0, 1, 5}, .steps = StepSet().padded(), .tile_class = class_of(kind)};
-    const std::string text = gl::assemble(wanted);
+    const std::string text = gl::compute_text(sweep_kind({0, 1, 5}, class_of(kind), false));
     const gl::Program program(api(), {{GL_COMPUTE_SHADER, text}});
     EXPECT_EQ(declared_bytes("gl-compute", kind), bytes_left(program, text, 0))
         << "kind " << static_cast<int>(kind);

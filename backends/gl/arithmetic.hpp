@@ -5,11 +5,7 @@
 
 namespace hdmbench::gl {
 
-/// kernels/shaders/probe.frag. Any OpenGL that the fragment backends can use; the context must be current, as
-/// for the next.
+/// kernels/shaders/probe.frag. Any OpenGL that the fragment backends can use; the context must be current.
 [[nodiscard]] std::vector<float> evaluate_in_fragments(const Api& api, std::span<const ArithmeticCase> cases);
-
-/// kernels/shaders/probe.comp, OpenGL 4.3.
-[[nodiscard]] std::vector<float> evaluate_in_compute(const Api& api, std::span<const ArithmeticCase> cases);
 
 } // namespace hdmbench::gl

@@ -9,7 +9,4 @@ namespace hdmbench::gl {
 /// they can use; the context must be current.
 [[nodiscard]] Ceilings fragment_ceilings(const Api& api);
 
-/// The same by compute shaders on buffer textures, OpenGL 4.3.
-[[nodiscard]] Ceilings compute_ceilings(const Api& api);
-
 } // namespace hdmbench::gl

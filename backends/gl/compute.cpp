@@ -1,28 +1,23 @@
 #include "backends/gl/compute.hpp"
 
-#include "backends/gl/arithmetic.hpp"
-#include "backends/gl/buffer_texture.hpp"
-#include "backends/gl/ceilings.hpp"
-#include "backends/gl/coarse_levels.hpp"
-#include "backends/gl/context_session.hpp"
-#include "backends/gl/elastic_compute.hpp"
-#include "backends/gl/interleave.hpp"
-#include "backends/gl/tile_sweeps.hpp"
-#include "backends/shared/coarse_levels.hpp"
-#include "backends/shared/input_texels.hpp"
-#include "backends/shared/resampling_entries.hpp"
-#include "backends/shared/shader_bindings.hpp"
+#include "backends/gl/objects.hpp"
+#include "backends/session/device_backend.hpp"
 
 #include <fmt/format.h>
+#include <shaders/ceiling_copy.hpp>
+#include <shaders/ceiling_multiply_add.hpp>
+#include <shaders/coarse_levels_compute.hpp>
 #include <shaders/count_compute.hpp>
+#include <shaders/elastic_coarse_compute.hpp>
+#include <shaders/elastic_compute.hpp>
+#include <shaders/probe_compute.hpp>
 #include <shaders/project_compute.hpp>
 #include <shaders/sample_compute.hpp>
+#include <shaders/sweep_compute.hpp>
 
-#include <algorithm>
-#include <array>
+#include <limits>
 #include <optional>
 #include <utility>
-#include <vector>
 
 namespace hdmbench::gl {
 
@@ -30,323 +25,226 @@ namespace {
 
 constexpr Version required{4, 3};
 
-/// Image units where shader_bindings.hpp has none for OpenGL.
-constexpr GLuint swept_image_unit = 0; // of sweep.comp
-constexpr GLuint sampled_material_unit = 5;
-constexpr GLuint sampled_observation_unit = 6;
+/// Locations of what a program is told, as kernels/shaders/fields.glsl has them.
+constexpr GLint words_location = 0;
+constexpr GLint steps_location = 32;
 
-/// Locations of count.comp and resampling.glsl.
-constexpr GLint width_location = 0;
-constexpr GLint from_width_location = 1;
-constexpr GLint first_column_location = 2;
-constexpr GLint first_row_location = 3;
+GLenum format_of(Kind kind) {
+  return kind == Kind::pairs ? GL_RG32F : GL_RGBA32F;
+}
 
-/// Of the shaders that visit each site once: groups of 64 along x.
-constexpr int group_width = 64;
-
-/// Levels with fewer sites are swept in a time in which no list can be kept.
-constexpr std::size_t fewest_for_lists = std::size_t{64} * 64;
-
-/// Sites that are updated before the host waits, so that no driver takes the work for hung.
-constexpr double most_in_flight = 2e9;
-
-/// What does not change during the sweeps of a level, on the device.
-struct Constants {
-  explicit Constants(const Api& api) : material(api), observation(api), curvature(api) {}
-
-  void bind() const {
-    material.bind(binding::material);
-    observation.bind(binding::observation);
-    curvature.bind(binding::inverse_curvature);
+std::string_view text_of(Kernel kernel) {
+  switch (kernel) {
+  case Kernel::sweep:
+    return sources::sweep_compute;
+  case Kernel::count:
+    return sources::count_compute;
+  case Kernel::sample:
+    return sources::sample_compute;
+  case Kernel::project:
+    return sources::project_compute;
+  case Kernel::coarse_levels:
+    return sources::coarse_levels_compute;
+  case Kernel::elastic:
+    return sources::elastic_compute;
+  case Kernel::elastic_coarse:
+    return sources::elastic_coarse_compute;
+  case Kernel::probe:
+    return sources::probe_compute;
+  case Kernel::copy:
+    return sources::ceiling_copy;
+  case Kernel::multiply_add:
+    return sources::ceiling_multiply_add;
   }
+  return {};
+}
 
-  BufferTexture material;    ///< rg: modulus, 1 / modulus
-  BufferTexture observation; ///< rg: target, ba: confidence
-  BufferTexture curvature;   ///< rg: 1 / curvature; one texel where the rule needs none
-};
+/// What a context has bound, by backends/device/bindings.hpp.
+using Bound = std::array<const Array*, binding::count>;
 
-/// A level of a pyramid that is not one of the coarse ones.
-struct DeviceLevel {
-  PyramidLevel plan;
-  TileSweeps sweeps;
-  GLint first_column = 0; ///< of its entries
-};
-
-/// Everything that lives in the context, so that it can be destroyed while the context is current.
-class ComputeSweep {
+/// A buffer, which shaders fetch and store to as a texture of one row where it has texels.
+class GlArray final : public Array {
 public:
-  static double bytes_per_update(SiteKind kind) { return hdmbench::bytes_per_update(kind, classes_inside); }
-  static Ceilings ceilings(const Api& api) { return compute_ceilings(api); }
-  static std::unique_ptr<ElasticDevice> elastic(std::unique_ptr<Context> context, bool is_software) {
-    return make_elastic_compute(std::move(context), is_software);
-  }
-  static constexpr std::string_view language = "GLSL 4.30, compute";
-  static std::vector<float> evaluate(const Api& api, std::span<const ArithmeticCase> cases) {
-    return evaluate_in_compute(api, cases);
-  }
-  /// OpenGL 4.3 guarantees 1024 invocations and 32 KiB of shared memory.
-  static Variants variants(bool is_software) {
-    static_assert(coarse_shared_bytes <= 32 * 1024);
-    return coarse_variants(1024, is_software);
-  }
-  static Variants shapes() { return sweep_variants(); }
-
-  ComputeSweep(const Api& api, Work work)
-      : gl_(api), work_(work), images_{BufferTexture(api), BufferTexture(api)}, constants_(api), inputs_(api),
-        sampled_(api), entries_(api), counter_(api), coarse_(api),
-        count_program_(api, {{GL_COMPUTE_SHADER, assemble(sources::count_compute, "")}}) {}
-
-  /// `shape` of sweep_shapes.
-  void load(const Level& level, std::size_t shape) {
-    require_room(level.extent, 0);
-    upload(level);
-    upload(InputTexels(level));
-    const SweepShape& tiles = sweep_shapes.at(shape);
-    sweeps_.emplace(gl_, programs_, level, list_tiles(level, level.extent, Alignment::corner, tiles.tile),
-                    tiles, keeps_lists(level, level.extent), 0);
-    gl_.Finish();
-  }
-
-  void write(const VectorField& displacement) {
-    interleave<2>({displacement.x.data(), displacement.y.data()}, extent_.sites(), texels_);
-    gl_.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-    images_[current_].write(texels_);
-    sweeps_->wake_all();
-    gl_.Finish();
-  }
-
-  void step(int first, int sweeps) {
-    constants_.bind();
-    run(*sweeps_, extent_, first, sweeps);
-    gl_.Finish();
-  }
-
-  /// `coarse_group` of coarse_groups, `shape` of sweep_shapes.
-  void load(const Pyramid& pyramid, int coarse_group, std::size_t shape) {
-    const SweepShape& tiles = sweep_shapes.at(shape);
-    const Level& full = *pyramid.full;
-    const ResamplingEntries entries(pyramid);
-    require_room(full.extent, entries.texels.size());
-    upload(full);
-    const InputTexels inputs(pyramid);
-    upload(inputs);
-    if (pyramid.levels.size() > 1) {
-      prepare_sampling(full.extent, entries);
+  GlArray(ComputeDevice& device, const Api& api, Bound& bound, std::size_t count, Kind kind)
+      : Array(device, count, kind), gl_(api), bound_(bound), buffer_(api) {
+    gl_.BindBuffer(target(), buffer_.name());
+    gl_.BufferData(target(), static_cast<GLsizeiptr>(bytes()), nullptr, GL_DYNAMIC_COPY);
+    if (kind != Kind::words) {
+      texture_.emplace(api);
+      gl_.BindTexture(GL_TEXTURE_BUFFER, texture_->name());
+      gl_.TexBuffer(GL_TEXTURE_BUFFER, format_of(kind), buffer_.name());
+      bound_ = {}; // this texture has taken a unit
     }
-    coarse_.load(pyramid, entries, coarse_group, work_ == Work::active);
-    Level rules = without_fields(full);
-    for (std::size_t i = coarse_.count(); i < pyramid.levels.size(); ++i) {
-      const PyramidLevel& plan = pyramid.levels[i];
-      rules.strengths = plan.strengths;
-      levels_.push_back(
-          {.plan = plan,
-           .sweeps = {gl_, programs_, rules, list_tiles(full, plan.extent, pyramid.alignment, tiles.tile),
-                      tiles, keeps_lists(full, plan.extent), inputs.first[i]},
-           .first_column = entries.begins[i]});
-    }
-    gl_.Finish();
   }
+  GlArray(const GlArray&) = delete;
+  GlArray& operator=(const GlArray&) = delete;
+  ~GlArray() override { std::ranges::replace(bound_, static_cast<const Array*>(this), nullptr); }
 
-  void solve(const Session::Advance& advance) {
-    gl_.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-    if (coarse_.count() > 0) {
-      constants_.bind();
-      inputs_.bind(binding::inputs);
-      entries_.bind(binding::entries);
-      images_[1 - current_].bind_image(binding::improved, GL_RG32F);
-      coarse_.solve();
-      current_ = 1 - current_;
+  [[nodiscard]] GLenum target() const {
+    return kind() == Kind::words ? GL_SHADER_STORAGE_BUFFER : GL_TEXTURE_BUFFER;
+  }
+  void bind_buffer(GLenum to) const { gl_.BindBuffer(to, buffer_.name()); }
+  void bind(std::size_t number) const {
+    const auto unit = static_cast<GLuint>(number);
+    if (number < binding::first_words) {
+      gl_.BindImageTexture(unit, texture_->name(), 0, GL_FALSE, 0, GL_READ_WRITE, format_of(kind()));
+    } else if (number < binding::first_fetched) {
+      gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, unit, buffer_.name());
     } else {
-      texels_.assign(2 * levels_.front().plan.extent.sites(), 0.0F);
-      images_[current_].write(texels_);
+      gl_.ActiveTexture(GL_TEXTURE0 + unit);
+      gl_.BindTexture(GL_TEXTURE_BUFFER, texture_->name());
     }
-    Extent above = coarse_.extent();
-    double in_flight = coarse_.site_updates();
-    for (DeviceLevel& level : levels_) {
-      if (above != Extent{}) {
-        project(above, level);
-      }
-      above = level.plan.extent;
-      const bool is_full = level.plan.extent == extent_;
-      if (!is_full) {
-        sample(level);
-      }
-      (is_full ? constants_ : sampled_).bind();
-      level.sweeps.wake_all();
-      const auto sites = static_cast<double>(level.plan.extent.sites());
-      const int at_once = static_cast<int>(std::clamp(most_in_flight / sites, 1.0, 1e6));
-      for (int first = 0; first < level.plan.sweeps; first += at_once) {
-        const int sweeps = std::min(at_once, level.plan.sweeps - first);
-        run(level.sweeps, level.plan.extent, first, sweeps);
-        in_flight += sites * sweeps;
-        if (in_flight > most_in_flight) {
-          gl_.Finish();
-          advance(std::exchange(in_flight, 0.0));
-        }
-      }
-    }
-    gl_.Finish();
-    advance(in_flight);
-  }
-
-  void read(VectorField& displacement) {
-    gl_.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-    texels_.resize(2 * extent_.sites());
-    images_[current_].read(texels_);
-    for (std::size_t i = 0; i < extent_.sites(); ++i) {
-      displacement.x[i] = texels_[2 * i];
-      displacement.y[i] = texels_[2 * i + 1];
-    }
-  }
-
-  std::int64_t changed() {
-    GLuint count = 0;
-    gl_.BindBuffer(GL_SHADER_STORAGE_BUFFER, counter_.name());
-    gl_.BufferData(GL_SHADER_STORAGE_BUFFER, sizeof(count), &count, GL_DYNAMIC_READ);
-    gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, binding::counter, counter_.name());
-    count_program_.use();
-    gl_.Uniform1i(width_location, extent_.width);
-    images_[current_].bind(binding::displacement);
-    images_[1 - current_].bind_image(binding::improved, GL_RG32F, GL_READ_ONLY);
-    dispatch(extent_);
-    gl_.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-    gl_.GetBufferSubData(GL_SHADER_STORAGE_BUFFER, 0, sizeof(count), &count);
-    return count;
   }
 
 private:
-  /// For an image and the entries of its pyramid.
-  void require_room(Extent extent, std::size_t entries) const {
+  const Api& gl_;
+  Bound& bound_;
+  Buffer buffer_;
+  std::optional<Texture> texture_;
+};
+
+class GlProgram final : public hdmbench::Program {
+public:
+  GlProgram(const Api& api, const ProgramKind& kind)
+      : program(api, {{GL_COMPUTE_SHADER, compute_text(kind)}}) {}
+
+  gl::Program program;
+};
+
+class GlDevice final : public ComputeDevice {
+public:
+  explicit GlDevice(std::unique_ptr<Context> context)
+      : context_(std::move(context)), gl_(context_->api()), description_(describe(*context_, required)) {
+    const Context::Current current(*context_);
     GLint texels = 0;
     gl_.GetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
-    // The number of groups along y; core OpenGL guarantees 65535 and has no query without an index.
-    constexpr int largest_height = 65535;
-    if (std::max(extent.sites(), entries) > static_cast<std::size_t>(texels) ||
-        extent.height > largest_height) {
-      throw TooLarge(
-          fmt::format("the image is {} x {}, this device's buffer textures end at {} sites and {} rows",
-                      extent.width, extent.height, texels, largest_height));
+    constexpr std::size_t unlimited = std::numeric_limits<std::size_t>::max();
+    // What core OpenGL 4.3 guarantees of work groups.
+    limits_ = {.elements = static_cast<std::size_t>(texels),
+               .array_bytes = unlimited,
+               .memory = unlimited,
+               .groups_x = 65535,
+               .groups_y = 65535,
+               .group = 1024,
+               .shared_bytes = 32 * 1024,
+               .compiles_steps = true};
+  }
+
+  const Device& description() const override { return description_; }
+  const DeviceLimits& limits() const override { return limits_; }
+
+  void write(const Array& to, std::size_t first, std::span<const std::byte> values) override {
+    const GlArray& array = of(to);
+    gl_.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    array.bind_buffer(array.target());
+    gl_.BufferSubData(array.target(), static_cast<GLintptr>(first), static_cast<GLsizeiptr>(values.size()),
+                      values.data());
+  }
+  void read(const Array& from, std::size_t first, std::span<std::byte> values) override {
+    const GlArray& array = of(from);
+    gl_.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    array.bind_buffer(array.target());
+    gl_.GetBufferSubData(array.target(), static_cast<GLintptr>(first), static_cast<GLsizeiptr>(values.size()),
+                         values.data());
+  }
+  std::unique_ptr<hdmbench::Program> compile(const ProgramKind& kind) override {
+    return std::make_unique<GlProgram>(gl_, kind);
+  }
+  void run(std::span<const Commands::value_type> commands) override {
+    for (const auto& command : commands) {
+      std::visit(
+          [&](const auto& one) {
+            if (!one.beside) {
+              gl_.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
+                                GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT |
+                                GL_BUFFER_UPDATE_BARRIER_BIT);
+            }
+            run(one);
+          },
+          command);
     }
   }
+  void finish() override { gl_.Finish(); }
+  void settle() noexcept override { gl_.quietly(gl_.Finish); }
+  void abandon() noexcept override { context_->abandon(); }
 
-  [[nodiscard]] bool keeps_lists(const Level& level, Extent extent) const {
-    return work_ == Work::active && changes_spread_by_contact(level) && extent.sites() >= fewest_for_lists;
+private:
+  static const GlArray& of(const Array& array) { return static_cast<const GlArray&>(array); }
+
+  std::unique_ptr<Array> make(std::size_t count, Kind kind) override {
+    return std::make_unique<GlArray>(*this, gl_, bound_, count, kind);
   }
+  void enter() override { current_.emplace(*context_); }
+  void leave() noexcept override { current_.reset(); }
 
-  void upload(const InputTexels& inputs) {
-    interleave<4>(
-        {inputs.planes[0].data(), inputs.planes[1].data(), inputs.planes[2].data(), inputs.planes[3].data()},
-        inputs.count(), texels_);
-    texels_.resize(std::max<std::size_t>(texels_.size(), 4)); // one texel for an energy without any
-    inputs_.allocate(GL_RGBA32F, texels_.size() * sizeof(GLfloat), texels_.data());
-  }
-
-  /// The level itself and room for its displacement; forgets all that was loaded before.
-  void upload(const Level& level) {
-    sweeps_.reset();
-    levels_.clear();
-    extent_ = level.extent;
-    const std::size_t sites = extent_.sites();
-    interleave<2>({level.modulus.values.data(), level.inverse_modulus.values.data()}, sites, texels_);
-    constants_.material.allocate(GL_RG32F, 2 * sites * sizeof(GLfloat), texels_.data());
-    interleave<4>(
-        {level.target.x.data(), level.target.y.data(), level.confidence.x.data(), level.confidence.y.data()},
-        sites, texels_);
-    constants_.observation.allocate(GL_RGBA32F, 4 * sites * sizeof(GLfloat), texels_.data());
-    if (needs_inverse_curvature(level.rule)) {
-      interleave<2>({level.inverse_curvature.x.data(), level.inverse_curvature.y.data()}, sites, texels_);
-      constants_.curvature.allocate(GL_RG32F, 2 * sites * sizeof(GLfloat), texels_.data());
+  void run(const Dispatch& dispatch) {
+    static_cast<const GlProgram&>(*dispatch.program).program.use();
+    if (dispatch.word_count > 0) {
+      gl_.Uniform1iv(words_location, static_cast<GLsizei>(dispatch.word_count), dispatch.words.data());
+    }
+    if (dispatch.has_steps) {
+      gl_.Uniform1fv(steps_location, static_cast<GLsizei>(dispatch.steps.size()), dispatch.steps.data());
+    }
+    for (std::size_t number = 0; number < bound_.size(); ++number) {
+      if (dispatch.arrays[number] != nullptr && dispatch.arrays[number] != bound_[number]) {
+        of(*dispatch.arrays[number]).bind(number);
+        bound_[number] = dispatch.arrays[number];
+      }
+    }
+    if (dispatch.counted == nullptr) {
+      gl_.DispatchCompute(static_cast<GLuint>(dispatch.groups.width),
+                          static_cast<GLuint>(dispatch.groups.height), 1);
     } else {
-      constants_.curvature.allocate(GL_RG32F, 2 * sizeof(GLfloat), nullptr);
-    }
-    for (const BufferTexture& image : images_) {
-      image.allocate(GL_RG32F, 2 * sites * sizeof(GLfloat), nullptr);
+      of(*dispatch.counted).bind_buffer(GL_DISPATCH_INDIRECT_BUFFER);
+      gl_.DispatchComputeIndirect(static_cast<GLintptr>(dispatch.first_count * sizeof(GLuint)));
     }
   }
-
-  /// Room for the largest of the coarse levels, and what fills it.
-  void prepare_sampling(Extent full, const ResamplingEntries& entries) {
-    entries_.allocate(GL_RGBA32F, entries.texels.size() * sizeof(entries.texels.front()),
-                      entries.texels.front().data());
-    sampled_.material.allocate(GL_RG32F, 2 * full.sites() * sizeof(GLfloat), nullptr);
-    sampled_.observation.allocate(GL_RGBA32F, 4 * full.sites() * sizeof(GLfloat), nullptr);
-    sampled_.curvature.allocate(GL_RG32F, 2 * sizeof(GLfloat), nullptr);
-    if (!sample_program_) {
-      sample_program_.emplace(gl_, std::initializer_list<Program::Stage>{
-                                       {GL_COMPUTE_SHADER, assemble(sources::sample_compute, "")}});
-      project_program_.emplace(gl_, std::initializer_list<Program::Stage>{
-                                        {GL_COMPUTE_SHADER, assemble(sources::project_compute, "")}});
-    }
+  void run(const Fill& fill) {
+    const GLuint zero = 0;
+    of(*fill.array).bind_buffer(GL_SHADER_STORAGE_BUFFER);
+    gl_.ClearBufferSubData(GL_SHADER_STORAGE_BUFFER, GL_R32UI, static_cast<GLintptr>(fill.first),
+                           static_cast<GLsizeiptr>(fill.bytes), GL_RED_INTEGER, GL_UNSIGNED_INT, &zero);
   }
 
-  void sample(const DeviceLevel& level) const {
-    constants_.bind();
-    sampled_.material.bind_image(sampled_material_unit, GL_RG32F);
-    sampled_.observation.bind_image(sampled_observation_unit, GL_RGBA32F);
-    resample(*sample_program_, extent_, level);
-  }
-
-  void project(Extent above, const DeviceLevel& level) {
-    images_[current_].bind(binding::displacement);
-    images_[1 - current_].bind_image(binding::improved, GL_RG32F);
-    resample(*project_program_, above, level);
-    current_ = 1 - current_;
-  }
-
-  void resample(const Program& program, Extent from, const DeviceLevel& level) const {
-    const Extent extent = level.plan.extent;
-    program.use();
-    gl_.Uniform1i(width_location, extent.width);
-    gl_.Uniform1i(from_width_location, from.width);
-    gl_.Uniform1i(first_column_location, level.first_column);
-    gl_.Uniform1i(first_row_location, level.first_column + extent.width);
-    entries_.bind(binding::entries);
-    dispatch(extent);
-    gl_.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
-  }
-
-  /// The level's constants are bound.
-  void run(TileSweeps& sweeps, Extent extent, int first, int count) {
-    sweeps.bind(extent);
-    inputs_.bind(binding::inputs);
-    for (int number = first; number < first + count; ++number) {
-      images_[current_].bind(binding::displacement);
-      images_[1 - current_].bind_image(swept_image_unit, GL_RG32F);
-      sweeps.sweep(number);
-      current_ = 1 - current_;
-    }
-  }
-
-  void dispatch(Extent extent) const {
-    gl_.DispatchCompute(static_cast<GLuint>((extent.width + group_width - 1) / group_width),
-                        static_cast<GLuint>(extent.height), 1);
-  }
-
+  std::unique_ptr<Context> context_;
   const Api& gl_;
-  Work work_;
-  std::array<BufferTexture, 2> images_;
-  Constants constants_;
-  BufferTexture inputs_;  ///< InputTexels
-  Constants sampled_;     ///< of the coarse level that is swept
-  BufferTexture entries_; ///< of a pyramid's levels
-  Buffer counter_;
-  CoarseLevels coarse_;
-  Program count_program_;
-  std::optional<Program> sample_program_;
-  std::optional<Program> project_program_;
-  TilePrograms programs_;
-  std::optional<TileSweeps> sweeps_; ///< where load(level) was the last
-  std::vector<DeviceLevel> levels_;  ///< after the coarse ones, where load(pyramid) was the last
-  Extent extent_;
-  std::size_t current_ = 0;
-  std::vector<GLfloat> texels_; ///< interleaved staging, as long as what was uploaded or read last
+  Device description_;
+  DeviceLimits limits_;
+  std::optional<Context::Current> current_;
+  Bound bound_{};
+};
+
+class GlComputeApi final : public ComputeApi {
+public:
+  explicit GlComputeApi(std::unique_ptr<Platform> platform) : platform_(std::move(platform)) {}
+
+  std::vector<Device> devices() const override { return platform_->devices(required); }
+  std::unique_ptr<ComputeDevice> open(std::size_t index) const override {
+    return std::make_unique<GlDevice>(platform_->open(index, required));
+  }
+
+private:
+  std::unique_ptr<Platform> platform_;
 };
 
 } // namespace
 
+std::string compute_text(const ProgramKind& kind) {
+  std::string definitions;
+  for (const ProgramKind::Constant& constant : kind.constants) {
+    definitions += fmt::format("#define {} {}\n", constant.name, constant.value);
+  }
+  if (kind.steps) {
+    definitions += steps_definition(*kind.steps);
+  }
+  return assemble(text_of(kind.kernel), definitions, *kind.energy);
+}
+
 std::unique_ptr<Backend> make_compute(std::unique_ptr<Platform> platform) {
-  return std::make_unique<ContextBackend<ComputeSweep>>(
-      "gl-compute", "GLSL 4.30 compute shader, OpenGL through EGL", std::move(platform), required);
+  return make_device_backend({.name = "gl-compute",
+                              .description = "GLSL 4.30 compute shader, OpenGL through EGL",
+                              .language = "GLSL 4.30, compute"},
+                             std::make_unique<GlComputeApi>(std::move(platform)));
 }
 
 } // namespace hdmbench::gl

@@ -2,7 +2,6 @@
 
 #include "backends/gl/context.hpp"
 #include "backends/shared/arithmetic.hpp"
-#include "backends/shared/coarse_levels.hpp"
 #include "backends/shared/driver_trial.hpp"
 #include "backends/shared/elastic_device.hpp"
 
@@ -14,8 +13,7 @@ namespace hdmbench::gl {
 
 /// A Session over `Sweep`, a class with load, write, step, read and changed that owns OpenGL objects: makes
 /// the context current around every call, and around the Sweep's construction from Api and Work and its
-/// destruction. Where load(level) and load(pyramid) have further arguments they get, the latter, the one of
-/// coarse_groups to take (backends/shared/coarse_levels.hpp), and both the Session's shape().
+/// destruction.
 template <typename Sweep>
 class ContextSession final : public Session {
 public:
@@ -38,14 +36,8 @@ public:
 
 private:
   void do_load(const Level& level) override {
-    if constexpr (requires { sweep_->load(level, std::size_t{}); }) {
-      const std::size_t taken = shape(level.extent); // may measure, in another context
-      const Context::Current current(*context_);
-      sweep_->load(level, taken);
-    } else {
-      const Context::Current current(*context_);
-      sweep_->load(level);
-    }
+    const Context::Current current(*context_);
+    sweep_->load(level);
   }
   void do_write(const VectorField& displacement) override {
     const Context::Current current(*context_);
@@ -64,16 +56,8 @@ private:
     return sweep_->changed();
   }
   void do_load_pyramid(const Pyramid& pyramid) override {
-    if constexpr (requires { sweep_->load(pyramid, 0, std::size_t{}); }) {
-      const bool asks = has_coarse_levels(pyramid);
-      const int group = asks ? coarse_groups.at(variant()) : 0; // may measure, in another context
-      const std::size_t taken = shape(pyramid.full->extent);    // as well
-      const Context::Current current(*context_);
-      sweep_->load(pyramid, group, taken);
-    } else {
-      const Context::Current current(*context_);
-      sweep_->load(pyramid);
-    }
+    const Context::Current current(*context_);
+    sweep_->load(pyramid);
   }
   void do_solve(const Advance& advance) override {
     const Context::Current current(*context_);
@@ -86,8 +70,7 @@ private:
 
 /// A Backend whose sessions are ContextSession<Sweep> on the contexts of a platform. Sweep declares
 /// bytes_per_update(kind) and ceilings(api), language and evaluate(api, cases) for Backend's functions of
-/// these names, variants(is_software) and shapes() where it has some, and elastic(context, is_software) where
-/// it computes the elastic energy.
+/// these names, and elastic(context).
 template <typename Sweep>
 class ContextBackend final : public Backend, public ArithmeticProgram {
 public:
@@ -104,11 +87,7 @@ public:
   double bytes_per_update(SiteKind kind, int /*sweeps*/) const override {
     return Sweep::bytes_per_update(kind);
   }
-  bool has_elastic() const override {
-    return requires(std::unique_ptr<Context> context) {
-      Sweep::elastic(std::move(context), false);
-    };
-  }
+  bool has_elastic() const override { return true; }
   std::string_view language() const override { return Sweep::language; }
   std::vector<float> evaluate(std::size_t device, std::span<const ArithmeticCase> cases) const override {
     const std::unique_ptr<Context> context = platform_->open(device, version_);
@@ -119,29 +98,10 @@ public:
 private:
   std::unique_ptr<ElasticSession> do_open_elastic(std::size_t index,
                                                   const SessionOptions& /*options*/) const override {
-    if constexpr (requires { Sweep::elastic(platform_->open(index, version_), false); }) {
-      return make_elastic_session(
-          name_, Sweep::elastic(platform_->open(index, version_), devices().at(index).is_software));
-    } else {
-      return nullptr;
-    }
+    return make_elastic_session(name_, Sweep::elastic(platform_->open(index, version_)));
   }
   std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions& options) const override {
     return std::make_unique<ContextSession<Sweep>>(platform_->open(index, version_), options.work);
-  }
-  Variants do_variants(std::size_t index) const override {
-    if constexpr (requires { Sweep::variants(false); }) {
-      return Sweep::variants(devices().at(index).is_software);
-    } else {
-      return {};
-    }
-  }
-  Variants do_shapes(std::size_t /*index*/) const override {
-    if constexpr (requires { Sweep::shapes(); }) {
-      return Sweep::shapes();
-    } else {
-      return {};
-    }
   }
   std::optional<Ceilings> do_measure_ceilings(std::size_t index,
                                               const SessionOptions& /*options*/) const override {

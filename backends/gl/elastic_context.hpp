@@ -34,14 +34,6 @@ public:
   }
 
   int block() const override { return Steps::block; }
-  bool has_lists() const override { return Steps::has_lists; }
-  std::int64_t coarse_size() const override {
-    if constexpr (Steps::has_coarse) {
-      return steps_->coarse_size();
-    } else {
-      return 0;
-    }
-  }
   void load(const ElasticHierarchy& hierarchy, const ElasticLayout& layout) override {
     const Context::Current current(*context_);
     steps_->load(hierarchy, layout);
@@ -61,11 +53,7 @@ public:
   void run(std::span<const ElasticWork> work) override {
     const Context::Current current(*context_);
     for (const ElasticWork& piece : work) {
-      if (const auto* const call = std::get_if<ElasticCall>(&piece)) {
-        steps_->run(*call);
-      } else if constexpr (Steps::has_coarse) {
-        steps_->run(std::get<ElasticCoarse>(piece));
-      }
+      steps_->run(std::get<ElasticCall>(piece));
     }
   }
 

@@ -58,8 +58,6 @@ struct LevelTextures {
 class ElasticFragment {
 public:
   static constexpr int block = 2;
-  static constexpr bool has_lists = false;
-  static constexpr bool has_coarse = false;
 
   explicit ElasticFragment(const Api& api) : gl_(api), corners_(api) {
     constexpr std::array<GLfloat, 8> quad{-1, -1, 1, -1, -1, 1, 1, 1};

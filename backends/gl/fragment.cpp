@@ -54,7 +54,7 @@ public:
   /// With texels of two sites; with texels of one it is more.
   static double bytes_per_update(SiteKind kind) { return hdmbench::bytes_per_update(kind, classes_inside); }
   static Ceilings ceilings(const Api& api) { return fragment_ceilings(api); }
-  static std::unique_ptr<ElasticDevice> elastic(std::unique_ptr<Context> context, bool /*is_software*/) {
+  static std::unique_ptr<ElasticDevice> elastic(std::unique_ptr<Context> context) {
     return make_elastic_fragment(std::move(context));
   }
   static constexpr std::string_view language = "GLSL 1.20, fragments";

@@ -118,15 +118,15 @@ std::vector<FoundDevice> find_devices(const Api& api) {
   return found;
 }
 
-Buffer::Buffer(const Api& api, cl_context context, std::size_t bytes) : bytes_(bytes) {
+Buffer::Buffer(const Api& api, cl_context context, std::size_t bytes) {
   cl_int error = CL_SUCCESS;
   memory_ = Handle<cl_mem>(api.clCreateBuffer(context, CL_MEM_READ_WRITE, bytes, nullptr, &error),
                            api.clReleaseMemObject);
   require(error, "clCreateBuffer");
 }
 
-Kernel::Kernel(const Api& api, cl_context context, cl_device_id device, const std::string& text,
-               const std::string& options, const char* name)
+BuiltKernel::BuiltKernel(const Api& api, cl_context context, cl_device_id device, const std::string& text,
+                         const std::string& options, const char* name)
     : api_(&api) {
   cl_int error = CL_SUCCESS;
   const char* start = text.c_str();
@@ -146,12 +146,12 @@ Kernel::Kernel(const Api& api, cl_context context, cl_device_id device, const st
   require(error, "clCreateKernel");
 }
 
-void Kernel::set(cl_uint index, const Buffer& buffer) const {
+void BuiltKernel::set(cl_uint index, const Buffer& buffer) const {
   const cl_mem memory = buffer.get();
   set_bytes(index, sizeof(memory), &memory);
 }
 
-void Kernel::set_bytes(cl_uint index, std::size_t bytes, const void* value) const {
+void BuiltKernel::set_bytes(cl_uint index, std::size_t bytes, const void* value) const {
   require(api_->clSetKernelArg(kernel_.get(), index, bytes, value), "clSetKernelArg");
 }
 
@@ -163,49 +163,30 @@ Buffer Queue::make_buffer(std::size_t bytes) const {
   return {*api_, context_.get(), bytes};
 }
 
-void Queue::make_room(Buffer& buffer, std::size_t bytes) const {
-  if (buffer.bytes() < bytes) {
-    buffer = Buffer(); // before the new one, so that both need not fit
-    buffer = make_buffer(bytes);
-  }
-}
-
-Kernel Queue::make_kernel(const std::string& text, const std::string& options, const char* name) const {
+BuiltKernel Queue::make_kernel(const std::string& text, const std::string& options, const char* name) const {
   return {*api_, context_.get(), device_.id, text, options, name};
 }
 
-void Queue::write(const Buffer& buffer, std::size_t offset, std::span<const float> values) const {
-  require(api_->clEnqueueWriteBuffer(queue_.get(), buffer.get(), CL_TRUE, offset, values.size_bytes(),
+void Queue::write(const Buffer& buffer, std::size_t offset, std::span<const std::byte> values) const {
+  require(api_->clEnqueueWriteBuffer(queue_.get(), buffer.get(), CL_TRUE, offset, values.size(),
                                      values.data(), 0, nullptr, nullptr),
           "clEnqueueWriteBuffer");
 }
 
-void Queue::read(const Buffer& buffer, std::size_t offset, std::span<float> values) const {
-  require(api_->clEnqueueReadBuffer(queue_.get(), buffer.get(), CL_TRUE, offset, values.size_bytes(),
-                                    values.data(), 0, nullptr, nullptr),
+void Queue::read(const Buffer& buffer, std::size_t offset, std::span<std::byte> values) const {
+  require(api_->clEnqueueReadBuffer(queue_.get(), buffer.get(), CL_TRUE, offset, values.size(), values.data(),
+                                    0, nullptr, nullptr),
           "clEnqueueReadBuffer");
 }
 
-void Queue::write_bytes(const Buffer& buffer, std::size_t bytes, const void* values) const {
-  require(
-      api_->clEnqueueWriteBuffer(queue_.get(), buffer.get(), CL_TRUE, 0, bytes, values, 0, nullptr, nullptr),
-      "clEnqueueWriteBuffer");
-}
-
-void Queue::read_bytes(const Buffer& buffer, std::size_t bytes, void* values) const {
-  require(
-      api_->clEnqueueReadBuffer(queue_.get(), buffer.get(), CL_TRUE, 0, bytes, values, 0, nullptr, nullptr),
-      "clEnqueueReadBuffer");
-}
-
-void Queue::clear(const Buffer& buffer, std::size_t bytes) const {
+void Queue::clear(const Buffer& buffer, std::size_t offset, std::size_t bytes) const {
   const cl_uint zero = 0;
-  require(api_->clEnqueueFillBuffer(queue_.get(), buffer.get(), &zero, sizeof(zero), 0, bytes, 0, nullptr,
-                                    nullptr),
+  require(api_->clEnqueueFillBuffer(queue_.get(), buffer.get(), &zero, sizeof(zero), offset, bytes, 0,
+                                    nullptr, nullptr),
           "clEnqueueFillBuffer");
 }
 
-void Queue::run(const Kernel& kernel, std::size_t groups, std::size_t lanes) const {
+void Queue::run(const BuiltKernel& kernel, std::size_t groups, std::size_t lanes) const {
   const std::size_t items = groups * lanes;
   require(api_->clEnqueueNDRangeKernel(queue_.get(), kernel.get(), 1, nullptr, &items, &lanes, 0, nullptr,
                                        nullptr),

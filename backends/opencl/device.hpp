@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backends/backend.hpp"
+#include "backends/device/device.hpp"
 #include "backends/opencl/api.hpp"
 
 #include <memory>
@@ -31,31 +32,24 @@ public:
   Buffer(const Api& api, cl_context context, std::size_t bytes);
 
   [[nodiscard]] cl_mem get() const { return memory_.get(); }
-  [[nodiscard]] std::size_t bytes() const { return bytes_; }
 
 private:
   Handle<cl_mem> memory_{nullptr, nullptr};
-  std::size_t bytes_ = 0;
 };
 
 /// A kernel of a program of its own.
-class Kernel {
+class BuiltKernel {
 public:
   /// The texts one after the other. Throws DeviceError with the compiler's words.
-  Kernel(const Api& api, cl_context context, cl_device_id device, const std::string& text,
-         const std::string& options, const char* name);
+  BuiltKernel(const Api& api, cl_context context, cl_device_id device, const std::string& text,
+              const std::string& options, const char* name);
 
   void set(cl_uint index, const Buffer& buffer) const;
-  /// A number, or a struct of numbers as the kernel declares it.
-  template <typename Value>
-  void set(cl_uint index, const Value& value) const {
-    set_bytes(index, sizeof(value), &value);
-  }
+  /// A struct of numbers as the kernel declares it.
+  void set_bytes(cl_uint index, std::size_t bytes, const void* value) const;
   [[nodiscard]] cl_kernel get() const { return kernel_.get(); }
 
 private:
-  void set_bytes(cl_uint index, std::size_t bytes, const void* value) const;
-
   const Api* api_;
   Handle<cl_program> program_{nullptr, nullptr};
   Handle<cl_kernel> kernel_{nullptr, nullptr};
@@ -69,20 +63,16 @@ public:
 
   [[nodiscard]] const FoundDevice& device() const { return device_; }
   [[nodiscard]] Buffer make_buffer(std::size_t bytes) const;
-  /// Makes `buffer` have at least so many bytes, whose content is then undefined.
-  void make_room(Buffer& buffer, std::size_t bytes) const;
-  [[nodiscard]] Kernel make_kernel(const std::string& text, const std::string& options,
-                                   const char* name) const;
+  [[nodiscard]] BuiltKernel make_kernel(const std::string& text, const std::string& options,
+                                        const char* name) const;
 
   /// From byte `offset` of the buffer on. The call blocks, as the next.
-  void write(const Buffer& buffer, std::size_t offset, std::span<const float> values) const;
-  void read(const Buffer& buffer, std::size_t offset, std::span<float> values) const;
-  void write_bytes(const Buffer& buffer, std::size_t bytes, const void* values) const;
-  void read_bytes(const Buffer& buffer, std::size_t bytes, void* values) const;
-  /// Zeros in its first `bytes`, a multiple of 4.
-  void clear(const Buffer& buffer, std::size_t bytes) const;
+  void write(const Buffer& buffer, std::size_t offset, std::span<const std::byte> values) const;
+  void read(const Buffer& buffer, std::size_t offset, std::span<std::byte> values) const;
+  /// Zeros in `bytes` from byte `offset` on, multiples of 4.
+  void clear(const Buffer& buffer, std::size_t offset, std::size_t bytes) const;
   /// `groups` of `lanes` work items each.
-  void run(const Kernel& kernel, std::size_t groups, std::size_t lanes) const;
+  void run(const BuiltKernel& kernel, std::size_t groups, std::size_t lanes) const;
   void finish() const;
 
 private:
@@ -91,5 +81,10 @@ private:
   Handle<cl_context> context_;
   Handle<cl_command_queue> queue_;
 };
+
+/// The verbs on one of the devices, whose sweeps may have these shapes, or where there are none, those for
+/// such a device.
+[[nodiscard]] std::unique_ptr<ComputeDevice> open(std::shared_ptr<const Api> api, FoundDevice device,
+                                                  std::vector<SweepShape> shapes);
 
 } // namespace hdmbench::opencl

@@ -21,11 +21,13 @@ constexpr double most_sweeps = 64;
 
 } // namespace
 
-Variants sweep_variants() {
+Variants sweep_variants(std::span<const SweepShape> shapes) {
   Variants result{.what = std::string(sweep_shapes_what), .measure = measure_shapes};
-  for (const SweepShape& shape : sweep_shapes) {
-    result.names.push_back(fmt::format("{} x {} sites by {} invocations", shape.tile.width, shape.tile.height,
-                                       shape.invocations()));
+  for (const SweepShape& shape : shapes) {
+    result.names.push_back(fmt::format("{} x {} sites by {}", shape.tile.width, shape.tile.height,
+                                       shape.simd_width > 1
+                                           ? fmt::format("SIMD of {}", shape.simd_width)
+                                           : fmt::format("{} invocations", shape.invocations())));
   }
   result.worth_trying = result.names.size();
   return result;

@@ -11,8 +11,7 @@
 #include <initializer_list>
 #include <vector>
 
-/// Tiles by what is known of all their sites, where the host finds it out: for gl-compute and the fragment
-/// path. What the classes are is said once, in kernels/specification/tile_class.inc and classify.inc, for
+/// Tiles by what is known of all their sites, where the host finds it out: for devices. What the classes are is said once, in kernels/specification/tile_class.inc and classify.inc, for
 /// openmp too (openmp/level_data.hpp), which wants to know the modulus, and for Vulkan
 /// (kernels/shaders/classify.vulkan.comp).
 namespace hdmbench {

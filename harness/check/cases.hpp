@@ -37,13 +37,23 @@ struct Case {
 /// throw.
 [[nodiscard]] Scene load_case(const Case& one);
 
+/// What a scene is, without generator: its name, its size, and method_name().
+[[nodiscard]] Case case_of(const Scene& scene);
+
+/// No more iterations than the case allows.
+void limit_iterations(Scene& scene, const Case& one);
+
 /// What `verify` compares where nobody chooses: every shipped scene as its file says; what meets the tiles of
 /// all backends; every other method on the scene that has another modulus at every site, so that each rule
 /// and order of sites is compared; then all scenes (`quick`: two) with the elastic energy, a few steps of
 /// conjugate gradients, in which all of its arithmetic is.
 [[nodiscard]] std::vector<Case> verify_cases(bool quick = false);
 
-/// All cases that there are, each once.
+/// What `golden` has hashes of, with few iterations: every shipped scene by its own method, `square` at a
+/// second size, and every other method of both energies on `random`; some scenes by conjugate gradients, too.
+[[nodiscard]] std::vector<Case> golden_cases();
+
+/// verify_cases() and golden_cases(), each once.
 [[nodiscard]] std::vector<Case> all_cases();
 
 /// Those whose name contains `part`.

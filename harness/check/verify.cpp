@@ -1,7 +1,6 @@
 #include "harness/check/verify.hpp"
 
 #include "harness/check/compare.hpp"
-#include "harness/check/exactness.hpp"
 #include "harness/check/follower.hpp"
 #include "harness/check/one_piece.hpp"
 #include "harness/check/resting_tiles.hpp"
@@ -30,10 +29,10 @@ std::vector<Mode> followed_modes(const Scene& scene) {
 }
 
 /// The reference and all that follow it.
-class Procession {
+class ReferenceRun {
 public:
-  Procession(const Scene& scene, const Backend& reference, std::span<const Backend* const> backends,
-             const VerifyOptions& options, Progress& progress)
+  ReferenceRun(const Scene& scene, const Backend& reference, std::span<const Backend* const> backends,
+               const VerifyOptions& options, Progress& progress)
       : scene_(scene), schedule_(scene.schedule), backends_(backends), options_(options.session),
         limit_(options.iteration_limit), session_(reference.open(options.session)), progress_(progress) {
     SessionOptions of_followers = options_;
@@ -220,15 +219,15 @@ std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
                     "bench compares its fields",
                     scene.schedule.method));
   }
-  Procession procession(scene, reference, backends, options, progress);
+  ReferenceRun run(scene, reference, backends, options, progress);
   LevelSequence levels(scene);
   for (const int index : levels.order()) {
     progress.describe(fmt::format("verify {}, {}: level {} of {}, {} x {}", scene.name, method_name(scene),
                                   index, levels.order().size(), levels.extent(index).width,
                                   levels.extent(index).height));
-    procession.compute(levels, index);
+    run.compute(levels, index);
   }
-  return procession.finish(levels);
+  return run.finish(levels);
 }
 
 } // namespace hdmbench

@@ -1,5 +1,4 @@
-#include "harness/check/tiers.hpp"
-#include "harness/check/tile_boundaries.hpp"
+#include "harness/check/cases.hpp"
 #include "harness/check/verify_row.hpp"
 
 #include "harness/check/probe.hpp"
@@ -39,38 +38,39 @@ bool are_all_to_verify(const CommonArguments& arguments) {
          !arguments.schedule.energy;
 }
 
-/// Without scenes and methods on the command line: every scene as its file says, what meets the backends'
-/// tiles at any --sizes, and on the scene that has a different modulus at every site a few iterations of
-/// every other method, so that each rule and order of sites is compared; then every scene (--quick: two of
-/// them) with the elastic energy, a few steps of conjugate gradients, in which all of its arithmetic is.
-std::vector<Scene> scenes_to_verify(CommonArguments arguments) {
-  std::vector<Scene> scenes = arguments.load_scenes(shipped_scenes());
-  if (are_all_to_verify(arguments)) {
-    for (Scene& scene : tile_boundary_scenes()) {
-      arguments.schedule.apply(scene);
-      scenes.push_back(std::move(scene));
+/// The scene of a case, with what the command line says of a schedule of the thesis's energy. None where one
+/// of its files is not on this machine, which is printed.
+std::optional<Scene> load(const Case& one, const ScheduleOverrides& overrides) {
+  try {
+    Scene scene = load_case(one);
+    if (scene.energy == EnergyModel::hdm) {
+      overrides.apply(scene);
+      limit_iterations(scene, one);
     }
-    constexpr int few = 5;
-    arguments.scenes = {"random"};
-    for (const Method& method : methods()) {
-      if (method.name != "icm") {
-        arguments.methods.emplace_back(method.name);
+    return scene;
+  } catch (const MissingFile& error) {
+    fmt::print("{} is left out: {}\n", one.scene, error.what());
+    return std::nullopt;
+  }
+}
+
+/// Without scenes and methods on the command line verify_cases(), those that have no size of their own at
+/// each of --sizes.
+std::vector<Scene> scenes_to_verify(const CommonArguments& arguments) {
+  std::vector<Scene> scenes;
+  if (are_all_to_verify(arguments)) {
+    std::vector<std::optional<Extent>> sizes(std::max<std::size_t>(arguments.sizes.size(), 1));
+    std::ranges::transform(arguments.sizes, sizes.begin(), parse_size);
+    for (Case one : verify_cases(arguments.quick)) {
+      for (const auto& size : one.size ? std::vector{one.size} : sizes) {
+        one.size = size;
+        if (std::optional<Scene> scene = load(one, arguments.schedule)) {
+          scenes.push_back(std::move(*scene));
+        }
       }
     }
-    for (Scene& scene : arguments.load_scenes({})) {
-      scene.schedule.iterations = std::min(scene.schedule.iterations, few);
-      scenes.push_back(std::move(scene));
-    }
-    arguments.scenes.clear();
-    arguments.methods = {std::string(elastic_conjugate_gradients)};
-    arguments.schedule = ScheduleOverrides{};
-    arguments.schedule.takes_elastic = true;
-    arguments.schedule.iterations = 2;
-    // A shorter run has a modulus at every site, and a region that is prescribed.
-    const std::vector<std::string> two{"random", "circular-radial"};
-    for (Scene& scene : arguments.load_scenes(arguments.quick ? two : shipped_scenes())) {
-      scenes.push_back(std::move(scene));
-    }
+  } else {
+    scenes = arguments.load_scenes(shipped_scenes());
   }
   std::erase_if(scenes, [&](const Scene& scene) {
     const bool has_cycles = scene.energy == EnergyModel::hdm && scene.schedule.cycle != Cycle::one_way;

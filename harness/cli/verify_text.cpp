@@ -1,6 +1,5 @@
 #include "harness/cli/verify_text.hpp"
 
-#include "harness/check/tiers.hpp"
 #include "harness/check/verify_row.hpp"
 #include "harness/report/grouped.hpp"
 #include "harness/report/table.hpp"

@@ -233,7 +233,7 @@ std::vector<Planted> planted_on_ranks(Ranks& ranks, const std::vector<std::uniqu
                    .method = fault.method,
                    .bitwise = on_cpu,
                    .part = fault.part,
-                   .make = [&ranks, &registry, backends, sharing, fault](const Scene&) {
+                   .make = [&ranks, &registry, backends, sharing, fault] {
                      return std::make_unique<RankBackend>(ranks, registry, backends, SessionOptions{},
                                                           sharing, fault);
                    }};

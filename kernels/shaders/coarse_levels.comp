@@ -19,16 +19,13 @@ const int INVOCATIONS = int(gl_WorkGroupSize.x);
 #else // supplied after #version
 layout(local_size_x = INVOCATIONS) in;
 const int step_count = STEP_COUNT;
-const bool stops_at_rest = STOPS_AT_REST;
+const bool stops_at_rest = STOPS_AT_REST != 0;
 #endif
 
-PARAMETERS(CoarseLevels)
-PARAMETER(0) float steps[16];
-PARAMETER(16) float penalty;
-PARAMETER(17) int full_width;
-PARAMETER(18) int first_level; // of the table in `entries`: width, height, sweeps, where the level's own entries begin
-PARAMETER(19) int level_count;
-PARAMETERS_END
+PARAMETERS_AND_STEPS(4) // the penalty; then
+#define full_width parameters[1]
+#define first_level parameters[2] // of the table in `entries`: width, height, sweeps, where the level's own entries begin
+#define level_count parameters[3]
 
 #include "site.inc"
 #include "energy.inc"
@@ -74,6 +71,7 @@ void wait_for_all() {
 
 void main() {
   int lane = int(gl_LocalInvocationID.x);
+  real penalty = intBitsToFloat(parameters[0]);
   if (lane == 0) {
     moved[0] = false;
   }

@@ -8,11 +8,10 @@ layout(local_size_x = 64) in;
 
 #include "fields.glsl"
 
-layout(binding = 5, std430) buffer Counter { uint changed; };
+layout(binding = 4, std430) buffer Counter { uint changed; };
 
-PARAMETERS(Count)
-PARAMETER(0) int width;
-PARAMETERS_END
+PARAMETERS(1)
+#define width parameters[0]
 
 void main() {
   ivec2 site = ivec2(gl_GlobalInvocationID.xy);

@@ -25,11 +25,12 @@ typedef struct {
   int from_height;
   int second_first;
   int second_pitch;
-  int listed_first; // these two are not used here
-  int listed;
+  int listed_first; // where the level begins in row_begin
+  int listed;       // not used here
   float nu;
   float shear;
   float factor;
+  int plane; // from a plane to the next
 } Parameters;
 
 typedef struct {
@@ -136,12 +137,12 @@ typedef struct {
 kernel void elastic_step(global const float* restrict f, global const float* restrict s, global float* restrict to,
                  global const float* restrict moments, global const float* restrict response,
                  global const TouchedSite* restrict touched, global const int* restrict row_begin,
-                 global const float* restrict matrices, uint size, Parameters p) {
-  size_t plane = size;
+                 global const float* restrict matrices, global const float* restrict inverse, Parameters p) {
+  size_t plane = p.plane;
   int y = get_group_id(0);
   int lane = get_local_id(0);
-  Field from = field_at(f, size);
-  Field second = field_at(s, size);
+  Field from = field_at(f, p.plane);
+  Field second = field_at(s, p.plane);
 
 #if STEP == ELASTIC_RELAX || STEP == ELASTIC_RESIDUAL
   int start = p.from_first + y * p.from_pitch;
@@ -152,7 +153,7 @@ kernel void elastic_step(global const float* restrict f, global const float* res
   }
 #if HAS_MASKED
   barrier(CLK_GLOBAL_MEM_FENCE);
-  for (int i = row_begin[y] + lane; i < row_begin[y + 1]; i += LANES) {
+  for (int i = row_begin[p.listed_first + y] + lane; i < row_begin[p.listed_first + y + 1]; i += LANES) {
     TouchedSite site = touched[i];
     int at = start + site.x;
     int north = at - p.from_pitch;
@@ -221,7 +222,7 @@ kernel void elastic_step(global const float* restrict f, global const float* res
   }
 
 #elif STEP == ELASTIC_SOLVE
-  // Columns of the inverse, the matrices here, go with the sites of the level and their components.
+  // Columns of the inverse go with the sites of the level and their components.
   int rows = 2 * p.width * p.height;
   for (int x = lane; x < p.width; x += LANES) {
     int row = 2 * (y * p.width + x);
@@ -229,7 +230,7 @@ kernel void elastic_step(global const float* restrict f, global const float* res
     float sum_y = 0.0f;
     for (int site = 0; site < p.width * p.height; ++site) {
       int at = p.from_first + site / p.width * p.from_pitch + site % p.width;
-      global const float* column = matrices + 2 * site * rows + row;
+      global const float* column = inverse + 2 * site * rows + row;
       sum_x = with_term(sum_x, column[0], from.x[at]);
       sum_y = with_term(sum_y, column[1], from.x[at]);
       sum_x = with_term(sum_x, column[rows], from.y[at]);

@@ -23,14 +23,14 @@ layout(constant_id = 3) const bool by_list = false;
 layout(local_size_x_id = 4) in;
 layout(constant_id = 5) const int ROWS = 1;
 const int LANES = int(gl_WorkGroupSize.x);
-layout(push_constant) uniform Parameters { int parameters[15]; };
+layout(push_constant) uniform Parameters { int parameters[16]; };
 #else // supplied after #version
 const int work = STEP;
 const bool has_load = HAS_LOAD != 0;
 const bool is_image = IS_IMAGE != 0;
 const bool by_list = BY_LIST != 0;
 layout(local_size_x = LANES) in;
-layout(location = 0) uniform int parameters[15];
+layout(location = 0) uniform int parameters[16];
 #endif
 const int COLUMNS = ELASTIC_COLUMNS;
 

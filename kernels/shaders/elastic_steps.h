@@ -23,18 +23,17 @@
 #define ELASTIC_COARSE_SITES 2720
 #define ELASTIC_COARSE_STEPS 24
 
-// Bindings of both: of Vulkan in one set, of OpenGL the units of images (the first four) and textures.
+// Bindings of both, as backends/device/bindings.hpp has kinds of them: four that are stored to, and what is fetched.
 #define ELASTIC_STORED 0
 #define ELASTIC_STORED_SECOND 1
 #define ELASTIC_STORED_THIRD 2
 #define ELASTIC_KEPT 3
-#define ELASTIC_FROM 4
-#define ELASTIC_SECOND 5
-#define ELASTIC_THIRD 6
-#define ELASTIC_MOMENTS 7
-#define ELASTIC_MORE 8
-#define ELASTIC_RESPONSE 9
-#define ELASTIC_MATRICES 10
-#define ELASTIC_INVERSE 11
-#define ELASTIC_TOUCHED 12
-#define ELASTIC_BINDINGS 13
+#define ELASTIC_FROM 7
+#define ELASTIC_SECOND 8
+#define ELASTIC_THIRD 9
+#define ELASTIC_MOMENTS 10
+#define ELASTIC_MORE 11
+#define ELASTIC_RESPONSE 12
+#define ELASTIC_MATRICES 13
+#define ELASTIC_INVERSE 14
+#define ELASTIC_TOUCHED 15

@@ -1,27 +1,28 @@
 // What the compute shaders of OpenGL and Vulkan have in common, in one text for both: where a level's fields are bound
-// (backends/shared/shader_bindings.hpp has the same numbers), and how a shader declares its parameters:
+// (backends/device/bindings.hpp has the same numbers), and how a shader is told words, and numbers after them:
 //
-//   PARAMETERS(Name)
-//   PARAMETER(0) int width;
-//   PARAMETERS_END
+//   PARAMETERS(count)             int parameters[count]
+//   PARAMETERS_AND_STEPS(count)   and float steps[16], unless STEPS has the candidates as constants: a tenth faster
 //
-// are uniforms at these locations, or push constants one after the other. Texel buffers because software rasterizers read
-// them several times faster than storage buffers.
+// are uniforms or push constants. Texel buffers because software rasterizers read them several times faster than storage
+// buffers.
 
 #ifdef VULKAN
 #define samplerBuffer textureBuffer
-#define PARAMETERS(name) layout(push_constant) uniform name {
-#define PARAMETER(place)
-#define PARAMETERS_END };
+#define PARAMETERS(count) layout(push_constant) uniform Parameters { int parameters[count]; };
+#define PARAMETERS_AND_STEPS(count) layout(push_constant) uniform Parameters { int parameters[count]; float steps[16]; };
 #else
-#define PARAMETERS(name)
-#define PARAMETER(place) layout(location = place) uniform
-#define PARAMETERS_END
+#define PARAMETERS(count) layout(location = 0) uniform int parameters[count];
+#ifdef STEPS
+#define PARAMETERS_AND_STEPS(count) PARAMETERS(count) const float steps[16] = float[16](STEPS);
+#else
+#define PARAMETERS_AND_STEPS(count) PARAMETERS(count) layout(location = 32) uniform float steps[16];
+#endif
 #endif
 
-layout(binding = 0) uniform samplerBuffer displacement;
-layout(binding = 1) uniform samplerBuffer material;    // modulus, 1 / modulus
-layout(binding = 2) uniform samplerBuffer observation; // target x, y, confidence x, y
-layout(binding = 4, rg32f) uniform restrict imageBuffer improved;
-layout(binding = 11) uniform samplerBuffer inputs;     // the energy's own, of all levels one after the other
-layout(binding = 8) uniform samplerBuffer entries; // backends/shared/resampling_entries.hpp
+layout(binding = 0, rg32f) uniform restrict imageBuffer improved;
+layout(binding = 7) uniform samplerBuffer displacement;
+layout(binding = 8) uniform samplerBuffer material;    // modulus, 1 / modulus
+layout(binding = 9) uniform samplerBuffer observation; // target x, y, confidence x, y
+layout(binding = 11) uniform samplerBuffer entries;    // backends/shared/resampling_entries.hpp
+layout(binding = 12) uniform samplerBuffer inputs;     // the energy's own, of all levels one after the other

@@ -8,8 +8,8 @@
 
 layout(local_size_x = 64) in;
 
-layout(binding = 0) uniform samplerBuffer source; // a, b, c, d; e, operation
-layout(binding = 1, rgba32f) uniform restrict writeonly imageBuffer target;
+layout(binding = 7) uniform samplerBuffer source; // a, b, c, d; e, operation
+layout(binding = 0, rgba32f) uniform restrict writeonly imageBuffer target;
 
 #include "probe.inc"
 

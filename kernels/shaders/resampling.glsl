@@ -1,13 +1,11 @@
-// What sample.comp and project.comp are told; backends/shared/resampling_entries.hpp has the same for C++.
+// What sample.comp and project.comp are told; backends/session/device_session.cpp has the same for C++.
 
 #include "fields.glsl"
 
-PARAMETERS(Resampling)
-PARAMETER(0) int width; // of the level
-PARAMETER(1) int from_width;
-PARAMETER(2) int first_column; // of the level's entries
-PARAMETER(3) int first_row;
-PARAMETERS_END
+PARAMETERS(8)
+#define width parameters[0] // of the level
+#define from_width parameters[3]
+// and where the level's entries begin: parameters[6] those of columns, parameters[7] those of rows
 
-vec4 column_entry(int column) { return texelFetch(entries, first_column + column); }
-vec4 row_entry(int row) { return texelFetch(entries, first_row + row); }
+vec4 column_entry(int column) { return texelFetch(entries, parameters[6] + column); }
+vec4 row_entry(int row) { return texelFetch(entries, parameters[7] + row); }

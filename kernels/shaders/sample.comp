@@ -7,15 +7,8 @@ layout(local_size_x = 64) in;
 
 #include "resampling.glsl"
 
-#ifdef VULKAN
-#define SAMPLED_MATERIAL 9
-#define SAMPLED_OBSERVATION 10
-#else // image units, of which there may be eight
-#define SAMPLED_MATERIAL 5
-#define SAMPLED_OBSERVATION 6
-#endif
-layout(binding = SAMPLED_MATERIAL, rg32f) uniform restrict writeonly imageBuffer sampled_material;
-layout(binding = SAMPLED_OBSERVATION, rgba32f) uniform restrict writeonly imageBuffer sampled_observation;
+layout(binding = 1, rg32f) uniform restrict writeonly imageBuffer sampled_material;
+layout(binding = 2, rgba32f) uniform restrict writeonly imageBuffer sampled_observation;
 
 void main() {
   ivec2 site = ivec2(gl_GlobalInvocationID.xy);

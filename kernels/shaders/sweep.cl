@@ -27,7 +27,6 @@
 #endif
 
 typedef struct {
-  float steps[16];
   float penalty;
   float colour; // this and the next three are update.inc's Sweep
   float strength;
@@ -42,6 +41,8 @@ typedef struct {
   int sweeps; // more than one only where one group has all tiles, and nothing of the above changes
   int every;  // whether every tile is visited
   uint stamp; // of this sweep, another one for each since the flags were cleared
+  uint first_input; // float of the energy's own numbers where the level's planes begin
+  float steps[16];
 } Parameters;
 
 // A plane as a row of it sees it.
@@ -206,8 +207,8 @@ kernel __attribute__((reqd_work_group_size(LANES, 1, 1))) void sweep(
     global const float* observation,       // target x, y, confidence x, y
     global const float* inverse_curvature, // x, y, where the rule needs them
     global const float* inputs,            // the energy's own
-    global const uchar* classes, global uint* flags, Parameters p) {
-  Fields fields = {material, observation, inverse_curvature, inputs};
+    global const uint* classes, global uint* flags, Parameters p) {
+  Fields fields = {material, observation, inverse_curvature, inputs + p.first_input};
   int tile = get_group_id(0);
   uint now = (p.stamp & 1u) * (uint)p.tile_count;
   if (ACTIVE && !p.every && flags[now + tile] != p.stamp) {

@@ -1,7 +1,7 @@
 #version 430
-// One sweep over a list of tiles of one class as an OpenGL 4.3 compute shader, a group per tile. Buffer textures: on
-// rasterizers that run on the CPU their fetches are several times faster than storage buffers and twice as fast as
-// two-dimensional textures.
+#extension GL_GOOGLE_include_directive : require
+
+// One sweep over a list of tiles of one class, a work group per tile.
 
 #define real float
 #define HDM_FUNCTION
@@ -9,46 +9,37 @@
 #define HDM_CONSTANT const
 #define integer uint
 
-// RULE, COLOURS, STEP_COUNT, TILE_WIDTH, TILE_HEIGHT, COLUMNS, LANES, CLASS and ACTIVE are supplied after #version; STEPS
-// too, where the candidates are to be constants: a tenth faster.
-layout(local_size_x = LANES) in; // TILE_WIDTH / COLUMNS
-
-layout(binding = 0) uniform samplerBuffer image;       // rg: displacement
-layout(binding = 1) uniform samplerBuffer material;    // rg: modulus, 1 / modulus
-layout(binding = 2) uniform samplerBuffer observation; // rg: target, ba: confidence
-layout(binding = 3) uniform samplerBuffer curvature;   // rg: 1 / curvature, where the rule needs it
-#if HDM_INPUTS > 0
-layout(binding = 11) uniform samplerBuffer inputs; // the energy's own, of all levels one after the other
-layout(location = 26) uniform int first_input;    // texel of the level's first site
-#endif
-layout(binding = 0, rg32f) uniform restrict writeonly imageBuffer next_image;
-layout(binding = 0, std430) restrict buffer Tiles { uint tiles[]; }; // this and the next as wake.glsl has them
-layout(binding = 1, std430) restrict buffer Lengths { uvec4 lengths[]; };
-#define appended_lengths lengths
-layout(location = 0) uniform ivec2 dimension;
-layout(location = 1) uniform float penalty;
-layout(location = 18) uniform vec4 turn; // colour, strength, number, seed of update.inc's Sweep
-layout(location = 19) uniform int tiles_across; // this and the next as wake.glsl has them
-layout(location = 20) uniform int tile_count;
-layout(location = 21) uniform int list;
-layout(location = 22) uniform int length;
-layout(location = 23) uniform int next_list;
-layout(location = 24) uniform int next_length;
-layout(location = 25) uniform int stamp;
-const int WINDOW = COLUMNS + 2;
+#ifdef VULKAN
+layout(constant_id = 0) const int rule = 0;
+layout(constant_id = 1) const int colours = 1;
+layout(constant_id = 2) const int step_count = 1;
+layout(constant_id = 3) const uint tile_class = 0u;
+layout(constant_id = 4) const bool wakes = false; // what may change in the next sweep is put on the next list
+layout(constant_id = 5) const int TILE_WIDTH = 32;
+layout(constant_id = 6) const int TILE_HEIGHT = 16;
+layout(constant_id = 7) const int COLUMNS = 1;
+layout(local_size_x_id = 8) in; // TILE_WIDTH / COLUMNS
+const int WINDOW = 6; // of the widest: an array's length is no constant that is given later
+#else // supplied after #version
 const int rule = RULE;
 const int colours = COLOURS;
 const int step_count = STEP_COUNT;
-#ifdef STEPS
-const float steps[16] = float[16](STEPS);
-#else
-layout(location = 2) uniform float steps[16];
+const uint tile_class = CLASS;
+const bool wakes = WAKES != 0;
+layout(local_size_x = LANES) in;
+const int WINDOW = COLUMNS + 2;
 #endif
 
-#include "tile_class.inc"
-#include "wake.glsl"
+#include "fields.glsl"
 
-const uint tile_class = CLASS;
+layout(binding = 10) uniform samplerBuffer inverse_curvature; // where the rule needs it
+layout(binding = 4, std430) buffer Tiles { uint tiles[]; };   // these three as wake.glsl has them
+layout(binding = 5, std430) readonly buffer Lengths { uvec4 lengths[]; };
+layout(binding = 6, std430) buffer AppendedLengths { uvec4 appended_lengths[]; };
+PARAMETERS_AND_STEPS(13)
+
+#include "tile_class.inc"
+
 const bool border = (tile_class & border_bit) != 0u;
 const bool observed = (tile_class & observed_bit) != 0u;
 const bool elastic = (tile_class & elastic_bit) != 0u;
@@ -57,23 +48,36 @@ const bool elastic = (tile_class & elastic_bit) != 0u;
 #include "energy.inc"
 #include "update.inc"
 
-vec2 displacement_at(int i) { return texelFetch(image, i).rg; }
-vec2 material_at(int i) { return texelFetch(material, i).rg; }
+// ListedSweeps::Parameters of backends/session/listed_sweeps.cpp: penalty, width, height; colour, strength, number and seed
+// of update.inc's Sweep; then
+#define tiles_across parameters[7]
+#define tile_count parameters[8]
+#define list parameters[9]
+#define next_list parameters[10]
+#define stamp parameters[11]
+#define first_input parameters[12] // texel of the level's first site
+
+#include "wake.glsl"
+
+vec2 displacement_at(int i) { return texelFetch(displacement, i).xy; }
+vec2 material_at(int i) { return texelFetch(material, i).xy; }
 vec4 observation_at(int i) { return texelFetch(observation, i); }
-vec2 inverse_curvature_at(int i) { return texelFetch(curvature, i).rg; }
+vec2 inverse_curvature_at(int i) { return texelFetch(inverse_curvature, i).xy; }
 #if HDM_INPUTS > 0
 vec4 inputs_at(int i) { return texelFetch(inputs, first_input + i); }
 #endif
-void store(int i, Displacement next) { imageStore(next_image, i, vec4(next.x, next.y, 0.0, 0.0)); }
+void store(int i, Displacement next) { imageStore(improved, i, vec4(next.x, next.y, 0.0, 0.0)); }
 
 #include "tile.glsl"
 
 void main() {
   ivec2 tile = listed_tile(gl_WorkGroupID, tile_class);
   if (tile.x >= 0) {
-    int seen_from = sweep_tile(tile, int(gl_LocalInvocationID.x), dimension, penalty,
-                               Sweep(turn.x, turn.y, turn.z, turn.w));
-    if (ACTIVE) {
+    ivec2 size = ivec2(parameters[1], parameters[2]);
+    Sweep sweep = Sweep(intBitsToFloat(parameters[3]), intBitsToFloat(parameters[4]), intBitsToFloat(parameters[5]),
+                        intBitsToFloat(parameters[6]));
+    int seen_from = sweep_tile(tile, int(gl_LocalInvocationID.x), size, intBitsToFloat(parameters[0]), sweep);
+    if (wakes) {
       wake(tile, seen_from);
     }
   }

@@ -3,31 +3,30 @@
 //
 //   uint tiles[]        as tile_class.inc lays them out
 //   uvec4 lengths[]     of lists, w: number of tiles, xyz: work groups to sweep them with, as indirect dispatches read
-//   uvec4 appended_lengths[]  the same or another buffer: of the lists that are made
+//   uvec4 appended_lengths[]  the same of the lists that are made
 //   int tiles_across, tile_count
-//   int list, length            the set of lists to sweep and its first class's element of lengths
-//   int next_list, next_length  the same for the lists that changes are put on
-//   int stamp                   of this sweep, > 0, another one for each since the stamps were cleared
+//   int list       the set of lists to sweep
+//   int next_list  the set that changes are put on
+//   int stamp      of this sweep, > 0, another one for each since the stamps were cleared
 //
 // Nothing waits for anything: atomicExchange decides who appends a tile, once.
 
-void append_tile(uint tile, uint tile_class, int set, int first_length) {
-  uint at = uint(first_length) + tile_class;
-  uint place = atomicAdd(appended_lengths[at].w, 1u);
-  tiles[list_begin(uint(set), tile_class, uint(tile_count)) + place] = tile;
+void append_tile(uint tile, uint its_class) {
+  uint place = atomicAdd(appended_lengths[its_class].w, 1u);
+  tiles[list_begin(uint(next_list), its_class, uint(tile_count)) + place] = tile;
   if (place < most_groups_across) {
-    atomicMax(appended_lengths[at].x, place + 1u);
+    atomicMax(appended_lengths[its_class].x, place + 1u);
   }
   if (place % most_groups_across == 0u) {
-    atomicAdd(appended_lengths[at].y, 1u);
-    appended_lengths[at].z = 1u;
+    atomicAdd(appended_lengths[its_class].y, 1u);
+    appended_lengths[its_class].z = 1u;
   }
 }
 
 // The tile that a work group sweeps, by column and row; x < 0: none.
 ivec2 listed_tile(uvec3 group, uint tile_class) {
   uint place = group.y * most_groups_across + group.x;
-  if (place >= lengths[uint(length) + tile_class].w) {
+  if (place >= lengths[tile_class].w) {
     return ivec2(-1);
   }
   int tile = int(tiles[list_begin(uint(list), tile_class, uint(tile_count)) + place]);
@@ -43,7 +42,7 @@ void wake(ivec2 tile, int seen_from) {
     if (all(greaterThanEqual(other, ivec2(0))) && all(lessThan(other, grid))) {
       uint woken = uint(other.y * tiles_across + other.x);
       if (atomicExchange(tiles[stamps_section * uint(tile_count) + woken], uint(stamp)) != uint(stamp)) {
-        append_tile(woken, tiles[classes_section * uint(tile_count) + woken], next_list, next_length);
+        append_tile(woken, tiles[classes_section * uint(tile_count) + woken]);
       }
     }
   }

@@ -123,7 +123,7 @@ void limit(GLenum asked, GLint* answer) {
   }
   if (asked == GL_MAX_TEXTURE_BUFFER_SIZE &&
       strikes(Event::gl_answer,
-              {.name = "GL_MAX_TEXTURE_BUFFER_SIZE", .words = {"buffer textures end at 2 sites"}})) {
+              {.name = "GL_MAX_TEXTURE_BUFFER_SIZE", .words = {"texel buffer elements are needed, the device has 2"}})) {
     *answer = too_small;
   }
 }

@@ -1,6 +1,6 @@
 #include "harness/judge/accuracy/arithmetic.hpp"
 
-#include "harness/check/rounding_bound.hpp"
+#include "harness/check/certificate.hpp"
 #include "harness/judge/accuracy/deviation.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/sites.hpp"

@@ -1,0 +1,47 @@
+#include "backends/device/device.hpp"
+
+#include <fmt/format.h>
+
+namespace hdmbench {
+
+Array::Array(ComputeDevice& device, std::size_t count, Kind kind)
+    : device_(device), count_(count), kind_(kind) {
+  device_.allocated_ += bytes();
+}
+
+Array::~Array() {
+  device_.allocated_ -= bytes();
+}
+
+std::unique_ptr<Array> ComputeDevice::allocate(std::size_t count, Kind kind) {
+  const auto require = [&](std::size_t needed, std::size_t limit, const char* what) {
+    if (needed > limit) {
+      throw TooLarge(
+          fmt::format("{}: {} {} are needed, the device has {}", description().name, needed, what, limit));
+    }
+  };
+  const std::size_t bytes = count * bytes_of(kind);
+  if (kind != Kind::words) {
+    require(count, limits().elements, "texel buffer elements");
+  }
+  require(bytes, limits().array_bytes, "bytes in one allocation");
+  require(allocated_ + bytes, limits().memory, "bytes of memory");
+  return make(count, kind);
+}
+
+const Program& Programs::operator()(const ProgramKind& kind) {
+  auto found = programs_.find(kind);
+  if (found == programs_.end()) {
+    found = programs_.emplace(kind, device_.compile(kind)).first;
+  }
+  return *found->second;
+}
+
+void make_room(ComputeDevice& device, std::unique_ptr<Array>& array, std::size_t count, Kind kind) {
+  if (array == nullptr || array->count() != count || array->kind() != kind) {
+    array.reset(); // before the new one, so that both need not fit
+    array = device.allocate(count, kind);
+  }
+}
+
+} // namespace hdmbench

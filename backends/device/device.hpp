@@ -1,0 +1,295 @@
+#pragma once
+
+#include "backends/backend.hpp"
+#include "backends/device/bindings.hpp"
+#include "backends/shared/sweep_shapes.hpp"
+#include "kernels/data/energy.hpp"
+#include "kernels/data/level.hpp"
+
+#include <array>
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+/// What sessions ask of a device that is programmed by kernels: the verbs that each API (OpenGL, Vulkan,
+/// OpenCL) has in a folder of its own. backends/session computes by them and knows no API.
+namespace hdmbench {
+
+class ComputeDevice;
+
+/// What an array consists of: floats two by two or four by four, which programs fetch as texels, or words of
+/// 32 bits.
+enum class Kind { pairs, fours, words };
+
+[[nodiscard]] constexpr std::size_t bytes_of(Kind kind) {
+  return kind == Kind::pairs ? 8 : kind == Kind::fours ? 16 : 4;
+}
+
+/// An array of a device, which must outlive it.
+class Array {
+public:
+  Array(ComputeDevice& device, std::size_t count, Kind kind);
+  Array(const Array&) = delete;
+  Array& operator=(const Array&) = delete;
+  virtual ~Array();
+
+  [[nodiscard]] std::size_t count() const { return count_; }
+  [[nodiscard]] Kind kind() const { return kind_; }
+  [[nodiscard]] std::size_t bytes() const { return count_ * bytes_of(kind_); }
+
+private:
+  ComputeDevice& device_;
+  std::size_t count_;
+  Kind kind_;
+};
+
+/// The texts of kernels/shaders, by what they do. A folder of an API knows which text of its language that
+/// is.
+enum class Kernel {
+  sweep,
+  count,
+  sample,
+  project,
+  coarse_levels,
+  elastic,
+  elastic_coarse,
+  probe,
+  copy,
+  multiply_add
+};
+
+/// What a program is compiled for.
+struct ProgramKind {
+  /// A number that the text has by this name, or by its place in the list where the text is SPIR-V.
+  struct Constant {
+    std::string_view name; ///< lives for ever
+    std::int32_t value = 0;
+
+    auto operator<=>(const Constant&) const = default;
+  };
+
+  Kernel kernel = Kernel::sweep;
+  std::vector<Constant> constants{};
+  const Energy* energy = &thesis_energy;
+  /// The candidates as constants, where the text is compiled at run time: for programs that are told none.
+  std::optional<std::array<float, 16>> steps{};
+
+  auto operator<=>(const ProgramKind&) const = default;
+};
+
+/// A compiled program of a device, which must outlive it.
+class Program {
+public:
+  Program() = default;
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
+  virtual ~Program() = default;
+};
+
+/// A program on arrays.
+struct Dispatch {
+  const Program* program = nullptr;
+  std::array<const Array*, binding::count> arrays{}; ///< by backends/device/bindings.hpp
+  std::array<std::int32_t, 32> words{};              ///< what the program is told
+  std::size_t word_count = 0;
+  std::array<float, 16> steps{}; ///< told after the words where `has_steps`, 128 bytes in all at most
+  bool has_steps = false;
+  Extent groups{1, 1}; ///< work groups; a row of lanes each in OpenCL, which numbers them row by row
+  /// Four words of this array, from this one on, are the numbers of work groups along x, y and z; the fourth
+  /// is nobody's here. Null: `groups`.
+  const Array* counted = nullptr;
+  std::size_t first_count = 0;
+  bool beside = false; ///< has nothing to do with what the command before does: no need to wait for it
+
+  /// Tells the program a struct of words.
+  template <typename Words>
+  void tell(const Words& struct_of_words) {
+    static_assert(sizeof(Words) % 4 == 0 && sizeof(Words) <= sizeof(words));
+    std::memcpy(words.data(), &struct_of_words, sizeof(Words));
+    word_count = sizeof(Words) / 4;
+  }
+};
+
+/// Zeros in an array, `bytes` from byte `first` on, multiples of 4.
+struct Fill {
+  const Array* array = nullptr;
+  std::size_t first = 0;
+  std::size_t bytes = 0;
+  bool beside = false; ///< as Dispatch has it
+};
+
+/// Done in their order: each sees what those before it wrote.
+using Commands = std::vector<std::variant<Dispatch, Fill>>;
+
+/// Commands that a device keeps.
+class Recording {
+public:
+  explicit Recording(Commands commands) : commands_(std::move(commands)) {}
+  Recording(const Recording&) = delete;
+  Recording& operator=(const Recording&) = delete;
+  virtual ~Recording() = default;
+
+  [[nodiscard]] const Commands& commands() const { return commands_; }
+
+private:
+  Commands commands_;
+};
+
+/// How much a device can do.
+struct DeviceLimits {
+  std::size_t elements = 0;    ///< of an array of texels
+  std::size_t array_bytes = 0; ///< in one array
+  std::size_t memory = 0;      ///< bytes in all arrays
+  std::size_t groups_x = 0;    ///< work groups of a dispatch
+  std::size_t groups_y = 0;
+  int group = 1;                ///< invocations of a work group
+  std::size_t shared_bytes = 0; ///< of a work group; 0: programs have none
+  /// Arrays of sites are planes of one number each: rows of a plane are what a compiler makes SIMD of. Else
+  /// they are texels.
+  bool has_planes = false;
+  bool compiles_steps = false; ///< programs can have candidates as constants (ProgramKind::steps)
+};
+
+/// The verbs. All throw DeviceError that names the call of the API which failed; after that what arrays hold
+/// is lost, and everything can be called again. Only while a Use of it lives.
+class ComputeDevice {
+public:
+  ComputeDevice() = default;
+  ComputeDevice(const ComputeDevice&) = delete;
+  ComputeDevice& operator=(const ComputeDevice&) = delete;
+  virtual ~ComputeDevice() = default;
+
+  [[nodiscard]] virtual const Device& description() const = 0;
+  [[nodiscard]] virtual const DeviceLimits& limits() const = 0;
+  /// How it may lay out sweeps, by SessionOptions::shape.
+  [[nodiscard]] virtual std::span<const SweepShape> shapes() const { return sweep_shapes; }
+
+  /// Of undefined content. Throws TooLarge where it exceeds the limits.
+  [[nodiscard]] std::unique_ptr<Array> allocate(std::size_t count, Kind kind);
+  /// From byte `first` on.
+  virtual void write(const Array& to, std::size_t first, std::span<const std::byte> values) = 0;
+  /// After everything that was run.
+  virtual void read(const Array& from, std::size_t first, std::span<std::byte> values) = 0;
+  [[nodiscard]] virtual std::unique_ptr<Program> compile(const ProgramKind& kind) = 0;
+  /// Does not wait until they are done, and may not begin before finish() or read().
+  virtual void run(std::span<const Commands::value_type> commands) = 0;
+  /// Waits for all that was run.
+  virtual void finish() = 0;
+  /// For replay() as often as wanted. Its arrays and programs must outlive it.
+  [[nodiscard]] virtual std::unique_ptr<Recording> record(Commands commands) {
+    return std::make_unique<Recording>(std::move(commands));
+  }
+  virtual void replay(const Recording& recording) { run(recording.commands()); }
+
+  /// Waits, without an error, before what was made here is destroyed.
+  virtual void settle() noexcept {}
+  /// It cannot be used any more: what destroys its arrays calls nothing from now on.
+  virtual void abandon() noexcept {}
+
+private:
+  friend class Array;
+  friend class Use;
+  [[nodiscard]] virtual std::unique_ptr<Array> make(std::size_t count, Kind kind) = 0;
+  virtual void enter() {}
+  virtual void leave() noexcept {}
+
+  std::size_t allocated_ = 0; ///< bytes
+};
+
+/// Makes a device the thread's own, where its API wants that (OpenGL's current context).
+class Use {
+public:
+  explicit Use(ComputeDevice& device) : device_(device) { device_.enter(); }
+  Use(const Use&) = delete;
+  Use& operator=(const Use&) = delete;
+  ~Use() { device_.leave(); }
+
+private:
+  ComputeDevice& device_;
+};
+
+/// A device and `Work`, which is made of it and owns arrays and programs of it.
+template <typename Work>
+class OnDevice {
+public:
+  template <typename... Arguments>
+  explicit OnDevice(std::unique_ptr<ComputeDevice> device, Arguments... arguments)
+      : device_(std::move(device)) {
+    const Use use(*device_);
+    work_.emplace(*device_, arguments...);
+  }
+  OnDevice(const OnDevice&) = delete;
+  OnDevice& operator=(const OnDevice&) = delete;
+  ~OnDevice() {
+    try {
+      const Use use(*device_);
+      device_->settle(); // an error may have left work behind
+      work_.reset();
+    } catch (const DeviceError&) {
+      device_->abandon();
+    }
+  }
+
+  /// call(work), while the device is used.
+  template <typename Call>
+  decltype(auto) operator()(const Call& call) {
+    const Use use(*device_);
+    return call(*work_);
+  }
+
+private:
+  std::unique_ptr<ComputeDevice> device_;
+  std::optional<Work> work_;
+};
+
+/// Programs by what they were compiled for: going back to a rule or a level compiles nothing.
+class Programs {
+public:
+  explicit Programs(ComputeDevice& device) : device_(device) {}
+
+  [[nodiscard]] const Program& operator()(const ProgramKind& kind);
+
+private:
+  ComputeDevice& device_;
+  std::map<ProgramKind, std::unique_ptr<Program>> programs_;
+};
+
+/// Makes `array` have so many elements, whose content is then undefined.
+void make_room(ComputeDevice& device, std::unique_ptr<Array>& array, std::size_t count, Kind kind);
+
+/// A new array with these values; of one element where there are none.
+template <typename Value>
+[[nodiscard]] std::unique_ptr<Array> upload(ComputeDevice& device, Kind kind,
+                                            const std::vector<Value>& values) {
+  const auto bytes = std::as_bytes(std::span(values));
+  auto array = device.allocate(values.empty() ? 1 : bytes.size() / bytes_of(kind), kind);
+  if (!values.empty()) {
+    device.write(*array, 0, bytes);
+  }
+  return array;
+}
+
+/// Devices of an API.
+class ComputeApi {
+public:
+  ComputeApi() = default;
+  ComputeApi(const ComputeApi&) = delete;
+  ComputeApi& operator=(const ComputeApi&) = delete;
+  virtual ~ComputeApi() = default;
+
+  /// As Backend::devices().
+  [[nodiscard]] virtual std::vector<Device> devices() const = 0;
+  /// `index` into devices(). Throws DeviceError.
+  [[nodiscard]] virtual std::unique_ptr<ComputeDevice> open(std::size_t index) const = 0;
+};
+
+} // namespace hdmbench

@@ -1,0 +1,415 @@
+#include "backends/session/device_session.hpp"
+
+#include "backends/session/sweeps.hpp"
+#include "backends/shared/coarse_levels.hpp"
+#include "backends/shared/input_texels.hpp"
+#include "backends/shared/resampling_entries.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace hdmbench {
+
+namespace {
+
+/// Keeps what is waited for short enough for the watchdogs of drivers: about a second at 10^8 sites a second.
+/// A sweep counts as this many sites at least.
+constexpr std::size_t updates_at_once = std::size_t{1} << 27;
+constexpr std::size_t least_updates_of_sweep = std::size_t{1} << 15;
+
+/// Of the shaders that visit each site once: groups of 64 along x. In OpenCL C a group takes a row.
+constexpr int group_width = 64;
+
+/// Words of kernels/shaders/resampling.glsl and resample.cl.
+struct Resampling {
+  std::int32_t width = 0;
+  std::uint32_t origin = 0;
+  std::uint32_t plane = 0;
+  std::int32_t from_width = 0;
+  std::uint32_t from_origin = 0;
+  std::uint32_t from_plane = 0;
+  std::int32_t first_column = 0; ///< of the level's entries
+  std::int32_t first_row = 0;
+};
+
+/// Words of kernels/shaders/count.comp, of which it has the first only, and of count.cl.
+struct CountedSites {
+  std::int32_t width = 0;
+  std::uint32_t origin = 0;
+  std::uint32_t plane = 0;
+};
+
+/// Words of kernels/shaders/coarse_levels.comp.
+struct CoarseLevels {
+  float penalty = 0.0F;
+  std::int32_t full_width = 0;
+  std::int32_t first_level = 0;
+  std::int32_t level_count = 0;
+};
+
+/// What a session has on its device.
+class DeviceLevels {
+public:
+  DeviceLevels(ComputeDevice& device, Work work)
+      : device_(device), work_(work), programs_(device), counter_(device.allocate(1, Kind::words)),
+        count_program_(programs_({.kernel = Kernel::count})) {}
+
+  [[nodiscard]] const ComputeDevice& device() const { return device_; }
+
+  /// `shape` of ComputeDevice::shapes().
+  void load(const Level& level, std::size_t shape) {
+    upload_full(level);
+    upload_inputs(InputTexels(level), {level.extent});
+    sweeps_ = make_sweeps(device_, programs_,
+                          {.full = level,
+                           .extent = level.extent,
+                           .strengths = level.strengths,
+                           .work = work_,
+                           .shape = device_.shapes()[shape]});
+    device_.finish();
+  }
+
+  void write(const VectorField& displacement) {
+    displacements_.newest = 0;
+    write_sites(device_, *displacements_.field(), 0, layout_, {displacement.x, displacement.y});
+    Commands commands;
+    sweeps_->wake_all(commands);
+    device_.run(commands);
+    device_.finish();
+  }
+
+  void step(int first, int sweeps) {
+    const int most = static_cast<int>(std::max<std::size_t>(updates_at_once / cost_of(layout_.extent), 1));
+    for (int done = 0; done < sweeps; done += most) {
+      Commands commands;
+      sweeps_->append(commands, first + done, std::min(most, sweeps - done), full_, *inputs_, displacements_);
+      device_.run(commands);
+      device_.finish();
+    }
+  }
+
+  void read(VectorField& displacement) {
+    read_sites(device_, *displacements_.field(), layout_, displacement);
+  }
+
+  std::int64_t changed() {
+    Commands commands{Fill{.array = counter_.get(), .bytes = counter_->bytes()}};
+    Dispatch count{.program = &count_program_, .groups = groups_of(layout_.extent)};
+    count.arrays[binding::displacement] = displacements_.field();
+    count.arrays[binding::improved] = displacements_.other();
+    count.arrays[binding::counter] = counter_.get();
+    count.tell(CountedSites{.width = layout_.extent.width,
+                            .origin = static_cast<std::uint32_t>(layout_.origin),
+                            .plane = static_cast<std::uint32_t>(layout_.plane)});
+    commands.emplace_back(count);
+    device_.run(commands);
+    std::array<std::uint32_t, 1> changed{};
+    device_.read(*counter_, 0, std::as_writable_bytes(std::span(changed)));
+    return changed.front();
+  }
+
+  /// `coarse_group` of coarse_groups.
+  void load(const Pyramid& pyramid, int coarse_group, std::size_t shape) {
+    const Level& full = *pyramid.full;
+    upload_full(full);
+    const ResamplingEntries entries(pyramid);
+    entries_ = upload(device_, Kind::fours, entries.texels);
+    const InputTexels inputs(pyramid);
+    std::vector<Extent> extents;
+    Extent sampled{};
+    for (const PyramidLevel& level : pyramid.levels) {
+      extents.push_back(level.extent);
+      if (level.extent != full.extent && level.extent.sites() > sampled.sites()) {
+        sampled = level.extent;
+      }
+    }
+    upload_inputs(inputs, extents);
+    if (sampled.sites() > 0) {
+      make_room(sampled_, layout_of(sampled), false);
+    }
+    const std::size_t together = coarse_group > 0 ? coarse_level_count(pyramid, coarse_group) : 0;
+    for (std::size_t i = 0; i < pyramid.levels.size(); ++i) {
+      levels_.push_back(i < together ? nullptr
+                                     : make_sweeps(device_, programs_,
+                                                   {.full = full,
+                                                    .extent = pyramid.levels[i].extent,
+                                                    .alignment = pyramid.alignment,
+                                                    .strengths = pyramid.levels[i].strengths,
+                                                    .work = work_,
+                                                    .shape = device_.shapes()[shape],
+                                                    .first_input = first_inputs_[i]}));
+    }
+    record(pyramid, entries, together, coarse_group);
+    device_.finish();
+  }
+
+  void solve(const Session::Advance& advance) {
+    for (const Part& part : parts_) {
+      device_.replay(*part.commands);
+      device_.finish();
+      advance(part.site_updates);
+    }
+    displacements_.newest = newest_of_pyramid_;
+  }
+
+private:
+  /// Of a pyramid's commands.
+  struct Part {
+    std::unique_ptr<Recording> commands;
+    double site_updates = 0.0;
+  };
+
+  static std::size_t cost_of(Extent extent) { return std::max(extent.sites(), least_updates_of_sweep); }
+
+  [[nodiscard]] SiteLayout layout_of(Extent extent) const { return {extent, device_.limits().has_planes}; }
+
+  [[nodiscard]] Extent groups_of(Extent extent) const {
+    return device_.limits().has_planes
+               ? Extent{1, extent.height}
+               : Extent{(extent.width + group_width - 1) / group_width, extent.height};
+  }
+
+  /// Throws TooLarge where the device has too few work groups for a level.
+  void require_groups(Extent extent) const {
+    const auto require = [&](int needed, std::size_t limit, const char* what) {
+      if (static_cast<std::size_t>(needed) > limit) {
+        throw TooLarge(fmt::format("{}: {} x {} sites need {} {}, the device has {}",
+                                   device_.description().name, extent.width, extent.height, needed, what,
+                                   limit));
+      }
+    };
+    const Extent groups = groups_of(extent);
+    require(groups.width, device_.limits().groups_x, "work groups in x");
+    require(groups.height, device_.limits().groups_y, "work groups in y");
+  }
+
+  void make_room(LevelArrays& arrays, const SiteLayout& layout, bool curvature) {
+    const auto make = [&](std::unique_ptr<Array>& array, std::size_t components, bool is_needed = true) {
+      hdmbench::make_room(device_, array, is_needed ? layout.count(components) : 1, layout.kind(components));
+    };
+    make(arrays.material, 2);
+    make(arrays.observation, 4);
+    make(arrays.inverse_curvature, 2, curvature);
+  }
+
+  /// The level itself and room for its displacement; forgets all that was loaded before.
+  void upload_full(const Level& level) {
+    require_groups(level.extent);
+    parts_.clear();
+    levels_.clear();
+    sweeps_.reset();
+    layout_ = layout_of(level.extent);
+    for (std::unique_ptr<Array>& displacement : displacements_.arrays) {
+      hdmbench::make_room(device_, displacement, layout_.count(2), layout_.kind(2));
+    }
+    const bool curvature = needs_inverse_curvature(level.rule);
+    make_room(full_, layout_, curvature);
+    write_sites(device_, *full_.material, 0, layout_, {level.modulus.values, level.inverse_modulus.values});
+    write_sites(device_, *full_.observation, 0, layout_,
+                {level.target.x, level.target.y, level.confidence.x, level.confidence.y});
+    if (curvature) {
+      write_sites(device_, *full_.inverse_curvature, 0, layout_,
+                  {level.inverse_curvature.x, level.inverse_curvature.y});
+    }
+  }
+
+  /// Of levels of these extents.
+  void upload_inputs(const InputTexels& inputs, const std::vector<Extent>& extents) {
+    const bool has_planes = device_.limits().has_planes;
+    first_inputs_.assign(extents.size(), 0);
+    if (inputs.count() == 0) {
+      hdmbench::make_room(device_, inputs_, 1, layout_.kind(4));
+      return;
+    }
+    const auto planes_of = [&](std::size_t first, std::size_t count) {
+      const auto part = [&](std::size_t number) {
+        return std::span<const float>(inputs.planes.at(number)).subspan(first, count);
+      };
+      return std::vector{part(0), part(1), part(2), part(3)};
+    };
+    if (!has_planes) {
+      hdmbench::make_room(device_, inputs_, inputs.count(), Kind::fours);
+      write_sites(device_, *inputs_, 0, layout_, planes_of(0, inputs.count()));
+      first_inputs_ = inputs.first;
+      return;
+    }
+    std::size_t floats = 0;
+    for (std::size_t i = 0; i < extents.size(); ++i) {
+      first_inputs_[i] = static_cast<std::int32_t>(floats);
+      floats += layout_of(extents[i]).count(4);
+    }
+    hdmbench::make_room(device_, inputs_, floats, Kind::words);
+    for (std::size_t i = 0; i < extents.size(); ++i) {
+      write_sites(device_, *inputs_, static_cast<std::size_t>(first_inputs_[i]), layout_of(extents[i]),
+                  planes_of(static_cast<std::size_t>(inputs.first[i]), extents[i].sites()));
+    }
+  }
+
+  /// All levels from a null field, the first `together` of them in one dispatch of a group of `coarse_group`.
+  void record(const Pyramid& pyramid, const ResamplingEntries& entries, std::size_t together,
+              int coarse_group) {
+    Commands commands;
+    double updates = 0.0;
+    std::size_t cost = 0;
+    const auto close = [&] {
+      if (!commands.empty()) {
+        parts_.push_back({device_.record(std::exchange(commands, {})), std::exchange(updates, 0.0)});
+        cost = 0;
+      }
+    };
+    displacements_.newest = 0;
+    if (together > 0) {
+      commands.emplace_back(coarse_levels(pyramid, entries, together, coarse_group));
+      displacements_.swap();
+      updates += coarse_site_updates(pyramid, together);
+      cost = updates_at_once / 2; // at most about half a second
+    } else {
+      const SiteLayout first = layout_of(pyramid.levels.front().extent);
+      commands.emplace_back(
+          Fill{.array = displacements_.field(), .bytes = first.count(2) * bytes_of(first.kind(2))});
+    }
+    for (std::size_t i = together; i < pyramid.levels.size(); ++i) {
+      const PyramidLevel& level = pyramid.levels[i];
+      const SiteLayout layout = layout_of(level.extent);
+      const bool is_full = level.extent == pyramid.full->extent;
+      if (!is_full) {
+        sample(commands, layout, entries.begins[i]);
+      }
+      if (i > 0 && pyramid.levels[i - 1].extent != level.extent) {
+        project(commands, layout_of(pyramid.levels[i - 1].extent), layout, entries.begins[i]);
+      }
+      levels_[i]->wake_all(commands);
+      for (int first = 0; first < level.sweeps;) {
+        const std::size_t affordable =
+            cost < updates_at_once ? (updates_at_once - cost) / cost_of(level.extent) : 0;
+        const int count = static_cast<int>(
+            std::clamp<std::size_t>(affordable, 1, static_cast<std::size_t>(level.sweeps - first)));
+        levels_[i]->append(commands, first, count, is_full ? full_ : sampled_, *inputs_, displacements_);
+        first += count;
+        updates += static_cast<double>(level.extent.sites()) * count;
+        cost += cost_of(level.extent) * static_cast<std::size_t>(count);
+        if (cost + cost_of(level.extent) > updates_at_once) {
+          close();
+        }
+      }
+    }
+    close();
+    newest_of_pyramid_ = displacements_.newest;
+  }
+
+  Dispatch coarse_levels(const Pyramid& pyramid, const ResamplingEntries& entries, std::size_t count,
+                         int group) {
+    const Level& full = *pyramid.full;
+    Dispatch dispatch{.program = &programs_({.kernel = Kernel::coarse_levels,
+                                             .constants = {{"INVOCATIONS", group},
+                                                           {"STEP_COUNT", full.steps.count()},
+                                                           {"STOPS_AT_REST", work_ == Work::active ? 1 : 0}},
+                                             .energy = full.energy})};
+    dispatch.arrays[binding::material] = full_.material.get();
+    dispatch.arrays[binding::observation] = full_.observation.get();
+    dispatch.arrays[binding::inputs] = inputs_.get();
+    dispatch.arrays[binding::entries] = entries_.get();
+    dispatch.arrays[binding::improved] = displacements_.other();
+    dispatch.tell(CoarseLevels{.penalty = full.penalty,
+                               .full_width = full.extent.width,
+                               .first_level = entries.levels_begin,
+                               .level_count = static_cast<std::int32_t>(count)});
+    dispatch.steps = full.steps.padded();
+    dispatch.has_steps = true;
+    return dispatch;
+  }
+
+  [[nodiscard]] Dispatch resampling(Kernel kernel, const SiteLayout& from, const SiteLayout& to,
+                                    std::int32_t first) {
+    Dispatch dispatch{.program = &programs_({.kernel = kernel}), .groups = groups_of(to.extent)};
+    dispatch.arrays[binding::entries] = entries_.get();
+    dispatch.tell(Resampling{.width = to.extent.width,
+                             .origin = static_cast<std::uint32_t>(to.origin),
+                             .plane = static_cast<std::uint32_t>(to.plane),
+                             .from_width = from.extent.width,
+                             .from_origin = static_cast<std::uint32_t>(from.origin),
+                             .from_plane = static_cast<std::uint32_t>(from.plane),
+                             .first_column = first,
+                             .first_row = first + to.extent.width});
+    return dispatch;
+  }
+
+  void sample(Commands& commands, const SiteLayout& layout, std::int32_t first) {
+    Dispatch dispatch = resampling(Kernel::sample, layout_, layout, first);
+    dispatch.arrays[binding::material] = full_.material.get();
+    dispatch.arrays[binding::observation] = full_.observation.get();
+    dispatch.arrays[binding::sampled_material] = sampled_.material.get();
+    dispatch.arrays[binding::sampled_observation] = sampled_.observation.get();
+    commands.emplace_back(dispatch);
+  }
+
+  void project(Commands& commands, const SiteLayout& above, const SiteLayout& layout, std::int32_t first) {
+    Dispatch dispatch = resampling(Kernel::project, above, layout, first);
+    dispatch.arrays[binding::displacement] = displacements_.field();
+    dispatch.arrays[binding::improved] = displacements_.other();
+    dispatch.beside = layout.extent != layout_.extent; // the level is sampled beside it
+    commands.emplace_back(dispatch);
+    displacements_.swap();
+  }
+
+  ComputeDevice& device_;
+  Work work_;
+  Programs programs_;
+  std::unique_ptr<Array> counter_;
+  const Program& count_program_;
+  SiteLayout layout_; ///< of the full level
+  Displacements displacements_;
+  LevelArrays full_;
+  LevelArrays sampled_;                         ///< of the level of a pyramid that is swept
+  std::unique_ptr<Array> inputs_;               ///< InputTexels
+  std::vector<std::int32_t> first_inputs_;      ///< per level, where its elements of them begin
+  std::unique_ptr<Array> entries_;              ///< of a pyramid's levels: ResamplingEntries
+  std::unique_ptr<Sweeps> sweeps_;              ///< where load(level) was the last
+  std::vector<std::unique_ptr<Sweeps>> levels_; ///< where load(pyramid) was the last; null: computed together
+  std::vector<Part> parts_;                     ///< as levels_; their arrays and programs outlive them
+  std::size_t newest_of_pyramid_ = 0;
+};
+
+class DeviceSession final : public Session {
+public:
+  DeviceSession(std::unique_ptr<ComputeDevice> device, Work work) : levels_(std::move(device), work) {}
+
+private:
+  // What may measure, in a session of its own, is asked before the device is used.
+  void do_load(const Level& level) override {
+    const std::size_t taken = shape(level.extent);
+    levels_([&](DeviceLevels& levels) { levels.load(level, taken); });
+  }
+  void do_write(const VectorField& displacement) override {
+    levels_([&](DeviceLevels& levels) { levels.write(displacement); });
+  }
+  void do_step(int first, int sweeps) override {
+    levels_([&](DeviceLevels& levels) { levels.step(first, sweeps); });
+  }
+  void do_read(VectorField& displacement) override {
+    levels_([&](DeviceLevels& levels) { levels.read(displacement); });
+  }
+  std::int64_t do_changed() override {
+    return levels_([&](DeviceLevels& levels) { return levels.changed(); });
+  }
+  void do_load_pyramid(const Pyramid& pyramid) override {
+    const int group = has_coarse_levels(pyramid) ? coarse_groups.at(variant()) : 0;
+    const std::size_t taken = shape(pyramid.full->extent);
+    levels_([&](DeviceLevels& levels) { levels.load(pyramid, group, taken); });
+  }
+  void do_solve(const Advance& advance) override {
+    levels_([&](DeviceLevels& levels) { levels.solve(advance); });
+  }
+
+  OnDevice<DeviceLevels> levels_;
+};
+
+} // namespace
+
+std::unique_ptr<Session> make_device_session(std::unique_ptr<ComputeDevice> device, Work work) {
+  return std::make_unique<DeviceSession>(std::move(device), work);
+}
+
+} // namespace hdmbench

@@ -1,0 +1,39 @@
+#pragma once
+
+#include "backends/device/device.hpp"
+#include "kernels/data/field.hpp"
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace hdmbench {
+
+/// How numbers of the sites of a level lie in an array of a device: as texels of two or four in reading
+/// order, or as planes of one number each, with room around for what a row reads beyond the border
+/// (kernels/shaders/sweep.cl).
+struct SiteLayout {
+  SiteLayout() = default;
+  SiteLayout(Extent extent, bool has_planes);
+
+  /// Of an array with so many numbers a site, 2 or 4 where they are texels.
+  [[nodiscard]] std::size_t count(std::size_t components) const {
+    return has_planes ? components * plane : extent.sites();
+  }
+  [[nodiscard]] Kind kind(std::size_t components) const {
+    return has_planes ? Kind::words : components == 2 ? Kind::pairs : Kind::fours;
+  }
+
+  Extent extent;
+  bool has_planes = false;
+  std::size_t origin = 0; ///< of planes: floats before the first site
+  std::size_t plane = 0;  ///< floats from a plane to the next
+};
+
+/// Writes a value of each site per component, in reading order, into the layout's part of an array that
+/// begins with its element `first`. All these throw DeviceError.
+void write_sites(ComputeDevice& device, const Array& to, std::size_t first, const SiteLayout& layout,
+                 const std::vector<std::span<const float>>& components);
+void read_sites(ComputeDevice& device, const Array& from, const SiteLayout& layout, VectorField& to);
+
+} // namespace hdmbench
