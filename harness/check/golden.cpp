@@ -93,7 +93,7 @@ GoldenInputs hash_inputs(const Scene& scene) {
   GoldenInputs inputs{.scene = hash.value(), .levels = {}};
   if (scene.energy == EnergyModel::elastic) {
     inputs.levels = {hierarchy_hash(make_elastic_hierarchy(scene.full, scene.poisson))};
-  } else if (scene.schedule.cycle == Cycle::one_way) {
+  } else {
     LevelSequence levels(scene);
     for (const int index : levels.order()) {
       inputs.levels.push_back(level_hash(levels.sample(index)));
@@ -147,7 +147,7 @@ std::vector<GoldenLevel> GoldenSolver::solve(const Scene& scene, Progress& progr
 }
 
 std::optional<std::uint64_t> GoldenSolver::solve_in_one_piece(const Scene& scene) {
-  if (scene.schedule.cycle != Cycle::one_way || !LevelSequence(scene).pyramid()) {
+  if (scene.energy == EnergyModel::elastic || !LevelSequence(scene).pyramid()) {
     return std::nullopt;
   }
   Progress silent(false);

@@ -18,8 +18,7 @@ namespace hdmbench {
 /// 1/A or strengths (levels) and in the sweep are told apart.
 struct GoldenInputs {
   std::uint64_t scene = 0; ///< target, confidence, modulus, K, candidates and start at full resolution
-  /// level_hash() of each level, coarsest first; of the elastic energy hierarchy_hash() alone; empty where
-  /// another method visits levels more than once.
+  /// level_hash() of each level, coarsest first; of the elastic energy hierarchy_hash() alone.
   std::vector<std::uint64_t> levels;
 };
 

@@ -213,12 +213,6 @@ std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
   if (scene.energy == EnergyModel::elastic) {
     return verify_elastic(scene, reference, backends, options, progress);
   }
-  if (scene.schedule.cycle != Cycle::one_way) {
-    throw InputError(
-        fmt::format("verify follows a method sweep by sweep along the pyramid, {} goes to and fro; "
-                    "bench compares its fields",
-                    scene.schedule.method));
-  }
   ReferenceRun run(scene, reference, backends, options, progress);
   LevelSequence levels(scene);
   for (const int index : levels.order()) {

@@ -187,7 +187,7 @@ int run_register(const Arguments& arguments, const Command& command, const std::
                          .why = "--iterate solves with the elastic energy"}});
   const PictureData data = arguments.pair.load();
   const Schedule& solved = data.scene.schedule;
-  const bool has_sweeps_only = solved.cycle == Cycle::one_way || solved.method == elastic_sweeps;
+  const bool has_sweeps_only = data.scene.energy == EnergyModel::hdm || solved.method == elastic_sweeps;
   if (!arguments.iterate && has_sweeps_only && solved.iterations == 0) {
     throw InputError("register with 0 iterations would leave everything where it is; give at least 1");
   }

@@ -19,7 +19,7 @@
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/robust_observations.hpp"
 #include "harness/solve/methods/solver.hpp"
-#include "harness/solve/planner/energy_choice.hpp"
+#include "harness/solve/planner.hpp"
 #include "harness/solve/solve.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/mean_energy.hpp"
@@ -170,11 +170,31 @@ void print_ranks(const std::vector<RankRow>& rows) {
   fmt::print("\n{}", table.text());
 }
 
+/// Throws InputError for a request with the thesis's energy, which `says` asks for.
+[[noreturn]] void refuse_thesis_energy(std::string_view says) {
+  throw InputError(fmt::format(
+      "--accuracy and --within ask for a distance from finite elements, which the elastic energy comes near "
+      "and the thesis's does not, however long it is solved; {} asks for the thesis's: give --energy "
+      "elastic, or "
+      "--method and --iterations in place of --accuracy and --within",
+      says));
+}
+
+/// The scene, which a request solves with the elastic energy.
+Scene load_for(const Arguments& arguments) {
+  if (!arguments.asks() || arguments.scene.schedule.energy) {
+    return arguments.scene.load();
+  }
+  SceneArguments elastic = arguments.scene;
+  elastic.schedule.energy = EnergyModel::elastic;
+  return elastic.load();
+}
+
 /// A request is a method of its own, so what belongs to another one has no meaning beside it. Throws
 /// InputError.
 void require_meaning(const Arguments& arguments, const Command& command, const Ranks* ranks) {
-  if (arguments.scene.schedule.auto_energy && arguments.accuracy.empty()) {
-    throw InputError("--energy auto chooses by the accuracy that is asked for; give --accuracy");
+  if (arguments.asks() && arguments.scene.schedule.energy == EnergyModel::hdm) {
+    refuse_thesis_energy("--energy hdm");
   }
   refuse_idle(command,
               {{.here = launched_together() == 0,
@@ -199,11 +219,8 @@ int run_scene(const Arguments& arguments, const Command& command, const std::str
   const bool is_first = ranks == nullptr || ranks->is_first();
   Progress progress(is_first);
   progress.describe(fmt::format("prepare {}", arguments.scene.scene));
-  Scene scene = arguments.scene.load();
+  const Scene scene = load_for(arguments);
   const Request request = arguments.request(scene.spacing);
-  if (arguments.asks() && scene.energy == EnergyModel::hdm) {
-    use_method(scene, find_method("multigrid"));
-  }
   if (arguments.strains && !(have_images() && is_inspected(scene.extent()))) {
     throw InputError(have_images() ? "--strains is for images of at most 4096 x 4096 sites"
                                    : "--strains needs image support, which this build has not "
@@ -232,10 +249,7 @@ int run_scene(const Arguments& arguments, const Command& command, const std::str
   std::optional<Plan> plan;
   Solution solution;
   if (arguments.asks()) {
-    std::vector<std::unique_ptr<Session>> sessions;
-    plan = arguments.scene.schedule.auto_energy
-               ? solve_by_either_energy(scene, request, backend, session, sessions, progress)
-               : solve_as_needed(scene, request, backend, session, sessions, progress);
+    plan = solve_as_needed(scene, request, backend, session, progress);
     solution = plan->solution;
   } else {
     solution = Solver(backend, session).solve(scene, progress, {.last_changed = inspected});
@@ -274,7 +288,7 @@ int run_scene(const Arguments& arguments, const Command& command, const std::str
              scene.extent().height, scene.spacing, plan ? "as needed" : method_name(scene), backend.name(),
              device.name);
   if (plan && arguments.explain) {
-    fmt::print("{}", plan_text(scene, request, *plan));
+    fmt::print("{}", plan_text(scene, *plan));
   } else if (!plan) {
     print_levels(solution, counted);
   }
@@ -288,9 +302,7 @@ int run_scene(const Arguments& arguments, const Command& command, const std::str
   fmt::print("\n  mean energy {:.6g}, largest displacement {:.4g} px, {} iterations in {:.3g} s\n", energy,
              largest, iterations, solution.timings.total());
   if (solution.estimated_error && !plan) {
-    fmt::print("  estimated distance from {} {:.2g} px\n",
-               scene.energy == EnergyModel::elastic ? "finite elements" : "the fixed point",
-               *solution.estimated_error);
+    fmt::print("  estimated distance from finite elements {:.2g} px\n", *solution.estimated_error);
   }
   if (!absurd.empty()) {
     fmt::print(
@@ -379,13 +391,14 @@ void add_run(const Command& program, const std::string& arguments, int& status, 
   command
       .add_option(
           "--accuracy", own->accuracy,
-          "Distance from the fixed point (elastic: from finite elements) that is good enough, RMS, as "
-          "0.2px or 0.1mm: levels and cycles follow from the scene; exit status 1 where the estimate is "
-          "above "
-          "it, or cannot be trusted")
+          "Distance from finite elements that is good enough, RMS, as 0.2px or 0.1mm: with the elastic "
+          "energy, "
+          "and levels and steps that follow from the scene; exit status 1 where the estimate is above it, or "
+          "cannot be trusted")
       .group(group);
   command
-      .add_option("--within", own->within, "The time there is, as 10ms or 2s: the best field and its error")
+      .add_option("--within", own->within,
+                  "The time there is, as 10ms or 2s: the best field of the elastic energy and its error")
       .group(group);
   command.add_flag("--explain", own->explain, "Print the plan, step by step, and why").group(group);
   const std::string several = "Several processes (mpirun -n 4 hdmbench run ...)";

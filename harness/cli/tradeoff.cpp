@@ -213,11 +213,11 @@ int run_tradeoff(Arguments& arguments, const Command& command, const std::string
               return repeat(arguments, scene, method, effort, backend);
             },
         .request_command =
-            [&](std::string_view method, double asked, std::string_view backend) {
-              return fmt::format("hdmbench run {} --size {}x{}{} --accuracy {}px --explain --backend {}{}",
-                                 shell_word(scene.source), scene.extent().width, scene.extent().height,
-                                 method == requested_elastic_name ? " --energy elastic" : "", asked, backend,
-                                 arguments.schedule.text());
+            [&](double asked, std::string_view backend) {
+              return fmt::format(
+                  "hdmbench run {} --size {}x{} --energy elastic --accuracy {}px --explain --backend {}{}",
+                  shell_word(scene.source), scene.extent().width, scene.extent().height, asked, backend,
+                  arguments.schedule.text());
             }};
     const SceneTradeoff tradeoff = measure_tradeoff(scene, backends, options, progress);
     progress.clear();

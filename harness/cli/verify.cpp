@@ -72,11 +72,6 @@ std::vector<Scene> scenes_to_verify(const CommonArguments& arguments) {
   } else {
     scenes = arguments.load_scenes(shipped_scenes());
   }
-  std::erase_if(scenes, [&](const Scene& scene) {
-    const bool has_cycles = scene.energy == EnergyModel::hdm && scene.schedule.cycle != Cycle::one_way;
-    const bool named = arguments.schedule.method.has_value(); // then verify() refuses it
-    return has_cycles && !named;
-  });
   return scenes;
 }
 

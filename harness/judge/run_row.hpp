@@ -1,7 +1,7 @@
 #pragma once
 
 #include "harness/judge/diagnosis/warning.hpp"
-#include "harness/solve/planner/planner.hpp"
+#include "harness/solve/planner.hpp"
 
 #include <cstdint>
 #include <optional>

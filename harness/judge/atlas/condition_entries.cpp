@@ -110,9 +110,7 @@ Entry confidence() {
           .measure = "RMSD to the fixed point [px]",
           .limit = 0.5,
           .seen_by = "after the run: sites far from their own minimum; from 0.001 down nothing tells",
-          .survivor =
-              "K c of 300 and more (--penalty); --method multigrid holds on every level what the full image "
-              "holds",
+          .survivor = "K c of 300 and more (--penalty)",
           .warnings = {"still-moving", "stalled"},
           .knobs = {1, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3},
           .quick_knobs = {1, 0.03, 0.01},
@@ -160,8 +158,7 @@ Entry undetermined() {
       .measure = "mean dy, which is 0 where the conditions are followed [px]",
       .limit = 0.5,
       .seen_by = "before the run: components that nothing prescribes, conditions that coarse levels lack",
-      .survivor =
-          "each component given along a whole side; --method multigrid follows four sites, not one or two",
+      .survivor = "each component given along a whole side",
       .warnings = {"undetermined", "lost-condition", "out-of-reach", "gives-way", "not-met", "still-moving",
                    "stalled"},
       .knobs = {64, 32, 16, 8, 4, 2, 1, 0},

@@ -49,7 +49,7 @@ double rmsd_to_truth(const Problem& problem, const Outcome& outcome) {
 std::vector<Series> usual_series() {
   return {{.name = "icm", .method = "icm"},           {.name = "icm-6", .method = "icm-6"},
           {.name = "coloured", .method = "coloured"}, {.name = "closed-form", .method = "closed-form"},
-          {.name = "cascade", .method = "cascade"},   {.name = "multigrid", .method = "multigrid"}};
+          {.name = "cascade", .method = "cascade"}};
 }
 
 } // namespace hdmbench::atlas

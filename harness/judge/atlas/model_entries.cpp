@@ -96,8 +96,7 @@ Entry poisson() {
           .quick_knobs = {0, 0.3, 0.49},
           .series = {{.name = "fixed point", .method = fixed_point_method},
                      {.name = "closed-form", .method = "closed-form"},
-                     {.name = "cascade", .method = "cascade"},
-                     {.name = "multigrid", .method = "multigrid"}},
+                     {.name = "cascade", .method = "cascade"}},
           .problem =
               [](double knob) {
                 Scene scene = shipped("circular", size);

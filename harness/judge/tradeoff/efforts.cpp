@@ -29,8 +29,6 @@ constexpr std::array known{Efforts{"icm", {5, 20, 20, 200}},
                            Efforts{"closed-form", {5, 20, 20, 200}},
                            Efforts{"cascade", {1, 2, 4, 8}},
                            Efforts{"annealing", {5, 10, 20, 20}},
-                           Efforts{"multigrid", {1, 2, 3, 4}},
-                           Efforts{"krylov", {2, 3, 5, 8}},
                            Efforts{elastic_full_multigrid, {0, 1, 2, 3}},
                            Efforts{elastic_conjugate_gradients, {1, 2, 4, 8}},
                            Efforts{elastic_sweeps, {10, 50, 50, 200}}};

@@ -19,10 +19,8 @@ enum class PointStatus {
   skipped,    ///< the backend is not there or does not update in this order
 };
 
-/// The method name of points for which an accuracy was requested (harness/solve/planner/).
-inline constexpr std::string_view requested_name = "as-needed";
-/// The same of the elastic energy.
-inline constexpr std::string_view requested_elastic_name = "as-needed-elastic";
+/// The method name of points for which an accuracy was requested (harness/solve/planner.hpp).
+inline constexpr std::string_view requested_name = "as-needed-elastic";
 
 /// In results, in the order of the enumerators.
 inline constexpr std::array<std::string_view, 4> status_names{"ok", "unverified", "failed", "skipped"};

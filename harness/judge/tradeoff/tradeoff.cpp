@@ -8,7 +8,7 @@
 #include "harness/scene/method.hpp"
 #include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/solver.hpp"
-#include "harness/solve/planner/planner.hpp"
+#include "harness/solve/planner.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/mean_energy.hpp"
 #include "reference/elastic_krylov.hpp"
@@ -63,8 +63,7 @@ public:
       if (name == "fem-amg" && !has_algebraic_multigrid()) {
         throw InputError("this build has no fem-amg; configure with -DHDMBENCH_PETSC=ON (Debian: petsc-dev)");
       }
-      if (name != requested_name && name != requested_elastic_name &&
-          std::ranges::find(rival_names, name) == rival_names.end()) {
+      if (name != requested_name && std::ranges::find(rival_names, name) == rival_names.end()) {
         (void)find_method(name); // throws
       }
     }
@@ -89,15 +88,12 @@ public:
         }
       }
     }
-    if (is_wanted(requested_name) && scene_.energy == EnergyModel::hdm) {
-      measure_requests(scene_, requested_name);
-    }
-    if (is_wanted(requested_elastic_name)) {
+    if (is_wanted(requested_name)) {
       for (const double poisson : poisson_ratios()) {
         Scene scene = scene_;
         use_method(scene, usual_method(EnergyModel::elastic));
         scene.poisson = poisson;
-        measure_requests(scene, requested_elastic_name, poisson);
+        measure_requests(scene);
       }
     }
     for (const Rival& rival : rivals(scene_, result_.truths, options_.quick)) {
@@ -167,31 +163,29 @@ private:
     }
   }
 
-  /// What `run --accuracy` gives. Without a limit of time a plan depends on the scene alone, so the reference
-  /// must come to the same field.
-  void measure_requests(const Scene& scene, std::string_view name,
-                        std::optional<double> poisson = std::nullopt) {
+  /// What `run --accuracy` gives of a scene with the elastic energy. Without a limit of time a plan depends
+  /// on the scene alone, so the reference must come to the same field.
+  void measure_requests(const Scene& scene) {
     for (const double asked : options_.quick ? std::vector{1.0, 0.1}
                                              : std::vector{5.0, 2.0, 1.0, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02}) {
       Place& place = main_place(Update::coloured);
       TradeoffPoint& point = result_.points.emplace_back();
-      point.method = name;
-      point.poisson_used = poisson;
+      point.method = requested_name;
+      point.poisson_used = scene.poisson;
       point.effort = fmt::format("{:.3g} px asked", asked);
       point.is_usual = asked == 0.1;
       point.backend = place.backend.name();
       point.device = place.device;
       point.asked = asked;
-      point.command = options_.request_command ? options_.request_command(name, asked, point.backend) : "";
+      point.command = options_.request_command ? options_.request_command(asked, point.backend) : "";
       progress_.describe(fmt::format("tradeoff {}: {}", scene_.name, point.effort));
       Plan plan;
       try {
         Progress silent(false);
         const auto solve = [&] {
-          plan =
-              solve_as_needed(scene, {.accuracy = asked}, place.backend, options_.session, sessions_, silent);
+          plan = solve_as_needed(scene, {.accuracy = asked}, place.backend, options_.session, silent);
         };
-        solve(); // sessions are opened
+        solve(); // programs are compiled
         sample(point, [&] {
           const auto start = std::chrono::steady_clock::now();
           solve();
@@ -214,9 +208,9 @@ private:
       expected_ = VectorField();
       try {
         Progress silent(false);
-        expected_ = solve_as_needed(scene, {.accuracy = asked}, places_.front().backend, options_.session,
-                                    reference_sessions_, silent)
-                        .solution.displacement;
+        expected_ =
+            solve_as_needed(scene, {.accuracy = asked}, places_.front().backend, options_.session, silent)
+                .solution.displacement;
       } catch (const std::exception& error) {
         reason_without_expected_ = error.what();
       }
@@ -351,11 +345,9 @@ private:
   const Scene& scene_;
   const TradeoffOptions& options_;
   Progress& progress_;
-  std::vector<Place> places_;                      ///< the reference first
-  std::vector<std::unique_ptr<Session>> sessions_; ///< of the requests
-  std::vector<std::unique_ptr<Session>> reference_sessions_;
-  double bound_ = 0.0;   ///< pixels; a component beyond has diverged
-  VectorField expected_; ///< the reference's field for the present setting; empty: it has none
+  std::vector<Place> places_; ///< the reference first
+  double bound_ = 0.0;        ///< pixels; a component beyond has diverged
+  VectorField expected_;      ///< the reference's field for the present setting; empty: it has none
   std::string reason_without_expected_;
   SceneTradeoff result_;
 };

@@ -25,8 +25,7 @@ struct TradeoffOptions {
   std::function<std::string(std::string_view method, std::optional<Effort> effort, std::string_view backend)>
       command{};
   /// The same of a request for an accuracy in pixels.
-  std::function<std::string(std::string_view method, double asked, std::string_view backend)>
-      request_command{};
+  std::function<std::string(double asked, std::string_view backend)> request_command{};
 };
 
 struct SceneTradeoff {

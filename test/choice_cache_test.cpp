@@ -1,104 +1,17 @@
-// The shapes of sweeps: the same bits whichever is taken, and the fastest one is, by measurement, kept for
-// the next process.
+// Of several shapes of sweeps the fastest is taken, by measurement, which is kept for the next process. That
+// all give the same bits is backends_test's affair.
 
-#include "backends/shared/sweep_shapes.hpp"
 #include "harness/measure/choice_cache.hpp"
-#include "harness/measure/median.hpp"
 #include "test/program.hpp"
-#include "test/refusal.hpp"
 #include "test/sessions.hpp"
 #include "test/temporary_folder.hpp"
 
-#include <fmt/format.h>
+#include <gmock/gmock.h>
 
 #include <fstream>
 
 namespace hdmbench {
 namespace {
-
-class SweepShapesTest : public testing::TestWithParam<std::string> {
-protected:
-  void SetUp() override {
-    try {
-      shapes_ = backend().shapes({});
-    } catch (const DeviceError& error) {
-      GTEST_SKIP() << GetParam() << " is not there: " << error.what();
-    }
-    ASSERT_GT(shapes_.worth_trying, 1U);
-    ASSERT_LE(shapes_.worth_trying, shapes_.names.size());
-  }
-
-  [[nodiscard]] const Backend& backend() const { return test::find(GetParam()); }
-
-  template <typename Check>
-  void for_each_shape(Check&& check) {
-    for (const Work work : {Work::dense, Work::active}) {
-      for (std::size_t shape = 0; shape < shapes_.names.size(); ++shape) {
-        const auto session = backend().open({.device = {}, .work = work, .variant = 0, .shape = shape});
-        check(*session,
-              fmt::format("{}, {}", work_names[static_cast<std::size_t>(work)], shapes_.names[shape]));
-      }
-    }
-  }
-
-  /// With tiles of every class, whole and cut off; and levels that are smaller than a tile.
-  void expect_same_levels(Session& session, const std::string& shape) {
-    std::uint64_t seed = 700;
-    for (const Extent extent : {Extent{5, 3}, {131, 70}, {300, 97}}) {
-      const auto problem = test::random_problem(extent, test::Texture::tie_rich, ++seed);
-      test::expect_same_steps(*scalar_, session, problem.level, problem.start, {1, 2, 5},
-                              fmt::format("{}: {} x {}, seed {}", shape, extent.width, extent.height, seed));
-    }
-  }
-
-  /// Everything rests but what one site pulls at, at a corner where tiles of every shape meet: a tile that is
-  /// not woken by its neighbour stays as it was.
-  void expect_same_waking(Session& session, const std::string& shape) {
-    Level level = test::random_problem({256, 97}, test::Texture::tie_rich, 7).level;
-    level.penalty = 1000.0F;
-    for (const std::array<int, 2> pulled : {std::array{127, 31}, {128, 32}}) {
-      level.confidence = VectorField(level.extent);
-      const std::size_t site = level.extent.index(pulled[0], pulled[1]);
-      level.confidence.x[site] = level.confidence.y[site] = 1.0F;
-      level.target.x[site] = 60.0F;
-      level.target.y[site] = -60.0F;
-      test::expect_same_steps(*scalar_, session, level, VectorField(level.extent), {1, 2, 3, 60},
-                              fmt::format("{}: {}, {}", shape, pulled[0], pulled[1]));
-    }
-  }
-
-  Variants shapes_;
-  std::unique_ptr<Session> scalar_ = test::scalar().open({});
-  const test::Problem whole_ = test::random_problem({257, 130}, test::Texture::tie_rich, 33);
-};
-
-TEST_P(SweepShapesTest, HaveTheSameBits) {
-  for_each_shape([&](Session& session, const std::string& shape) {
-    expect_same_levels(session, shape);
-    expect_same_waking(session, shape);
-    test::expect_same_solution(*scalar_, session, test::pyramid_of(whole_.level, Alignment::corner, 3),
-                               shape);
-  });
-}
-
-TEST_P(SweepShapesTest, HaveTheSameBitsWithAnotherRuleInAnotherOrder) {
-  const auto problem =
-      test::random_problem({140, 70}, test::Texture::smooth, 31, {}, Rule::annealing, Update::coloured);
-  for (std::size_t shape = 0; shape < shapes_.names.size(); ++shape) {
-    const auto session = backend().open({.device = {}, .shape = shape});
-    test::expect_same_steps(*scalar_, *session, problem.level, problem.start, {4}, shapes_.names[shape]);
-  }
-}
-
-TEST_P(SweepShapesTest, OneThatIsNotThereIsRefused) {
-  const auto problem = test::random_problem({9, 9}, test::Texture::smooth, 1);
-  EXPECT_THAT(
-      test::refusal<DeviceError>([&] { backend().open({.device = {}, .shape = 99})->load(problem.level); }),
-      testing::HasSubstr("no shape 99"));
-}
-
-INSTANTIATE_TEST_SUITE_P(Registry, SweepShapesTest, testing::Values("gl-compute", "vulkan-compute", "opencl"),
-                         test::parameter_name);
 
 /// A backend whose second shape is the fast one; counts how often it has measured.
 class TwoShapes final : public Backend {

@@ -1,4 +1,4 @@
-#include "harness/solve/planner/elastic_planner.hpp"
+#include "harness/solve/planner.hpp"
 
 #include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/elastic.hpp"
@@ -17,6 +17,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string_view>
+#include <utility>
 
 namespace hdmbench {
 
@@ -50,6 +52,70 @@ std::vector<Extent> sampled_extents(Extent full) {
   }
 }
 
+/// First and last sites coincide on all sampled images: conditions are on borders.
+constexpr Alignment alignment = Alignment::corner;
+
+/// Indices spread evenly over an axis, both ends among them.
+std::vector<int> spread(int sites, int most) {
+  const int count = std::min(sites, most);
+  std::vector<int> indices(static_cast<std::size_t>(count), 0);
+  for (int i = 0; i < count && count > 1; ++i) {
+    indices[static_cast<std::size_t>(i)] =
+        static_cast<int>(static_cast<long long>(i) * (sites - 1) / (count - 1));
+  }
+  return indices;
+}
+
+/// For each of the fine indices the fine index that stands for it on a coarse axis.
+std::vector<int> representatives(const std::vector<int>& indices, int coarse, int fine) {
+  std::vector<int> result;
+  for (const int index : indices) {
+    const double position = fine > 1 ? static_cast<double>(index) * (coarse - 1) / (fine - 1) : 0.0;
+    result.push_back(sampled_index(static_cast<int>(std::lround(position)), coarse, fine, alignment));
+  }
+  return result;
+}
+
+/// Whether a solution of a sampled image is a fair start for finer ones (thesis 9.4): the nearest sampled
+/// site has the modulus of nine in ten sites, and observes half of the observed components.
+bool is_fair_start(const Level& full, Extent extent) {
+  const std::vector<int> columns = spread(full.extent.width, looked_at);
+  const std::vector<int> rows = spread(full.extent.height, looked_at);
+  const std::vector<int> to_columns = representatives(columns, extent.width, full.extent.width);
+  const std::vector<int> to_rows = representatives(rows, extent.height, full.extent.height);
+  std::size_t same_modulus = 0;
+  std::size_t observed = 0;
+  std::size_t still_observed = 0;
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    for (std::size_t column = 0; column < columns.size(); ++column) {
+      const std::size_t at = full.extent.index(columns[column], rows[row]);
+      const std::size_t there = full.extent.index(to_columns[column], to_rows[row]);
+      same_modulus += full.modulus.values[at] == full.modulus.values[there] ? 1 : 0;
+      for (const auto* confidence : {&full.confidence.x, &full.confidence.y}) {
+        observed += (*confidence)[at] > 0.0F ? 1 : 0;
+        still_observed += (*confidence)[at] > 0.0F && (*confidence)[there] > 0.0F ? 1 : 0;
+      }
+    }
+  }
+  return 10 * same_modulus >= 9 * columns.size() * rows.size() && 2 * still_observed >= observed;
+}
+
+/// Returns the position in `extents`, which begin with the full image, of the coarsest that is a fair start,
+/// all finer ones being fair too.
+std::size_t fair_start(const Level& full, const std::vector<Extent>& extents) {
+  std::size_t fair = 0;
+  while (fair + 1 < extents.size() && is_fair_start(full, extents[fair + 1])) {
+    ++fair;
+  }
+  return fair;
+}
+
+void require_positive(const std::optional<double>& value, const char* what) {
+  if (value && !(*value > 0.0 && std::isfinite(*value))) {
+    throw InputError(fmt::format("{} is {}, it must be above 0", what, *value));
+  }
+}
+
 bool is_held(const Level& level) {
   try {
     require_held(level);
@@ -63,15 +129,13 @@ class Planner {
 public:
   Planner(const Scene& scene, const Request& request, ElasticSession& session, Progress& progress)
       : scene_(scene), request_(request), session_(session), progress_(progress),
-        extents_(sampled_extents(scene.extent())) {
-    plan_.levels = resolutions(scene, extents_, looked_at);
-  }
+        extents_(sampled_extents(scene.extent())) {}
 
   Plan run() {
     if (!solve_sampled()) {
       solve_image();
     }
-    conclude(plan_, scene_, request_, clock_.seconds(), "finite elements", mistrust_);
+    conclude(plan_, scene_, request_, clock_.seconds(), mistrust_);
     return std::move(plan_);
   }
 
@@ -106,11 +170,12 @@ private:
   /// their differences say that the next finer one would not move the field by more than what is asked for.
   /// False where none is good enough.
   bool solve_sampled() {
-    if (fair_start(plan_.levels) == 0) {
+    const std::size_t fair = fair_start(scene_.full, extents_);
+    if (fair == 0) {
       return false;
     }
     // One coarser than that says how fast differences fall, and blocks of moduli show more than sites.
-    const std::size_t start = std::min(fair_start(plan_.levels) + 1, extents_.size() - 1);
+    const std::size_t start = std::min(fair + 1, extents_.size() - 1);
     const BlockModuli finest =
         block_moduli(scene_.full.modulus, scene_.full.inverse_modulus, extents_[1], alignment);
     if (largest_mixture(finest) > most_mixed) {
@@ -281,8 +346,6 @@ private:
   /// Of the accuracy asked for: what steps may leave on a sampled image.
   static constexpr double share_of_steps = 0.5;
   static constexpr double unknown = std::numeric_limits<double>::infinity();
-  /// First and last sites coincide on all levels: conditions are on borders.
-  static constexpr Alignment alignment = Alignment::corner;
 
   Clock clock_;
   const Scene& scene_;
@@ -296,8 +359,42 @@ private:
 
 } // namespace
 
-Plan solve_elastic_as_needed(const Scene& scene, const Request& request, const Backend& backend,
-                             const SessionOptions& options, Progress& progress) {
+void conclude(Plan& plan, const Scene& scene, const Request& request, double seconds,
+              std::string_view mistrust) {
+  std::optional<double>& error = plan.solution.estimated_error;
+  const std::string absurd = why_absurd(scene, plan.solution.displacement);
+  if (!absurd.empty()) {
+    error.reset();
+    mistrust = absurd;
+  }
+  const bool accurate = !request.accuracy || (error && mistrust.empty() && *error <= *request.accuracy);
+  const bool in_time = !request.seconds || seconds <= *request.seconds;
+  plan.met = accurate && in_time && absurd.empty();
+  plan.outcome = fmt::format(
+      "{}{}{} in {:.3g} ms: {}{}",
+      request.accuracy ? fmt::format("asked {:.3g} px from finite elements, ", *request.accuracy) : "",
+      request.seconds ? fmt::format("asked {:.3g} ms, ", 1e3 * *request.seconds) : "",
+      error ? fmt::format("estimated {:.2g} px{}", *error, request.accuracy ? "" : " from finite elements")
+            : "no estimate",
+      1e3 * seconds, plan.met ? "met" : "NOT met", mistrust.empty() ? "" : fmt::format(" ({})", mistrust));
+}
+
+double fine_sweep_equivalents(const Plan& plan) {
+  return total_site_updates(plan.solution.levels) /
+         static_cast<double>(plan.solution.displacement.extent.sites());
+}
+
+Plan solve_as_needed(const Scene& scene, const Request& request, const Backend& backend,
+                     const SessionOptions& options, Progress& progress) {
+  require_positive(request.accuracy, "the accuracy asked for (px)");
+  require_positive(request.seconds, "the time asked for (s)");
+  if (scene.energy != EnergyModel::elastic) {
+    throw InputError(
+        "an accuracy is a distance from finite elements, which the elastic energy alone comes near");
+  }
+  if (const std::optional<Scene> scaled = with_safe_moduli(scene)) {
+    return solve_as_needed(*scaled, request, backend, options, progress);
+  }
   if (const std::string why = why_not_solved(scene, backend); !why.empty()) {
     throw InputError(fmt::format("{} {}; use --backend scalar", backend.name(), why));
   }
