@@ -5,7 +5,6 @@
 #include "harness/check/one_piece.hpp"
 #include "harness/check/resting_tiles.hpp"
 #include "harness/check/verify_elastic.hpp"
-#include "harness/check/whole_method.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/solve/solve.hpp"
 #include "kernels/data/input_error.hpp"
@@ -214,10 +213,6 @@ std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
   if (scene.energy == EnergyModel::elastic) {
     return verify_elastic(scene, reference, backends, options, progress);
   }
-  std::vector<Comparison> whole;
-  if (is_compared_whole(scene)) {
-    whole = verify_whole(scene, reference, backends, options, progress);
-  }
   ReferenceRun run(scene, reference, backends, options, progress);
   LevelSequence levels(scene);
   for (const int index : levels.order()) {
@@ -226,15 +221,7 @@ std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
                                   levels.extent(index).height));
     run.compute(levels, index);
   }
-  // Of each backend its modes, the one as a whole last.
-  std::vector<Comparison> comparisons = run.finish(levels);
-  for (Comparison& comparison : whole) {
-    const auto last_of_backend =
-        std::find_if(comparisons.rbegin(), comparisons.rend(),
-                     [&](const Comparison& other) { return other.backend == comparison.backend; });
-    comparisons.insert(last_of_backend.base(), std::move(comparison));
-  }
-  return comparisons;
+  return run.finish(levels);
 }
 
 } // namespace hdmbench

@@ -2,8 +2,6 @@
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
 #include "harness/measure/result_file.hpp"
-#include "harness/ranks/crew.hpp"
-#include "harness/ranks/rank_devices.hpp"
 #include "harness/ranks/rank_faults.hpp"
 #include "harness/ranks/sleeping_pieces.hpp"
 #include "harness/report/table.hpp"
@@ -163,9 +161,10 @@ bool print_sum(const std::vector<Trial>& trials, const std::vector<TrialScene>& 
   return std::ranges::all_of(trials, &Trial::as_expected);
 }
 
-/// `list`: what is planted. `asleep`: in place of the small scene of sleeping tiles, where given.
+/// `list`: what is planted. `asleep`: in place of the small scene of sleeping tiles, where given. `speaks`:
+/// shows progress.
 int try_faults(const Arguments& arguments, const std::vector<Planted>& list, const Backend& reference,
-               const std::string& line, const std::optional<Scene>& asleep = {}) {
+               const std::string& line, const std::optional<Scene>& asleep = {}, bool speaks = true) {
   if (arguments.list) {
     print_list(list);
     return success;
@@ -179,7 +178,7 @@ int try_faults(const Arguments& arguments, const std::vector<Planted>& list, con
       scene.scene = *asleep;
     }
   }
-  Progress progress;
+  Progress progress(speaks);
   std::ptrdiff_t total = 0;
   for (const Planted& planted : list) {
     total += std::ranges::count_if(scenes, [&](const TrialScene& scene) { return concerns(planted, scene); });
@@ -209,19 +208,15 @@ int run_faults(const Arguments& arguments, const std::string& line) {
 }
 
 /// What ranks tell each other, with a mistake.
-int run_faults_on_ranks(const Arguments& arguments, const std::string& line, Ranks& ranks) {
-  const auto registry = make_backends();
-  Crew crew(ranks, registry, {});
-  if (!ranks.is_first()) {
-    crew.serve();
-    return success;
+int run_faults_on_ranks(Arguments arguments, const std::string& line, Ranks& ranks) {
+  if (!ranks.is_first()) { // results are the first one's to write
+    arguments.json.clear();
   }
+  const auto registry = make_backends();
   const std::vector<Planted> list =
-      chosen(arguments.faults, faults::planted_on_ranks(crew, backend_of_rank(registry, arguments.backend, 0),
-                                                        arguments.backend, ranks.size()));
-  const int status = try_faults(arguments, list, *registry.front(), line, sleeping_pieces(ranks.size()));
-  crew.dismiss();
-  return status;
+      chosen(arguments.faults, faults::planted_on_ranks(ranks, registry, arguments.backend));
+  return try_faults(arguments, list, *registry.front(), line, sleeping_pieces(ranks.size()),
+                    ranks.is_first());
 }
 
 } // namespace

@@ -102,10 +102,11 @@ const RankBackend* rank_backend(const std::vector<const Backend*>& backends, std
   return dynamic_cast<const RankBackend*>(*std::ranges::find(backends, name, &Backend::name));
 }
 
-/// Backends and scenes, judged and printed. `backends`: the reference first.
+/// Backends and scenes, judged and printed. `backends`: the reference first. `speaks`: shows progress.
 int verify_scenes(const VerifyArguments& arguments, Tier required, const std::string& line,
-                  const std::vector<const Backend*>& backends, const std::vector<Scene>& scenes) {
-  Progress progress;
+                  const std::vector<const Backend*>& backends, const std::vector<Scene>& scenes,
+                  bool speaks = true) {
+  Progress progress(speaks);
   VerifyOptions options{.session = arguments.session, .iteration_limit = std::nullopt};
   if (arguments.quick) {
     options.iteration_limit = quick_iterations;
@@ -207,37 +208,34 @@ std::vector<Scene> scenes_for_ranks(const CommonArguments& arguments, int ranks)
   return scenes;
 }
 
-/// Every backend on 1, 2, ... ranks, against scalar on the first one.
-int run_verify_on_ranks(const VerifyArguments& arguments, Tier required, const std::string& line,
-                        Ranks& ranks) {
-  const auto registry = make_backends();
-  Crew crew(ranks, registry, arguments.session);
-  if (!ranks.is_first()) {
-    crew.serve();
-    return success;
+/// Every backend on 1, 2, ... ranks, against scalar, which every rank computes for itself.
+int run_verify_on_ranks(VerifyArguments arguments, Tier required, const std::string& line, Ranks& ranks) {
+  if (ranks.is_first()) {
+    require_results_writable(arguments.json);
+    require_results_writable(arguments.junit);
+  } else { // results are the first one's to write
+    arguments.json.clear();
+    arguments.junit.clear();
   }
-  require_results_writable(arguments.json);
-  require_results_writable(arguments.junit);
+  const auto registry = make_backends();
   std::vector<std::string> names = arguments.backends;
   for (std::size_t i = 0; i < registry.size() && arguments.backends.empty(); ++i) {
     names.emplace_back(registry[i]->name());
   }
+  const SessionOptions asked = std::exchange(arguments.session, {});
   // Levels are shared out down to 8 x 8 sites a rank: below, one after the other has fewer ranks.
   constexpr std::size_t fewest_sites = 64;
   std::vector<std::unique_ptr<RankBackend>> shared;
   std::vector<const Backend*> backends{registry.front().get()};
   for (const std::string& name : names) {
     for (int pieces = 1; pieces <= ranks.size(); ++pieces) {
-      shared.push_back(std::make_unique<RankBackend>(
-          crew, backend_of_rank(registry, name, 0), name,
-          Sharing{.ranks = ranks.size(), .pieces = pieces, .fewest_sites = fewest_sites}));
+      const Sharing sharing{.pieces = pieces, .fewest_sites = fewest_sites};
+      shared.push_back(std::make_unique<RankBackend>(ranks, registry, name, asked, sharing));
       backends.push_back(shared.back().get());
     }
   }
-  const int status =
-      verify_scenes(arguments, required, line, backends, scenes_for_ranks(arguments, ranks.size()));
-  crew.dismiss();
-  return status;
+  return verify_scenes(arguments, required, line, backends, scenes_for_ranks(arguments, ranks.size()),
+                       ranks.is_first());
 }
 
 } // namespace

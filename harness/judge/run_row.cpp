@@ -53,8 +53,7 @@ void to_json(nlohmann::json& written, const RunRow& row) {
              {"warnings", row.warnings},
              {"plan", row.plan},
              {"pictures", row.pictures},
-             {"ranks", row.ranks},
-             {"halo_costs", row.halo_costs}};
+             {"ranks", row.ranks}};
   const auto add_if_any = [&](const char* key, const auto& values) {
     if (!values.empty()) {
       written[key] = values;
@@ -62,7 +61,6 @@ void to_json(nlohmann::json& written, const RunRow& row) {
   };
   add_if_any("field", row.field);
   add_if_any("by_rank", row.by_rank);
-  add_if_any("shared_levels", row.shared_levels);
   add_if_any("strains", row.strains);
 }
 

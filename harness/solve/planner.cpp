@@ -330,7 +330,7 @@ private:
                                : std::string("there is time left"),
            moved, error.estimate());
     }
-    solver.settle(robust ? robust->level : scene_.full, 0, 0, free_motions(scene_.full));
+    solver.settle(robust ? robust->level : scene_.full, free_motions(scene_.full));
     plan_.solution.displacement = solver.displacement();
     add_work(solver);
     const double largest = largest_component(plan_.solution.displacement);

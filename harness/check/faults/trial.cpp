@@ -2,7 +2,6 @@
 
 #include "backends/shared/coarse_levels.hpp"
 #include "harness/check/cases.hpp"
-#include "harness/check/whole_method.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
 
@@ -197,8 +196,7 @@ bool Trial::as_expected() const {
 }
 
 bool concerns(const Planted& planted, const TrialScene& scene) {
-  const bool on_any = planted.method.empty() && !is_compared_whole(scene.scene);
-  return (on_any || planted.method == scene.scene.schedule.method) &&
+  return (planted.method.empty() || planted.method == scene.scene.schedule.method) &&
          (planted.on_cpu || !scene.only_on_cpu) && scene.tiles_sleep == (planted.part == Part::sleep) &&
          (planted.part != Part::levels || has_levels(scene.scene)) &&
          (planted.variant == 0 || has_coarse_levels(scene.scene));

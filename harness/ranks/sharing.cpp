@@ -1,21 +1,23 @@
-#include "harness/ranks/elastic_share.hpp"
+#include "harness/ranks/sharing.hpp"
 
-#include "kernels/data/elastic/hierarchy.hpp"
+#include "backends/shared/cut_rows.hpp"
 
 #include <algorithm>
-#include <optional>
 #include <utility>
 
 namespace hdmbench {
 
 namespace {
 
-std::vector<Extent> elastic_levels(Extent image) {
-  std::vector<Extent> levels{image};
-  while (const std::optional<Extent> coarser = coarser_elastic_sites(levels.back())) {
-    levels.push_back(*coarser);
+LevelShare by_rank(Cut cut, int ranks) {
+  LevelShare share{.cut = std::move(cut), .owned = {}, .loaded = {}};
+  share.owned.resize(static_cast<std::size_t>(ranks));
+  share.loaded.resize(share.owned.size());
+  for (std::size_t i = 0; i < share.cut.pieces.size(); ++i) {
+    share.owned[i] = share.cut.pieces[i].owned;
+    share.loaded[i] = share.cut.pieces[i].loaded;
   }
-  return levels;
+  return share;
 }
 
 /// Sites of an axis, first and count.
@@ -48,9 +50,9 @@ LevelShare on_level(const Cut& image_cut, Extent image, int level, Extent sites,
   return by_rank(std::move(cut), ranks);
 }
 
-/// Cut at multiples of 2^cut_levels sites; no pieces where that cannot be. The last cells of a piece are
-/// whole on all levels where it is loaded with one site more than a multiple.
-Cut cut_of(Extent image, int count, int cut_levels, int halo) {
+/// Cut at multiples of 2^cut_levels sites; no pieces where that cannot be. A piece is loaded with one site
+/// more than a multiple, so that its last cells are whole on all levels.
+Cut elastic_cut(Extent image, int count, int cut_levels, int halo) {
   const int granule = 1 << cut_levels;
   Cut cut = cut_image(image, count, halo * granule / 2, granule);
   for (Piece& piece : cut.pieces) {
@@ -68,27 +70,45 @@ std::vector<Rectangle> all_on_first(Extent extent, int ranks) {
   return held;
 }
 
-ElasticShare share_elastic(Extent image, const Sharing& sharing) {
-  ElasticShare share{.levels = elastic_levels(image), .shares = {}};
-  const std::size_t fewest = std::max<std::size_t>(sharing.fewest_sites, 1);
-  const int halo = sharing.halo > 0 ? sharing.halo : 4;
-  for (int count = sharing.pieces; count > 1; --count) {
+std::vector<Rectangle> all_on_each(Extent extent, int ranks) {
+  return std::vector<Rectangle>(static_cast<std::size_t>(ranks), all_of(extent));
+}
+
+LevelShare Sharing::level(Extent extent, bool in_rows) const {
+  constexpr std::size_t usual = std::size_t{1} << 14;
+  const std::size_t fewest = fewest_sites > 0 ? fewest_sites : usual;
+  Cut cut;
+  for (auto count = static_cast<int>(
+           std::clamp<std::size_t>(extent.sites() / fewest, 1, static_cast<std::size_t>(pieces)));
+       cut.pieces.empty(); --count) {
+    cut = in_rows ? cut_rows(extent, count, halo) : cut_image(extent, count, halo);
+  }
+  return by_rank(std::move(cut), ranks);
+}
+
+ElasticShare Sharing::elastic(std::vector<Extent> levels) const {
+  constexpr std::size_t usual = std::size_t{1} << 12;
+  constexpr int usual_halo = 4;
+  const std::size_t fewest = fewest_sites > 0 ? fewest_sites : usual;
+  ElasticShare share{.levels = std::move(levels), .shares = {}};
+  const Extent image = share.levels.front();
+  for (int count = pieces; count > 1; --count) {
     for (int cut_levels = static_cast<int>(share.levels.size()) - 1; cut_levels > 0; --cut_levels) {
       const Extent coarsest_cut = share.levels[static_cast<std::size_t>(cut_levels) - 1];
       if (coarsest_cut.sites() / fewest < static_cast<std::size_t>(count)) {
         continue;
       }
-      const Cut cut = cut_of(image, count, cut_levels, halo);
+      const Cut cut = elastic_cut(image, count, cut_levels, halo > 0 ? halo : usual_halo);
       for (int level = 0; level <= cut_levels && !cut.pieces.empty(); ++level) {
         share.shares.push_back(
-            on_level(cut, image, level, share.levels[static_cast<std::size_t>(level)], sharing.ranks));
+            on_level(cut, image, level, share.levels[static_cast<std::size_t>(level)], ranks));
       }
       if (!share.shares.empty()) {
         return share;
       }
     }
   }
-  share.shares.push_back(by_rank(cut_image(image, 1), sharing.ranks));
+  share.shares.push_back(by_rank(cut_image(image, 1), ranks));
   return share;
 }
 
