@@ -2,7 +2,7 @@
 // that the faster way is taken. That all ways give the same bits is backends_test's affair.
 
 #include "backends/shared/coarse_levels.hpp"
-#include "harness/measure/choices.hpp"
+#include "harness/measure/device_row.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/scene/row_fields.hpp"
 #include "harness/scene/scene.hpp"

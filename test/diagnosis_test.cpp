@@ -1,7 +1,7 @@
 #include "harness/judge/diagnosis/diagnosis.hpp"
 
 #include "harness/judge/accuracy/deviation.hpp"
-#include "harness/judge/diagnosis/folding.hpp"
+#include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/judge/diagnosis/rest.hpp"
 #include "harness/scene/method.hpp"
 #include "reference/fixed_point.hpp"

@@ -10,8 +10,6 @@
 
 namespace hdmbench {
 
-class Fields;
-
 /// What one rank did of a run on several.
 struct RankRow {
   std::string machine;
@@ -24,7 +22,8 @@ struct RankRow {
   std::int64_t peak_memory = 0; ///< bytes; 0: the system does not tell
 };
 
-void list_fields(Fields& fields, RankRow& row);
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RankRow, machine, backend, device, threads, sites, messages, bytes,
+                                   peak_memory)
 
 /// A level as several ranks shared it out; messages and bytes are those of all ranks, to renew halos. Of the
 /// elastic energy's first level in one piece: to bring loads there and corrections back, `renewals` times.
@@ -44,7 +43,8 @@ struct SharedLevelRow {
                                            ///< waiting for others
 };
 
-void list_fields(Fields& fields, SharedLevelRow& row);
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SharedLevelRow, width, height, columns, rows, halo, sweeps, changed,
+                                   renewals, messages, bytes, seconds, message_seconds)
 
 /// What was measured to choose the width of halos.
 struct HaloCostsRow {
@@ -54,7 +54,8 @@ struct HaloCostsRow {
   double bytes_per_second = 0.0;
 };
 
-void list_fields(Fields& fields, HaloCostsRow& row);
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HaloCostsRow, sites_per_second, rim_sites_per_second, message_seconds,
+                                   bytes_per_second)
 
 /// The row of `run`: what came out of one solution. Paths are relative to the result file.
 struct RunRow {
@@ -101,7 +102,7 @@ struct RunRow {
   std::vector<std::string> strains{};       ///< files of `run --strains`
 };
 
-void list_fields(Fields& fields, RunRow& row);
+void to_json(nlohmann::json& written, const RunRow& row);
 
 [[nodiscard]] RunRow::PlanRow plan_row(const Scene& scene, const Request& request, const Plan& plan);
 

@@ -1,28 +1,11 @@
 #include "harness/measure/scaling_row.hpp"
 
-#include "harness/scene/row_fields.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstddef>
 
 namespace hdmbench {
-
-void list_fields(Fields& fields, ScalingRow& row) {
-  fields("scene", row.scene);
-  fields("energy", row.energy);
-  fields("scaling", row.scaling);
-  fields("backend", row.backend);
-  fields("ranks", row.ranks);
-  fields("width", row.width);
-  fields("height", row.height);
-  fields("seconds", row.seconds);
-  fields("modelled_seconds", row.modelled_seconds);
-  fields("messages", row.messages);
-  fields("bytes", row.bytes);
-  fields("message_seconds", row.message_seconds);
-}
 
 double model_error(const ScalingRow& row) {
   return row.modelled_seconds.value() / std::ranges::min(row.seconds) - 1.0;

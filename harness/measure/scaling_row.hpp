@@ -1,13 +1,13 @@
 #pragma once
 
+#include "harness/scene/row_fields.hpp"
+
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace hdmbench {
-
-class Fields;
 
 /// One row of `bench --scaling` on ranks: a number of ranks, measured or modelled.
 struct ScalingRow {
@@ -26,7 +26,8 @@ struct ScalingRow {
                                            ///< least of the samples; none: modelled only
 };
 
-void list_fields(Fields& fields, ScalingRow& row);
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScalingRow, scene, energy, scaling, backend, ranks, width, height, seconds,
+                                   modelled_seconds, messages, bytes, message_seconds)
 
 /// By how much the model is off, as a share of the fastest sample: 0.1 is 10 % too long. The rates it takes
 /// are the best that were measured, too. The row has samples, and was modelled.

@@ -19,6 +19,7 @@ const ACCURACY = [
   { key: "arithmetic.resynchronised.steps_differing", title: "steps unlike double's", format: count },
   { key: "arithmetic.resynchronised.beyond_bound", title: "beyond the bound", format: count },
   { key: "status", title: "status", format: verdict },
+  { key: "reason", title: "reason" },
   { key: "note", title: "note" },
 ];
 const THESIS_ACCURACY = [
@@ -351,7 +352,7 @@ const is_about_stiffness = (row) => row.algorithm === "Algorithm 7" || is_number
 const titled = (title, rows, draw) => rows.length > 0 && [title && el("h3", {}, title), draw(rows)];
 
 /// The pictures that a row names: [{caption, file}, ...].
-const named_pictures = (rows, data) => rows.filter((row) => Array.isArray(row.pictures)).map((row) => [
+const named_pictures = (rows, data) => rows.filter((row) => row.pictures?.length > 0).map((row) => [
   el("h3", {}, [scene_of(row), row.algorithm].filter(Boolean).join(", ")),
   figures(row.pictures.map(({ file, caption }) => [data.picture(row, file), caption])),
 ]);

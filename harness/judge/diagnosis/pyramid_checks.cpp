@@ -173,10 +173,7 @@ void check_lost_tissue(const Scene& scene, Warnings& warnings) {
   if (scene.schedule.mean_modulus || finest_coarse_level(levels, scene.extent()) < 0) {
     return;
   }
-  const auto& modulus = scene.full.modulus.values;
-  const Regions regions = find_regions(
-      scene.extent(), Touching::side, [](std::size_t) { return true; },
-      [&](std::size_t a, std::size_t b) { return modulus[a] == modulus[b]; });
+  const Regions regions = find_regions(scene.full.modulus);
   std::vector<bool> lost(regions.all.size(), false);
   Extent finest;
   for (const int index : levels.order()) {

@@ -20,7 +20,8 @@ inline constexpr std::array<std::string_view, 6> rival_names{"fem",        "fem-
 /// One setting of a rival.
 struct Rival {
   std::string_view name;
-  std::string effort; ///< as TradeoffPoint::effort
+  std::string effort; ///< as Judged::effort
+  std::optional<EnergyModel> energy{};
   std::optional<double> poisson{};
   std::function<ReferenceField()> solve;  ///< the whole solution, assembly included; throws InputError
   const ReferenceField* solved = nullptr; ///< where it is one of the truths ...
@@ -30,7 +31,7 @@ struct Rival {
 /// All settings of the rivals in the order of their names: finite elements factorised and by conjugate
 /// gradients, and by multigrid of others where the build has it, with Poisson ratio 0 and the scene's, coarse
 /// finite elements, the fixed point by factorisation, interpolation of the conditions. Both must outlive
-/// them.
+/// them. With `quick` one setting of each.
 [[nodiscard]] std::vector<Rival> rivals(const Scene& scene, const Truths& truths, bool quick);
 
 } // namespace hdmbench
