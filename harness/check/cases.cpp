@@ -41,10 +41,6 @@ std::vector<std::string> other_methods() {
 
 } // namespace
 
-EnergyModel Case::energy() const {
-  return method.empty() ? EnergyModel::hdm : find_method(method).energy;
-}
-
 std::string Case::name() const {
   std::string text = scene;
   if (size) {
@@ -53,7 +49,7 @@ std::string Case::name() const {
   if (!method.empty()) {
     text += ", " + method;
   }
-  return mode ? fmt::format("{}, {}", text, name_of(*mode)) : text;
+  return text;
 }
 
 bool Case::operator==(const Case& other) const {
@@ -122,16 +118,6 @@ std::vector<Case> golden_cases() {
                      .size = usual,
                      .method = std::string(elastic_conjugate_gradients),
                      .iterations = few});
-  }
-  return cases;
-}
-
-std::vector<Case> all_cases() {
-  std::vector<Case> cases = verify_cases();
-  for (const Case& one : golden_cases()) {
-    if (std::ranges::find(cases, one) == cases.end()) {
-      cases.push_back(one);
-    }
   }
   return cases;
 }

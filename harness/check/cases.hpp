@@ -1,11 +1,9 @@
 #pragma once
 
-#include "harness/check/verify.hpp"
 #include "harness/scene/scene.hpp"
 
 #include <functional>
 #include <optional>
-#include <ostream>
 #include <span>
 #include <string>
 #include <string_view>
@@ -20,17 +18,13 @@ struct Case {
   std::optional<Extent> size{};    ///< pixels; none: the scene's own
   std::string method{};            ///< of harness/scene/method.hpp; empty: the scene's own
   std::optional<int> iterations{}; ///< at most so many, in the unit of the method's effort; none: no limit
-  std::optional<Mode> mode{};      ///< the one to compare in; none: all that why_left_out() has no reason for
   /// Makes a scene of a size that no file describes; none: load_scene() makes it. Called with `size`.
   std::function<Scene(Extent)> generate{};
 
-  /// The energy that the method minimises. Throws InputError where there is no such method.
-  [[nodiscard]] EnergyModel energy() const;
-  /// "random, 257 x 130, annealing, free", without what is not set.
+  /// "random, 257 x 130, annealing", without what is not set.
   [[nodiscard]] std::string name() const;
   /// Whether scene, size and method are the same.
   bool operator==(const Case& other) const;
-  friend void PrintTo(const Case& one, std::ostream* stream) { *stream << one.name(); }
 };
 
 /// The scene at its size, with its method and no more iterations. Throws what load_scene() and find_method()
@@ -52,9 +46,6 @@ void limit_iterations(Scene& scene, const Case& one);
 /// What `golden` has hashes of, with few iterations: every shipped scene by its own method, `square` at a
 /// second size, and every other method of both energies on `random`; some scenes by conjugate gradients, too.
 [[nodiscard]] std::vector<Case> golden_cases();
-
-/// verify_cases() and golden_cases(), each once.
-[[nodiscard]] std::vector<Case> all_cases();
 
 /// Those whose name contains `part`.
 [[nodiscard]] std::vector<Case> cases_named(std::span<const Case> cases, std::string_view part);
