@@ -1,6 +1,12 @@
-// Every backend of the registry against scalar; a new one is tested by being there.
+// Every backend of the registry, in every way that it has, gives scalar's bits in all cases of bit_cases.cpp
+// and on random levels; a new backend is tested by being there. HDMBENCH_RANDOM_CASES=10000 (600 unless said)
+// random levels, of which HDMBENCH_RANDOM_CASE=NUMBER repeats one. And what a session promises its caller
+// beside bits.
 
+#include "backends/cpu/cpu.hpp"
+#include "backends/shared/energy_programs.hpp"
 #include "harness/check/compare.hpp"
+#include "test/bit_cases.hpp"
 #include "test/refusal.hpp"
 #include "test/sessions.hpp"
 
@@ -9,287 +15,263 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <tuple>
 
 namespace hdmbench {
 namespace {
 
+using test::ExpectedBits;
+using test::Group;
+using test::Texture;
+using test::Way;
+
+/// Skips where the backend is not there.
 class BackendTest : public testing::TestWithParam<std::string> {
 protected:
   void SetUp() override {
     try {
-      session_ = test::find(GetParam()).open({});
+      (void)backend().devices();
     } catch (const DeviceError& error) {
       GTEST_SKIP() << GetParam() << " is not there: " << error.what();
     }
-    scalar_ = test::scalar().open({});
   }
-
-  /// Both sessions from the same start; compares field and count after every sweep.
-  void expect_same(const test::Problem& problem, int sweeps, const std::string& what) {
-    for (Session* session : {scalar_.get(), session_.get()}) {
-      test::begin(*session, problem);
-    }
-    for (int i = 1; i <= sweeps; ++i) {
-      scalar_->step(1);
-      session_->step(1);
-      ASSERT_NO_FATAL_FAILURE(
-          test::expect_same_state(*scalar_, *session_, fmt::format("{}, sweep {}", what, i)));
-    }
-  }
-
-  std::unique_ptr<Session> scalar_;
-  std::unique_ptr<Session> session_;
+  [[nodiscard]] const Backend& backend() const { return test::find(GetParam()); }
 };
+INSTANTIATE_TEST_SUITE_P(Registry, BackendTest, testing::ValuesIn(test::backend_names()),
+                         test::parameter_name);
 
-TEST_P(BackendTest, SameBitsAtEverySize) {
-  std::uint64_t seed = 100;
-  for (const Extent extent : {Extent{1, 1}, Extent{1, 7}, Extent{5, 1}, Extent{2, 2}, Extent{3, 3},
-                              Extent{64, 3}, Extent{65, 17}, Extent{257, 130}}) {
-    for (const test::Texture texture :
-         {test::Texture::smooth, test::Texture::tie_rich, test::Texture::dyadic}) {
-      ++seed;
-      expect_same(test::random_problem(extent, texture, seed), 25,
-                  fmt::format("random_problem({{{}, {}}}, Texture({}), {})", extent.width, extent.height,
-                              static_cast<int>(texture), seed));
-    }
+void expect_scalars_bits(const Backend& backend, const std::vector<Way>& ways, const ExpectedBits& expected) {
+  for (const Way& way : ways) {
+    const auto session = backend.open(way.options);
+    EXPECT_EQ(expected.differences(*session), "") << backend.name() << ", " << way.name;
   }
 }
 
-/// Tiles are told apart by what they and their rims have: the one that begins at 64, 64, 32 or 64 sites wide
-/// and 16 or 64 high, and those around it.
-TEST_P(BackendTest, SameBitsWithOneSiteUnlikeTheOthersInOrBesideATile) {
-  constexpr Extent extent{200, 200};
-  test::Problem problem = test::random_problem(extent, test::Texture::smooth, 31);
-  problem.level.confidence = VectorField(extent);
-  for (const int x : {63, 64, 100, 127, 128}) {
-    for (const int y : {63, 64, 127, 128}) {
-      test::Problem other = problem;
-      other.level.modulus = ScalarField(extent, 20.0F);
-      other.level.modulus.values[extent.index(x, y)] = 3.0F;
-      set_inverse_modulus(other.level);
-      expect_same(other, 1, fmt::format("modulus at {}, {}", x, y));
-      other.level.modulus = ScalarField(extent, 20.0F);
-      set_inverse_modulus(other.level);
-      other.level.confidence.y[extent.index(x, y)] = 0.5F;
-      expect_same(other, 1, fmt::format("confidence at {}, {}", x, y));
-    }
+class SameBits : public testing::TestWithParam<std::tuple<std::string, Group>> {};
+
+TEST_P(SameBits, AsScalar) {
+  const auto& [name, group] = GetParam();
+  const Backend& backend = test::find(name);
+  try {
+    (void)backend.devices();
+  } catch (const DeviceError& error) {
+    GTEST_SKIP() << name << " is not there: " << error.what();
+  }
+  const std::vector<Way> ways = ways_of(backend, group);
+  if (ways.empty()) {
+    GTEST_SKIP() << name << " has one way only";
+  }
+  expect_scalars_bits(backend, ways, ExpectedBits(cases_of(group)));
+}
+
+std::string name_of_test(const testing::TestParamInfo<SameBits::ParamType>& information) {
+  const auto& [name, group] = information.param;
+  return fmt::format("{}_{}", test::test_name(name), test::group_names.at(static_cast<std::size_t>(group)));
+}
+const std::vector<std::string> names = test::backend_names();
+INSTANTIATE_TEST_SUITE_P(Registry, SameBits,
+                         testing::Combine(testing::ValuesIn(names.begin() + 1, names.end()),
+                                          testing::Values(Group::sizes, Group::rules, Group::candidates,
+                                                          Group::tiles, Group::waking, Group::pyramids,
+                                                          Group::layouts, Group::coarse_levels)),
+                         name_of_test);
+
+/// Not only the one that this processor would choose.
+TEST(OpenMpBackend, EveryInstructionSetGivesScalarsBits) {
+  const ExpectedBits sizes(cases_of(Group::sizes));
+  const ExpectedBits candidates(cases_of(Group::candidates));
+  for (const openmp::InstructionSet& set : openmp::instruction_sets()) {
+    const auto backend = make_openmp_with("openmp", programs_of(thesis_energy).rows.at(set.row), set.name);
+    const auto session = backend->open({.device = {}, .threads = 1});
+    EXPECT_EQ(sizes.differences(*session), "") << set.name;
+    EXPECT_EQ(candidates.differences(*session), "") << set.name;
   }
 }
 
-TEST_P(BackendTest, SameBitsForEveryRuleAndUpdate) {
-  std::uint64_t seed = 200;
-  for (const Rule rule : test::all_rules) {
-    for (const Update update : test::simultaneous_and_coloured) {
-      for (const Extent extent :
-           {Extent{1, 1}, Extent{1, 6}, Extent{2, 3}, Extent{5, 1}, Extent{66, 17}, Extent{129, 34}}) {
-        for (const test::Texture texture :
-             {test::Texture::smooth, test::Texture::tie_rich, test::Texture::dyadic}) {
-          ++seed;
-          expect_same(test::random_problem(extent, texture, seed, {}, rule, update), 9,
-                      fmt::format("random_problem({{{}, {}}}, Texture({}), {}, {{}}, Rule({}), Update({}))",
-                                  extent.width, extent.height, static_cast<int>(texture), seed,
-                                  static_cast<int>(rule), static_cast<int>(update)));
-        }
-      }
-    }
-  }
+// ---- Random levels
+
+/// Cases of one batch differ in everything but what a shader is compiled for.
+constexpr int batches = 100;
+constexpr int batch_size = 100;
+
+std::optional<int> environment(const char* name) {
+  const char* const value = std::getenv(name);
+  return value == nullptr ? std::nullopt : std::optional(std::stoi(value));
 }
 
-TEST_P(BackendTest, SameBitsForEveryNumberOfCandidatesToAnneal) {
-  for (const char* steps : {"0", "1,-1", "fine", "0,1,2,3,4,5,6,7,8,9,-1,-2,-3,-4,-5,-6"}) {
-    expect_same(test::random_problem({40, 30}, test::Texture::smooth, 20, StepSet::parse(steps),
-                                     Rule::annealing, Update::four_coloured),
-                8, steps);
+/// Which cases to run: the first ones of every batch, and of fewer batches where there are few.
+std::vector<int> case_numbers() {
+  if (const auto one = environment("HDMBENCH_RANDOM_CASE")) {
+    return {*one};
   }
+  const int count = environment("HDMBENCH_RANDOM_CASES").value_or(600);
+  const int used = count >= batches * batch_size ? batches : 12; // every rule with every order of sites
+  std::vector<int> numbers;
+  for (int i = 0; i < count; ++i) {
+    numbers.push_back(i % used * batch_size + i / used);
+  }
+  std::ranges::sort(numbers);
+  return numbers;
 }
 
-TEST_P(BackendTest, SweepsAreNumberedOnFromTheLoad) {
-  for (const Rule rule : test::all_rules) {
-    for (const Update update : test::simultaneous_and_coloured) {
-      const auto problem = test::random_problem({90, 71}, test::Texture::smooth, 21, {}, rule, update);
-      for (int load = 0; load < 2; ++load) {
-        for (Session* session : {scalar_.get(), session_.get()}) {
-          test::begin(*session, problem);
-        }
-        for (const int sweeps : {1, 3, 2, 21}) {
-          for (int i = 0; i < sweeps; ++i) {
-            scalar_->step(1);
-          }
-          session_->step(sweeps);
-          const std::string what =
-              fmt::format("Rule({}), Update({}), step({}), load {}", static_cast<int>(rule),
-                          static_cast<int>(update), sweeps, load);
-          ASSERT_NO_FATAL_FAILURE(test::expect_same_state(*scalar_, *session_, what));
-          session_->write(test::read(*scalar_)); // must not number from 0 again
-        }
-      }
-    }
-  }
-}
-
-TEST_P(BackendTest, SameBitsForEveryNumberOfCandidates) {
+test::BitCase random_case(int number) {
+  const int batch = number / batch_size;
+  const Rule rule = test::all_rules[static_cast<std::size_t>(batch % 4)];
+  const Update update = test::simultaneous_and_coloured[static_cast<std::size_t>(batch / 4 % 3)];
+  const bool has_candidates = rule == Rule::steps || rule == Rule::annealing;
+  const int candidates = has_candidates ? 1 + batch * 5 % StepSet::maximum_count : 1;
+  std::mt19937_64 engine(static_cast<std::uint64_t>(number));
+  const auto draw = [&](int low, int high) {
+    return low + static_cast<int>(engine() % static_cast<std::uint64_t>(high - low + 1));
+  };
+  Extent extent{draw(1, 24), draw(1, 24)};
+  const int thin = draw(0, 5);
+  extent.width = thin == 0 ? 1 : extent.width;
+  extent.height = thin == 1 ? 1 : extent.height;
+  const auto texture = static_cast<Texture>(draw(0, 3));
+  // On the texture's own grid, so that candidates tie; half of the sets begin with 0.
+  const float unit = texture == Texture::dyadic ? 0.25F : texture == Texture::tie_rich ? 0.1F : 0.0123F;
   std::vector<float> steps;
-  for (int count = 1; count <= StepSet::maximum_count; ++count) {
-    steps.push_back(count % 2 == 0 ? 0.1F * static_cast<float>(count)
-                                   : -0.3F * static_cast<float>(count - 1));
-    expect_same(test::random_problem({40, 30}, test::Texture::tie_rich, 7, StepSet(steps)), 10,
-                std::to_string(count) + " candidates");
+  for (int i = 0; i < candidates; ++i) {
+    const float step = unit * static_cast<float>(draw(-12, 12));
+    steps.push_back(texture == Texture::extreme ? std::ldexp(step, draw(-30, 30)) : step);
   }
+  steps.front() = draw(0, 1) == 0 ? 0.0F : steps.front();
+  test::BitCase result = test::random_bit_case(extent, texture, static_cast<std::uint64_t>(number),
+                                               StepSet(steps), rule, update);
+  result.calls = {1, 3};
+  result.name += fmt::format("; repeat: HDMBENCH_RANDOM_CASE={}", number);
+  return result;
 }
 
-TEST_P(BackendTest, SameChoiceAmongExactTies) {
-  for (const char* steps : {"0,-1,-0.25,1,0.25", "1,-1,0.5,-0.5", "0.25,-0.25,0"}) {
-    expect_same(test::random_problem({70, 50}, test::Texture::dyadic, 17, StepSet::parse(steps)), 20, steps);
+TEST_P(BackendTest, RandomLevelsHaveTheBitsOfScalar) {
+  std::vector<test::BitCase> cases;
+  for (const int number : case_numbers()) {
+    cases.push_back(random_case(number));
   }
+  std::vector<Way> ways = ways_of(backend(), Group::sizes);
+  std::erase_if(ways, [](const Way& way) { return way.options.work == Work::active; });
+  expect_scalars_bits(backend(), ways, ExpectedBits(std::move(cases)));
 }
 
-TEST_P(BackendTest, SameBitsForTheThesisSteps) {
-  expect_same(test::random_problem({50, 50}, test::Texture::tie_rich, 8, StepSet::parse("thesis")), 30,
-              "thesis");
-}
-
-TEST_P(BackendTest, ManyIterationsInOneCallEqualSingleOnes) {
-  const auto problem = test::random_problem({90, 70}, test::Texture::smooth, 9);
-  for (Session* session : {scalar_.get(), session_.get()}) {
-    test::begin(*session, problem);
-  }
-  for (const int iterations : {0, 1, 2, 7, 300}) {
-    for (int i = 0; i < iterations; ++i) {
-      scalar_->step(1);
+/// OpenGL and Vulkan leave it to the device whether numbers below FLT_MIN are kept.
+TEST_P(BackendTest, SubnormalNumbersAreKeptOrTakenForZero) {
+  const auto session = backend().open({});
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    for (const Rule rule : {Rule::steps, Rule::closed_form, Rule::correction}) {
+      const auto problem = test::random_problem({9, 8}, Texture::tiny, seed, {}, rule);
+      test::begin(*session, problem);
+      session->step(2);
+      const FieldDifference difference = compare(test::swept(problem, 2), test::read(*session));
+      EXPECT_EQ(difference.not_finite, 0);
+      EXPECT_LT(difference.largest, 8.0 * double{std::numeric_limits<float>::min()}) << "seed " << seed;
     }
-    session_->step(iterations);
-    test::expect_same_state(*scalar_, *session_, std::to_string(iterations));
   }
 }
 
-TEST_P(BackendTest, ASessionForgetsTheLevelBefore) {
-  for (const Extent extent : {Extent{60, 40}, Extent{8, 8}, Extent{100, 90}, Extent{1, 1}, Extent{60, 40}}) {
-    expect_same(test::random_problem(extent, test::Texture::tie_rich, 10,
-                                     StepSet::parse(extent.width > 50 ? "fine" : "default")),
-                5, "after another level");
-  }
-}
+// ---- What a session promises beside bits
 
 TEST_P(BackendTest, SessionsDoNotDisturbEachOther) {
-  const auto other = test::find(GetParam()).open({});
-  const auto problem = test::random_problem({33, 44}, test::Texture::tie_rich, 11);
-  const auto decoy = test::random_problem({12, 70}, test::Texture::smooth, 12);
+  const auto decoy = test::random_problem({12, 70}, Texture::smooth, 12);
+  const auto other = backend().open({});
+  const auto session = backend().open({});
   test::begin(*other, decoy);
-  expect_same(problem, 3, "beside another session");
+  const ExpectedBits expected({test::random_bit_case({33, 44}, Texture::tie_rich, 11)});
+  EXPECT_EQ(expected.differences(*session), "");
   other->step(3);
-  test::begin(*scalar_, decoy);
-  scalar_->step(3);
-  EXPECT_EQ(compare(test::read(*scalar_), test::read(*other)).sites, 0);
-}
-
-TEST_P(BackendTest, WritingRestartsTheCount) {
-  const auto problem = test::random_problem({20, 20}, test::Texture::smooth, 13);
-  test::begin(*session_, problem);
-  EXPECT_EQ(session_->changed(), 0);
-  session_->step(1);
-  EXPECT_GT(session_->changed(), 0);
-  session_->write(problem.start);
-  EXPECT_EQ(session_->changed(), 0);
-  EXPECT_EQ(compare(problem.start, test::read(*session_)).sites, 0);
+  EXPECT_EQ(compare(test::swept(decoy, 3), test::read(*other)).sites, 0);
 }
 
 TEST_P(BackendTest, CallsOutOfOrderAreRefused) {
+  const auto session = backend().open({});
   VectorField field({4, 4});
-  EXPECT_THROW(session_->step(1), std::logic_error);
-  EXPECT_THROW(session_->write(field), std::logic_error);
-  EXPECT_THROW(session_->read(field), std::logic_error);
-  EXPECT_THROW((void)session_->changed(), std::logic_error);
-  session_->load(test::random_problem({4, 5}, test::Texture::smooth, 1).level);
-  EXPECT_THROW(session_->step(1), std::logic_error) << "before write";
-  EXPECT_THROW(session_->write(field), std::logic_error) << "wrong size";
-  VectorField right({4, 5});
-  session_->write(right);
-  EXPECT_THROW(session_->step(-1), std::logic_error);
+  EXPECT_THROW(session->step(1), std::logic_error);
+  EXPECT_THROW(session->write(field), std::logic_error);
+  EXPECT_THROW(session->read(field), std::logic_error);
+  EXPECT_THROW((void)session->changed(), std::logic_error);
+  const auto problem = test::random_problem({4, 5}, Texture::smooth, 1);
+  session->load(problem.level);
+  EXPECT_THROW(session->step(1), std::logic_error) << "before write";
+  EXPECT_THROW(session->write(field), std::logic_error) << "wrong size";
+  session->write(problem.start);
+  EXPECT_THROW(session->step(-1), std::logic_error);
+  EXPECT_THROW(session->solve(), std::logic_error) << "no pyramid is loaded";
+  session->load(Pyramid{.full = &problem.level, .levels = {{.extent = {4, 5}, .sweeps = 1}}});
+  EXPECT_THROW(session->step(1), std::logic_error) << "no level is loaded";
+  EXPECT_THROW(session->write(problem.start), std::logic_error) << "no level is loaded";
 }
 
-TEST_P(BackendTest, SequentialUpdatesAreDoneOrRefused) {
-  auto problem = test::random_problem({12, 12}, test::Texture::smooth, 18);
+TEST_P(BackendTest, SequentialUpdatesSeeNewValuesOrAreRefused) {
+  auto problem = test::random_problem({40, 40}, Texture::smooth, 16);
+  const VectorField simultaneous = test::swept(problem, 1);
   problem.level.update = Update::sequential;
-  if (test::find(GetParam()).supports(Update::sequential)) {
-    expect_same(problem, 3, "sequential");
-  } else {
-    EXPECT_THROW(session_->load(problem.level), DeviceError);
+  const auto session = backend().open({});
+  if (!backend().supports(Update::sequential)) {
+    EXPECT_THROW(session->load(problem.level), DeviceError);
+    return;
   }
+  test::begin(*session, problem);
+  session->step(1);
+  EXPECT_GT(compare(simultaneous, test::read(*session)).sites, 100);
+  EXPECT_EQ(simultaneous.x[0], test::read(*session).x[0])
+      << "the first site of the raster sees no new value yet";
 }
 
-TEST_P(BackendTest, AnUnknownDeviceIsRefusedWithTheListOfDevices) {
-  const Backend& backend = test::find(GetParam());
-  EXPECT_THAT(test::refusal<DeviceError>([&] { (void)backend.open({.device = "no such device"}); }),
-              testing::HasSubstr(backend.devices().front().name));
-  EXPECT_EQ(backend.device({.device = "0"}).name, backend.devices().front().name);
-  EXPECT_FALSE(backend.devices().front().name.empty());
+TEST_P(BackendTest, WritingRestartsTheCount) {
+  const auto problem = test::random_problem({20, 20}, Texture::smooth, 13);
+  const auto session = backend().open({});
+  test::begin(*session, problem);
+  EXPECT_EQ(session->changed(), 0);
+  session->step(1);
+  EXPECT_GT(session->changed(), 0);
+  session->write(problem.start);
+  EXPECT_EQ(session->changed(), 0);
+}
+
+TEST_P(BackendTest, WhatTheDeviceDoesNotHaveIsRefusedWithAList) {
+  const auto refusal = [&](const SessionOptions& options) {
+    const auto problem = test::random_problem({65, 33}, Texture::smooth, 6);
+    const Pyramid pyramid{.full = &problem.level, .levels = {{{9, 9}, 3}, {problem.level.extent, 1}}};
+    return test::refusal<DeviceError>([&] { backend().open(options)->load(pyramid); });
+  };
+  EXPECT_FALSE(backend().devices().front().name.empty());
+  EXPECT_THAT(refusal({.device = "no such device"}), testing::HasSubstr(backend().devices().front().name));
+  EXPECT_EQ(backend().device({.device = "0"}).name, backend().devices().front().name);
+  if (backend().variants({}).names.size() > 1) {
+    EXPECT_THAT(refusal({.device = {}, .variant = 7}), testing::HasSubstr("no variant 7"));
+  }
+  if (backend().shapes({}).names.size() > 1) {
+    EXPECT_THAT(refusal({.device = {}, .variant = 0, .shape = 99}), testing::HasSubstr("no shape 99"));
+  }
 }
 
 TEST_P(BackendTest, AnImageBeyondTheDevicesLimitIsCutOrRefusedWhereItCannotBe) {
-  if (test::find(GetParam()).threads({}) > 0) {
+  if (backend().threads({}) > 0) {
     GTEST_SKIP() << "limited by memory only";
   }
+  const auto session = backend().open({});
   // Longer than any texture or number of work groups today, small in memory.
   const Extent extent = GetParam().ends_with("compute") ? Extent{5, 70000} : Extent{70000, 5};
   try {
-    session_->load(test::random_problem(extent, test::Texture::smooth, 1, {}, Rule::annealing).level);
+    session->load(test::random_problem(extent, Texture::smooth, 1, {}, Rule::annealing).level);
     GTEST_SKIP() << "this device takes 70000 sites in a line";
   } catch (const TooLarge& error) {
-    for (const char* part : {"70000", "annealing"}) {
-      EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
-    }
+    EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr("70000"), testing::HasSubstr("annealing")));
   }
-  expect_same(test::random_problem({9, 9}, test::Texture::smooth, 14), 2, "after a refused level");
+  std::vector<test::BitCase> cases{
+      test::random_bit_case({9, 9}, Texture::smooth, 14),
+      test::random_bit_case(extent, Texture::tie_rich, 15),
+      test::random_bit_case(extent, Texture::smooth, 16, {}, Rule::closed_form, Update::coloured),
+      test::random_bit_case({9, 9}, Texture::smooth, 17)};
   if (extent.width > extent.height) { // rows are what annealing can be cut into
-    expect_same(test::random_problem({5, 70000}, test::Texture::smooth, 13, {}, Rule::annealing), 2,
-                "annealing, cut in rows");
+    cases.push_back(test::random_bit_case({5, 70000}, Texture::smooth, 13, {}, Rule::annealing));
   }
-  expect_same(test::random_problem(extent, test::Texture::tie_rich, 15), 3, "cut");
-  expect_same(
-      test::random_problem(extent, test::Texture::smooth, 16, {}, Rule::closed_form, Update::coloured), 3,
-      "cut, in two colours");
-  expect_same(test::random_problem({9, 9}, test::Texture::smooth, 17), 2, "whole again");
+  std::ranges::for_each(cases, [](test::BitCase& one) { one.calls = {1, 1}; });
+  EXPECT_EQ(ExpectedBits(std::move(cases)).differences(*session), "");
 }
-
-void expect_same_for_every_number_of_threads(Rule rule, Update update) {
-  // Large enough for eight threads; bands of 200 / 8 rows have seams that sweeps pass together.
-  const auto problem = test::random_problem({300, 200}, test::Texture::tie_rich, 15, {}, rule, update);
-  const auto scalar = test::scalar().open({});
-  for (const int iterations : {1, 2, 3, 5, 8, 20}) {
-    test::begin(*scalar, problem);
-    scalar->step(iterations);
-    for (int threads = 1; threads <= 8; ++threads) {
-      const auto session = test::find("openmp").open({.device = {}, .threads = threads});
-      test::begin(*session, problem);
-      session->step(iterations);
-      test::expect_same_state(*scalar, *session, fmt::format("{} threads, {}", threads, iterations));
-    }
-  }
-}
-
-TEST(OpenMpBackend, SameBitsForEveryNumberOfThreads) {
-  expect_same_for_every_number_of_threads(Rule::steps, Update::simultaneous);
-  expect_same_for_every_number_of_threads(Rule::closed_form, Update::coloured);
-  expect_same_for_every_number_of_threads(Rule::annealing, Update::four_coloured);
-}
-
-TEST(ScalarBackend, SequentialSweepsSeeNewValues) {
-  auto problem = test::random_problem({40, 40}, test::Texture::smooth, 16);
-  const auto scalar = test::scalar().open({});
-  std::vector<VectorField> fields;
-  for (const Update update : {Update::simultaneous, Update::sequential}) {
-    problem.level.update = update;
-    test::begin(*scalar, problem);
-    scalar->step(1);
-    fields.push_back(test::read(*scalar));
-  }
-  EXPECT_GT(compare(fields[0], fields[1]).sites, 100);
-  // The first site of the raster sees no new value yet.
-  EXPECT_EQ(fields[0].x[0], fields[1].x[0]);
-}
-
-INSTANTIATE_TEST_SUITE_P(Registry, BackendTest, testing::ValuesIn(test::backend_names()),
-                         test::parameter_name);
 
 } // namespace
 } // namespace hdmbench

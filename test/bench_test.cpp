@@ -1,7 +1,5 @@
 #include "harness/measure/bench.hpp"
 
-#include "harness/measure/bench_row.hpp"
-#include "harness/scene/row_fields.hpp"
 #include "test/sessions.hpp"
 
 #include <gtest/gtest.h>
@@ -67,7 +65,7 @@ TEST_F(BenchTest, RowsHaveEveryField) {
   const std::vector<std::string> methods{"icm", "icm", "icm", "icm-active"};
   const std::vector<int> threads{1, 1, 2, 2};
   for (std::size_t i = 0; i < results.size(); ++i) {
-    const nlohmann::json row = to_json_row(bench_row(scene, results[i]));
+    const nlohmann::json row = bench_row(scene, results[i]);
     EXPECT_EQ(row["method"], methods[i]);
     EXPECT_EQ(row["work"], i == 3 ? "active" : "dense");
     EXPECT_EQ(row["threads"], threads[i]);
@@ -107,7 +105,7 @@ TEST_F(BenchTest, WithoutAReferenceNothingIsCalledValid) {
   const auto results = run(scene, only, {.session = {}, .repeats = 1, .active = true, .checked = false});
   ASSERT_EQ(results.size(), 2U);
   for (const BenchResult& result : results) {
-    const nlohmann::json row = to_json_row(bench_row(scene, result));
+    const nlohmann::json row = bench_row(scene, result);
     EXPECT_TRUE(row["valid"].is_null());
     EXPECT_TRUE(row["reference"].is_null());
     EXPECT_TRUE(row["speed_up_over_scalar"].is_null());

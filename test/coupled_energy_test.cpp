@@ -1,5 +1,5 @@
-// A second energy, test/coupled/, through everything that an energy goes through: backends, cross-check,
-// proofs, certificates, planted faults, multigrid. Nothing outside test/ knows of it.
+// A second energy, test/coupled/, through everything that an energy goes through: cross-check, proofs,
+// certificates, planted faults, diagnosis; backends_test has its bits. Nothing outside test/ knows of it.
 
 #include "test/coupled/coupled.hpp"
 
@@ -8,8 +8,8 @@
 #include "harness/check/faults/fused_backend.hpp"
 #include "harness/check/faults/session_faults.hpp"
 #include "harness/check/faults/trial.hpp"
+#include "harness/judge/diagnosis/rest.hpp"
 #include "harness/scene/method.hpp"
-#include "harness/solve/methods/residual.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "kernels/data/gather.hpp"
 #include "kernels/data/input_error.hpp"
@@ -32,28 +32,10 @@ namespace {
 
 using test::scalar;
 
-/// Levels that the steps of a tile fit into several times, and odd ones.
-constexpr std::array extents{Extent{67, 41}, Extent{131, 19}, Extent{16, 16}, Extent{1, 9}, Extent{7, 1}};
-
 test::Problem coupled_problem(Extent extent, test::Texture texture, Rule rule, Update update) {
   test::Problem problem = test::random_problem(extent, texture, 77, {}, rule, update);
   test::couple(problem.level);
   return problem;
-}
-
-struct Result {
-  VectorField field;
-  std::int64_t changed = 0;
-};
-
-Result swept(const Backend& backend, const test::Problem& problem, int sweeps, Work work = Work::dense) {
-  const auto session = backend.open({.device = {}, .work = work});
-  test::begin(*session, problem);
-  session->step(sweeps);
-  Result result;
-  session->read(result.field);
-  result.changed = session->changed();
-  return result;
 }
 
 class CoupledOn : public testing::TestWithParam<std::string> {
@@ -67,25 +49,6 @@ protected:
   }
   static const Backend& backend() { return test::find(GetParam()); }
 };
-
-TEST_P(CoupledOn, EveryRuleHasScalarsBits) {
-  for (const Extent extent : extents) {
-    for (const test::Texture texture :
-         {test::Texture::smooth, test::Texture::tie_rich, test::Texture::dyadic}) {
-      for (const Rule rule : test::all_rules) {
-        for (const Update update : test::simultaneous_and_coloured) {
-          const test::Problem problem = coupled_problem(extent, texture, rule, update);
-          const Result expected = swept(scalar(), problem, 9);
-          const Result found = swept(backend(), problem, 9);
-          EXPECT_TRUE(found.field.x == expected.field.x && found.field.y == expected.field.y &&
-                      found.changed == expected.changed)
-              << extent.width << " x " << extent.height << ", texture " << static_cast<int>(texture)
-              << ", rule " << static_cast<int>(rule) << ", update " << static_cast<int>(update);
-        }
-      }
-    }
-  }
-}
 
 /// From the null field, with a rim that pulls and an inside in which nothing happens at first.
 Scene pulled_scene(Extent extent) {
@@ -101,15 +64,6 @@ Scene pulled_scene(Extent extent) {
   scene.schedule.iterations = 12;
   scene.schedule.start_level = {};
   return scene;
-}
-
-TEST_P(CoupledOn, ActiveWorkLeavesNothingOut) {
-  const Scene scene = pulled_scene({201, 140});
-  const test::Problem problem{.level = scene.full, .start = VectorField(scene.extent())};
-  const Result expected = swept(scalar(), problem, 25);
-  const Result found = swept(backend(), problem, 25, Work::active);
-  EXPECT_TRUE(found.field.x == expected.field.x && found.field.y == expected.field.y);
-  EXPECT_EQ(found.changed, expected.changed);
 }
 
 TEST_P(CoupledOn, VerifyAgreesInEveryMode) {
@@ -167,7 +121,7 @@ TEST(CoupledEnergy, YSeesWhereXWentAndEnergyFalls) {
   double before = mean_energy(scene.full, field);
   for (int i = 0; i < 6; ++i) {
     const test::Problem problem{.level = scene.full, .start = field};
-    field = swept(scalar(), problem, sweeps_per_iteration(scene.full)).field;
+    field = test::swept(problem, sweeps_per_iteration(scene.full));
     EXPECT_LE(mean_energy(scene.full, field), before + 1e-5);
     before = mean_energy(scene.full, field);
   }
@@ -187,8 +141,8 @@ TEST(CoupledEnergy, ColouredUpdatesTakeFourSets) {
       }
     }
   }
-  const Result expected = swept(scalar(), problem, 4);
-  EXPECT_TRUE(field.x == expected.field.x && field.y == expected.field.y);
+  const VectorField expected = test::swept(problem, 4);
+  EXPECT_TRUE(field.x == expected.x && field.y == expected.y);
 }
 
 TEST(CoupledEnergy, ALevelWithoutItsInputIsRefused) {
@@ -250,7 +204,7 @@ TEST(CoupledEnergy, FaultsOfSessionsAreCaught) {
       continue;
     }
     const bool caught = std::ranges::any_of(scenes, [&](const Scene& scene) {
-      const faults::FaultyBackend faulty(scalar(), fault, &scene);
+      const faults::FaultyBackend faulty(scalar(), fault);
       return std::ranges::any_of(test::verified(scene, faulty), [](const Comparison& comparison) {
         return comparison.verdict == Verdict::disagree;
       });
@@ -297,25 +251,16 @@ TEST(CoupledEnergy, FaultsInItsTextAreCaught) {
 
 #endif
 
-class CoupledMethod : public testing::TestWithParam<const char*> {};
-
-TEST_P(CoupledMethod, ReachesTheFixedPoint) {
-  Scene scene = pulled_scene({65, 52});
-  use_method(scene, find_method(GetParam()), 12);
-  const Solution solution = Solver(scalar(), {}).solve(scene, test::silent());
-  ResidualField residual;
-  Residual(scene.full).evaluate(solution.displacement, residual);
-  EXPECT_LT(residual.rms, 1e-4) << GetParam();
+TEST(CoupledEnergy, SweepsEndAtItsFixedPoint) {
+  Scene scene = pulled_scene({33, 26});
+  use_method(scene, find_method("closed-form"), 2000);
+  const VectorField field = Solver(scalar(), {}).solve(scene, test::silent()).displacement;
+  EXPECT_LT(measure_rest(scene, field).rms, 1e-4);
   // The coupling matters: without it the field is another one.
   Scene free = scene;
   free.full.inputs.front().values.assign(scene.extent().sites(), 0.0F);
-  ResidualField other;
-  Residual(free.full).evaluate(solution.displacement, other);
-  EXPECT_GT(other.rms, 1e-3);
+  EXPECT_GT(measure_rest(free, field).rms, 1e-3);
 }
-
-INSTANTIATE_TEST_SUITE_P(Energy, CoupledMethod, testing::Values("multigrid", "krylov"),
-                         [](const auto& information) { return std::string(information.param); });
 
 } // namespace
 } // namespace hdmbench

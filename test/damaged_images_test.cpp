@@ -1,7 +1,10 @@
 #include "test/image_files.hpp"
 
+#include <gmock/gmock.h>
+
 #include <array>
 #include <cstddef>
+#include <map>
 #include <numeric>
 #include <utility>
 
@@ -65,14 +68,14 @@ TEST_F(ImageFiles, MetaImageCutShortIsRefused) {
   const auto raw = write("raw.mha", fmt::format(fmt::runtime(header), "True", "LOCAL") + "abcdef");
   EXPECT_EQ(read_labels(raw).pixels.values, (std::vector<int>{'a', 'b', 'c', 'd', 'e', 'f'}));
   const auto short_of_one = write("raw.mha", fmt::format(fmt::runtime(header), "True", "LOCAL") + "abcde");
-  expect_refusal([&] { (void)read_labels(short_of_one); }, "5 bytes for 6 bytes of pixels");
+  expect_refusal([&] { (void)read_labels(short_of_one); }, "data not read completely ideal = 6 : actual = 5");
   const auto text = write("text.mha", fmt::format(fmt::runtime(header), "False", "LOCAL") + "1 2 3 4 5 6");
   expect_refusal([&] { (void)read_labels(text); }, "BinaryData = False");
   const auto alone = write("alone.mhd", fmt::format(fmt::runtime(header), "True", "gone.raw"));
   expect_refusal([&] { (void)read_labels(alone); }, "gone.raw");
 }
 
-TEST_F(ImageFiles, MetaImageHeadersThatAreNoneAreRefusedWithTheLine) {
+TEST_F(ImageFiles, MetaImageHeadersThatAreNoneAreRefused) {
   const auto with = [&](std::string_view ndims, std::string_view size, std::string_view more) {
     return write("odd.mha",
                  fmt::format("NDims = {}\nBinaryData = True\nDimSize = {}\n{}ElementType = MET_UCHAR\n"
@@ -83,22 +86,62 @@ TEST_F(ImageFiles, MetaImageHeadersThatAreNoneAreRefusedWithTheLine) {
   const std::string long_lines = "Comment = " + std::string(250, 'c') + "\n" + std::string(190, 'k') + " = " +
                                  std::string(3700, 'v') + "\n";
   EXPECT_EQ(read_labels(with("2", "3 2", long_lines)).pixels.extent, (Extent{3, 2}));
-  for (const auto* number : {"-2", "0", "11", "x", ""}) { // -2 keeps MetaIO busy for ever
-    expect_refusal([&] { (void)read_labels(with(number, "3 2", "")); },
-                   "line 1 of its MetaImage header: NDims");
+  for (const auto* number : {"0", "11", "x", ""}) {
+    expect_refusal([&] { (void)read_labels(with(number, "3 2", "")); }, "odd.mha");
   }
-  for (const auto* size : {"3", "3 2 1", "3 0", "3 -2", "3 2.5"}) {
-    expect_refusal([&] { (void)read_labels(with("2", size, "")); },
-                   "line 3 of its MetaImage header: DimSize");
+  for (const auto* size : {"3", "3 0", "3 -2"}) {
+    expect_refusal([&] { (void)read_labels(with("2", size, "")); }, "odd.mha");
   }
-  expect_refusal([&] { (void)read_labels(with("2", "3 2", "DimSize = 3 2\n")); },
-                 "DimSize is in line 3 already");
-  expect_refusal([&] { (void)read_labels(with("2", "3 2", "ElementSpacing = 1 nan\n")); }, "line 4");
-  expect_refusal([&] { (void)read_labels(with("2", "3 2", "Offset = 1\n")); }, "line 4");
-  expect_refusal([&] { (void)read_labels(with("2", "3 2", std::string("a\0 = 1\n", 7))); }, "line 4");
-  expect_refusal([&] { (void)read_labels(with("2", "3 2", std::string(300, 'k') + " = v\n")); }, "line 4");
-  expect_refusal([&] { (void)read_labels(with("2", "3 2", "Comment = " + std::string(300, 'c') + "\n")); },
-                 "Comment");
+  for (const std::string& line :
+       {std::string("ElementSpacing = 1 nan\n"), std::string("Offset = 1\n"),
+        std::string(300, 'k') + " = v\n", "Comment = " + std::string(300, 'c') + "\n",
+        std::string("CompressedData = True\n")}) {
+    expect_refusal([&] { (void)read_labels(with("2", "3 2", line)); }, "odd.mha");
+  }
+}
+
+TEST_F(ImageFiles, NiftiCutShortIsRefused) {
+  const fs::path whole = fs::path(HDMBENCH_DAMAGED_IMAGES) / "short.nii"; // of 16-bit integers
+  EXPECT_EQ(read_labels(whole).pixels.values, (std::vector<int>{0, 1, 2, 3, 4, 5}));
+  const auto file = write("cut.nii", content(whole).substr(0, content(whole).size() - 1));
+  expect_refusal([&] { (void)read_labels(file); }, "data bytes needed = 12 data bytes input = 11");
+}
+
+/// What fuzzing has found: ITK crashes on these files, does not end, or would fill the memory, and says
+/// nothing of what it takes from beside them.
+TEST_F(ImageFiles, OnWhichItkFailsAreRefusedAndOthersAreRead) {
+  const std::map<std::string, std::string_view> refusals{
+      {"circle.tif", "its reader was ended by signal 24"}, // directories that lead back to themselves
+      {"huge.nii", "non-finite"},
+      {"huge.nrrd", "bytes for 1024000000 values"},
+      {"huge.png", "its header promises 3600000000 values"},
+      {"huge.tif", "134 bytes for 1024000000 values"},
+      {"list-1.mha", "data not read completely"},
+      {"list-2.mha", ""}, // writes beyond its memory
+      {"list-3.mha", "data not read completely"},
+      {"long-comment.mha", "signal 6"},
+      {"many-values.tif", "its content or its name"},
+      {"negative-axes.mha", "its reader was ended by signal 24"},
+      {"not-finite.nii", "non-finite"},
+      {"palette.png", "4 components"},
+      {"compressed.mha", "2 components"},
+      {"endless-text.tif", "4 components"},
+      {"endless-text-2.tif", "4 components"},
+      {"zero-spacing.nii", "non-finite"}};
+  int count = 0;
+  for (const auto& entry : fs::directory_iterator(HDMBENCH_DAMAGED_IMAGES)) {
+    const fs::path& file = entry.path();
+    SCOPED_TRACE(file);
+    if (const auto found = refusals.find(file.filename()); found != refusals.end()) {
+      const std::string words = refusal([&] { (void)read_scalar(file); });
+      EXPECT_THAT(words,
+                  testing::AllOf(testing::HasSubstr(file.string()), testing::HasSubstr(found->second)));
+    } else {
+      EXPECT_GT(read_scalar(file).pixels.values.size(), 0U);
+    }
+    ++count;
+  }
+  EXPECT_EQ(count, 28);
 }
 
 /// 8 x 8 pixels of gray value 100.
@@ -120,7 +163,7 @@ TEST_F(ImageFiles, JpegIsReadWhereItIsWhole) {
   EXPECT_EQ(image.pixels.extent, (Extent{8, 8}));
   EXPECT_EQ(image.pixels.values, std::vector<float>(64, 100.0F));
   const std::string whole = jpeg_bytes();
-  for (std::size_t length = 2; length < whole.size(); ++length) {
+  for (std::size_t length = 2; length < whole.size(); length += length < 140 ? 9 : 1) {
     const auto file = write("cut.jpg", std::string_view(whole).substr(0, length));
     expect_refusal([&] { (void)read_scalar(file); }, "cut short");
   }

@@ -1,7 +1,7 @@
 #include "harness/judge/diagnosis/diagnosis.hpp"
 
 #include "harness/judge/accuracy/deviation.hpp"
-#include "harness/judge/diagnosis/folding.hpp"
+#include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/judge/diagnosis/rest.hpp"
 #include "harness/scene/method.hpp"
 #include "reference/fixed_point.hpp"
@@ -96,9 +96,6 @@ TEST(BeforeTheRun, CenterAlignmentLosesABorder) {
   EXPECT_FALSE(has(diagnose(scene), "lost-condition"));
   scene.schedule.alignment = Alignment::center;
   EXPECT_EQ(sites_of(diagnose(scene), "lost-condition"), 120U);
-  scene.schedule.cycle = Cycle::multigrid;
-  EXPECT_FALSE(has(diagnose(scene), "lost-condition"));
-  scene.schedule.cycle = Cycle::one_way;
   scene.schedule.start_level = 0;
   EXPECT_FALSE(has(diagnose(scene), "lost-condition")) << "no level to be lost on";
 }
@@ -313,17 +310,6 @@ TEST(AfterTheRun, WhatIsMissingAddsUpToTheDistance) {
     EXPECT_GT(estimate, distance / 3.0) << name;
     EXPECT_EQ(has(diagnose(scene, solution), "stalled"), estimate > 0.1) << name;
   }
-}
-
-TEST(AfterTheRun, AMethodThatKnowsItsErrorIsBelieved) {
-  Scene scene = load_scene("square", {.size = Extent{100, 100}});
-  Solution solution = test::solved(scene);
-  solution.estimated_error = 0.01;
-  EXPECT_FALSE(has(diagnose(scene, solution), "stalled"));
-  scene.schedule.cycle = Cycle::multigrid;
-  EXPECT_FALSE(has(diagnose(scene, solution), "no-estimate"));
-  solution.estimated_error.reset();
-  EXPECT_TRUE(has(diagnose(scene, solution), "no-estimate"));
 }
 
 TEST(AfterTheRun, ARunThatEndsEarlyIsStillMoving) {

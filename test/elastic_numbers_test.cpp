@@ -4,11 +4,10 @@
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/elastic.hpp"
-#include "harness/solve/planner/planner.hpp"
+#include "harness/solve/planner.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/finite_elements.hpp"
-#include "test/elastic_problem.hpp"
 #include "test/sessions.hpp"
 
 #include <gmock/gmock.h>
@@ -45,8 +44,7 @@ ReferenceField truth_of(const Scene& scene) {
 }
 
 Plan plan(const Scene& scene, const Request& request) {
-  std::vector<std::unique_ptr<Session>> none;
-  return solve_as_needed(scene, request, test::find("openmp"), {}, none, test::silent());
+  return solve_as_needed(scene, request, test::find("openmp"), {}, test::silent());
 }
 
 Solution solved(const Scene& scene) {
@@ -247,14 +245,14 @@ TEST(ElasticNumbers, AFieldThatCannotBeOneMeetsNothing) {
   made.solution.displacement = VectorField(scene.extent());
   const Request request{.accuracy = 0.1, .seconds = 10.0};
   made.solution.estimated_error = 0.01;
-  conclude(made, scene, request, 1.0, "finite elements");
+  conclude(made, scene, request, 1.0);
   EXPECT_TRUE(made.met);
   for (const float value :
        {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN(), 1e18F}) {
     made.solution.displacement.x[70] = value;
     for (const Request& wanted : {request, Request{.seconds = 10.0}}) {
       made.solution.estimated_error = 0.01;
-      conclude(made, scene, wanted, 1.0, "finite elements");
+      conclude(made, scene, wanted, 1.0);
       EXPECT_FALSE(made.met) << value;
       EXPECT_THAT(made.outcome, testing::HasSubstr("(the field ")) << value;
     }

@@ -8,7 +8,7 @@
 #include "kernels/data/input_error.hpp"
 #include "reference/finite_elements.hpp"
 #include "test/elastic_checks.hpp"
-#include "test/elastic_problem.hpp"
+#include "test/random_level.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

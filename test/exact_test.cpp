@@ -1,9 +1,8 @@
-// The exact tier: the proof that nothing is rounded and what it refuses, scenes for which it holds, and that
-// no backend differs there. What a compiler's freedom does to these scenes is in row_test.
+// The exact tier: the proof that nothing is rounded and what it refuses, and scenes for which it holds. What
+// a compiler's freedom does to these scenes is in free_backend_test.
 
-#include "harness/check/exactness.hpp"
+#include "harness/check/certificate.hpp"
 
-#include "harness/check/verify.hpp"
 #include "test/refusal.hpp"
 #include "test/scene_sweeps.hpp"
 #include "test/sessions.hpp"
@@ -65,17 +64,6 @@ TEST_P(ExactScene, IsProvenAtOtherSizesAndForEveryOrderOfSites) {
       EXPECT_TRUE(scene.exact);
       EXPECT_EQ(inexact(scene), "") << extent.width << " x " << extent.height;
     }
-  }
-}
-
-TEST_P(ExactScene, HasTheSameBitsOnEveryBackend) {
-  std::vector<const Backend*> followers;
-  for (const auto& backend : test::backends()) {
-    followers.push_back(backend.get());
-  }
-  for (const Comparison& comparison : verify(scene_, test::scalar(), followers, {}, test::silent())) {
-    EXPECT_EQ(comparison.sites_differing, 0) << comparison.backend;
-    EXPECT_THAT(comparison.verdict, testing::AnyOf(Verdict::agree, Verdict::skipped)) << comparison.backend;
   }
 }
 

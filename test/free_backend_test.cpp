@@ -5,10 +5,13 @@
 #include "harness/check/faults/faulty_backend.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
+#include "test/bit_cases.hpp"
+#include "test/scene_sweeps.hpp"
 #include "test/textured_scene.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <ostream>
 
 namespace hdmbench::energies::Hdm::contracted {
@@ -96,8 +99,7 @@ TEST_P(FreeBackend, LandsInTheThirdTierWhereCandidatesNearlyTie) {
 TEST_P(FreeBackend, LandsInTheThirdTierWithEveryMethod) {
   for (const Method& method : methods()) {
     Scene scene = make_scene(Texture::smooth, method.name);
-    if (scene.schedule.cycle != Cycle::one_way || scene.full.update == Update::sequential ||
-        scene.schedule.rule == Rule::annealing) {
+    if (scene.full.update == Update::sequential || scene.schedule.rule == Rule::annealing) {
       continue;
     }
     for (const Comparison& comparison : test::verified(scene, *backend_)) {
@@ -111,13 +113,35 @@ TEST_P(FreeBackend, LandsInTheThirdTierWithEveryMethod) {
 }
 
 TEST_P(FreeBackend, HasTheBitsOfScalarWhereAllIsExact) {
-  for (const Comparison& comparison : test::verified(make_scene(Texture::dyadic), *backend_)) {
-    if (test::is_idle(comparison)) {
-      continue;
+  std::vector<Scene> scenes = test::exact_scenes();
+  scenes.push_back(make_scene(Texture::dyadic));
+  for (Scene& scene : scenes) {
+    scene.schedule.iterations = std::min(scene.schedule.iterations, 8);
+    for (const Comparison& comparison : test::verified(scene, *backend_)) {
+      if (test::is_idle(comparison)) {
+        continue;
+      }
+      EXPECT_EQ(comparison.verdict, Verdict::agree) << scene.name;
+      EXPECT_EQ(comparison.tier, scene.exact ? Tier::exact : Tier::bitwise) << scene.name;
     }
-    EXPECT_EQ(comparison.verdict, Verdict::agree);
-    EXPECT_EQ(comparison.tier, Tier::bitwise);
   }
+}
+
+/// The table of cases sees what a compiler must not do.
+TEST_P(FreeBackend, DiffersFromScalarInTheTableOfCases) {
+  for (const test::Group group : {test::Group::sizes, test::Group::rules, test::Group::candidates}) {
+    EXPECT_NE(test::ExpectedBits(cases_of(group)).differences(*backend_->open({})), "")
+        << test::group_names.at(static_cast<std::size_t>(group));
+  }
+}
+
+/// At an endless temperature every candidate is taken: what is compared is which one was drawn.
+TEST_P(FreeBackend, DrawsTheSameRandomNumbers) {
+  test::BitCase drawn =
+      test::random_bit_case({301, 101}, Texture::dyadic, 33,
+                            StepSet::parse("0,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15"), Rule::annealing);
+  drawn.problem.level.strengths = {0.0F};
+  EXPECT_EQ(test::ExpectedBits({drawn}).differences(*backend_->open({})), "");
 }
 
 TEST_P(FreeBackend, DisagreesOnASceneThatIsDeclaredExactAndIsNot) {

@@ -4,7 +4,7 @@
 #include "harness/check/golden_file.hpp"
 #include "harness/check/state_hash.hpp"
 
-#include "harness/check/faults/solution_faults.hpp"
+#include "harness/check/faults/session_faults.hpp"
 #include "kernels/data/input_error.hpp"
 #include "test/program.hpp"
 #include "test/refusal.hpp"
@@ -69,7 +69,7 @@ TEST(StateHash, WhatIsNotFiniteIsAnError) {
 }
 
 TEST(StateHash, OfALevelSeesAllThatIsLoaded) {
-  const Scene scene = load_golden_scene({"random", {9, 7}, "annealing"});
+  const Scene scene = load_case({.scene = "random", .size = Extent{9, 7}, .method = "annealing"});
   const std::uint64_t hash = level_hash(scene.full);
   const auto differs = [&](auto&& change) {
     Level level = scene.full;
@@ -119,9 +119,9 @@ TEST(GoldenFile, ADamagedOneIsRefused) {
 TEST(GoldenFile, TheCommittedOneHasEveryCaseAndNoOther) {
   std::size_t found = 0;
   std::size_t absent = 0;
-  for (const GoldenCase& problem : golden_cases()) {
+  for (const Case& problem : golden_cases()) {
     try {
-      const GoldenCase named = golden_case(load_golden_scene(problem));
+      const Case named = case_of(load_case(problem));
       EXPECT_NE(find_golden(committed_golden(), named), nullptr)
           << named.scene << ", " << named.method << ": hdmbench golden --write harness/check/golden.json";
       ++found;
@@ -145,8 +145,15 @@ const GoldenEntry& entry_of(const std::string& scene, const std::string& method)
 }
 
 Scene scene_of(const GoldenEntry& entry) {
-  const Scene own = load_golden_scene({entry.problem.scene, entry.problem.extent, ""});
-  return golden_case(own) == entry.problem ? own : load_golden_scene(entry.problem);
+  for (const Case& one : golden_cases()) {
+    if (one.scene == entry.problem.scene && one.size == entry.problem.size) {
+      Scene scene = load_case(one);
+      if (case_of(scene) == entry.problem) {
+        return scene;
+      }
+    }
+  }
+  throw InputError("no golden case is " + entry.problem.name());
 }
 
 GoldenResult check(const GoldenEntry& golden, const Scene& scene, const Backend& backend,

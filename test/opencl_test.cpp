@@ -2,19 +2,17 @@
 // one, a compiler that refuses, a device with little memory.
 
 #include "backends/opencl/device.hpp"
-#include "backends/registry.hpp"
 #include "backends/session/device_session.hpp"
 #include "backends/shared/cut_session.hpp"
 #include "backends/shared/driver_trial.hpp"
 #include "backends/shared/energy_programs.hpp"
-#include "harness/check/compare.hpp"
-#include "test/random_level.hpp"
+#include "test/bit_cases.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <array>
 #include <functional>
+#include <utility>
 
 namespace hdmbench {
 namespace {
@@ -45,109 +43,13 @@ protected:
   std::vector<opencl::FoundDevice> devices_;
 };
 
-/// After the same sweeps of the same problem, twice.
-void expect_same(Session& session, const test::Problem& problem, int sweeps) {
-  const auto backends = make_backends();
-  const auto scalar = backends.front()->open({});
-  VectorField expected;
-  VectorField found;
-  for (Session* one : {scalar.get(), &session}) {
-    one->load(problem.level);
-    for (int again = 0; again < 2; ++again) { // the second time after sweeps, without another load
-      one->write(problem.start);
-      one->step(sweeps);
-    }
-  }
-  scalar->read(expected);
-  session.read(found);
-  EXPECT_EQ(compare(expected, found).sites, 0);
-  EXPECT_EQ(session.changed(), scalar->changed());
-}
-
-TEST_F(OpenClTest, SameBitsWithGroupsOfEveryShape) {
-  for (const SweepShape shape : {SweepShape{{64, 16}, 64, 16}, SweepShape{{64, 16}, 1},
-                                 SweepShape{{64, 16}, 8}, SweepShape{{16, 5}, 1}}) {
-    for (const Work work : {Work::dense, Work::active}) {
-      SCOPED_TRACE(testing::Message()
-                   << shape.invocations() << " lanes, " << names_of(work)[static_cast<std::size_t>(work)]);
-      const auto session = open(shape, work);
-      expect_same(*session, test::random_problem({131, 70}, test::Texture::tie_rich, 1), 20);
-      expect_same(*session, test::random_problem({40, 50}, test::Texture::dyadic, 2), 7); // by one group
-      expect_same(
-          *session,
-          test::random_problem({90, 70}, test::Texture::smooth, 3, {}, Rule::annealing, Update::coloured), 8);
-    }
-  }
-}
-
-/// Everything is at rest but for a few sites that are pulled, in the middle tile of nine: what moves from
-/// there wakes the tiles around, through every side and corner.
-TEST_F(OpenClTest, ChangesWakeTheTilesTheyReach) {
-  test::Problem problem = test::random_problem({192, 48}, test::Texture::tie_rich, 7);
-  problem.start = VectorField(problem.level.extent);
-  for (const std::array<int, 2> pulled : {std::array{64, 16}, {127, 16}, {64, 31}, {127, 31}, {95, 24}}) {
-    problem.level.confidence = VectorField(problem.level.extent);
-    const std::size_t site = problem.level.extent.index(pulled[0], pulled[1]);
-    problem.level.confidence.x[site] = 1.0F;
-    problem.level.confidence.y[site] = 1.0F;
-    problem.level.target.x[site] = 60.0F;
-    problem.level.target.y[site] = -60.0F;
-    problem.level.penalty = 1000.0F;
-    for (const int columns : {1, 64}) {
-      SCOPED_TRACE(testing::Message() << pulled[0] << ", " << pulled[1] << ", " << columns << " columns");
-      const auto session = open({{64, 16}, columns, 16}, Work::active);
-      for (const int sweeps : {1, 2, 3, 90}) {
-        expect_same(*session, problem, sweeps);
-      }
-    }
-  }
-}
-
-TEST_F(OpenClTest, AWriteWakesAllTiles) {
-  const auto problem = test::random_problem({192, 48}, test::Texture::tie_rich, 8);
-  Level level = problem.level;
-  level.confidence = VectorField(level.extent);
-  const auto backends = make_backends();
-  const auto scalar = backends.front()->open({});
-  const auto session = open({{64, 16}, 64, 16}, Work::active);
-  VectorField expected;
-  VectorField found;
-  for (Session* one : {scalar.get(), session.get()}) {
-    one->load(level);
-    one->write(VectorField(level.extent)); // at rest: all fall asleep
-    one->step(4);
-    one->write(problem.start);
-    one->step(5);
-  }
-  scalar->read(expected);
-  session->read(found);
-  EXPECT_EQ(compare(expected, found).sites, 0);
-}
-
-TEST_F(OpenClTest, TheSameWholePyramidWithGroupsOfEveryShape) {
-  const auto problem = test::random_problem({150, 97}, test::Texture::tie_rich, 4);
-  Pyramid pyramid{.full = &problem.level};
-  for (const Extent extent : pyramid_extents(problem.level.extent)) {
-    pyramid.levels.insert(pyramid.levels.begin(), {.extent = extent, .sweeps = 9});
-  }
-  const auto backends = make_backends();
-  VectorField expected;
-  const auto scalar = backends.front()->open({});
-  scalar->load(pyramid);
-  scalar->solve();
-  scalar->read(expected);
-  for (const int columns : {1, 64}) {
-    for (const Work work : {Work::dense, Work::active}) {
-      const auto session = open({{64, 16}, columns, 16}, work);
-      for (int again = 0; again < 2; ++again) {
-        session->load(pyramid);
-        session->solve();
-        VectorField found;
-        session->read(found);
-        EXPECT_EQ(compare(expected, found).sites, 0) << columns;
-        EXPECT_EQ(session->changed(), scalar->changed()) << columns;
-      }
-    }
+/// A driver of a CPU shows shapes of one work item only.
+TEST_F(OpenClTest, SameBitsWithGroupsOfManyItems) {
+  const test::ExpectedBits expected(cases_of(test::Group::layouts));
+  for (const auto& [shape, work] : {std::pair{SweepShape{{64, 16}, 1}, Work::active},
+                                    {SweepShape{{64, 16}, 8}, Work::dense},
+                                    {SweepShape{{16, 5}, 1}, Work::active}}) {
+    EXPECT_EQ(expected.differences(*open(shape, work)), "") << shape.invocations() << " items";
   }
 }
 
@@ -166,21 +68,21 @@ TEST_F(OpenClTest, ATextThatDoesNotCompileIsRefusedInTheCompilersWords) {
   programs.text = "this is no energy";
   Energy energy = thesis_energy;
   energy.programs = &programs;
-  auto problem = test::random_problem({9, 9}, test::Texture::smooth, 5);
+  const test::BitCase sound = test::random_bit_case({9, 9}, test::Texture::smooth, 5);
+  Level level = sound.problem.level;
+  level.energy = &energy;
   const auto session = open({{64, 16}, 64, 16}, Work::dense);
-  problem.level.energy = &energy;
-  const std::string error = error_of([&] { session->load(problem.level); });
+  const std::string error = error_of([&] { session->load(level); });
   EXPECT_THAT(error, testing::StartsWith("clBuildProgram: "));
   EXPECT_THAT(error, testing::HasSubstr("this"));
-  problem.level.energy = &thesis_energy;
-  expect_same(*session, problem, 3);
+  EXPECT_EQ(test::ExpectedBits({sound}).differences(*session), "");
 }
 
 TEST_F(OpenClTest, AnImageThatNoBufferHoldsIsCutIntoPieces) {
-  const auto problem = test::random_problem({90, 80}, test::Texture::tie_rich, 6);
-  EXPECT_THROW(open_small(40'000)->load(problem.level), TooLarge);
+  const test::BitCase large = test::random_bit_case({90, 80}, test::Texture::tie_rich, 6);
+  EXPECT_THROW(open_small(40'000)->load(large.problem.level), TooLarge);
   CutSession session([&] { return open_small(40'000); });
-  expect_same(session, problem, 9);
+  EXPECT_EQ(test::ExpectedBits({large}).differences(session), "");
 }
 
 TEST(OpenClErrors, AreToldByTheirNames) {

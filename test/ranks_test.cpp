@@ -1,10 +1,20 @@
 // Several processes against one: files byte for byte, every sweep bit by bit, errors that end all of them.
 // Skipped where the build has no MPI.
 
-#include "test/ranks_program.hpp"
+#include "test/program.hpp"
+#include "test/temporary_folder.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace hdmbench {
@@ -14,6 +24,36 @@ namespace fs = std::filesystem;
 using testing::AllOf;
 using testing::HasSubstr;
 
+/// Before the program: mpirun for root in a container, with more ranks than processors. Without the search
+/// for network cards, and without the second between SIGTERM and SIGKILL: these take longer than most runs.
+/// mpirun's hwloc is not to ask OpenCL's drivers, of which PoCL aborts it where there is no /sys.
+const std::string mpirun =
+    "HWLOC_COMPONENTS=-opencl OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_pml=ob1 "
+    "OMPI_MCA_btl=self,vader,tcp "
+    "OMPI_MCA_odls_base_sigkill_timeout=0 '" HDMBENCH_MPIEXEC "' --oversubscribe ";
+
+std::string on_ranks(int ranks) {
+  return fmt::format("{}-n {}", mpirun, ranks);
+}
+
+/// Empty where there is no such file.
+std::string bytes(const std::filesystem::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+/// The bytes of the files in a folder, by name; none where there is no such folder.
+std::map<std::string, std::string> files_in(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  if (fs::exists(folder)) {
+    for (const fs::directory_entry& file : fs::directory_iterator(folder)) {
+      files[file.path().filename().string()] = bytes(file.path());
+    }
+  }
+  return files;
+}
+
 /// A scene that one process and several are to solve alike.
 struct SharedRun {
   std::string scene;
@@ -22,26 +62,35 @@ struct SharedRun {
   std::string backends = "openmp";
 };
 
-class RankFiles : public test::RankProgram {
+/// Several processes of the program. Skipped where the build has no MPI.
+class RankProgram : public testing::Test {
 protected:
-  /// By scalar in one process, and on ranks down to the smallest pieces.
+  void SetUp() override {
+    if (std::string_view(HDMBENCH_MPIEXEC).empty()) {
+      GTEST_SKIP() << "this build has no MPI (-DHDMBENCH_MPI=ON, libopenmpi-dev)";
+    }
+  }
+
+  [[nodiscard]] std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
+
+  /// By scalar in one process, and on ranks down to the smallest pieces: field and pictures.
   void expect_files_of_one_process(const std::vector<SharedRun>& runs) {
     for (const SharedRun& one : runs) {
       const std::string run = fmt::format("run {} {} --output ", one.scene, one.arguments);
       test::expect_run(0, run + path("one") + " --backend scalar");
       test::expect_run(0, run + path("many") + " --sites-per-rank 1 --backend " + one.backends,
-                       HasSubstr(fmt::format("on {} ranks ({})", one.ranks, one.backends)),
-                       test::on_ranks(one.ranks));
-      const std::string name = fs::path(one.scene).stem().string() + ".nrrd";
-      const std::string expected = test::bytes(path("one/" + name));
+                       HasSubstr(fmt::format("{} on {} ranks", one.backends, one.ranks)),
+                       on_ranks(one.ranks));
+      const auto expected = files_in(path("one"));
       EXPECT_FALSE(expected.empty()) << run;
-      EXPECT_TRUE(expected == test::bytes(path("many/" + name))) << run << one.ranks << " ranks";
-      EXPECT_EQ(test::files_in(path("many")), 1U) << run;
+      EXPECT_TRUE(expected == files_in(path("many"))) << run << one.ranks << " ranks";
+      fs::remove_all(path("one"));
       fs::remove_all(path("many"));
     }
   }
+
+  test::TemporaryFolder folder_;
 };
-using RankProgram = RankFiles;
 
 TEST_F(RankProgram, WritesTheFileOfOneProcessByteForByte) {
   expect_files_of_one_process(
@@ -72,19 +121,8 @@ TEST_F(RankProgram, AFieldLiesWhereTheImageOfTheSceneDoes) {
                  "dy = 0.0\n")
           .string();
   expect_files_of_one_process({{placed, "", 3}, {placed, "--energy elastic --size 40x34", 4}});
-  EXPECT_THAT(test::bytes(path("one/placed.nrrd")),
-              HasSubstr("space directions: none (0,1,0) (-1,0,0) (0,0,1)"));
-}
-
-/// multigrid and krylov; an image of 33 rows leaves one to the last rank, one of 7 x 3 leaves all but one
-/// idle.
-TEST_F(RankProgram, CyclesWriteTheFileOfOneProcess) {
-  expect_files_of_one_process({{"square", "--size 97x101 --method multigrid", 2},
-                               {"random", "--size 20x33 --method krylov", 3},
-                               {"tie-rich", "--size 33x5 --method multigrid", 4},
-                               {"circular-radial", "--size 65x129 --method multigrid --iterations 6", 4},
-                               {"random", "--size 64x140 --method krylov --alignment center", 6},
-                               {"square", "--size 7x3 --method krylov", 6}});
+  test::expect_run(0, "run " + placed + " --size 40x34 --output " + path("two"), testing::_, on_ranks(2));
+  EXPECT_THAT(bytes(path("two/placed.nrrd")), HasSubstr("space directions: none (0,1,0) (-1,0,0) (0,0,1)"));
 }
 
 /// Prescribed components and springs, on cells of all kinds.
@@ -125,7 +163,7 @@ TEST_F(RankProgram, ElasticFilesAreThoseOfOneProcess) {
 
 TEST_F(RankProgram, DevicesNamesThoseOfEachRank) {
   const test::Outcome outcome =
-      test::expect_run(0, "devices", AllOf(HasSubstr("openmp"), HasSubstr("by-rank")), test::on_ranks(2));
+      test::expect_run(0, "devices", AllOf(HasSubstr("openmp"), HasSubstr("by-rank")), on_ranks(2));
   EXPECT_THAT(outcome.output, testing::ContainsRegex("\n +1 .*openmp"));
 }
 
@@ -135,8 +173,8 @@ TEST_F(RankProgram, MixedBackendsHaveTheSameBits) {
                    "run circular --size 48x40 --backend openmp+vulkan-compute+gl-fragment --sites-per-rank 1 "
                    "--device by-rank --output " +
                        path("many") + " --json " + path("run.json"),
-                   HasSubstr("vulkan-compute"), test::on_ranks(3));
-  EXPECT_TRUE(test::bytes(path("one/circular.nrrd")) == test::bytes(path("many/circular.nrrd")));
+                   HasSubstr("vulkan-compute"), on_ranks(3));
+  EXPECT_TRUE(bytes(path("one/circular.nrrd")) == bytes(path("many/circular.nrrd")));
   const nlohmann::json row = test::read_json(path("run.json"))["results"][0];
   EXPECT_EQ(row["ranks"], 3);
   EXPECT_EQ(row["by_rank"][1]["backend"], "vulkan-compute");
@@ -144,49 +182,33 @@ TEST_F(RankProgram, MixedBackendsHaveTheSameBits) {
 }
 
 TEST_F(RankProgram, AnyWidthOfHalosHasTheSameBits) {
-  struct Case {
-    const char* arguments;
-    int ranks;
-    std::vector<int> widths; ///< of the coarsest cut level
-  };
-  const std::array cases{
-      Case{"random --size 97x61 --backend openmp", 3, {4, 8, 20, 64}},
-      Case{"square --size 90x130 --update coloured --backend openmp+scalar", 4, {4, 16}},
-      Case{"random --size 61x90 --energy elastic --method conjugate-gradients --iterations 2", 4, {2, 4, 8}}};
-  for (const Case& one : cases) {
-    const std::string run = fmt::format("run {} --output ", one.arguments);
-    const std::string name = fmt::format("/{}.nrrd", std::string(one.arguments).substr(0, 6));
-    std::string alone = run;
-    if (const std::size_t mixed = alone.find("openmp+"); mixed != std::string::npos) {
-      alone.erase(mixed, std::string_view("openmp+").size());
-    }
-    test::expect_run(0, alone + path("one"));
-    const std::string expected = test::bytes(path("one") + name);
-    ASSERT_FALSE(expected.empty());
-    for (const int width : one.widths) {
-      const std::string command = fmt::format("{}{} --sites-per-rank 64 --halo {} --json {}", run,
-                                              path("many"), width, path("run.json"));
-      test::expect_run(0, command, testing::_, test::on_ranks(one.ranks));
-      EXPECT_TRUE(expected == test::bytes(path("many") + name)) << command << ", " << one.ranks << " ranks";
-      const nlohmann::json row = test::read_json(path("run.json"))["results"][0];
-      EXPECT_FALSE(row.contains("halo_costs")) << "nothing was measured";
-      int narrowest = 0;
-      for (const nlohmann::json& level : row["shared_levels"]) {
-        const int halo = level["halo"];
-        narrowest = narrowest == 0 || halo == 0 ? std::max(narrowest, halo) : std::min(narrowest, halo);
-      }
-      EXPECT_EQ(narrowest, width) << command;
-    }
+  std::vector<SharedRun> runs;
+  for (const int width : {4, 8, 20, 64}) {
+    runs.push_back({"random", fmt::format("--size 97x61 --halo {}", width), 3});
+  }
+  for (const int width : {2, 4, 8}) {
+    runs.push_back({"random",
+                    fmt::format("--size 61x90 --energy elastic --method conjugate-gradients "
+                                "--iterations 2 --halo {}",
+                                width),
+                    4});
+  }
+  for (const SharedRun& one : runs) {
+    const std::string run = fmt::format("run {} {} --output ", one.scene, one.arguments);
+    test::expect_run(0, run.substr(0, run.find("--halo")) + "--output " + path("one"));
+    test::expect_run(0, fmt::format("{}{} --sites-per-rank 64", run, path("many")), testing::_,
+                     on_ranks(one.ranks));
+    EXPECT_TRUE(files_in(path("one")) == files_in(path("many"))) << run;
   }
 }
 
 TEST_F(RankProgram, VerifyComparesEverySweepOnEveryNumberOfRanks) {
   for (const int ranks : {2, 6}) {
     test::expect_run(0,
-                     "verify square random --size 21x13 --backends scalar,openmp --iterations 12 --json " +
+                     "verify square random --size 21x13 --backends scalar,openmp --iterations 6 --json " +
                          path("verify.json"),
                      AllOf(HasSubstr(fmt::format("openmp on {} ranks", ranks)), HasSubstr(" 0 disagree")),
-                     test::on_ranks(ranks));
+                     on_ranks(ranks));
     const nlohmann::json results = test::read_json(path("verify.json"))["results"];
     std::vector<int> counts(7);
     for (const nlohmann::json& row : results) {
@@ -201,62 +223,43 @@ TEST_F(RankProgram, VerifyComparesEverySweepOnEveryNumberOfRanks) {
     }
   }
   test::expect_run(0, "verify --quick --sizes 12x9 --backends openmp", // of all: what sleeps is among them
-                   AllOf(HasSubstr("sleeping-pieces, 124 x 120"), HasSubstr(" 0 disagree")),
-                   test::on_ranks(2));
+                   AllOf(HasSubstr("sleeping-pieces, 124 x 120"), HasSubstr(" 0 disagree")), on_ranks(2));
   const std::string sprung = folder_.write("springs.toml", springs).string();
   test::expect_run(
       0,
       "verify random " + sprung +
           " --size 45x31 --energy elastic --method conjugate-gradients --iterations 1 --backends "
           "scalar,openmp",
-      AllOf(HasSubstr("openmp on 6 ranks"), HasSubstr("48 comparisons with scalar agree to the "
+      AllOf(HasSubstr("openmp on 4 ranks"), HasSubstr("32 comparisons with scalar agree to the "
                                                       "bit, 0 are certified, 0 disagree")),
-      test::on_ranks(6));
+      on_ranks(4));
   test::expect_run(
       0, "verify random --size 21x13 --backends openmp+vulkan-compute,gl-fragment --iterations 8",
-      AllOf(HasSubstr("openmp+vulkan-compute on 3 ranks"), HasSubstr(" 0 disagree")), test::on_ranks(3));
+      AllOf(HasSubstr("openmp+vulkan-compute on 3 ranks"), HasSubstr(" 0 disagree")), on_ranks(3));
   test::expect_run(0, "verify random --size 21x13 --backends openmp --methods closed-form,sequential --quick",
-                   AllOf(HasSubstr("sequential, is left out"), HasSubstr(" 0 disagree")), test::on_ranks(2));
-  // Sweep by sweep, and as a whole: 2 modes of annealing, 3 of cascade, 1 of the others, 2 backends, 4 ranks.
-  test::expect_run(
-      0,
-      "verify random --size 23x45 --backends scalar,openmp --iterations 3 "
-      "--methods annealing,cascade,multigrid,krylov",
-      AllOf(HasSubstr("56 comparisons with scalar agree to the bit, 0 are certified, 0 disagree"),
-            HasSubstr("openmp on 4 ranks")),
-      test::on_ranks(4));
+                   AllOf(HasSubstr("sequential, is left out"), HasSubstr(" 0 disagree")), on_ranks(2));
+  test::expect_run(0,
+                   "verify random --size 23x45 --backends scalar,openmp --iterations 3 "
+                   "--methods annealing,cascade",
+                   AllOf(HasSubstr(" 0 are certified, 0 disagree"), HasSubstr("openmp on 4 ranks")),
+                   on_ranks(4));
 }
 
 TEST_F(RankProgram, PlantedFaultsAreSeen) {
   test::expect_run(0, "faults",
-                   AllOf(HasSubstr("13 of 13 planted faults caught, 7 of 7 controls let through"),
-                         HasSubstr("elastic-stale-halo"), HasSubstr("elastic-sum-in-rank-order"),
-                         HasSubstr("krylov-sum-in-rank-order")),
-                   test::on_ranks(2));
-  test::expect_run(0, "faults",
-                   AllOf(HasSubstr("17 of 17 planted faults caught, 7 of 7 controls let through"),
-                         HasSubstr("swapped-neighbours")),
-                   test::on_ranks(4));
+                   AllOf(HasSubstr("12 of 12 planted faults caught, 5 of 5 controls let through"),
+                         HasSubstr("swapped-neighbours"), HasSubstr("elastic-stale-halo"),
+                         HasSubstr("elastic-sum-in-rank-order")),
+                   on_ranks(4));
   for (const int ranks : {2, 4}) { // a backend that leaves tiles out and wakes them itself
     test::expect_run(0, "faults --backend openmp --faults sleeping-sound,asleep-after-renewal",
-                     HasSubstr("1 of 1 planted faults caught, 1 of 1 controls let through"),
-                     test::on_ranks(ranks));
+                     HasSubstr("1 of 1 planted faults caught, 1 of 1 controls let through"), on_ranks(ranks));
   }
 }
 
-/// No field is the only fixed point.
-constexpr const char* unobserved = R"(title = "nothing is known"
-size = [40, 40]
-[random]
-seed = 1
-modulus = [1.0, 2.0]
-displacement = 1.0
-observed = 0.0
-)";
-
 TEST_F(RankProgram, ErrorsEndAllWithStatusTwoAndOneSentence) {
   const auto expect_refusal = [&](const std::string& arguments, const char* words) {
-    const test::Outcome outcome = test::expect_run(2, arguments, HasSubstr(words), test::on_ranks(3));
+    const test::Outcome outcome = test::expect_run(2, arguments, HasSubstr(words), on_ranks(3));
     const std::size_t first = outcome.output.find(words);
     EXPECT_EQ(outcome.output.find(words, first + 1), std::string::npos) << "said twice: " << outcome.output;
   };
@@ -265,17 +268,8 @@ TEST_F(RankProgram, ErrorsEndAllWithStatusTwoAndOneSentence) {
   expect_refusal("run square --nonsense" + out, "--nonsense");
   expect_refusal("run square --size 20 --method sequential --backend scalar" + out,
                  "each of whose sweeps crosses the image site by site, runs on one rank");
-  expect_refusal("run " + folder_.write("free.toml", unobserved).string() + " --method multigrid" + out,
-                 "no site has a known displacement in x");
-  expect_refusal("bench --scaling strong square --size 64 --method multigrid",
-                 "bench --scaling models icm and closed-form, not multigrid");
   expect_refusal("run square --size 20 --halo 6" + out, "--halo 6: a multiple of 4");
   expect_refusal("run square --size 20 --energy elastic --halo 3" + out, "a multiple of 2");
-  expect_refusal("run square --size 20 --method multigrid --halo 8" + out,
-                 "--halo 8: a halo of 12 is as wide as");
-  expect_refusal("run square --size 20 --energy elastic --stride 4" + out,
-                 "--stride, which makes a small image");
-  expect_refusal("run square --size 20 --energy elastic --robust 1" + out, "--robust, which solves again");
   expect_refusal("run tie-rich --size 1x20 --energy elastic" + out, "at least 2 x 2 pixels");
   expect_refusal("devices --measure", "tell of one process");
   expect_refusal("run square --size 20 --backend openmp+none" + out, "there is no backend \"none\"");
@@ -283,20 +277,19 @@ TEST_F(RankProgram, ErrorsEndAllWithStatusTwoAndOneSentence) {
   expect_refusal("bench", "bench --scaling strong");
   expect_refusal("run square --size 20 --output " + folder_.write("file", "").string(),
                  "is a file, not a folder");
-  EXPECT_EQ(test::files_in(path("out")), 0U);
+  EXPECT_TRUE(files_in(path("out")).empty());
 }
 
 /// Ranks of which the last one is started by these words of a shell: "$0" "$@" are the program's.
 std::string with_last(const std::string& arguments, const std::string& words, int others = 1) {
-  return fmt::format("{}-n {} '" HDMBENCH_PROGRAM "' {} : -n 1 sh -c '{}'", test::mpirun, others, arguments,
-                     words);
+  return fmt::format("{}-n {} '" HDMBENCH_PROGRAM "' {} : -n 1 sh -c '{}'", mpirun, others, arguments, words);
 }
 
 TEST_F(RankProgram, AnErrorOfOneRankHasItsWords) {
   const std::string run = "run square --size 2000 --output " + path("out");
   test::expect_run(2, run, HasSubstr("rank 1: out of memory"),
                    with_last(run, "ulimit -v 200000; exec \"$0\" \"$@\""));
-  EXPECT_EQ(test::files_in(path("out")), 0U);
+  EXPECT_TRUE(files_in(path("out")).empty());
 }
 
 /// Neither OpenBLAS's threads nor MPI keep the others waiting where they get no memory; and as the output is
@@ -324,22 +317,39 @@ TEST_F(RankProgram, AKilledRankIsNamedAndEndsAll) {
   test::expect_run(2, run, HasSubstr("rank 1 was ended by signal 9 (Killed)"),
                    with_last(run, "\"$0\" \"$@\" & watching=$!; sleep 1; "
                                   "kill -9 $(cat /proc/$watching/task/$watching/children); wait $watching"));
-  EXPECT_EQ(test::files_in(path("out")), 0U);
+  EXPECT_TRUE(files_in(path("out")).empty());
 }
 
 TEST_F(RankProgram, AFileThatCannotBeWrittenLeavesNothing) {
   const std::string run = "run square --size 1000 --iterations 1 --output " + path("out");
-  const std::string small = "ulimit -f 4000; exec \"$0\" \"$@\""; // half of the file
-  test::expect_run(2, run, HasSubstr("File too large"), test::mpirun + "-n 2 sh -c '" + small + "'");
-  EXPECT_EQ(test::files_in(path("out")), 0U);
-  test::expect_run(2, run, HasSubstr("(rank 1)"), with_last(run, small));
-  EXPECT_EQ(test::files_in(path("out")), 0U);
+  const std::string small = "-n 2 sh -c 'ulimit -f 4000; exec \"$0\" \"$@\"'"; // half of the file
+  test::expect_run(2, run, HasSubstr("File too large"), mpirun + small);
+  EXPECT_TRUE(files_in(path("out")).empty());
+}
+
+TEST_F(RankProgram, ScalingIsMeasured) {
+  for (const std::string more : {"", " --energy elastic --method full-multigrid", " --method cascade"}) {
+    test::expect_run(0,
+                     fmt::format("bench --scaling strong square --size 256 --repeat 2{} --json {}", more,
+                                 path("scaling.json")),
+                     HasSubstr("strong scaling, openmp on 1 ... 2 ranks"), on_ranks(2));
+    const nlohmann::json rows = test::read_json(path("scaling.json"))["results"];
+    ASSERT_EQ(rows.size(), 2U);
+    EXPECT_EQ(rows[0]["energy"], more.find("elastic") == std::string::npos ? "hdm" : "elastic");
+    for (const nlohmann::json& row : rows) {
+      EXPECT_EQ(row["seconds"].size(), 2U);
+      EXPECT_GT(row["messages"], 0) << "the field of one rank goes to all";
+    }
+    EXPECT_GT(rows[1]["messages"], rows[0]["messages"]);
+  }
+  test::expect_run(0, "bench --scaling weak square --size 96 --repeat 1", HasSubstr("weak scaling"),
+                   on_ranks(2));
 }
 
 TEST_F(RankProgram, OneProcessStartedByMpirunIsAlone) {
   test::expect_run(0, "run square --size 20 --output " + path("out"), HasSubstr("square-before.png"),
-                   test::on_ranks(1));
-  test::expect_run(0, "--version", testing::_, test::on_ranks(2));
+                   on_ranks(1));
+  test::expect_run(0, "--version", testing::_, on_ranks(2));
 }
 
 } // namespace

@@ -2,7 +2,6 @@
 // by file, row and key.
 
 #include "harness/check/verify_row.hpp"
-#include "harness/measure/bench_row.hpp"
 #include "harness/measure/device_row.hpp"
 #include "harness/measure/result_file.hpp"
 #include "test/refusal.hpp"
@@ -92,9 +91,7 @@ void expect_nothing_lost(const ResultFile& file) {
 
 TEST(ResultRows, WhatIsReadBackIsWrittenAgainWithoutALoss) {
   const std::map<std::string, void (*)(const ResultFile&)> commands{
-      {"bench", expect_nothing_lost<BenchRow>},
-      {"devices", expect_nothing_lost<DeviceRow>},
-      {"verify", expect_nothing_lost<VerifyRow>}};
+      {"devices", expect_nothing_lost<DeviceRow>}, {"verify", expect_nothing_lost<VerifyRow>}};
   std::set<std::string> seen;
   const auto reports = std::filesystem::path(HDMBENCH_SOURCE) / "reports";
   for (const auto& entry : std::filesystem::recursive_directory_iterator(reports)) {

@@ -4,7 +4,7 @@
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/robust_observations.hpp"
 #include "harness/solve/methods/solver.hpp"
-#include "harness/solve/planner/planner.hpp"
+#include "harness/solve/planner.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/finite_elements.hpp"
@@ -120,9 +120,8 @@ TEST(RobustObservations, AreTheSameBitsOnEveryBackend) {
 TEST(RobustObservations, ArePlanned) {
   Observed observed(6);
   observed.scene.robust = 0.3;
-  std::vector<std::unique_ptr<Session>> none;
   const Plan plan =
-      solve_as_needed(observed.scene, {.accuracy = 0.01}, test::find("openmp"), {}, none, test::silent());
+      solve_as_needed(observed.scene, {.accuracy = 0.01}, test::find("openmp"), {}, test::silent());
   EXPECT_TRUE(plan.met) << plan.outcome;
   EXPECT_EQ(plan.steps.front().action, "observations");
   EXPECT_LT(rmsd(ReferenceField(plan.solution.displacement), ReferenceField(observed.truth)), 0.25);

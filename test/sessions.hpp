@@ -81,44 +81,4 @@ inline Solution solved(const Scene& scene, std::string_view backend = "scalar") 
   return solve(scene, *find(backend).open({}), silent(), {.last_changed = true});
 }
 
-/// Every level, coarsest first, with `sweeps` on the full image and one more on each that is coarser.
-inline Pyramid pyramid_of(const Level& full, Alignment alignment, int sweeps) {
-  Pyramid pyramid{.full = &full, .alignment = alignment};
-  for (const Extent extent : pyramid_extents(full.extent)) {
-    pyramid.levels.insert(pyramid.levels.begin(),
-                          {.extent = extent, .sweeps = sweeps++, .strengths = full.strengths});
-  }
-  return pyramid;
-}
-
-inline void expect_same_state(Session& expected, Session& found, const std::string& what) {
-  const FieldDifference difference = compare(read(expected), read(found));
-  ASSERT_EQ(difference.sites, 0) << what << ", first site index " << *difference.first;
-  ASSERT_EQ(found.changed(), expected.changed()) << what;
-}
-
-/// Field and count of a pyramid in one piece, twice in the session that is tested.
-inline void expect_same_solution(Session& expected, Session& found, const Pyramid& pyramid,
-                                 const std::string& what) {
-  expected.load(pyramid);
-  expected.solve();
-  found.load(pyramid);
-  for (int time = 0; time < 2; ++time) {
-    found.solve();
-    ASSERT_NO_FATAL_FAILURE(expect_same_state(expected, found, fmt::format("{}, solution {}", what, time)));
-  }
-}
-
-/// Field and count after each of `calls`, which are numbers of sweeps.
-inline void expect_same_steps(Session& expected, Session& found, const Level& level, const VectorField& start,
-                              const std::vector<int>& calls, const std::string& what) {
-  begin(expected, level, start);
-  begin(found, level, start);
-  for (std::size_t call = 0; call < calls.size(); ++call) {
-    expected.step(calls[call]);
-    found.step(calls[call]);
-    ASSERT_NO_FATAL_FAILURE(expect_same_state(expected, found, fmt::format("{}, call {}", what, call)));
-  }
-}
-
 } // namespace hdmbench::test

@@ -1,7 +1,6 @@
 // Strains and stresses read from a displacement: closed forms, and the change of area as the same text.
 
-#include "harness/judge/diagnosis/folding.hpp"
-#include "harness/judge/diagnosis/strains.hpp"
+#include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/scene/images/images.hpp"
 #include "reference/circular_inclusion.hpp"
 #include "test/elastic_checks.hpp"

@@ -1,6 +1,6 @@
 // What verify adds wherever it is told which sizes: an interface flush with the tiles of every backend.
 
-#include "harness/check/tile_boundaries.hpp"
+#include "harness/check/cases.hpp"
 
 #include "backends/cpu/layout.hpp"
 #include "backends/registry.hpp"
@@ -46,6 +46,15 @@ const std::vector<Extent> tile_sizes = [] {
   return sizes;
 }();
 
+/// What verify compares at the tiles of all backends: whole tiles, one site less and one more a side.
+std::vector<Scene> scenes_at_tile_boundaries() {
+  std::vector<Scene> scenes;
+  for (const Case& one : cases_named(verify_cases(), "square-rough")) {
+    scenes.push_back(load_case(one));
+  }
+  return scenes;
+}
+
 /// The sites of a tile.
 struct Tile {
   int left, top, right, bottom;
@@ -82,7 +91,7 @@ std::set<std::pair<int, int>> other_sides(const ScalarField& modulus, const Tile
 }
 
 TEST(TileBoundaries, EveryBackendHasATileThatSeesAnotherModulusAtEachSideAndCornerAlone) {
-  const std::vector<Scene> scenes = tile_boundary_scenes();
+  const std::vector<Scene> scenes = scenes_at_tile_boundaries();
   for (const Extent size : tile_sizes) {
     std::set<std::pair<int, int>> corners;
     std::set<std::pair<int, int>> sides;
@@ -103,7 +112,7 @@ TEST(TileBoundaries, EveryBackendHasATileThatSeesAnotherModulusAtEachSideAndCorn
 }
 
 TEST(TileBoundaries, TheSizesAreWholeTilesAndOneSiteLessAndMore) {
-  const std::vector<Scene> scenes = tile_boundary_scenes();
+  const std::vector<Scene> scenes = scenes_at_tile_boundaries();
   ASSERT_EQ(scenes.size(), 3U);
   for (const Extent size : tile_sizes) {
     for (int i = 0; i < 3; ++i) {
@@ -159,7 +168,7 @@ bool disagrees(const Scene& scene, Extent tile) {
 
 TEST(TileBoundaries, ATileThatDoesNotLookAroundIsSeen) {
   for (const Extent size : tile_sizes) {
-    EXPECT_TRUE(disagrees(tile_boundary_scenes().front(), size)) << size.width << " x " << size.height;
+    EXPECT_TRUE(disagrees(scenes_at_tile_boundaries().front(), size)) << size.width << " x " << size.height;
   }
   // Which no size that is handy shows: here the soft square ends within tiles.
   Scene small = load_scene("square", {.size = Extent{64, 64}});

@@ -49,7 +49,7 @@ std::size_t class_with_one_soft_site(int x, int y) {
   return class_in_the_middle(level);
 }
 
-TEST(Tiles, AtTheBorderAreKnown) {
+TEST(TileClasses, AtTheBorderAreKnown) {
   const TileLists lists = lists_of(plain_level());
   ASSERT_EQ(lists.tiles, (Extent{6, 6}));
   for (int y = 0; y < 6; ++y) {
@@ -60,7 +60,7 @@ TEST(Tiles, AtTheBorderAreKnown) {
   }
 }
 
-TEST(Tiles, AreOfOneMaterialOnlyWhereTheirRimIsToo) {
+TEST(TileClasses, AreOfOneMaterialOnlyWhereTheirRimIsToo) {
   EXPECT_EQ(class_in_the_middle(plain_level()), 0U);
   for (const auto& [x, y] :
        {std::pair{63, 31}, {80, 31}, {96, 31}, {63, 40}, {80, 40}, {96, 40}, {63, 48}, {96, 48}}) {
@@ -71,7 +71,7 @@ TEST(Tiles, AreOfOneMaterialOnlyWhereTheirRimIsToo) {
   }
 }
 
-TEST(Tiles, OfAModulusWhoseInverseIsRoundedAreElastic) {
+TEST(TileClasses, OfAModulusWhoseInverseIsRoundedAreElastic) {
   Level level = plain_level();
   std::ranges::fill(level.modulus.values, 41.0F); // 41 * (1 / 41) rounds to the number below 1
   set_inverse_modulus(level);
@@ -79,7 +79,7 @@ TEST(Tiles, OfAModulusWhoseInverseIsRoundedAreElastic) {
   EXPECT_EQ(class_in_the_middle(level), elastic_bit);
 }
 
-TEST(Tiles, AreObservedWhereOneComponentHasConfidence) {
+TEST(TileClasses, AreObservedWhereOneComponentHasConfidence) {
   for (std::vector<float> VectorField::*const component : {&VectorField::x, &VectorField::y}) {
     for (const auto& [x, y, seen] :
          {std::tuple{64, 32, true}, {95, 47, true}, {63, 32, false}, {95, 48, false}}) {
@@ -90,7 +90,7 @@ TEST(Tiles, AreObservedWhereOneComponentHasConfidence) {
   }
 }
 
-TEST(Tiles, TakeTheFirstProgramThatIsGoodForThem) {
+TEST(TileClasses, TakeTheFirstProgramThatIsGoodForThem) {
   Level level = plain_level();
   EXPECT_EQ(class_in_the_middle(level, class_set({})), general_class);
   EXPECT_EQ(class_in_the_middle(level, class_set({observed_bit | elastic_bit})), observed_bit | elastic_bit);
@@ -102,14 +102,14 @@ TEST(Tiles, TakeTheFirstProgramThatIsGoodForThem) {
             observed_bit | elastic_bit);
 }
 
-TEST(Tiles, OfAClassThatHasFewAreGeneral) {
+TEST(TileClasses, OfAClassThatHasFewAreGeneral) {
   const TileLists some = lists_of(plain_level(), all_classes, 20); // 16 inside, 20 at the border
   EXPECT_EQ(some.count[0], 0U);
   EXPECT_EQ(some.count[border_bit], 20U);
   EXPECT_EQ(some.count[general_class], 16U);
 }
 
-TEST(Tiles, OfASampledLevelAreThoseOfTheLevelItself) {
+TEST(TileClasses, OfASampledLevelAreThoseOfTheLevelItself) {
   const Level full = test::random_problem({400, 310}, test::Texture::smooth, 7).level;
   for (const Alignment alignment : {Alignment::corner, Alignment::center}) {
     const TileLists sampled = classify_tiles(full, extent, alignment, {.tile = tile, .classes = all_classes});
@@ -119,7 +119,7 @@ TEST(Tiles, OfASampledLevelAreThoseOfTheLevelItself) {
   }
 }
 
-TEST(Tiles, AreListedOnce) {
+TEST(TileClasses, AreListedOnce) {
   const TileLists lists = lists_of(plain_level());
   std::vector<std::uint32_t> sorted = lists.list;
   std::ranges::sort(sorted);

@@ -1,12 +1,9 @@
 #include "harness/judge/tradeoff/tradeoff.hpp"
 
 #include "harness/check/faults/faulty_backend.hpp"
-#include "harness/judge/tradeoff/efforts.hpp"
-#include "harness/judge/tradeoff/equal_accuracy.hpp"
-#include "harness/judge/tradeoff/front.hpp"
-#include "harness/judge/tradeoff/tradeoff_row.hpp"
+#include "harness/judge/tradeoff/comparison.hpp"
 #include "harness/measure/median.hpp"
-#include "harness/scene/row_fields.hpp"
+#include "harness/scene/method.hpp"
 #include "kernels/data/input_error.hpp"
 #include "test/sessions.hpp"
 
@@ -92,8 +89,8 @@ TEST(Efforts, SampledImagesComeBeforeTheFullResolution) {
 
 class Tradeoff : public testing::Test {
 protected:
-  SceneTradeoff measured(const std::vector<const Backend*>& backends, const std::vector<std::string>& names,
-                         bool quick = false) {
+  std::vector<Judged> measured(const std::vector<const Backend*>& backends,
+                               const std::vector<std::string>& names, bool quick = false) {
     TradeoffOptions options;
     options.repeats = 2;
     options.methods = names;
@@ -101,10 +98,10 @@ protected:
     return measure_tradeoff(scene_, backends, options, progress_);
   }
   // The points of icm on one backend.
-  static std::vector<TradeoffPoint> on(const SceneTradeoff& tradeoff, std::string_view backend) {
-    std::vector<TradeoffPoint> points;
-    std::ranges::copy_if(tradeoff.points, std::back_inserter(points),
-                         [&](const TradeoffPoint& point) { return point.backend == backend; });
+  static std::vector<Judged> on(const std::vector<Judged>& tradeoff, std::string_view backend) {
+    std::vector<Judged> points;
+    std::ranges::copy_if(tradeoff, std::back_inserter(points),
+                         [&](const Judged& point) { return point.backend == backend; });
     return points;
   }
 
@@ -115,11 +112,12 @@ protected:
 };
 
 TEST_F(Tradeoff, MeasuresMethodsAtAllEffortsAndTheirRivals) {
-  const SceneTradeoff tradeoff = measured({&scalar_, &openmp_}, {"icm", "fem", "fem-cg", "interpolation"});
+  const std::vector<Judged> tradeoff =
+      measured({&scalar_, &openmp_}, {"icm", "fem", "fem-cg", "interpolation"});
   std::set<std::string> efforts_seen;
   double before = 0.0;
-  for (const TradeoffPoint& point : on(tradeoff, "openmp")) {
-    EXPECT_EQ(point.status, PointStatus::ok) << point.reason;
+  for (const Judged& point : on(tradeoff, "openmp")) {
+    EXPECT_EQ(point.status, JudgedStatus::ok) << point.reason;
     EXPECT_GT(*point.fine_sweep_equivalents, before);
     before = *point.fine_sweep_equivalents;
     efforts_seen.insert(point.effort);
@@ -127,9 +125,9 @@ TEST_F(Tradeoff, MeasuresMethodsAtAllEffortsAndTheirRivals) {
   EXPECT_EQ(efforts_seen.size(),
             efforts(find_method("icm"), scene_.schedule.iterations, scene_.extent(), false).size());
   EXPECT_EQ(on(tradeoff, "scalar").size(), 1U) << "the usual effort only";
-  for (const TradeoffPoint& point : on(tradeoff, "")) {
+  for (const Judged& point : on(tradeoff, "")) {
     EXPECT_TRUE(point.is_rival);
-    EXPECT_EQ(point.status, PointStatus::ok) << point.method << ": " << point.reason;
+    EXPECT_EQ(point.status, JudgedStatus::ok) << point.method << ": " << point.reason;
     EXPECT_EQ(point.seconds.size(), 2U);
     const bool is_truth = point.method == "fem" && point.poisson_used == 0.0;
     EXPECT_EQ(point.deviations.to_fem_no_poisson < 1e-12, is_truth) << point.method << point.effort;
@@ -137,8 +135,7 @@ TEST_F(Tradeoff, MeasuresMethodsAtAllEffortsAndTheirRivals) {
       EXPECT_LT(point.deviations.to_fem_no_poisson, 1e-3);
     }
   }
-  EXPECT_EQ(
-      std::ranges::count_if(tradeoff.points, [](const auto& point) { return point.method == "fem-cg"; }), 6);
+  EXPECT_EQ(std::ranges::count_if(tradeoff, [](const auto& point) { return point.method == "fem-cg"; }), 6);
 }
 
 TEST_F(Tradeoff, SecondsAreSeconds) {
@@ -149,11 +146,11 @@ TEST_F(Tradeoff, SecondsAreSeconds) {
                      }};
   const faults::FaultyBackend backend(scalar_, slow);
   const auto start = Clock::now();
-  const SceneTradeoff tradeoff = measured({&backend}, {"icm"}, true);
+  const std::vector<Judged> tradeoff = measured({&backend}, {"icm"}, true);
   const double wall = std::chrono::duration<double>(Clock::now() - start).count();
-  ASSERT_FALSE(tradeoff.points.empty());
+  ASSERT_FALSE(tradeoff.empty());
   double sum = 0.0;
-  for (const TradeoffPoint& point : tradeoff.points) {
+  for (const Judged& point : tradeoff) {
     // One call of step, at least 5 ms, per level.
     EXPECT_GE(median(point.seconds), 0.005 * 5) << "32 x 32 has six levels";
     sum += median(point.seconds);
@@ -163,7 +160,7 @@ TEST_F(Tradeoff, SecondsAreSeconds) {
 
 struct Spoilt {
   faults::Fault fault;
-  PointStatus status;
+  JudgedStatus status;
   const char* reason;
 };
 
@@ -174,30 +171,30 @@ TEST_F(Tradeoff, PlantedFaultsAreKeptWithTheirReason) {
   const std::vector<Spoilt> cases{
       {{.name = "one bit",
         .in_read = [](VectorField& field) { field.y.back() = std::nextafter(field.y.back(), 99.0F); }},
-       PointStatus::unverified,
+       JudgedStatus::unverified,
        "sites differ from scalar"},
-      {{.name = "nan", .in_read = spoil(std::nanf(""))}, PointStatus::failed, "not finite"},
-      {{.name = "far off", .in_read = spoil(1e6F)}, PointStatus::failed, "diverged"},
+      {{.name = "nan", .in_read = spoil(std::nanf(""))}, JudgedStatus::failed, "not finite"},
+      {{.name = "far off", .in_read = spoil(1e6F)}, JudgedStatus::failed, "diverged"},
       {{.name = "throws", .in_step = [](int) -> int { throw DeviceError("the device is lost"); }},
-       PointStatus::failed,
+       JudgedStatus::failed,
        "the device is lost"}};
   for (const Spoilt& spoilt : cases) {
     const faults::FaultyBackend faulty(scalar_, spoilt.fault);
-    SceneTradeoff tradeoff = measured({&scalar_, &faulty}, {"icm"});
-    const std::vector<TradeoffPoint> points = on(tradeoff, spoilt.fault.name);
+    std::vector<Judged> tradeoff = measured({&scalar_, &faulty}, {"icm"});
+    const std::vector<Judged> points = on(tradeoff, spoilt.fault.name);
     ASSERT_EQ(points.size(), 1U) << spoilt.fault.name << ": a point that fails must not be dropped";
     EXPECT_EQ(points[0].status, spoilt.status) << spoilt.fault.name << ": " << points[0].reason;
     EXPECT_THAT(points[0].reason, HasSubstr(spoilt.reason));
     // Not even where it would win.
-    for (TradeoffPoint& point : tradeoff.points) {
+    for (Judged& point : tradeoff) {
       if (point.backend == spoilt.fault.name) {
         point.seconds = {1e-9};
         point.deviations.to_fem_no_poisson = 1e-9;
       }
     }
-    mark_front(tradeoff.points);
+    mark_front(tradeoff);
     EXPECT_FALSE(on(tradeoff, spoilt.fault.name)[0].is_on_front) << spoilt.fault.name;
-    EXPECT_EQ(to_json_row(tradeoff_row(scene_, points[0]))["status"], name_of(spoilt.status));
+    EXPECT_EQ(to_json(scene_, points[0])["status"], name_of(spoilt.status));
   }
 }
 
@@ -205,8 +202,8 @@ TEST_F(Tradeoff, UnknownMethodsAreRefused) {
   EXPECT_THROW((void)measured({&scalar_}, {"icm", "magic"}), InputError);
 }
 
-TradeoffPoint point(const char* method, std::vector<double> seconds, double error, bool rival) {
-  TradeoffPoint result;
+Judged point(const char* method, std::vector<double> seconds, double error, bool rival) {
+  Judged result;
   result.method = method;
   result.seconds = std::move(seconds);
   result.deviations.to_fem_no_poisson = error;
@@ -216,7 +213,7 @@ TradeoffPoint point(const char* method, std::vector<double> seconds, double erro
 }
 
 TEST(EqualAccuracy, TakesTheFastestOnBothSides) {
-  std::vector<TradeoffPoint> points{
+  std::vector<Judged> points{
       point("icm", {2.0, 2.0, 2.5}, 0.2, false), point("cascade", {0.9, 1.0, 1.2}, 0.3, false),
       point("closed-form", {0.1}, 0.4, false),   point("fem", {4.0, 5.0, 6.0}, 0.0, true),
       point("fem-cg", {2.0}, 0.5, true),         point("fem-cg", {3.0}, 0.1, true)};
@@ -224,16 +221,17 @@ TEST(EqualAccuracy, TakesTheFastestOnBothSides) {
   ASSERT_NE(equal.ours, nullptr);
   EXPECT_EQ(equal.ours->method, "cascade");
   EXPECT_DOUBLE_EQ(equal.nearest, 0.2);
-  EXPECT_DOUBLE_EQ(equal.direct->ratio, 5.0);
-  EXPECT_DOUBLE_EQ(equal.direct->low, 4.0 / 1.2);
-  EXPECT_DOUBLE_EQ(equal.direct->high, 6.0 / 0.9);
-  EXPECT_DOUBLE_EQ(equal.iterative->ratio, 3.0);
-  EXPECT_FALSE(equal.coarse);
-  points[1].status = PointStatus::unverified;
+  const EqualAccuracy::Rival& direct = equal.rivals[0];
+  EXPECT_DOUBLE_EQ(direct.speed->ratio, 5.0);
+  EXPECT_DOUBLE_EQ(direct.speed->low, 4.0 / 1.2);
+  EXPECT_DOUBLE_EQ(direct.speed->high, 6.0 / 0.9);
+  EXPECT_DOUBLE_EQ(equal.rivals[1].speed->ratio, 3.0);
+  EXPECT_FALSE(equal.rivals[3].speed);
+  points[1].status = JudgedStatus::unverified;
   EXPECT_EQ(compare_at(points, 0.35).ours->method, "icm");
   equal = compare_at(points, 0.1);
   EXPECT_EQ(equal.ours, nullptr);
-  EXPECT_FALSE(equal.direct);
+  EXPECT_FALSE(equal.rivals[0].speed);
 }
 
 } // namespace

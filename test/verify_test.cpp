@@ -3,7 +3,7 @@
 #include "harness/check/verify.hpp"
 
 #include "harness/check/faults/fused_backend.hpp"
-#include "harness/check/faults/solution_faults.hpp"
+#include "harness/check/faults/session_faults.hpp"
 #include "harness/scene/method.hpp"
 #include "test/sessions.hpp"
 #include "test/textured_scene.hpp"

@@ -6,8 +6,7 @@
 #include <string_view>
 
 /// A driver that aborts, hangs or takes all memory when it is asked for its devices would take the program
-/// with it. So it is asked first in a process of its own: the program itself, started again. That process is
-/// spawned and not forked, because a fork after a driver, OpenMP or MPI has started threads may hang.
+/// with it. So it is asked first in a process of its own: the program itself, started again.
 namespace hdmbench {
 
 /// What the process of a driver may take.

@@ -21,15 +21,19 @@ inline constexpr std::size_t elastic_fields = 5;
   return level == 0 || field == ElasticField::correction || field == ElasticField::load;
 }
 
-/// One step of a method at a time, in the arithmetic and the order of kernels/specification/elastic. Levels
-/// are numbered as in the hierarchy. Fields stay where they are computed, but for write() and read(); a field
-/// is 0 until it is written or computed. Not thread-safe.
-class ElasticSteps {
+/// Computes with the elastic energy: one step of a method at a time, in the arithmetic and the order of
+/// kernels/specification/elastic. Levels are numbered as in the hierarchy. Fields stay where they are
+/// computed, but for write() and read(); a field is 0 until it is written or computed. Not thread-safe.
+class ElasticSession {
 public:
-  ElasticSteps() = default;
-  ElasticSteps(const ElasticSteps&) = delete;
-  ElasticSteps& operator=(const ElasticSteps&) = delete;
-  virtual ~ElasticSteps() = default;
+  ElasticSession() = default;
+  ElasticSession(const ElasticSession&) = delete;
+  ElasticSession& operator=(const ElasticSession&) = delete;
+  virtual ~ElasticSession() = default;
+
+  /// Makes room for the fields. `hierarchy` must stay as it is until the next load(); it may be read in
+  /// place.
+  virtual void load(const ElasticHierarchy& hierarchy) = 0;
 
   /// Values of the level's extent.
   virtual void write(int level, ElasticField field, const VectorField& values) = 0;
@@ -58,14 +62,6 @@ public:
   virtual void advance(ElasticField to, ElasticField value, float factor, ElasticField direction) = 0;
   /// On the image: the sum over all components of first * second, by a tree of 2 x 2 squares (site.inc).
   [[nodiscard]] virtual float dot(ElasticField first, ElasticField second) const = 0;
-};
-
-/// Computes with the elastic energy.
-class ElasticSession : public ElasticSteps {
-public:
-  /// Makes room for the fields. `hierarchy` must stay as it is until the next load(); it may be read in
-  /// place.
-  virtual void load(const ElasticHierarchy& hierarchy) = 0;
 
   // For who has a part of an image here. As long as a session has no better way, whole fields are written and
   // read.

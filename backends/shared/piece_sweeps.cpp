@@ -82,7 +82,6 @@ void PieceSweeps::renew_halos() {
   for (const Own& own : own_) {
     own.session->write_parts(parts_of(own, arrived, &Transfer::to));
   }
-  ++renewals_;
 }
 
 } // namespace hdmbench

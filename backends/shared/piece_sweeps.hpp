@@ -77,8 +77,6 @@ public:
   [[nodiscard]] const Cut& cut() const { return cut_; }
   [[nodiscard]] std::span<const Own> own() const { return own_; }
   [[nodiscard]] const Piece& piece(const Own& own) const { return cut_.pieces[own.piece]; }
-  /// How often halos were renewed.
-  [[nodiscard]] std::int64_t renewals() const { return renewals_; }
 
 private:
   void renew_halos();
@@ -89,7 +87,6 @@ private:
   Exchange* exchange_;
   int sweeps_left_ = 0; ///< for which the halos hold
   std::int64_t changed_ = 0;
-  std::int64_t renewals_ = 0;
 };
 
 } // namespace hdmbench

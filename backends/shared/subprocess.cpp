@@ -9,6 +9,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <system_error>
@@ -16,6 +17,8 @@
 
 #include <fcntl.h>
 #include <spawn.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -89,6 +92,14 @@ std::string ProcessEnd::text() const {
   return signal != 0 ? fmt::format("signal {}", signal) : fmt::format("exit status {}", exit_status);
 }
 
+std::string ProcessEnd::sentence(const ProcessOptions& options) const {
+  return out_of_time     ? fmt::format("gave no answer within {:g} s", options.seconds.value_or(0.0))
+         : out_of_memory ? fmt::format("took more than {:g} GB",
+                                       static_cast<double>(options.resident_bytes.value_or(0)) * 1e-9)
+         : signal != 0   ? fmt::format("was ended by signal {} ({})", signal, strsignal(signal))
+                         : fmt::format("ended the process with status {}", exit_status);
+}
+
 ProcessEnd run_process(const std::vector<std::string>& words, const std::filesystem::path& output,
                        const std::filesystem::path& errors, const ProcessOptions& options) {
   FileActions actions;
@@ -131,6 +142,37 @@ ProcessEnd run_process(const std::vector<std::string>& words, const std::filesys
   end.signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
   end.exit_status = end.signal != 0 ? 128 + end.signal : WEXITSTATUS(status);
   return end;
+}
+
+MemoryFile::MemoryFile() : descriptor_(memfd_create("hdmbench", 0)) {}
+
+MemoryFile::~MemoryFile() {
+  close(descriptor_);
+}
+
+std::string MemoryFile::path() const {
+  return fmt::format("/proc/self/fd/{}", descriptor_);
+}
+
+ProcessEnd ask_own_program(std::string_view question, std::string_view subject,
+                           const std::filesystem::path& output, const std::filesystem::path& errors,
+                           const ProcessOptions& options) {
+  return run_process(
+      {"/proc/self/exe", std::string(question), std::string(subject), std::to_string(getpid())}, output,
+      errors, options);
+}
+
+std::optional<std::string> asked_subject(int argc, const char* const* argv, std::string_view question) {
+  if (argc != 4 || argv[1] != question) {
+    return std::nullopt;
+  }
+  prctl(PR_SET_PDEATHSIG, SIGKILL); // nobody else would end a process that hangs
+  const rlimit no_core{0, 0};
+  setrlimit(RLIMIT_CORE, &no_core);
+  if (std::to_string(getppid()) != argv[3]) {
+    std::_Exit(EXIT_FAILURE);
+  }
+  return argv[2];
 }
 
 std::string file_text(const std::filesystem::path& file) {

@@ -4,10 +4,18 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 namespace hdmbench {
+
+struct ProcessOptions {
+  std::string advice{}; ///< the end of the message where the program cannot be started
+  std::vector<std::pair<std::string, std::string>> environment{}; ///< in place of, or beside, our own
+  std::optional<double> seconds{};                                ///< after which it is killed
+  std::optional<std::int64_t> resident_bytes{}; ///< above which it is killed, as seen every 2 ms; needs /proc
+};
 
 /// How a program ended.
 struct ProcessEnd {
@@ -21,13 +29,9 @@ struct ProcessEnd {
   [[nodiscard]] bool good() const { return exit_status == 0; }
   /// "exit status 2" or "signal 11"
   [[nodiscard]] std::string text() const;
-};
-
-struct ProcessOptions {
-  std::string advice{}; ///< the end of the message where the program cannot be started
-  std::vector<std::pair<std::string, std::string>> environment{}; ///< in place of, or beside, our own
-  std::optional<double> seconds{};                                ///< after which it is killed
-  std::optional<std::int64_t> resident_bytes{}; ///< above which it is killed, as seen every 2 ms; needs /proc
+  /// The rest of a sentence about a program that ran under these options and did not do what it should:
+  /// "was ended by signal 11 (Segmentation fault)"
+  [[nodiscard]] std::string sentence(const ProcessOptions& options) const;
 };
 
 /// Runs a program to its end. `words` are its name, which is looked for on PATH unless it has a slash, and
@@ -36,6 +40,32 @@ struct ProcessOptions {
 [[nodiscard]] ProcessEnd run_process(const std::vector<std::string>& words,
                                      const std::filesystem::path& output, const std::filesystem::path& errors,
                                      const ProcessOptions& options = {});
+
+/// A file in memory, for what a process prints: a pipe would block one that prints more than it holds.
+class MemoryFile {
+public:
+  MemoryFile();
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+  ~MemoryFile();
+
+  /// For this process and those that inherit its descriptors.
+  [[nodiscard]] std::string path() const;
+
+private:
+  int descriptor_;
+};
+
+/// Starts this program again, to ask it what may crash, hang or take all memory; as run_process() does. It is
+/// spawned and not forked, because a fork after a driver, OpenMP or MPI has started threads may hang.
+[[nodiscard]] ProcessEnd ask_own_program(std::string_view question, std::string_view subject,
+                                         const std::filesystem::path& output,
+                                         const std::filesystem::path& errors, const ProcessOptions& options);
+
+/// In a process that ask_own_program() has started with this question: its subject. The process then ends
+/// with the one that asks, and leaves no core file. Nothing in every other process.
+[[nodiscard]] std::optional<std::string> asked_subject(int argc, const char* const* argv,
+                                                       std::string_view question);
 
 /// The bytes of a file, none where it cannot be read.
 [[nodiscard]] std::string file_text(const std::filesystem::path& file);

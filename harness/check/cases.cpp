@@ -1,6 +1,7 @@
 #include "harness/check/cases.hpp"
 
 #include "harness/scene/method.hpp"
+#include "harness/solve/solve.hpp"
 
 #include <fmt/format.h>
 
@@ -40,10 +41,6 @@ std::vector<std::string> other_methods() {
 
 } // namespace
 
-EnergyModel Case::energy() const {
-  return method.empty() ? EnergyModel::hdm : find_method(method).energy;
-}
-
 std::string Case::name() const {
   std::string text = scene;
   if (size) {
@@ -52,7 +49,7 @@ std::string Case::name() const {
   if (!method.empty()) {
     text += ", " + method;
   }
-  return mode ? fmt::format("{}, {}", text, name_of(*mode)) : text;
+  return text;
 }
 
 bool Case::operator==(const Case& other) const {
@@ -64,9 +61,17 @@ Scene load_case(const Case& one) {
   if (!one.method.empty()) {
     use_method(scene, find_method(one.method));
   }
+  limit_iterations(scene, one);
+  return scene;
+}
+
+Case case_of(const Scene& scene) {
+  return {.scene = scene.name, .size = scene.extent(), .method = method_name(scene)};
+}
+
+void limit_iterations(Scene& scene, const Case& one) {
   int& iterations = scene.schedule.iterations;
   iterations = std::min(iterations, one.iterations.value_or(iterations));
-  return scene;
 }
 
 std::vector<Case> verify_cases(bool quick) {
@@ -91,8 +96,30 @@ std::vector<Case> verify_cases(bool quick) {
   return cases;
 }
 
-std::vector<Case> all_cases() {
-  return verify_cases();
+std::vector<Case> golden_cases() {
+  constexpr Extent usual{100, 100};
+  constexpr Extent odd{257, 130}; // not square, and enough sites for eight threads
+  // Iterations: of a scene's own method, and of others.
+  constexpr int most = 20;
+  constexpr int few = 5;
+  std::vector<Case> cases;
+  for (const std::string& scene : shipped_scenes()) {
+    cases.push_back({.scene = scene, .size = usual, .iterations = most});
+  }
+  cases.push_back({.scene = "square", .size = odd, .iterations = most});
+  for (const std::string& method : other_methods()) {
+    cases.push_back({.scene = "random", .size = odd, .method = method, .iterations = few});
+  }
+  for (const Method& method : elastic_methods()) {
+    cases.push_back({.scene = "random", .size = odd, .method = std::string(method.name), .iterations = few});
+  }
+  for (const char* const scene : {"square", "circular-radial", "brain"}) {
+    cases.push_back({.scene = scene,
+                     .size = usual,
+                     .method = std::string(elastic_conjugate_gradients),
+                     .iterations = few});
+  }
+  return cases;
 }
 
 std::vector<Case> cases_named(std::span<const Case> cases, std::string_view part) {

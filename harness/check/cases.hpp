@@ -1,11 +1,9 @@
 #pragma once
 
-#include "harness/check/verify.hpp"
 #include "harness/scene/scene.hpp"
 
 #include <functional>
 #include <optional>
-#include <ostream>
 #include <span>
 #include <string>
 #include <string_view>
@@ -20,22 +18,24 @@ struct Case {
   std::optional<Extent> size{};    ///< pixels; none: the scene's own
   std::string method{};            ///< of harness/scene/method.hpp; empty: the scene's own
   std::optional<int> iterations{}; ///< at most so many, in the unit of the method's effort; none: no limit
-  std::optional<Mode> mode{};      ///< the one to compare in; none: all that why_left_out() has no reason for
   /// Makes a scene of a size that no file describes; none: load_scene() makes it. Called with `size`.
   std::function<Scene(Extent)> generate{};
 
-  /// The energy that the method minimises. Throws InputError where there is no such method.
-  [[nodiscard]] EnergyModel energy() const;
-  /// "random, 257 x 130, annealing, free", without what is not set.
+  /// "random, 257 x 130, annealing", without what is not set.
   [[nodiscard]] std::string name() const;
   /// Whether scene, size and method are the same.
   bool operator==(const Case& other) const;
-  friend void PrintTo(const Case& one, std::ostream* stream) { *stream << one.name(); }
 };
 
 /// The scene at its size, with its method and no more iterations. Throws what load_scene() and find_method()
 /// throw.
 [[nodiscard]] Scene load_case(const Case& one);
+
+/// What a scene is, without generator: its name, its size, and method_name().
+[[nodiscard]] Case case_of(const Scene& scene);
+
+/// No more iterations than the case allows.
+void limit_iterations(Scene& scene, const Case& one);
 
 /// What `verify` compares where nobody chooses: every shipped scene as its file says; what meets the tiles of
 /// all backends; every other method on the scene that has another modulus at every site, so that each rule
@@ -43,8 +43,9 @@ struct Case {
 /// conjugate gradients, in which all of its arithmetic is.
 [[nodiscard]] std::vector<Case> verify_cases(bool quick = false);
 
-/// All cases that there are, each once.
-[[nodiscard]] std::vector<Case> all_cases();
+/// What `golden` has hashes of, with few iterations: every shipped scene by its own method, `square` at a
+/// second size, and every other method of both energies on `random`; some scenes by conjugate gradients, too.
+[[nodiscard]] std::vector<Case> golden_cases();
 
 /// Those whose name contains `part`.
 [[nodiscard]] std::vector<Case> cases_named(std::span<const Case> cases, std::string_view part);

@@ -1,8 +1,6 @@
 #pragma once
 
 #include "harness/check/certificate.hpp"
-#include "harness/check/exactness.hpp"
-#include "harness/check/rounding_bound.hpp"
 #include "kernels/data/level.hpp"
 
 #include <optional>

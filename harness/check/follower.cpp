@@ -1,6 +1,5 @@
 #include "harness/check/follower.hpp"
 
-#include "harness/check/compare.hpp"
 #include "harness/scene/sites.hpp"
 #include "harness/solve/solve.hpp"
 #include "reference/thesis_energy.hpp"
@@ -28,15 +27,51 @@ bool differs(const VectorField& expected, const VectorField& found, std::size_t 
 
 } // namespace
 
+FirstDifference difference_at(std::size_t site, const VectorField& expected, const VectorField& found) {
+  const auto width = static_cast<std::size_t>(expected.extent.width);
+  return {.x = static_cast<int>(site % width),
+          .y = static_cast<int>(site / width),
+          .expected = {expected.x[site], expected.y[site]},
+          .found = {found.x[site], found.y[site]}};
+}
+
+void count_site(Comparison& comparison, const Certificate& certificate,
+                const std::function<FirstDifference()>& describe) {
+  const bool first_failure = !certificate.holds && comparison.uncertified == 0;
+  ++comparison.sites_differing;
+  if (certificate.holds) {
+    ++comparison.certified_ties;
+    comparison.largest_gap_over_bound =
+        std::max(comparison.largest_gap_over_bound, certificate.gap_over_bound);
+  } else {
+    ++comparison.uncertified;
+  }
+  if (first_failure || !comparison.first) {
+    comparison.first = describe();
+    comparison.first->certificate = certificate;
+  }
+}
+
+void count_end(Comparison& comparison, const FieldDifference& difference, Extent extent, bool explained,
+               const std::function<FirstDifference(std::size_t site)>& describe) {
+  comparison.sites_compared += static_cast<std::int64_t>(extent.sites());
+  comparison.sites_differing += difference.sites;
+  comparison.sites_drifted += difference.sites;
+  comparison.not_finite += difference.not_finite;
+  comparison.largest_difference = std::max(comparison.largest_difference, difference.largest);
+  const bool first_failure = !explained && comparison.uncertified == 0;
+  (explained ? comparison.certified_ties : comparison.uncertified) += difference.sites;
+  if (difference.first && (first_failure || !comparison.first)) {
+    comparison.first = describe(*difference.first);
+    comparison.first->certificate.holds = explained;
+  }
+}
+
 FirstDifference describe_difference(const ReferenceStep& step, const VectorField& before,
                                     const VectorField& expected, const VectorField& found, std::size_t site) {
-  const auto width = static_cast<std::size_t>(step.level.extent.width);
-  FirstDifference first{.level = step.level_index,
-                        .iteration = step.iteration,
-                        .x = static_cast<int>(site % width),
-                        .y = static_cast<int>(site / width),
-                        .expected = {expected.x[site], expected.y[site]},
-                        .found = {found.x[site], found.y[site]}};
+  FirstDifference first = difference_at(site, expected, found);
+  first.level = step.level_index;
+  first.iteration = step.iteration;
   const ThesisEnergy energy(step.level, before);
   const auto total = [](ThesisEnergy::Value value) { return value.x + value.y; };
   first.energy_before = total(energy.at(first.x, first.y));
@@ -188,19 +223,8 @@ void Follower::judge_site(const ReferenceStep& step, const VectorField& before, 
       certify(step.level, before, step.number, static_cast<int>(site % width), static_cast<int>(site / width),
               {displacement_.x[site], displacement_.y[site]});
   certificate.holds = certificate.holds && !exact_; // there is no rounding to explain it
-  const bool first_failure = !certificate.holds && comparison_.uncertified == 0;
-  ++comparison_.sites_differing;
-  if (certificate.holds) {
-    ++comparison_.certified_ties;
-    comparison_.largest_gap_over_bound =
-        std::max(comparison_.largest_gap_over_bound, certificate.gap_over_bound);
-  } else {
-    ++comparison_.uncertified;
-  }
-  if (first_failure || !comparison_.first) {
-    comparison_.first = describe_difference(step, before, expected, displacement_, site);
-    comparison_.first->certificate = certificate;
-  }
+  count_site(comparison_, certificate,
+             [&] { return describe_difference(step, before, expected, displacement_, site); });
 }
 
 } // namespace hdmbench

@@ -1,8 +1,10 @@
 #pragma once
 
+#include "harness/check/compare.hpp"
 #include "harness/check/verify.hpp"
 #include "harness/scene/level_sequence.hpp"
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -31,6 +33,19 @@ struct Conditions {
 
 /// Gives the comparison its verdict and tier.
 void conclude(Comparison& comparison, const Conditions& conditions);
+
+/// What differs at a site, without energies and certificate.
+[[nodiscard]] FirstDifference difference_at(std::size_t site, const VectorField& expected,
+                                            const VectorField& found);
+
+/// Counts a site that differs; describe() says what is kept of it where it is the first of its kind.
+void count_site(Comparison& comparison, const Certificate& certificate,
+                const std::function<FirstDifference()>& describe);
+
+/// Counts what differs at the end of a method, of which only a field of so many sites is known;
+/// describe(site) says what is kept of the first site. `explained`: rounding made the difference.
+void count_end(Comparison& comparison, const FieldDifference& difference, Extent extent, bool explained,
+               const std::function<FirstDifference(std::size_t site)>& describe);
 
 /// What differs at a site, the energies with all else as in `before`.
 [[nodiscard]] FirstDifference describe_difference(const ReferenceStep& step, const VectorField& before,

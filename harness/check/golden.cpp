@@ -2,7 +2,6 @@
 
 #include "harness/check/state_hash.hpp"
 #include "harness/scene/level_sequence.hpp"
-#include "harness/scene/method.hpp"
 #include "kernels/data/elastic/hierarchy.hpp"
 
 #include <fmt/format.h>
@@ -12,13 +11,6 @@
 namespace hdmbench {
 
 namespace {
-
-constexpr Extent usual{100, 100};
-/// Odd, not square, and enough sites for eight threads.
-constexpr Extent odd{257, 130};
-/// Iterations per level, at most; of a method that is not the scene's own.
-constexpr int most_iterations = 20;
-constexpr int few_iterations = 5;
 
 /// The first level in which they differ.
 std::optional<GoldenLevel> first_difference(std::span<const GoldenLevel> expected,
@@ -90,42 +82,6 @@ void judge(GoldenOutcome& outcome, std::span<const GoldenLevel> expected, bool i
 
 } // namespace
 
-std::vector<GoldenCase> golden_cases() {
-  std::vector<GoldenCase> cases;
-  for (const std::string& scene : shipped_scenes()) {
-    cases.push_back({scene, usual, ""});
-  }
-  cases.push_back({"square", odd, ""});
-  for (const Method& method : methods()) {
-    if (method.name == "multigrid") {
-      cases.push_back({"random", usual, std::string(method.name)});
-    } else if (method.name != "icm") {
-      cases.push_back({"random", odd, std::string(method.name)});
-    }
-  }
-  for (const Method& method : elastic_methods()) {
-    cases.push_back({"random", odd, std::string(method.name)});
-  }
-  for (const char* const scene : {"square", "circular-radial", "brain"}) {
-    cases.push_back({scene, usual, std::string(elastic_conjugate_gradients)});
-  }
-  return cases;
-}
-
-Scene load_golden_scene(const GoldenCase& problem) {
-  Scene scene = load_scene(problem.scene, {.size = problem.extent});
-  const bool own = problem.method.empty();
-  if (!own) {
-    use_method(scene, find_method(problem.method));
-  }
-  scene.schedule.iterations = std::min(scene.schedule.iterations, own ? most_iterations : few_iterations);
-  return scene;
-}
-
-GoldenCase golden_case(const Scene& scene) {
-  return {scene.name, scene.extent(), method_name(scene)};
-}
-
 GoldenInputs hash_inputs(const Scene& scene) {
   StateHash hash;
   hash.add(scene.full.target);
@@ -137,7 +93,7 @@ GoldenInputs hash_inputs(const Scene& scene) {
   GoldenInputs inputs{.scene = hash.value(), .levels = {}};
   if (scene.energy == EnergyModel::elastic) {
     inputs.levels = {hierarchy_hash(make_elastic_hierarchy(scene.full, scene.poisson))};
-  } else if (scene.schedule.cycle == Cycle::one_way) {
+  } else {
     LevelSequence levels(scene);
     for (const int index : levels.order()) {
       inputs.levels.push_back(level_hash(levels.sample(index)));
@@ -191,7 +147,7 @@ std::vector<GoldenLevel> GoldenSolver::solve(const Scene& scene, Progress& progr
 }
 
 std::optional<std::uint64_t> GoldenSolver::solve_in_one_piece(const Scene& scene) {
-  if (scene.schedule.cycle != Cycle::one_way || !LevelSequence(scene).pyramid()) {
+  if (scene.energy == EnergyModel::elastic || !LevelSequence(scene).pyramid()) {
     return std::nullopt;
   }
   Progress silent(false);
@@ -204,8 +160,7 @@ std::optional<std::uint64_t> GoldenSolver::solve_in_one_piece(const Scene& scene
 
 GoldenResult check_golden(const Scene& scene, std::span<GoldenSolver> solvers, const GoldenEntry* golden,
                           Progress& progress) {
-  GoldenResult result{
-      .problem = golden_case(scene), .inputs = hash_inputs(scene), .known = golden != nullptr};
+  GoldenResult result{.problem = case_of(scene), .inputs = hash_inputs(scene), .known = golden != nullptr};
   result.inputs_reason =
       result.known ? inputs_difference(golden->inputs, result.inputs) : "there are no golden hashes";
   for (GoldenSolver& solver : solvers) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "harness/check/cases.hpp"
 #include "harness/check/verify.hpp"
 #include "harness/solve/methods/solver.hpp"
 
@@ -13,21 +14,11 @@
 
 namespace hdmbench {
 
-/// A problem whose solution has golden hashes.
-struct GoldenCase {
-  std::string scene; ///< a shipped one
-  Extent extent;
-  std::string method; ///< method_name(); in golden_cases() empty where it is the scene's own
-
-  bool operator==(const GoldenCase&) const = default;
-};
-
 /// Hashes of what the host makes for all backends, so that a difference in libm or ITK (scene), in sampling,
 /// 1/A or strengths (levels) and in the sweep are told apart.
 struct GoldenInputs {
   std::uint64_t scene = 0; ///< target, confidence, modulus, K, candidates and start at full resolution
-  /// level_hash() of each level, coarsest first; of the elastic energy hierarchy_hash() alone; empty where
-  /// another method visits levels more than once.
+  /// level_hash() of each level, coarsest first; of the elastic energy hierarchy_hash() alone.
   std::vector<std::uint64_t> levels;
 };
 
@@ -42,22 +33,10 @@ struct GoldenLevel {
 
 /// What is golden of a case.
 struct GoldenEntry {
-  GoldenCase problem;
+  Case problem; ///< scene, size and method_name()
   GoldenInputs inputs;
   std::vector<GoldenLevel> levels; ///< coarsest first
 };
-
-/// Every shipped scene by its own method, `square` at a second size, and every other method on `random`; of
-/// the elastic energy some scenes by conjugate gradients, too.
-/// Of multigrid and krylov only the coarsest level is Eigen's, and rounded to float: it kept its bits in all
-/// builds that were tried.
-[[nodiscard]] std::vector<GoldenCase> golden_cases();
-
-/// The scene at the case's size, with its method and few iterations. Throws what load_scene throws.
-[[nodiscard]] Scene load_golden_scene(const GoldenCase& problem);
-
-/// The case that load_golden_scene made the scene of, its method named.
-[[nodiscard]] GoldenCase golden_case(const Scene& scene);
 
 /// Throws NotFinite.
 [[nodiscard]] GoldenInputs hash_inputs(const Scene& scene);
@@ -103,7 +82,7 @@ struct GoldenOutcome {
 };
 
 struct GoldenResult {
-  GoldenCase problem;
+  Case problem;
   std::string absence{}; ///< why the scene is not there; empty: it is
   GoldenInputs inputs{};
   bool known = false;                    ///< whether there is anything golden of this case

@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 #include <golden_text.hpp>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <charconv>
@@ -28,7 +27,7 @@ std::uint64_t parse_hash(const std::string& text) {
 GoldenEntry read_entry(const nlohmann::json& json) {
   GoldenEntry entry;
   entry.problem = {.scene = json.at("scene"),
-                   .extent = {json.at("width"), json.at("height")},
+                   .size = Extent{json.at("width"), json.at("height")},
                    .method = json.at("method")};
   entry.inputs.scene = parse_hash(json.at("inputs"));
   for (const nlohmann::json& level : json.at("levels")) {
@@ -40,11 +39,20 @@ GoldenEntry read_entry(const nlohmann::json& json) {
   return entry;
 }
 
+std::string hash_text(std::uint64_t hash) {
+  return fmt::format("{:016x}", hash);
+}
+
+template <typename Value>
+nlohmann::json or_null(const std::optional<Value>& value) {
+  return value ? nlohmann::json(*value) : nlohmann::json();
+}
+
 std::string entry_text(const GoldenEntry& entry) {
   std::string text = fmt::format(
       "  {{\"scene\": {}, \"width\": {}, \"height\": {}, \"method\": \"{}\", \"inputs\": \"{:016x}\", "
       "\"levels\": [",
-      nlohmann::json(entry.problem.scene).dump(), entry.problem.extent.width, entry.problem.extent.height,
+      nlohmann::json(entry.problem.scene).dump(), entry.problem.size->width, entry.problem.size->height,
       entry.problem.method, entry.inputs.scene);
   for (std::size_t i = 0; i < entry.levels.size(); ++i) {
     const GoldenLevel& level = entry.levels[i];
@@ -91,9 +99,32 @@ const std::vector<GoldenEntry>& committed_golden() {
   return entries;
 }
 
-const GoldenEntry* find_golden(const std::vector<GoldenEntry>& entries, const GoldenCase& problem) {
+const GoldenEntry* find_golden(const std::vector<GoldenEntry>& entries, const Case& problem) {
   const auto found = std::ranges::find(entries, problem, &GoldenEntry::problem);
   return found != entries.end() ? &*found : nullptr;
+}
+
+nlohmann::json golden_row(const GoldenResult& result, const GoldenOutcome& outcome) {
+  nlohmann::json levels = nlohmann::json::array();
+  for (const GoldenLevel& level : outcome.levels) {
+    levels.push_back(
+        {{"level", level.level}, {"iterations", level.iterations}, {"hash", hash_text(level.hash)}});
+  }
+  const auto in_one_piece =
+      outcome.in_one_piece ? std::optional(hash_text(*outcome.in_one_piece)) : std::nullopt;
+  return {{"scene", result.problem.scene},
+          {"width", result.problem.size->width},
+          {"height", result.problem.size->height},
+          {"method", result.problem.method},
+          {"inputs", hash_text(result.inputs.scene)},
+          {"inputs_reason", result.inputs_reason},
+          {"backend", outcome.backend},
+          {"device", outcome.device.name},
+          {"levels", levels},
+          {"in_one_piece", or_null(in_one_piece)},
+          {"first_difference", or_null(outcome.first_difference)},
+          {"verdict", name_of(outcome.verdict)},
+          {"reason", outcome.reason}};
 }
 
 } // namespace hdmbench

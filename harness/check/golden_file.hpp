@@ -2,6 +2,8 @@
 
 #include "harness/check/golden.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include <string>
 #include <string_view>
 #include <vector>
@@ -20,7 +22,11 @@ namespace hdmbench {
 [[nodiscard]] const std::vector<GoldenEntry>& committed_golden();
 
 /// Null where there is none.
-[[nodiscard]] const GoldenEntry* find_golden(const std::vector<GoldenEntry>& entries,
-                                             const GoldenCase& problem);
+[[nodiscard]] const GoldenEntry* find_golden(const std::vector<GoldenEntry>& entries, const Case& problem);
+
+/// One row of `golden`'s results, a case on a backend: {"scene", "width", "height", "method", "inputs",
+/// "inputs_reason", "backend", "device", "levels": [{"level", "iterations", "hash"}], "in_one_piece",
+/// "first_difference", "verdict", "reason"}; hashes as above.
+[[nodiscard]] nlohmann::json golden_row(const GoldenResult& result, const GoldenOutcome& outcome);
 
 } // namespace hdmbench

@@ -13,29 +13,19 @@ constexpr std::size_t plain = 0; // of SessionOptions::variant
 void judge(const ReferenceStep& end, const Follower& follower, const VectorField& found, std::int64_t changed,
            Comparison& comparison) {
   const FieldDifference difference = compare(end.after, found);
-  comparison.sites_compared += static_cast<std::int64_t>(found.extent.sites());
-  comparison.sites_differing += difference.sites;
-  comparison.sites_drifted += difference.sites;
-  comparison.not_finite += difference.not_finite;
-  comparison.largest_difference = std::max(comparison.largest_difference, difference.largest);
-  if (difference.sites == 0) {
-    comparison.counts_differing += changed == end.changed ? 0 : 1;
-    return;
-  }
-  const bool explained = follower.comparison().uncertified == 0 && follower.comparison().not_finite == 0 &&
+  const bool explained = difference.sites > 0 && follower.comparison().uncertified == 0 &&
+                         follower.comparison().not_finite == 0 &&
                          compare(follower.displacement(), found).sites == 0;
   if (explained) {
-    comparison.certified_ties += difference.sites;
     comparison.largest_gap_over_bound =
         std::max(comparison.largest_gap_over_bound, follower.comparison().largest_gap_over_bound);
-    comparison.counts_differing += changed == follower.last_changed() ? 0 : 1;
   }
-  const bool first_failure = !explained && comparison.uncertified == 0;
-  comparison.uncertified += explained ? 0 : difference.sites;
-  if (first_failure || !comparison.first) {
-    comparison.first = describe_difference(end, end.after, end.after, found, *difference.first);
-    comparison.first->certificate.holds = explained;
+  if (explained || difference.sites == 0) {
+    const std::int64_t expected = explained ? follower.last_changed() : end.changed;
+    comparison.counts_differing += changed == expected ? 0 : 1;
   }
+  count_end(comparison, difference, found.extent, explained,
+            [&](std::size_t site) { return describe_difference(end, end.after, end.after, found, site); });
 }
 
 /// Those that compute this pyramid otherwise than the plain way, and that one; none where there is no other.

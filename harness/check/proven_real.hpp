@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <limits>
 
-/// A scalar to compile an energy and update.inc with that proves every operation exact (exactness.hpp).
+/// A scalar to compile an energy and update.inc with that proves every operation exact (certificate.hpp).
 namespace hdmbench::proven {
 
 /// Thrown by the first operation that is not exact: no cost where all are.
@@ -42,7 +42,7 @@ inline bool fits(double magnitude, double quantum) {
   return magnitude <= 0x1p24 * quantum && is_in_range(magnitude, quantum);
 }
 
-/// A float, and what bounds everything it can be put together from (exactness.hpp).
+/// A float, and what bounds everything it can be put together from (certificate.hpp).
 struct real {
   float value = 0.0F;
   double magnitude = 0.0;

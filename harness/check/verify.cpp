@@ -1,12 +1,10 @@
 #include "harness/check/verify.hpp"
 
 #include "harness/check/compare.hpp"
-#include "harness/check/exactness.hpp"
 #include "harness/check/follower.hpp"
 #include "harness/check/one_piece.hpp"
 #include "harness/check/resting_tiles.hpp"
 #include "harness/check/verify_elastic.hpp"
-#include "harness/check/whole_method.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/solve/solve.hpp"
 #include "kernels/data/input_error.hpp"
@@ -31,10 +29,10 @@ std::vector<Mode> followed_modes(const Scene& scene) {
 }
 
 /// The reference and all that follow it.
-class Procession {
+class ReferenceRun {
 public:
-  Procession(const Scene& scene, const Backend& reference, std::span<const Backend* const> backends,
-             const VerifyOptions& options, Progress& progress)
+  ReferenceRun(const Scene& scene, const Backend& reference, std::span<const Backend* const> backends,
+               const VerifyOptions& options, Progress& progress)
       : scene_(scene), schedule_(scene.schedule), backends_(backends), options_(options.session),
         limit_(options.iteration_limit), session_(reference.open(options.session)), progress_(progress) {
     SessionOptions of_followers = options_;
@@ -215,36 +213,15 @@ std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
   if (scene.energy == EnergyModel::elastic) {
     return verify_elastic(scene, reference, backends, options, progress);
   }
-  std::vector<Comparison> whole;
-  if (is_compared_whole(scene)) {
-    whole = verify_whole(scene, reference, backends, options, progress);
-  }
-  if (scene.schedule.cycle != Cycle::one_way) {
-    if (whole.size() == backends.size()) {
-      return whole;
-    }
-    throw InputError(
-        fmt::format("verify follows a method sweep by sweep along the pyramid, {} goes to and fro; "
-                    "bench compares its fields",
-                    scene.schedule.method));
-  }
-  Procession procession(scene, reference, backends, options, progress);
+  ReferenceRun run(scene, reference, backends, options, progress);
   LevelSequence levels(scene);
   for (const int index : levels.order()) {
     progress.describe(fmt::format("verify {}, {}: level {} of {}, {} x {}", scene.name, method_name(scene),
                                   index, levels.order().size(), levels.extent(index).width,
                                   levels.extent(index).height));
-    procession.compute(levels, index);
+    run.compute(levels, index);
   }
-  // Of each backend its modes, the one as a whole last.
-  std::vector<Comparison> comparisons = procession.finish(levels);
-  for (Comparison& comparison : whole) {
-    const auto last_of_backend =
-        std::find_if(comparisons.rbegin(), comparisons.rend(),
-                     [&](const Comparison& other) { return other.backend == comparison.backend; });
-    comparisons.insert(last_of_backend.base(), std::move(comparison));
-  }
-  return comparisons;
+  return run.finish(levels);
 }
 
 } // namespace hdmbench

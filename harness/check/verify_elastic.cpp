@@ -1,8 +1,7 @@
 #include "harness/check/verify_elastic.hpp"
 
-#include "backends/cpu/elastic_answers.hpp"
-#include "harness/check/bounded_real.hpp"
 #include "harness/check/compare.hpp"
+#include "harness/check/elastic_step.hpp"
 #include "harness/check/follower.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/solver.hpp"
@@ -18,17 +17,7 @@ namespace hdmbench {
 
 namespace {
 
-using Bounded = ElasticAnswers<bounded::real>;
-
-/// What all sessions do at the same time.
-struct Step {
-  const char* name;
-  int level; ///< and field: what it makes
-  ElasticField field;
-  std::function<void(ElasticSession&)> take;
-  /// What it has to make of a site, with bounds; of the fields before the step.
-  std::function<Bounded::Answer(const Bounded&, int x, int y)> answer;
-};
+using Bounded = BoundedElastic;
 
 /// One backend in one mode.
 struct ElasticFollower {
@@ -44,10 +33,11 @@ double gap_over_bound(const bounded::real& expected, float found) {
 
 /// The reference, led by a method, and those that follow it. Fields of a hierarchy are compared as they are
 /// made, so that all sessions have the reference's before every step.
-class ElasticProcession final : public ElasticSession {
+class ElasticReferenceRun final : public SteppedElasticSession {
   /// ask(answers) of the reference's fields as they are, but for `replaced`, where there is one.
   template <typename Ask>
-  auto with_bounds(const Ask& ask, const Step* step = nullptr, const VectorField* replaced = nullptr) const {
+  auto with_bounds(const Ask& ask, const ElasticStep* step = nullptr,
+                   const VectorField* replaced = nullptr) const {
     ElasticFields fields;
     fields.load(*hierarchy_);
     VectorField values;
@@ -66,7 +56,7 @@ class ElasticProcession final : public ElasticSession {
   }
 
 public:
-  ElasticProcession(ElasticSession& reference, std::span<ElasticFollower> followers)
+  ElasticReferenceRun(ElasticSession& reference, std::span<ElasticFollower> followers)
       : reference_(reference), followers_(followers) {}
 
   void load(const ElasticHierarchy& hierarchy) override {
@@ -82,62 +72,8 @@ public:
       }
     }
   }
-  void write(int level, ElasticField field, const VectorField& values) override {
-    follow({"write", level, field, [&](ElasticSession& session) { session.write(level, field, values); },
-            [&](const Bounded&, int x, int y) {
-              const std::size_t at = values.extent.index(x, y);
-              return Bounded::Answer{values.x[at], values.y[at]};
-            }});
-  }
   void read(int level, ElasticField field, VectorField& values) const override {
     reference_.read(level, field, values);
-  }
-  void relax(int level, ElasticField field) override {
-    follow({"sweep", level, field, [=](ElasticSession& session) { session.relax(level, field); },
-            [=](const Bounded& of, int x, int y) { return of.relax(level, field, x, y); }});
-  }
-  void relax_from_zero(int level) override {
-    follow({"sweep from zero", level, ElasticField::correction,
-            [=](ElasticSession& session) { session.relax_from_zero(level); },
-            [=](const Bounded& of, int x, int y) { return of.relax_from_zero(level, x, y); }});
-  }
-  void forces(ElasticField of, ElasticField to) override {
-    follow({"forces", 0, to, [=](ElasticSession& session) { session.forces(of, to); },
-            [=](const Bounded& answers, int x, int y) { return answers.forces(of, x, y); }});
-  }
-  void restrict_residual(int level, ElasticField of) override {
-    follow({"restricted residual", level + 1, ElasticField::load,
-            [=](ElasticSession& session) { session.restrict_residual(level, of); },
-            [=](const Bounded& answers, int x, int y) {
-              return answers.restricted(level, x, y,
-                                        [&](int i, int j) { return answers.free_residual(level, of, i, j); });
-            }});
-  }
-  void restrict_load(int level) override {
-    follow({"restricted load", level + 1, ElasticField::load,
-            [=](ElasticSession& session) { session.restrict_load(level); },
-            [=](const Bounded& answers, int x, int y) {
-              return answers.restricted(level, x, y,
-                                        [&](int i, int j) { return answers.free_load(level, i, j); });
-            }});
-  }
-  void interpolate(int level) override {
-    follow({"interpolation", level, ElasticField::correction,
-            [=](ElasticSession& session) { session.interpolate(level); },
-            [=](const Bounded& of, int x, int y) { return of.interpolate(level, x, y); }});
-  }
-  void correct(int level, ElasticField field) override {
-    follow({"correction", level, field, [=](ElasticSession& session) { session.correct(level, field); },
-            [=](const Bounded& of, int x, int y) { return of.correct(level, field, x, y); }});
-  }
-  void solve_coarsest() override {
-    follow({"coarsest solution", static_cast<int>(hierarchy_->levels.size()) - 1, ElasticField::correction,
-            [](ElasticSession& session) { session.solve_coarsest(); },
-            [](const Bounded& of, int x, int y) { return of.solve_coarsest(x, y); }});
-  }
-  void advance(ElasticField to, ElasticField value, float factor, ElasticField direction) override {
-    follow({"advance", 0, to, [=](ElasticSession& session) { session.advance(to, value, factor, direction); },
-            [=](const Bounded& of, int x, int y) { return of.advance(value, factor, direction, x, y); }});
   }
   float dot(ElasticField first, ElasticField second) const override {
     const float expected = reference_.dot(first, second);
@@ -177,7 +113,9 @@ private:
     return hierarchy_->levels.at(static_cast<std::size_t>(level)).grid.sites;
   }
 
-  void follow(const Step& step) {
+  [[nodiscard]] const ElasticHierarchy& hierarchy() const override { return *hierarchy_; }
+
+  void take(const ElasticStep& step) override {
     VectorField before;
     VectorField expected;
     reference_.read(step.level, step.field, before);
@@ -202,7 +140,7 @@ private:
     }
   }
 
-  void judge(const Step& step, const VectorField& before, const VectorField& expected,
+  void judge(const ElasticStep& step, const VectorField& before, const VectorField& expected,
              const VectorField& found, Comparison& comparison) const {
     with_bounds(
         [&](const Bounded& of) {
@@ -216,32 +154,17 @@ private:
         &step, &before);
   }
 
-  void judge_site(const Step& step, const Bounded& of, const VectorField& expected, const VectorField& found,
-                  std::size_t site, Comparison& comparison) const {
-    const auto width = static_cast<std::size_t>(expected.extent.width);
-    FirstDifference difference{.level = step.level,
-                               .iteration = static_cast<int>(steps_),
-                               .x = static_cast<int>(site % width),
-                               .y = static_cast<int>(site / width),
-                               .expected = {expected.x[site], expected.y[site]},
-                               .found = {found.x[site], found.y[site]},
-                               .step = step.name};
+  void judge_site(const ElasticStep& step, const Bounded& of, const VectorField& expected,
+                  const VectorField& found, std::size_t site, Comparison& comparison) const {
+    FirstDifference difference = difference_at(site, expected, found);
+    difference.level = step.level;
+    difference.iteration = static_cast<int>(steps_);
+    difference.step = step.name;
     const Bounded::Answer answer = step.answer(of, difference.x, difference.y);
     const double gap =
         std::max(gap_over_bound(answer.x, found.x[site]), gap_over_bound(answer.y, found.y[site]));
     const bool holds = gap <= 1.0 && std::isfinite(found.x[site]) && std::isfinite(found.y[site]);
-    difference.certificate = {.holds = holds, .gap_over_bound = gap};
-    const bool first_failure = !holds && comparison.uncertified == 0;
-    ++comparison.sites_differing;
-    if (holds) {
-      ++comparison.certified_ties;
-      comparison.largest_gap_over_bound = std::max(comparison.largest_gap_over_bound, gap);
-    } else {
-      ++comparison.uncertified;
-    }
-    if (first_failure || !comparison.first) {
-      comparison.first = difference;
-    }
+    count_site(comparison, {.holds = holds, .gap_over_bound = gap}, [&] { return difference; });
   }
 
   ElasticSession& reference_;
@@ -288,28 +211,19 @@ void run_alone(const Followed& reference, const ElasticFollower& led, ElasticFol
   comparison.levels = led.comparison.levels;
   comparison.iterations = led.comparison.iterations;
   comparison.sweeps = reference.steps;
-  comparison.sites_compared = static_cast<std::int64_t>(found.extent.sites());
-  comparison.sites_differing = comparison.sites_drifted = difference.sites;
-  comparison.not_finite = difference.not_finite;
-  comparison.largest_difference = difference.largest;
-  if (difference.sites == 0) {
-    return;
-  }
-  ElasticProcession waited_for(*alone.session, {}); // it reads after every step
-  const bool same =
-      compare(found, solve_elastic(reference.scene, waited_for, silent).displacement).sites == 0;
-  const bool explained = same && led.comparison.uncertified == 0 && led.comparison.counts_differing == 0 &&
-                         led.comparison.certified_ties > 0;
-  (explained ? comparison.certified_ties : comparison.uncertified) = difference.sites;
-  const std::size_t at = *difference.first;
-  const auto width = static_cast<std::size_t>(found.extent.width);
-  comparison.first = FirstDifference{.level = 0,
-                                     .iteration = static_cast<int>(reference.steps),
-                                     .x = static_cast<int>(at % width),
-                                     .y = static_cast<int>(at / width),
-                                     .expected = {reference.displacement.x[at], reference.displacement.y[at]},
-                                     .found = {found.x[at], found.y[at]},
-                                     .step = "end"};
+  const auto as_if_waited_for = [&] {
+    ElasticReferenceRun waited_for(*alone.session, {}); // it reads after every step
+    return solve_elastic(reference.scene, waited_for, silent).displacement;
+  };
+  const bool explained = difference.sites > 0 && led.comparison.uncertified == 0 &&
+                         led.comparison.counts_differing == 0 && led.comparison.certified_ties > 0 &&
+                         compare(found, as_if_waited_for()).sites == 0;
+  count_end(comparison, difference, found.extent, explained, [&](std::size_t site) {
+    FirstDifference first = difference_at(site, reference.displacement, found);
+    first.iteration = static_cast<int>(reference.steps);
+    first.step = "end";
+    return first;
+  });
 }
 
 } // namespace
@@ -325,10 +239,10 @@ std::vector<Comparison> verify_elastic(const Scene& scene_, const Backend& refer
     led.push_back(open(scene, *backend, options.session, Mode::resync));
   }
   const std::unique_ptr<ElasticSession> session = reference.open_elastic(options.session);
-  ElasticProcession procession(*session, led);
+  ElasticReferenceRun run(*session, led);
   progress.describe(fmt::format("verify {}, {}", scene.name, scene.schedule.method));
-  const Solution solution = solve_elastic(scene, procession, progress);
-  Followed followed{scene, solution.displacement, procession.steps(),
+  const Solution solution = solve_elastic(scene, run, progress);
+  Followed followed{scene, solution.displacement, run.steps(),
                     why_mistrusted(scene, largest_magnitude(solution.displacement) > 0.0)};
   std::vector<Comparison> comparisons;
   for (std::size_t i = 0; i < backends.size(); ++i) {

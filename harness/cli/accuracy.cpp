@@ -2,8 +2,7 @@
 
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
-#include "harness/judge/accuracy/accuracy_row.hpp"
-#include "harness/measure/median.hpp"
+#include "harness/cli/judged_text.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/images/images.hpp"
@@ -38,27 +37,6 @@ bool is_registered(const Scene& scene) {
 /// Rounding of the decomposition, relative to the squared total.
 constexpr double rounding_of_squares = 1e-10;
 
-std::string pixels(double value) {
-  if (std::abs(value) < 1e-3) {
-    return value == 0.0 ? "0" : fmt::format("{:.1e}", value);
-  }
-  return fmt::format("{:.{}f}", value, value < 0.1 ? 4 : value < 10.0 ? 3 : 2);
-}
-
-std::string row_name(const JudgedField& row) {
-  std::string name = row.method;
-  if (row.poisson_used) {
-    name += fmt::format(", nu {:.2g}", *row.poisson_used);
-  }
-  if (!row.backend.empty() && row.variant.empty()) {
-    name += fmt::format(" on {}", row.backend);
-  }
-  if (!row.valid && !row.field.x.empty()) {
-    name += " (NOT VALID)";
-  }
-  return row.variant.empty() ? name : fmt::format("{}: {}", name, row.variant);
-}
-
 void print_published(const Scene& scene) {
   if (scene.extent() != Extent{300, 300}) {
     return;
@@ -76,55 +54,34 @@ void print_published(const Scene& scene) {
   }
 }
 
-void print_fields(const Scene& scene, const SceneAccuracy& accuracy) {
-  const bool interfaces = accuracy.rows.front().deviations.interface_to_fem.has_value();
-  std::vector<Table::Column> columns{
-      "<RMSD in pixels to", {fmt::format("FEM nu {:.2g}", scene.poisson)}, "FEM nu 0", "fixed point"};
-  if (interfaces) {
-    columns.push_back({"interfaces"});
-    columns.push_back({"elsewhere"});
-  }
-  columns.insert(columns.end(), {{"mean energy"}, {"iterations"}, {"seconds"}});
-  Table table(columns);
+void print_fields(const SceneAccuracy& accuracy) {
+  std::vector<const Judged*> shown;
   std::string remarks;
-  for (const JudgedField& row : accuracy.rows) {
-    if (row.status != "ok") {
-      remarks += fmt::format("  {}: {}\n", row_name(row), row.status);
+  for (const Judged& row : accuracy.rows) {
+    if (!row.seconds.empty()) {
+      shown.push_back(&row);
     }
     if (row.variant.empty() && !row.note.empty()) {
-      remarks += fmt::format("  {}: {}\n", row_name(row), row.note);
+      remarks += fmt::format("  {}: {}\n", name_of(row), row.note);
     }
-    if (row.field.x.empty()) {
-      continue;
-    }
-    const Deviations& deviations = row.deviations;
-    std::vector<std::string> cells{row_name(row), pixels(deviations.to_fem),
-                                   pixels(deviations.to_fem_no_poisson), pixels(deviations.to_fixed_point)};
-    if (interfaces) {
-      cells.push_back(pixels(*deviations.interface_to_fem));
-      cells.push_back(pixels(*deviations.elsewhere_to_fem));
-    }
-    cells.push_back(fmt::format("{:.5g}", row.mean_energy));
-    cells.push_back(row.levels.empty() ? "" : std::to_string(total_iterations(row.levels)));
-    cells.push_back(fmt::format("{:.3g}", median(row.seconds)));
-    table.add(std::move(cells));
   }
-  fmt::print("{}{}", table.text(), remarks);
+  fmt::print("{}{}{}", table_text(shown), failures_text(accuracy.rows), remarks);
 }
 
 void print_decompositions(const SceneAccuracy& accuracy) {
   Table table({"<where it comes from", "nu", "total", "model", "optimisation", "2 covariance", "remainder"});
-  const JudgedField* before = nullptr;
-  for (const JudgedField& row : accuracy.rows) {
+  const Judged* before = nullptr;
+  for (const Judged& row : accuracy.rows) {
     // The backends' rows are equal where they agree.
-    const bool repeated = before != nullptr && before->method == row.method && row.valid;
+    const bool repeated = before != nullptr && before->method == row.method && row.status == JudgedStatus::ok;
     if (row.decompositions.empty() || !row.variant.empty() || repeated) {
       continue;
     }
     before = &row;
     for (const auto& [poisson, parts] : row.decompositions) {
-      table.add({row.method, fmt::format("{:.2g}", poisson), pixels(parts.total), pixels(parts.model),
-                 pixels(parts.optimisation), fmt::format("{:+.4f} px^2", 2.0 * parts.covariance),
+      table.add({row.method, fmt::format("{:.2g}", poisson), pixels_text(parts.total),
+                 pixels_text(parts.model), pixels_text(parts.optimisation),
+                 fmt::format("{:+.4f} px^2", 2.0 * parts.covariance),
                  fmt::format("{:.1e}", parts.remainder())});
     }
   }
@@ -137,14 +94,14 @@ void print_arithmetic(const SceneAccuracy& accuracy) {
   Table table({"<float32 against double", "steps", "other candidate", "beyond bound", "gap / bound",
                "one iteration", "whole run"});
   bool any = false;
-  for (const JudgedField& row : accuracy.rows) {
+  for (const Judged& row : accuracy.rows) {
     if (row.arithmetic) {
       any = true;
       const ArithmeticError& error = *row.arithmetic;
       table.add({row.backend, std::to_string(error.steps_compared), std::to_string(error.steps_differing),
                  std::to_string(error.beyond_bound), fmt::format("{:.2g}", error.largest_gap_over_bound),
                  fmt::format("{:.2e} px", error.rmsd()),
-                 row.rmsd_to_double ? pixels(*row.rmsd_to_double) + " px" : ""});
+                 row.rmsd_to_double ? pixels_text(*row.rmsd_to_double) + " px" : ""});
     }
   }
   if (any) {
@@ -155,18 +112,17 @@ void print_arithmetic(const SceneAccuracy& accuracy) {
 /// Prints what is wrong with a scene's results; true if nothing is.
 bool is_sound(const SceneAccuracy& accuracy) {
   bool sound = true;
-  for (const JudgedField& row : accuracy.rows) {
-    const bool skipped = row.field.x.empty() && row.status.starts_with("skipped");
-    const bool rival = row.method == registration_name; // its mistakes are its own
-    sound = sound && (row.valid || skipped || rival);
+  for (const Judged& row : accuracy.rows) {
+    const bool may_fail = row.method == registration_name; // its mistakes are its own
+    sound = sound && (row.status == JudgedStatus::ok || row.status == JudgedStatus::skipped || may_fail);
     if (row.arithmetic && row.arithmetic->beyond_bound > 0) {
-      fmt::print("  {}: {} steps lose more energy than rounding explains\n", row_name(row),
+      fmt::print("  {}: {} steps lose more energy than rounding explains\n", name_of(row),
                  row.arithmetic->beyond_bound);
       sound = false;
     }
     for (const auto& [poisson, parts] : row.decompositions) {
       if (!(std::abs(parts.remainder()) <= rounding_of_squares * (1.0 + parts.total * parts.total))) {
-        fmt::print("  {}: the decomposition misses {:.3g} px^2\n", row_name(row), parts.remainder());
+        fmt::print("  {}: the decomposition misses {:.3g} px^2\n", name_of(row), parts.remainder());
         sound = false;
       }
     }
@@ -213,13 +169,18 @@ int run_accuracy(Arguments& arguments, const Command& command, const std::string
     progress.clear();
     fmt::print("\n{}, {} x {}: {}\n", scene.name, scene.extent().width, scene.extent().height, scene.title);
     print_published(scene);
-    print_fields(scene, accuracy);
+    print_fields(accuracy);
     print_decompositions(accuracy);
     print_arithmetic(accuracy);
     sound = is_sound(accuracy) && sound;
     std::fflush(stdout); // into a pipe too: the next scene may take long
-    for (const AccuracyRow& row : accuracy_rows(scene, accuracy, have_images() ? folder : "", folder)) {
-      rows.push_back(to_json_row(row));
+    bool pictured = folder.empty() || !have_images();
+    for (const Judged& row : accuracy.rows) {
+      rows.push_back(to_json(scene, row));
+      if (!pictured && row.method == "icm" && !row.field.x.empty()) {
+        rows.back()["differences"] = write_difference(scene, accuracy.truths, row, folder);
+        pictured = true;
+      }
     }
   }
   write_results(arguments.json, "accuracy", run_context(line, arguments.quick), std::move(rows));
@@ -239,7 +200,7 @@ void add_accuracy(const Command& program, const std::string& arguments, int& sta
   own->schedule.takes_elastic = true;
   own->add_to(command);
   leave_out_of_help(command, {"--method", "--methods", "--update", "--stop", "--epsilon"});
-  command.add_option("--repeat", own->repeats, "Samples of the seconds")
+  command.add_option("--repeat", own->repeats, "Samples of the seconds, fewer where they take long")
       .range(1, 1'000'000)
       .capture_default_str();
   command.add_flag("--full", own->full,

@@ -72,12 +72,6 @@ Scene SceneArguments::load() const {
   return loaded;
 }
 
-ScenePart SceneArguments::load_part(const ChoosePart& part) const {
-  ScenePart loaded = load_scene_part(scene, options(), part);
-  schedule.apply(loaded.scene);
-  return loaded;
-}
-
 SceneOptions SceneArguments::options() const {
   return {.size = size.empty() ? std::nullopt : std::optional(parse_size(size)),
           .orientation = orientation,

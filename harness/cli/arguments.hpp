@@ -3,7 +3,6 @@
 #include "backends/registry.hpp"
 #include "harness/cli/schedule_overrides.hpp"
 #include "harness/scene/scene.hpp"
-#include "harness/scene/scene_part.hpp"
 
 #include "harness/cli/command.hpp"
 
@@ -38,8 +37,6 @@ struct SceneArguments {
 
   /// The scene at its size with its schedule. Throws InputError.
   [[nodiscard]] Scene load() const;
-  /// The same, of whose fields only a part is kept.
-  [[nodiscard]] ScenePart load_part(const ChoosePart& part) const;
   /// What it is made of.
   [[nodiscard]] std::vector<std::filesystem::path> files() const { return files_of_scene(scene); }
   /// The backend, which lives as long as the registry. Throws InputError where it is unknown or cannot update

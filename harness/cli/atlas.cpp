@@ -1,6 +1,6 @@
+#include "harness/judge/atlas/atlas.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
-#include "harness/judge/atlas/atlas_row.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
 #include "kernels/data/input_error.hpp"
@@ -141,7 +141,7 @@ void run_atlas(const Arguments& arguments, const Command& command, const std::st
     progress.clear();
     print(result);
     if (!arguments.json.empty()) {
-      rows.push_back(to_json_row(atlas::atlas_row(result, folder)));
+      rows.push_back(atlas::atlas_row(result, folder));
     }
   }
   write_results(arguments.json, "atlas", run_context(command_line, arguments.quick), std::move(rows));

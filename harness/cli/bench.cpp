@@ -5,8 +5,7 @@
 #include "harness/cli/bench_on_ranks.hpp"
 #include "harness/cli/commands.hpp"
 #include "harness/cli/gates.hpp"
-#include "harness/measure/bench_row.hpp"
-#include "harness/measure/choices.hpp"
+#include "harness/measure/device_row.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/measure/memory_use.hpp"
 #include "harness/measure/result_file.hpp"
@@ -310,7 +309,7 @@ int run_bench(Arguments& arguments, const std::string& line) {
       for (const Choice& choice : result.choices) {
         chosen.insert(fmt::format("  {}, {}: {}\n", result.backend, result.device.name, describe(choice)));
       }
-      rows.push_back(to_json_row(bench_row(*scene, result)));
+      rows.push_back(bench_row(*scene, result));
       all_agree = all_agree && (result.valid || result.reference.empty());
       all_ran = all_ran && (!result.samples.empty() || result.device.name.empty());
     }

@@ -80,7 +80,7 @@ int compare_benches(const CompareArguments& arguments, int repeats, const std::f
   const ResultFile before = read_bench(arguments.before);
   const ResultFile after = new_results(arguments, before, repeats, json);
   const auto rows =
-      compare_rows(before.rows<BenchRow>(), after.rows<BenchRow>(), arguments.tolerance / 100.0);
+      compare_rows(before.rows<TimedRow>(), after.rows<TimedRow>(), arguments.tolerance / 100.0);
   for (const auto& [side, file] : {std::pair{"old", &before}, std::pair{"new", &after}}) {
     const Context& context = file->context;
     fmt::print("{}{}: commit {}, {}, {}, {}\n", side == std::string_view("old") ? "\n" : "", side,
@@ -90,7 +90,7 @@ int compare_benches(const CompareArguments& arguments, int repeats, const std::f
       {"<scene", "size", "<backend", "<method", "samples", "old s", "new s", "new/old", "p", "<verdict"});
   std::string remarks;
   for (const ComparedRow& row : rows) {
-    const BenchRow& old = row.row;
+    const TimedRow& old = row.row;
     if (!row.remark.empty()) {
       remarks += fmt::format("  {} {}x{}, {}, {}: {}\n", old.scene, old.width, old.height, old.backend,
                              old.method, row.remark);

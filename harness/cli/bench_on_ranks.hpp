@@ -8,8 +8,7 @@
 namespace hdmbench::commands {
 
 /// `bench --scaling strong|weak` on ranks: the same image on 1, 2, 4 ... of them, or an image that grows with
-/// them; beside it what the model of harness/ranks/scaling.hpp says, and what it says of a large image on
-/// many ranks. "strong" or "weak" stands before the scenes. Returns an ExitStatus.
+/// them. "strong" or "weak" stands before the scenes. Returns an ExitStatus.
 [[nodiscard]] int bench_scaling_on_ranks(CommonArguments arguments, bool scaling, int repeats,
                                          const std::string& line, Ranks& ranks);
 

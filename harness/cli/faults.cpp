@@ -2,14 +2,13 @@
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
 #include "harness/measure/result_file.hpp"
-#include "harness/ranks/crew.hpp"
-#include "harness/ranks/rank_devices.hpp"
 #include "harness/ranks/rank_faults.hpp"
 #include "harness/ranks/sleeping_pieces.hpp"
 #include "harness/report/table.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -73,32 +72,19 @@ std::string outcome(const Trial& trial) {
   return "";
 }
 
-/// A row per fault, a column per scene that any of them was tried on.
-void print(const char* title, const std::vector<const Trial*>& trials, const std::vector<TrialScene>& scenes,
-           const char* last_column) {
-  if (trials.empty()) {
-    return;
-  }
-  fmt::print("\n{}\n", title);
-  std::vector<Table::Column> columns{"<fault", "<planted on"};
-  std::vector<std::size_t> shown;
+/// Where verify disagreed; else the verdicts there were, each once.
+std::string seen_on(const Trial& trial, const std::vector<TrialScene>& scenes) {
+  std::vector<std::string> where;
+  std::vector<std::string> verdicts;
   for (std::size_t i = 0; i < scenes.size(); ++i) {
-    if (std::ranges::any_of(trials, [&](const Trial* trial) { return trial->seen[i].has_value(); })) {
-      shown.push_back(i);
-      columns.emplace_back(scenes[i].label, Table::Align::left);
+    if (trial.seen[i] && text(*trial.seen[i]) == name_of(Verdict::disagree)) {
+      where.push_back(scenes[i].label);
+    } else if (trial.seen[i] && std::ranges::find(verdicts, text(*trial.seen[i])) == verdicts.end()) {
+      verdicts.emplace_back(text(*trial.seen[i]));
     }
   }
-  columns.emplace_back(last_column, Table::Align::left);
-  Table table(columns);
-  for (const Trial* const trial : trials) {
-    std::vector<std::string> cells{trial->planted.name, trial->planted.backend};
-    for (const std::size_t i : shown) {
-      cells.push_back(trial->seen[i] ? std::string(text(*trial->seen[i])) : "");
-    }
-    cells.push_back(outcome(*trial));
-    table.add(std::move(cells));
-  }
-  fmt::print("{}", table.text());
+  return where.empty() ? fmt::format("nowhere ({})", fmt::join(verdicts, ", "))
+                       : fmt::format("{}", fmt::join(where, "; "));
 }
 
 /// Why something was not run, not planted or broke off, each reason once.
@@ -130,29 +116,19 @@ void explain(const std::vector<Trial>& trials) {
 }
 
 /// All that was tried, or only `in_brief` what did not go as expected.
-void print_tables(const std::vector<Trial>& trials, const std::vector<TrialScene>& scenes, bool in_brief) {
-  const auto print_some = [&](const char* title, const char* last_column, auto belongs) {
-    std::vector<const Trial*> some;
-    for (const Trial& trial : trials) {
-      if (belongs(trial.planted) && !(in_brief && trial.as_expected())) {
-        some.push_back(&trial);
-      }
+void print_table(const std::vector<Trial>& trials, const std::vector<TrialScene>& scenes, bool in_brief) {
+  Table table({"<fault", "<planted on", "<layer", "<verify disagrees on", "<caught"});
+  if (in_brief && std::ranges::all_of(trials, &Trial::as_expected)) {
+    return;
+  }
+  for (const Trial& trial : trials) {
+    if (!(in_brief && trial.as_expected())) {
+      table.add({trial.planted.name, trial.planted.backend,
+                 std::string(faults::layer_names.at(static_cast<std::size_t>(trial.planted.layer))),
+                 seen_on(trial, scenes), outcome(trial)});
     }
-    print(title, some, scenes, last_column);
-  };
-  const auto is_control = [](const Planted& planted) { return planted.expected == Expected::let_through; };
-  const auto print_layer = [&](const char* title, faults::Layer layer) {
-    print_some(title, "caught", [&](const Planted& planted) {
-      return !is_control(planted) && planted.layer == layer && planted.method == "icm";
-    });
-  };
-  print_some("controls: no mistakes, to be let through (agree or certified)", "", is_control);
-  print_layer("mistakes of a session", faults::Layer::session);
-  print_layer("mistakes in the shaders", faults::Layer::shader);
-  print_layer("mistakes in the calls to the driver", faults::Layer::driver);
-  print_layer("mistakes in what ranks tell each other", faults::Layer::ranks);
-  print_some("mistakes that concern other methods than icm", "caught",
-             [&](const Planted& planted) { return !is_control(planted) && planted.method != "icm"; });
+  }
+  fmt::print("{}", table.text());
 }
 
 /// No scene that rounds would have caught it.
@@ -185,9 +161,10 @@ bool print_sum(const std::vector<Trial>& trials, const std::vector<TrialScene>& 
   return std::ranges::all_of(trials, &Trial::as_expected);
 }
 
-/// `list`: what is planted. `asleep`: in place of the small scene of sleeping tiles, where given.
+/// `list`: what is planted. `asleep`: in place of the small scene of sleeping tiles, where given. `speaks`:
+/// shows progress.
 int try_faults(const Arguments& arguments, const std::vector<Planted>& list, const Backend& reference,
-               const std::string& line, const std::optional<Scene>& asleep = {}) {
+               const std::string& line, const std::optional<Scene>& asleep = {}, bool speaks = true) {
   if (arguments.list) {
     print_list(list);
     return success;
@@ -201,7 +178,7 @@ int try_faults(const Arguments& arguments, const std::vector<Planted>& list, con
       scene.scene = *asleep;
     }
   }
-  Progress progress;
+  Progress progress(speaks);
   std::ptrdiff_t total = 0;
   for (const Planted& planted : list) {
     total += std::ranges::count_if(scenes, [&](const TrialScene& scene) { return concerns(planted, scene); });
@@ -212,11 +189,11 @@ int try_faults(const Arguments& arguments, const std::vector<Planted>& list, con
   nlohmann::json rows = nlohmann::json::array();
   for (const Planted& planted : list) {
     trials.push_back(faults::try_out(planted, reference, scenes, progress));
-    rows.push_back(to_json_row(fault_row(trials.back(), scenes)));
+    rows.push_back(json_row(trials.back(), scenes));
   }
   progress.clear();
 
-  print_tables(trials, scenes, arguments.brief);
+  print_table(trials, scenes, arguments.brief);
   const bool good = print_sum(trials, scenes);
   explain(trials);
   write_results(arguments.json, "faults", run_context(line, false), std::move(rows));
@@ -231,19 +208,15 @@ int run_faults(const Arguments& arguments, const std::string& line) {
 }
 
 /// What ranks tell each other, with a mistake.
-int run_faults_on_ranks(const Arguments& arguments, const std::string& line, Ranks& ranks) {
-  const auto registry = make_backends();
-  Crew crew(ranks, registry, {});
-  if (!ranks.is_first()) {
-    crew.serve();
-    return success;
+int run_faults_on_ranks(Arguments arguments, const std::string& line, Ranks& ranks) {
+  if (!ranks.is_first()) { // results are the first one's to write
+    arguments.json.clear();
   }
+  const auto registry = make_backends();
   const std::vector<Planted> list =
-      chosen(arguments.faults, faults::planted_on_ranks(crew, backend_of_rank(registry, arguments.backend, 0),
-                                                        arguments.backend, ranks.size()));
-  const int status = try_faults(arguments, list, *registry.front(), line, sleeping_pieces(ranks.size()));
-  crew.dismiss();
-  return status;
+      chosen(arguments.faults, faults::planted_on_ranks(ranks, registry, arguments.backend));
+  return try_faults(arguments, list, *registry.front(), line, sleeping_pieces(ranks.size()),
+                    ranks.is_first());
 }
 
 } // namespace

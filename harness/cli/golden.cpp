@@ -1,5 +1,3 @@
-#include "harness/check/golden_row.hpp"
-
 #include "harness/check/golden_file.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
@@ -35,14 +33,9 @@ struct Arguments : CommonArguments {
 
 /// A case with its scene, or why that is not there.
 struct Problem {
-  GoldenCase problem;
+  Case problem;
   std::variant<Scene, std::string> scene;
 };
-
-std::string name_of(const GoldenCase& problem) {
-  return fmt::format("{}, {} x {}{}{}", problem.scene, problem.extent.width, problem.extent.height,
-                     problem.method.empty() ? "" : ", ", problem.method);
-}
 
 std::string cell(const GoldenOutcome& outcome) {
   switch (outcome.verdict) {
@@ -74,9 +67,9 @@ void print_table(const std::vector<GoldenResult>& results, std::span<const Golde
   }
   Table table(columns);
   for (const GoldenResult& result : results) {
-    const GoldenCase& problem = result.problem;
+    const Case& problem = result.problem;
     std::vector<std::string> cells{
-        problem.scene, fmt::format("{} x {}", problem.extent.width, problem.extent.height), problem.method};
+        problem.scene, fmt::format("{} x {}", problem.size->width, problem.size->height), problem.method};
     if (result.absence.empty()) {
       cells.push_back(hash_text(result));
       cells.emplace_back(result.inputs_reason.empty() ? "✓" : "✗");
@@ -98,15 +91,15 @@ void print_remarks(const std::vector<GoldenResult>& results, std::span<const Gol
   }
   for (const GoldenResult& result : results) {
     if (!result.absence.empty()) {
-      fmt::print("  {}: skipped: {}\n", name_of(result.problem), result.absence);
+      fmt::print("  {}: skipped: {}\n", result.problem.name(), result.absence);
     }
     if (result.known && !result.inputs_reason.empty()) {
-      fmt::print("  {}: the inputs are not golden: {}\n", name_of(result.problem), result.inputs_reason);
+      fmt::print("  {}: the inputs are not golden: {}\n", result.problem.name(), result.inputs_reason);
     }
     for (const GoldenOutcome& outcome : result.outcomes) {
       if (outcome.verdict == Verdict::disagree) {
         fmt::print(
-            "  {}, {}: {}\n    repeat: hdmbench golden {} --backends {}{}{}\n", name_of(result.problem),
+            "  {}, {}: {}\n    repeat: hdmbench golden {} --backends {}{}{}\n", result.problem.name(),
             outcome.backend, outcome.reason, result.problem.scene, outcome.backend,
             arguments.session.device.empty() ? "" : " --device " + shell_word(arguments.session.device),
             arguments.session.threads == 0 ? "" : fmt::format(" --threads {}", arguments.session.threads));
@@ -126,9 +119,9 @@ void print_remarks(const std::vector<GoldenResult>& results, std::span<const Gol
 std::vector<Problem> load_own_problems(const Arguments& arguments) {
   std::vector<Problem> problems;
   for (Scene& scene : arguments.load_scenes({})) {
-    const GoldenCase problem = golden_case(scene);
+    const Case problem = case_of(scene);
     if (std::ranges::find(problems, problem, &Problem::problem) != problems.end()) {
-      throw InputError(fmt::format("two scenes are {}; give one of them another name", name_of(problem)));
+      throw InputError(fmt::format("two scenes are {}; give one of them another name", problem.name()));
     }
     problems.push_back({problem, std::move(scene)});
   }
@@ -138,9 +131,9 @@ std::vector<Problem> load_own_problems(const Arguments& arguments) {
 /// The cases of the scenes that were asked for, with their scenes. Throws InputError for a name that is no
 /// shipped scene, and MissingFile where the files of one that was named are not on this machine.
 std::vector<Problem> load_problems(const std::vector<std::string>& scenes) {
-  const std::vector<GoldenCase> cases = golden_cases();
+  const std::vector<Case> cases = golden_cases();
   for (const std::string& name : scenes) {
-    if (std::ranges::find(cases, name, &GoldenCase::scene) == cases.end()) {
+    if (std::ranges::find(cases, name, &Case::scene) == cases.end()) {
       throw InputError(
           fmt::format("there are golden hashes of the shipped scenes only, which are {}; not of \"{}\". Of "
                       "scenes of your own, --write FILE keeps them and --golden FILE compares with them",
@@ -148,13 +141,13 @@ std::vector<Problem> load_problems(const std::vector<std::string>& scenes) {
     }
   }
   std::vector<Problem> problems;
-  for (const GoldenCase& problem : cases) {
+  for (const Case& problem : cases) {
     if (!scenes.empty() && std::ranges::find(scenes, problem.scene) == scenes.end()) {
       continue;
     }
     try {
-      Scene scene = load_golden_scene(problem);
-      problems.push_back({golden_case(scene), std::move(scene)});
+      Scene scene = load_case(problem);
+      problems.push_back({case_of(scene), std::move(scene)});
     } catch (const MissingFile& error) {
       if (!scenes.empty()) {
         throw;
@@ -169,7 +162,7 @@ std::vector<Problem> load_problems(const std::vector<std::string>& scenes) {
 void require_all(const std::vector<Problem>& problems, const std::filesystem::path& file) {
   for (const Problem& one : problems) {
     if (const auto* const absence = std::get_if<std::string>(&one.scene)) {
-      throw InputError(fmt::format("{} would lose {}: {}", file.string(), name_of(one.problem), *absence));
+      throw InputError(fmt::format("{} would lose {}: {}", file.string(), one.problem.name(), *absence));
     }
   }
 }
@@ -204,7 +197,7 @@ ExitStatus write_golden(const std::vector<GoldenResult>& results, const std::vec
   int changed = 0;
   for (const GoldenResult& result : results) {
     if (const std::string doubt = doubt_about(result); !doubt.empty()) {
-      fmt::print("{} is not written: {}: {}\n", file.string(), name_of(result.problem), doubt);
+      fmt::print("{} is not written: {}: {}\n", file.string(), result.problem.name(), doubt);
       return disagreement;
     }
     entries.push_back({result.problem, result.inputs, result.outcomes.front().levels});
@@ -255,7 +248,7 @@ ExitStatus run_golden(const Arguments& arguments, const std::string& line) {
   std::array<int, 5> counts{}; // by verdict
   for (const GoldenResult& result : results) {
     for (const GoldenOutcome& outcome : result.outcomes) {
-      rows.push_back(to_json_row(golden_row(result, outcome)));
+      rows.push_back(golden_row(result, outcome));
       ++counts.at(static_cast<std::size_t>(outcome.verdict));
     }
   }

@@ -79,10 +79,7 @@ void list_devices_of_ranks(const Arguments& arguments, Ranks& ranks) {
 
 void list_devices(const Arguments& arguments, const std::string& line) {
   require_results_writable(arguments.json);
-  Table table({{"backend", Table::Align::left},
-               {"no.", Table::Align::right},
-               {"device", Table::Align::left},
-               {"driver", Table::Align::left}});
+  Table table({"<backend", "no.", "<device", "<driver"});
   nlohmann::json rows = nlohmann::json::array();
   std::string absent;
   Table chosen({"<backend", "<device", "<what", "<way", "median", "<"});
@@ -154,11 +151,7 @@ void list_methods() {
                std::string(method.summary)});
   }
   fmt::print("{}", table.text());
-  Table elastic({{"with --energy elastic", Table::Align::left},
-                 {"--iterations counts", Table::Align::left},
-                 {"usual", Table::Align::right},
-                 {"backends", Table::Align::left},
-                 {"what it does", Table::Align::left}});
+  Table elastic({"<with --energy elastic", "<--iterations counts", "usual", "<backends", "<what it does"});
   std::string names;
   for (const auto& backend : registry) {
     if (backend->has_elastic()) {

@@ -5,6 +5,7 @@
 #include "harness/cli/commands.hpp"
 #include "harness/ranks/launch.hpp"
 #include "harness/ranks/message_passing.hpp"
+#include "harness/scene/images/images.hpp"
 #include "harness/scene/nearest_name.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -200,6 +201,7 @@ int run_and_explain(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   ask_drivers_apart(argc, argv);
+  read_images_apart(argc, argv);
   watch_over_rank(argv, commands::bad_input);
   keep_standard_streams();
   std::signal(SIGXFSZ, SIG_IGN); // a file that grows beyond its limit is then an error as any other

@@ -5,9 +5,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <span>
+#include <limits>
+#include <utility>
 
 namespace hdmbench {
 
@@ -17,35 +19,36 @@ std::string size_text(Extent extent) {
   return fmt::format("{} x {}", extent.width, extent.height);
 }
 
-std::string percent(double share) {
-  return fmt::format("{:.3g} %", 100.0 * share);
-}
-
 std::string pixels(double value) {
   return std::isfinite(value) ? fmt::format("{:.2g}", value) : "";
 }
 
-std::string scene_text(const Scene& scene, const Survey& survey) {
-  std::string text = fmt::format("  The scene: {} px, ", size_text(scene.extent()));
-  text += survey.smallest_modulus == survey.largest_modulus
-              ? fmt::format("one material; ")
-              : fmt::format("moduli {:.4g} to {:.4g} MPa, {} of the sites inside one material; ",
-                            survey.smallest_modulus, survey.largest_modulus, percent(survey.uniform));
-  return text + fmt::format("{} of the components known, {:.4g} to {:.4g} px{}.\n", percent(survey.observed),
-                            survey.smallest_target, survey.largest_target,
-                            survey.partly > 0.0 ? ", some of them uncertain" : "");
-}
-
-std::string levels_text(std::span<const Resolution> levels) {
-  Table table({"size", "materials shown", "conditions shown", "<"});
-  for (std::size_t i = levels.size(); i-- > 0;) {
-    const Resolution& level = levels[i];
-    table.add({size_text(level.extent), percent(level.materials), percent(level.conditions),
-               i == fair_start(levels)  ? "the plan starts here"
-               : i > fair_start(levels) ? "only to correct finer levels"
-                                        : ""});
+/// What a scene asks of a solver, from all of its sites.
+std::string scene_text(const Scene& scene) {
+  const Level& full = scene.full;
+  double lowest = std::numeric_limits<double>::infinity();
+  double highest = -lowest;
+  std::size_t observed = 0;
+  bool any_uncertain = false;
+  for (const auto& [target, confidence] :
+       {std::pair{&full.target.x, &full.confidence.x}, std::pair{&full.target.y, &full.confidence.y}}) {
+    for (std::size_t i = 0; i < target->size(); ++i) {
+      if ((*confidence)[i] > 0.0F) {
+        ++observed;
+        any_uncertain = any_uncertain || (*confidence)[i] < 1.0F;
+        lowest = std::min(lowest, static_cast<double>((*target)[i]));
+        highest = std::max(highest, static_cast<double>((*target)[i]));
+      }
+    }
   }
-  return table.text();
+  const auto [softest, stiffest] = std::ranges::minmax(full.modulus.values);
+  return fmt::format("  The scene: {} px, {}; {:.3g} % of the components known, {:.4g} to {:.4g} px{}.\n",
+                     size_text(scene.extent()),
+                     softest == stiffest ? "one material"
+                                         : fmt::format("moduli {:.4g} to {:.4g} MPa", softest, stiffest),
+                     50.0 * static_cast<double>(observed) / static_cast<double>(scene.extent().sites()),
+                     observed > 0 ? lowest : 0.0, observed > 0 ? highest : 0.0,
+                     any_uncertain ? ", some of them uncertain" : "");
 }
 
 std::string steps_text(const Plan& plan) {
@@ -69,26 +72,9 @@ std::string_view leading_number(const std::string& text, double& value) {
 
 } // namespace
 
-std::string plan_text(const Scene& scene, const Request& request, const Plan& plan) {
-  const Survey found = survey(scene);
-  std::string text = scene_text(scene, found);
-  if (scene.energy == EnergyModel::elastic) {
-    return text + "  What was done; error: expected distance from finite elements, RMS:\n\n" +
-           steps_text(plan);
-  }
-  text += "  Closed form throughout: a candidate of 0.1 px stops paying where the field is smooth, long "
-          "before that\n"
-          "  is met. Which levels show the scene:\n\n" +
-          levels_text(plan.levels) +
-          "\n  What was done; error: expected distance from the fixed point, RMS:\n\n" + steps_text(plan);
-  text += fmt::format(
-      "\n  The observation is computed only at runs of sites that have one: {} of the components. "
-      "Work in all: {:.3g} sweeps\n  over the full resolution.\n",
-      percent(found.observed), fine_sweep_equivalents(plan));
-  if (request.accuracy && !plan.met) {
-    text += "  The request is not met: more time, a coarser request, or a look at the warnings below.\n";
-  }
-  return text;
+std::string plan_text(const Scene& scene, const Plan& plan) {
+  return scene_text(scene) + "  What was done; error: expected distance from finite elements, RMS:\n\n" +
+         steps_text(plan);
 }
 
 double parse_pixels(const std::string& text, std::optional<double> spacing) {

@@ -1,15 +1,15 @@
 #pragma once
 
-#include "harness/solve/planner/planner.hpp"
+#include "harness/solve/planner.hpp"
 
 #include <optional>
 #include <string>
 
 namespace hdmbench {
 
-/// What `run --explain` prints: what the scene asks for, which levels show it, each step with its reason, and
-/// which terms of the energy cost nothing. Lines of at most 120 columns, the last one ended.
-[[nodiscard]] std::string plan_text(const Scene& scene, const Request& request, const Plan& plan);
+/// What `run --explain` prints: what the scene is made of, and each step with its reason. Lines of at most
+/// 120 columns, the last one ended.
+[[nodiscard]] std::string plan_text(const Scene& scene, const Plan& plan);
 
 /// "0.2px" or "0.2": pixels, > 0; where it is known how many millimetres a pixel has, also "0.1mm". Throws
 /// InputError.

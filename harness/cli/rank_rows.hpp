@@ -13,12 +13,12 @@ template <typename Row>
 [[nodiscard]] std::vector<Row> gather_rows(const std::vector<Row>& own, Ranks& ranks) {
   nlohmann::json list = nlohmann::json::array();
   for (const Row& row : own) {
-    list.push_back(to_json_row(row));
+    list.push_back(row);
   }
   std::vector<Row> rows;
   for (const std::string& text : ranks.gather(list.dump())) {
     for (const nlohmann::json& row : nlohmann::json::parse(text)) {
-      read_json_row(row, {.file = "of a rank"}, rows.emplace_back());
+      rows.push_back(row.get<Row>());
     }
   }
   return rows;

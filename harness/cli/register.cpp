@@ -5,8 +5,8 @@
 #include "harness/check/compare.hpp"
 #include "harness/cli/commands.hpp"
 #include "harness/cli/pair_arguments.hpp"
+#include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
-#include "harness/judge/diagnosis/folding.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/images/images.hpp"
@@ -187,7 +187,7 @@ int run_register(const Arguments& arguments, const Command& command, const std::
                          .why = "--iterate solves with the elastic energy"}});
   const PictureData data = arguments.pair.load();
   const Schedule& solved = data.scene.schedule;
-  const bool has_sweeps_only = solved.cycle == Cycle::one_way || solved.method == elastic_sweeps;
+  const bool has_sweeps_only = data.scene.energy == EnergyModel::hdm || solved.method == elastic_sweeps;
   if (!arguments.iterate && has_sweeps_only && solved.iterations == 0) {
     throw InputError("register with 0 iterations would leave everything where it is; give at least 1");
   }
@@ -208,7 +208,10 @@ int run_register(const Arguments& arguments, const Command& command, const std::
   row.device = device.name;
   row.before = similarity(data.source, data.target);
   row.after = similarity(data.source, pulled_back(data.target, outcome.displacement));
-  row.warnings = diagnose(data.source, data.target, row.before, row.after);
+  const Warnings warnings = diagnose(data.source, data.target, row.before, row.after);
+  if (!warnings.empty()) {
+    row.warnings = warnings;
+  }
   row.largest_displacement = largest_magnitude(outcome.displacement);
   const ScalarField areas = least_area_ratios(outcome.displacement);
   row.folds = std::ranges::count_if(areas.values, [](float ratio) { return !(ratio > 0.0F); });
@@ -233,12 +236,12 @@ int run_register(const Arguments& arguments, const Command& command, const std::
                  : "");
   fmt::print("  {}: the displacement in millimetres; beside it {} pictures\n",
              (arguments.pair.output / "displacement.nrrd").string(), row.pictures.size());
-  if (!row.warnings.empty()) {
-    fmt::print("\n{}", warnings_text(row.warnings));
+  if (row.warnings) {
+    fmt::print("\n{}", warnings_text(warnings));
   }
   write_results(arguments.pair.json, "register", run_context(line, false),
                 nlohmann::json::array({to_json_row(row)}));
-  const bool alike = std::ranges::find(row.warnings, no_likeness, &Warning::kind) == row.warnings.end();
+  const bool alike = std::ranges::find(warnings, no_likeness, &Warning::kind) == warnings.end();
   return alike && row.converged.value_or(true) ? success : disagreement;
 }
 

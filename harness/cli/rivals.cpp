@@ -3,7 +3,6 @@
 #include "harness/cli/commands.hpp"
 #include "harness/judge/registration/elastix.hpp"
 #include "harness/judge/registration/knobs.hpp"
-#include "harness/judge/registration/people.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"

@@ -2,20 +2,24 @@
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
 #include "harness/cli/plan_text.hpp"
-#include "harness/cli/run_on_ranks.hpp"
+#include "harness/cli/rank_rows.hpp"
 #include "harness/cli/strain_images.hpp"
+#include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
-#include "harness/judge/diagnosis/folding.hpp"
 #include "harness/judge/run_row.hpp"
+#include "harness/measure/memory_use.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/ranks/launch.hpp"
+#include "harness/ranks/rank_backend.hpp"
+#include "harness/ranks/rank_devices.hpp"
+#include "harness/report/grouped.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/robust_observations.hpp"
 #include "harness/solve/methods/solver.hpp"
-#include "harness/solve/planner/energy_choice.hpp"
+#include "harness/solve/planner.hpp"
 #include "harness/solve/solve.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/mean_energy.hpp"
@@ -41,7 +45,7 @@ struct Arguments {
   std::string accuracy; ///< "0.2px" or "0.1mm"; empty: not asked for
   std::string within;   ///< "10ms"; empty: not asked for
   bool explain = false;
-  std::size_t sites_per_rank = 0; ///< of run_on_ranks.hpp
+  std::size_t sites_per_rank = 0; ///< of Sharing
   int halo = 0;                   ///< the same
   bool strains = false;
 
@@ -135,18 +139,69 @@ Warnings find_warnings(const Scene& scene, const Solution& solution) {
   return warnings;
 }
 
+/// How ranks share the scene out. Throws InputError where they cannot.
+Sharing sharing_of(const Scene& scene, const Arguments& arguments, const Ranks& ranks) {
+  const bool is_elastic = scene.energy == EnergyModel::elastic;
+  const int granule = is_elastic ? 2 : 4;
+  if (arguments.halo % granule != 0) {
+    throw InputError(fmt::format("--halo {}: a multiple of {}{}, or 0", arguments.halo, granule,
+                                 is_elastic ? " for the elastic energy" : ""));
+  }
+  if (scene.full.update == Update::sequential) {
+    throw InputError("sequential, each of whose sweeps crosses the image site by site, runs on one rank");
+  }
+  return {.ranks = ranks.size(),
+          .pieces = ranks.size(),
+          .fewest_sites = arguments.sites_per_rank,
+          .halo = arguments.halo};
+}
+
+void print_ranks(const std::vector<RankRow>& rows) {
+  Table table({"rank", "<machine", "<backend", "<device", "threads", "messages", "MB sent", "peak MB"});
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const RankRow& row = rows[i];
+    const auto megabytes = [](std::int64_t bytes, int digits) {
+      return fmt::format("{:.{}f}", static_cast<double>(bytes) / 1e6, digits);
+    };
+    table.add({std::to_string(i), row.machine, row.backend, row.device,
+               row.threads > 0 ? std::to_string(row.threads) : "-", grouped(row.messages),
+               megabytes(row.bytes, 2), row.peak_memory > 0 ? megabytes(row.peak_memory, 0) : "-"});
+  }
+  fmt::print("\n{}", table.text());
+}
+
+/// Throws InputError for a request with the thesis's energy, which `says` asks for.
+[[noreturn]] void refuse_thesis_energy(std::string_view says) {
+  throw InputError(fmt::format(
+      "--accuracy and --within ask for a distance from finite elements, which the elastic energy comes near "
+      "and the thesis's does not, however long it is solved; {} asks for the thesis's: give --energy "
+      "elastic, or "
+      "--method and --iterations in place of --accuracy and --within",
+      says));
+}
+
+/// The scene, which a request solves with the elastic energy.
+Scene load_for(const Arguments& arguments) {
+  if (!arguments.asks() || arguments.scene.schedule.energy) {
+    return arguments.scene.load();
+  }
+  SceneArguments elastic = arguments.scene;
+  elastic.schedule.energy = EnergyModel::elastic;
+  return elastic.load();
+}
+
 /// A request is a method of its own, so what belongs to another one has no meaning beside it. Throws
 /// InputError.
 void require_meaning(const Arguments& arguments, const Command& command, const Ranks* ranks) {
-  if (arguments.scene.schedule.auto_energy && arguments.accuracy.empty()) {
-    throw InputError("--energy auto chooses by the accuracy that is asked for; give --accuracy");
+  if (arguments.asks() && arguments.scene.schedule.energy == EnergyModel::hdm) {
+    refuse_thesis_energy("--energy hdm");
   }
   refuse_idle(command,
               {{.here = launched_together() == 0,
                 .options = {"--sites-per-rank", "--halo"},
                 .why = "ranks are several processes, mpirun -n 4 hdmbench run ..., and this one is alone"},
                {.here = ranks != nullptr,
-                .options = {"--accuracy", "--within", "--strains"},
+                .options = {"--accuracy", "--within"},
                 .why = "that runs in one process, without mpirun"},
                {.here = !arguments.asks(),
                 .options = {"--explain"},
@@ -159,32 +214,31 @@ void require_meaning(const Arguments& arguments, const Command& command, const R
 
 int run_scene(const Arguments& arguments, const Command& command, const std::string& line, Ranks* ranks) {
   require_meaning(arguments, command, ranks);
-  if (ranks != nullptr) {
-    return run_scene_on_ranks(arguments.scene,
-                              {.output = arguments.output,
-                               .json = arguments.json,
-                               .sites_per_rank = arguments.sites_per_rank,
-                               .halo = arguments.halo},
-                              line, *ranks);
-  }
   (void)arguments.request(1.0); // before long work
-  Progress progress;
+  const PeakMemory memory;
+  const bool is_first = ranks == nullptr || ranks->is_first();
+  Progress progress(is_first);
   progress.describe(fmt::format("prepare {}", arguments.scene.scene));
-  Scene scene = arguments.scene.load();
+  const Scene scene = load_for(arguments);
   const Request request = arguments.request(scene.spacing);
-  if (arguments.asks() && scene.energy == EnergyModel::hdm) {
-    use_method(scene, find_method("multigrid"));
-  }
   if (arguments.strains && !(have_images() && is_inspected(scene.extent()))) {
     throw InputError(have_images() ? "--strains is for images of at most 4096 x 4096 sites"
                                    : "--strains needs image support, which this build has not "
                                      "(-DHDMBENCH_IMAGES=ON)");
   }
   const auto registry = make_backends();
-  const Backend& backend = arguments.scene.choose(registry, scene);
-  const Device device = backend.device(arguments.scene.session);
-  require_results_writable(arguments.json);
-  if (have_images()) {
+  SessionOptions session = arguments.scene.session;
+  std::optional<RankBackend> shared;
+  if (ranks != nullptr) {
+    shared.emplace(*ranks, registry, arguments.scene.backend, session, sharing_of(scene, arguments, *ranks));
+    session.device.clear(); // a rank's own is taken already
+  }
+  const Backend& backend = shared ? *shared : arguments.scene.choose(registry, scene);
+  const Device device = backend.device(session);
+  if (is_first) {
+    require_results_writable(arguments.json);
+  }
+  if (have_images() && is_first) {
     require_folder(arguments.output, file_names(scene, arguments.strains), arguments.scene.files());
   }
 
@@ -195,16 +249,28 @@ int run_scene(const Arguments& arguments, const Command& command, const std::str
   std::optional<Plan> plan;
   Solution solution;
   if (arguments.asks()) {
-    std::vector<std::unique_ptr<Session>> sessions;
-    const SessionOptions& session = arguments.scene.session;
-    plan = arguments.scene.schedule.auto_energy
-               ? solve_by_either_energy(scene, request, backend, session, sessions, progress)
-               : solve_as_needed(scene, request, backend, session, sessions, progress);
+    plan = solve_as_needed(scene, request, backend, session, progress);
     solution = plan->solution;
   } else {
-    solution = Solver(backend, arguments.scene.session).solve(scene, progress, {.last_changed = inspected});
+    solution = Solver(backend, session).solve(scene, progress, {.last_changed = inspected});
   }
   progress.clear();
+  std::vector<RankRow> by_rank;
+  if (ranks != nullptr) {
+    const Traffic traffic = ranks->traffic();
+    by_rank = gather_rows<RankRow>(
+        {{.machine = machine_name(),
+          .backend = std::string(backend_of_rank(registry, arguments.scene.backend, ranks->rank()).name()),
+          .device = device.name,
+          .threads = backend.threads(session),
+          .messages = traffic.messages,
+          .bytes = traffic.bytes,
+          .peak_memory = static_cast<std::int64_t>(memory.bytes().value_or(0))}},
+        *ranks);
+    if (!is_first) { // all have the same field
+      return success;
+    }
+  }
   Warnings warnings = inspected ? find_warnings(scene, solution) : Warnings{};
   if (plan && plan->met) { // the error is what was asked for, by a method of the plan's own
     std::erase_if(warnings, [](const Warning& warning) {
@@ -222,9 +288,12 @@ int run_scene(const Arguments& arguments, const Command& command, const std::str
              scene.extent().height, scene.spacing, plan ? "as needed" : method_name(scene), backend.name(),
              device.name);
   if (plan && arguments.explain) {
-    fmt::print("{}", plan_text(scene, request, *plan));
+    fmt::print("{}", plan_text(scene, *plan));
   } else if (!plan) {
     print_levels(solution, counted);
+  }
+  if (ranks != nullptr) {
+    print_ranks(by_rank);
   }
   if (plan) {
     fmt::print("\n  {}; {:.3g} sweeps over the full resolution in all\n", plan->outcome,
@@ -233,9 +302,7 @@ int run_scene(const Arguments& arguments, const Command& command, const std::str
   fmt::print("\n  mean energy {:.6g}, largest displacement {:.4g} px, {} iterations in {:.3g} s\n", energy,
              largest, iterations, solution.timings.total());
   if (solution.estimated_error && !plan) {
-    fmt::print("  estimated distance from {} {:.2g} px\n",
-               scene.energy == EnergyModel::elastic ? "finite elements" : "the fixed point",
-               *solution.estimated_error);
+    fmt::print("  estimated distance from finite elements {:.2g} px\n", *solution.estimated_error);
   }
   if (!absurd.empty()) {
     fmt::print(
@@ -251,7 +318,7 @@ int run_scene(const Arguments& arguments, const Command& command, const std::str
              .title = scene.title,
              .width = scene.extent().width,
              .height = scene.extent().height,
-             .backend = std::string(backend.name()),
+             .backend = shared ? shared->backends() : std::string(backend.name()),
              .device = device.name,
              .method = plan ? "as needed" : method_name(scene),
              .energy = std::string(energy_names[static_cast<std::size_t>(scene.energy)]),
@@ -263,6 +330,10 @@ int run_scene(const Arguments& arguments, const Command& command, const std::str
              .spacing = scene.spacing,
              .placement = scene.placement,
              .warnings = warnings};
+  if (ranks != nullptr) {
+    row.ranks = ranks->size();
+    row.by_rank = std::move(by_rank);
+  }
   if (plan) {
     row.plan = plan_row(scene, request, *plan);
   }
@@ -320,13 +391,14 @@ void add_run(const Command& program, const std::string& arguments, int& status, 
   command
       .add_option(
           "--accuracy", own->accuracy,
-          "Distance from the fixed point (elastic: from finite elements) that is good enough, RMS, as "
-          "0.2px or 0.1mm: levels and cycles follow from the scene; exit status 1 where the estimate is "
-          "above "
-          "it, or cannot be trusted")
+          "Distance from finite elements that is good enough, RMS, as 0.2px or 0.1mm: with the elastic "
+          "energy, "
+          "and levels and steps that follow from the scene; exit status 1 where the estimate is above it, or "
+          "cannot be trusted")
       .group(group);
   command
-      .add_option("--within", own->within, "The time there is, as 10ms or 2s: the best field and its error")
+      .add_option("--within", own->within,
+                  "The time there is, as 10ms or 2s: the best field of the elastic energy and its error")
       .group(group);
   command.add_flag("--explain", own->explain, "Print the plan, step by step, and why").group(group);
   const std::string several = "Several processes (mpirun -n 4 hdmbench run ...)";
@@ -343,7 +415,7 @@ void add_run(const Command& program, const std::string& arguments, int& status, 
       .add_option(
           "--halo", own->halo,
           "With mpirun: sites that a rank computes beyond its own, a multiple of 4, on every level; 0: "
-          "the width that a measurement says is the fastest. Of the elastic energy those of the "
+          "an eighth of the shortest piece, 4 ... 64. Of the elastic energy those of the "
           "coarsest level that is cut, even; 0: 4. The bits are the same")
       .range(0, widest_halo)
       .group(several);

@@ -14,7 +14,6 @@ namespace hdmbench::commands {
 
 namespace {
 
-constexpr std::string_view automatic = "auto"; // an energy of run
 using Names = std::vector<std::string>;
 
 template <typename Value, std::size_t count>
@@ -39,19 +38,10 @@ void ScheduleOverrides::add_to(const Command& command) {
         .one_of(Names(names.begin(), names.end()));
   };
   if (takes_elastic) {
-    Names names(energy_names.begin(), energy_names.end());
-    if (is_of_run) {
-      names.emplace_back(automatic);
-    }
-    const std::function<void(const std::string&)> take = [this](const std::string& name) {
-      auto_energy = name == automatic;
-      energy = auto_energy ? std::nullopt : std::optional(value_of<EnergyModel>(energy_names, name));
-    };
-    keep(command.add_option("--energy", take,
-                            fmt::format("What the displacement minimises: hdm (the thesis) or elastic (plane "
-                                        "stress); a method of either brings its own{}",
-                                        is_of_run ? "; auto: what --accuracy needs" : "")))
-        .one_of(names);
+    add_choice(
+        "--energy", energy, energy_names,
+        "What the displacement minimises: hdm (the thesis) or elastic (plane stress); a method of either "
+        "brings its own");
   }
   if (is_of_run) {
     add("--robust", robust,
@@ -97,12 +87,12 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
                                  "verify, bench, tradeoff and accuracy do",
                                  scene.name));
   }
-  if ((scene.energy == EnergyModel::elastic || auto_energy) &&
+  if (scene.energy == EnergyModel::elastic &&
       (start_level || epsilon || alignment || penalty || prior_weight)) {
     throw InputError("the elastic energy has levels of its own and prescribes what is observed; leave out "
                      "--start-level, --epsilon, --alignment, --penalty and --prior-weight");
   }
-  if (robust && scene.energy == EnergyModel::hdm && !auto_energy) {
+  if (robust && scene.energy == EnergyModel::hdm) {
     throw InputError("the thesis's energy takes the absolute value of every observation, which forgives; "
                      "--robust is for --energy elastic");
   }
@@ -120,7 +110,7 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
     options.cooling = Cooling{.highest = temperatures.at(0), .lowest = temperatures.at(1)};
   }
   set_options(scene, options);
-  if (stop && scene.schedule.cycle != Cycle::one_way) {
+  if (stop && scene.energy == EnergyModel::elastic) {
     throw InputError(fmt::format("{} ends after its {}; leave out --stop", scene.schedule.method,
                                  find_method(scene.schedule.method, scene.energy).effort));
   }

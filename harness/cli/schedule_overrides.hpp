@@ -16,9 +16,8 @@ inline constexpr const char* schedule_group = "Instead of what the scene says";
 /// What the user may change about every scene's schedule.
 struct ScheduleOverrides {
   bool takes_elastic = false; ///< whether the command knows EnergyModel::elastic; say so before add_to()
-  bool is_of_run = false;     ///< whether the command has --robust, --stride and --energy auto, likewise
+  bool is_of_run = false;     ///< whether the command has --robust and --stride, likewise
   std::optional<EnergyModel> energy;
-  bool auto_energy = false;          ///< the plan chooses; energy is none
   std::optional<std::string> method; ///< harness/scene/method.hpp
   std::optional<int> iterations;
   std::optional<double> relaxation;

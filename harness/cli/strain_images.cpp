@@ -1,7 +1,6 @@
 #include "harness/cli/strain_images.hpp"
 
-#include "harness/judge/diagnosis/folding.hpp"
-#include "harness/judge/diagnosis/strains.hpp"
+#include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/images/images.hpp"
 

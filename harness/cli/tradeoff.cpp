@@ -1,9 +1,9 @@
+#include "harness/judge/tradeoff/tradeoff.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
+#include "harness/cli/judged_text.hpp"
 #include "harness/cli/plan_text.hpp"
-#include "harness/judge/tradeoff/equal_accuracy.hpp"
-#include "harness/judge/tradeoff/rivals.hpp"
-#include "harness/judge/tradeoff/tradeoff_row.hpp"
+#include "harness/judge/tradeoff/comparison.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
@@ -15,7 +15,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <map>
 #include <utility>
 
 namespace hdmbench::commands {
@@ -37,55 +36,23 @@ std::string seconds_text(double seconds) {
   return fmt::format("{:.3g}", seconds);
 }
 
-std::string pixels_text(double pixels) {
-  return fmt::format("{:.{}f}", pixels, pixels < 0.1 ? 4 : 3);
-}
-
-std::string point_name(const TradeoffPoint& point) {
-  std::string name = point.method;
-  if (point.poisson_used) {
-    name += fmt::format(", nu {:.2g}", *point.poisson_used);
-  }
-  return name;
-}
-
-void print_points(const SceneTradeoff& tradeoff, bool all) {
-  Table table({all ? "<method" : "<on the front", "<effort", "<backend", "seconds", "fine sweeps", "FEM nu 0",
-               "FEM", "fixed point", "<"});
-  std::vector<const TradeoffPoint*> shown;
-  for (const TradeoffPoint& point : tradeoff.points) {
-    if (!point.seconds.empty() && (all || point.is_on_front)) {
-      shown.push_back(&point);
+void print_points(const std::vector<Judged>& rows, bool all) {
+  std::vector<const Judged*> shown;
+  for (const Judged& row : rows) {
+    if (!row.seconds.empty() && (all || row.is_on_front)) {
+      shown.push_back(&row);
     }
   }
   if (!all) {
-    std::ranges::sort(shown, {}, [](const TradeoffPoint* point) { return median(point->seconds); });
+    std::ranges::sort(shown, {}, [](const Judged* row) { return median(row->seconds); });
   }
-  for (const TradeoffPoint* point : shown) {
-    const std::string mark = point->is_on_front ? "front" : "";
-    table.add({point_name(*point), point->effort, point->backend, seconds_text(median(point->seconds)),
-               point->fine_sweep_equivalents ? fmt::format("{:.3g}", *point->fine_sweep_equivalents) : "",
-               pixels_text(point->deviations.to_fem_no_poisson), pixels_text(point->deviations.to_fem),
-               pixels_text(point->deviations.to_fixed_point),
-               point->status != PointStatus::ok ? std::string(name_of(point->status))
-               : all                            ? mark
-                                                : ""});
-  }
-  fmt::print("{}", table.text());
+  fmt::print("{}", table_text(shown));
 }
 
-/// Numbers apart, the same reason.
-std::string without_numbers(std::string reason) {
-  std::erase_if(
-      reason, [](char letter) { return letter == '.' || letter == '-' || (letter >= '0' && letter <= '9'); });
-  return reason;
-}
-
-/// One line per status and kind of reason, with the first reason of that kind.
-void print_requests(const SceneTradeoff& tradeoff) {
+void print_requests(const std::vector<Judged>& rows) {
   Table table({"asked px", "<from", "estimated", "reached", "fine sweeps", "seconds"});
   bool any = false;
-  for (const TradeoffPoint& point : tradeoff.points) {
+  for (const Judged& point : rows) {
     if (point.asked && !point.seconds.empty()) {
       any = true;
       table.add({fmt::format("{:.3g}", *point.asked),
@@ -100,45 +67,6 @@ void print_requests(const SceneTradeoff& tradeoff) {
   }
 }
 
-void print_failures(const SceneTradeoff& tradeoff) {
-  struct Kind {
-    std::string reason{};
-    std::vector<std::string> names{};
-  };
-  std::map<std::pair<std::string, std::string>, Kind> kinds;
-  for (const TradeoffPoint& point : tradeoff.points) {
-    if (point.status != PointStatus::ok) {
-      std::string name =
-          point.backend.empty() ? point_name(point) : fmt::format("{} on {}", point.method, point.backend);
-      Kind& kind = kinds[{std::string(name_of(point.status)), without_numbers(point.reason)}];
-      kind.reason = kind.reason.empty() ? point.reason : kind.reason;
-      if (std::ranges::find(kind.names, name) == kind.names.end()) {
-        kind.names.push_back(std::move(name));
-      }
-    }
-  }
-  for (const auto& [key, kind] : kinds) {
-    constexpr std::size_t most = 6;
-    std::string list;
-    for (std::size_t i = 0; i < std::min(most, kind.names.size()); ++i) {
-      list += (i > 0 ? ", " : "") + kind.names[i];
-    }
-    if (kind.names.size() > most) {
-      list += fmt::format(" and {} more", kind.names.size() - most);
-    }
-    fmt::print("  {}: {}: {}\n", key.first, list, kind.reason);
-  }
-}
-
-std::string ratio_text(const char* rival, const std::optional<SpeedRatio>& ratio) {
-  if (!ratio) {
-    return fmt::format("{} was not measured, or is nowhere that near", rival);
-  }
-  return fmt::format("{} ({}, {} s) takes {:.3g} times as long ({:.3g} to {:.3g})", rival,
-                     ratio->rival->effort, seconds_text(median(ratio->rival->seconds)), ratio->ratio,
-                     ratio->low, ratio->high);
-}
-
 void print_equal_accuracy(const EqualAccuracy& equal) {
   if (equal.ours == nullptr) {
     if (std::isfinite(equal.nearest)) {
@@ -147,13 +75,18 @@ void print_equal_accuracy(const EqualAccuracy& equal) {
     }
     return;
   }
-  fmt::print(
-      "  At {:.3g} px to FEM nu 0: {}, {} on {} is the fastest, {} s;\n    {};\n    {};\n    {};\n    {}.\n",
-      equal.target, equal.ours->method, equal.ours->effort, equal.ours->backend,
-      seconds_text(median(equal.ours->seconds)), ratio_text("direct FEM", equal.direct),
-      ratio_text("FEM by conjugate gradients", equal.iterative),
-      ratio_text("FEM by multigrid of others", equal.multigrid),
-      ratio_text("FEM on a coarse mesh", equal.coarse));
+  fmt::print("  At {:.3g} px to FEM nu 0: {}, {} on {} is the fastest, {} s;\n", equal.target,
+             equal.ours->method, equal.ours->effort, equal.ours->backend,
+             seconds_text(median(equal.ours->seconds)));
+  for (const auto& [key, title, method, speed] : equal.rivals) {
+    if (speed) {
+      fmt::print("    {} ({}, {} s) takes {:.3g} times as long ({:.3g} to {:.3g}).\n", title,
+                 speed->rival->effort, seconds_text(median(speed->rival->seconds)), speed->ratio, speed->low,
+                 speed->high);
+    } else {
+      fmt::print("    {} was not measured, or is nowhere that near.\n", title);
+    }
+  }
 }
 
 /// The line that repeats a point: `run` solves by methods, this command by rivals.
@@ -196,7 +129,7 @@ int run_tradeoff(Arguments& arguments, const Command& command, const std::string
   const auto registry = make_backends();
   const std::vector<const Backend*> backends = arguments.choose(registry);
   Progress progress;
-  nlohmann::json rows = nlohmann::json::array();
+  nlohmann::json results = nlohmann::json::array();
   bool verified = true;
   fmt::print(
       "Seconds are medians of up to {} samples of a whole solution without set-up. RMSD to finite elements "
@@ -213,37 +146,35 @@ int run_tradeoff(Arguments& arguments, const Command& command, const std::string
               return repeat(arguments, scene, method, effort, backend);
             },
         .request_command =
-            [&](std::string_view method, double asked, std::string_view backend) {
-              return fmt::format("hdmbench run {} --size {}x{}{} --accuracy {}px --explain --backend {}{}",
-                                 shell_word(scene.source), scene.extent().width, scene.extent().height,
-                                 method == requested_elastic_name ? " --energy elastic" : "", asked, backend,
-                                 arguments.schedule.text());
+            [&](double asked, std::string_view backend) {
+              return fmt::format(
+                  "hdmbench run {} --size {}x{} --energy elastic --accuracy {}px --explain --backend {}{}",
+                  shell_word(scene.source), scene.extent().width, scene.extent().height, asked, backend,
+                  arguments.schedule.text());
             }};
-    const SceneTradeoff tradeoff = measure_tradeoff(scene, backends, options, progress);
+    const std::vector<Judged> rows = measure_tradeoff(scene, backends, options, progress);
     progress.clear();
-    const auto failures = std::ranges::count_if(
-        tradeoff.points, [](const TradeoffPoint& point) { return point.status != PointStatus::ok; });
+    const auto failures =
+        std::ranges::count_if(rows, [](const Judged& row) { return row.status != JudgedStatus::ok; });
     fmt::print("\n{}, {} x {}: {} points, {} of them without a result{}\n", scene.name, scene.extent().width,
-               scene.extent().height, tradeoff.points.size(), failures,
-               arguments.all ? "" : " (--all lists them)");
-    print_points(tradeoff, arguments.all);
+               scene.extent().height, rows.size(), failures, arguments.all ? "" : " (--all lists them)");
+    print_points(rows, arguments.all);
     for (const double target : targets) {
-      print_equal_accuracy(compare_at(tradeoff.points, target));
+      print_equal_accuracy(compare_at(rows, target));
     }
-    print_requests(tradeoff);
-    print_failures(tradeoff);
+    print_requests(rows);
+    fmt::print("{}", failures_text(rows));
     std::fflush(stdout); // into a pipe too: the next scene may take long
-    for (const TradeoffPoint& point : tradeoff.points) {
-      rows.push_back(to_json_row(tradeoff_row(scene, point)));
+    for (const Judged& row : rows) {
+      results.push_back(to_json(scene, row));
+      results.back()["kind"] = "point";
+      verified = verified && row.status != JudgedStatus::unverified;
     }
     for (const double target : targets) {
-      rows.push_back(to_json_row(equal_accuracy_row(scene, compare_at(tradeoff.points, target))));
+      results.push_back(to_json(scene, compare_at(rows, target)));
     }
-    verified = verified && std::ranges::none_of(tradeoff.points, [](const TradeoffPoint& point) {
-                 return point.status == PointStatus::unverified;
-               });
   }
-  write_results(arguments.json, "tradeoff", run_context(line, arguments.quick), std::move(rows));
+  write_results(arguments.json, "tradeoff", run_context(line, arguments.quick), std::move(results));
   return verified ? success : disagreement;
 }
 

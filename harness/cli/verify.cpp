@@ -1,5 +1,4 @@
-#include "harness/check/tiers.hpp"
-#include "harness/check/tile_boundaries.hpp"
+#include "harness/check/cases.hpp"
 #include "harness/check/verify_row.hpp"
 
 #include "harness/check/probe.hpp"
@@ -33,53 +32,46 @@ struct VerifyArguments : CommonArguments {
 /// Iterations per level of a --quick verify.
 constexpr int quick_iterations = 10;
 
-/// Methods that go to and fro between the levels: in one process bench compares them.
-enum class Cycles { left_out, kept };
-
 /// Nobody chose on the command line.
 bool are_all_to_verify(const CommonArguments& arguments) {
   return arguments.scenes.empty() && arguments.methods.empty() && !arguments.schedule.method &&
          !arguments.schedule.energy;
 }
 
-/// Without scenes and methods on the command line: every scene as its file says, what meets the backends'
-/// tiles at any --sizes, and on the scene that has a different modulus at every site a few iterations of
-/// every other method, so that each rule and order of sites is compared; then every scene (--quick: two of
-/// them) with the elastic energy, a few steps of conjugate gradients, in which all of its arithmetic is.
-std::vector<Scene> scenes_to_verify(CommonArguments arguments, Cycles cycles = Cycles::left_out) {
-  std::vector<Scene> scenes = arguments.load_scenes(shipped_scenes());
-  if (are_all_to_verify(arguments)) {
-    for (Scene& scene : tile_boundary_scenes()) {
-      arguments.schedule.apply(scene);
-      scenes.push_back(std::move(scene));
+/// The scene of a case, with what the command line says of a schedule of the thesis's energy. None where one
+/// of its files is not on this machine, which is printed.
+std::optional<Scene> load(const Case& one, const ScheduleOverrides& overrides) {
+  try {
+    Scene scene = load_case(one);
+    if (scene.energy == EnergyModel::hdm) {
+      overrides.apply(scene);
+      limit_iterations(scene, one);
     }
-    constexpr int few = 5;
-    arguments.scenes = {"random"};
-    for (const Method& method : methods()) {
-      if (method.name != "icm") {
-        arguments.methods.emplace_back(method.name);
+    return scene;
+  } catch (const MissingFile& error) {
+    fmt::print("{} is left out: {}\n", one.scene, error.what());
+    return std::nullopt;
+  }
+}
+
+/// Without scenes and methods on the command line verify_cases(), those that have no size of their own at
+/// each of --sizes.
+std::vector<Scene> scenes_to_verify(const CommonArguments& arguments) {
+  std::vector<Scene> scenes;
+  if (are_all_to_verify(arguments)) {
+    std::vector<std::optional<Extent>> sizes(std::max<std::size_t>(arguments.sizes.size(), 1));
+    std::ranges::transform(arguments.sizes, sizes.begin(), parse_size);
+    for (Case one : verify_cases(arguments.quick)) {
+      for (const auto& size : one.size ? std::vector{one.size} : sizes) {
+        one.size = size;
+        if (std::optional<Scene> scene = load(one, arguments.schedule)) {
+          scenes.push_back(std::move(*scene));
+        }
       }
     }
-    for (Scene& scene : arguments.load_scenes({})) {
-      scene.schedule.iterations = std::min(scene.schedule.iterations, few);
-      scenes.push_back(std::move(scene));
-    }
-    arguments.scenes.clear();
-    arguments.methods = {std::string(elastic_conjugate_gradients)};
-    arguments.schedule = ScheduleOverrides{};
-    arguments.schedule.takes_elastic = true;
-    arguments.schedule.iterations = 2;
-    // A shorter run has a modulus at every site, and a region that is prescribed.
-    const std::vector<std::string> two{"random", "circular-radial"};
-    for (Scene& scene : arguments.load_scenes(arguments.quick ? two : shipped_scenes())) {
-      scenes.push_back(std::move(scene));
-    }
+  } else {
+    scenes = arguments.load_scenes(shipped_scenes());
   }
-  std::erase_if(scenes, [&](const Scene& scene) {
-    const bool has_cycles = scene.energy == EnergyModel::hdm && scene.schedule.cycle != Cycle::one_way;
-    const bool named = arguments.schedule.method.has_value(); // then verify() refuses it
-    return has_cycles && !named && cycles == Cycles::left_out;
-  });
   return scenes;
 }
 
@@ -110,10 +102,11 @@ const RankBackend* rank_backend(const std::vector<const Backend*>& backends, std
   return dynamic_cast<const RankBackend*>(*std::ranges::find(backends, name, &Backend::name));
 }
 
-/// Backends and scenes, judged and printed. `backends`: the reference first.
+/// Backends and scenes, judged and printed. `backends`: the reference first. `speaks`: shows progress.
 int verify_scenes(const VerifyArguments& arguments, Tier required, const std::string& line,
-                  const std::vector<const Backend*>& backends, const std::vector<Scene>& scenes) {
-  Progress progress;
+                  const std::vector<const Backend*>& backends, const std::vector<Scene>& scenes,
+                  bool speaks = true) {
+  Progress progress(speaks);
   VerifyOptions options{.session = arguments.session, .iteration_limit = std::nullopt};
   if (arguments.quick) {
     options.iteration_limit = quick_iterations;
@@ -200,7 +193,7 @@ int run_verify(const VerifyArguments& arguments, Tier required, const std::strin
 /// Without those that several ranks cannot compute, which it names, and where nobody chose with what sleeps
 /// on so many ranks.
 std::vector<Scene> scenes_for_ranks(const CommonArguments& arguments, int ranks) {
-  std::vector<Scene> scenes = scenes_to_verify(arguments, Cycles::kept);
+  std::vector<Scene> scenes = scenes_to_verify(arguments);
   if (are_all_to_verify(arguments)) {
     scenes.push_back(sleeping_pieces(ranks));
   }
@@ -215,37 +208,34 @@ std::vector<Scene> scenes_for_ranks(const CommonArguments& arguments, int ranks)
   return scenes;
 }
 
-/// Every backend on 1, 2, ... ranks, against scalar on the first one.
-int run_verify_on_ranks(const VerifyArguments& arguments, Tier required, const std::string& line,
-                        Ranks& ranks) {
-  const auto registry = make_backends();
-  Crew crew(ranks, registry, arguments.session);
-  if (!ranks.is_first()) {
-    crew.serve();
-    return success;
+/// Every backend on 1, 2, ... ranks, against scalar, which every rank computes for itself.
+int run_verify_on_ranks(VerifyArguments arguments, Tier required, const std::string& line, Ranks& ranks) {
+  if (ranks.is_first()) {
+    require_results_writable(arguments.json);
+    require_results_writable(arguments.junit);
+  } else { // results are the first one's to write
+    arguments.json.clear();
+    arguments.junit.clear();
   }
-  require_results_writable(arguments.json);
-  require_results_writable(arguments.junit);
+  const auto registry = make_backends();
   std::vector<std::string> names = arguments.backends;
   for (std::size_t i = 0; i < registry.size() && arguments.backends.empty(); ++i) {
     names.emplace_back(registry[i]->name());
   }
+  const SessionOptions asked = std::exchange(arguments.session, {});
   // Levels are shared out down to 8 x 8 sites a rank: below, one after the other has fewer ranks.
   constexpr std::size_t fewest_sites = 64;
   std::vector<std::unique_ptr<RankBackend>> shared;
   std::vector<const Backend*> backends{registry.front().get()};
   for (const std::string& name : names) {
     for (int pieces = 1; pieces <= ranks.size(); ++pieces) {
-      shared.push_back(std::make_unique<RankBackend>(
-          crew, backend_of_rank(registry, name, 0), name,
-          Sharing{.ranks = ranks.size(), .pieces = pieces, .fewest_sites = fewest_sites}));
+      const Sharing sharing{.pieces = pieces, .fewest_sites = fewest_sites};
+      shared.push_back(std::make_unique<RankBackend>(ranks, registry, name, asked, sharing));
       backends.push_back(shared.back().get());
     }
   }
-  const int status =
-      verify_scenes(arguments, required, line, backends, scenes_for_ranks(arguments, ranks.size()));
-  crew.dismiss();
-  return status;
+  return verify_scenes(arguments, required, line, backends, scenes_for_ranks(arguments, ranks.size()),
+                       ranks.is_first());
 }
 
 } // namespace

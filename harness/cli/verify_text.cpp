@@ -1,6 +1,5 @@
 #include "harness/cli/verify_text.hpp"
 
-#include "harness/check/tiers.hpp"
 #include "harness/check/verify_row.hpp"
 #include "harness/report/grouped.hpp"
 #include "harness/report/table.hpp"
@@ -49,7 +48,7 @@ void explain_disagreement(const Scene& scene, const Comparison& comparison,
     }
   }
   if (comparison.counts_differing > 0) {
-    fmt::print(scene.schedule.cycle != Cycle::one_way
+    fmt::print(scene.energy == EnergyModel::elastic
                    ? fmt::runtime("    {} sums over the image are wrong\n")
                    : fmt::runtime("    the number of changed sites was wrong after {} iterations\n"),
                grouped(comparison.counts_differing));
@@ -157,7 +156,7 @@ void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
       columns.push_back({fmt::format("differing, {}", name_of(mode))});
     }
   }
-  columns.push_back({scene.schedule.cycle != Cycle::one_way ? "wrong sums" : "wrong counts"});
+  columns.push_back({scene.energy == EnergyModel::elastic ? "wrong sums" : "wrong counts"});
   columns.push_back({"verdict", Table::Align::left});
   Table table(columns);
   for (const Modes modes : backends) {

@@ -1,102 +1,67 @@
 #include "harness/judge/run_row.hpp"
 
-#include "harness/scene/row_fields.hpp"
-
 #include <cmath>
 
 namespace hdmbench {
 
-static void list_fields(Fields& fields, RunRow::Pictures& pictures) {
-  fields.if_any("before", pictures.before);
-  fields.if_any("after", pictures.after);
-  fields.if_any("grid", pictures.grid);
-  fields.if_any("magnitude", pictures.magnitude);
-  fields.if_any("jacobian", pictures.jacobian);
-}
-
-static void list_fields(Fields& fields, PlanStep& step) {
-  fields("width", step.extent.width);
-  fields("height", step.extent.height);
-  fields("action", step.action);
-  fields("reason", step.reason);
-  fields("moved", NullIsNan{step.moved});
-  fields("seconds", step.seconds);
-  std::optional<double> error;
+/// What is not finite is null.
+static void to_json(nlohmann::json& written, const PlanStep& step) {
+  written = {{"width", step.extent.width}, {"height", step.extent.height}, {"action", step.action},
+             {"reason", step.reason},      {"moved", step.moved},          {"seconds", step.seconds}};
   if (std::isfinite(step.expected_error)) {
-    error = step.expected_error;
+    written["expected_error"] = step.expected_error;
   }
-  fields.if_any("expected_error", error);
-  step.expected_error = error.value_or(std::nan(""));
 }
 
-static void list_fields(Fields& fields, RunRow::PlanRow& plan) {
-  fields("scene", plan.scene);
-  fields("met", plan.met);
-  fields("fine_sweep_equivalents", plan.fine_sweep_equivalents);
-  fields("steps", plan.steps);
-  fields.if_any("asked_px", plan.asked_px);
-  fields.if_any("asked_seconds", plan.asked_seconds);
-  fields.if_any("estimated_px", plan.estimated_px);
+static void to_json(nlohmann::json& written, const RunRow::PlanRow& plan) {
+  written = {{"scene", plan.scene},
+             {"met", plan.met},
+             {"fine_sweep_equivalents", plan.fine_sweep_equivalents},
+             {"steps", plan.steps},
+             {"asked_px", plan.asked_px},
+             {"asked_seconds", plan.asked_seconds},
+             {"estimated_px", plan.estimated_px}};
 }
 
-void list_fields(Fields& fields, RankRow& row) {
-  fields("machine", row.machine);
-  fields("backend", row.backend);
-  fields("device", row.device);
-  fields("threads", row.threads);
-  fields("sites", row.sites);
-  fields("messages", row.messages);
-  fields("bytes", row.bytes);
-  fields("peak_memory", row.peak_memory);
+static void to_json(nlohmann::json& written, const RunRow::Pictures& pictures) {
+  for (const auto& [key, file] :
+       {std::pair("before", &pictures.before), std::pair("after", &pictures.after),
+        std::pair("grid", &pictures.grid), std::pair("magnitude", &pictures.magnitude),
+        std::pair("jacobian", &pictures.jacobian)}) {
+    if (!file->empty()) {
+      written[key] = *file;
+    }
+  }
 }
 
-void list_fields(Fields& fields, SharedLevelRow& row) {
-  fields("width", row.width);
-  fields("height", row.height);
-  fields("columns", row.columns);
-  fields("rows", row.rows);
-  fields("halo", row.halo);
-  fields("sweeps", row.sweeps);
-  fields("changed", row.changed);
-  fields("renewals", row.renewals);
-  fields("messages", row.messages);
-  fields("bytes", row.bytes);
-  fields.newer("seconds", row.seconds);
-  fields.newer("message_seconds", row.message_seconds);
-}
-
-void list_fields(Fields& fields, HaloCostsRow& row) {
-  fields("sites_per_second", row.sites_per_second);
-  fields("rim_sites_per_second", row.rim_sites_per_second);
-  fields("message_seconds", row.message_seconds);
-  fields("bytes_per_second", row.bytes_per_second);
-}
-
-void list_fields(Fields& fields, RunRow& row) {
-  fields("scene", row.scene);
-  fields("title", row.title);
-  fields("width", row.width);
-  fields("height", row.height);
-  fields("backend", row.backend);
-  fields("device", row.device);
-  fields("method", row.method);
-  fields("energy", row.energy);
-  fields("seconds", row.seconds);
-  fields("levels", row.levels);
-  fields("iterations", row.iterations);
-  fields("mean_energy", row.mean_energy);
-  fields("largest_displacement", row.largest_displacement);
-  fields("spacing", row.spacing);
-  fields.newer("placement", row.placement);
-  fields.newer("warnings", row.warnings);
-  fields.if_any("plan", row.plan);
-  fields.if_any("field", row.field);
-  fields.if_any("pictures", row.pictures);
-  fields.if_any("ranks", row.ranks);
-  fields.if_any("by_rank", row.by_rank);
-  fields.if_any("shared_levels", row.shared_levels);
-  fields.if_any("halo_costs", row.halo_costs);
-  fields.if_any("strains", row.strains);
+void to_json(nlohmann::json& written, const RunRow& row) {
+  written = {{"scene", row.scene},
+             {"title", row.title},
+             {"width", row.width},
+             {"height", row.height},
+             {"backend", row.backend},
+             {"device", row.device},
+             {"method", row.method},
+             {"energy", row.energy},
+             {"seconds", row.seconds},
+             {"levels", row.levels},
+             {"iterations", row.iterations},
+             {"mean_energy", row.mean_energy},
+             {"largest_displacement", row.largest_displacement},
+             {"spacing", row.spacing},
+             {"placement", row.placement},
+             {"warnings", row.warnings},
+             {"plan", row.plan},
+             {"pictures", row.pictures},
+             {"ranks", row.ranks}};
+  const auto add_if_any = [&](const char* key, const auto& values) {
+    if (!values.empty()) {
+      written[key] = values;
+    }
+  };
+  add_if_any("field", row.field);
+  add_if_any("by_rank", row.by_rank);
+  add_if_any("strains", row.strains);
 }
 
 RunRow::PlanRow plan_row(const Scene& scene, const Request& request, const Plan& plan) {

@@ -204,8 +204,7 @@ std::vector<int> thread_counts(int all) {
 
 std::vector<BenchRun> bench_runs(const Scene& scene, std::span<const Backend* const> backends,
                                  const BenchOptions& options) {
-  const Schedule& schedule = scene.schedule;
-  const bool may_skip = schedule.cycle == Cycle::one_way && why_left_out(Mode::active, scene).empty();
+  const bool may_skip = scene.energy == EnergyModel::hdm && why_left_out(Mode::active, scene).empty();
   std::vector<BenchRun> runs;
   for (const Backend* backend : backends) {
     const auto add = [&](int threads, Work work) {

@@ -5,6 +5,8 @@
 #include "harness/measure/roofline.hpp"
 #include "harness/solve/solve.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <cstdint>
 #include <iterator>
@@ -79,5 +81,14 @@ struct BenchRun {
 /// its schedule is another one while everything is compiled and run for the first time.
 [[nodiscard]] std::vector<BenchResult> bench(Scene& scene, std::span<const Backend* const> backends,
                                              const BenchOptions& options, Progress& progress);
+
+/// The result as it stands in a file. Null is what does not apply or was not measured. Of ceilings, and of
+/// what is compared with them, giga is 10^9.
+[[nodiscard]] nlohmann::json bench_row(const Scene& scene, const BenchResult& result);
+
+/// 10^6 site updates per second of compute; 0 without samples.
+[[nodiscard]] double msites_per_second(const BenchResult& result);
+/// "icm"; "icm-active" where sites that cannot change were left out.
+[[nodiscard]] std::string bench_method_name(const Scene& scene, const BenchResult& result);
 
 } // namespace hdmbench

@@ -1,7 +1,5 @@
-#include "harness/measure/bench_row.hpp"
-
-#include "harness/measure/choices.hpp"
-#include "harness/measure/median.hpp"
+#include "harness/measure/bench.hpp"
+#include "harness/measure/device_row.hpp"
 #include "harness/scene/row_fields.hpp"
 
 #include <algorithm>
@@ -11,92 +9,43 @@ namespace hdmbench {
 
 namespace {
 
-std::vector<double> in_giga(const std::vector<double>& rates) {
-  std::vector<double> values;
-  std::ranges::transform(rates, std::back_inserter(values), [](double rate) { return rate * 1e-9; });
+using nlohmann::json;
+
+constexpr double giga = 1e-9; ///< 10^9 of a unit in one
+
+json in_giga(const std::vector<double>& rates) {
+  json values = json::array();
+  std::ranges::transform(rates, std::back_inserter(values), [](double rate) { return rate * giga; });
   return values;
 }
 
-/// Of a solution's cost: per site update, and per second of compute.
-void add_cost(const BenchResult& result, BenchRow& row) {
-  if (result.cost && result.site_updates > 0.0 && row.compute_seconds > 0.0) {
-    row.bytes_per_site_update = result.cost->bytes / result.site_updates;
-    row.operations_per_site_update = result.cost->operations / result.site_updates;
-    row.gigabytes_per_second = result.cost->bytes / *row.compute_seconds * 1e-9;
-    row.gigaoperations_per_second = result.cost->operations / *row.compute_seconds * 1e-9;
+/// Of a solution's cost per site update and per second of compute, and what the device can do at most.
+void add_cost(const BenchResult& result, json& row) {
+  for (const char* const key : {"bytes_per_site_update", "operations_per_site_update", "gigabytes_per_second",
+                                "gigaoperations_per_second", "percent_of_ceiling", "binding", "ceiling"}) {
+    row[key] = nullptr;
+  }
+  const double seconds = median_seconds(result.samples, &Timings::compute);
+  if (result.cost && result.site_updates > 0.0 && seconds > 0.0) {
+    row["bytes_per_site_update"] = result.cost->bytes / result.site_updates;
+    row["operations_per_site_update"] = result.cost->operations / result.site_updates;
+    row["gigabytes_per_second"] = result.cost->bytes / seconds * giga;
+    row["gigaoperations_per_second"] = result.cost->operations / seconds * giga;
   }
   if (result.share) {
-    row.percent_of_ceiling = result.share->percent;
-    row.binding = result.share->binding;
+    row["percent_of_ceiling"] = result.share->percent;
+    row["binding"] = binding_names.at(static_cast<std::size_t>(result.share->binding));
   }
   if (result.ceilings) {
-    row.ceiling = {.copy_gigabytes_per_second = median(result.ceilings->copy_bytes_per_second) * 1e-9,
-                   .gigaoperations_per_second = median(result.ceilings->operations_per_second) * 1e-9,
-                   .copy_samples = in_giga(result.ceilings->copy_bytes_per_second),
-                   .operation_samples = in_giga(result.ceilings->operations_per_second)};
+    const Ceilings& most = *result.ceilings;
+    row["ceiling"] = {{"copy_gigabytes_per_second", median(most.copy_bytes_per_second) * giga},
+                      {"gigaoperations_per_second", median(most.operations_per_second) * giga},
+                      {"copy_samples", in_giga(most.copy_bytes_per_second)},
+                      {"operation_samples", in_giga(most.operations_per_second)}};
   }
 }
 
 } // namespace
-
-static void list_fields(Fields& fields, BenchRow::Ceiling& ceiling) {
-  fields.newer("copy_gigabytes_per_second", ceiling.copy_gigabytes_per_second);
-  fields.newer("gigaoperations_per_second", ceiling.gigaoperations_per_second);
-  fields.newer("copy_samples", ceiling.copy_samples);
-  fields.newer("operation_samples", ceiling.operation_samples);
-}
-
-void list_fields(Fields& fields, BenchRow& row) {
-  fields("scene", row.scene);
-  fields("width", row.width);
-  fields("height", row.height);
-  fields("backend", row.backend);
-  fields("device", row.device);
-  fields.newer("driver", row.driver);
-  fields("method", row.method);
-  fields.newer("work", row.work);
-  fields.newer("threads", row.threads);
-  fields.newer("effort", row.effort);
-  fields("iterations", row.iterations);
-  fields.newer("fine_sweep_equivalents", row.fine_sweep_equivalents);
-  fields("seconds", row.seconds);
-  fields("seconds_median", row.seconds_median);
-  fields("msites_per_second", row.msites_per_second);
-  fields("setup_seconds", row.setup_seconds);
-  fields("projection_seconds", row.projection_seconds);
-  fields("upload_seconds", row.upload_seconds);
-  fields("compute_seconds", row.compute_seconds);
-  fields("readback_seconds", row.readback_seconds);
-  fields.newer("reference", row.reference);
-  fields("speed_up_over_scalar", row.speed_up_over_scalar);
-  fields.newer("speed_up_over_dense", row.speed_up_over_dense);
-  fields("valid", row.valid);
-  fields("reason", row.reason);
-  fields.newer("peak_memory_bytes", row.peak_memory_bytes);
-  fields.newer("bytes_per_site", row.bytes_per_site);
-  fields.newer("choices", row.choices);
-  fields.newer("bytes_per_site_update", row.bytes_per_site_update);
-  fields.newer("operations_per_site_update", row.operations_per_site_update);
-  fields.newer("gigabytes_per_second", row.gigabytes_per_second);
-  fields.newer("gigaoperations_per_second", row.gigaoperations_per_second);
-  fields.newer("percent_of_ceiling", row.percent_of_ceiling);
-  fields.newer("binding", row.binding);
-  fields.newer("ceiling", row.ceiling);
-  if (fields.reading() && !row.valid.value_or(false)) {
-    row.speed_up_over_scalar.reset();
-  }
-  if (fields.reading() && !row.counts()) {
-    row.speed_up_over_dense.reset();
-  }
-}
-
-void require_consistent(const BenchRow& row) {
-  if (!row.counts()) {
-    return;
-  }
-  refuse_if(row.width == 0 || row.height == 0, "width", "and \"height\" of a valid row must be at least 1");
-  require_samples(row.seconds, row.seconds_median);
-}
 
 double msites_per_second(const BenchResult& result) {
   const double seconds = median_seconds(result.samples, &Timings::compute);
@@ -107,46 +56,42 @@ std::string bench_method_name(const Scene& scene, const BenchResult& result) {
   return method_name(scene) + (result.work == Work::active ? "-active" : "");
 }
 
-BenchRow bench_row(const Scene& scene, const BenchResult& result) {
+json bench_row(const Scene& scene, const BenchResult& result) {
   const auto part = [&](auto which) { return median_seconds(result.samples, which); };
-  BenchRow row{
-      .scene = scene.name,
-      .width = scene.extent().width,
-      .height = scene.extent().height,
-      .backend = result.backend,
-      .device = result.device.name,
-      .driver = result.device.driver,
-      .method = bench_method_name(scene, result),
-      .work = result.work,
-      .effort = scene.schedule.iterations,
-      .iterations = result.iterations,
-      .fine_sweep_equivalents = result.site_updates / static_cast<double>(scene.extent().sites()),
-      .seconds = {},
-      .seconds_median = part(&Timings::total),
-      .msites_per_second = msites_per_second(result),
-      .setup_seconds = result.setup_seconds,
-      .projection_seconds = part(&Timings::projection),
-      .upload_seconds = part(&Timings::upload),
-      .compute_seconds = part(&Timings::compute),
-      .readback_seconds = part(&Timings::readback),
-      .speed_up_over_dense = result.speed_up_over_dense,
-      .reason = result.reason,
-      .peak_memory_bytes = result.peak_memory_bytes,
-      .bytes_per_site = result.bytes_per_site,
-      .choices = result.choices,
-  };
-  std::ranges::transform(result.samples, std::back_inserter(row.seconds), &Timings::total);
-  if (result.threads > 0) {
-    row.threads = result.threads;
+  const bool was_compared = !result.reference.empty();
+  json row{{"scene", scene.name},
+           {"width", scene.extent().width},
+           {"height", scene.extent().height},
+           {"backend", result.backend},
+           {"device", result.device.name},
+           {"driver", result.device.driver},
+           {"method", bench_method_name(scene, result)},
+           {"work", work_names.at(static_cast<std::size_t>(result.work))},
+           {"threads", result.threads > 0 ? json(result.threads) : json()},
+           {"effort", scene.schedule.iterations},
+           {"iterations", result.iterations},
+           {"fine_sweep_equivalents", result.site_updates / static_cast<double>(scene.extent().sites())},
+           {"seconds", json::array()},
+           {"seconds_median", part(&Timings::total)},
+           {"msites_per_second", msites_per_second(result)},
+           {"setup_seconds", result.setup_seconds},
+           {"projection_seconds", part(&Timings::projection)},
+           {"upload_seconds", part(&Timings::upload)},
+           {"compute_seconds", part(&Timings::compute)},
+           {"readback_seconds", part(&Timings::readback)},
+           {"reference", was_compared ? json(result.reference) : json()},
+           {"speed_up_over_scalar", result.reference == "scalar" ? json(result.speed_up) : json()},
+           {"speed_up_over_dense", result.speed_up_over_dense},
+           {"valid", was_compared || result.samples.empty() ? json(result.valid) : json()},
+           {"reason", result.reason},
+           {"peak_memory_bytes", result.peak_memory_bytes},
+           {"bytes_per_site", result.bytes_per_site},
+           {"choices", json::array()}};
+  for (const Timings& sample : result.samples) {
+    row["seconds"].push_back(sample.total());
   }
-  if (!result.reference.empty()) {
-    row.reference = result.reference;
-  }
-  if (result.reference == "scalar") {
-    row.speed_up_over_scalar = result.speed_up;
-  }
-  if (!result.reference.empty() || result.samples.empty()) {
-    row.valid = result.valid;
+  for (const Choice& choice : result.choices) {
+    row["choices"].push_back(to_json_row(choice));
   }
   add_cost(result, row);
   return row;

@@ -1,7 +1,7 @@
 #include "harness/measure/choice_cache.hpp"
 
-#include "harness/measure/choices.hpp"
 #include "harness/measure/context.hpp"
+#include "harness/measure/device_row.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/row_fields.hpp"
 #include "kernels/data/input_error.hpp"

@@ -1,6 +1,7 @@
 #include "harness/measure/comparison.hpp"
 
 #include "harness/measure/median.hpp"
+#include "harness/scene/row_fields.hpp"
 
 #include <fmt/format.h>
 
@@ -10,6 +11,28 @@
 #include <numbers>
 
 namespace hdmbench {
+
+void list_fields(Fields& fields, TimedRow& row) {
+  fields("scene", row.scene);
+  fields("width", row.width);
+  fields("height", row.height);
+  fields("backend", row.backend);
+  fields("device", row.device);
+  fields("method", row.method);
+  fields.newer("threads", row.threads);
+  fields("iterations", row.iterations);
+  fields("seconds", row.seconds);
+  fields("seconds_median", row.seconds_median);
+  fields("valid", row.valid);
+  fields("reason", row.reason);
+}
+
+void require_consistent(const TimedRow& row) {
+  if (row.counts()) {
+    refuse_if(row.width == 0 || row.height == 0, "width", "and \"height\" of a valid row must be at least 1");
+    require_samples(row.seconds, row.seconds_median);
+  }
+}
 
 double chance_of_larger(std::span<const double> first, std::span<const double> second) {
   const auto m = static_cast<double>(first.size());
@@ -57,15 +80,15 @@ bool ComparedRow::passes() const {
   return found && remark.empty() && (found->change == Change::faster || found->change == Change::not_slower);
 }
 
-std::vector<ComparedRow> compare_rows(std::span<const BenchRow> before, std::span<const BenchRow> after,
+std::vector<ComparedRow> compare_rows(std::span<const TimedRow> before, std::span<const TimedRow> after,
                                       double tolerance) {
   std::vector<ComparedRow> rows;
-  for (const BenchRow& old : before) {
+  for (const TimedRow& old : before) {
     if (!old.counts() || old.seconds.empty()) {
       continue;
     }
     ComparedRow& row = rows.emplace_back(ComparedRow{.row = old});
-    const auto found = std::ranges::find_if(after, [&](const BenchRow& other) {
+    const auto found = std::ranges::find_if(after, [&](const TimedRow& other) {
       return other.scene == old.scene && other.width == old.width && other.height == old.height &&
              other.backend == old.backend && other.method == old.method &&
              (!other.threads || !old.threads || other.threads == old.threads);

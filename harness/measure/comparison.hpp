@@ -1,9 +1,8 @@
 #pragma once
 
-#include "harness/measure/bench_row.hpp"
-
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -13,6 +12,31 @@
 /// Timings of before and after a change. What goes beyond one test of ranks is for Google Benchmark's
 /// compare.py, which reads bench --benchmark-json.
 namespace hdmbench {
+
+class Fields;
+
+/// What a comparison reads of a row of `bench`'s results.
+struct TimedRow {
+  std::string scene;
+  std::int64_t width = 0;
+  std::int64_t height = 0;
+  std::string backend;
+  std::string device;
+  std::string method;           ///< "icm"; "icm-active" where sites that cannot change were left out
+  std::optional<int> threads{}; ///< of the CPU
+  std::int64_t iterations = 0;
+  std::vector<double> seconds; ///< raw samples; never empty where counts()
+  std::optional<double> seconds_median{};
+  std::optional<bool> valid{}; ///< none: nobody compared the field, which is too large for scalar
+  std::string reason{};
+
+  /// The timing counts: no other backend found another field.
+  [[nodiscard]] bool counts() const { return valid.value_or(true); }
+};
+
+void list_fields(Fields& fields, TimedRow& row);
+/// Throws Contradiction where a row counts without samples or with another median.
+void require_consistent(const TimedRow& row);
 
 enum class Change {
   faster,       ///< the new samples are smaller
@@ -44,7 +68,7 @@ struct ChangeOfTimes {
 
 /// One computation, timed before and after.
 struct ComparedRow {
-  BenchRow row; ///< what was computed, as the old side has it
+  TimedRow row; ///< what was computed, as the old side has it
   std::size_t new_samples = 0;
   std::optional<ChangeOfTimes> found{}; ///< none where it cannot be compared
   std::string remark{};                 ///< why not, or what differs beside the time
@@ -55,7 +79,7 @@ struct ComparedRow {
 
 /// Every row with timings of the old side with the row of the new side that has the same scene, size,
 /// backend, method and, where both tell, threads. Rows that only the new side has are left out.
-[[nodiscard]] std::vector<ComparedRow> compare_rows(std::span<const BenchRow> before,
-                                                    std::span<const BenchRow> after, double tolerance);
+[[nodiscard]] std::vector<ComparedRow> compare_rows(std::span<const TimedRow> before,
+                                                    std::span<const TimedRow> after, double tolerance);
 
 } // namespace hdmbench

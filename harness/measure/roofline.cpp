@@ -9,8 +9,8 @@ namespace hdmbench {
 
 std::vector<LevelWork> level_work(const Scene& scene) {
   const Schedule& schedule = scene.schedule;
-  if (schedule.rule != Rule::steps || scene.full.update != Update::simultaneous ||
-      schedule.stop != Stop::fixed || schedule.cycle != Cycle::one_way || schedule.mean_modulus) {
+  if (scene.energy != EnergyModel::hdm || schedule.rule != Rule::steps ||
+      scene.full.update != Update::simultaneous || schedule.stop != Stop::fixed || schedule.mean_modulus) {
     return {};
   }
   const LevelSequence levels(scene);

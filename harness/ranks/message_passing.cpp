@@ -2,7 +2,6 @@
 
 #include "harness/ranks/launch.hpp"
 #include "harness/solve/stopwatch.hpp"
-#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 #include <mpi.h>
@@ -41,44 +40,6 @@ int count_of(std::size_t elements) {
   }
   return static_cast<int>(elements);
 }
-
-class MpiFile final : public SharedFile {
-public:
-  explicit MpiFile(const std::filesystem::path& file) : name_(file.string()) {
-    check(MPI_File_open(MPI_COMM_SELF, name_.c_str(), MPI_MODE_WRONLY, MPI_INFO_NULL, &file_));
-  }
-  ~MpiFile() override {
-    if (file_ != MPI_FILE_NULL) {
-      MPI_File_close(&file_);
-    }
-  }
-
-  void write_at(std::uint64_t offset, std::span<const std::byte> bytes) override {
-    MPI_Status status;
-    const int count = count_of(bytes.size());
-    check(MPI_File_write_at(file_, static_cast<MPI_Offset>(offset), bytes.data(), count, MPI_BYTE, &status));
-    int written = 0;
-    MPI_Get_count(&status, MPI_BYTE, &written);
-    if (written != count) {
-      throw InputError(fmt::format("{}: {} of {} bytes were written (disk full?)", name_, written, count));
-    }
-  }
-
-  void close() override {
-    check(MPI_File_sync(file_));
-    check(MPI_File_close(&file_));
-  }
-
-private:
-  void check(int error) const {
-    if (error != MPI_SUCCESS) {
-      throw InputError(fmt::format("{} cannot be written: {}", name_, words(error)));
-    }
-  }
-
-  std::string name_;
-  MPI_File file_ = MPI_FILE_NULL;
-};
 
 class MpiRanks final : public Ranks {
 public:
@@ -144,16 +105,6 @@ public:
     return all;
   }
 
-  void broadcast(std::vector<std::byte>& bytes) override {
-    std::uint64_t size = bytes.size();
-    wait_patiently(
-        [&](MPI_Request* request) { return MPI_Ibcast(&size, 1, MPI_UINT64_T, 0, MPI_COMM_WORLD, request); });
-    bytes.resize(size);
-    wait_patiently([&](MPI_Request* request) {
-      return MPI_Ibcast(bytes.data(), count_of(bytes.size()), MPI_BYTE, 0, MPI_COMM_WORLD, request);
-    });
-  }
-
   std::vector<std::string> gather(const std::string& own) override {
     const int length = count_of(own.size());
     std::vector<int> lengths(is_first() ? static_cast<std::size_t>(size_) : 0);
@@ -171,10 +122,6 @@ public:
     return texts;
   }
 
-  std::unique_ptr<SharedFile> open(const std::filesystem::path& file) override {
-    return std::make_unique<MpiFile>(file);
-  }
-
   void give_way() const override {
     if (!is_first()) {
       std::this_thread::sleep_for(std::chrono::milliseconds(300 + 20 * std::min(rank_, 50)));
@@ -187,36 +134,23 @@ public:
   }
 
 private:
-  /// MPI's own waiting keeps the processor busy. Returns false where that took longer than `seconds`.
-  template <typename Begin>
-  static bool wait_patiently(const Begin& begin, double seconds = std::numeric_limits<double>::infinity()) {
-    const auto began = std::chrono::steady_clock::now();
-    MPI_Request request = MPI_REQUEST_NULL;
-    require(begin(&request), "MPI_Ibcast or MPI_Ibarrier");
-    int done = 0;
-    for (int tries = 0; done == 0; ++tries) {
-      require(MPI_Test(&request, &done, MPI_STATUS_IGNORE), "MPI_Test");
-      if (tries > 100) {
-        std::this_thread::sleep_for(std::chrono::microseconds(100));
-      }
-      if (std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count() > seconds) {
-        return false;
-      }
-    }
-    return true;
-  }
-
   /// MPI_Init is over on all ranks. One that had no memory for messages within its machine then listens
   /// elsewhere, and what the others send it is lost.
   void require_that_all_answer() const {
     constexpr double seconds = 10.0;
-    if (!wait_patiently([](MPI_Request* request) { return MPI_Ibarrier(MPI_COMM_WORLD, request); },
-                        seconds)) {
-      give_way();
-      throw DeviceError(
-          fmt::format("not all ranks answered within {:g} s after MPI had started them; has each "
-                      "enough memory (ulimit -v)?",
-                      seconds));
+    const Clock clock;
+    MPI_Request request = MPI_REQUEST_NULL;
+    require(MPI_Ibarrier(MPI_COMM_WORLD, &request), "MPI_Ibarrier");
+    for (int done = 0; done == 0;) {
+      require(MPI_Test(&request, &done, MPI_STATUS_IGNORE), "MPI_Test");
+      std::this_thread::sleep_for(std::chrono::microseconds(100));
+      if (done == 0 && clock.seconds() > seconds) {
+        give_way();
+        throw DeviceError(
+            fmt::format("not all ranks answered within {:g} s after MPI had started them; has each "
+                        "enough memory (ulimit -v)?",
+                        seconds));
+      }
     }
   }
 

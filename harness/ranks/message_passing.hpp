@@ -1,12 +1,11 @@
 #pragma once
 
 #include "backends/shared/piece_sweeps.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <memory>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -17,20 +16,6 @@ struct Traffic {
   std::int64_t messages = 0;
   std::int64_t bytes = 0;
   double seconds = 0.0; ///< until they were there, and what others sent: with waiting for others
-};
-
-/// A file that is there and that every rank writes its own parts of, by MPI-IO, each for itself: so that one
-/// that fails keeps no other one waiting. Throws InputError in the words of MPI.
-class SharedFile {
-public:
-  SharedFile() = default;
-  SharedFile(const SharedFile&) = delete;
-  SharedFile& operator=(const SharedFile&) = delete;
-  virtual ~SharedFile() = default;
-
-  virtual void write_at(std::uint64_t offset, std::span<const std::byte> bytes) = 0;
-  /// What was written is then in the file.
-  virtual void close() = 0;
 };
 
 /// The processes that mpirun started together; piece i of a cut image is computed by rank i. What is called
@@ -52,13 +37,10 @@ public:
     return piece == static_cast<std::size_t>(rank());
   }
 
-  /// Collective: what the first rank has, to all. Who waits for long leaves its processor to others.
-  virtual void broadcast(std::vector<std::byte>& bytes) = 0;
   /// Collective: the text of every rank, by rank, on the first one; nothing on the others.
   [[nodiscard]] virtual std::vector<std::string> gather(const std::string& own) = 0;
   /// Collective.
   [[nodiscard]] virtual double largest(double own) = 0;
-  [[nodiscard]] virtual std::unique_ptr<SharedFile> open(const std::filesystem::path& file) = 0;
   /// By exchange(), so far.
   [[nodiscard]] virtual Traffic traffic() const = 0;
   /// Ends all ranks. Those behind the first one wait a moment, so that where all meet the same error only the
@@ -66,5 +48,16 @@ public:
   virtual void give_way() const = 0;
   [[noreturn]] virtual void end_all(int status) = 0;
 };
+
+/// Returns call(). An error of this rank's device becomes an InputError in its words: who takes a DeviceError
+/// for a device that is left out would go on without the other ranks.
+template <typename Call>
+decltype(auto) ended_by_error_of_one(const Call& call) {
+  try {
+    return call();
+  } catch (const DeviceError& error) {
+    throw InputError(error.what());
+  }
+}
 
 } // namespace hdmbench

@@ -1,96 +1,127 @@
 #include "harness/ranks/rank_backend.hpp"
 
+#include "backends/shared/cut_rows.hpp"
+#include "harness/ranks/rank_devices.hpp"
+#include "harness/ranks/rank_elastic.hpp"
+#include "harness/ranks/redistribution.hpp"
+
 #include <fmt/format.h>
 
+#include <optional>
 #include <utility>
 
 namespace hdmbench {
 
 namespace {
 
-/// Hands every call to the crew.
+/// A session that all ranks have together: each sweeps over its piece, halos come from the others.
 class RankSession final : public Session {
 public:
-  RankSession(Crew& crew, int session) : crew_(crew), session_(session) {}
-  ~RankSession() override { crew_.close(session_); }
+  RankSession(Ranks& ranks, const Sharing& sharing, const faults::RankFault& fault,
+              std::unique_ptr<Session> own)
+      : ranks_(ranks), rank_(static_cast<std::size_t>(ranks.rank())), sharing_(sharing), fault_(fault),
+        halos_(ranks, fault, rank_), session_(std::move(own)) {}
 
 private:
-  void do_load(const Level& level) override { crew_.load(session_, level); }
-  void do_write(const VectorField& displacement) override { crew_.write(session_, displacement); }
-  void do_step(int /*first*/, int sweeps) override { crew_.step(session_, sweeps); }
-  void do_read(VectorField& displacement) override { crew_.read(session_, displacement); }
-  std::int64_t do_changed() override { return crew_.changed(session_); }
-  void do_load_pyramid(const Pyramid& pyramid) override { crew_.load(session_, pyramid); }
-  void do_solve(const Advance& advance) override { crew_.solve(session_, advance); }
-
-  Crew& crew_;
-  int session_;
-};
-
-/// The same of the elastic energy.
-class RankElasticSession final : public ElasticSession {
-  using Call = ElasticOrder::Call;
-
-public:
-  RankElasticSession(Crew& crew, int session) : crew_(crew), session_(session) {}
-  ~RankElasticSession() override { crew_.close(session_); }
-
-  void load(const ElasticHierarchy& hierarchy) override { crew_.load(session_, hierarchy); }
-  void write(int level, ElasticField field, const VectorField& values) override {
-    crew_.call(session_, {.call = Call::write, .level = level, .first = field}, &values);
-  }
-  void read(int level, ElasticField field, VectorField& values) const override {
-    crew_.call(session_, {.call = Call::read, .level = level, .first = field}, nullptr, &values);
-  }
-  void relax(int level, ElasticField field) override { call(Call::relax, level, field); }
-  void relax_from_zero(int level) override { call(Call::relax_from_zero, level); }
-  void forces(ElasticField of, ElasticField to) override {
-    crew_.call(session_, {.call = Call::forces, .first = of, .second = to});
-  }
-  void restrict_residual(int level, ElasticField of) override { call(Call::restrict_residual, level, of); }
-  void restrict_load(int level) override { call(Call::restrict_load, level); }
-  void interpolate(int level) override { call(Call::interpolate, level); }
-  void correct(int level, ElasticField field) override { call(Call::correct, level, field); }
-  void solve_coarsest() override { call(Call::solve_coarsest, 0); }
-  void advance(ElasticField to, ElasticField value, float factor, ElasticField direction) override {
-    crew_.call(session_,
-               {.call = Call::advance, .first = to, .second = value, .third = direction, .factor = factor});
-  }
-  float dot(ElasticField first, ElasticField second) const override {
-    return crew_.call(session_, {.call = Call::dot, .first = first, .second = second});
+  void do_load(const Level& level) override {
+    extent_ = level.extent;
+    share_ = sharing_.level(level.extent, level.rule == Rule::annealing);
+    std::vector<PieceSweeps::Own> own;
+    if (rank_ < share_.cut.pieces.size()) {
+      Level piece = part_of(level, share_.loaded[rank_]);
+      piece.seed = seed_from_row(level.seed, share_.loaded[rank_].top);
+      if (fault_.in_level) {
+        fault_.in_level(piece, rank_);
+      }
+      ended_by_error_of_one([&] { session_->load(piece); });
+      own.push_back({rank_, session_.get()});
+    }
+    sweeps_.emplace(share_.cut, std::move(own), halos_);
   }
 
-private:
-  void call(Call call, int level, ElasticField field = ElasticField::correction) {
-    crew_.call(session_, {.call = call, .level = level, .first = field});
+  void do_write(const VectorField& displacement) override {
+    ended_by_error_of_one([&] {
+      for (const PieceSweeps::Own& own : sweeps_.value().own()) {
+        own.session->write(part_of(displacement, share_.loaded[rank_]));
+      }
+    });
+    sweeps_->written();
   }
 
-  Crew& crew_;
-  int session_;
+  /// The sessions number their sweeps as this one does.
+  void do_step(int /*first*/, int sweeps) override {
+    ended_by_error_of_one([&] {
+      sweeps_.value().sweep(sweeps - 1);
+      sweeps_->sweep_and_count();
+    });
+  }
+
+  void do_read(VectorField& displacement) override {
+    const Rectangle& owned = share_.owned[rank_];
+    VectorField values(owned.extent());
+    ended_by_error_of_one([&] {
+      for (const PieceSweeps::Own& own : sweeps_.value().own()) {
+        const FieldPart part{local(sweeps_->piece(own), owned), values.x, values.y};
+        own.session->read_parts(std::span(&part, 1));
+      }
+    });
+    displacement = redistribute(ranks_, rank_, share_.owned, all_on_each(extent_, ranks_.size()), values);
+  }
+
+  std::int64_t do_changed() override { return halos_.sum(sweeps_.value().changed()); }
+
+  Ranks& ranks_;
+  std::size_t rank_;
+  Sharing sharing_;
+  faults::RankFault fault_;
+  faults::FaultyExchange halos_;
+  std::unique_ptr<Session> session_;
+  Extent extent_{};
+  LevelShare share_;
+  std::optional<PieceSweeps> sweeps_; ///< of the level that was loaded
 };
 
 } // namespace
 
-RankBackend::RankBackend(Crew& crew, const Backend& first, std::string backends, Sharing sharing,
-                         std::string fault)
-    : crew_(crew), first_(first), backends_(std::move(backends)), sharing_(sharing), fault_(std::move(fault)),
-      name_(fmt::format("{} on {} ranks", backends_, sharing_.pieces)) {
-  sharing_.ranks = crew.ranks();
+RankBackend::RankBackend(Ranks& ranks, const std::vector<std::unique_ptr<Backend>>& registry,
+                         std::string names, SessionOptions asked, Sharing sharing, faults::RankFault fault)
+    : ranks_(ranks), first_(backend_of_rank(registry, names, 0)),
+      own_(backend_of_rank(registry, names, ranks.rank())), backends_(std::move(names)),
+      asked_(std::move(asked)), sharing_(sharing), fault_(std::move(fault)),
+      name_(fmt::format("{} on {} ranks", backends_, sharing.pieces)) {
+  sharing_.ranks = ranks.size();
+  try {
+    asked_ = options_of_rank(asked_, own_, ranks);
+    device_ = own_.device(asked_);
+  } catch (const DeviceError& error) {
+    absence_ = error.what();
+  }
+  if (ranks.largest(absence_.empty() ? 0.0 : 1.0) > 0.0 && absence_.empty()) {
+    absence_ = "another rank has no such device";
+  }
+  has_elastic_ = ranks.largest(own_.has_elastic() ? 0.0 : 1.0) == 0.0;
+}
+
+std::vector<Device> RankBackend::devices() const {
+  if (!absence_.empty()) {
+    throw DeviceError(absence_);
+  }
+  return {device_};
 }
 
 std::unique_ptr<Session> RankBackend::do_open(std::size_t /*index*/, const SessionOptions& options) const {
-  return std::make_unique<RankSession>(
-      crew_, crew_.open(EnergyModel::hdm, backends_, options.work, sharing_, fault_));
-}
-
-WholeMethod::Solved RankBackend::solve(const Scene& scene) const {
-  return crew_.solve(scene, backends_, sharing_, fault_);
+  SessionOptions own = asked_;
+  own.work = options.work;
+  std::unique_ptr<Session> session = ended_by_error_of_one([&] { return own_.open(own); });
+  if (fault_.in_active_session && options.work == Work::active) {
+    session = fault_.in_active_session(std::move(session));
+  }
+  return std::make_unique<RankSession>(ranks_, sharing_, fault_, std::move(session));
 }
 
 std::unique_ptr<ElasticSession> RankBackend::do_open_elastic(std::size_t /*index*/,
-                                                             const SessionOptions& options) const {
-  const int session = crew_.open(EnergyModel::elastic, backends_, options.work, sharing_, fault_);
-  return std::make_unique<RankElasticSession>(crew_, session);
+                                                             const SessionOptions& /*options*/) const {
+  return open_elastic_on_ranks(ranks_, sharing_, fault_, [this] { return own_.open_elastic(asked_); });
 }
 
 } // namespace hdmbench

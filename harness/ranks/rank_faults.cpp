@@ -4,6 +4,7 @@
 #include "harness/check/compare.hpp"
 #include "harness/check/resting_tiles.hpp"
 #include "harness/ranks/rank_backend.hpp"
+#include "harness/ranks/rank_devices.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
 
@@ -11,11 +12,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <iterator>
 #include <map>
 #include <numeric>
-#include <stdexcept>
 #include <tuple>
 
 namespace hdmbench::faults {
@@ -101,26 +100,6 @@ void add_up(std::vector<Parcel>& arrived) {
   }
 }
 
-/// The same of numbers in double, one a row of the level, two floats each.
-void add_up_rows(std::vector<Parcel>& arrived) {
-  for (Parcel& parcel : arrived) {
-    if (parcel.way.sites.width == 2) {
-      std::vector<double> rows(parcel.values.size() / 2);
-      std::memcpy(rows.data(), parcel.values.data(), rows.size() * sizeof(double));
-      const double sum = std::accumulate(rows.begin(), rows.end(), 0.0);
-      std::ranges::fill(rows, 0.0);
-      rows.front() = sum;
-      std::memcpy(parcel.values.data(), rows.data(), rows.size() * sizeof(double));
-    }
-  }
-}
-
-void forget(std::vector<Parcel>& arrived) {
-  for (Parcel& parcel : arrived) {
-    std::ranges::fill(parcel.values, 0.0F);
-  }
-}
-
 /// Sound, but that a tile of 16 x 16 at rest is not woken by a halo that write_parts() renews in it.
 class UnwokenTiles final : public Session {
 public:
@@ -160,20 +139,12 @@ private:
   std::int64_t changed_ = 0;
 };
 
-RankFault of_method(std::string_view method, RankFault fault) {
-  fault.name = fmt::format("{}-{}", method, fault.name);
-  fault.method = method;
-  return fault;
-}
-
-/// What is not in the list below by itself.
+/// The same of the elastic energy.
 RankFault elastic(RankFault fault) {
   fault.name = "elastic-" + fault.name;
   fault.method = elastic_conjugate_gradients;
   return fault;
 }
-
-} // namespace
 
 std::vector<RankFault> rank_faults() {
   const std::vector<RankFault> in_halos{
@@ -207,43 +178,28 @@ std::vector<RankFault> rank_faults() {
   one_row_short.fewest_sites = 300;
   all.push_back(elastic({.name = "other-modulus",
                          .what = "the second rank's tissue is stiffer by the last digit",
-                         .in_level = [](Level& level, std::size_t rank) {
-                           for (float& modulus : level.modulus.values) {
-                             modulus = rank == 1 ? std::nextafter(modulus, 2.0F * modulus) : modulus;
+                         .in_sheet = [](ElasticHierarchy& sheet, std::size_t rank) {
+                           for (ElasticLevel& level : sheet.levels) {
+                             for (std::vector<float>& moment : level.moments) {
+                               std::ranges::transform(moment, moment.begin(), [rank](float value) {
+                                 return rank == 1 ? std::nextafter(value, 2.0F * value) : value;
+                               });
+                             }
                            }
                          }}));
   all.push_back(elastic({.name = "sum-in-rank-order",
                          .what = "a dot product is the sum of each rank's own sum",
                          .in_sums = add_up}));
-  for (const RankFault& fault : in_halos) {
-    all.push_back(of_method("multigrid", fault));
-  }
-  all.push_back(of_method("krylov", {.name = "sum-in-rank-order",
-                                     .what = "a dot product is the sum of each rank's own sum",
-                                     .in_sums = add_up_rows}));
-  all.push_back(of_method("annealing", {.name = "other-first-row",
-                                        .what = "the second rank's random numbers are those of other rows",
-                                        .in_level = [](Level& level, std::size_t rank) {
-                                          level.seed = seed_from_row(level.seed, rank == 1 ? 1 : 0);
-                                        }}));
-  all.push_back(of_method("cascade", {.name = "sums-of-moduli-forgotten",
-                                      .what = "a mean lacks the rows of the rank above",
-                                      .ranks = 3, // two share no row of a level of the images of `faults`
-                                      .in_sums = forget}));
+  all.push_back(
+      {.name = "annealing-other-first-row",
+       .what = "the second rank's random numbers are those of other rows",
+       .in_level = [](Level& level,
+                      std::size_t rank) { level.seed = seed_from_row(level.seed, rank == 1 ? 1 : 0); },
+       .method = "annealing"});
   return all;
 }
 
-RankFault find_rank_fault(std::string_view name) {
-  if (name.empty()) {
-    return {};
-  }
-  const std::vector<RankFault> all = rank_faults();
-  const auto found = std::ranges::find(all, name, &RankFault::name);
-  if (found == all.end()) {
-    throw std::out_of_range("there is no such fault of ranks");
-  }
-  return *found;
-}
+} // namespace
 
 std::vector<Parcel> FaultyExchange::exchange(std::span<const Transfer> ways, std::vector<Parcel> leaving,
                                              int arrays) {
@@ -260,37 +216,39 @@ std::int64_t FaultyExchange::sum(std::int64_t own) {
   return sound_.sum(fault_.in_count ? fault_.in_count(own, rank_) : own);
 }
 
-std::vector<Planted> planted_on_ranks(Crew& crew, const Backend& first, std::string_view backends,
-                                      int ranks) {
-  const auto planted = [&](const RankFault& one, Expected expected) {
-    const std::string fault = expected == Expected::let_through ? "" : one.name;
+std::vector<Planted> planted_on_ranks(Ranks& ranks, const std::vector<std::unique_ptr<Backend>>& registry,
+                                      const std::string& backends) {
+  const bool on_cpu = backend_of_rank(registry, backends, 0).threads({}) > 0;
+  const auto planted = [&](const RankFault& fault, Expected expected) {
     // As small as a piece can be, so that small scenes are cut, too; and halos as narrow.
-    const Sharing sharing{.pieces = ranks,
-                          .fewest_sites = one.fewest_sites,
-                          .halo = find_method(one.method).energy == EnergyModel::hdm ? 0 : 2};
-    return Planted{.name = one.name,
-                   .what = one.what,
-                   .backend = std::string(backends),
+    const Sharing sharing{.pieces = ranks.size(),
+                          .fewest_sites = fault.fewest_sites,
+                          .halo = find_method(fault.method).energy == EnergyModel::hdm ? 0 : 2};
+    return Planted{.name = fault.name,
+                   .what = fault.what,
+                   .backend = backends,
                    .layer = Layer::ranks,
-                   .on_cpu = first.threads({}) > 0,
+                   .on_cpu = on_cpu,
                    .expected = expected,
-                   .method = one.method,
-                   .bitwise = first.threads({}) > 0,
-                   .part = one.part,
-                   .make = [&crew, &first, sharing, fault, names = std::string(backends)](const Scene&) {
-                     return std::make_unique<RankBackend>(crew, first, names, sharing, fault);
+                   .method = fault.method,
+                   .bitwise = on_cpu,
+                   .part = fault.part,
+                   .make = [&ranks, &registry, backends, sharing, fault] {
+                     return std::make_unique<RankBackend>(ranks, registry, backends, SessionOptions{},
+                                                          sharing, fault);
                    }};
   };
   const RankFault none{.name = "sound", .what = "no mistake"};
-  std::vector<Planted> list{
-      planted(none, Expected::let_through),
-      planted({.name = "sleeping-sound", .what = none.what, .part = Part::sleep}, Expected::let_through),
-      planted(elastic(none), Expected::let_through)};
-  for (const std::string_view method : {"annealing", "cascade", "multigrid", "krylov"}) {
-    list.push_back(planted(of_method(method, none), Expected::let_through));
+  std::vector<Planted> list{planted(none, Expected::let_through),
+                            planted(elastic(none), Expected::let_through)};
+  for (const auto& [name, method, part] : {std::tuple{"sleeping-sound", "icm", Part::sleep},
+                                           std::tuple{"annealing-sound", "annealing", Part::sweep},
+                                           std::tuple{"cascade-sound", "cascade", Part::sweep}}) {
+    list.push_back(
+        planted({.name = name, .what = none.what, .method = method, .part = part}, Expected::let_through));
   }
   for (const RankFault& fault : rank_faults()) {
-    if (ranks >= fault.ranks) {
+    if (ranks.size() >= fault.ranks) {
       list.push_back(planted(fault, Expected::disagree));
     }
   }

@@ -2,6 +2,8 @@
 
 #include "backends/shared/piece_sweeps.hpp"
 #include "harness/check/faults/planted.hpp"
+#include "harness/ranks/message_passing.hpp"
+#include "kernels/data/elastic/hierarchy.hpp"
 
 #include <functional>
 #include <memory>
@@ -12,8 +14,6 @@
 #include <vector>
 
 namespace hdmbench {
-
-class Crew;
 
 namespace faults {
 
@@ -28,8 +28,9 @@ struct RankFault {
   std::function<std::int64_t(std::int64_t, std::size_t rank)> in_count{};
   /// Spoils what the first rank got of a sum.
   std::function<void(std::vector<Parcel>&)> in_sums{};
-  /// Spoils the piece of a level that this rank loads.
+  /// Spoils the piece of a level that this rank loads, or of a sheet.
   std::function<void(Level&, std::size_t rank)> in_level{};
+  std::function<void(ElasticHierarchy&, std::size_t rank)> in_sheet{};
   /// A session with Work::active, the mistake around a sound one.
   std::function<std::unique_ptr<Session>(std::unique_ptr<Session>)> in_active_session{};
   std::string method = "icm";   ///< that it concerns
@@ -37,12 +38,7 @@ struct RankFault {
   Part part = Part::sweep;
 };
 
-[[nodiscard]] std::vector<RankFault> rank_faults();
-
-/// Without effect where the name is empty. Throws std::out_of_range.
-[[nodiscard]] RankFault find_rank_fault(std::string_view name);
-
-/// `sound` with the fault.
+/// `sound` with the fault, or as it is where there is none.
 class FaultyExchange final : public Exchange {
 public:
   FaultyExchange(Exchange& sound, RankFault fault, std::size_t rank)
@@ -58,10 +54,11 @@ private:
   std::size_t rank_;
 };
 
-/// A control without a mistake, and all faults that so many ranks can have, on `backends` (backend_of_rank).
-/// The crew must outlive the list.
-[[nodiscard]] std::vector<Planted> planted_on_ranks(Crew& crew, const Backend& first,
-                                                    std::string_view backends, int ranks);
+/// Controls without a mistake, and all faults that so many ranks can have, on `backends` (backend_of_rank).
+/// Ranks and registry must outlive the list. What it makes is collective.
+[[nodiscard]] std::vector<Planted> planted_on_ranks(Ranks& ranks,
+                                                    const std::vector<std::unique_ptr<Backend>>& registry,
+                                                    const std::string& backends);
 
 } // namespace faults
 

@@ -1,67 +1,66 @@
 #include "harness/ranks/redistribution.hpp"
 
-#include <array>
 #include <utility>
 
 namespace hdmbench {
 
 namespace {
 
-HeldValues held_values(std::span<const float> values, const Rectangle& held) {
-  return [values, held](const Rectangle& part, std::span<float> to, const Rectangle& to_sites) {
-    copy(part, values, held, to, to_sites);
-  };
+/// Copies `part` of all arrays.
+void copy_arrays(const Rectangle& part, int arrays, std::span<const float> from, const Rectangle& from_sites,
+                 std::span<float> to, const Rectangle& to_sites) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(arrays); ++i) {
+    const auto array = [i](auto values, const Rectangle& sites) {
+      return values.subspan(i * sites.extent().sites(), sites.extent().sites());
+    };
+    copy(part, array(from, from_sites), from_sites, array(to, to_sites), to_sites);
+  }
 }
 
 } // namespace
 
-std::vector<std::vector<float>> redistribute(Exchange& exchange, std::size_t rank,
-                                             std::span<const Rectangle> held,
-                                             std::span<const Rectangle> wanted,
-                                             std::span<const HeldValues> own) {
+std::vector<float> redistribute(Exchange& exchange, std::size_t rank, std::span<const Rectangle> held,
+                                std::span<const Rectangle> wanted, std::span<const float> own, int arrays) {
+  const auto room = [arrays](const Rectangle& sites) {
+    return std::vector<float>(static_cast<std::size_t>(arrays) * sites.extent().sites());
+  };
   const std::vector<Transfer> ways = transfers(held, wanted);
   std::vector<Parcel> leaving;
   for (const Transfer& way : ways) {
     if (way.from == rank) {
-      const std::size_t sites = way.sites.extent().sites();
-      Parcel& parcel = leaving.emplace_back(Parcel{way, std::vector<float>(own.size() * sites)});
-      for (std::size_t i = 0; i < own.size(); ++i) {
-        own[i](way.sites, std::span(parcel.values).subspan(i * sites, sites), way.sites);
-      }
+      Parcel& parcel = leaving.emplace_back(Parcel{.way = way, .values = room(way.sites)});
+      copy_arrays(way.sites, arrays, own, held[rank], parcel.values, way.sites);
     }
   }
-  const std::vector<Parcel> arrived =
-      exchange.exchange(ways, std::move(leaving), static_cast<int>(own.size()));
-  std::vector<std::vector<float>> results;
-  for (std::size_t i = 0; i < own.size(); ++i) {
-    std::vector<float>& result = results.emplace_back(wanted[rank].extent().sites());
-    if (const Rectangle here = intersection(held[rank], wanted[rank]); here.extent().sites() > 0) {
-      own[i](here, result, wanted[rank]);
-    }
-    for (const Parcel& parcel : arrived) {
-      const std::size_t sites = parcel.way.sites.extent().sites();
-      copy(parcel.way.sites, std::span(parcel.values).subspan(i * sites, sites), parcel.way.sites, result,
-           wanted[rank]);
-    }
+  std::vector<float> result = room(wanted[rank]);
+  if (const Rectangle here = intersection(held[rank], wanted[rank]); here.extent().sites() > 0) {
+    copy_arrays(here, arrays, own, held[rank], result, wanted[rank]);
   }
-  return results;
-}
-
-std::vector<float> redistribute(Exchange& exchange, std::size_t rank, std::span<const Rectangle> held,
-                                std::span<const Rectangle> wanted, std::span<const float> own) {
-  const HeldValues values = held_values(own, held[rank]);
-  return std::move(redistribute(exchange, rank, held, wanted, std::span(&values, 1)).front());
+  for (const Parcel& parcel : exchange.exchange(ways, std::move(leaving), arrays)) {
+    copy_arrays(parcel.way.sites, arrays, parcel.values, parcel.way.sites, result, wanted[rank]);
+  }
+  return result;
 }
 
 VectorField redistribute(Exchange& exchange, std::size_t rank, std::span<const Rectangle> held,
                          std::span<const Rectangle> wanted, const VectorField& own) {
-  const std::array values{held_values(own.x, held[rank]), held_values(own.y, held[rank])};
-  std::vector<std::vector<float>> both = redistribute(exchange, rank, held, wanted, values);
-  VectorField result;
-  result.extent = wanted[rank].extent();
-  result.x = std::move(both[0]);
-  result.y = std::move(both[1]);
-  return result;
+  return field_of(redistribute(exchange, rank, held, wanted, one_after_the_other(own), 2),
+                  wanted[rank].extent());
+}
+
+std::vector<float> one_after_the_other(const VectorField& field) {
+  std::vector<float> values = field.x;
+  values.insert(values.end(), field.y.begin(), field.y.end());
+  return values;
+}
+
+VectorField field_of(std::span<const float> values, Extent extent) {
+  VectorField field;
+  field.extent = extent;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(extent.sites());
+  field.x.assign(values.begin(), middle);
+  field.y.assign(middle, values.end());
+  return field;
 }
 
 } // namespace hdmbench

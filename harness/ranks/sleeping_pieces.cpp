@@ -1,6 +1,6 @@
 #include "harness/ranks/sleeping_pieces.hpp"
 
-#include "harness/ranks/ranked_solution.hpp"
+#include "harness/ranks/sharing.hpp"
 
 namespace hdmbench {
 
@@ -19,7 +19,7 @@ Scene sleeping_pieces(int ranks) {
   scene.schedule.start_level = 0;
   scene.schedule.iterations = 12; // three renewals
 
-  const Cut cut = Sharing{.ranks = ranks, .pieces = ranks, .fewest_sites = 1}(extent).cut;
+  const Cut cut = Sharing{.ranks = ranks, .pieces = ranks, .fewest_sites = 1}.level(extent, false).cut;
   const Rectangle& first = cut.pieces.front().owned;
   const std::size_t site = extent.index(first.width - cut.halo - 1, first.height - cut.halo - 1);
   level.target.x[site] = level.target.y[site] = pull;

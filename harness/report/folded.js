@@ -19,6 +19,7 @@ const ACCURACY = [
   { key: "arithmetic.resynchronised.steps_differing", title: "steps unlike double's", format: count },
   { key: "arithmetic.resynchronised.beyond_bound", title: "beyond the bound", format: count },
   { key: "status", title: "status", format: verdict },
+  { key: "reason", title: "reason" },
   { key: "note", title: "note" },
 ];
 const THESIS_ACCURACY = [
@@ -241,22 +242,17 @@ const SCALING = [
   { key: "scaling", title: "scaling" },
   { key: "ranks", title: "ranks", format: count },
   { key: (row) => median(row.seconds), title: "seconds, median", format: seconds },
-  { key: "modelled_seconds", title: "modelled", format: seconds },
   { key: "messages", title: "messages", format: count },
   { key: "bytes", title: "sent", format: unit("MB", 1e-6) },
 ];
 
-function scaling(rows) {
-  const ways = { measured: (row) => median(row.seconds), modelled: (row) => row.modelled_seconds };
-  const series = [...group_by(rows, (row) => `${row.energy}, ${size_of(row)}, ${row.scaling}`)].flatMap(([run, curve]) =>
-    Object.entries(ways).map(([how, y]) => series_of({ run, how }, curve, {
-      x: (row) => row.ranks,
-      y,
-      dashed: how === "modelled",
-      tell: (row) => `${plural(row.ranks, "rank")}: ${seconds(y(row))} ${how}`,
-    })));
+function scaling(all) {
+  const rows = all.filter((row) => row.seconds?.length > 0); // files of old have rows that nobody measured
+  const y = (row) => median(row.seconds);
+  const series = [...group_by(rows, (row) => `${row.energy}, ${size_of(row)}, ${row.scaling}`)].map(([run, curve]) =>
+    series_of({ run }, curve, { x: (row) => row.ranks, y, tell: (row) => `${plural(row.ranks, "rank")}: ${seconds(y(row))}` }));
   return [
-    text("One image on several processes, with the bits of one. The model takes what the run measured of a rank and of a message."),
+    text("One image on several processes, with the bits of one."),
     logPlot(series, {
       label: "ranks",
       x: { title: "ranks", format: count },
@@ -351,7 +347,7 @@ const is_about_stiffness = (row) => row.algorithm === "Algorithm 7" || is_number
 const titled = (title, rows, draw) => rows.length > 0 && [title && el("h3", {}, title), draw(rows)];
 
 /// The pictures that a row names: [{caption, file}, ...].
-const named_pictures = (rows, data) => rows.filter((row) => Array.isArray(row.pictures)).map((row) => [
+const named_pictures = (rows, data) => rows.filter((row) => row.pictures?.length > 0).map((row) => [
   el("h3", {}, [scene_of(row), row.algorithm].filter(Boolean).join(", ")),
   figures(row.pictures.map(({ file, caption }) => [data.picture(row, file), caption])),
 ]);

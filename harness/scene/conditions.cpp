@@ -100,17 +100,18 @@ bool is_at(Where where, int x, int y, Extent extent) {
 }
 
 /// On one side, or away from the image centre by `outward` pixels.
-void apply_on_border(const Condition& condition, Extent extent, const Rectangle& part, Level& level) {
+void apply_on_border(const Condition& condition, Level& level) {
+  const Extent extent = level.extent;
   const double centre_x = 0.5 * (extent.width - 1);
   const double centre_y = 0.5 * (extent.height - 1);
-  for (int y = part.top; y < part.top + part.height; ++y) {
+  for (int y = 0; y < extent.height; ++y) {
     const bool whole_row = y == 0 || y == extent.height - 1;
-    for (int x = part.left; x < part.left + part.width; ++x) {
+    for (int x = 0; x < extent.width; ++x) {
       if (!is_at(condition.where, x, y, extent)) {
         x = whole_row ? x : std::max(x, extent.width - 2);
         continue;
       }
-      const std::size_t site = part.extent().index(x - part.left, y - part.top);
+      const std::size_t site = extent.index(x, y);
       if (condition.outward) {
         const double distance = std::hypot(x - centre_x, y - centre_y);
         const double scale = distance > 0.0 ? *condition.outward / distance : 0.0;
@@ -177,14 +178,13 @@ void apply_outside(TomlReader& scene, const Condition& condition, const LabelFie
 
 } // namespace
 
-void apply_conditions(TomlReader& scene, const LabelField& labels, Extent extent, const Rectangle& part,
-                      EnergyModel energy, Level& level) {
+void apply_conditions(TomlReader& scene, const LabelField& labels, EnergyModel energy, Level& level) {
   for (TomlReader& table : scene.tables("condition")) {
     const Condition condition = read_condition(table, energy);
     if (condition.where == Where::outside) {
       apply_outside(scene, condition, labels, level);
     } else {
-      apply_on_border(condition, extent, part, level);
+      apply_on_border(condition, level);
     }
   }
 }

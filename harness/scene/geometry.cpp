@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <span>
 
 namespace hdmbench {
 
@@ -69,24 +68,20 @@ Shape read_shape(TomlReader& table) {
   return shape;
 }
 
-std::span<const double> span_of(const std::vector<double>& values, int first, int count) {
-  return std::span(values).subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(count));
-}
-
 } // namespace
 
-LabelField paint_shapes(TomlReader& scene, Extent extent, const Rectangle& part) {
+LabelField paint_shapes(TomlReader& scene, Extent extent) {
   std::vector<Shape> shapes;
   for (TomlReader& table : scene.tables("shape")) {
     shapes.push_back(read_shape(table));
   }
-  LabelField labels{.extent = part.extent(), .values = std::vector<int>(part.extent().sites(), unpainted)};
+  LabelField labels{.extent = extent, .values = std::vector<int>(extent.sites(), unpainted)};
   for (const Shape& shape : shapes) {
     const std::vector<double> columns = shape.distances(0, extent.width);
     const std::vector<double> rows = shape.distances(1, extent.height);
     auto label = labels.values.begin();
-    for (const double row : span_of(rows, part.top, part.height)) {
-      for (const double column : span_of(columns, part.left, part.width)) {
+    for (const double row : rows) {
+      for (const double column : columns) {
         *label = shape.contains(column, row) ? shape.label : *label;
         ++label;
       }
@@ -97,7 +92,7 @@ LabelField paint_shapes(TomlReader& scene, Extent extent, const Rectangle& part)
     scene.fail(
         "shape",
         fmt::format("tables leave the pixel x = {}, y = {} unpainted; begin with kind = \"everything\"",
-                    part.left + site % part.width, part.top + site / part.width));
+                    site % extent.width, site / extent.width));
   }
   return labels;
 }

@@ -64,15 +64,6 @@ void annealing(Schedule& schedule, Level& level) {
   level.steps = StepSet(moves);
 }
 
-template <Cycle cycle>
-void corrected(Schedule& schedule, Level& level) {
-  schedule.rule = Rule::correction;
-  level.update = Update::coloured;
-  schedule.cycle = cycle;
-  schedule.skip_nearer = 1.3;
-  schedule.mean_modulus = true;
-}
-
 constexpr const char* per_level = "iterations per level";
 
 const std::array all{
@@ -92,13 +83,9 @@ const std::array all{
     Method{"cascade", "exact minima in two colours, accelerated, more iterations on coarser levels",
            "iterations on the full resolution", 1, no_options, cascade},
     Method{"annealing", "candidates at random, taken by energy and temperature (thesis Alg. 1)", per_level,
-           200, takes_steps | takes_temperatures | takes_seed, annealing},
-    Method{"multigrid", "levels correct each other until the fixed point is met", "cycles", 3, no_options,
-           corrected<Cycle::multigrid>},
-    Method{"krylov", "a Krylov method with a multigrid cycle as its preconditioner", "Krylov steps", 5,
-           no_options, corrected<Cycle::krylov>}};
+           200, takes_steps | takes_temperatures | takes_seed, annealing}};
 
-/// Levels, their order and their sweeps are the method's own; what counts is cycles.
+/// Levels, their order and their sweeps are the method's own.
 void elastic(Schedule& schedule, Level& /*level*/) {
   schedule.cycle = Cycle::multigrid;
 }

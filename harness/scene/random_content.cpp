@@ -1,5 +1,4 @@
 #include "harness/scene/scene_content.hpp"
-#include "harness/scene/sites.hpp"
 
 #include <algorithm>
 #include <array>
@@ -42,8 +41,7 @@ std::vector<float> read_list(TomlReader& table, std::string_view key, Predicate 
 
 } // namespace
 
-void fill_randomly(TomlReader& table, Extent extent, const Rectangle& part, Level& level,
-                   VectorField& start) {
+void fill_randomly(TomlReader& table, Level& level, VectorField& start) {
   Source source(table.integer("seed"));
   if (table.has("modulus") == table.has("moduli")) {
     table.fail("modulus", "or moduli: give a range or a list of values (MPa)");
@@ -79,27 +77,17 @@ void fill_randomly(TomlReader& table, Extent extent, const Rectangle& part, Leve
     }
     return static_cast<float>(draw >= observed ? 0.0 : draw < observed / 3.0 ? 1.0 : source.uniform());
   };
-  // Numbers are drawn for all sites in raster order; those beside the part are drawn and dropped.
-  std::size_t next = 0;
-  for_each_site(extent, [&](int x, int y) {
-    const float own_modulus =
+  for (std::size_t i = 0; i < level.extent.sites(); ++i) { // the order of the draws is the scene's
+    level.modulus.values[i] =
         moduli.empty() ? static_cast<float>(modulus[0] + (modulus[1] - modulus[0]) * source.uniform())
                        : source.one_of(moduli);
-    const std::array target{displacement(), displacement()};
-    const std::array certainty{confidence(), confidence()};
-    const std::array begin{displacement(), displacement()};
-    if (x < part.left || x >= part.left + part.width || y < part.top || y >= part.top + part.height) {
-      return;
-    }
-    const std::size_t i = next++;
-    level.modulus.values[i] = own_modulus;
-    level.target.x[i] = target[0];
-    level.target.y[i] = target[1];
-    level.confidence.x[i] = certainty[0];
-    level.confidence.y[i] = certainty[1];
-    start.x[i] = begin[0];
-    start.y[i] = begin[1];
-  });
+    level.target.x[i] = displacement();
+    level.target.y[i] = displacement();
+    level.confidence.x[i] = confidence();
+    level.confidence.y[i] = confidence();
+    start.x[i] = displacement();
+    start.y[i] = displacement();
+  }
 }
 
 } // namespace hdmbench

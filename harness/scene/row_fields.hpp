@@ -20,7 +20,9 @@
 #include <type_traits>
 #include <vector>
 
-/// Rows of result files: a struct whose fields one function lists, from which it is both written and read.
+/// Rows of result files. One that is only written has its keys in NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE. One
+/// that this program reads again from files of people is a struct whose fields one function lists, from which
+/// it is both written and read, with messages that name file and key:
 ///
 ///     struct TimingRow { std::string scene; std::optional<double> seconds; };
 ///     void list_fields(Fields& fields, TimingRow& row) {
@@ -33,6 +35,21 @@
 /// array or vector of these. An enumeration E has its names, in the order of its enumerators, in
 ///
 ///     constexpr const auto& names_of(E) { return names; } // an array of std::string_view
+namespace nlohmann {
+
+/// null where there is none.
+template <typename Value>
+struct adl_serializer<std::optional<Value>> {
+  static void to_json(json& written, const std::optional<Value>& value) {
+    written = value ? json(*value) : json();
+  }
+  static void from_json(const json& read, std::optional<Value>& value) {
+    value = read.is_null() ? std::nullopt : std::optional(read.get<Value>());
+  }
+};
+
+} // namespace nlohmann
+
 namespace hdmbench {
 
 /// A row says two things that cannot both be true.
@@ -107,15 +124,22 @@ private:
 };
 
 /// "direction" has the unit vectors along rows, along columns and through slices.
-void list_fields(Fields& fields, Placement& placement);
+void to_json(nlohmann::json& written, const Placement& placement);
+
+/// Without the members of objects that are null, at any depth.
+[[nodiscard]] nlohmann::json without_nulls(nlohmann::json value);
 
 /// `row` as it stands in a file.
 template <typename Row>
 [[nodiscard]] nlohmann::json to_json_row(Row row) {
-  nlohmann::json object;
-  Fields fields(object);
-  list_fields(fields, row);
-  return object;
+  if constexpr (requires(Fields & fields) { list_fields(fields, row); }) {
+    nlohmann::json object;
+    Fields fields(object);
+    list_fields(fields, row);
+    return object;
+  } else {
+    return without_nulls(row);
+  }
 }
 
 /// Throws InputError for what is missing, mistyped or contradicts itself.

@@ -4,7 +4,6 @@
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/scene_content.hpp"
-#include "harness/scene/scene_part.hpp"
 #include "harness/scene/toml_reader.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
@@ -199,20 +198,10 @@ void read_exact(TomlReader& reader, const SceneOptions& options, Scene& scene) {
   }
 }
 
-/// Whether a condition is on what is outside, which takes the whole image.
-bool has_outside(const toml::table& root) {
-  const toml::array* const conditions = root["condition"].as_array();
-  return conditions != nullptr && std::ranges::any_of(*conditions, [](const toml::node& condition) {
-           const toml::table* const table = condition.as_table();
-           return table != nullptr && (*table)["where"].value<std::string>() == "outside";
-         });
-}
-
-ScenePart build(const toml::table& root, const std::string& name, const std::string& file_name,
-                const Files& file, const SceneOptions& options, const ChoosePart& choose_part) {
+Scene build(const toml::table& root, const std::string& name, const std::string& file_name, const Files& file,
+            const SceneOptions& options) {
   TomlReader reader(root, file_name, "");
-  ScenePart result;
-  Scene& scene = result.scene;
+  Scene scene;
   scene.name = name;
   scene.title = reader.text("title", name);
   scene.energy = static_cast<EnergyModel>(reader.choice("energy", energy_names, 0));
@@ -221,10 +210,8 @@ ScenePart build(const toml::table& root, const std::string& name, const std::str
     reader.refuse_unless(scene.energy == EnergyModel::hdm, key);
   }
   const std::optional<Extent> size = read_size(reader, options);
-  result.made_whole = !size || !(reader.has("shape") || reader.has("random")) || has_outside(root);
   if (size) {
-    result.sites = result.made_whole ? all_of(*size) : choose_part(*size);
-    require_memory(result.sites.extent());
+    require_memory(*size);
   }
 
   constexpr std::array<std::string_view, 4> sources{"shape", "image", "brain", "random"};
@@ -249,35 +236,30 @@ ScenePart build(const toml::table& root, const std::string& name, const std::str
         scene.name += fmt::format(", {}", options.orientation);
       }
     } else if (reader.has("random")) {
-      const Extent made = result.sites.extent();
-      content.labels = {made, std::vector<int>(made.sites(), 1)};
-      content.modulus = ScalarField(made);
+      content.labels = {*size, std::vector<int>(size->sites(), 1)};
+      content.modulus = ScalarField(*size);
     } else {
-      content = read_shapes_content(reader, *size, result.sites);
+      content = read_shapes_content(reader, *size);
     }
   }
 
   const Extent extent = content.modulus.extent;
-  const Extent image_extent = size.value_or(extent);
-  if (!size) {
-    result.sites = all_of(extent);
-  }
   Level& full = scene.full;
-  full.extent = image_extent;
+  full.extent = extent;
   full.target = VectorField(extent);
   full.confidence = VectorField(extent);
   full.modulus = std::move(content.modulus);
   if (reader.has("random")) {
     TomlReader random = reader.table("random");
-    fill_randomly(random, image_extent, result.sites, full, scene.start.emplace(extent));
-    if (is_inspected(extent) && extent == image_extent) {
+    fill_randomly(random, full, scene.start.emplace(extent));
+    if (is_inspected(extent)) {
       content.picture = full.modulus;
       stretch(content.picture);
     }
   }
   read_vector_images(image, file, size, scene);
   image.finish();
-  apply_conditions(reader, content.labels, image_extent, result.sites, scene.energy, full);
+  apply_conditions(reader, content.labels, scene.energy, full);
   if (content.segmented && is_inspected(extent)) {
     scene.labels = std::move(content.labels);
   }
@@ -300,25 +282,8 @@ ScenePart build(const toml::table& root, const std::string& name, const std::str
   reader.finish();
   set_inverse_modulus(full);
   scene.picture = std::move(content.picture);
-  return result;
-}
-
-/// The scene, its fields still in scene.full, and validated.
-ScenePart load(const std::string& scene, const SceneOptions& options, const ChoosePart& choose_part) {
-  if (options.size && (options.size->width < 1 || options.size->height < 1)) {
-    throw InputError(fmt::format("the size {} x {} is not possible, each side must be at least 1",
-                                 options.size->width, options.size->height));
-  }
-  const SceneText file = text_of(scene);
-  try {
-    const toml::table root = toml::parse(file.text, file.file_name);
-    ScenePart result = build(root, file.name, file.file_name, Files(file.folder), options, choose_part);
-    result.scene.source = scene;
-    return result;
-  } catch (const toml::parse_error& error) {
-    throw InputError(fmt::format("{}:{}: {}", file.file_name, error.source().begin.line,
-                                 std::string(error.description())));
-  }
+  validate(full);
+  return scene;
 }
 
 } // namespace
@@ -380,33 +345,20 @@ std::vector<std::string> shipped_scenes() {
 }
 
 Scene load_scene(const std::string& scene, const SceneOptions& options) {
-  ScenePart whole = load(scene, options, all_of);
-  validate(whole.scene.full);
-  return std::move(whole.scene);
-}
-
-ScenePart load_scene_part(const std::string& scene, const SceneOptions& options, const ChoosePart& part) {
-  ScenePart result = load(scene, options, part);
-  Level& whole = result.scene.full;
-  const Extent extent = whole.extent;
-  result.full = std::move(whole);
-  whole = without_fields(result.full);
-  whole.extent = extent;
-  result.full.extent = result.sites.extent();
-  result.start = std::exchange(result.scene.start, std::nullopt);
-  result.scene.picture = {};
-  result.scene.labels = {};
-  if (const Rectangle wanted = part(extent); wanted != result.sites) {
-    result.full = part_of(result.full, wanted);
-    if (result.start) {
-      result.start = part_of(*result.start, wanted);
-    }
-    result.sites = wanted;
+  if (options.size && (options.size->width < 1 || options.size->height < 1)) {
+    throw InputError(fmt::format("the size {} x {} is not possible, each side must be at least 1",
+                                 options.size->width, options.size->height));
   }
-  if (result.full.extent.sites() > 0) {
-    validate(result.full);
+  const SceneText file = text_of(scene);
+  try {
+    const toml::table root = toml::parse(file.text, file.file_name);
+    Scene result = build(root, file.name, file.file_name, Files(file.folder), options);
+    result.source = scene;
+    return result;
+  } catch (const toml::parse_error& error) {
+    throw InputError(fmt::format("{}:{}: {}", file.file_name, error.source().begin.line,
+                                 std::string(error.description())));
   }
-  return result;
 }
 
 } // namespace hdmbench

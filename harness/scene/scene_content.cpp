@@ -246,9 +246,9 @@ Content read_brain_content(TomlReader& brain, TomlReader& scene, const Files& fi
   return content;
 }
 
-Content read_shapes_content(TomlReader& scene, Extent size, const Rectangle& part) {
-  Content content{.labels = paint_shapes(scene, size, part), .modulus = {}, .picture = {}, .segmented = true};
-  assign_tissues(scene, read_tissues(scene, true), content, part == all_of(size));
+Content read_shapes_content(TomlReader& scene, Extent size) {
+  Content content{.labels = paint_shapes(scene, size), .modulus = {}, .picture = {}, .segmented = true};
+  assign_tissues(scene, read_tissues(scene, true), content, true);
   return content;
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "backends/shared/cut.hpp"
 #include "harness/scene/label_field.hpp"
 #include "harness/scene/placement.hpp"
 #include "harness/scene/scene.hpp"
@@ -72,27 +71,23 @@ void stretch(ScalarField& picture);
 [[nodiscard]] Content read_brain_content(TomlReader& brain, TomlReader& scene, const Files& file, Extent size,
                                          const SceneOptions& options);
 
-/// [[shape]]: painted in order; the sites `part` of an image of `size`.
-[[nodiscard]] Content read_shapes_content(TomlReader& scene, Extent size, const Rectangle& part);
+/// [[shape]]: painted in order.
+[[nodiscard]] Content read_shapes_content(TomlReader& scene, Extent size);
 
 /// Paints the [[shape]] tables in order, later ones over earlier ones. Positions and sizes are fractions of
 /// the image: 0 is its first column or row of pixel centres, 1 its last, so a shape keeps its place at every
-/// size. The sites `part` of an image of `extent`. Throws InputError where a table is wrong or a pixel stays
-/// unpainted.
-[[nodiscard]] LabelField paint_shapes(TomlReader& scene, Extent extent, const Rectangle& part);
+/// size. Throws InputError where a table is wrong or a pixel stays unpainted.
+[[nodiscard]] LabelField paint_shapes(TomlReader& scene, Extent extent);
 
 /// Fills level.modulus, target, confidence and `start` from a [random] table: seed, modulus = [low, high] in
 /// MPa, displacement (largest, px), grid (displacements are multiples of it, 0: any), observed (share of the
 /// components with confidence). The same on every machine: a 64-bit Mersenne twister and no library
-/// distribution. The fields hold the sites `part` of an image of `extent`. Throws InputError.
-void fill_randomly(TomlReader& table, Extent extent, const Rectangle& part, Level& level, VectorField& start);
+/// distribution. All fields have the level's extent. Throws InputError.
+void fill_randomly(TomlReader& table, Level& level, VectorField& start);
 
 /// Applies the [[condition]] tables of a scene to level.target and level.confidence in order, later ones over
 /// earlier ones (harness/scene/scenes/README.md). Displacements are pixels at every size. `labels` tells
-/// where "outside" (label 0) is. Only the elastic `energy` knows a condition's deviation. The fields hold the
-/// sites `part` of an image of `extent`: all of them where a condition is on what is outside. Throws
-/// InputError.
-void apply_conditions(TomlReader& scene, const LabelField& labels, Extent extent, const Rectangle& part,
-                      EnergyModel energy, Level& level);
+/// where "outside" (label 0) is. Only the elastic `energy` knows a condition's deviation. Throws InputError.
+void apply_conditions(TomlReader& scene, const LabelField& labels, EnergyModel energy, Level& level);
 
 } // namespace hdmbench

@@ -194,7 +194,7 @@ double total_site_updates(std::span<const LevelResult> levels) {
 }
 
 double site_updates(const Scene& scene, std::optional<int> iteration_limit) {
-  if (scene.schedule.cycle != Cycle::one_way) {
+  if (scene.energy == EnergyModel::elastic) {
     return static_cast<double>(scene.extent().sites()) * scene.schedule.iterations;
   }
   const LevelSequence levels(scene);

@@ -139,7 +139,7 @@ std::string browser_page(std::span<const Scene> scenes, const Context& context, 
   const auto* const module = reinterpret_cast<const char*>(sources::scalar_module);
   data["scalar"] = report::base64({module, std::size(sources::scalar_module)});
   for (const Scene& scene : scenes) {
-    if (scene.schedule.cycle != Cycle::one_way || scene.full.update == Update::sequential) {
+    if (scene.energy != EnergyModel::hdm || scene.full.update == Update::sequential) {
       throw InputError(
           fmt::format("{} by {} cannot be compared in a browser: only what goes through the levels once, "
                       "all sites of a set at once",

@@ -14,16 +14,24 @@ namespace hdmbench {
 
 namespace {
 
+/// Indices first ... last of an axis, both included.
+struct Range {
+  int first = 0;
+  int last = 0;
+
+  [[nodiscard]] int count() const { return last - first + 1; }
+};
+
 /// The fine sites of an axis that each coarse one stands for: those it is the nearest to with corner
 /// alignment, a site in the middle counting for both, and those with their centre in its area with center
 /// alignment.
-std::vector<MeanModulus::Range> footprints(int coarse, int fine, Alignment alignment) {
-  std::vector<MeanModulus::Range> result(static_cast<std::size_t>(coarse), {0, fine - 1});
+std::vector<Range> footprints(int coarse, int fine, Alignment alignment) {
+  std::vector<Range> result(static_cast<std::size_t>(coarse), {0, fine - 1});
   for (int index = 0; coarse > 1 && index < coarse; ++index) {
     const long long i = index;
     const long long k = coarse;
     const long long n = fine;
-    MeanModulus::Range& sites = result[static_cast<std::size_t>(index)];
+    Range& sites = result[static_cast<std::size_t>(index)];
     if (alignment == Alignment::corner) { // |j (k - 1) - i (n - 1)| <= (n - 1) / 2
       const long long before = std::max((2 * i - 1) * (n - 1), 0LL);
       sites.first = static_cast<int>((before + 2 * (k - 1) - 1) / (2 * (k - 1)));
@@ -39,26 +47,27 @@ std::vector<MeanModulus::Range> footprints(int coarse, int fine, Alignment align
 
 } // namespace
 
-MeanModulus::MeanModulus(Extent full, Extent level, Alignment alignment)
-    : columns_(footprints(level.width, full.width, alignment)),
-      rows_(footprints(level.height, full.height, alignment)) {}
-
-void MeanModulus::add(std::span<const float> moduli, std::span<double> sums) const {
-  for (std::size_t column = 0; column < columns_.size(); ++column) {
-    double sum = sums[column];
-    for (int x = columns_[column].first; x <= columns_[column].last; ++x) {
-      sum += static_cast<double>(moduli[static_cast<std::size_t>(x)]);
+void set_mean_modulus(const Level& full, Alignment alignment, Level& level) {
+  const std::vector<Range> columns = footprints(level.extent.width, full.extent.width, alignment);
+  const std::vector<Range> rows = footprints(level.extent.height, full.extent.height, alignment);
+  auto mean = level.modulus.values.begin();
+  std::vector<double> sums(columns.size());
+  for (const Range& row : rows) {
+    std::ranges::fill(sums, 0.0);
+    for (int y = row.first; y <= row.last; ++y) {
+      const float* const moduli = full.modulus.values.data() + full.extent.index(0, y);
+      for (std::size_t column = 0; column < columns.size(); ++column) {
+        for (int x = columns[column].first; x <= columns[column].last; ++x) {
+          sums[column] += static_cast<double>(moduli[x]);
+        }
+      }
     }
-    sums[column] = sum;
+    for (std::size_t column = 0; column < columns.size(); ++column) {
+      *mean = static_cast<float>(sums[column] / (row.count() * columns[column].count()));
+      ++mean;
+    }
   }
-}
-
-void MeanModulus::divide(int level_row, std::span<const double> sums, std::span<float> means) const {
-  const Range row = rows(level_row);
-  for (std::size_t column = 0; column < columns_.size(); ++column) {
-    const int sites = (row.last - row.first + 1) * (columns_[column].last - columns_[column].first + 1);
-    means[column] = static_cast<float>(sums[column] / sites);
-  }
+  set_inverse_modulus(level);
 }
 
 ModulusRange modulus_range(const ScalarField& modulus) {

@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <span>
 #include <utility>
 
 namespace hdmbench {
@@ -51,20 +50,6 @@ private:
   std::vector<int> columns_;
   std::vector<int> rows_;
 };
-
-void set_mean_modulus(const Level& full, Alignment alignment, Level& level) {
-  const MeanModulus mean(full.extent, level.extent, alignment);
-  const auto columns = static_cast<std::size_t>(level.extent.width);
-  std::vector<double> sums(columns);
-  for (int y = 0; y < level.extent.height; ++y) {
-    std::ranges::fill(sums, 0.0);
-    for (int row = mean.rows(y).first; row <= mean.rows(y).last; ++row) {
-      mean.add(std::span(full.modulus.values).subspan(full.extent.index(0, row)), sums);
-    }
-    mean.divide(y, sums, std::span(level.modulus.values).subspan(level.extent.index(0, y), columns));
-  }
-  set_inverse_modulus(level);
-}
 
 } // namespace
 

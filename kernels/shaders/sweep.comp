@@ -55,7 +55,7 @@ const bool elastic = (tile_class & elastic_bit) != 0u;
 #define list parameters[9]
 #define next_list parameters[10]
 #define stamp parameters[11]
-#define first_input parameters[12] // texel of the level's first site
+#define first_input_texel parameters[12] // texel of the level's first site
 
 #include "wake.glsl"
 
@@ -64,7 +64,7 @@ vec2 material_at(int i) { return texelFetch(material, i).xy; }
 vec4 observation_at(int i) { return texelFetch(observation, i); }
 vec2 inverse_curvature_at(int i) { return texelFetch(inverse_curvature, i).xy; }
 #if HDM_INPUTS > 0
-vec4 inputs_at(int i) { return texelFetch(inputs, first_input + i); }
+vec4 inputs_at(int i) { return texelFetch(inputs, first_input_texel + i); }
 #endif
 void store(int i, Displacement next) { imageStore(improved, i, vec4(next.x, next.y, 0.0, 0.0)); }
 

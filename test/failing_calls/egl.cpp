@@ -1,16 +1,12 @@
 // libEGL.so.1 as the backends see it under test.
 
-#include "test/failing_calls/faults.hpp"
-#include "test/failing_calls/gl_calls.hpp"
-#include "test/failing_calls/real_library.hpp"
+#include "test/failing_calls/stand_in.hpp"
 
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
 
 #include <string_view>
 #include <utility>
-
-#define EXPORTED extern "C" __attribute__((visibility("default")))
 
 namespace {
 

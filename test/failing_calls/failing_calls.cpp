@@ -2,11 +2,12 @@
 // by the program's run path.
 
 #include "backends/registry.hpp"
-#include "harness/check/failing_calls_row.hpp"
+#include "backends/shared/subprocess.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
 #include "harness/solve/progress.hpp"
 #include "kernels/data/input_error.hpp"
+#include "test/captured_stream.hpp"
 #include "test/failing_calls/trial.hpp"
 
 #include <CLI/CLI.hpp>
@@ -14,19 +15,14 @@
 #include <nlohmann/json.hpp>
 
 #include <array>
-#include <atomic>
 #include <csignal>
 #include <cstdio>
-#include <mutex>
-#include <thread>
+#include <cstring>
 
-#include <sys/wait.h>
 #include <unistd.h>
 
 namespace hdmbench::failing_calls {
 namespace {
-
-using nlohmann::json;
 
 constexpr int nothing_to_test = 77;         // exit status
 constexpr unsigned seconds_until_hung = 60; // a run takes well below one
@@ -46,131 +42,33 @@ const std::array<Subject, 5>& subjects() {
   return all;
 }
 
-/// All runs of one kind on one backend.
-struct Row : FailingCallsRow {
-  const Kind* own_kind = nullptr;
-  bool absent = false; ///< the backend is not there; `unclean` is empty and `reason` says why
-  std::string reason{};
+/// What is running, for the handler of a signal that ends the program.
+std::array<char, 200>& running() {
+  static std::array<char, 200> words{};
+  return words;
+}
+
+void say_what_ended(int signal) {
+  const auto say = [](const char* words) { (void)!write(STDERR_FILENO, words, std::strlen(words)); };
+  say("failing_calls: ");
+  say(running().data());
+  say(signal == SIGALRM ? ": the program hung\n" : ": the program crashed\n");
+  _exit(1);
+}
+
+/// What is written to the file: all runs of one kind on one backend.
+struct Row {
+  std::string backend;
+  std::string api;            ///< "OpenGL"
+  std::string kind;           ///< "GL_OUT_OF_MEMORY"
+  std::int64_t calls = 0;     ///< of a run, that can fail so
+  std::int64_t failed = 0;    ///< of them, a run each
+  std::int64_t clean = 0;     ///< said the call and the reason, left nothing behind
+  std::int64_t succeeded = 0; ///< right bits without the call
+  std::int64_t went_on = 0;   ///< of the clean ones: the same session computed the right bits afterwards
+  std::vector<std::string> unclean{}; ///< all others, in words
 };
-
-// The child, a process per kind: what crashes or hangs takes nothing else along. Its standard output is a
-// line of JSON per event; whatever a driver prints there is a complaint.
-
-void say(const json& line) {
-  fmt::print("{}\n", line.dump());
-  std::fflush(stdout);
-}
-
-void run_child(const std::string& backend, const Kind& kind, int first, int stride) {
-  const auto backends = make_backends();
-  const Backend& subject = find_backend(backends, backend);
-  alarm(seconds_until_hung);
-  try {
-    static_cast<void>(subject.devices());
-  } catch (const DeviceError& error) {
-    say({{"absent", error.what()}});
-    return;
-  }
-  Trial trial(subject);
-  const int calls = trial.calls(kind);
-  say({{"calls", calls}});
-  for (int at = first; at <= calls; at += stride) {
-    say({{"at", at}});
-    alarm(seconds_until_hung);
-    Outcome outcome = trial.run(kind, at);
-    if (outcome.went_on && at + stride > calls) { // no further trial opens a session
-      if (const std::string wrong = trial.wrong_with_next(); !wrong.empty()) {
-        outcome.ending = Ending::unclean;
-        outcome.what = wrong;
-      }
-    }
-    say({{"ending", static_cast<int>(outcome.ending)},
-         {"went_on", outcome.went_on},
-         {"call", outcome.call},
-         {"what", outcome.what}});
-  }
-}
-
-// The parent.
-
-std::string end_of(int status) {
-  if (WIFSIGNALED(status)) {
-    return WTERMSIG(status) == SIGALRM ? "hung" : fmt::format("crashed: {}", strsignal(WTERMSIG(status)));
-  }
-  return fmt::format("ended with status {}", WEXITSTATUS(status));
-}
-
-/// Runs a child from the `first` call on. Returns the call from which another child has to go on, 0: all
-/// done.
-int watch_child(const std::string& program, Row& row, int first, int stride, bool verbose) {
-  const std::string command =
-      fmt::format("exec '{}' --child '{}' --kind '{}/{}' --first {} --every {}", program, row.backend,
-                  row.own_kind->api, row.own_kind->name, first, stride);
-  FILE* pipe = popen(command.c_str(), "r");
-  if (pipe == nullptr) {
-    throw std::runtime_error("popen failed");
-  }
-  int at = 0;
-  bool running = false; // the `at`-th call's run
-  char* text = nullptr;
-  std::size_t room = 0;
-  for (ssize_t length = 0; (length = getline(&text, &room, pipe)) > 0;) {
-    const json line = json::parse(std::string_view(text, static_cast<std::size_t>(length)), nullptr, false);
-    if (!line.is_object()) {
-      row.unclean.push_back(fmt::format("{}: printed {}", at, text));
-    } else if (line.contains("absent")) {
-      row.absent = true;
-      row.reason = line["absent"];
-    } else if (line.contains("calls")) {
-      row.calls = line["calls"];
-    } else if (line.contains("at")) {
-      at = line["at"];
-      running = true;
-    } else {
-      running = false;
-      const std::string told =
-          fmt::format("{} {}: {}", at, line["call"].get<std::string>(), line["what"].get<std::string>());
-      if (verbose) {
-        fmt::print("{} {}\n", row.own_kind->name, told);
-      }
-      row.went_on += line["went_on"].get<bool>() ? 1 : 0;
-      switch (static_cast<Ending>(line["ending"].get<int>())) {
-      case Ending::clean:
-        ++row.clean;
-        break;
-      case Ending::succeeded:
-        ++row.succeeded;
-        break;
-      case Ending::unclean:
-        row.unclean.push_back(told);
-      }
-    }
-  }
-  std::free(text);
-  const int status = pclose(pipe);
-  if (status != 0) {
-    row.unclean.push_back(fmt::format("{}: {}", at, end_of(status)));
-  }
-  row.failed = row.clean + row.succeeded + std::ssize(row.unclean);
-  return running ? at + stride : 0;
-}
-
-std::vector<Row> rows_of(const std::vector<std::string>& wanted) {
-  std::vector<Row> rows;
-  for (const Subject& subject : subjects()) {
-    if (!wanted.empty() && std::ranges::find(wanted, subject.backend) == wanted.end()) {
-      continue;
-    }
-    for (const std::string_view api : subject.apis) {
-      for (const Kind& kind : kinds()) {
-        if (kind.api == api) {
-          rows.push_back({{subject.backend, std::string(kind.api), std::string(kind.name)}, &kind});
-        }
-      }
-    }
-  }
-  return rows;
-}
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Row, backend, api, kind, calls, failed, clean, succeeded, went_on, unclean)
 
 /// Which calls a kind befalls: first, first + stride, ...
 struct Turn {
@@ -190,36 +88,50 @@ Turn turn_of(const Kind& kind) {
   return turn;
 }
 
-/// Several rows at a time, a thread each that only waits for its child.
-void fill(std::vector<Row>& rows, bool quick, bool verbose) {
-  std::array<char, 4096> buffer{};
-  const ssize_t length = readlink("/proc/self/exe", buffer.data(), buffer.size());
-  const std::string program(buffer.data(), static_cast<std::size_t>(std::max<ssize_t>(length, 0)));
-  Progress progress;
-  progress.set_total(static_cast<double>(rows.size()));
-  std::mutex mutex;
-  std::atomic<std::size_t> next = 0;
-  const auto work = [&] {
-    for (std::size_t i = next++; i < rows.size(); i = next++) {
-      {
-        const std::lock_guard lock(mutex);
-        progress.describe(fmt::format("{}: {}", rows[i].backend, rows[i].own_kind->name));
-      }
-      auto [first, stride] = quick ? turn_of(*rows[i].own_kind) : Turn{};
-      while (first > 0) {
-        first = watch_child(program, rows[i], first, stride, verbose);
-      }
-      const std::lock_guard lock(mutex);
-      progress.advance(1.0);
+/// All runs of one kind on one backend.
+Row row_of(Trial& trial, const std::string& backend, const Kind& kind, Turn turn) {
+  test::CapturedStream printed(stdout); // by drivers and the validation layers of Vulkan
+  Row row{.backend = backend,
+          .api = std::string(kind.api),
+          .kind = std::string(kind.name),
+          .calls = trial.calls(kind)};
+  for (std::int64_t at = turn.first; at <= row.calls; at += turn.stride) {
+    fmt::format_to_n(running().data(), running().size() - 1, "{}, {} {}, call {}{}", backend, kind.api,
+                     kind.name, at, '\0');
+    alarm(seconds_until_hung);
+    Outcome outcome = trial.run(kind, static_cast<int>(at));
+    std::string wrong = printed.take();
+    if (wrong.empty() && outcome.went_on &&
+        at + turn.stride > row.calls) { // no further trial opens a session
+      wrong = trial.wrong_with_next();
     }
-  };
-  std::vector<std::thread> threads;
-  for (unsigned i = 0; i < std::max(1U, std::thread::hardware_concurrency()); ++i) {
-    threads.emplace_back(work);
+    if (!wrong.empty()) {
+      outcome.ending = Ending::unclean;
+      outcome.what = wrong;
+    }
+    row.went_on += outcome.went_on ? 1 : 0;
+    row.clean += outcome.ending == Ending::clean ? 1 : 0;
+    row.succeeded += outcome.ending == Ending::succeeded ? 1 : 0;
+    if (outcome.ending == Ending::unclean) {
+      row.unclean.push_back(fmt::format("{} {}: {}", at, outcome.call, outcome.what));
+    }
   }
-  for (std::thread& thread : threads) {
-    thread.join();
+  alarm(0);
+  row.failed = row.clean + row.succeeded + std::ssize(row.unclean);
+  return row;
+}
+
+std::vector<Row> rows_of(const Backend& backend, const Subject& subject, bool quick) {
+  Trial trial(backend);
+  std::vector<Row> rows;
+  Progress progress;
+  for (const Kind& kind : kinds()) {
+    if (std::ranges::find(subject.apis, kind.api) != subject.apis.end()) {
+      progress.describe(fmt::format("{}: {}", subject.backend, kind.name));
+      rows.push_back(row_of(trial, subject.backend, kind, quick ? turn_of(kind) : Turn{}));
+    }
   }
+  return rows;
 }
 
 void print(const std::vector<Row>& rows) {
@@ -227,10 +139,6 @@ void print(const std::vector<Row>& rows) {
                "not clean", "session went on"});
   std::string unclean;
   for (const Row& row : rows) {
-    if (row.absent) {
-      table.add({row.backend, row.api, row.kind, "not there", "", "", "", "", ""});
-      continue;
-    }
     table.add({row.backend, row.api, row.kind, std::to_string(row.calls), std::to_string(row.failed),
                std::to_string(row.clean), std::to_string(row.succeeded), std::to_string(row.unclean.size()),
                std::to_string(row.went_on)});
@@ -238,60 +146,46 @@ void print(const std::vector<Row>& rows) {
       unclean += fmt::format("  {}, {} {}, call {}\n", row.backend, row.api, row.kind, what);
     }
   }
-  fmt::print("{}", table.text());
-  if (!unclean.empty()) {
-    fmt::print("\nNot clean:\n{}", unclean);
-  }
-}
-
-json to_json(const std::vector<Row>& rows) {
-  json all = json::array();
-  for (const Row& row : rows) {
-    if (!row.absent) {
-      all.push_back(to_json_row<FailingCallsRow>(row));
-    }
-  }
-  return all;
+  fmt::print("{}{}{}", table.text(), unclean.empty() ? "" : "\nNot clean:\n", unclean);
 }
 
 int run(int argc, char** argv) {
   CLI::App program(
       "failing_calls: every call of a graphics driver fails once, in every way it can, while a backend "
       "works on two small levels and a pyramid.\nExit status 1 unless each time there was an error that "
-      "names the "
-      "call and the reason, nothing was left behind,\nand the same session went on to the right bits, or the "
-      "next one did.");
-  std::vector<std::string> backends;
+      "names the call and the reason, nothing was left behind,\nand the same session went on to the right "
+      "bits, or the next one did.");
+  std::vector<std::string> wanted;
   std::filesystem::path file;
   bool quick = false;
-  int stride = 1;
-  bool verbose = false;
-  std::string child;
-  std::string kind;
-  int first = 1;
-  program.add_option("--backends", backends, "Only these")->delimiter(',');
+  program.add_option("--backends", wanted, "Only these")->delimiter(',');
   program.add_flag("--quick", quick, "Every call fails in one of the ways instead of in all of them");
   program.add_option("--json", file, "Write the results to this file");
-  program.add_flag("--verbose", verbose, "Print every message");
-  const std::string hidden;
-  program.add_option("--child", child)->group(hidden);
-  program.add_option("--kind", kind)->group(hidden);
-  program.add_option("--first", first)->group(hidden);
-  program.add_option("--every", stride)->group(hidden);
   CLI11_PARSE(program, argc, argv);
-  if (!child.empty()) {
-    const auto slash = kind.find('/');
-    run_child(child, kind_of(kind.substr(0, slash), kind.substr(slash + 1)), first, stride);
-    return 0;
-  }
   require_results_writable(file);
-  std::vector<Row> rows = rows_of(backends);
-  fill(rows, quick, verbose);
+  for (const int signal : {SIGABRT, SIGALRM, SIGBUS, SIGFPE, SIGILL, SIGSEGV}) {
+    std::signal(signal, say_what_ended);
+  }
+  const auto backends = make_backends();
+  std::vector<Row> rows;
+  for (const Subject& subject : subjects()) {
+    if (!wanted.empty() && std::ranges::find(wanted, subject.backend) == wanted.end()) {
+      continue;
+    }
+    const Backend& backend = find_backend(backends, subject.backend);
+    alarm(seconds_until_hung);
+    try {
+      (void)backend.devices();
+    } catch (const DeviceError& error) {
+      fmt::print("{} is not there: {}\n", subject.backend, error.what());
+      continue;
+    }
+    std::ranges::move(rows_of(backend, subject, quick), std::back_inserter(rows));
+  }
   print(rows);
   write_results(file, "failing-calls", run_context(quick ? "failing_calls --quick" : "failing_calls", quick),
-                to_json(rows));
-  if (std::ranges::all_of(rows, &Row::absent)) {
-    fmt::print("\nNone of the backends is there: {}\n", rows.front().reason);
+                rows);
+  if (rows.empty()) {
     return nothing_to_test;
   }
   return std::ranges::all_of(rows, [](const Row& row) { return row.unclean.empty(); }) ? 0 : 1;

@@ -76,14 +76,6 @@ State& state() {
   return instance;
 }
 
-void arm(const Kind& kind, int at, std::string_view only) {
-  state().kind = &kind;
-  state().at = at;
-  state().only = only;
-  state().names.clear();
-  state().tally = {};
-}
-
 /// The number of the call among those that can be struck.
 int number_of(const std::string& call) {
   State& s = state();
@@ -115,11 +107,11 @@ const Kind& kind_of(std::string_view api, std::string_view name) {
 }
 
 void arm(const Kind& kind, int at) {
-  arm(kind, at, "");
-}
-
-void arm(const Kind& kind, std::string_view call) {
-  arm(kind, 0, call);
+  state().kind = &kind;
+  state().at = at;
+  state().only.clear();
+  state().names.clear();
+  state().tally = {};
 }
 
 void disarm() {

@@ -57,8 +57,6 @@ struct Call {
 /// From now on the `at`-th (1, 2, ...) call that `kind` can befall fails; kinds for good count names instead
 /// of calls. 0: none does. Forgets what was counted.
 void arm(const Kind& kind, int at);
-/// As arm(), for the first call of this name.
-void arm(const Kind& kind, std::string_view call);
 /// All calls succeed.
 void disarm();
 

@@ -1,13 +1,10 @@
-#include "test/failing_calls/gl_calls.hpp"
-
-#include "test/failing_calls/faults.hpp"
+#include "test/failing_calls/stand_in.hpp"
 
 #define GL_GLEXT_PROTOTYPES // for decltype only: nothing is linked against libGL
 #include <GL/gl.h>
 #include <GL/glext.h>
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstring>
 #include <string_view>
 #include <utility>
@@ -25,18 +22,31 @@ const void* lost = nullptr;   ///< a context that is lost
 void (*real_finish)() = nullptr;
 bool compilation_refused = false; ///< the log to give is planted_log
 
-/// What all stand-ins begin with. False: the call must do nothing.
-bool proceeds(std::string_view name) {
-  note_call(name);
-  if (current() == nullptr) {
-    complain(fmt::format("{} was called without a current context", name));
-    return false;
-  }
-  if (lost == current()) {
-    return false;
-  }
-  if (strikes(Event::gl_call,
-              {.name = std::string(name), .can_fail_unnoticed = name.starts_with("glDelete")})) {
+#define FUNCTION(name)                                                                                       \
+  struct Name##name {                                                                                        \
+    static constexpr std::string_view text = "gl" #name;                                                     \
+  };
+#include <gl_functions.inc>
+#undef FUNCTION
+
+struct OpenGl {
+  template <typename>
+  static constexpr bool returns_status = false;
+
+  static const void* owner() { return current(); }
+  template <typename>
+  static bool proceeds(std::string_view name) {
+    if (current() == nullptr) {
+      complain(fmt::format("{} was called without a current context", name));
+      return false;
+    }
+    if (lost == current()) {
+      return false;
+    }
+    if (!strikes(Event::gl_call,
+                 {.name = std::string(name), .can_fail_unnoticed = name.starts_with("glDelete")})) {
+      return true;
+    }
     if (armed().code == GL_CONTEXT_LOST) {
       lost = current();
       if (real_finish != nullptr) {
@@ -47,57 +57,21 @@ bool proceeds(std::string_view name) {
     }
     return false;
   }
-  return true;
-}
-
-/// "Texture" of "glGenTextures" and "glDeleteTextures".
-std::string_view type_of(std::string_view name) {
-  name.remove_prefix(name.starts_with("glGen") ? 5 : name.starts_with("glDelete") ? 8 : 0);
-  return name;
-}
-
-// What some functions do besides being forwarded, by name; all others do nothing. `Name` is a type per
-// function.
-#define FUNCTION(name)                                                                                       \
-  struct Name##name {                                                                                        \
-    static constexpr std::string_view text = "gl" #name;                                                     \
-  };
-#include <gl_functions.inc>
-#undef FUNCTION
-
-/// Objects in numbers: glGen*(n, names) and glDelete*(n, names).
-template <typename Forward>
-void generate(std::string_view name, GLsizei count, GLuint* names, Forward&& forward) {
-  if (strikes(Event::gl_name, {.name = std::string(name)})) {
-    std::fill_n(names, count, 0U);
-    return;
+  template <typename Result, typename Real, typename... Arguments>
+  static Result failure(std::string_view, Real, Arguments...) {
+    return Result();
   }
-  forward();
-  for (GLsizei i = 0; i < count; ++i) {
-    made(type_of(name), current(), names[i]);
+  static bool makes_nothing(std::string_view name) {
+    return strikes(Event::gl_name, {.name = std::string(name)});
   }
-}
-
-void note_deleted(std::string_view name, GLsizei count, const GLuint* names) {
-  for (GLsizei i = 0; i < count; ++i) {
-    if (names[i] != 0) {
-      gone(type_of(name), current(), names[i]);
-    }
+  template <typename Result>
+  static bool succeeded(Result) {
+    return true;
   }
-}
+};
 
-template <typename Forward>
-GLuint create(std::string_view type, Forward&& forward) {
-  if (strikes(Event::gl_name, {.name = fmt::format("glCreate{}", type)})) {
-    return 0;
-  }
-  const GLuint name = forward();
-  made(type, current(), name);
-  return name;
-}
-
-void refuse(GLenum asked, GLenum status, std::string_view call, GLint* answer) {
-  if (asked == status && strikes(Event::gl_compilation, {.name = std::string(call)})) {
+void refuse(GLenum asked, GLenum status, const char* call, GLint* answer) {
+  if (asked == status && strikes(Event::gl_compilation, {.name = call})) {
     compilation_refused = true;
     *answer = GL_FALSE;
   } else if (asked == status) {
@@ -107,6 +81,14 @@ void refuse(GLenum asked, GLenum status, std::string_view call, GLint* answer) {
   }
 }
 
+void answered(NameGetShaderiv, GLuint, GLenum asked, GLint* answer) {
+  refuse(asked, GL_COMPILE_STATUS, "glCompileShader", answer);
+}
+
+void answered(NameGetProgramiv, GLuint, GLenum asked, GLint* answer) {
+  refuse(asked, GL_LINK_STATUS, "glLinkProgram", answer);
+}
+
 void give_log(GLsizei* length, GLchar* log) {
   if (compilation_refused) {
     std::memcpy(log, planted_log.data(), planted_log.size());
@@ -114,78 +96,42 @@ void give_log(GLsizei* length, GLchar* log) {
   }
 }
 
-void limit(GLenum asked, GLint* answer) {
+void answered(NameGetShaderInfoLog, GLuint, GLsizei, GLsizei* length, GLchar* log) {
+  give_log(length, log);
+}
+
+void answered(NameGetProgramInfoLog, GLuint, GLsizei, GLsizei* length, GLchar* log) {
+  give_log(length, log);
+}
+
+bool lies(const char* what, const char* words) {
+  return strikes(Event::gl_answer, {.name = what, .words = {words}});
+}
+
+void answered(NameGetIntegerv, GLenum asked, GLint* answer) {
   constexpr GLint too_small = 2;
-  if (asked == GL_MAX_RECTANGLE_TEXTURE_SIZE_ARB &&
-      strikes(Event::gl_answer,
-              {.name = "GL_MAX_RECTANGLE_TEXTURE_SIZE", .words = {"rectangle textures end at 2 x 2"}})) {
-    *answer = too_small;
-  }
-  if (asked == GL_MAX_TEXTURE_BUFFER_SIZE &&
-      strikes(Event::gl_answer,
-              {.name = "GL_MAX_TEXTURE_BUFFER_SIZE", .words = {"texel buffer elements are needed, the device has 2"}})) {
+  if ((asked == GL_MAX_RECTANGLE_TEXTURE_SIZE_ARB &&
+       lies("GL_MAX_RECTANGLE_TEXTURE_SIZE", "rectangle textures end at 2 x 2")) ||
+      (asked == GL_MAX_TEXTURE_BUFFER_SIZE &&
+       lies("GL_MAX_TEXTURE_BUFFER_SIZE", "texel buffer elements are needed, the device has 2"))) {
     *answer = too_small;
   }
 }
 
-template <typename Name, typename Pointer>
-struct StandIn;
+const GLubyte* special(NameGetString, auto real, GLenum asked) {
+  return asked == GL_VERSION && lies("GL_VERSION", "offers OpenGL 1.4 of the stand-in")
+             ? reinterpret_cast<const GLubyte*>("1.4 of the stand-in")
+             : real(asked);
+}
 
-template <typename Name, typename Result, typename... Arguments>
-struct StandIn<Name, Result (*)(Arguments...)> {
-  static inline Result (*real)(Arguments...) = nullptr;
-
-  static Result call(Arguments... arguments) {
-    constexpr std::string_view name = Name::text;
-    if constexpr (name.starts_with("glDelete") && sizeof...(Arguments) == 2) {
-      note_deleted(name, arguments...);
-    } else if constexpr (name.starts_with("glDelete")) {
-      const GLuint deleted = (arguments, ...);
-      note_deleted(name, 1, &deleted);
-    }
-    if (!proceeds(name)) {
-      return Result();
-    }
-    if constexpr (name.starts_with("glGen")) {
-      const auto forward = [&] { real(arguments...); };
-      const auto split = [&](GLsizei count, GLuint* names) { generate(name, count, names, forward); };
-      split(arguments...);
-    } else if constexpr (name.starts_with("glCreate")) {
-      return create(name.substr(8), [&] { return real(arguments...); });
-    } else if constexpr (name == "glGetShaderiv" || name == "glGetProgramiv") {
-      real(arguments...);
-      const auto split = [](GLuint, GLenum asked, GLint* answer) {
-        constexpr bool shader = name == "glGetShaderiv";
-        refuse(asked, shader ? GL_COMPILE_STATUS : GL_LINK_STATUS,
-               shader ? "glCompileShader" : "glLinkProgram", answer);
-      };
-      split(arguments...);
-    } else if constexpr (name == "glGetShaderInfoLog" || name == "glGetProgramInfoLog") {
-      real(arguments...);
-      const auto split = [](GLuint, GLsizei, GLsizei* length, GLchar* log) { give_log(length, log); };
-      split(arguments...);
-    } else if constexpr (name == "glGetIntegerv") {
-      real(arguments...);
-      limit(arguments...);
-    } else if constexpr (name == "glGetString") {
-      if ((arguments, ...) == GL_VERSION &&
-          strikes(Event::gl_answer, {.name = "GL_VERSION", .words = {"offers OpenGL 1.4 of the stand-in"}})) {
-        return reinterpret_cast<const GLubyte*>("1.4 of the stand-in");
-      }
-      return real(arguments...);
-    } else if constexpr (name == "glCheckFramebufferStatusEXT") {
-      return strikes(Event::gl_framebuffer, {.name = std::string(name)}) ? static_cast<GLenum>(armed().code)
-                                                                         : real(arguments...);
-    } else {
-      return real(arguments...);
-    }
-  }
-};
+GLenum special(NameCheckFramebufferStatusEXT, auto real, GLenum target) {
+  return strikes(Event::gl_framebuffer, {.name = "glCheckFramebufferStatusEXT"})
+             ? static_cast<GLenum>(armed().code)
+             : real(target);
+}
 
 /// Not among the calls that can fail: it is how they say so.
-struct NameGetError {};
-template <>
-struct StandIn<NameGetError, GLenum (*)()> {
+struct GetError {
   static inline GLenum (*real)() = nullptr;
 
   static GLenum call() {
@@ -221,11 +167,11 @@ Address gl_stand_in(const char* name, Address real) {
     return nullptr;
   }
   if (asked == "glGetError") {
-    return place<StandIn<NameGetError, decltype(&::glGetError)>>(real);
+    return place<GetError>(real);
   }
 #define FUNCTION(known)                                                                                      \
   if (asked == "gl" #known) {                                                                                \
-    return place<StandIn<Name##known, decltype(&::gl##known)>>(real);                                        \
+    return place<StandIn<OpenGl, Name##known, decltype(&::gl##known)>>(real);                                \
   }
 #include <gl_functions.inc>
 #undef FUNCTION

@@ -1,49 +1,73 @@
 // libOpenCL.so.1 as the backend sees it under test.
 
-#include "test/failing_calls/faults.hpp"
-#include "test/failing_calls/real_library.hpp"
+#include "test/failing_calls/stand_in.hpp"
 
 #define CL_TARGET_OPENCL_VERSION 120
 #include <CL/cl.h>
 
 #include <cstring>
-#include <string_view>
-#include <tuple>
-#include <type_traits>
 
 namespace {
 
 using namespace hdmbench::failing_calls;
 
-const RealLibrary& real_library() {
-  static const RealLibrary library(HDMBENCH_REAL_OPENCL);
-  return library;
+#define FUNCTION FAILING_CALLS_NAME
+#include "opencl_functions.inc"
+#undef FUNCTION
+
+struct OpenCl {
+  template <typename Result>
+  static constexpr bool returns_status = std::is_same_v<Result, cl_int>;
+
+  static const void* owner() { return nullptr; }
+  template <typename>
+  static bool proceeds(std::string_view name) {
+    return !strikes(Event::opencl_call,
+                    {.name = std::string(name), .can_fail_unnoticed = name.starts_with("clRelease")});
+  }
+  /// What cleans up does its work all the same.
+  template <typename Result, typename Real, typename... Arguments>
+  static Result failure(std::string_view name, Real real, Arguments... arguments) {
+    const auto code = static_cast<cl_int>(armed().code);
+    if constexpr (std::is_pointer_v<Result>) {
+      *std::get<sizeof...(Arguments) - 1>(std::tuple(arguments...)) = code;
+      return nullptr;
+    } else {
+      if (name.starts_with("clRelease")) {
+        real(arguments...);
+      }
+      return code;
+    }
+  }
+  static bool makes_nothing(std::string_view) { return false; }
+  static bool succeeded(cl_int) { return true; }
+};
+
+constexpr std::string_view planted_log = "the planted log";
+
+cl_int special(NameclBuildProgram, auto real, auto... arguments) {
+  return strikes(Event::opencl_build, {.name = "clBuildProgram"}) ? CL_BUILD_PROGRAM_FAILURE
+                                                                  : real(arguments...);
 }
 
-/// "Kernel" of both clCreateKernel and clReleaseKernel.
-constexpr std::string_view type_of(std::string_view name) {
-  if (name == "clCreateBuffer") {
-    return "MemObject";
+/// A program is only asked for its log where it was refused.
+cl_int special(NameclGetProgramBuildInfo, auto, cl_program, cl_device_id, cl_program_build_info,
+               std::size_t room, void* text, std::size_t* bytes) {
+  if (bytes != nullptr) {
+    *bytes = planted_log.size() + 1;
   }
-  if (name == "clCreateProgramWithSource") {
-    return "Program";
+  if (text != nullptr && room > planted_log.size()) {
+    std::memcpy(text, planted_log.data(), planted_log.size() + 1);
   }
-  name.remove_prefix(name.starts_with("clCreate") ? 8 : 9);
-  return name;
-}
-
-std::uint64_t number(const void* handle) {
-  return reinterpret_cast<std::uint64_t>(handle);
+  return CL_SUCCESS;
 }
 
 bool lies(const char* what, const char* words) {
   return strikes(Event::opencl_answer, {.name = what, .words = {words}});
 }
 
-constexpr std::string_view planted_log = "the planted log";
-
-/// What the device says, made worse where it is its turn.
-void poorer(cl_device_info what, void* value) {
+void answered(NameclGetDeviceInfo, cl_device_id, cl_device_info what, std::size_t, void* value,
+              std::size_t*) {
   if (value == nullptr) {
     return;
   }
@@ -67,65 +91,26 @@ void none(const char* what, const char* words, cl_uint* count) {
   }
 }
 
-template <typename Name, typename Function>
-struct StandIn;
+void answered(NameclGetPlatformIDs, cl_uint, cl_platform_id*, cl_uint* count) {
+  none("the platforms", "finds no driver", count);
+}
+
+void answered(NameclGetDeviceIDs, cl_platform_id, cl_device_type, cl_uint, cl_device_id*, cl_uint* count) {
+  none("the devices", "have no device", count);
+}
+
+/// The stand-in, which finds the function of the real library when it is called first: while the library is
+/// being loaded nothing can be.
+template <typename Name, typename Pointer>
+struct Entry;
 
 template <typename Name, typename Result, typename... Arguments>
-struct StandIn<Name, Result (*)(Arguments...)> {
+struct Entry<Name, Result (*)(Arguments...)> {
   static Result call(Arguments... arguments) {
-    static const auto real = real_library().function<Result (*)(Arguments...)>(Name::text);
-    constexpr std::string_view name = Name::text;
-    constexpr bool releases = name.starts_with("clRelease");
-    const std::tuple all(arguments...);
-    note_call(name);
-    if constexpr (releases) {
-      gone(type_of(name), nullptr, number(std::get<0>(all)));
-    }
-    if constexpr (name == "clBuildProgram") {
-      if (strikes(Event::opencl_build, {.name = std::string(name)})) {
-        return CL_BUILD_PROGRAM_FAILURE;
-      }
-    }
-    if constexpr (name == "clGetProgramBuildInfo") {
-      return log(std::get<3>(all), std::get<5>(all), static_cast<char*>(std::get<4>(all)));
-    }
-    if (strikes(Event::opencl_call, {.name = std::string(name), .can_fail_unnoticed = releases})) {
-      if constexpr (releases) {
-        real(arguments...);
-      }
-      const auto code = static_cast<cl_int>(armed().code);
-      if constexpr (std::is_pointer_v<Result>) {
-        *std::get<sizeof...(Arguments) - 1>(all) = code;
-        return nullptr;
-      } else {
-        return code;
-      }
-    }
-    const Result result = real(arguments...);
-    if constexpr (std::is_pointer_v<Result>) {
-      if (result != nullptr) {
-        made(type_of(name), nullptr, number(result));
-      }
-    } else if constexpr (name == "clGetDeviceInfo") {
-      poorer(std::get<1>(all), std::get<3>(all));
-    } else if constexpr (name == "clGetPlatformIDs") {
-      none("the platforms", "finds no driver", std::get<2>(all));
-    } else if constexpr (name == "clGetDeviceIDs") {
-      none("the devices", "have no device", std::get<4>(all));
-    }
-    return result;
-  }
-
-private:
-  /// A program is only asked for its log where it was refused.
-  static cl_int log(std::size_t room, std::size_t* bytes, char* text) {
-    if (bytes != nullptr) {
-      *bytes = planted_log.size() + 1;
-    }
-    if (text != nullptr && room > planted_log.size()) {
-      std::memcpy(text, planted_log.data(), planted_log.size() + 1);
-    }
-    return CL_SUCCESS;
+    static const RealLibrary library(HDMBENCH_REAL_OPENCL);
+    using Here = StandIn<OpenCl, Name, Result (*)(Arguments...)>;
+    Here::real = library.function<Result (*)(Arguments...)>(Name::text.data());
+    return Here::call(arguments...);
   }
 };
 
@@ -133,14 +118,9 @@ private:
 
 // The functions that the backend uses, each resolved to its stand-in when the library is loaded.
 #define FUNCTION(function)                                                                                   \
-  namespace {                                                                                                \
-  struct Name_##function {                                                                                   \
-    static constexpr const char* text = #function;                                                           \
-  };                                                                                                         \
-  }                                                                                                          \
   extern "C" {                                                                                               \
   __attribute__((visibility("hidden"))) decltype(&::function) resolve_##function() {                         \
-    return &StandIn<Name_##function, decltype(&::function)>::call;                                           \
+    return &Entry<Name##function, decltype(&::function)>::call;                                              \
   }                                                                                                          \
   __attribute__((visibility("default"), ifunc("resolve_" #function))) decltype(::function) function;         \
   }

@@ -1,12 +1,8 @@
 // libOSMesa.so.8 as the backends see it under test.
 
-#include "test/failing_calls/faults.hpp"
-#include "test/failing_calls/gl_calls.hpp"
-#include "test/failing_calls/real_library.hpp"
+#include "test/failing_calls/stand_in.hpp"
 
 #include <GL/osmesa.h>
-
-#define EXPORTED extern "C" __attribute__((visibility("default")))
 
 namespace {
 

@@ -88,7 +88,7 @@ int count(const std::filesystem::path& json) {
     nlohmann::json results = nlohmann::json::array();
     for (const auto* const rows : {&candidates, &methods, &vectors}) {
       for (const InstructionRow& row : *rows) {
-        results.push_back(to_json_row(to_row(row, compiler)));
+        results.push_back(to_json(row, compiler));
       }
     }
     write_results(json, "instructions", run_context("--json " + json.string(), false), std::move(results));

@@ -170,25 +170,26 @@ void add_second_opinions(std::vector<InstructionRow>& rows, Progress& progress) 
   }
 }
 
-InstructionsRow to_row(const InstructionRow& row, const ShaderCompiler& compiler) {
+nlohmann::json to_json(const InstructionRow& row, const ShaderCompiler& compiler) {
   const auto& [resources, refusal] = row.compilation;
-  InstructionsRow result{.group = row.group,
-                         .shader = row.shader,
-                         .candidates = row.candidates,
-                         .energies = row.energies,
-                         .refusal = refusal,
-                         .scalar_operations = row.scalar_operations,
-                         .device = compiler.device().name,
-                         .driver = compiler.device().driver,
-                         .instructions_limit = compiler.limits().instructions,
-                         .temporaries_limit = compiler.limits().temporaries};
-  if (resources) {
-    result.instructions = resources->instructions;
-    result.texture_instructions = resources->texture_instructions;
-    result.temporaries = resources->temporaries;
-    result.flow_control = resources->flow_control;
-  }
-  return result;
+  const auto of = [&](int Resources::*number) {
+    return resources ? nlohmann::json((*resources).*number) : nlohmann::json();
+  };
+  return {{"group", row.group},
+          {"shader", row.shader},
+          {"candidates", row.candidates},
+          {"energies", row.energies},
+          {"instructions", of(&Resources::instructions)},
+          {"texture_instructions", of(&Resources::texture_instructions)},
+          {"temporaries", of(&Resources::temporaries)},
+          {"flow_control", of(&Resources::flow_control)},
+          {"refusal", refusal},
+          {"scalar_operations",
+           row.scalar_operations ? nlohmann::json(*row.scalar_operations) : nlohmann::json()},
+          {"device", compiler.device().name},
+          {"driver", compiler.device().driver},
+          {"instructions_limit", compiler.limits().instructions},
+          {"temporaries_limit", compiler.limits().temporaries}};
 }
 
 } // namespace hdmbench::test

@@ -1,8 +1,9 @@
 #pragma once
 
-#include "harness/measure/instructions_row.hpp"
 #include "harness/solve/progress.hpp"
 #include "test/r300/shader_compiler.hpp"
+
+#include <nlohmann/json.hpp>
 
 #include <optional>
 #include <string>
@@ -35,7 +36,7 @@ struct InstructionRow {
 /// Asks glslangValidator and spirv-opt (scalar_operations.hpp).
 void add_second_opinions(std::vector<InstructionRow>& rows, Progress& progress);
 
-/// The row of results, with the card and its limits.
-[[nodiscard]] InstructionsRow to_row(const InstructionRow& row, const ShaderCompiler& compiler);
+/// The row of results, with the card and its limits; what the compiler did not tell is null.
+[[nodiscard]] nlohmann::json to_json(const InstructionRow& row, const ShaderCompiler& compiler);
 
 } // namespace hdmbench::test

@@ -3,6 +3,7 @@
 #include "backends/gl/fragment.hpp"
 #include "backends/gl/objects.hpp"
 #include "harness/scene/method.hpp"
+#include "test/captured_stream.hpp"
 #include "test/r300/instruction_rows.hpp"
 #include "test/r300/scalar_operations.hpp"
 #include "test/r300/vector_candidates.hpp"
@@ -166,11 +167,11 @@ TEST_F(Budget, IsOfWhatTheBackendSends) {
   for (const Rule rule : all_rules) {
     const Problem problem = random_problem({8, 5}, Texture::smooth, 1, StepSet(), rule, Update::coloured);
     messages.clear();
-    const StandardError errors;
+    CapturedStream errors(stderr);
     session->load(problem.level);
     session->write(problem.start);
     session->step(2);
-    const Compilation sent = judge(messages, errors.text());
+    const Compilation sent = judge(messages, errors.take());
     const Compilation counted =
         compiler_->compile(gl::assemble(sources::sweep_fragment, shader_constants(problem.level)));
     ASSERT_TRUE(sent.resources && counted.resources) << sent.refusal << counted.refusal;

@@ -1,11 +1,10 @@
 #include "test/r300/shader_compiler.hpp"
 
 #include "backends/gl/objects.hpp"
+#include "test/captured_stream.hpp"
 
 #include <fmt/format.h>
 #include <shaders/quad_vertex.hpp>
-#include <sys/mman.h>
-#include <unistd.h>
 
 #include <array>
 #include <charconv>
@@ -165,25 +164,6 @@ std::unique_ptr<gl::Platform> make_card(std::vector<std::string>& messages) {
   return std::make_unique<CardPlatform>(messages);
 }
 
-StandardError::StandardError() : before_(dup(STDERR_FILENO)), file_(memfd_create("stderr", MFD_CLOEXEC)) {
-  std::fflush(stderr);
-  dup2(file_, STDERR_FILENO);
-}
-
-StandardError::~StandardError() {
-  std::fflush(stderr);
-  dup2(before_, STDERR_FILENO);
-  close(before_);
-  close(file_);
-}
-
-std::string StandardError::text() const {
-  std::fflush(stderr);
-  std::string text(static_cast<std::size_t>(lseek(file_, 0, SEEK_END)), '\0');
-  text.resize(static_cast<std::size_t>(pread(file_, text.data(), text.size(), 0)));
-  return text;
-}
-
 ShaderCompiler::ShaderCompiler() {
   const auto card = make_card(messages_);
   device_ = card->devices(required).front();
@@ -203,11 +183,11 @@ Compilation ShaderCompiler::compile(const std::string& fragment_shader) {
   const gl::Context::Current current(*context_);
   const gl::Api& api = context_->api();
   messages_.clear();
-  const StandardError errors;
+  CapturedStream errors(stderr);
   const gl::Program program(
       api, {{GL_VERTEX_SHADER, std::string(sources::quad_vertex)}, {GL_FRAGMENT_SHADER, fragment_shader}});
   draw(api, program);
-  return judge(messages_, errors.text());
+  return judge(messages_, errors.take());
 }
 
 } // namespace hdmbench::test

@@ -39,22 +39,6 @@ struct Compilation {
 /// must outlive them. Throws DeviceError.
 [[nodiscard]] std::unique_ptr<gl::Platform> make_card(std::vector<std::string>& messages);
 
-/// Catches what the process writes to its standard error.
-class StandardError {
-public:
-  StandardError();
-  StandardError(const StandardError&) = delete;
-  StandardError& operator=(const StandardError&) = delete;
-  ~StandardError();
-
-  /// All of it until now.
-  [[nodiscard]] std::string text() const;
-
-private:
-  int before_;
-  int file_;
-};
-
 class ShaderCompiler {
 public:
   /// Throws DeviceError with EGL's words.

@@ -5,38 +5,70 @@
 #include <array>
 #include <bit>
 #include <limits>
+#include <type_traits>
 
 namespace hdmbench::faults {
 
 namespace {
 
-/// A call in place of the driver's; a lambda without captures as the function that OpenGL has there.
-template <typename Function>
-Replacement replacement(const char* name, Function function) {
-  return {name, reinterpret_cast<gl::Address>(+function)};
+/// The function that OpenGL has under a name, replaced by `change`, which gets the driver's own first.
+template <typename Function, typename Name, typename Change>
+struct Changed;
+
+template <typename Result, typename... Arguments, typename Name, typename Change>
+struct Changed<Result (*)(Arguments...), Name, Change> {
+  static Result call(Arguments... arguments) {
+    const auto driver = reinterpret_cast<Result (*)(Arguments...)>(driver_function(Name{}()));
+    if constexpr (std::is_same_v<std::invoke_result_t<Change, decltype(driver), Arguments...>, bool>) {
+      if (Change{}(driver, arguments...)) {
+        record_changed_call();
+      }
+    } else {
+      record_changed_call();
+      Change{}(driver, arguments...);
+    }
+  }
+};
+
+template <typename Function, typename Name, typename Change>
+Replacement replacement(Name name, Change /*change*/) {
+  return {name(), reinterpret_cast<gl::Address>(&Changed<Function, Name, Change>::call)};
+}
+
+/// HDMBENCH_CALL(Viewport, (auto driver, auto x, ...) { driver(x + 1, ...); }): a lambda without captures in
+/// place of glViewport. One that returns bool says whether it has changed this call.
+#define HDMBENCH_CALL(function, ...)                                                                         \
+  replacement<decltype(&::gl##function)>([] { return "gl" #function; }, [] __VA_ARGS__)
+
+/// The driver's own glViewport: HDMBENCH_DRIVER(Viewport)(0, 0, 1, 1).
+#define HDMBENCH_DRIVER(function) reinterpret_cast<decltype(&::gl##function)>(driver_function("gl" #function))
+
+DeviceFault in_call(std::string_view name, std::string_view what, const Replacement& call) {
+  return {.name = std::string(name), .what = std::string(what), .calls = {call}};
 }
 
 template <GLint format>
-void texture_of_format(GLenum target, GLint level, GLint internal, GLsizei width, GLsizei height,
-                       GLint border, GLenum layout, GLenum type, const void* pixels) {
-  record_changed_call();
-  (void)internal;
-  HDMBENCH_DRIVER(TexImage2D)(target, level, format, width, height, border, layout, type, pixels);
+Replacement textures_of_format() {
+  return HDMBENCH_CALL(
+      TexImage2D, (auto driver, auto target, auto level, auto /*format*/, auto... others) {
+        driver(target, level, format, others...);
+      });
 }
 
-/// Binds the image that is being drawn into, or stored to, as the one that is read.
-void read_what_is_drawn_into() {
+/// Binds the image that is being drawn into, or stored to, as the one that is read. Whether there is one.
+bool read_what_is_drawn_into() {
   GLint type = 0;
   HDMBENCH_DRIVER(GetFramebufferAttachmentParameterivEXT)
   (GL_FRAMEBUFFER_EXT, GL_COLOR_ATTACHMENT0_EXT, GL_FRAMEBUFFER_ATTACHMENT_OBJECT_TYPE_EXT, &type);
-  if (type == GL_TEXTURE) { // and not the renderbuffer of the count
-    GLint name = 0;
-    HDMBENCH_DRIVER(GetFramebufferAttachmentParameterivEXT)
-    (GL_FRAMEBUFFER_EXT, GL_COLOR_ATTACHMENT0_EXT, GL_FRAMEBUFFER_ATTACHMENT_OBJECT_NAME_EXT, &name);
-    HDMBENCH_DRIVER(ActiveTexture)(GL_TEXTURE0);
-    HDMBENCH_DRIVER(BindTexture)(GL_TEXTURE_RECTANGLE_ARB, static_cast<GLuint>(name));
-    record_changed_call();
+  if (type != GL_TEXTURE) { // but the renderbuffer of the count
+    return false;
   }
+  GLint name = 0;
+  HDMBENCH_DRIVER(GetFramebufferAttachmentParameterivEXT)
+  (GL_FRAMEBUFFER_EXT, GL_COLOR_ATTACHMENT0_EXT, GL_FRAMEBUFFER_ATTACHMENT_OBJECT_NAME_EXT, &name);
+  HDMBENCH_DRIVER(ActiveTexture)(GL_TEXTURE0);
+  HDMBENCH_DRIVER(BindTexture)(GL_TEXTURE_RECTANGLE_ARB, static_cast<GLuint>(name));
+  return true;
 }
 
 void read_what_is_stored_to() {
@@ -44,227 +76,187 @@ void read_what_is_stored_to() {
   HDMBENCH_DRIVER(GetIntegeri_v)(GL_IMAGE_BINDING_NAME, 0, &name);
   HDMBENCH_DRIVER(ActiveTexture)(GL_TEXTURE0 + binding::displacement);
   HDMBENCH_DRIVER(BindTexture)(GL_TEXTURE_BUFFER, static_cast<GLuint>(name));
-  record_changed_call();
 }
 
 std::vector<DeviceFault> fragment_faults() {
   return {
-      {.name = "penalty-uniform",
-       .what = "half the penalty K in the uniform",
-       .calls = {replacement("glUniform1f",
-                             [](GLint location, GLfloat value) {
-                               record_changed_call();
-                               HDMBENCH_DRIVER(Uniform1f)(location, 0.5F * value);
-                             })}},
-      {.name = "steps-uniform",
-       .what = "one candidate fewer in the uniform, the last one 0",
-       .method = "annealing",
-       .calls = {replacement("glUniform1fv",
-                             [](GLint location, GLsizei count, const GLfloat* values) {
-                               record_changed_call();
-                               HDMBENCH_DRIVER(Uniform1fv)(location, count - 1, values);
-                             })}},
-      {.name = "colour-uniform",
-       .what = "the colour stuck at 0",
-       .method = "coloured",
-       .calls = {replacement("glUniform4f",
-                             [](GLint location, GLfloat, GLfloat strength, GLfloat number, GLfloat seed) {
-                               record_changed_call();
-                               HDMBENCH_DRIVER(Uniform4f)(location, 0.0F, strength, number, seed);
-                             })}},
-      {.name = "sweep-number-uniform",
-       .what = "the sweep's number stuck at 0",
-       .method = "annealing",
-       .calls = {replacement("glUniform4f",
-                             [](GLint location, GLfloat colour, GLfloat strength, GLfloat, GLfloat seed) {
-                               record_changed_call();
-                               HDMBENCH_DRIVER(Uniform4f)(location, colour, strength, 0.0F, seed);
-                             })}},
-      {.name = "half-float-textures",
-       .what = "textures of 16-bit floats",
-       .calls = {replacement("glTexImage2D", texture_of_format<GL_RGBA16F_ARB>)}},
-      {.name = "eight-bit-textures",
-       .what = "textures of 8 bits, clamped to 0 ... 1",
-       .calls = {replacement("glTexImage2D", texture_of_format<GL_RGBA8>)}},
-      {.name = "viewport-narrow",
-       .what = "a viewport one column too narrow",
-       .calls = {replacement("glViewport",
-                             [](GLint x, GLint y, GLsizei width, GLsizei height) {
-                               record_changed_call();
-                               HDMBENCH_DRIVER(Viewport)(x, y, width - 1, height);
-                             })}},
-      {.name = "viewport-low",
-       .what = "a viewport one row too low",
-       .calls = {replacement("glViewport",
-                             [](GLint x, GLint y, GLsizei width, GLsizei height) {
-                               record_changed_call();
-                               HDMBENCH_DRIVER(Viewport)(x, y, width, height - 1);
-                             })}},
-      {.name = "half-the-quad",
-       .what = "one of the two triangles is drawn",
-       .calls = {replacement("glDrawArrays",
-                             [](GLenum mode, GLint first, GLsizei count) {
-                               record_changed_call();
-                               HDMBENCH_DRIVER(DrawArrays)(mode, first, count - 1);
-                             })}},
-      {.name = "upload-one-row-down",
-       .what = "the displacement uploaded one row too low",
-       .calls = {replacement("glTexSubImage2D",
-                             [](GLenum target, GLint level, GLint x, GLint y, GLsizei width, GLsizei height,
-                                GLenum layout, GLenum type, const void* pixels) {
-                               const GLint down = height > 1 ? 1 : 0;
-                               record_changed_call();
-                               HDMBENCH_DRIVER(TexSubImage2D)
-                               (target, level, x, y + down, width, height - down, layout, type, pixels);
-                             })}},
-      {.name = "read-back-one-row-down",
-       .what = "the result read one row too low",
-       .calls = {replacement(
-           "glReadPixels",
-           [](GLint x, GLint y, GLsizei width, GLsizei height, GLenum layout, GLenum type, void* pixels) {
-             const GLint down = height > 1 ? 1 : 0;
-             record_changed_call();
-             HDMBENCH_DRIVER(ReadPixels)
-             (x, y + down, width, height - down, layout, type, pixels);
-           })}},
-      {.name = "dimension-uniform",
-       .what = "the image's width one too small in the uniform",
-       .calls = {replacement("glUniform2f",
-                             [](GLint location, GLfloat width, GLfloat height) {
-                               record_changed_call();
-                               HDMBENCH_DRIVER(Uniform2f)(location, width - 1.0F, height);
-                             })}},
-      {.name = "feedback",
-       .what = "the texture drawn into is the one that is read",
-       .calls = {replacement("glDrawArrays",
-                             [](GLenum mode, GLint first, GLsizei count) {
-                               read_what_is_drawn_into();
-                               HDMBENCH_DRIVER(DrawArrays)(mode, first, count);
-                             })}},
-      {.name = "query-stuck",
-       .what = "the occlusion query always gives 0",
-       .calls = {replacement("glGetQueryObjectuiv",
-                             [](GLuint, GLenum, GLuint* result) {
-                               record_changed_call();
-                               *result = 0;
-                             })}},
+      in_call("penalty-uniform", "half the penalty K in the uniform",
+              HDMBENCH_CALL(
+                  Uniform1f, (auto driver, auto at, auto value) { driver(at, 0.5F * value); })),
+      in_call("half-float-textures", "textures of 16-bit floats", textures_of_format<GL_RGBA16F_ARB>()),
+      in_call("eight-bit-textures", "textures of 8 bits, clamped to 0 ... 1", textures_of_format<GL_RGBA8>()),
+      in_call("viewport-narrow", "a viewport one column too narrow",
+              HDMBENCH_CALL(
+                  Viewport, (auto driver, auto x, auto y, auto width,
+                             auto height) { driver(x, y, width - 1, height); })),
+      in_call("half-the-quad", "one of the two triangles is drawn",
+              HDMBENCH_CALL(
+                  DrawArrays,
+                  (auto driver, auto mode, auto first, auto count) { driver(mode, first, count - 1); })),
+      in_call("upload-one-row-down", "the displacement uploaded one row too low",
+              HDMBENCH_CALL(
+                  TexSubImage2D,
+                  (auto driver, auto target, auto level, auto x, auto y, auto width, auto height,
+                   auto... others) {
+                    const GLint down = height > 1 ? 1 : 0;
+                    driver(target, level, x, y + down, width, height - down, others...);
+                  })),
+      in_call("read-back-one-row-down", "the result read one row too low",
+              HDMBENCH_CALL(
+                  ReadPixels,
+                  (auto driver, auto x, auto y, auto width, auto height, auto... others) {
+                    const GLint down = height > 1 ? 1 : 0;
+                    driver(x, y + down, width, height - down, others...);
+                  })),
+      in_call("dimension-uniform", "the image's width one too small in the uniform",
+              HDMBENCH_CALL(
+                  Uniform2f,
+                  (auto driver, auto at, auto width, auto height) { driver(at, width - 1.0F, height); })),
+      in_call("feedback", "the texture drawn into is the one that is read",
+              HDMBENCH_CALL(
+                  DrawArrays,
+                  (auto driver, auto... arguments) {
+                    const bool bound = read_what_is_drawn_into();
+                    driver(arguments...);
+                    return bound;
+                  })),
+      in_call("query-stuck", "the occlusion query always gives 0",
+              HDMBENCH_CALL(
+                  GetQueryObjectuiv, (auto /*driver*/, auto, auto, auto result) { *result = 0; })),
   };
 }
 
-/// Words that sweeps are told (kernels/shaders/sweep.comp), one of them changed.
+/// One of the words that sweeps are told (kernels/shaders/sweep.comp), changed.
 template <std::size_t word, auto change>
-void sweep_words(GLint location, GLsizei count, const GLint* values) {
-  std::array<GLint, 13> words{};
-  if (static_cast<std::size_t>(count) != words.size()) { // another program's
-    return HDMBENCH_DRIVER(Uniform1iv)(location, count, values);
-  }
-  std::copy_n(values, words.size(), words.begin());
-  words[word] = change(words[word]);
-  record_changed_call();
-  HDMBENCH_DRIVER(Uniform1iv)(location, count, words.data());
-}
-
-template <std::size_t word, auto change>
-DeviceFault in_words(std::string_view name, std::string_view what, std::string_view method) {
-  return {.name = std::string(name),
-          .what = std::string(what),
-          .method = std::string(method),
-          .calls = {{"glUniform1iv", reinterpret_cast<gl::Address>(&sweep_words<word, change>)}}};
+Replacement sweep_word() {
+  return HDMBENCH_CALL(
+      Uniform1iv, (auto driver, auto location, auto count, auto values) {
+        std::array<GLint, 13> words{};
+        if (static_cast<std::size_t>(count) != words.size()) { // another program's
+          driver(location, count, values);
+          return false;
+        }
+        std::copy_n(values, words.size(), words.begin());
+        words[word] = change(words[word]);
+        driver(location, count, words.data());
+        return true;
+      });
 }
 
 std::vector<DeviceFault> compute_faults() {
-  constexpr auto none = [](GLint) { return 0; };
+  DeviceFault no_barriers =
+      in_call("no-barriers",
+              "no glMemoryBarrier at all: a device that finishes one dispatch before the next shows nothing",
+              HDMBENCH_CALL(MemoryBarrier, (auto /*driver*/, auto /*bits*/){}));
+  no_barriers.expected = Expected::either;
   return {
-      in_words<0, [](GLint bits) { return std::bit_cast<GLint>(0.5F * std::bit_cast<float>(bits)); }>(
-          "penalty-uniform", "half the penalty K in the uniform", "icm"),
-      in_words<1, [](GLint width) { return width - 1; }>(
-          "dimension-uniform", "the image's width one too small in the uniform", "icm"),
-      in_words<3, none>("colour-uniform", "the colour stuck at 0", "coloured"),
-      in_words<5, none>("sweep-number-uniform", "the sweep's number stuck at 0", "annealing"),
-      {.name = "steps-uniform",
-       .what = "one candidate fewer in the uniform, the last one 0",
-       .method = "annealing",
-       .calls = {replacement("glUniform1fv",
-                             [](GLint location, GLsizei count, const GLfloat* values) {
-                               record_changed_call();
-                               HDMBENCH_DRIVER(Uniform1fv)(location, count - 1, values);
-                             })}},
-      {.name = "dispatch-short",
-       .what = "one group too few",
-       .calls = {replacement("glDispatchCompute",
-                             [](GLuint x, GLuint y, GLuint z) {
-                               record_changed_call();
-                               HDMBENCH_DRIVER(DispatchCompute)(x - 1, y, z);
-                             })}},
-      {.name = "upload-one-site-late",
-       .what = "the displacement uploaded one site too late",
-       .calls = {replacement("glBufferSubData",
-                             [](GLenum target, GLintptr offset, GLsizeiptr size, const void* data) {
-                               constexpr GLsizeiptr site = 2 * sizeof(GLfloat);
-                               const GLintptr late = size > site ? site : 0;
-                               record_changed_call();
-                               HDMBENCH_DRIVER(BufferSubData)(target, offset + late, size - late, data);
-                             })}},
-      {.name = "feedback",
-       .what = "the buffer stored to is the one that is read",
-       .calls = {replacement("glDispatchCompute",
-                             [](GLuint x, GLuint y, GLuint z) {
-                               read_what_is_stored_to();
-                               HDMBENCH_DRIVER(DispatchCompute)(x, y, z);
-                             })}},
-      {.name = "no-barriers",
-       .what = "no glMemoryBarrier at all: a device that finishes one dispatch before the next shows nothing",
-       .expected = Expected::either,
-       .calls = {replacement("glMemoryBarrier", [](GLbitfield) { record_changed_call(); })}},
+      no_barriers,
+      in_call("dispatch-short", "one group too few",
+              HDMBENCH_CALL(
+                  DispatchCompute, (auto driver, auto x, auto y, auto z) { driver(x - 1, y, z); })),
+      in_call("upload-one-site-late", "the displacement uploaded one site too late",
+              HDMBENCH_CALL(
+                  BufferSubData,
+                  (auto driver, auto target, auto offset, auto size, auto data) {
+                    constexpr GLsizeiptr site = 2 * sizeof(GLfloat);
+                    const GLintptr late = size > site ? site : 0;
+                    driver(target, offset + late, size - late, data);
+                  })),
+      in_call(
+          "penalty-uniform", "half the penalty K in the uniform",
+          sweep_word<0,
+                     [](GLint bits) { return std::bit_cast<GLint>(0.5F * std::bit_cast<float>(bits)); }>()),
+      in_call("dimension-uniform", "the image's width one too small in the uniform",
+              sweep_word<1, [](GLint width) { return width - 1; }>()),
+      in_call("feedback", "the buffer stored to is the one that is read",
+              HDMBENCH_CALL(
+                  DispatchCompute,
+                  (auto driver, auto... groups) {
+                    read_what_is_stored_to();
+                    driver(groups...);
+                  })),
   };
 }
-
-// The guard bands. All state that they need is OpenGL's own: a buffer's guard is its last bytes.
 
 constexpr GLsizeiptr guard_floats = 256; // the largest overrun of a row is a tile less a site
 constexpr GLsizeiptr guard_bytes = guard_floats * static_cast<GLsizeiptr>(sizeof(GLfloat));
 constexpr GLfloat guard_value = 12345.678F;
 
-bool is_guarded(GLenum target) {
-  return target == GL_TEXTURE_BUFFER; // and not the counter
+/// What makes buffers longer and looks whether the end is still as it was: a damaged guard turns the next
+/// field that is read into NaN. All state that this needs is OpenGL's own: a buffer's guard is its last
+/// bytes. The counter, which is no GL_TEXTURE_BUFFER, has none.
+std::vector<Replacement> guard_bands() {
+  return {HDMBENCH_CALL(
+              BufferData,
+              (auto driver, auto target, auto size, auto data, auto usage) {
+                if (target != GL_TEXTURE_BUFFER) {
+                  driver(target, size, data, usage);
+                  return false;
+                }
+                driver(target, size + guard_bytes, nullptr, usage);
+                const auto write = HDMBENCH_DRIVER(BufferSubData);
+                if (data != nullptr) {
+                  write(target, 0, size, data);
+                }
+                const std::vector<GLfloat> guard(guard_floats, guard_value);
+                write(target, size, guard_bytes, guard.data());
+                return true;
+              }),
+          HDMBENCH_CALL(
+              GetBufferSubData, (auto driver, auto target, auto offset, auto size, auto data) {
+                driver(target, offset, size, data);
+                if (target != GL_TEXTURE_BUFFER) {
+                  return false;
+                }
+                std::vector<GLfloat> guard(guard_floats);
+                driver(target, offset + size, guard_bytes, guard.data());
+                if (std::ranges::any_of(guard, [](GLfloat value) { return value != guard_value; })) {
+                  std::fill_n(static_cast<GLfloat*>(data), static_cast<std::size_t>(size) / sizeof(GLfloat),
+                              std::numeric_limits<GLfloat>::quiet_NaN());
+                }
+                return false;
+              })};
 }
 
-void allocate_with_guard(GLenum target, GLsizeiptr size, const void* data, GLenum usage) {
-  if (!is_guarded(target)) {
-    return HDMBENCH_DRIVER(BufferData)(target, size, data, usage);
+/// No mistakes, and the one that only a guard shows.
+std::vector<DeviceFault> controls(Pipeline pipeline) {
+  std::vector<DeviceFault> list{{.name = "unedited",
+                                 .what = "the shaders as they are, by the way that mistakes take",
+                                 .method = "",
+                                 .expected = Expected::let_through}};
+  if (pipeline == Pipeline::fragment) {
+    list.push_back(in_call("of-the-thesis",
+                           "a device of the thesis's time: texels of one site also for candidates",
+                           HDMBENCH_CALL(
+                               GetIntegerv, (auto driver, auto name, auto value) {
+                                 driver(name, value);
+                                 const bool is_vertex_fetch = name == GL_MAX_VERTEX_TEXTURE_IMAGE_UNITS;
+                                 *value = is_vertex_fetch ? 0 : *value;
+                                 return is_vertex_fetch;
+                               })));
+  } else {
+    list.push_back({.name = "guarded", .what = "guard bands behind the buffers, and no mistake"});
+    list.back().calls = guard_bands();
   }
-  record_changed_call();
-  HDMBENCH_DRIVER(BufferData)(target, size + guard_bytes, nullptr, usage);
-  if (data != nullptr) {
-    HDMBENCH_DRIVER(BufferSubData)(target, 0, size, data);
+  list.back().expected = Expected::let_through;
+  if (pipeline == Pipeline::compute) {
+    list.push_back(
+        {.name = "overrun",
+         .what = "the end of a row is not checked: what no other row overwrites ends in the guard",
+         .edits = {{.find = "bool inside = !border || x < size.x;", .replace = "bool inside = true;"},
+                   {.find = "rows = border && left >= size.x ? 0 : rows;", .replace = ""}},
+         .calls = guard_bands()});
   }
-  const std::vector<GLfloat> guard(guard_floats, guard_value);
-  HDMBENCH_DRIVER(BufferSubData)(target, size, guard_bytes, guard.data());
-}
-
-void read_if_guard_is_whole(GLenum target, GLintptr offset, GLsizeiptr size, void* data) {
-  HDMBENCH_DRIVER(GetBufferSubData)(target, offset, size, data);
-  if (!is_guarded(target)) {
-    return;
-  }
-  std::vector<GLfloat> guard(guard_floats);
-  HDMBENCH_DRIVER(GetBufferSubData)(target, offset + size, guard_bytes, guard.data());
-  if (std::ranges::any_of(guard, [](GLfloat value) { return value != guard_value; })) {
-    auto* const values = static_cast<GLfloat*>(data);
-    std::fill_n(values, static_cast<std::size_t>(size) / sizeof(GLfloat),
-                std::numeric_limits<GLfloat>::quiet_NaN());
-  }
+  return list;
 }
 
 } // namespace
 
-std::vector<Replacement> guard_bands() {
-  return {replacement("glBufferData", allocate_with_guard),
-          replacement("glGetBufferSubData", read_if_guard_is_whole)};
-}
-
 std::vector<DeviceFault> call_faults(Pipeline pipeline) {
-  return pipeline == Pipeline::fragment ? fragment_faults() : compute_faults();
+  std::vector<DeviceFault> all = controls(pipeline);
+  const auto own = pipeline == Pipeline::fragment ? fragment_faults() : compute_faults();
+  all.insert(all.end(), own.begin(), own.end());
+  return all;
 }
 
 } // namespace hdmbench::faults

@@ -6,12 +6,117 @@
 #include "backends/gl/compute.hpp"
 #endif
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <memory>
+#include <optional>
 #include <utility>
 
 namespace hdmbench::faults {
 
 namespace {
+
+class FaultyContext;
+
+/// OpenGL's functions are plain C and are told nothing but their arguments: which context they work on is
+/// state of the thread, here as in OpenGL itself. Set while a FaultyContext is current.
+thread_local FaultyContext* current_context = nullptr;
+
+void edited_shader_source(GLuint shader, GLsizei count, const GLchar* const* texts, const GLint* lengths);
+
+/// What has become of a DeviceFault: edits made and calls changed, in all contexts of a platform.
+struct PlantingRecord {
+  int edits = 0;
+  int calls = 0;
+};
+
+class FaultyContext final : public gl::Context {
+public:
+  FaultyContext(std::unique_ptr<gl::Context> sound, DeviceFault fault, std::shared_ptr<PlantingRecord> record)
+      : sound_(std::move(sound)), fault_(std::move(fault)), record_(std::move(record)),
+        api_([this](const char* name) { return resolve(name); }) {}
+
+  const gl::Api& api() const override { return api_; }
+  void abandon() noexcept override {
+    api_.abandoned = true;
+    sound_->abandon();
+  }
+
+  [[nodiscard]] gl::Address driver_function(const char* name) const { return sound_->api().resolve(name); }
+  [[nodiscard]] PlantingRecord& record() const { return *record_; }
+
+  /// The text with all edits made that are meant for it.
+  [[nodiscard]] std::string edited(std::string text) const {
+    for (const Edit& edit : fault_.edits) {
+      if (text.find(edit.shader) == std::string::npos) {
+        continue;
+      }
+      const auto at = text.find(edit.find);
+      if (at == std::string::npos || text.find(edit.find, at + 1) != std::string::npos) {
+        throw NotPlanted(fmt::format("\"{}\" is {} in the shader", edit.find,
+                                     at == std::string::npos ? "not" : "more than once"));
+      }
+      text.replace(at, edit.find.size(), edit.replace);
+      ++record_->edits;
+    }
+    return text;
+  }
+
+private:
+  [[nodiscard]] gl::Address resolve(std::string_view name) const {
+    const auto found = std::ranges::find(fault_.calls, name, &Replacement::function);
+    if (found != fault_.calls.end()) {
+      return found->by;
+    }
+    return name == "glShaderSource" ? reinterpret_cast<gl::Address>(&edited_shader_source)
+                                    : driver_function(std::string(name).c_str());
+  }
+
+  void bind() override {
+    current_.emplace(*sound_);
+    current_context = this;
+  }
+  void unbind() noexcept override {
+    current_context = nullptr;
+    current_.reset();
+  }
+
+  std::unique_ptr<gl::Context> sound_;
+  DeviceFault fault_;
+  std::shared_ptr<PlantingRecord> record_;
+  gl::Api api_;
+  std::optional<gl::Context::Current> current_;
+};
+
+void edited_shader_source(GLuint shader, GLsizei count, const GLchar* const* texts, const GLint* lengths) {
+  std::string whole;
+  for (GLsizei i = 0; i < count; ++i) {
+    whole += lengths == nullptr || lengths[i] < 0
+                 ? std::string(texts[i])
+                 : std::string(texts[i], static_cast<std::size_t>(lengths[i]));
+  }
+  const std::string edited = current_context->edited(std::move(whole));
+  const GLchar* const text = edited.c_str();
+  reinterpret_cast<decltype(&::glShaderSource)>(driver_function("glShaderSource"))(shader, 1, &text, nullptr);
+}
+
+class FaultyPlatform final : public gl::Platform {
+public:
+  FaultyPlatform(std::unique_ptr<gl::Platform> sound, DeviceFault fault,
+                 std::shared_ptr<PlantingRecord> record)
+      : sound_(std::move(sound)), fault_(std::move(fault)), record_(std::move(record)) {}
+
+  std::vector<Device> devices(gl::Version version) const override { return sound_->devices(version); }
+  std::unique_ptr<gl::Context> open(std::size_t index, gl::Version version) const override {
+    return std::make_unique<FaultyContext>(sound_->open(index, version), fault_, record_);
+  }
+
+private:
+  std::unique_ptr<gl::Platform> sound_;
+  DeviceFault fault_;
+  std::shared_ptr<PlantingRecord> record_;
+};
 
 std::string backend_name(Pipeline pipeline) {
 #ifdef HDMBENCH_WITH_EGL
@@ -30,12 +135,12 @@ std::string backend_name(Pipeline pipeline) {
   }
 }
 
-/// EGL; OSMesa where only that has a device, or only that is built.
-std::unique_ptr<gl::Platform> make_fragment_platform() {
+/// EGL; OSMesa where only that has a device for the fragment shader, or only that is built.
+std::unique_ptr<gl::Platform> make_sound_platform([[maybe_unused]] Pipeline pipeline) {
 #ifdef HDMBENCH_WITH_EGL
   auto egl = gl::make_egl_platform();
 #ifdef HDMBENCH_WITH_OSMESA
-  if (!has_device(*egl)) {
+  if (pipeline == Pipeline::fragment && !has_device(*egl)) {
     auto osmesa = gl::make_osmesa_platform();
     return has_device(*osmesa) ? std::move(osmesa) : std::move(egl);
   }
@@ -48,13 +153,13 @@ std::unique_ptr<gl::Platform> make_fragment_platform() {
 
 std::unique_ptr<Backend> make_backend(Pipeline pipeline, const DeviceFault& fault,
                                       const std::shared_ptr<PlantingRecord>& record) {
+  auto platform = std::make_unique<FaultyPlatform>(make_sound_platform(pipeline), fault, record);
 #ifdef HDMBENCH_WITH_EGL
   if (pipeline == Pipeline::compute) {
-    return gl::make_compute(make_faulty_platform(gl::make_egl_platform(), fault, record));
+    return gl::make_compute(std::move(platform));
   }
 #endif
-  return gl::make_fragment(backend_name(pipeline), "",
-                           make_faulty_platform(make_fragment_platform(), fault, record));
+  return gl::make_fragment(backend_name(pipeline), "", std::move(platform));
 }
 
 } // namespace
@@ -86,11 +191,19 @@ Planted plant(Pipeline pipeline, const DeviceFault& fault) {
           .variant = fault.variant,
           .part = fault.part,
           .make =
-              [pipeline, fault, record](const Scene&) {
+              [pipeline, fault, record] {
                 *record = {};
                 return make_backend(pipeline, fault, record);
               },
           .require_planted = require_planted};
+}
+
+gl::Address driver_function(const char* name) {
+  return current_context->driver_function(name);
+}
+
+void record_changed_call() {
+  ++current_context->record().calls;
 }
 
 } // namespace hdmbench::faults

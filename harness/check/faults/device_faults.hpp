@@ -1,7 +1,10 @@
 #pragma once
 
-#include "harness/check/faults/faulty_platform.hpp"
+#include "backends/gl/context.hpp"
+#include "harness/check/faults/planted.hpp"
 
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace hdmbench::faults {
@@ -9,32 +12,53 @@ namespace hdmbench::faults {
 /// The two ways to OpenGL.
 enum class Pipeline { fragment, compute };
 
+/// A piece of a shader's text and what goes to the driver in its place.
+struct Edit {
+  std::string find{};
+  std::string replace{};
+  /// Which shaders are meant: those that contain this. Preset: those of one sweep.
+  std::string shader = "const int rule = RULE;";
+};
+
+/// A function that the driver is thought to have in place of its own.
+struct Replacement {
+  const char* function = ""; ///< "glViewport"
+  gl::Address by = nullptr;
+};
+
+/// A mistake between a real backend and its driver, or a control (planted.hpp).
+struct DeviceFault {
+  std::string name{};
+  std::string what{};         ///< one line for people
+  std::string method = "icm"; ///< that it concerns
+  Part part = Part::sweep;
+  std::size_t variant = 0; ///< as in Planted
+  Expected expected = Expected::disagree;
+  std::vector<Edit> edits{};
+  std::vector<Replacement> calls{};
+};
+
 /// Those that this build has a backend for.
 [[nodiscard]] std::vector<Pipeline> pipelines();
 
 /// `fault` on the backend of a pipeline that this build has: the fragment shader through EGL, or through
-/// OSMesa where EGL has no device; the compute shader.
+/// OSMesa where EGL has no device; the compute shader. Its contexts hand every shader's text, edited, and
+/// some calls, changed, to the driver. A shader that is meant and does not contain an edit's text exactly
+/// once: NotPlanted.
 [[nodiscard]] Planted plant(Pipeline pipeline, const DeviceFault& fault);
 
-/// Mistakes in the text of the sweep's shaders: kernels/specification/*.inc and the shaders that
-/// include them.
+/// Mistakes and controls in the texts of the shaders, by a table: mutations.txt says how it is read.
+/// Throws std::invalid_argument with the line that is none.
+[[nodiscard]] std::vector<DeviceFault> text_faults(Pipeline pipeline, std::string_view table);
+/// Of the table that is built in.
 [[nodiscard]] std::vector<DeviceFault> text_faults(Pipeline pipeline);
 
-/// Mistakes in the text of the shaders between the sweeps: those that sample and project a level, those that
-/// find out which tiles sleep.
-[[nodiscard]] std::vector<DeviceFault> text_faults_between_sweeps(Pipeline pipeline);
-
-/// Mistakes in the text of the shaders of the elastic energy.
-[[nodiscard]] std::vector<DeviceFault> text_faults_of_elastic(Pipeline pipeline);
-
-/// Mistakes in the calls: sizes, formats, uniforms, bindings.
+/// Mistakes in the calls: sizes, formats, uniforms, bindings; and controls.
 [[nodiscard]] std::vector<DeviceFault> call_faults(Pipeline pipeline);
 
-/// The same sums in another order, fused, without `precise`; guard bands that nobody touches.
-[[nodiscard]] std::vector<DeviceFault> device_controls(Pipeline pipeline);
-
-/// What makes buffers longer and looks whether the end is still as it was: a damaged guard turns the next
-/// field that is read into NaN.
-[[nodiscard]] std::vector<Replacement> guard_bands();
+/// For replacements: the driver's own function in the context that is current in this thread.
+[[nodiscard]] gl::Address driver_function(const char* name);
+/// For replacements: this call has been changed.
+void record_changed_call();
 
 } // namespace hdmbench::faults

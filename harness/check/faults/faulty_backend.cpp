@@ -6,152 +6,167 @@ namespace hdmbench::faults {
 
 namespace {
 
-class FaultySession : public Session {
+class FaultySession final : public Session {
 public:
-  FaultySession(std::unique_ptr<Session> sound, Fault fault, const Scene* scene)
-      : sound_(std::move(sound)), fault_(std::move(fault)), scene_(scene) {}
+  FaultySession(std::unique_ptr<Session> sound, Fault fault)
+      : sound_(std::move(sound)), fault_(std::move(fault)) {}
 
 private:
+  /// Something is wrong with what happens on a level or between two.
+  [[nodiscard]] bool is_on_levels() const {
+    return fault_.in_level || fault_.in_write || fault_.in_begin || fault_.in_step || fault_.in_sweep;
+  }
+  /// What is wrong with what was loaded last.
+  [[nodiscard]] const Fault& fault() const {
+    static const Fault none;
+    return fault_.way != Way::one_piece || in_one_piece_ ? fault_ : none;
+  }
+
   void do_load(const Level& level) override {
+    in_one_piece_ = in_one_piece_ && solving_;
     Level spoilt = level;
-    if (fault_.in_level) {
-      fault_.in_level(spoilt);
-    }
-    if (fault_.in_pyramid && scene_ != nullptr) {
-      fault_.in_pyramid(spoilt, *scene_);
+    if (fault().in_level) {
+      fault().in_level(spoilt);
     }
     sound_->load(spoilt);
     begins_ = true;
   }
 
+  void do_load_pyramid(const Pyramid& pyramid) override {
+    in_one_piece_ = true;
+    Pyramid spoilt = pyramid;
+    if (fault_.in_pyramid) {
+      fault_.in_pyramid(spoilt);
+    }
+    if (!is_on_levels()) {
+      sound_->load(spoilt);
+    }
+  }
+
+  void do_solve(const Advance& advance) override {
+    if (is_on_levels()) {
+      solving_ = true;
+      Session::do_solve(advance);
+      solving_ = false;
+    } else {
+      sound_->solve(advance);
+    }
+  }
+
   void do_write(const VectorField& displacement) override {
     VectorField spoilt = displacement;
-    if (begins_ && fault_.in_begin && last_read_.extent != Extent{}) {
-      fault_.in_begin(spoilt, last_read_);
+    if (begins_ && fault().in_begin && last_read_.extent != Extent{}) {
+      fault().in_begin(spoilt, last_read_);
     }
     begins_ = false;
-    if (fault_.in_write) {
-      fault_.in_write(spoilt);
+    if (fault().in_write) {
+      fault().in_write(spoilt);
     }
     sound_->write(spoilt);
-    before_ = spoilt;
   }
 
   void do_step(int /*first*/, int sweeps) override {
-    const int done = fault_.in_step ? fault_.in_step(sweeps) : sweeps;
-    if (fault_.in_sweep) {
-      for (int i = 0; i < done; ++i) {
-        spoil_sweep();
-      }
-    } else if (fault_.in_output && done > 0) {
-      sound_->step(done - 1);
-      sound_->read(before_);
-      sound_->step(1);
-    } else {
+    const int done = fault().in_step ? fault().in_step(sweeps) : sweeps;
+    if (!fault().in_sweep) {
       sound_->step(done);
+      return;
     }
-  }
-
-  void spoil_sweep() {
-    sound_->read(before_);
-    sound_->step(1);
+    VectorField before;
     VectorField after;
-    sound_->read(after);
-    fault_.in_sweep(after, before_);
-    changed_ = compare(before_, after).sites;
-    sound_->write(after);
+    for (int i = 0; i < done; ++i) {
+      sound_->read(before);
+      sound_->step(1);
+      sound_->read(after);
+      fault().in_sweep(after, before);
+      changed_ = compare(before, after).sites;
+      sound_->write(after);
+    }
   }
 
   void do_read(VectorField& displacement) override {
     sound_->read(displacement);
-    if (fault_.in_output) {
-      fault_.in_output(displacement, before_);
-    }
-    if (fault_.in_read) {
-      fault_.in_read(displacement);
+    if (fault().in_read) {
+      fault().in_read(displacement);
     }
     last_read_ = displacement;
   }
 
   std::int64_t do_changed() override {
-    const std::int64_t changed = fault_.in_sweep ? changed_ : sound_->changed();
-    return fault_.in_changed ? fault_.in_changed(changed) : changed;
+    const std::int64_t changed = fault().in_sweep ? changed_ : sound_->changed();
+    return fault().in_changed ? fault().in_changed(changed) : changed;
   }
 
-protected:
   std::unique_ptr<Session> sound_;
   Fault fault_;
-
-private:
-  const Scene* scene_;
-  VectorField before_;       ///< the last sweep
-  VectorField last_read_;    ///< empty before the first read
-  bool begins_ = false;      ///< loaded and not yet written
-  std::int64_t changed_ = 0; ///< by the last sweep, where in_sweep had a hand in it
+  bool in_one_piece_ = false; ///< a pyramid was loaded last
+  bool solving_ = false;      ///< level by level
+  bool begins_ = false;       ///< loaded and not yet written
+  VectorField last_read_;     ///< empty before the first read
+  std::int64_t changed_ = 0;  ///< by the last sweep, where in_sweep had a hand in it
 };
 
-/// The sound session's own whole pyramids, as far as the fault lets them.
-class FaultyPyramidSession final : public FaultySession {
+class FaultyElasticSession final : public SteppedElasticSession {
 public:
-  using FaultySession::FaultySession;
+  FaultyElasticSession(std::unique_ptr<ElasticSession> sound, Fault fault)
+      : sound_(std::move(sound)), fault_(std::move(fault)) {}
 
-private:
-  void do_load_pyramid(const Pyramid& pyramid) override {
-    Pyramid spoilt = pyramid;
-    if (fault_.in_whole_pyramid) {
-      fault_.in_whole_pyramid(spoilt);
+  void load(const ElasticHierarchy& hierarchy) override {
+    hierarchy_ = hierarchy;
+    if (fault_.in_hierarchy) {
+      fault_.in_hierarchy(hierarchy_);
     }
-    sound_->load(spoilt);
+    sound_->load(hierarchy_);
   }
-  void do_solve(const Advance& advance) override { sound_->solve(advance); }
-};
-
-/// One session for levels, another one for whole pyramids.
-class TwoWaySession final : public Session {
-public:
-  TwoWaySession(std::unique_ptr<Session> levels, std::unique_ptr<Session> pyramids)
-      : levels_(std::move(levels)), pyramids_(std::move(pyramids)), current_(levels_.get()) {}
+  void read(int level, ElasticField field, VectorField& values) const override {
+    sound_->read(level, field, values);
+    is_waited_for_ = true;
+  }
+  [[nodiscard]] float dot(ElasticField first, ElasticField second) const override {
+    if (!fault_.in_dot) {
+      return sound_->dot(first, second);
+    }
+    VectorField a;
+    VectorField b;
+    sound_->read(0, first, a);
+    sound_->read(0, second, b);
+    return fault_.in_dot(a, b);
+  }
 
 private:
-  void do_load(const Level& level) override {
-    current_ = levels_.get();
-    current_->load(level);
+  [[nodiscard]] const ElasticHierarchy& hierarchy() const override { return hierarchy_; }
+  void take(const ElasticStep& step) override {
+    if (fault_.in_elastic_step) {
+      fault_.in_elastic_step(step, {*sound_, hierarchy_, is_waited_for_});
+    } else {
+      step.take(*sound_);
+    }
+    is_waited_for_ = false;
   }
-  void do_load_pyramid(const Pyramid& pyramid) override {
-    current_ = pyramids_.get();
-    current_->load(pyramid);
-  }
-  void do_write(const VectorField& displacement) override { current_->write(displacement); }
-  void do_step(int /*first*/, int sweeps) override { current_->step(sweeps); }
-  void do_solve(const Advance& advance) override { current_->solve(advance); }
-  void do_read(VectorField& displacement) override { current_->read(displacement); }
-  std::int64_t do_changed() override { return current_->changed(); }
 
-  std::unique_ptr<Session> levels_;
-  std::unique_ptr<Session> pyramids_;
-  Session* current_; ///< of the last load
+  std::unique_ptr<ElasticSession> sound_;
+  Fault fault_;
+  ElasticHierarchy hierarchy_;
+  mutable bool is_waited_for_ = false;
 };
-
-bool is_on_levels(const Fault& fault) {
-  return fault.in_level || fault.in_pyramid || fault.in_write || fault.in_begin || fault.in_step ||
-         fault.in_sweep || fault.in_output;
-}
 
 } // namespace
 
+void AroundElasticStep::spoil(int level, ElasticField field,
+                              const std::function<void(VectorField&)>& change) const {
+  VectorField values;
+  sound.read(level, field, values);
+  change(values);
+  sound.write(level, field, values);
+}
+
 std::unique_ptr<Session> FaultyBackend::do_open(std::size_t /*index*/, const SessionOptions& options) const {
-  if (fault_.way == Way::active && options.work != Work::active) {
-    return std::make_unique<FaultyPyramidSession>(sound_.open(options), Fault{}, scene_);
-  }
-  std::unique_ptr<Session> faulty;
-  if (is_on_levels(fault_)) {
-    faulty = std::make_unique<FaultySession>(sound_.open(options), fault_, scene_);
-  } else {
-    faulty = std::make_unique<FaultyPyramidSession>(sound_.open(options), fault_, scene_);
-  }
-  return fault_.way == Way::one_piece
-             ? std::make_unique<TwoWaySession>(sound_.open(options), std::move(faulty))
-             : std::move(faulty);
+  const bool is_sound = fault_.way == Way::active && options.work != Work::active;
+  return std::make_unique<FaultySession>(sound_.open(options), is_sound ? Fault{} : fault_);
+}
+
+std::unique_ptr<ElasticSession> FaultyBackend::do_open_elastic(std::size_t /*index*/,
+                                                               const SessionOptions& options) const {
+  return std::make_unique<FaultyElasticSession>(sound_.open_elastic(options), fault_);
 }
 
 } // namespace hdmbench::faults

@@ -1,11 +1,11 @@
 #pragma once
 
 #include "backends/backend.hpp"
-#include "harness/scene/scene.hpp"
 
 #include <array>
 #include <functional>
 #include <memory>
+#include <ostream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -33,13 +33,6 @@ enum class Layer {
 inline constexpr std::array<std::string_view, 3> expected_names{"disagree", "let through", "either"};
 inline constexpr std::array<std::string_view, 4> layer_names{"session", "shader", "driver", "ranks"};
 
-[[nodiscard]] constexpr const auto& names_of(Expected) {
-  return expected_names;
-}
-[[nodiscard]] constexpr const auto& names_of(Layer) {
-  return layer_names;
-}
-
 /// In which part of the work a mistake is. It is tried only on scenes that have that part.
 enum class Part {
   sweep,  ///< in every scene
@@ -59,16 +52,15 @@ struct Planted {
   std::string what;    ///< one line for people
   std::string backend; ///< that it is planted on
   Layer layer = Layer::session;
-  bool on_cpu =
-      false; ///< computed by the processor's own instructions, denormal numbers as IEEE 754 has them
+  /// Computed by the processor's own instructions, denormal numbers as IEEE 754 has them.
+  bool on_cpu = false;
   Expected expected = Expected::disagree;
   std::string method = "icm"; ///< that it concerns: it is tried on scenes solved that way only; empty: on all
   bool bitwise = false;       ///< rounding excuses no difference: it has to have the bits of the reference
   std::size_t variant = 0;    ///< SessionOptions::variant that it is tried with
   Part part = Part::sweep;
-  /// The backend for one scene; the scene must outlive it. DeviceError on
-  /// devices() or open() where the device is not there.
-  std::function<std::unique_ptr<Backend>(const Scene&)> make;
+  /// Makes the backend. It throws DeviceError on devices() or open() where the device is not there.
+  std::function<std::unique_ptr<Backend>()> make;
   /// Throws NotPlanted where what make() returned has run and the fault has not. Null: it always does.
   std::function<void()> require_planted{};
 

@@ -1,10 +1,9 @@
 #include "harness/check/faults/trial.hpp"
 
 #include "backends/shared/coarse_levels.hpp"
-#include "harness/check/whole_method.hpp"
+#include "harness/check/cases.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
-#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
@@ -22,15 +21,32 @@ constexpr int iteration_limit = 8;
 constexpr Extent usual{48, 40};
 constexpr Extent usual_if_exact{32, 32};
 
-Scene load_small(const std::string& name, const std::optional<Extent>& size) {
-  Scene scene = load_scene(name, {.size = size.value_or(usual_if_exact)});
-  return scene.exact || size ? scene : load_scene(name, {.size = usual});
+TrialScene load_trial(Case one, const std::optional<Extent>& size) {
+  TrialScene trial{.label = one.name(), .scene = {}};
+  one.size = size.value_or(usual_if_exact);
+  trial.scene = load_case(one);
+  if (!trial.scene.exact && !size) {
+    one.size = usual;
+    trial.scene = load_case(one);
+  }
+  return trial;
 }
 
-TrialScene by_method(const Scene& scene, std::string_view method) {
-  TrialScene trial{.label = fmt::format("{}, {}", scene.name, method), .scene = scene};
-  use_method(trial.scene, find_method(method));
-  return trial;
+/// What is tried where nobody names scenes, the most telling ones first: each rule and order of sites, and
+/// two ways to the elastic energy.
+std::vector<Case> usual_cases() {
+  std::vector<Case> cases;
+  for (const char* const scene :
+       {"exact-textures", "random", "tie-rich", "square", "circular", "exact-pyramid", "exact-square"}) {
+    cases.push_back({.scene = scene});
+  }
+  for (const char* const method :
+       {"coloured", "closed-form", "annealing", "cascade", "conjugate-gradients"}) {
+    cases.push_back({.scene = "random", .method = method});
+  }
+  cases.push_back({.scene = "square", .method = std::string(elastic_conjugate_gradients)});
+  cases.push_back({.scene = "square", .method = std::string(elastic_sweeps)});
+  return cases;
 }
 
 /// One level, on which what is free begins so small that only denormal numbers hold it, and mostly stays
@@ -134,33 +150,19 @@ TrialScene sleeping_tiles() {
 
 std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names, std::optional<Extent> size) {
   std::vector<TrialScene> scenes;
-  const auto add = [&](const std::string& name) {
-    scenes.push_back({.label = name, .scene = load_small(name, size)});
+  for (const std::string& name : names) {
+    scenes.push_back(load_trial({.scene = name}, size));
     scenes.back().label = scenes.back().scene.name; // of a file
-  };
-  if (!names.empty()) {
-    std::ranges::for_each(names, add);
-    return scenes;
   }
-  for (const char* const name : {"square", "circular", "tie-rich", "random"}) {
-    add(name);
-  }
-  const Scene square = scenes.front().scene;
-  const Scene random = scenes.back().scene;
-  for (const std::string& name : shipped_scenes()) {
-    if (name != "brain" && load_small(name, size).exact) { // the brain's files need not be on this machine
-      add(name);
+  if (names.empty()) {
+    for (const Case& one : usual_cases()) {
+      scenes.push_back(load_trial(one, size));
     }
+    const Scene square = load_trial({.scene = "square"}, size).scene;
+    scenes.push_back(pulled_by_2_px(square));
+    scenes.push_back(sleeping_tiles());
+    scenes.push_back(with_denormals(square));
   }
-  for (const std::string_view method :
-       {"coloured", "closed-form", "annealing", "cascade", "multigrid", "krylov", "conjugate-gradients"}) {
-    scenes.push_back(by_method(random, method));
-  }
-  scenes.push_back(by_method(square, elastic_conjugate_gradients));
-  scenes.push_back(by_method(square, elastic_sweeps));
-  scenes.push_back(pulled_by_2_px(square));
-  scenes.push_back(sleeping_tiles());
-  scenes.push_back(with_denormals(square));
   return scenes;
 }
 
@@ -194,8 +196,7 @@ bool Trial::as_expected() const {
 }
 
 bool concerns(const Planted& planted, const TrialScene& scene) {
-  const bool on_any = planted.method.empty() && !is_compared_whole(scene.scene);
-  return (on_any || planted.method == scene.scene.schedule.method) &&
+  return (planted.method.empty() || planted.method == scene.scene.schedule.method) &&
          (planted.on_cpu || !scene.only_on_cpu) && scene.tiles_sleep == (planted.part == Part::sleep) &&
          (planted.part != Part::levels || has_levels(scene.scene)) &&
          (planted.variant == 0 || has_coarse_levels(scene.scene));
@@ -213,7 +214,7 @@ Trial try_out(const Planted& planted, const Backend& reference, std::span<const 
     progress.describe(fmt::format("{} on {}: {}", planted.name, planted.backend, scene.label));
     seen.emplace();
     try {
-      const std::unique_ptr<Backend> faulty = planted.make(scene.scene);
+      const std::unique_ptr<Backend> faulty = planted.make();
       const Backend* const backends[] = {faulty.get()};
       std::vector<Comparison> comparisons =
           verify(scene.scene, reference, backends,
@@ -237,31 +238,32 @@ Trial try_out(const Planted& planted, const Backend& reference, std::span<const 
   return trial;
 }
 
-FaultRow fault_row(const Trial& trial, std::span<const TrialScene> scenes) {
+nlohmann::json json_row(const Trial& trial, std::span<const TrialScene> scenes) {
   const Planted& planted = trial.planted;
-  FaultRow row{.fault = planted.name,
-               .what = planted.what,
-               .backend = planted.backend,
-               .device = trial.device.name,
-               .layer = planted.layer,
-               .expected = planted.expected,
-               .caught = trial.caught(),
-               .as_expected = trial.as_expected(),
-               .not_planted = trial.not_planted};
+  nlohmann::json row{{"fault", planted.name},
+                     {"what", planted.what},
+                     {"backend", planted.backend},
+                     {"device", trial.device.name},
+                     {"layer", layer_names.at(static_cast<std::size_t>(planted.layer))},
+                     {"expected", expected_names.at(static_cast<std::size_t>(planted.expected))},
+                     {"caught", trial.caught()},
+                     {"as_expected", trial.as_expected()},
+                     {"not_planted", trial.not_planted},
+                     {"scenes", nlohmann::json::array()}};
   for (std::size_t i = 0; i < trial.seen.size(); ++i) {
     if (trial.seen[i]) {
       const Seen& seen = *trial.seen[i];
       const Scene& scene = scenes[i].scene;
-      row.scenes.push_back({.scene = scenes[i].label,
-                            .width = scene.extent().width,
-                            .height = scene.extent().height,
-                            .method = scene.schedule.method,
-                            .exact = scene.exact,
-                            .verdict = std::string(text(seen)),
-                            .sites_differing = seen.sites_differing,
-                            .uncertified = seen.uncertified,
-                            .counts_differing = seen.counts_differing,
-                            .reason = seen.error.empty() ? seen.reason : seen.error});
+      row["scenes"].push_back({{"scene", scenes[i].label},
+                               {"width", scene.extent().width},
+                               {"height", scene.extent().height},
+                               {"method", scene.schedule.method},
+                               {"exact", scene.exact},
+                               {"verdict", text(seen)},
+                               {"sites_differing", seen.sites_differing},
+                               {"uncertified", seen.uncertified},
+                               {"counts_differing", seen.counts_differing},
+                               {"reason", seen.error.empty() ? seen.reason : seen.error}});
     }
   }
   return row;

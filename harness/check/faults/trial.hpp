@@ -1,7 +1,9 @@
 #pragma once
 
-#include "harness/check/faults/fault_row.hpp"
+#include "harness/check/faults/planted.hpp"
 #include "harness/check/verify.hpp"
+
+#include <nlohmann/json.hpp>
 
 #include <optional>
 #include <span>
@@ -68,6 +70,9 @@ struct Trial {
 [[nodiscard]] Trial try_out(const Planted& planted, const Backend& reference,
                             std::span<const TrialScene> scenes, Progress& progress);
 
-[[nodiscard]] FaultRow fault_row(const Trial& trial, std::span<const TrialScene> scenes);
+/// One row of `faults`' results: {"fault", "what", "backend", "device", "layer", "expected", "caught",
+/// "as_expected", "not_planted", "scenes": [{"scene", "width", "height", "method", "exact", "verdict",
+/// "sites_differing", "uncertified", "counts_differing", "reason"}]}.
+[[nodiscard]] nlohmann::json json_row(const Trial& trial, std::span<const TrialScene> scenes);
 
 } // namespace hdmbench::faults

@@ -1,6 +1,6 @@
 #include "harness/judge/accuracy/arithmetic.hpp"
 
-#include "harness/check/rounding_bound.hpp"
+#include "harness/check/certificate.hpp"
 #include "harness/judge/accuracy/deviation.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/sites.hpp"
@@ -13,7 +13,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <optional>
+#include <utility>
 
 namespace hdmbench {
 
@@ -42,9 +44,9 @@ struct Iteration {
   const ReferenceField& in_double;
 };
 
-class Judge {
+class StepJudge {
 public:
-  Judge(const Iteration& iteration, ArithmeticError& error)
+  StepJudge(const Iteration& iteration, ArithmeticError& error)
       : iteration_(iteration), error_(error), energy_(iteration.level, iteration.before) {}
 
   void judge(const VectorField& after) {
@@ -108,23 +110,6 @@ private:
   ThesisEnergy energy_;
 };
 
-struct Follower {
-  std::unique_ptr<Session> session; ///< null: left out
-  ArithmeticError error;
-};
-
-Follower open(const Backend& backend, const SessionOptions& options) {
-  Follower follower;
-  follower.error.backend = backend.name();
-  try {
-    follower.error.device = backend.device(options);
-    follower.session = backend.open(options);
-  } catch (const DeviceError& error) {
-    follower.error.reason = error.what();
-  }
-  return follower;
-}
-
 constexpr int always_compared = 5;
 
 /// In double there is thesis_iteration(), the candidate step all at once, and nothing else.
@@ -142,52 +127,34 @@ double ArithmeticError::rmsd() const {
   return steps_compared == 0 ? 0.0 : std::sqrt(2.0 * squared_sum / static_cast<double>(steps_compared));
 }
 
-std::vector<ArithmeticError> measure_arithmetic(const Scene& scene, const Backend& reference,
-                                                std::span<const Backend* const> backends,
-                                                const SessionOptions& options, int stride,
-                                                Progress& progress) {
+ArithmeticError measure_arithmetic(const Scene& scene, const Backend& backend, const SessionOptions& options,
+                                   int stride, Progress& progress) {
   require_icm(scene);
-  std::vector<Follower> followers;
-  for (const Backend* backend : backends) {
-    followers.push_back(open(*backend, options));
-  }
-  const std::unique_ptr<Session> leader = reference.open({});
+  ArithmeticError error;
+  const std::unique_ptr<Session> session = backend.open(options);
   LevelSequence levels(scene);
   VectorField before;
   VectorField after;
   for (const int index : levels.order()) {
     const Level& level = levels.sample(index);
-    progress.describe(fmt::format("accuracy {}: float32 against double, level {} of {}", scene.name, index,
-                                  levels.order().size()));
+    progress.describe(fmt::format("{}: float32 on {} against double, level {} of {}", scene.name,
+                                  backend.name(), index, levels.order().size()));
     before = levels.begin(index, after);
-    leader->load(level);
-    leader->write(before);
-    for (Follower& follower : followers) {
-      if (follower.session != nullptr) {
-        follower.session->load(level);
-      }
-    }
+    session->load(level);
+    session->write(before);
     for (int i = 0; i < scene.schedule.iterations; ++i) {
+      session->step(1);
+      session->read(after);
       if (i < always_compared || i % stride == 0) {
         const ReferenceField in_double = thesis_iteration(level, ReferenceField(before));
-        for (Follower& follower : followers) {
-          if (follower.session != nullptr) {
-            follower.session->write(before);
-            follower.session->step(1);
-            follower.session->read(after);
-            Judge({level, before, in_double}, follower.error).judge(after);
-          }
-        }
+        StepJudge({level, before, in_double}, error).judge(after);
       }
-      leader->step(1);
-      leader->read(before);
+      std::swap(before, after);
       progress.advance(static_cast<double>(level.extent.sites()));
     }
     after = before;
   }
-  std::vector<ArithmeticError> errors;
-  std::ranges::transform(followers, std::back_inserter(errors), &Follower::error);
-  return errors;
+  return error;
 }
 
 ReferenceField solve_in_double(const Scene& scene, Progress& progress) {
@@ -205,8 +172,7 @@ ReferenceField solve_in_double(const Scene& scene, Progress& progress) {
   };
   ReferenceField displacement;
   for (const int index : levels.order()) {
-    progress.describe(
-        fmt::format("accuracy {}: in double, level {} of {}", scene.name, index, levels.order().size()));
+    progress.describe(fmt::format("{}: in double, level {} of {}", scene.name, index, levels.order().size()));
     const Level& level = levels.sample(index);
     displacement = index == levels.order().front() ? start(level.extent) : begin(displacement, level.extent);
     for (int i = 0; i < scene.schedule.iterations; ++i) {

@@ -6,17 +6,12 @@
 #include "reference/interpolation.hpp"
 
 #include <cstdint>
-#include <span>
-#include <string>
-#include <vector>
 
 namespace hdmbench {
 
 /// One iteration in float32 against one in double from the same field, over many iterations of a scene's
 /// schedule. A step is one component of one site in one iteration.
 struct ArithmeticError {
-  std::string backend;
-  Device device;
   std::int64_t iterations = 0; ///< compared
   std::int64_t steps_compared = 0;
   std::int64_t steps_differing = 0; ///< another candidate than in double
@@ -24,19 +19,16 @@ struct ArithmeticError {
   double largest_gap_over_bound =
       0.0;                  ///< exact energy lost by the choice, over its bound; at most 1 is right
   double squared_sum = 0.0; ///< px^2 over all sites and iterations
-  std::string reason;       ///< why the backend was left out; else empty
 
   /// Root mean square distance of the two results of one iteration, pixels.
   [[nodiscard]] double rmsd() const;
 };
 
-/// Leads every backend along `reference`: before each compared iteration it is given the reference's field.
-/// Of every level the first five iterations are compared and then every `stride`-th. A backend that is not
-/// there is returned with the reason. Throws what Session throws.
-[[nodiscard]] std::vector<ArithmeticError> measure_arithmetic(const Scene& scene, const Backend& reference,
-                                                              std::span<const Backend* const> backends,
-                                                              const SessionOptions& options, int stride,
-                                                              Progress& progress);
+/// Of a backend's run of the scene. Of every level the first five iterations are compared, and then every
+/// `stride`-th. Throws InputError where the scene's method is not icm, and what Session throws.
+[[nodiscard]] ArithmeticError measure_arithmetic(const Scene& scene, const Backend& backend,
+                                                 const SessionOptions& options, int stride,
+                                                 Progress& progress);
 
 /// The scene's schedule (simultaneous, a fixed number of iterations) in double from begin to end.
 [[nodiscard]] ReferenceField solve_in_double(const Scene& scene, Progress& progress);

@@ -24,9 +24,9 @@ struct Truths {
   FiniteElements elastic_no_poisson; ///< with 0, which is what the HDM energy can know of
   FixedPoint fixed_point;
   double fixed_point_seconds = 0.0;
-  std::vector<std::uint8_t> free;      ///< sites with a component that no condition gives
-  std::vector<std::uint8_t> interface; ///< free sites within 5 px of two pixels of different modulus
-  std::vector<std::uint8_t> elsewhere; ///< all other free sites
+  /// Sites with a component that no condition gives, within 5 px of two pixels of different modulus.
+  std::vector<std::uint8_t> interface;
+  std::vector<std::uint8_t> elsewhere; ///< all other such sites
   std::size_t free_sites = 0;
   std::size_t interface_sites = 0; ///< 0: the scene has one material where it is free
 };
@@ -46,9 +46,6 @@ struct Deviations {
   double to_fem = 0.0;
   double to_fem_no_poisson = 0.0;
   double to_fixed_point = 0.0;
-  double free_to_fem = 0.0;
-  double free_to_fem_no_poisson = 0.0;
-  double free_to_fixed_point = 0.0;
   std::optional<double> interface_to_fem{}; ///< none where the scene has one material
   std::optional<double> elsewhere_to_fem{};
 };

@@ -1,8 +1,10 @@
 #include "harness/judge/atlas/atlas.hpp"
 
 #include "harness/judge/diagnosis/diagnosis.hpp"
-#include "harness/judge/diagnosis/folding.hpp"
+#include "harness/judge/diagnosis/deformation.hpp"
+#include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/scene/row_fields.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/finite_elements.hpp"
@@ -131,6 +133,37 @@ EntryResult run_entry(const Entry& entry, const Backend& backend, bool quick, Pr
   }
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
+}
+
+static void to_json(nlohmann::json& written, const Point& point) {
+  written = {
+      {"knob", point.knob}, {"error", point.error}, {"failed", point.failed}, {"warnings", point.warnings}};
+}
+
+static void to_json(nlohmann::json& written, const SeriesResult& series) {
+  const Threshold threshold = series.threshold();
+  written = {{"name", series.name},
+             {"absence", series.absence},
+             {"points", series.points},
+             {"last_good", threshold.good},
+             {"first_failed", threshold.failed}};
+}
+
+nlohmann::json atlas_row(const EntryResult& result, const std::filesystem::path& json_folder) {
+  const Entry& entry = *result.entry;
+  nlohmann::json row{
+      {"entry", entry.name},          {"title", entry.title},         {"energy", entry.energy},
+      {"mechanism", entry.mechanism}, {"knob", entry.knob},           {"measure", entry.measure},
+      {"limit", entry.limit},         {"seen_by", entry.seen_by},     {"survivor", entry.survivor},
+      {"warnings", entry.warnings},   {"width", result.extent.width}, {"height", result.extent.height},
+      {"seconds", result.seconds},    {"series", result.series}};
+  if (result.picture && have_images()) {
+    const Picture& picture = *result.picture;
+    const std::string file = fmt::format("atlas-{}.png", entry.name);
+    write_signed_png(json_folder / file, picture.extent, picture.values, picture.largest);
+    row["picture"] = {{"file", file}, {"caption", picture.caption}, {"largest", picture.largest}};
+  }
+  return row;
 }
 
 } // namespace hdmbench::atlas

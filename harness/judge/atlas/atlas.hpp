@@ -4,6 +4,9 @@
 #include "harness/judge/atlas/entry.hpp"
 #include "harness/solve/progress.hpp"
 
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -52,5 +55,9 @@ struct EntryResult {
 /// an `absence`. Throws what the truths throw, DeviceError.
 [[nodiscard]] EntryResult run_entry(const Entry& entry, const Backend& backend, bool quick,
                                     Progress& progress);
+
+/// One row of `atlas`'s results. Writes the picture into `json_folder` where images are built, as
+/// "atlas-NAME.png". Throws InputError.
+[[nodiscard]] nlohmann::json atlas_row(const EntryResult& result, const std::filesystem::path& json_folder);
 
 } // namespace hdmbench::atlas

@@ -1,4 +1,4 @@
-#include "harness/judge/atlas/families.hpp"
+#include "harness/judge/atlas/entry.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/finite_elements.hpp"
 
@@ -9,7 +9,7 @@ namespace hdmbench::atlas {
 
 namespace {
 
-constexpr int size = 96;
+constexpr int size = two_material_side;
 constexpr const char* distance = "RMSD to finite elements [px]";
 constexpr double limit = 0.25; // pixels
 constexpr const char* seen = "before the run: moduli between which cycles stall; after it: the distance that "
@@ -25,6 +25,20 @@ Problem against_finite_elements(Scene scene) {
     truth = {};
   }
   return {.scene = std::move(scene), .truth = std::move(truth)};
+}
+
+template <Where is_stiff>
+Problem two_materials(double ratio) {
+  return against_finite_elements(of_two_materials<is_stiff>(ratio));
+}
+
+template <int thickness>
+bool in_layer(Extent extent, int x, int y) {
+  return x < extent.width / 2 && y % 4 < thickness;
+}
+
+bool between_block_and_frame(Extent extent, int x, int y) {
+  return !in_inclusion(extent, x, y) && std::min({x, y, extent.width - 1 - x, extent.height - 1 - y}) >= 3;
 }
 
 std::vector<Series> elastic_series() {
@@ -48,8 +62,7 @@ Entry entry(std::string_view name, std::string_view title, std::string_view mech
           .warnings = {"not-converged", "no-estimate", "stalling-cycles"},
           .knobs = {},
           .quick_knobs = {},
-          .series = elastic_series(),
-          .error = rmsd_to_truth};
+          .series = elastic_series()};
 }
 
 Entry contrast() {
@@ -60,13 +73,7 @@ Entry contrast() {
                        "ratio of the two moduli");
   result.knobs = {1, 3, 10, 30, 100, 1e3, 1e4};
   result.quick_knobs = {1, 100, 1e4};
-  result.problem = [](double knob) {
-    Scene scene = shipped("square", size);
-    set_moduli(scene, [&](int x, int y) {
-      return in_inclusion(scene.extent(), x, y) ? 10.0F * static_cast<float>(knob) : 10.0F;
-    });
-    return against_finite_elements(std::move(scene));
-  };
+  result.problem = two_materials<in_inclusion>;
   return result;
 }
 
@@ -96,14 +103,7 @@ Entry layers() {
             "ratio of the two moduli");
   result.knobs = {1, 10, 100, 1e3, 1e4};
   result.quick_knobs = {1, 100, 1e4};
-  result.problem = [](double knob) {
-    Scene scene = shipped("square", size);
-    set_moduli(scene, [&](int x, int y) {
-      const bool stiff = x < size / 2 && y % 4 < thickness;
-      return stiff ? 10.0F * static_cast<float>(knob) : 10.0F;
-    });
-    return against_finite_elements(std::move(scene));
-  };
+  result.problem = two_materials<in_layer<thickness>>;
   return result;
 }
 
@@ -116,8 +116,7 @@ Entry supports() {
   result.knobs = {64, 16, 8, 4, 3, 2, 1};
   result.quick_knobs = {64, 4, 1};
   result.problem = [](double knob) {
-    Scene scene = shipped("square", size);
-    set_moduli(scene, [&](int x, int y) { return in_inclusion(scene.extent(), x, y) ? 100.0F : 10.0F; });
+    Scene scene = of_two_materials<in_inclusion>(10.0);
     for (auto* const component : {&scene.full.confidence.x, &scene.full.confidence.y}) {
       std::ranges::fill(*component, 0.0F);
     }
@@ -143,14 +142,7 @@ Entry free_body() {
   result.survivor = "a condition on the block: x and y at one site, one of them at another";
   result.knobs = {1, 0.1, 0.01, 1e-3, 1e-4, 1e-6, 1e-7, 1e-8};
   result.quick_knobs = {1, 1e-3, 1e-8};
-  result.problem = [](double knob) {
-    Scene scene = shipped("square", size);
-    set_moduli(scene, [&](int x, int y) {
-      const bool frame = std::min({x, y, size - 1 - x, size - 1 - y}) < 3;
-      return in_inclusion(scene.extent(), x, y) || frame ? 10.0F : 10.0F * static_cast<float>(knob);
-    });
-    return against_finite_elements(std::move(scene));
-  };
+  result.problem = two_materials<between_block_and_frame>;
   return result;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "harness/scene/scene.hpp"
+#include "harness/scene/sites.hpp"
 #include "reference/interpolation.hpp"
 
 #include <optional>
@@ -34,6 +35,14 @@ struct Series {
   void (*adjust)(Scene& scene, double knob) = nullptr;
 };
 
+/// Methods that most entries compare.
+[[nodiscard]] std::vector<Series> usual_series();
+/// The same with a change of the scene after the method was chosen.
+[[nodiscard]] std::vector<Series> usual_series(void (*adjust)(Scene& scene, double knob));
+
+/// RMSD to the truth over all sites, pixels.
+[[nodiscard]] double rmsd_to_truth(const Problem& problem, const Outcome& outcome);
+
 /// Series that are no method of solution: the exact fixed point and plane-stress finite elements.
 inline constexpr std::string_view fixed_point_method = "fixed point";
 inline constexpr std::string_view finite_elements_method = "finite elements";
@@ -53,23 +62,23 @@ struct PictureWanted {
 };
 
 struct Entry {
-  std::string_view name;                     ///< as on the command line: "start-level"
-  std::string_view title;                    ///< one line
-  std::string_view energy = energy_names[0]; ///< that its series minimise
-  std::string_view mechanism;                ///< one sentence: why
-  std::string_view knob;                     ///< its name and unit
-  std::string_view measure;                  ///< what is measured, and its unit
-  double limit = 0.0;                        ///< a value above it is a failure
-  std::string_view seen_by;                  ///< how the user or the program notices
-  std::string_view survivor;                 ///< the setting that does not fail
+  std::string_view name;                                     ///< as on the command line: "start-level"
+  std::string_view title;                                    ///< one line
+  std::string_view energy = energy_names[0];                 ///< that its series minimise
+  std::string_view mechanism;                                ///< one sentence: why
+  std::string_view knob;                                     ///< its name and unit
+  std::string_view measure = "RMSD to the fixed point [px]"; ///< what is measured, and its unit
+  double limit = 0.5;                                        ///< a value above it is a failure
+  std::string_view seen_by;                                  ///< how the user or the program notices
+  std::string_view survivor;                                 ///< the setting that does not fail
   /// Kinds of warnings (harness/judge/diagnosis) of which every failure brings one at least, and the healthy
   /// end none; empty where nothing that a run knows tells a failure from a success.
   std::vector<std::string_view> warnings{};
   std::vector<double> knobs; ///< from healthy to harmful, rising or falling
   std::vector<double> quick_knobs;
-  std::vector<Series> series;
+  std::vector<Series> series = usual_series();
   Problem (*problem)(double knob) = nullptr;
-  double (*error)(const Problem& problem, const Outcome& outcome) = nullptr;
+  double (*error)(const Problem& problem, const Outcome& outcome) = rmsd_to_truth;
   std::optional<PictureWanted> picture{};
 };
 
@@ -78,5 +87,51 @@ struct Entry {
 
 /// Throws InputError that lists the names.
 [[nodiscard]] const Entry& find_entry(std::string_view name);
+
+// What entries build their scenes of.
+
+/// A shipped scene of `size` x `size` pixels with its displacements multiplied by `size` / 300, so that
+/// strains are those of the thesis at every size.
+[[nodiscard]] Scene shipped(const char* name, int size);
+
+/// The square scene (left border dx < 0, bottom border dy > 0, the other two 0) of one material.
+[[nodiscard]] Scene one_material(int size);
+
+/// Gives every site the modulus `modulus_at`(column, row) MPa.
+template <typename ModulusAt>
+void set_moduli(Scene& scene, ModulusAt&& modulus_at) {
+  const Extent extent = scene.extent();
+  for_each_site(extent,
+                [&](int x, int y) { scene.full.modulus.values[extent.index(x, y)] = modulus_at(x, y); });
+  set_inverse_modulus(scene.full);
+}
+
+/// Inside the square in the middle, a third of the image wide, of the square scene.
+[[nodiscard]] bool in_inclusion(Extent extent, int x, int y);
+
+/// Whether a site of an image is stiff.
+using Where = bool (*)(Extent extent, int x, int y);
+inline constexpr int two_material_side = 96; ///< pixels
+
+/// The square scene, 10 MPa and `ratio` times that where `is_stiff`.
+template <Where is_stiff>
+[[nodiscard]] Scene of_two_materials(double ratio) {
+  Scene scene = shipped("square", two_material_side);
+  set_moduli(scene, [&](int x, int y) {
+    return is_stiff(scene.extent(), x, y) ? 10.0F * static_cast<float>(ratio) : 10.0F;
+  });
+  return scene;
+}
+
+/// Prescribes both components of a site, confidence 1.
+void hold(Scene& scene, int x, int y, float dx, float dy);
+
+/// The scene against its own fixed point.
+[[nodiscard]] Problem against_fixed_point(Scene scene);
+
+// The groups of entries, each a table in a file of its own.
+[[nodiscard]] std::vector<Entry> schedule_entries();
+[[nodiscard]] std::vector<Entry> scene_entries();
+[[nodiscard]] std::vector<Entry> elastic_entries();
 
 } // namespace hdmbench::atlas

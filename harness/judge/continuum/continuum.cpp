@@ -2,7 +2,6 @@
 
 #include "harness/judge/accuracy/deviation.hpp"
 #include "harness/scene/method.hpp"
-#include "harness/scene/row_fields.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "reference/circular_inclusion.hpp"
 
@@ -54,28 +53,6 @@ Scene scene_of(const ElasticProblem& problem) {
 }
 
 } // namespace
-
-static void list_fields(Fields& fields, Distance& distance) {
-  fields("rmsd", distance.rmsd);
-  fields("largest", distance.largest);
-}
-
-void list_fields(Fields& fields, ContinuumRow& row) {
-  fields("energy", row.energy);
-  fields("width", row.width);
-  fields("height", row.height);
-  fields("contrast", row.contrast);
-  fields("poisson", row.poisson);
-  fields("stretch", row.stretch);
-  fields("backend", row.backend);
-  fields("device", row.device);
-  fields("method", row.method);
-  fields("discretisation", row.discretisation);
-  fields("algebraic", row.algebraic);
-  fields("rounding", row.rounding);
-  fields("total", row.total);
-  fields("order", row.order);
-}
 
 std::vector<ContinuumRow> measure_continuum(double contrast, std::span<const int> sides,
                                             const Backend& backend, const SessionOptions& options,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backends/backend.hpp"
+#include "harness/scene/row_fields.hpp"
 #include "harness/solve/progress.hpp"
 
 #include <cstdint>
@@ -11,13 +12,12 @@
 
 namespace hdmbench {
 
-class Fields;
-
 /// How far two displacements are apart over all sites, pixels.
 struct Distance {
   double rmsd = 0.0;
   double largest = 0.0; ///< of any site
 };
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Distance, rmsd, largest)
 
 /// One row of `continuum`'s results: a sheet with a round inclusion, whose displacement is known in closed
 /// form (reference/circular_inclusion.hpp), on one mesh of pixels. The border is prescribed exactly.
@@ -38,7 +38,8 @@ struct ContinuumRow {
   std::optional<double> order{}; ///< in the width, of discretisation.rmsd since the first size; there: none
 };
 
-void list_fields(Fields& fields, ContinuumRow& row);
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ContinuumRow, energy, width, height, contrast, poisson, stretch, backend,
+                                   device, method, discretisation, algebraic, rounding, total, order)
 
 /// Images of these sides, rising, at least 8 pixels each. Throws InputError, and what a session throws.
 [[nodiscard]] std::vector<ContinuumRow> measure_continuum(double contrast, std::span<const int> sides,

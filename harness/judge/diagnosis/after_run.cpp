@@ -55,8 +55,7 @@ void check_range(const Scene& scene, const VectorField& displacement, Warnings& 
                        "in {}; the worst by {:.3g} px, at {}",
                        beyond, range.least, range.most, component.name, farthest,
                        place(scene.extent(), worst)),
-           "--method multigrid or --method icm; accelerated sweeps can grow where moduli differ much",
-           beyond});
+           "--method icm; accelerated sweeps can grow where moduli differ much", beyond});
     }
   }
 }
@@ -116,7 +115,7 @@ void check_met(const Scene& scene, const VectorField& displacement, Warnings& wa
          fmt::format("{} certain conditions have not been arrived at; the farthest is {:.3g} px off, "
                      "at {}",
                      not_arrived.count, not_arrived.farthest, place(extent, not_arrived.worst)),
-         "more --iterations, or --method multigrid, which starts from met conditions", not_arrived.count});
+         "more --iterations, or --energy elastic, which starts from met conditions", not_arrived.count});
   }
 }
 
@@ -159,17 +158,6 @@ void check_rest(const Scene& scene, const Solution& solution, Warnings& warnings
                      100.0 * std::min(1.0, rest.stripes_share), rest.stripes),
          "--method cascade, which moves neighbours in turn"});
   }
-  if (solution.estimated_error) { // the method knows better than what follows
-    if (*solution.estimated_error > visible) {
-      warnings.push_back({"not-converged",
-                          fmt::format("the method {} estimates {:.2g} px to the fixed point",
-                                      scene.schedule.method, *solution.estimated_error),
-                          "more --iterations, or --method closed-form with many; look for checkerboards and "
-                          "thin layers of very "
-                          "different moduli"});
-    }
-    return;
-  }
   const double distance = estimated_distance(scene, rest.missing);
   const std::string adds_up = fmt::format(
       "sites are {:.2g} px (RMS) from their own minimum, which adds up to about {} px from the "
@@ -182,12 +170,12 @@ void check_rest(const Scene& scene, const Solution& solution, Warnings& warnings
                                           "before the field came to rest; {}",
                                           rest.moving - rest.swapping, sites, adds_up)
                             : fmt::format("the sweeps ended early: {}", adds_up),
-                        "more --iterations, --stop still with a high --iterations, or --method multigrid",
+                        "more --iterations, --stop still with a high --iterations, or --energy elastic",
                         smallest > 0.0 ? std::optional(rest.moving - rest.swapping) : std::nullopt});
   } else if (distance > visible) {
     warnings.push_back({"stalled",
                         fmt::format("at rest, but only to candidates of {:.3g} px: {}", smallest, adds_up),
-                        "--steps fine (candidates down to 0.01 px), --method cascade, or --accuracy 0.1px"});
+                        "--steps fine (candidates down to 0.01 px), --method cascade, or --energy elastic"});
   }
 }
 
@@ -229,7 +217,7 @@ Warnings diagnose(const Scene& scene, const Solution& solution) {
   if (wild > 0) {
     return {{"not-finite",
              fmt::format("{} components are infinite or not a number: the sweeps blew up", wild),
-             "--method icm or multigrid; look for extreme moduli, targets or a huge --penalty", wild}};
+             "--method icm; look for extreme moduli, targets or a huge --penalty", wild}};
   }
   if (scene.energy == EnergyModel::elastic) {
     if (const std::string absurd = why_absurd(scene, field); !absurd.empty()) {
@@ -243,13 +231,6 @@ Warnings diagnose(const Scene& scene, const Solution& solution) {
   diagnosis::check_folding(field, warnings);
   diagnosis::check_met(scene, field, warnings);
   diagnosis::check_rest(scene, solution, warnings);
-  if (scene.schedule.cycle != Cycle::one_way && !solution.estimated_error) {
-    warnings.push_back(
-        {"no-estimate",
-         fmt::format("the method {} did not estimate how far its field is from the fixed point",
-                     scene.schedule.method),
-         "more --iterations; hdmbench accuracy measures the distance itself"});
-  }
   return warnings;
 }
 

@@ -155,7 +155,7 @@ void check_contrast(const Scene& scene, Warnings& warnings) {
              "tissue is {}: no candidate moves a straight boundary there before the softer side is {:.3g} "
              "px ahead, and conditions are {:.3g} px apart",
              where, ahead, range),
-         "--method cascade or multigrid, which have no smallest step, or limit the moduli"});
+         "--method cascade, which has no smallest step, or limit the moduli"});
   }
 }
 

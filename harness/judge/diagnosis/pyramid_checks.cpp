@@ -32,7 +32,7 @@ VectorField observed(const VectorField& confidence) {
 /// start value to the last bit.
 void check_reach(const Scene& scene, Warnings& warnings) {
   const Schedule& schedule = scene.schedule;
-  if (schedule.cycle != Cycle::one_way || scene.full.update == Update::sequential) {
+  if (scene.full.update == Update::sequential) {
     return; // in place a value crosses the image in one sweep
   }
   LevelSequence levels(scene);
@@ -70,8 +70,8 @@ void check_reach(const Scene& scene, Warnings& warnings) {
                        "sites keep their start",
                        missed, arrived.size(), component.name, farthest, schedule.iterations,
                        levels.order().size(), levels.order().size() == 1 ? "" : "s"),
-           schedule.start_level ? "a larger --start-level or none, more --iterations, or --method multigrid"
-                                : "more --iterations, or --method multigrid",
+           schedule.start_level ? "a larger --start-level or none, more --iterations, or --energy elastic"
+                                : "more --iterations, or --energy elastic",
            missed});
     }
   }
@@ -128,8 +128,8 @@ int finest_coarse_level(const LevelSequence& levels, Extent full) {
 void check_lost_conditions(const Scene& scene, Warnings& warnings) {
   LevelSequence levels(scene);
   const int coarse = finest_coarse_level(levels, scene.extent());
-  if (coarse < 0 || scene.schedule.cycle != Cycle::one_way) {
-    return; // cycles correct what a coarse level misses
+  if (coarse < 0) {
+    return;
   }
   const Extent extent = levels.extent(coarse);
   const double near = 2.0 * spacing_of(scene.extent(), extent);
@@ -156,9 +156,10 @@ void check_lost_conditions(const Scene& scene, Warnings& warnings) {
                "the field only through the finest levels, one site a sweep",
                lost, all, component.name, extent.width, extent.height),
            scene.schedule.alignment == Alignment::center
-               ? "--alignment corner keeps conditions on the image border; --method multigrid corrects what "
+               ? "--alignment corner keeps conditions on the image border; --energy elastic corrects what "
                  "coarse levels miss"
-               : "give landmarks an area of a few pixels, or --method multigrid, which corrects what coarse "
+               : "give landmarks an area of a few pixels, or --energy elastic, whose cycles correct what "
+                 "coarse "
                  "levels miss",
            lost});
     }
@@ -172,10 +173,7 @@ void check_lost_tissue(const Scene& scene, Warnings& warnings) {
   if (scene.schedule.mean_modulus || finest_coarse_level(levels, scene.extent()) < 0) {
     return;
   }
-  const auto& modulus = scene.full.modulus.values;
-  const Regions regions = find_regions(
-      scene.extent(), Touching::side, [](std::size_t) { return true; },
-      [&](std::size_t a, std::size_t b) { return modulus[a] == modulus[b]; });
+  const Regions regions = find_regions(scene.full.modulus);
   std::vector<bool> lost(regions.all.size(), false);
   Extent finest;
   for (const int index : levels.order()) {
@@ -214,8 +212,7 @@ void check_lost_tissue(const Scene& scene, Warnings& warnings) {
              "{} of {} regions of one modulus (up to {} px long, {} sites) are stepped over by a level "
              "whose sites they are at least two of long; the finest such level is {} x {}",
              std::ranges::count(lost, true), regions.all.size(), longest, sites, finest.width, finest.height),
-         "--method cascade or multigrid: their coarse levels take the mean of the moduli they stand for",
-         sites});
+         "--method cascade: its coarse levels take the mean of the moduli they stand for", sites});
   }
 }
 

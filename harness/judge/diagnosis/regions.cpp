@@ -4,8 +4,8 @@
 
 namespace hdmbench {
 
-Regions find_regions(Extent extent, Touching touching, const std::function<bool(std::size_t)>& counted,
-                     const std::function<bool(std::size_t, std::size_t)>& together) {
+Regions find_regions(const ScalarField& field) {
+  const Extent extent = field.extent;
   Regions regions{.all = {}, .of_site = std::vector<int>(extent.sites(), -1)};
   struct Position {
     int x, y;
@@ -14,7 +14,7 @@ Regions find_regions(Extent extent, Touching touching, const std::function<bool(
   for (int y0 = 0; y0 < extent.height; ++y0) {
     for (int x0 = 0; x0 < extent.width; ++x0) {
       const std::size_t first = extent.index(x0, y0);
-      if (regions.of_site[first] >= 0 || !counted(first)) {
+      if (regions.of_site[first] >= 0) {
         continue;
       }
       const int number = static_cast<int>(regions.all.size());
@@ -30,17 +30,18 @@ Regions find_regions(Extent extent, Touching touching, const std::function<bool(
                   .top = std::min(region.top, at.y),
                   .bottom = std::max(region.bottom, at.y),
                   .sites = region.sites};
-        for (int y = std::max(0, at.y - 1); y <= std::min(extent.height - 1, at.y + 1); ++y) {
-          for (int x = std::max(0, at.x - 1); x <= std::min(extent.width - 1, at.x + 1); ++x) {
-            const std::size_t next = extent.index(x, y);
-            const bool touches = touching == Touching::corner || x == at.x || y == at.y;
-            if (touches && regions.of_site[next] < 0 && counted(next) &&
-                together(extent.index(at.x, at.y), next)) {
-              regions.of_site[next] = number;
-              waiting.push_back({x, y});
-            }
+        const auto visit = [&](int x, int y) {
+          const bool is_inside = x >= 0 && y >= 0 && x < extent.width && y < extent.height;
+          const std::size_t next = is_inside ? extent.index(x, y) : first;
+          if (regions.of_site[next] < 0 && field.values[next] == field.values[first]) {
+            regions.of_site[next] = number;
+            waiting.push_back({x, y});
           }
-        }
+        };
+        visit(at.x - 1, at.y);
+        visit(at.x + 1, at.y);
+        visit(at.x, at.y - 1);
+        visit(at.x, at.y + 1);
       }
       regions.all.push_back(region);
     }

@@ -3,7 +3,6 @@
 #include "kernels/data/field.hpp"
 
 #include <algorithm>
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -19,16 +18,11 @@ struct Region {
 
 struct Regions {
   std::vector<Region> all;
-  std::vector<int> of_site; ///< index into `all`; -1: no part of any
+  std::vector<int> of_site; ///< index into `all`
 };
 
-/// Whether neighbours in a region may touch at a corner only.
-enum class Touching { side, corner };
-
-/// Neighbouring sites a, b belong together where together(a, b), asked of counted sites only.
-[[nodiscard]] Regions find_regions(Extent extent, Touching touching,
-                                   const std::function<bool(std::size_t)>& counted,
-                                   const std::function<bool(std::size_t, std::size_t)>& together);
+/// Sites of one value that touch at their sides belong together.
+[[nodiscard]] Regions find_regions(const ScalarField& field);
 
 /// Distance to the nearest counted site (a value > 0) in sites, a diagonal step counting as one; a number
 /// larger than any distance in the image where there is none.

@@ -1,7 +1,5 @@
 #include "harness/judge/diagnosis/warning.hpp"
 
-#include "harness/scene/row_fields.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,13 +29,6 @@ std::string paragraph(const std::string& first, const std::string& text, std::si
 }
 
 } // namespace
-
-void list_fields(Fields& fields, Warning& warning) {
-  fields("kind", warning.kind);
-  fields("message", warning.message);
-  fields("advice", warning.advice);
-  fields.if_any("sites", warning.sites);
-}
 
 std::string warnings_text(std::span<const Warning> warnings) {
   if (warnings.empty()) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "harness/scene/row_fields.hpp"
+
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -7,8 +9,6 @@
 #include <vector>
 
 namespace hdmbench {
-
-class Fields;
 
 /// One reason not to trust a result, found before or after the run.
 struct Warning {
@@ -20,7 +20,7 @@ struct Warning {
 
 using Warnings = std::vector<Warning>;
 
-void list_fields(Fields& fields, Warning& warning);
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Warning, kind, message, advice, sites)
 
 /// A block for people, lines of at most 110 characters that end in a newline; one line where nothing was
 /// found.

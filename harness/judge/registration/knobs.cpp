@@ -4,7 +4,6 @@
 #include "harness/applications/iterated_registration.hpp"
 #include "harness/applications/physical_registration.hpp"
 #include "harness/applications/picture.hpp"
-#include "harness/scene/row_fields.hpp"
 #include "harness/scene/sites.hpp"
 
 #include <fmt/format.h>
@@ -195,28 +194,6 @@ void detect_cases(const Scene& scene, Settings settings, KnobRow& row, ElasticSe
 }
 
 } // namespace
-
-void list_fields(Fields& fields, KnobRow& row) {
-  list_fields(fields, static_cast<RegisteredScene&>(row));
-  fields("algorithm", row.algorithm);
-  fields("knob", row.knob);
-  fields("value", row.value);
-  fields("cases", row.cases);
-  fields("seconds", row.seconds);
-  fields.if_any("tissue", row.tissue);
-  fields.if_any("region", row.region);
-  fields.if_any("conventional", row.conventional);
-  fields.if_any("believed", row.believed);
-  fields.if_any("outliers", row.outliers);
-  fields.if_any("not_converged", row.not_converged);
-  fields.if_any("folded", row.folded);
-  fields.if_any("area", row.area);
-  fields.if_any("distance", row.distance);
-  fields.if_any("found", row.found);
-  fields.if_any("mistaken", row.mistaken);
-  fields.if_any("warned", row.warned);
-  fields.if_any("mistaken_warned", row.mistaken_warned);
-}
 
 std::vector<KnobRow> turn_knobs(const Scene& scene, int cases, bool slow, const Backend& backend,
                                 const SessionOptions& options, Progress& progress) {

@@ -33,7 +33,9 @@ struct KnobRow : RegisteredScene {
   std::optional<std::int64_t> warned{}; ///< of `found`: the picture shows another tissue than the label says
   std::optional<std::int64_t> mistaken_warned{}; ///< of `mistaken`
 };
-void list_fields(Fields& fields, KnobRow& row);
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(KnobRow, scene, width, height, algorithm, knob, value, cases, seconds,
+                                   tissue, region, conventional, believed, outliers, not_converged, folded,
+                                   area, distance, found, mistaken, warned, mistaken_warned)
 
 /// Turns noise, size, contrast and what is told of Poisson's ratio, of moduli and of labels. Each row is that
 /// of `cases` seeds. Without `slow` Algorithm 5 is left out.

@@ -3,7 +3,7 @@
 #include "harness/applications/iterated_registration.hpp"
 #include "harness/applications/picture.hpp"
 #include "harness/judge/diagnosis/warning.hpp"
-#include "harness/judge/registration/registered_scene.hpp"
+#include "harness/judge/registration/ways.hpp"
 
 #include <array>
 #include <cstdint>
@@ -14,16 +14,17 @@
 
 namespace hdmbench {
 
-class Fields;
-
 /// A picture that a command wrote, for the page.
 struct NamedPicture {
   std::string caption;
   std::string file; ///< relative to the result file
 };
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(NamedPicture, caption, file)
 
 /// How `register` registers: thesis Algorithm 5 and 6.
 inline constexpr std::array<std::string_view, 2> registration_algorithms{"region", "iterated"};
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Similarity, mean_squares, correlation, mutual_information)
 
 /// The row of `register`.
 struct RegistrationRow : RegisteredScene {
@@ -52,10 +53,17 @@ struct RegistrationRow : RegisteredScene {
   std::vector<Iteration> iterations{};
   std::string field{};
   std::vector<NamedPicture> pictures{};
-  Warnings warnings{};
+  std::optional<Warnings> warnings{}; ///< none: there are none
 };
 
-void list_fields(Fields& fields, RegistrationRow& row);
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RegistrationRow::Iteration, level, width, height, difference, outliers,
+                                   step)
+inline void to_json(nlohmann::json& nlohmann_json_j, const RegistrationRow& nlohmann_json_t) {
+  NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(NLOHMANN_JSON_TO, scene, width, height, spacing, placement,
+                                           algorithm, conventional, energy, backend, device, seconds,
+                                           conventional_seconds, converged, before, after, folds,
+                                           largest_displacement, iterations, field, pictures, warnings))
+}
 
 /// The row of `detect`.
 struct DetectionRow : RegisteredScene {
@@ -88,6 +96,12 @@ struct DetectionRow : RegisteredScene {
   std::vector<NamedPicture> pictures{};
 };
 
-void list_fields(Fields& fields, DetectionRow& row);
+inline void to_json(nlohmann::json& nlohmann_json_j, const DetectionRow& nlohmann_json_t) {
+  NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(
+      NLOHMANN_JSON_TO, scene, width, height, placement, backend, device, seconds, registration_seconds,
+      region_sites, simulations, as_much_by_chance, largest_by_chance, noise, unexplained_before, unexplained,
+      largest, x, y, radius, contrast, position_deviation, contrast_deviation, contrast_at_limit,
+      contrast_undetermined, looks_like, doubted, modulus, deviation, detection, pictures))
+}
 
 } // namespace hdmbench

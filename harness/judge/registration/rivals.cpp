@@ -3,14 +3,16 @@
 #include "harness/applications/detection.hpp"
 #include "harness/applications/iterated_registration.hpp"
 #include "harness/applications/picture.hpp"
-#include "harness/judge/diagnosis/folding.hpp"
-#include "harness/scene/row_fields.hpp"
+#include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/scene/sites.hpp"
 #include "harness/solve/methods/solver.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 namespace hdmbench {
@@ -32,11 +34,32 @@ std::vector<bool> near_interfaces(const LabelField& labels) {
   return near;
 }
 
+/// Sites of a label in one list of labels, in another, and in both at once.
+struct LabelCount {
+  double one = 0.0, other = 0.0, both = 0.0;
+  [[nodiscard]] double dice() const { return 2.0 * both / (one + other); }
+};
+
+constexpr int no_label = std::numeric_limits<int>::min();
+
+/// By label. Sites at which either has none say nothing.
+std::map<int, LabelCount> count_labels(const std::vector<int>& one, const std::vector<int>& other) {
+  std::map<int, LabelCount> counts;
+  for (std::size_t site = 0; site < one.size(); ++site) {
+    if (one[site] != no_label && other[site] != no_label) {
+      counts[one[site]].one += 1.0;
+      counts[other[site]].other += 1.0;
+      counts[one[site]].both += one[site] == other[site] ? 1.0 : 0.0;
+    }
+  }
+  return counts;
+}
+
 /// Where each label's sites are said to land, against where they do, to the nearest pixel.
 double dice_of(const VectorField& displacement, const VectorField& truth, const LabelField& labels) {
   const Extent extent = labels.extent;
   const auto moved = [&](const VectorField& by) {
-    std::vector<int> landed(extent.sites(), -1);
+    std::vector<int> landed(extent.sites(), no_label);
     for_each_site(extent, [&](int x, int y) {
       const std::size_t site = extent.index(x, y);
       const auto column = static_cast<int>(std::lround(static_cast<float>(x) + by.x[site]));
@@ -47,23 +70,11 @@ double dice_of(const VectorField& displacement, const VectorField& truth, const 
     });
     return landed;
   };
-  const std::vector<int> found = moved(displacement);
-  const std::vector<int> wanted = moved(truth);
-  struct Count {
-    double found = 0.0, wanted = 0.0, both = 0.0;
-  };
-  std::map<int, Count> counts;
-  for (std::size_t site = 0; site < extent.sites(); ++site) {
-    if (found[site] >= 0 && wanted[site] >= 0) { // pixels that nothing landed on say nothing
-      counts[found[site]].found += 1.0;
-      counts[wanted[site]].wanted += 1.0;
-      counts[found[site]].both += found[site] == wanted[site] ? 1.0 : 0.0;
-    }
-  }
+  std::map<int, LabelCount> counts = count_labels(moved(displacement), moved(truth));
   counts.erase(0);
   double sum = 0.0;
   for (const auto& [label, count] : counts) {
-    sum += 2.0 * count.both / (count.found + count.wanted);
+    sum += count.dice();
   }
   return counts.empty() ? 0.0 : sum / static_cast<double>(counts.size());
 }
@@ -89,45 +100,6 @@ VectorField given_outside(const Scene& scene, const PlantedPair& pair, bool look
 }
 
 } // namespace
-
-void list_fields(Fields& fields, RegistrationError& error) {
-  fields("tissue", error.tissue);
-  fields("tissue_95", error.tissue_95);
-  fields("region", error.region);
-  fields("interfaces", error.interfaces);
-  fields("dice", error.dice);
-  fields("folds", error.folds);
-}
-
-void list_fields(Fields& fields, RivalRow& row) {
-  list_fields(fields, static_cast<RegisteredScene&>(row));
-  fields("planted", row.planted);
-  fields("amplitude", row.amplitude);
-  fields("noise", row.noise);
-  fields("other_gray", row.other_gray);
-  fields("seed", row.seed);
-  fields("method", row.method);
-  fields("knows_region", row.knows_region);
-  fields("seconds", row.seconds);
-  list_fields(fields, static_cast<RegistrationError&>(row));
-}
-
-void list_fields(Fields& fields, InclusionRow& row) {
-  list_fields(fields, static_cast<RegisteredScene&>(row));
-  fields("radius", row.radius);
-  fields("contrast", row.contrast);
-  fields("noise", row.noise);
-  fields("pictures", row.pictures);
-  fields("spread", row.spread);
-  fields("seed", row.seed);
-  fields("score", row.score);
-  fields("by_chance", row.by_chance);
-  fields("place_score", row.place_score);
-  fields("distance", row.distance);
-  fields("found_contrast", row.found_contrast);
-  fields("doubted", row.doubted);
-  fields("seconds", row.seconds);
-}
 
 RegistrationError error_of(const VectorField& displacement, const PlantedPair& pair,
                            const LabelField& labels) {
@@ -209,6 +181,68 @@ std::vector<RivalRow> compare_rivals(const Scene& scene, const PlantedOptions& p
                      session, caption, progress, add);
   add({std::string(truth_outside), given_outside(elastic, pair, looks_different, backend, session, progress),
        0.0, true});
+  return rows;
+}
+
+std::vector<PeopleRow::Overlap> overlaps_of(const LabelField& source, const LabelField& target,
+                                            const VectorField& displacement) {
+  const Extent extent = source.extent;
+  std::vector<int> there(extent.sites());
+  for_each_site(extent, [&](int x, int y) {
+    const std::size_t site = extent.index(x, y);
+    const auto to_x = std::lround(static_cast<float>(x) + displacement.x[site]);
+    const auto to_y = std::lround(static_cast<float>(y) + displacement.y[site]);
+    there[site] = target.values[extent.index(std::clamp(static_cast<int>(to_x), 0, extent.width - 1),
+                                             std::clamp(static_cast<int>(to_y), 0, extent.height - 1))];
+  });
+  std::vector<PeopleRow::Overlap> overlaps;
+  for (const auto& [label, count] : count_labels(source.values, there)) {
+    const bool in_both =
+        std::ranges::count(source.values, label) > 0 && std::ranges::count(target.values, label) > 0;
+    if (label > 0 && in_both) {
+      overlaps.push_back({label, count.dice()});
+    }
+  }
+  return overlaps;
+}
+
+std::vector<PeopleRow> compare_people(const Scene& scene, const Scene& other, bool slow,
+                                      const Backend& backend, const SessionOptions& session,
+                                      Progress& progress) {
+  for (const Scene* const one : {&scene, &other}) {
+    if (one->picture.values.empty() || one->labels.values.empty()) {
+      throw InputError(fmt::format("{}: two people can only be compared by pictures with labels", one->name));
+    }
+  }
+  if (scene.extent() != other.extent()) {
+    throw InputError(
+        fmt::format("{} is {} x {} pixels, {} is {} x {}: two people can only be compared at one size",
+                    scene.name, scene.extent().width, scene.extent().height, other.name, other.extent().width,
+                    other.extent().height));
+  }
+  const ScalarField nowhere(scene.extent());
+  std::vector<PeopleRow> rows;
+  register_every_way(
+      {scene.picture, other.picture, nowhere, false}, scene, slow, backend, session,
+      fmt::format("rivals {} to {}", scene.name, other.name), progress,
+      [&](const RegisteredPair& registered) {
+        PeopleRow row;
+        row.set_scene(scene);
+        row.other = other.name;
+        row.method = registered.method;
+        row.overlaps = overlaps_of(scene.labels, other.labels, registered.displacement);
+        row.correlation =
+            similarity(scene.picture, pulled_back(other.picture, registered.displacement)).correlation;
+        row.folds = folds_of(registered.displacement, scene.labels);
+        row.seconds = registered.seconds;
+        for (const PeopleRow::Overlap& overlap : row.overlaps) {
+          row.dice += overlap.dice / static_cast<double>(row.overlaps.size());
+        }
+        rows.push_back(std::move(row));
+      });
+  if (rows.front().overlaps.empty()) {
+    throw InputError(fmt::format("{} and {} have no label above 0 in common", scene.name, other.name));
+  }
   return rows;
 }
 

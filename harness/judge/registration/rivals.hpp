@@ -2,8 +2,8 @@
 
 #include "backends/backend.hpp"
 #include "harness/judge/registration/planted.hpp"
-#include "harness/judge/registration/registered_scene.hpp"
 #include "harness/judge/registration/ways.hpp"
+#include "harness/scene/label_field.hpp"
 #include "harness/solve/progress.hpp"
 
 #include <cstdint>
@@ -15,8 +15,6 @@
 
 namespace hdmbench {
 
-class Fields;
-
 /// What a displacement is worth where the true one is known. Pixels, root of the mean of |d - truth|^2.
 struct RegistrationError {
   double tissue = 0.0;     ///< over sites of label > 0
@@ -26,7 +24,6 @@ struct RegistrationError {
   double dice = 0.0;       ///< of the labels, moved by it and by the truth, their mean
   std::int64_t folds = 0;  ///< cells of tissue that are turned over
 };
-void list_fields(Fields& fields, RegistrationError& error);
 
 [[nodiscard]] RegistrationError error_of(const VectorField& displacement, const PlantedPair& pair,
                                          const LabelField& labels);
@@ -45,7 +42,9 @@ struct RivalRow : RegisteredScene, RegistrationError {
   bool knows_region = false; ///< was told where the region of interest is
   double seconds = 0.0;
 };
-void list_fields(Fields& fields, RivalRow& row);
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RivalRow, scene, width, height, planted, amplitude, noise, other_gray,
+                                   seed, method, knows_region, seconds, tissue, tissue_95, region, interfaces,
+                                   dice, folds)
 
 inline constexpr std::string_view truth_outside = "the truth given outside the region";
 
@@ -53,6 +52,37 @@ inline constexpr std::string_view truth_outside = "the truth given outside the r
 [[nodiscard]] std::vector<RivalRow> compare_rivals(const Scene& scene, const PlantedOptions& planted,
                                                    bool slow, const Backend& backend,
                                                    const SessionOptions& session, Progress& progress);
+
+/// A row of `rivals --other`: one way to register the picture of one person to that of another. Nobody knows
+/// the true displacement; what can be said is whether one label lies on the same label.
+struct PeopleRow : RegisteredScene {
+  /// How much the two have in common of one label.
+  struct Overlap {
+    int label = 0;
+    double dice = 0.0; ///< 0 ... 1
+  };
+  std::string other; ///< the target; the source is `scene`
+  std::string method;
+  double dice = 0.0;             ///< mean over the labels above 0 that both have
+  std::vector<Overlap> overlaps; ///< of each of them
+  double correlation = 0.0;      ///< of the pictures afterwards
+  std::int64_t folds = 0;        ///< cells of tissue that are turned over
+  double seconds = 0.0;
+};
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PeopleRow::Overlap, label, dice)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PeopleRow, scene, width, height, other, method, dice, overlaps,
+                                   correlation, folds, seconds)
+
+/// Of each label above 0 that both have: twice the sites where `source` at x and `target` at x + d(x), to the
+/// nearest site, are of that label, over those of either.
+[[nodiscard]] std::vector<PeopleRow::Overlap> overlaps_of(const LabelField& source, const LabelField& target,
+                                                          const VectorField& displacement);
+
+/// Every way of register_every_way, from the picture of `scene` to that of `other`. A label must be the same
+/// tissue in both. Throws InputError where they have not the same size, or one has no picture or labels.
+[[nodiscard]] std::vector<PeopleRow> compare_people(const Scene& scene, const Scene& other, bool slow,
+                                                    const Backend& backend, const SessionOptions& session,
+                                                    Progress& progress);
 
 /// A row of `roc`: one planted inclusion, or none.
 struct InclusionRow : RegisteredScene {
@@ -71,7 +101,9 @@ struct InclusionRow : RegisteredScene {
   bool doubted = false;        ///< the picture shows another tissue there than the label says
   double seconds = 0.0;
 };
-void list_fields(Fields& fields, InclusionRow& row);
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(InclusionRow, scene, width, height, radius, contrast, noise, pictures,
+                                   spread, seed, score, by_chance, place_score, distance, found_contrast,
+                                   doubted, seconds)
 
 /// Of a radius of 3 to 15 pixels and a contrast of 1.5 to 10, even on a logarithmic scale, by the seed.
 [[nodiscard]] PlantedInclusion any_inclusion(std::uint32_t seed);

@@ -1,14 +1,29 @@
 #pragma once
 
 #include "backends/backend.hpp"
+#include "harness/scene/row_fields.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/solve/progress.hpp"
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <string_view>
 
 namespace hdmbench {
+
+/// How every row of registration and detection begins: whose picture it was.
+struct RegisteredScene {
+  std::string scene;
+  std::int64_t width = 0; ///< sites
+  std::int64_t height = 0;
+
+  void set_scene(const Scene& registered) {
+    scene = registered.name;
+    width = registered.extent().width;
+    height = registered.extent().height;
+  }
+};
 
 inline constexpr std::string_view not_registered = "no registration";
 inline constexpr std::string_view by_elastix = "elastix b-splines";

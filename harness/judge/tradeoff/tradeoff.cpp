@@ -1,112 +1,78 @@
 #include "harness/judge/tradeoff/tradeoff.hpp"
 
-#include "harness/check/compare.hpp"
-#include "harness/judge/tradeoff/efforts.hpp"
-#include "harness/judge/tradeoff/front.hpp"
-#include "harness/judge/tradeoff/rivals.hpp"
-#include "harness/measure/median.hpp"
-#include "harness/scene/method.hpp"
-#include "harness/solve/field_norms.hpp"
-#include "harness/solve/methods/solver.hpp"
-#include "harness/solve/planner/planner.hpp"
+#include "harness/judge/tradeoff/comparison.hpp"
+#include "harness/scene/joined.hpp"
+#include "harness/solve/methods/sampled_image.hpp"
+#include "harness/solve/planner.hpp"
 #include "kernels/data/input_error.hpp"
-#include "kernels/data/mean_energy.hpp"
 #include "reference/elastic_krylov.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
-#include <cmath>
-#include <memory>
-#include <numeric>
+#include <array>
+#include <iterator>
 
 namespace hdmbench {
 
 namespace {
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-void fail(TradeoffPoint& point, PointStatus status, std::string reason) {
-  point.status = status;
-  point.reason = std::move(reason);
-}
-
-/// A backend with its sessions, or why it is not there.
-struct Place {
-  Place(const Backend& backend_, const SessionOptions& options)
-      : backend(backend_), solver(backend_, options) {
-    try {
-      device = backend.device(options);
-    } catch (const DeviceError& error) {
-      missing = error.what();
-    }
-  }
-
-  const Backend& backend;
-  Solver solver;
-  Device device;
-  std::string missing; ///< empty: it is there
+struct Efforts {
+  std::string_view method;
+  std::array<int, 4> counts; ///< rising
 };
+
+/// A factor of about 4 each; the same number again is nothing new.
+constexpr std::array known{Efforts{"icm", {5, 20, 20, 200}},
+                           Efforts{"icm-6", {5, 20, 20, 200}},
+                           Efforts{"icm-thesis-steps", {5, 20, 20, 20}},
+                           Efforts{"sequential", {5, 20, 20, 20}},
+                           Efforts{"coloured", {5, 20, 20, 20}},
+                           Efforts{"four-coloured", {5, 20, 20, 20}},
+                           Efforts{"closed-form", {5, 20, 20, 200}},
+                           Efforts{"cascade", {1, 2, 4, 8}},
+                           Efforts{"annealing", {5, 10, 20, 20}},
+                           Efforts{elastic_full_multigrid, {0, 1, 2, 3}},
+                           Efforts{elastic_conjugate_gradients, {1, 2, 4, 8}},
+                           Efforts{elastic_sweeps, {10, 50, 50, 200}}};
+
+/// Coarser ones show too little to be a choice.
+bool is_shown(Extent image, int stride) {
+  constexpr int fewest_sites = 16;
+  const Extent sampled = sampled_extent(image, stride);
+  return std::min(sampled.width, sampled.height) > fewest_sites;
+}
 
 class Measurement {
 public:
   Measurement(const Scene& scene, std::span<const Backend* const> backends, const TradeoffOptions& options,
               Progress& progress)
-      : scene_(scene), options_(options), progress_(progress) {
-    for (const Backend* backend : backends) {
-      places_.emplace_back(*backend, options.session);
-    }
-    for (const std::string& name : options.methods) {
-      if (name == "fem-amg" && !has_algebraic_multigrid()) {
-        throw InputError("this build has no fem-amg; configure with -DHDMBENCH_PETSC=ON (Debian: petsc-dev)");
-      }
-      if (name != requested_name && name != requested_elastic_name &&
-          std::ranges::find(rival_names, name) == rival_names.end()) {
-        (void)find_method(name); // throws
-      }
-    }
-    // The fixed point obeys the maximum principle; candidates may go a step beyond, no field of use goes
-    // twice as far.
-    bound_ = 2.0 * std::max(largest_component(scene.full.target),
-                            (scene.start ? largest_component(*scene.start) : 0.0)) +
-             1.0;
-    result_.truths = find_truths(scene, progress);
-  }
+      : scene_(scene), options_(options), progress_(progress),
+        judge_(scene, backends, {.session = options.session, .repeats = options.quick ? 1 : options.repeats},
+               progress) {}
 
-  SceneTradeoff run() {
+  std::vector<Judged> run() {
     for (const Method& method : methods()) {
       if (is_wanted(method.name)) {
-        measure_method(method);
+        measure_method(method, std::nullopt);
       }
     }
     for (const Method& method : elastic_methods()) {
-      if (is_wanted(method.name)) {
-        for (const double poisson : poisson_ratios()) {
-          measure_method(method, poisson);
-        }
+      for (const double poisson : is_wanted(method.name) ? poisson_ratios() : std::vector<double>{}) {
+        measure_method(method, poisson);
       }
     }
-    if (is_wanted(requested_name) && scene_.energy == EnergyModel::hdm) {
-      measure_requests(scene_, requested_name);
+    for (const double poisson : is_wanted(requested_name) ? poisson_ratios() : std::vector<double>{}) {
+      measure_requests(poisson);
     }
-    if (is_wanted(requested_elastic_name)) {
-      for (const double poisson : poisson_ratios()) {
-        Scene scene = scene_;
-        use_method(scene, usual_method(EnergyModel::elastic));
-        scene.poisson = poisson;
-        measure_requests(scene, requested_elastic_name, poisson);
-      }
-    }
-    for (const Rival& rival : rivals(scene_, result_.truths, options_.quick)) {
+    for (const Rival& rival : rivals(scene_, judge_.truths(), options_.quick)) {
       if (is_wanted(rival.name)) {
-        measure_rival(rival);
+        Judged& row = judge_.add_rival(rival);
+        row.command = options_.command ? options_.command(rival.name, std::nullopt, "") : "";
       }
     }
-    mark_front(result_.points);
-    return std::move(result_);
+    mark_front(judge_.rows());
+    return std::move(judge_.rows());
   }
 
 private:
@@ -119,24 +85,8 @@ private:
     return scene_.poisson == 0.0 ? std::vector{0.0} : std::vector{0.0, scene_.poisson};
   }
 
-  [[nodiscard]] int repeats() const { return options_.quick ? 1 : options_.repeats; }
-
-  /// Where a method is measured at all its efforts: on the CPU, with the most threads.
-  [[nodiscard]] Place& main_place(Update update) {
-    Place* best = nullptr;
-    int most = 1;
-    for (Place& place : places_) {
-      const int threads = place.backend.threads(options_.session);
-      if (threads >= most && place.missing.empty() && place.backend.supports(update)) {
-        best = &place;
-        most = threads;
-      }
-    }
-    return best == nullptr ? places_.front() : *best;
-  }
-
   /// `poisson`: of the elastic energy, in place of the scene's.
-  void measure_method(const Method& method, std::optional<double> poisson = std::nullopt) {
+  void measure_method(const Method& method, std::optional<double> poisson) {
     const int usual = usual_effort(method, scene_.schedule.iterations);
     for (const Effort& effort :
          efforts(method, scene_.schedule.iterations, scene_.extent(), options_.quick)) {
@@ -145,241 +95,133 @@ private:
       use_method(scene, method, effort.iterations);
       scene.schedule.stride = effort.stride;
       scene.poisson = poisson.value_or(scene.poisson);
-      const Place& main = main_place(scene.full.update);
-      expected_ = VectorField();
-      for (Place& place : places_) {
-        const bool is_main = &place == &main;
-        const bool is_reference = &place == &places_.front();
-        if (is_main || (is_usual && !options_.quick)) {
-          TradeoffPoint& point = result_.points.emplace_back();
-          point.method = method.name;
-          point.effort = effort_text(method, effort);
-          point.is_usual = is_usual;
-          point.poisson_used = poisson;
-          point.backend = place.backend.name();
-          point.device = place.device;
-          point.command = options_.command ? options_.command(method.name, effort, point.backend) : "";
-          measure_solution(scene, method, place, point);
-        } else if (is_reference) {
-          find_expected(scene, place);
-        }
+      const Judge::Place& main = judge_.main_place(scene.full.update);
+      const std::size_t first = judge_.rows().size();
+      judge_.add_solutions(
+          {.method = std::string(method.name),
+           .effort = effort_text(method, effort),
+           .poisson_used = poisson},
+          scene, [&](const Judge::Place& place) { return &place == &main || (is_usual && !options_.quick); });
+      for (Judged& row : std::span(judge_.rows()).subspan(first)) {
+        row.command = options_.command ? options_.command(method.name, effort, row.backend) : "";
       }
     }
   }
 
   /// What `run --accuracy` gives. Without a limit of time a plan depends on the scene alone, so the reference
   /// must come to the same field.
-  void measure_requests(const Scene& scene, std::string_view name,
-                        std::optional<double> poisson = std::nullopt) {
+  void measure_requests(double poisson) {
+    Scene scene = scene_;
+    use_method(scene, usual_method(EnergyModel::elastic));
+    scene.poisson = poisson;
+    const Judge::Place& place = judge_.main_place(Update::coloured);
     for (const double asked : options_.quick ? std::vector{1.0, 0.1}
                                              : std::vector{5.0, 2.0, 1.0, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02}) {
-      Place& place = main_place(Update::coloured);
-      TradeoffPoint& point = result_.points.emplace_back();
-      point.method = name;
-      point.poisson_used = poisson;
-      point.effort = fmt::format("{:.3g} px asked", asked);
-      point.is_usual = asked == 0.1;
-      point.backend = place.backend.name();
-      point.device = place.device;
-      point.asked = asked;
-      point.command = options_.request_command ? options_.request_command(name, asked, point.backend) : "";
-      progress_.describe(fmt::format("tradeoff {}: {}", scene_.name, point.effort));
-      Plan plan;
-      try {
+      Judged& row = judge_.rows().emplace_back(Judged{.method = std::string(requested_name),
+                                                      .effort = fmt::format("{:.3g} px asked", asked),
+                                                      .energy = EnergyModel::elastic,
+                                                      .poisson_used = poisson,
+                                                      .backend = std::string(place.backend->name()),
+                                                      .device = place.device,
+                                                      .asked = asked});
+      row.command = options_.request_command ? options_.request_command(asked, row.backend) : "";
+      progress_.describe(fmt::format("{}: {}", scene.name, row.effort));
+      const auto plan_on = [&](const Judge::Place& where) {
         Progress silent(false);
-        const auto solve = [&] {
-          plan =
-              solve_as_needed(scene, {.accuracy = asked}, place.backend, options_.session, sessions_, silent);
-        };
-        solve(); // sessions are opened
-        sample(point, [&] {
-          const auto start = std::chrono::steady_clock::now();
-          solve();
-          return seconds_since(start);
-        });
-      } catch (const std::exception& error) {
-        point.seconds.clear();
-        fail(point, PointStatus::failed, error.what());
+        return solve_as_needed(scene, {.accuracy = asked}, *where.backend, options_.session, silent);
+      };
+      Plan plan;
+      const auto solve = [&] { plan = plan_on(place); };
+      if (!judge_.sample(row, solve, solve)) {
         continue;
       }
-      point.fine_sweep_equivalents = fine_sweep_equivalents(plan);
-      point.estimated = plan.solution.estimated_error;
-      if (!judge(point, ReferenceField(plan.solution.displacement))) {
+      row.fine_sweep_equivalents = fine_sweep_equivalents(plan);
+      row.estimated = plan.solution.estimated_error;
+      if (!judge_.judge(row, ReferenceField(plan.solution.displacement))) {
         continue;
       }
       if (!plan.met) {
-        fail(point, PointStatus::failed, plan.outcome);
+        row.fail(JudgedStatus::failed, plan.outcome);
         continue;
       }
-      expected_ = VectorField();
-      try {
-        Progress silent(false);
-        expected_ = solve_as_needed(scene, {.accuracy = asked}, places_.front().backend, options_.session,
-                                    reference_sessions_, silent)
-                        .solution.displacement;
-      } catch (const std::exception& error) {
-        reason_without_expected_ = error.what();
-      }
-      check_bits(point, plan.solution.displacement);
+      judge_.expect([&] { return plan_on(judge_.reference()).solution.displacement; });
+      judge_.check_bits(row, plan.solution.displacement);
     }
-  }
-
-  /// What the reference computes where it is not timed.
-  void find_expected(const Scene& scene, Place& reference) {
-    progress_.describe(fmt::format("tradeoff {}: {} {} on {}", scene.name, scene.schedule.method,
-                                   scene.schedule.iterations, reference.backend.name()));
-    try {
-      expected_ = reference.solver.solve(scene, progress_).displacement;
-    } catch (const std::exception& error) {
-      reason_without_expected_ = error.what();
-    }
-  }
-
-  void measure_solution(const Scene& scene, const Method& method, Place& place, TradeoffPoint& point) {
-    if (!place.missing.empty()) {
-      return fail(point, PointStatus::skipped, place.missing);
-    }
-    if (method.energy == EnergyModel::elastic && !place.backend.has_elastic()) {
-      return fail(point, PointStatus::skipped, "it does not compute the elastic energy");
-    }
-    if (!place.backend.supports(scene.full.update)) {
-      return fail(
-          point, PointStatus::skipped,
-          fmt::format("it does not update {}ly", update_names[static_cast<std::size_t>(scene.full.update)]));
-    }
-    progress_.describe(
-        fmt::format("tradeoff {}: {}, {} on {}", scene.name, point.method, point.effort, point.backend));
-    Solution solution;
-    try {
-      // Shaders are compiled, and memory is found, when they are first needed.
-      Scene once = scene;
-      use_method(once, method, 1);
-      Progress silent(false);
-      (void)place.solver.solve(once, silent);
-      sample(point, [&] {
-        const auto start = std::chrono::steady_clock::now();
-        solution = place.solver.solve(scene, progress_);
-        return seconds_since(start);
-      });
-    } catch (
-        const std::exception& error) { // DeviceError, InputError, or a fault of a method: a point, not an end
-      point.seconds.clear();
-      if (&place == &places_.front()) {
-        reason_without_expected_ = error.what();
-      }
-      return fail(point, PointStatus::failed, error.what());
-    }
-    point.fine_sweep_equivalents =
-        total_site_updates(solution.levels) / static_cast<double>(scene.extent().sites());
-    if (&place == &places_.front()) {
-      expected_ = solution.displacement;
-    }
-    if (judge(point, ReferenceField(solution.displacement))) {
-      check_bits(point, solution.displacement);
-    }
-  }
-
-  void check_bits(TradeoffPoint& point, const VectorField& found) const {
-    const std::string_view reference = places_.front().backend.name();
-    if (expected_.extent != found.extent) {
-      return fail(point, PointStatus::unverified,
-                  fmt::format("{} has no field to compare with: {}", reference, reason_without_expected_));
-    }
-    const FieldDifference apart = compare(expected_, found);
-    if (apart.sites != 0) {
-      fail(point, PointStatus::unverified,
-           fmt::format("{} sites differ from {}, by up to {:.3g} px", apart.sites, reference, apart.largest));
-    }
-  }
-
-  void measure_rival(const Rival& rival) {
-    TradeoffPoint& point = result_.points.emplace_back();
-    point.method = rival.name;
-    point.is_rival = true;
-    point.effort = rival.effort;
-    point.is_usual = true;
-    point.poisson_used = rival.poisson;
-    point.command = options_.command ? options_.command(rival.name, std::nullopt, "") : "";
-    progress_.describe(fmt::format("tradeoff {}: {}, {}", scene_.name, rival.name, rival.effort));
-    ReferenceField field;
-    if (rival.solved != nullptr) {
-      field = *rival.solved;
-      point.seconds.push_back(rival.seconds);
-    }
-    try {
-      sample(point, [&] {
-        const auto start = std::chrono::steady_clock::now();
-        field = rival.solve();
-        return seconds_since(start);
-      });
-    } catch (const InputError& error) {
-      point.seconds.clear();
-      return fail(point, PointStatus::failed, error.what());
-    }
-    judge(point, field);
-  }
-
-  /// Adds samples of `solve`, which returns its seconds.
-  template <typename Solve>
-  void sample(TradeoffPoint& point, Solve&& solve) {
-    const auto spent = [&] { return std::accumulate(point.seconds.begin(), point.seconds.end(), 0.0); };
-    while (point.seconds.empty() ||
-           (std::ssize(point.seconds) < repeats() && spent() < options_.most_seconds)) {
-      point.seconds.push_back(solve());
-    }
-  }
-
-  /// Whether the field is one; measures it.
-  bool judge(TradeoffPoint& point, const ReferenceField& field) const {
-    const VectorField rounded = field.to_float();
-    point.mean_energy = mean_energy(scene_.full, rounded);
-    point.deviations = measure(field, result_.truths);
-    if (!std::isfinite(point.mean_energy) || !std::isfinite(point.deviations.to_fem)) {
-      fail(point, PointStatus::failed, "the field has values that are not finite");
-      return false;
-    }
-    const double largest = largest_component(rounded);
-    if (largest > bound_) {
-      fail(point, PointStatus::failed,
-           fmt::format("diverged: up to {:.3g} px, where no known displacement is above {:.3g} px", largest,
-                       (bound_ - 1.0) / 2.0));
-      return false;
-    }
-    return true;
   }
 
   const Scene& scene_;
   const TradeoffOptions& options_;
   Progress& progress_;
-  std::vector<Place> places_;                      ///< the reference first
-  std::vector<std::unique_ptr<Session>> sessions_; ///< of the requests
-  std::vector<std::unique_ptr<Session>> reference_sessions_;
-  double bound_ = 0.0;   ///< pixels; a component beyond has diverged
-  VectorField expected_; ///< the reference's field for the present setting; empty: it has none
-  std::string reason_without_expected_;
-  SceneTradeoff result_;
+  Judge judge_;
 };
+
+/// Throws InputError where there is no such method or rival, or this build has it not.
+void require_known(const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    if (name == "fem-amg" && !has_algebraic_multigrid()) {
+      throw InputError("this build has no fem-amg; configure with -DHDMBENCH_PETSC=ON (Debian: petsc-dev)");
+    }
+    if (name != requested_name && std::ranges::find(rival_names, name) == rival_names.end()) {
+      (void)find_method(name); // throws
+    }
+  }
+}
 
 } // namespace
 
-SceneTradeoff measure_tradeoff(const Scene& scene, std::span<const Backend* const> backends,
-                               const TradeoffOptions& options, Progress& progress) {
-  return Measurement(scene, backends, options, progress).run();
+int usual_effort(const Method& method, int own_iterations) {
+  constexpr int most_annealing = 40; // 200 take scalar half a minute, and every point is checked against it
+  if (method.name == "annealing") {
+    return most_annealing;
+  }
+  return method.usual_effort > 0 ? method.usual_effort : own_iterations;
 }
 
-void mark_front(std::vector<TradeoffPoint>& points) {
-  std::vector<std::size_t> counted;
-  std::vector<CostAndError> costs;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    points[i].is_on_front = false;
-    if (points[i].status == PointStatus::ok && !points[i].seconds.empty()) {
-      counted.push_back(i);
-      costs.push_back({median(points[i].seconds), points[i].deviations.to_fem_no_poisson});
+std::string effort_text(const Method& method, Effort effort) {
+  if (effort.stride > 1) {
+    return fmt::format("{} cycles on every {} pixel", effort.iterations, ordinal(effort.stride));
+  }
+  std::string text = fmt::format("{} {}", effort.iterations, method.effort);
+  if (effort.iterations == 1) {
+    for (const std::string_view plural : {"iterations", "cycles", "steps"}) {
+      const std::size_t at = text.find(plural);
+      if (at != std::string::npos) {
+        text.erase(at + plural.size() - 1, 1);
+      }
     }
   }
-  for (const std::size_t i : pareto_front(costs)) {
-    points[counted[i]].is_on_front = true;
+  return text;
+}
+
+std::vector<Effort> efforts(const Method& method, int own_iterations, Extent image, bool quick) {
+  const int usual = usual_effort(method, own_iterations);
+  const auto found = std::ranges::find(known, method.name, &Efforts::method);
+  std::vector<int> counts;
+  if (found != known.end()) {
+    counts.assign(found->counts.begin(), found->counts.end());
   }
+  if (quick && !counts.empty()) {
+    counts.resize(2);
+  } else {
+    counts.push_back(usual);
+  }
+  std::ranges::sort(counts);
+  counts.erase(std::unique(counts.begin(), counts.end()), counts.end());
+  std::vector<Effort> result;
+  if (method.name == elastic_full_multigrid && !quick) {
+    for (int stride = 4; is_shown(image, stride); stride *= 2) {
+      result.insert(result.begin(), {.iterations = usual, .stride = stride});
+    }
+  }
+  std::ranges::transform(counts, std::back_inserter(result),
+                         [](int iterations) { return Effort{.iterations = iterations}; });
+  return result;
+}
+
+std::vector<Judged> measure_tradeoff(const Scene& scene, std::span<const Backend* const> backends,
+                                     const TradeoffOptions& options, Progress& progress) {
+  require_known(options.methods);
+  return Measurement(scene, backends, options, progress).run();
 }
 
 } // namespace hdmbench

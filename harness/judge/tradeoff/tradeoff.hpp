@@ -1,47 +1,56 @@
 #pragma once
 
-#include "backends/backend.hpp"
-#include "harness/judge/tradeoff/efforts.hpp"
-#include "harness/judge/tradeoff/point.hpp"
-#include "harness/scene/scene.hpp"
-#include "harness/solve/progress.hpp"
+#include "harness/judge/judge.hpp"
+#include "harness/scene/method.hpp"
 
 #include <functional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace hdmbench {
 
+/// What a method is told to do.
+struct Effort {
+  int iterations = 0; ///< what --iterations takes
+  int stride = 1;     ///< what --stride takes
+};
+
+/// The settings a method is measured at on an image, rising, its usual effort among them unless quick.
+/// `own_iterations` are the scene's, the usual effort of the methods that have none. With `quick` the two
+/// smallest on the full resolution; else full multigrid also solves sampled images, the coarsest first.
+[[nodiscard]] std::vector<Effort> efforts(const Method& method, int own_iterations, Extent image, bool quick);
+
+/// "4 cycles", "1 iteration on the full resolution", "2 cycles on every 8th pixel".
+[[nodiscard]] std::string effort_text(const Method& method, Effort effort);
+
+/// The effort on every backend: the method's usual one or the scene's, less for annealing.
+[[nodiscard]] int usual_effort(const Method& method, int own_iterations);
+
+/// The method name of rows for which an accuracy was requested (harness/solve/planner.hpp).
+inline constexpr std::string_view requested_name = "as-needed-elastic";
+
 struct TradeoffOptions {
   SessionOptions session{};
-  int repeats = 3;           ///< samples per point, >= 1 ...
-  double most_seconds = 0.6; ///< ... fewer once those of a point add up to this
+  int repeats = 3; ///< samples per row, fewer where they take long
   /// Names of methods and rivals; empty: all.
   std::vector<std::string> methods{};
   bool quick = false; ///< fewer efforts, one sample
-  /// The line that repeats a point of `method` on `backend`, see harness/cli/tradeoff.cpp; a rival has no
+  /// The line that repeats a row of `method` on `backend`, see harness/cli/tradeoff.cpp; a rival has no
   /// effort and no backend.
   std::function<std::string(std::string_view method, std::optional<Effort> effort, std::string_view backend)>
       command{};
   /// The same of a request for an accuracy in pixels.
-  std::function<std::string(std::string_view method, double asked, std::string_view backend)>
-      request_command{};
+  std::function<std::string(double asked, std::string_view backend)> request_command{};
 };
 
-struct SceneTradeoff {
-  Truths truths;
-  std::vector<TradeoffPoint> points; ///< methods by effort and backend, then rivals
-};
-
-/// Every method at all its efforts on openmp (scalar where that cannot, the first that can where openmp is
-/// not among `backends`) and at its usual effort on the others, and every rival, each timed and measured
-/// against the truths. The first backend is the reference for bits. What fails is a point with the reason.
-/// Throws InputError for an unknown method and as find_truths does.
-[[nodiscard]] SceneTradeoff measure_tradeoff(const Scene& scene, std::span<const Backend* const> backends,
-                                             const TradeoffOptions& options, Progress& progress);
-
-/// Sets is_on_front of all points.
-void mark_front(std::vector<TradeoffPoint>& points);
+/// Every method at all its efforts on Judge::main_place() and at its usual effort on the other backends, what
+/// `run --accuracy` gives, and every rival: rows by method, effort and backend, then rivals. The first
+/// backend is the reference for bits. What fails is a row with the reason. Throws InputError for an unknown
+/// method and as find_truths does.
+[[nodiscard]] std::vector<Judged> measure_tradeoff(const Scene& scene,
+                                                   std::span<const Backend* const> backends,
+                                                   const TradeoffOptions& options, Progress& progress);
 
 } // namespace hdmbench

@@ -1,6 +1,5 @@
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/images/pixels.hpp"
-#include "harness/scene/images/sample.hpp"
 #include "harness/scene/sites.hpp"
 
 #include "kernels/data/input_error.hpp"
@@ -39,15 +38,25 @@ using Volume = itk::Image<float, 3>;
 
 /// Right to left, anterior to posterior, inferior to superior.
 Volume::Pointer read_volume(const std::filesystem::path& file) {
-  const auto pixels = images::read_pixels(file);
-  if (pixels->GetNumberOfComponentsPerPixel() != 1) {
-    throw unusable(file, fmt::format("it has {} components per pixel, 1 is expected",
-                                     pixels->GetNumberOfComponentsPerPixel()));
+  const auto [geometry, values] = images::read_pixels(file);
+  if (geometry.components != 1) {
+    throw unusable(file, fmt::format("it has {} components per pixel, 1 is expected", geometry.components));
   }
   const auto volume = Volume::New();
-  volume->CopyInformation(pixels);
-  volume->SetRegions(pixels->GetLargestPossibleRegion());
-  volume->SetPixelContainer(pixels->GetPixelContainer());
+  Volume::SizeType size;
+  Volume::DirectionType direction;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    size[axis] = static_cast<itk::SizeValueType>(geometry.size[axis]);
+    for (unsigned row = 0; row < 3; ++row) {
+      direction(row, axis) = geometry.axes[axis][row];
+    }
+  }
+  volume->SetRegions(size);
+  volume->SetSpacing(geometry.spacing.data());
+  volume->SetOrigin(geometry.origin.data());
+  volume->SetDirection(direction);
+  volume->Allocate();
+  std::ranges::copy(values, volume->GetBufferPointer());
   const auto orient = itk::OrientImageFilter<Volume, Volume>::New();
   orient->SetInput(volume);
   orient->UseImageDirectionOn();

@@ -19,6 +19,14 @@ namespace hdmbench {
 
 [[nodiscard]] bool have_images();
 
+/// To be called first in main(). From then on ITK reads every image file in a process of its own: this
+/// program, started again. A file on which it crashes, does not end or takes all memory, or of which it
+/// reports that pixels are missing, is then an InputError. In that process this reads the file and ends the
+/// process. Without the call, and with HDMBENCH_ASK_IN_PROCESS=1 in the environment (for a debugger), files
+/// are read in the process itself: a damaged one may end it, and missing pixels of NIfTI and MetaImage files
+/// have any value.
+void read_images_apart(int argc, const char* const* argv);
+
 /// An image, the side of its pixels in millimetres (1 where the file says nothing) and where it lies. A file
 /// whose pixels are not square is an InputError.
 template <typename Pixels>

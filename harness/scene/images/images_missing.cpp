@@ -1,4 +1,5 @@
 #include "harness/scene/images/images.hpp"
+#include "harness/scene/images/pixels.hpp"
 
 #include "kernels/data/input_error.hpp"
 
@@ -23,19 +24,9 @@ bool have_images() {
   return false;
 }
 
-Image<LabelField> read_labels(const std::filesystem::path& file, const ReadOptions&) {
-  refuse(file);
-}
+void read_images_apart(int, const char* const*) {}
 
-Image<ScalarField> read_scalar(const std::filesystem::path& file, const ReadOptions&) {
-  refuse(file);
-}
-
-Image<VectorField> read_vector(const std::filesystem::path& file, const ReadOptions&) {
-  refuse(file);
-}
-
-Image<VectorField> read_displacement(const std::filesystem::path& file) {
+images::Pixels images::read_pixels(const std::filesystem::path& file) {
   refuse(file);
 }
 

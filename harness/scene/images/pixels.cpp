@@ -1,7 +1,6 @@
 #include "harness/scene/images/pixels.hpp"
 
-#include "harness/scene/images/intact.hpp"
-
+#include "harness/scene/file_input.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -12,10 +11,15 @@
 #include <itkNrrdImageIO.h>
 #include <itkPNGImageIO.h>
 #include <itkTIFFImageIO.h>
+#include <itkVectorImage.h>
+#include <nifti1_io.h>
+#include <zlib.h>
 
+#include <algorithm>
 #include <fstream>
+#include <iterator>
+#include <memory>
 #include <new>
-#include <optional>
 #include <sstream>
 #include <string_view>
 #include <system_error>
@@ -24,23 +28,120 @@ namespace hdmbench::images {
 
 namespace {
 
-template <typename Error = InputError>
-Error unreadable(const std::filesystem::path& file, std::string_view why) {
-  return Error(fmt::format("cannot read the image {}: {}", file.string(), why));
+InputError unreadable(const std::filesystem::path& file, std::string_view why) {
+  return InputError(fmt::format("cannot read the image {}: {}", file.string(), why));
 }
 
-/// ITK reports a folder and a missing file as an unknown format.
-void require_file(const std::filesystem::path& file) {
-  std::error_code error;
-  const auto status = std::filesystem::status(file, error);
-  if (!std::filesystem::exists(status)) {
-    throw unreadable<MissingFile>(file, "there is no such file");
+InputError damaged(const std::filesystem::path& file, std::string_view how) {
+  return unreadable(file, fmt::format("it is damaged or cut short: {}", how));
+}
+
+/// Whether a NRRD header says that the pixels are in other files. Throws InputError where this header or that
+/// of a MetaImage names a pipe: opening it would wait for someone who writes to it.
+bool has_pixels_apart(const std::filesystem::path& file) {
+  constexpr std::streamsize longest_header = 1 << 16;
+  std::string header(longest_header, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(header.data(), longest_header);
+  header.resize(static_cast<std::size_t>(stream.gcount()));
+  std::istringstream lines(header);
+  bool apart = false;
+  for (std::string line; std::getline(lines, line);) {
+    line.erase(line.find_last_not_of(" \t\r") + 1);
+    const auto name = line.find_first_not_of(" \t", line.find_first_of(":=") + 1);
+    std::error_code ignored;
+    if (name != std::string::npos &&
+        std::filesystem::is_fifo(file.parent_path() / line.substr(name), ignored)) {
+      throw unreadable(file, fmt::format("{} with its pixels is a pipe", line.substr(name)));
+    }
+    apart = apart || line.starts_with("data file:") || line.starts_with("datafile:");
   }
-  if (!std::filesystem::is_regular_file(status)) {
-    throw unreadable(file, "it is not a file");
+  return apart;
+}
+
+bool is_whole_gzip(const std::filesystem::path& file) {
+  const std::unique_ptr<gzFile_s, int (*)(gzFile)> stream(gzopen(file.c_str(), "rb"), gzclose);
+  std::vector<char> block(std::size_t{1} << 20U);
+  int length = 0;
+  do { // to the end, where the checksum stands
+    length = gzread(stream.get(), block.data(), static_cast<unsigned>(block.size()));
+  } while (length > 0);
+  int status = Z_OK;
+  (void)gzerror(stream.get(), &status);
+  return length == 0 && status == Z_OK;
+}
+
+/// For the readers that do not look: NIfTI's for the checksum of a compressed file, and JPEG's, which makes
+/// grey pixels of those that are missing, for the mark at the end.
+void require_whole(const std::filesystem::path& file) {
+  std::array<char, 2> first{};
+  std::ifstream(file, std::ios::binary).read(first.data(), first.size());
+  const std::string_view signature(first.data(), first.size());
+  if (signature == "\x1f\x8b" && !is_whole_gzip(file)) {
+    throw damaged(file, "its compressed bytes cannot be decoded");
   }
-  if (!std::ifstream(file)) {
-    throw unreadable(file, "it may not be opened (permission denied)");
+  if (signature == "\xff\xd8") {
+    const std::string bytes = read_file(file);
+    const auto end = bytes.rfind("\xff\xd9");
+    const auto scan = bytes.rfind("\xff\xda"); // in the bytes of pixels neither of them occurs
+    if (end == std::string::npos || (scan != std::string::npos && scan > end)) {
+      throw damaged(file, "the mark at the end of a JPEG image is missing");
+    }
+  }
+}
+
+/// How many bytes a zlib or gzip stream gives; 0 where it is damaged or ends too early.
+std::uintmax_t inflated_length(std::istream& compressed) {
+  z_stream zlib{};
+  constexpr int any_header = 32 + MAX_WBITS;
+  int status = inflateInit2(&zlib, any_header);
+  std::vector<char> in(std::size_t{1} << 16U);
+  std::vector<Bytef> out(std::size_t{1} << 18U);
+  std::uintmax_t length = 0;
+  while (status == Z_OK) {
+    if (zlib.avail_in == 0) {
+      compressed.read(in.data(), static_cast<std::streamsize>(in.size()));
+      zlib.next_in = reinterpret_cast<Bytef*>(in.data());
+      zlib.avail_in = static_cast<uInt>(compressed.gcount());
+    }
+    zlib.next_out = out.data();
+    zlib.avail_out = static_cast<uInt>(out.size());
+    status = inflate(&zlib, Z_NO_FLUSH); // Z_BUF_ERROR once the stream has run dry
+    length += out.size() - zlib.avail_out;
+  }
+  inflateEnd(&zlib);
+  return status == Z_STREAM_END ? length : 0;
+}
+
+/// MetaIO does not notice that compressed pixels cannot be decoded, or that pixels in words are missing.
+void require_whole_meta_image(const std::filesystem::path& file, itk::MetaImageIO& format) {
+  const MetaImage& header = *format.GetMetaImagePointer();
+  if (!header.BinaryData()) {
+    throw unreadable(file, "its pixels are written as text (BinaryData = False), where ITK does not notice "
+                           "missing ones");
+  }
+  const std::string name = header.ElementDataFileName();
+  const bool apart = name != "LOCAL" && name != "Local" && name != "local";
+  const std::filesystem::path pixels = file.parent_path() / name;
+  if (apart && !std::filesystem::exists(pixels)) {
+    throw damaged(file, fmt::format("there is no file {} with its pixels", name));
+  }
+  if (!header.CompressedData()) {
+    return;
+  }
+  std::ifstream data(file, std::ios::binary);
+  bool says_length = false;
+  for (std::string line; !line.starts_with("ElementDataFile") && std::getline(data, line);) {
+    says_length = says_length || line.starts_with("CompressedDataSize");
+  }
+  if (!says_length) { // MetaIO then gives whatever the memory held
+    throw unreadable(file, "its header has no CompressedDataSize");
+  }
+  if (apart) {
+    data = std::ifstream(pixels, std::ios::binary);
+  }
+  if (inflated_length(data) < static_cast<std::uintmax_t>(format.GetImageSizeInBytes())) {
+    throw damaged(file, "its compressed bytes cannot be decoded, or are too few");
   }
 }
 
@@ -59,31 +160,6 @@ itk::ImageIOBase::Pointer first_that_can_read(const std::filesystem::path& file)
   return found;
 }
 
-/// What a NRRD header says of where its pixels are; nothing where they follow it.
-std::optional<std::string> nrrd_data_file(const std::filesystem::path& file) {
-  std::ifstream header(file, std::ios::binary);
-  std::string line;
-  if (!std::getline(header, line) || !line.starts_with("NRRD")) {
-    return std::nullopt;
-  }
-  while (std::getline(header, line) && line.find_first_not_of("\r") != std::string::npos) {
-    if (line.starts_with("data file:") || line.starts_with("datafile:")) {
-      const auto name = line.find_first_not_of(" \t", line.find(':') + 1);
-      return name == std::string::npos ? "" : line.substr(name, line.find_last_not_of(" \t\r") + 1 - name);
-    }
-  }
-  return std::nullopt;
-}
-
-/// Opening a pipe waits for someone who writes to it. Where the header names several files the name is none.
-void require_no_pipe(const std::filesystem::path& file) {
-  std::error_code ignored;
-  const std::filesystem::path holder = file.parent_path() / nrrd_data_file(file).value_or("");
-  if (std::filesystem::is_fifo(holder, ignored)) {
-    throw unreadable(file, fmt::format("{} with its pixels is a pipe", holder.string()));
-  }
-}
-
 itk::ImageIOBase::Pointer recognise(const std::filesystem::path& file) {
   const auto format = first_that_can_read<itk::NrrdImageIO, itk::MetaImageIO, itk::NiftiImageIO,
                                           itk::PNGImageIO, itk::JPEGImageIO, itk::TIFFImageIO>(file);
@@ -96,17 +172,8 @@ itk::ImageIOBase::Pointer recognise(const std::filesystem::path& file) {
   return format;
 }
 
-/// Whether the pixels may be in another file: NRRD with a line "data file: ...". MetaImage and NIfTI, which
-/// know that as well, have passed require_intact.
-bool may_be_apart(const std::filesystem::path& file, const itk::ImageIOBase& format) {
-  if (dynamic_cast<const itk::NrrdImageIO*>(&format) == nullptr) {
-    return dynamic_cast<const itk::TIFFImageIO*>(&format) == nullptr;
-  }
-  return nrrd_data_file(file).has_value();
-}
-
 /// ImageFileReader would drop the axes past the third without a word.
-void require_reasonable(const std::filesystem::path& file, const itk::ImageIOBase& format) {
+void require_reasonable(const std::filesystem::path& file, const itk::ImageIOBase& format, bool apart) {
   double values = format.GetNumberOfComponents();
   for (unsigned axis = 0; axis < format.GetNumberOfDimensions(); ++axis) {
     const auto size = format.GetDimensions(axis);
@@ -121,12 +188,33 @@ void require_reasonable(const std::filesystem::path& file, const itk::ImageIOBas
     throw unreadable(file,
                      fmt::format("its header promises {} values, 1 to {} can be read", values, most_values));
   }
-  // What the best of their compressions, bzip2, makes of nothing but zeros. ITK would fill the memory first.
+  // More than any of their compressions makes of nothing but zeros. ITK would fill the memory first.
   constexpr double most_values_per_byte = 50000.0;
   const auto bytes = std::filesystem::file_size(file);
-  if (!may_be_apart(file, format) && values > most_values_per_byte * static_cast<double>(bytes)) {
-    throw unreadable(file, fmt::format("it is damaged or cut short: {} bytes for {} values", bytes, values));
+  if ((dynamic_cast<const itk::TIFFImageIO*>(&format) != nullptr ||
+       dynamic_cast<const itk::NrrdImageIO*>(&format) != nullptr) &&
+      !apart && values > most_values_per_byte * static_cast<double>(bytes)) {
+    throw damaged(file, fmt::format("{} bytes for {} values", bytes, values));
   }
+}
+
+using Image = itk::VectorImage<float, 3>;
+
+/// `axes`: how many the file has.
+Pixels pixels_of(const Image& image, unsigned axes) {
+  Pixels pixels;
+  pixels.geometry.components = image.GetNumberOfComponentsPerPixel();
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    pixels.geometry.size[axis] = static_cast<int>(image.GetLargestPossibleRegion().GetSize()[axis]);
+    // whatever ITK made of the third axis of a flat image
+    pixels.geometry.spacing[axis] = image.GetSpacing()[axis == 2 && axes < 3 ? 0 : axis];
+    pixels.geometry.origin[axis] = image.GetOrigin()[axis];
+    for (unsigned row = 0; row < 3; ++row) {
+      pixels.geometry.axes[axis][row] = image.GetDirection()(row, axis);
+    }
+  }
+  pixels.values.assign(image.GetBufferPointer(), image.GetBufferPointer() + pixels.geometry.values());
+  return pixels;
 }
 
 } // namespace
@@ -149,23 +237,21 @@ std::string own_words(const itk::ExceptionObject& error) {
   return words;
 }
 
-Pixels::Pointer read_pixels(const std::filesystem::path& file) {
-  require_file(file);
+Pixels read_pixels_here(const std::filesystem::path& file) {
   try {
-    require_intact(file);
-    require_no_pipe(file);
+    const bool apart = has_pixels_apart(file);
+    require_whole(file);
     const auto format = recognise(file);
-    require_reasonable(file, *format);
-    const auto reader = itk::ImageFileReader<Pixels>::New();
+    require_reasonable(file, *format, apart);
+    if (auto* const meta = dynamic_cast<itk::MetaImageIO*>(format.GetPointer())) {
+      require_whole_meta_image(file, *meta);
+    }
+    nifti_set_debug_level(1); // so that it says which pixels are missing; ITK has silenced it
+    const auto reader = itk::ImageFileReader<Image>::New();
     reader->SetFileName(file.string());
     reader->SetImageIO(format);
     reader->Update();
-    if (format->GetNumberOfDimensions() < 3) { // whatever ITK made of the third one
-      Pixels::SpacingType spacing = reader->GetOutput()->GetSpacing();
-      spacing[2] = spacing[0];
-      reader->GetOutput()->SetSpacing(spacing);
-    }
-    return reader->GetOutput();
+    return pixels_of(*reader->GetOutput(), format->GetNumberOfDimensions());
   } catch (const itk::ExceptionObject& error) {
     throw unreadable(file, own_words(error));
   } catch (const std::bad_alloc&) {

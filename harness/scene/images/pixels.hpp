@@ -1,23 +1,78 @@
 #pragma once
 
-#include <itkMacro.h>
-#include <itkVectorImage.h>
+#include "harness/scene/placement.hpp"
+#include "kernels/data/field.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
 #include <filesystem>
 #include <string>
+#include <vector>
 
-/// ITK inside harness/scene/images/ only: its headers compile slowly.
+namespace itk {
+class ExceptionObject;
+}
+
 namespace hdmbench::images {
 
-/// What any readable file becomes: up to three axes (a missing one has one index), any number of components
-/// per pixel.
-using Pixels = itk::VectorImage<float, 3>;
+/// Where the pixels of a file lie. Up to three axes; a missing one has one pixel, as deep as it is wide.
+struct Geometry {
+  std::array<int, 3> size{1, 1, 1};
+  std::array<double, 3> spacing{1.0, 1.0, 1.0}; ///< millimetres
+  Placement::Vector origin{};                   ///< of the first pixel's centre
+  std::array<Placement::Vector, 3>
+      axes{};                 ///< the directions that columns, rows and slices follow each other in
+  std::size_t components = 1; ///< values per pixel
 
-/// The whole file, its values unchanged but for the rounding to float; the pixels of a flat one are as deep
-/// as they are wide. Throws InputError.
-[[nodiscard]] Pixels::Pointer read_pixels(const std::filesystem::path& file);
+  [[nodiscard]] std::size_t values() const {
+    return static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) *
+           static_cast<std::size_t>(size[2]) * components;
+  }
+};
+
+/// What any readable file becomes.
+struct Pixels {
+  Geometry geometry{};
+  std::vector<float> values{}; ///< the components of a pixel, then the next pixel of the row
+};
+
+/// The whole file, its values unchanged but for the rounding to float. Read in a process of its own after
+/// read_images_apart(), else in this one. Throws InputError and MissingFile.
+[[nodiscard]] Pixels read_pixels(const std::filesystem::path& file);
+
+/// Reads in this process: a damaged file may crash ITK's readers, or make them run for ever. What they would
+/// not notice is noticed here, but for pixels that are missing at the end of a NIfTI or MetaImage file: these
+/// they only report on standard error, which is for the process that started this one to judge. Throws
+/// InputError.
+[[nodiscard]] Pixels read_pixels_here(const std::filesystem::path& file);
 
 /// ITK's message on one line, without the class, the address and the empty lines around it.
 [[nodiscard]] std::string own_words(const itk::ExceptionObject& error);
+
+/// Bilinear interpolation at a finite position in pixels, pixel centres at integers; beyond the outer centres
+/// the nearest pixel of the border.
+[[nodiscard]] inline float linear_at(const ScalarField& field, double x, double y) {
+  const double inside_x = std::clamp(x, 0.0, field.extent.width - 1.0);
+  const double inside_y = std::clamp(y, 0.0, field.extent.height - 1.0);
+  const int left = static_cast<int>(inside_x);
+  const int top = static_cast<int>(inside_y);
+  const int right = std::min(left + 1, field.extent.width - 1);
+  const int bottom = std::min(top + 1, field.extent.height - 1);
+  const auto value = [&](int column, int row) {
+    return double{field.values[field.extent.index(column, row)]};
+  };
+  const double upper = std::lerp(value(left, top), value(right, top), inside_x - left);
+  const double lower = std::lerp(value(left, bottom), value(right, bottom), inside_x - left);
+  return static_cast<float>(std::lerp(upper, lower, inside_y - top));
+}
+
+/// The pixel whose area a finite position lies in, or the nearest one of the border.
+[[nodiscard]] inline float nearest_at(const ScalarField& field, double x, double y) {
+  const double column = std::clamp(std::floor(x + 0.5), 0.0, field.extent.width - 1.0);
+  const double row = std::clamp(std::floor(y + 0.5), 0.0, field.extent.height - 1.0);
+  return field.values[field.extent.index(static_cast<int>(column), static_cast<int>(row))];
+}
 
 } // namespace hdmbench::images

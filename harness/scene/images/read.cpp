@@ -1,6 +1,5 @@
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/images/pixels.hpp"
-#include "harness/scene/images/sample.hpp"
 
 #include "kernels/data/input_error.hpp"
 
@@ -28,9 +27,9 @@ InputError unreadable(const std::filesystem::path& file, std::string_view why) {
 /// One slice of a file, one field per component.
 Image<std::vector<ScalarField>> read_slice(const std::filesystem::path& file, const ReadOptions& options) {
   const std::optional<int> slice = options.slice;
-  const auto pixels = images::read_pixels(file);
-  const auto size = pixels->GetLargestPossibleRegion().GetSize();
-  const auto slices = static_cast<int>(size[2]);
+  const images::Pixels pixels = images::read_pixels(file);
+  const auto& [size, spacing, origin, axes, components] = pixels.geometry;
+  const int slices = size[2];
   if (!slice && slices > 1) {
     throw unreadable(file, fmt::format("it is 3-D, choose one of its slices 0 ... {}", slices - 1));
   }
@@ -38,19 +37,11 @@ Image<std::vector<ScalarField>> read_slice(const std::filesystem::path& file, co
     throw unreadable(file,
                      fmt::format("there is no slice {}, it has the slices 0 ... {}", *slice, slices - 1));
   }
-  const auto spacing = pixels->GetSpacing();
   if (!(std::abs(spacing[0] - spacing[1]) <= square_tolerance * spacing[0])) {
     throw unreadable(file, fmt::format("its pixels are {} mm x {} mm, they must be square; resample it",
                                        spacing[0], spacing[1]));
   }
-  const auto direction = pixels->GetDirection();
-  Placement placement;
-  for (unsigned axis = 0; axis < 3; ++axis) {
-    placement.origin[axis] = pixels->GetOrigin()[axis];
-    for (unsigned row = 0; row < 3; ++row) {
-      placement.axes[axis][row] = direction(row, axis);
-    }
-  }
+  Placement placement{.origin = origin, .axes = axes};
   const auto& [along, down, through] = placement.axes;
   if (const double cosine = std::inner_product(along.begin(), along.end(), down.begin(), 0.0);
       !(std::abs(cosine) <= square_tolerance)) {
@@ -63,10 +54,9 @@ Image<std::vector<ScalarField>> read_slice(const std::filesystem::path& file, co
     placement.thickness = spacing[2];
   }
   placement = placement.moved(0.0, 0.0, slice.value_or(0) * spacing[2]);
-  const Extent extent{static_cast<int>(size[0]), static_cast<int>(size[1])};
-  const std::size_t components = pixels->GetNumberOfComponentsPerPixel();
+  const Extent extent{size[0], size[1]};
   const float* const first =
-      pixels->GetBufferPointer() + static_cast<std::size_t>(slice.value_or(0)) * extent.sites() * components;
+      pixels.values.data() + static_cast<std::size_t>(slice.value_or(0)) * extent.sites() * components;
   Image<std::vector<ScalarField>> result{std::vector(components, ScalarField(extent)),
                                          options.spacing.value_or(spacing[0]), placement};
   for (std::size_t component = 0; component < components; ++component) {
@@ -126,10 +116,6 @@ void require_vectors(const std::filesystem::path& file, std::size_t components) 
 }
 
 } // namespace
-
-bool have_images() {
-  return true;
-}
 
 Image<LabelField> read_labels(const std::filesystem::path& file, const ReadOptions& options) {
   auto image = read_slice(file, options);

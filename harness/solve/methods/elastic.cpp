@@ -33,13 +33,6 @@ constexpr float least_product = 0x1p-100F;
 /// Squares of moduli that differ more do not fit into float, on whatever scale: what is soft is anywhere.
 constexpr double most_contrast = 1e30;
 
-std::vector<Extent> extents(const ElasticHierarchy& hierarchy) {
-  std::vector<Extent> result;
-  std::ranges::transform(hierarchy.levels, std::back_inserter(result),
-                         [](const ElasticLevel& level) { return level.grid.sites; });
-  return result;
-}
-
 } // namespace
 
 ElasticSolver::ElasticSolver(const Level& full, double poisson, ElasticSession& session) : session_(session) {
@@ -48,23 +41,13 @@ ElasticSolver::ElasticSolver(const Level& full, double poisson, ElasticSession& 
     start_ = extended_conditions(full);
   });
   sprung_ = has_springs(full);
-  load([&](Springs springs) {
+  const auto load_sheet = [&](Springs springs) {
     timed(timings_.projection, [&] { hierarchy_ = make_elastic_hierarchy(full, poisson, springs); });
     const Stopwatch watch(timings_.upload);
     session.load(hierarchy_);
-  });
-  list_work(extents(hierarchy_));
-}
-
-ElasticSolver::ElasticSolver(ElasticSteps& steps, const std::function<void(Springs)>& load_sheet,
-                             const std::vector<Extent>& levels, VectorField start, bool sprung)
-    : session_(steps), start_(std::move(start)), sprung_(sprung) {
-  load(load_sheet);
-  list_work(levels);
-}
-
-void ElasticSolver::load(const std::function<void(Springs)>& load_sheet) {
+  };
   load_sheet(Springs::none);
+  list_work(hierarchy_);
   timed(timings_.upload, [&] { session_.write(0, ElasticField::displacement, start_); });
   if (!sprung_) {
     start_ = VectorField(); // the session has it, and in large images its 8 bytes a site count
@@ -88,7 +71,7 @@ ElasticSolver::ElasticSolver(const Level& full, double poisson, const SiteSpring
                                            : make_elastic_hierarchy(full, poisson, springs);
   });
   timed(timings_.upload, [&] { session.load(hierarchy_); });
-  list_work(extents(hierarchy_));
+  list_work(hierarchy_);
 }
 
 void ElasticSolver::pull(VectorField start, const VectorField& forces_there) {
@@ -119,9 +102,9 @@ void ElasticSolver::pull(VectorField start, const VectorField& forces_there) {
   session_.write(0, ElasticField::displacement, VectorField(full.extent));
 }
 
-void ElasticSolver::list_work(const std::vector<Extent>& levels) {
-  for (const Extent extent : levels) {
-    work_.push_back({.level = static_cast<int>(work_.size()), .extent = extent});
+void ElasticSolver::list_work(const ElasticHierarchy& hierarchy) {
+  for (const ElasticLevel& level : hierarchy.levels) {
+    work_.push_back({.level = static_cast<int>(work_.size()), .extent = level.grid.sites});
   }
 }
 
@@ -383,7 +366,7 @@ Solution solve_whole(const Scene& scene, ElasticSession& session, Progress& prog
   method.contrast = contrast_of(scene.full.modulus);
   const std::optional<double> error =
       follow(method, solver, static_cast<double>(scene.extent().sites()), progress);
-  solver.settle(robust ? robust->level : scene.full, 0, 0, free_motions(scene.full));
+  solver.settle(robust ? robust->level : scene.full, free_motions(scene.full));
   Solution solution;
   if (robust) {
     solution.levels = std::move(robust->work);

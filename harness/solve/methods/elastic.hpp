@@ -6,7 +6,6 @@
 #include "harness/solve/solve.hpp"
 #include "kernels/data/elastic/free_parts.hpp"
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,11 +27,6 @@ public:
   /// observations pull with springs the session has the way from the extended conditions for displacement,
   /// and for its load what is left of their residual, which is made once and then followed.
   ElasticSolver(const Level& full, double poisson, ElasticSession& session);
-  /// The same where somebody else has made the hierarchy: `load` loads it into what takes `steps`, with
-  /// springs or without. `levels` are their extents, the image's first; `start` the extended conditions, of
-  /// whatever sites are written and read there. `sprung`: observations pull with springs.
-  ElasticSolver(ElasticSteps& steps, const std::function<void(Springs)>& load,
-                const std::vector<Extent>& levels, VectorField start, bool sprung);
   /// A sheet that is held by `springs`, at rest where pull() says; empty springs: none, so conditions must
   /// hold the sheet. It makes the hierarchy and loads it once, for any number of pull(), before which there
   /// is nothing to solve. All must outlive this object.
@@ -57,10 +51,9 @@ public:
 
   /// Where springs alone keep the sheet from moving without strain: brings it to where they are in balance.
   /// Steps see the less of such motions the weaker the springs are beside the tissue, in the end nothing.
-  /// `own` has the sites that are written and read, from (left, top) of the image on; `motions` are those
-  /// that what is prescribed leaves (Hold::motions). Returns the RMS of the way, pixels. The last thing to
-  /// do.
-  double settle(const Level& own, int left, int top, const std::vector<RigidMotion>& motions);
+  /// `motions` are those that what is prescribed leaves (free_motions()). Returns the RMS of the way, pixels.
+  /// The last thing to do.
+  double settle(const Level& full, const std::vector<RigidMotion>& motions);
 
   [[nodiscard]] VectorField displacement() const;
   /// What float leaves at least of the error of a field that reaches `largest`, pixels. Weak springs on soft
@@ -71,9 +64,7 @@ public:
   [[nodiscard]] const Timings& timings() const { return timings_; }
 
 private:
-  /// What is to be computed, with start_.
-  void load(const std::function<void(Springs)>& load_sheet);
-  void list_work(const std::vector<Extent>& levels);
+  void list_work(const ElasticHierarchy& hierarchy);
   /// What corrections are made from: the residual of displacement.
   void find_load();
   /// Takes the correction of the image.
@@ -85,7 +76,7 @@ private:
   void relax(int level, ElasticField field);
   void forces(ElasticField of, ElasticField to);
 
-  ElasticSteps& session_;
+  ElasticSession& session_;
   Timings timings_;
   ElasticHierarchy hierarchy_;
   std::vector<LevelResult> work_;

@@ -11,26 +11,26 @@
 
 namespace hdmbench {
 
-double ElasticSolver::settle(const Level& own, int left, int top, const std::vector<RigidMotion>& motions) {
+double ElasticSolver::settle(const Level& full, const std::vector<RigidMotion>& motions) {
   if (!sprung_ || motions.empty()) {
     return 0.0;
   }
   const Stopwatch watch(timings_.compute);
   const auto field_of = [&](const auto& x_at, const auto& y_at) {
-    VectorField field(own.extent);
-    for_each_site(own.extent, [&](int x, int y) {
-      const std::size_t at = own.extent.index(x, y);
-      field.x[at] = static_cast<float>(x_at(at, top + y));
-      field.y[at] = static_cast<float>(y_at(at, left + x));
+    VectorField field(full.extent);
+    for_each_site(full.extent, [&](int x, int y) {
+      const std::size_t at = full.extent.index(x, y);
+      field.x[at] = static_cast<float>(x_at(at, y));
+      field.y[at] = static_cast<float>(y_at(at, x));
     });
     return field;
   };
   const auto stiffness = [&](float confidence, std::size_t at) {
-    return is_spring(confidence) ? spring_stiffness(own.modulus.values[at], confidence) : 0.0;
+    return is_spring(confidence) ? spring_stiffness(full.modulus.values[at], confidence) : 0.0;
   };
   const auto pulled = [&](const std::vector<float>& way_x, const std::vector<float>& way_y) {
-    return field_of([&](std::size_t at, int) { return stiffness(own.confidence.x[at], at) * way_x[at]; },
-                    [&](std::size_t at, int) { return stiffness(own.confidence.y[at], at) * way_y[at]; });
+    return field_of([&](std::size_t at, int) { return stiffness(full.confidence.x[at], at) * way_x[at]; },
+                    [&](std::size_t at, int) { return stiffness(full.confidence.y[at], at) * way_y[at]; });
   };
   const auto product = [&](const VectorField& force, const VectorField& way) {
     session_.write(0, ElasticField::image, force);
@@ -38,7 +38,7 @@ double ElasticSolver::settle(const Level& own, int left, int top, const std::vec
     return static_cast<double>(session_.dot(ElasticField::image, ElasticField::direction));
   };
   const VectorField field = displacement();
-  VectorField missing = own.target;
+  VectorField missing = full.target;
   std::ranges::transform(missing.x, field.x, missing.x.begin(), std::minus<>());
   std::ranges::transform(missing.y, field.y, missing.y.begin(), std::minus<>());
   const VectorField pull = pulled(missing.x, missing.y);

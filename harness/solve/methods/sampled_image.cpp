@@ -204,17 +204,6 @@ Level sampled_image(const Level& full, const BlockModuli& blocks, BlockMean mean
   return level;
 }
 
-Scene sampled_scene(const Scene& scene, const BlockModuli& blocks, BlockMean mean) {
-  Scene result;
-  result.name = scene.name;
-  result.full = sampled_image(scene.full, blocks, mean, scene.schedule.alignment);
-  result.energy = scene.energy;
-  result.poisson = scene.poisson;
-  result.schedule = scene.schedule;
-  result.weight = scene.weight;
-  return result;
-}
-
 double error_of_cells(double moved, double moved_before) {
   const double ratio = moved_before > 0.0 ? std::clamp(moved / moved_before, 0.5, 0.8) : 0.5;
   return moved * ratio / (1.0 - ratio);

@@ -44,9 +44,6 @@ enum class BlockMean {
 [[nodiscard]] Level sampled_image(const Level& full, const BlockModuli& blocks, BlockMean mean,
                                   Alignment alignment);
 
-/// The scene on a sampled image, with these moduli: to be solved, not to be looked at.
-[[nodiscard]] Scene sampled_scene(const Scene& scene, const BlockModuli& blocks, BlockMean mean);
-
 /// What the cells of a sampled image cost, pixels: differences between ever finer ones fall like a geometric
 /// series, and this is what is left of it. `moved`: the last difference; `moved_before`: the one before it, 0
 /// where there was none.

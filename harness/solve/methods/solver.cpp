@@ -1,7 +1,6 @@
 #include "harness/solve/methods/solver.hpp"
 
 #include "harness/solve/methods/elastic.hpp"
-#include "harness/solve/methods/multigrid.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/modulus.hpp"
 
@@ -42,18 +41,10 @@ Solution Solver::solve(const Scene& scene, Progress& progress, const SolveOption
     }
     return solve_elastic(scene, *elastic_, progress, options);
   }
-  switch (scene.schedule.cycle) {
-  case Cycle::multigrid:
-    return solve_multigrid(scene, backend_, options_, sessions_, progress, options);
-  case Cycle::krylov:
-    return solve_krylov(scene, backend_, options_, sessions_, progress, options);
-  case Cycle::one_way:
-    break;
+  if (session_ == nullptr) {
+    session_ = backend_.open(options_);
   }
-  if (sessions_.empty()) {
-    sessions_.push_back(backend_.open(options_));
-  }
-  return hdmbench::solve(scene, *sessions_.front(), progress, options);
+  return hdmbench::solve(scene, *session_, progress, options);
 }
 
 } // namespace hdmbench

@@ -8,7 +8,7 @@
 
 #include <memory>
 #include <optional>
-#include <vector>
+#include <string>
 
 namespace hdmbench {
 
@@ -33,8 +33,9 @@ public:
 private:
   const Backend& backend_;
   SessionOptions options_;
-  std::vector<std::unique_ptr<Session>> sessions_; ///< by level; one-way methods use the first only
-  std::unique_ptr<ElasticSession> elastic_;        ///< null until a scene wants it
+  // Null until a scene wants them.
+  std::unique_ptr<Session> session_;
+  std::unique_ptr<ElasticSession> elastic_;
 };
 
 } // namespace hdmbench

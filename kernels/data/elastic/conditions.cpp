@@ -12,6 +12,15 @@ namespace hdmbench {
 
 namespace {
 
+/// A component on a level of averages: what is known of it and how well, 0 ... 1.
+struct Known {
+  Extent extent;
+  std::vector<float> value;
+  std::vector<float> weight;
+
+  explicit Known(Extent extent_) : extent(extent_), value(extent_.sites()), weight(extent_.sites()) {}
+};
+
 /// The mean of all that is known, where nothing else is.
 void fill(Known& coarsest) {
   double weight = 0.0;
@@ -66,8 +75,7 @@ void add_to_averages(const Known& fine, int y, float share_of_row, AveragesRow s
   }
 }
 
-} // namespace
-
+/// The mean over the 3 x 3 sites around each second one, nearer ones counting more.
 Known averaged(const Known& fine) {
   Known coarse({fine.extent.width / 2 + 1, fine.extent.height / 2 + 1});
 #pragma omp parallel for if (fine.extent.sites() > sites_worth_threads)
@@ -88,6 +96,7 @@ Known averaged(const Known& fine) {
   return coarse;
 }
 
+/// What `fine` does not know well enough comes from its averages.
 void fill(Known& fine, const Known& coarse) {
 #pragma omp parallel for if (fine.extent.sites() > sites_worth_threads)
   for (int y = 0; y < fine.extent.height; ++y) {
@@ -125,6 +134,7 @@ Known known_component(Extent extent, const std::vector<float>& target, const std
   return known;
 }
 
+/// All of it: by averages of averages, until there are no more than 2 x 2.
 // Ends, as averages have half as many sites a side.
 // NOLINTNEXTLINE(misc-no-recursion)
 void extend(Known& known) {
@@ -137,6 +147,7 @@ void extend(Known& known) {
   fill(known, coarse);
 }
 
+/// Of the sheet as a whole: `hold` has all its conditions.
 void require_held(Extent image, const Hold& hold) {
   if (image.width < 2 || image.height < 2) {
     throw InputError(fmt::format("the elastic energy needs at least 2 x 2 pixels, the image is {} x {}",
@@ -147,6 +158,8 @@ void require_held(Extent image, const Hold& hold) {
                                  image.width, image.height, freedom));
   }
 }
+
+} // namespace
 
 void require_held(const Level& level) {
   Hold hold;

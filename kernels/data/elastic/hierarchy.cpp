@@ -1,7 +1,6 @@
 #include "kernels/data/elastic/hierarchy.hpp"
 
 #include "kernels/data/elastic/cell_kinds.hpp"
-#include "kernels/data/elastic/hierarchy_part.hpp"
 #include "kernels/data/elastic/set_up.hpp"
 
 #include <algorithm>
@@ -197,13 +196,6 @@ public:
     }
     set_response(image, hierarchy_.ratio, &*prescribed_);
   }
-  /// From a level that is not the image and has its cells.
-  HierarchyMaker(ElasticHierarchy above, ElasticLevel level, CellKinds kinds)
-      : hierarchy_(std::move(above)), kinds_(std::move(kinds)) {
-    set_response(level, hierarchy_.ratio, nullptr);
-    hierarchy_.levels.push_back(std::move(level));
-  }
-
   [[nodiscard]] bool has_coarser() const {
     return coarser_elastic_sites(hierarchy_.levels.back().grid.sites).has_value();
   }
@@ -236,12 +228,10 @@ public:
         hierarchy_.levels.size() == 1 ? in_turn(*prescribed_, coarsest.grid) : std::vector<std::uint8_t>{});
     return std::move(hierarchy_);
   }
-  /// Those that there are.
-  [[nodiscard]] ElasticPart take_part() { return {std::move(hierarchy_), std::move(kinds_)}; }
 
 private:
   ElasticHierarchy hierarchy_;
-  std::optional<Prescribed> prescribed_; ///< none where the first level is not the image
+  std::optional<Prescribed> prescribed_; ///< of the image; made in the constructor
   CellKinds kinds_;                      ///< of the last level
 };
 
@@ -255,11 +245,6 @@ auto springs_of(const Level& full) {
   };
 }
 
-HierarchyMaker maker_of(const Level& full, double poisson, Springs springs) {
-  const auto spring_at = springs_of(full);
-  return {full, poisson, springs == Springs::pull && has_springs(full) ? &spring_at : nullptr};
-}
-
 } // namespace
 
 std::optional<Extent> coarser_elastic_sites(Extent sites) {
@@ -268,9 +253,9 @@ std::optional<Extent> coarser_elastic_sites(Extent sites) {
 }
 
 ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson, Springs springs) {
-  ElasticHierarchy hierarchy = maker_of(full, poisson, springs).take_all();
-  hierarchy.origin = {.image = &full, .poisson = poisson, .springs = springs};
-  return hierarchy;
+  const auto spring_at = springs_of(full);
+  const bool pulls = springs == Springs::pull && has_springs(full);
+  return HierarchyMaker(full, poisson, pulls ? &spring_at : nullptr).take_all();
 }
 
 ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson, const SiteSprings& springs) {
@@ -279,18 +264,6 @@ ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson, const
                     static_cast<double>(springs.yy.values[at])};
   };
   return HierarchyMaker(full, poisson, &spring_at).take_all();
-}
-
-ElasticPart make_elastic_part(const Level& part, double poisson, Springs springs, int levels) {
-  HierarchyMaker maker = maker_of(part, poisson, springs);
-  for (int level = 1; level < levels; ++level) {
-    maker.add_coarser();
-  }
-  ElasticPart result = maker.take_part();
-  constexpr Extent least{2, 2};
-  result.hierarchy.levels.push_back(empty_level(least));
-  result.hierarchy.coarsest_inverse.resize(4 * least.sites() * least.sites());
-  return result;
 }
 
 ElasticLevel empty_level(Extent sites) {
@@ -308,16 +281,6 @@ ElasticLevel empty_level(Extent sites) {
     values->resize(level.grid.size());
   }
   return level;
-}
-
-ElasticHierarchy make_coarse_elastic(ElasticLevel finest, CellKinds kinds,
-                                     const ElasticInFloat::PoissonRatio& ratio, int number) {
-  ElasticHierarchy above;
-  above.ratio = ratio;
-  for (int level = 0; level < number; ++level) {
-    above.levels.push_back(empty_level({finest.grid.sites.width, 2}));
-  }
-  return HierarchyMaker(std::move(above), std::move(finest), std::move(kinds)).take_all();
 }
 
 } // namespace hdmbench

@@ -57,13 +57,6 @@ enum class Springs {
   none  ///< they are free
 };
 
-/// What a hierarchy was made of.
-struct ElasticOrigin {
-  const Level* image = nullptr; ///< null: of something else, as springs of one's own
-  double poisson = 0.0;
-  Springs springs = Springs::none;
-};
-
 /// A sheet with its conditions on all levels, exact: the energy of a coarse field is that of its bilinear
 /// interpolation, 0 at components that are prescribed (Galerkin). Coarse site (x, y) is fine site (2x, 2y).
 struct ElasticHierarchy {
@@ -71,9 +64,10 @@ struct ElasticHierarchy {
   std::vector<ElasticLevel> levels; ///< the image first; at least one
   /// Displacements of the coarsest level from its load, x and y of each site in turn: column by column.
   std::vector<float> coarsest_inverse;
-  /// For who makes parts of it again; whoever keeps the hierarchy need not keep the image.
-  ElasticOrigin origin{};
 };
+
+/// A level whose cells have no stiffness and whose sites do not respond.
+[[nodiscard]] ElasticLevel empty_level(Extent sites);
 
 /// How far a sweep goes towards the minimum of each site. On the image no wave has more than 3.25 times the
 /// stiffness of its sites where the Poisson ratio is not negative (element by element, whatever the moduli),

@@ -1,0 +1,166 @@
+#pragma once
+
+#include "backends/backend.hpp"
+#include "harness/judge/accuracy/arithmetic.hpp"
+#include "harness/judge/accuracy/truths.hpp"
+#include "harness/judge/rivals.hpp"
+#include "harness/scene/scene.hpp"
+#include "harness/solve/methods/solver.hpp"
+#include "harness/solve/progress.hpp"
+#include "harness/solve/solve.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// What `accuracy` and `tradeoff` have in common: one scene, its truths, and rows of methods and rivals that
+/// are timed and measured against them.
+namespace hdmbench {
+
+enum class JudgedStatus {
+  ok,
+  unverified, ///< solved, but the field is not the reference's to the bit for the same setting
+  failed,     ///< threw, not finite, diverged, or of a registration: went astray
+  skipped,    ///< the backend is not there or does not solve such a scene
+};
+
+/// In results, in the order of the enumerators.
+inline constexpr std::array<std::string_view, 4> status_names{"ok", "unverified", "failed", "skipped"};
+
+[[nodiscard]] inline std::string_view name_of(JudgedStatus status) {
+  return status_names.at(static_cast<std::size_t>(status));
+}
+
+/// The whole pyramid run with different numbers of iterations per level (thesis Figs. 5.3a, 5.8a, 5.11, ...).
+struct Convergence {
+  std::vector<int> iterations_per_level;
+  std::vector<double> rmsd_to_fem;         ///< Poisson ratio of the scene, pixels
+  std::vector<double> rmsd_to_fixed_point; ///< pixels
+};
+
+/// One setting of one method or rival on one backend, against the truths.
+struct Judged {
+  std::string method; ///< of harness/scene/method.hpp, a rival's name, or what a command calls it
+  bool is_rival = false;
+  std::string variant{};                ///< what differs from the scene's own schedule; empty: nothing
+  std::string note{};                   ///< for people: what the variant shows, or how the run ended
+  std::string effort{};                 ///< for people: "4 cycles", "tolerance 1e-04"
+  std::optional<EnergyModel> energy{};  ///< that it minimises; none: interpolation, registration
+  std::optional<double> poisson_used{}; ///< of finite elements, and of the elastic energy in `tradeoff`
+  std::string backend{};                ///< empty for rivals
+  Device device{};
+  std::string command{}; ///< the line that repeats it
+  JudgedStatus status = JudgedStatus::ok;
+  std::string reason{};                           ///< why the status is not ok
+  std::vector<double> seconds{};                  ///< raw samples of the whole solution; none without a field
+  std::vector<LevelResult> levels{};              ///< of methods
+  std::optional<double> fine_sweep_equivalents{}; ///< site updates over sites of the image; none for rivals
+  ReferenceField field{};                         ///< where JudgeOptions::keeps_fields
+  double mean_energy = 0.0;                       ///< the thesis's, of any field; where there are seconds
+  Deviations deviations{};                        ///< where there are seconds
+  std::optional<double> asked{};                  ///< the accuracy that was asked for, pixels
+  std::optional<double> estimated{};              ///< the method's own estimate of reached(), pixels
+  bool is_on_front = false; ///< median seconds against RMSD to FEM nu 0, over all rows of status ok
+  struct Split {
+    double poisson = 0.0;
+    Decomposition parts;
+  };
+  std::vector<Split> decompositions{};         ///< of the thesis's methods in `accuracy`, one a Poisson ratio
+  std::optional<ArithmeticError> arithmetic{}; ///< of icm
+  std::optional<double> rmsd_to_double{}; ///< of icm: float32 against double over the whole schedule, pixels
+  std::optional<Convergence> convergence{};
+
+  /// Sets the status, and why it is not ok.
+  void fail(JudgedStatus why, std::string what) {
+    status = why;
+    reason = std::move(what);
+  }
+};
+
+/// What a request is for: RMSD to finite elements with the Poisson ratio used, to the fixed point where none
+/// was; pixels.
+[[nodiscard]] inline double reached(const Judged& row) {
+  const Deviations& deviations = row.deviations;
+  return !row.poisson_used          ? deviations.to_fixed_point
+         : *row.poisson_used == 0.0 ? deviations.to_fem_no_poisson
+                                    : deviations.to_fem;
+}
+
+/// The row as it stands in a result file. Lengths and displacements are pixels; what does not apply is left
+/// out.
+[[nodiscard]] nlohmann::json to_json(const Scene& scene, const Judged& row);
+
+struct JudgeOptions {
+  SessionOptions session{};
+  int repeats = 3;           ///< samples per row, >= 1 ...
+  double most_seconds = 0.6; ///< ... fewer once those of a row add up to this
+  bool keeps_fields = false;
+};
+
+class Judge {
+public:
+  /// A backend with its sessions, or why it is not there.
+  struct Place {
+    Place(const Backend& backend_, const SessionOptions& options);
+
+    const Backend* backend;
+    Solver solver;
+    Device device{};
+    std::string missing{}; ///< empty: it is there
+  };
+
+  /// All must outlive the judge. The first backend is the reference for bits. Throws InputError as
+  /// find_truths does.
+  Judge(const Scene& scene, std::span<const Backend* const> backends, const JudgeOptions& options,
+        Progress& progress);
+
+  [[nodiscard]] const Truths& truths() const { return truths_; }
+  [[nodiscard]] std::vector<Judged>& rows() { return rows_; }
+  [[nodiscard]] Place& reference() { return places_.front(); }
+  /// Where a method is measured that is measured once: on the CPU, with the most threads; the reference where
+  /// no other updates so.
+  [[nodiscard]] Place& main_place(Update update);
+
+  /// Solves `scene` on the backends that `wanted` chooses: a row each, which begins as `told`, and what fails
+  /// is a row with the reason. The field is compared with the reference's, which is not timed where nobody
+  /// wants it.
+  void add_solutions(const Judged& told, const Scene& scene, const std::function<bool(const Place&)>& wanted);
+
+  /// A row of finite elements, interpolation, ...
+  Judged& add_rival(const Rival& rival);
+
+  /// Adds samples of `solve` to the row's, after a call of `warm_up` that is not timed. Returns whether there
+  /// is a field; what is thrown is the reason why not.
+  bool sample(Judged& row, const std::function<void()>& solve, const std::function<void()>& warm_up = {});
+
+  /// Measures the field. Returns whether it is one: finite, and no larger than any displacement can be.
+  bool judge(Judged& row, ReferenceField field) const;
+
+  /// Sets the field that the next ones are compared with; what `solve` throws is the reason why there is
+  /// none.
+  void expect(const std::function<VectorField()>& solve);
+  /// The row is unverified where its field is not the expected one to the bit.
+  void check_bits(Judged& row, const VectorField& found) const;
+
+private:
+  void solve_on(Place& place, const Scene& scene, Judged& row);
+
+  const Scene& scene_;
+  JudgeOptions options_;
+  Progress& progress_;
+  std::vector<Place> places_; ///< the reference first
+  double bound_ = 0.0;        ///< pixels; a component beyond has diverged
+  Truths truths_;
+  VectorField expected_; ///< the reference's field for the present setting; empty: it has none
+  std::string reason_without_expected_;
+  std::vector<Judged> rows_;
+};
+
+} // namespace hdmbench

@@ -1,0 +1,115 @@
+#include "harness/ranks/sharing.hpp"
+
+#include "backends/shared/cut_rows.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace hdmbench {
+
+namespace {
+
+LevelShare by_rank(Cut cut, int ranks) {
+  LevelShare share{.cut = std::move(cut), .owned = {}, .loaded = {}};
+  share.owned.resize(static_cast<std::size_t>(ranks));
+  share.loaded.resize(share.owned.size());
+  for (std::size_t i = 0; i < share.cut.pieces.size(); ++i) {
+    share.owned[i] = share.cut.pieces[i].owned;
+    share.loaded[i] = share.cut.pieces[i].loaded;
+  }
+  return share;
+}
+
+/// Sites of an axis, first and count.
+struct Range {
+  int first = 0;
+  int count = 0;
+};
+
+/// Coarse site i is fine site 2^level i; the end of the image is the end of its levels.
+Range on_level(Range range, int image, int level, int level_sites) {
+  const int first = range.first >> level;
+  const int end = range.first + range.count;
+  return {first, (end == image ? level_sites : ((end - 1) >> level) + 1) - first};
+}
+
+Rectangle on_level(const Rectangle& part, Extent image, int level, Extent sites) {
+  const Range across = on_level({part.left, part.width}, image.width, level, sites.width);
+  const Range down = on_level({part.top, part.height}, image.height, level, sites.height);
+  return {.left = across.first, .top = down.first, .width = across.count, .height = down.count};
+}
+
+/// The cut of the image on another level.
+LevelShare on_level(const Cut& image_cut, Extent image, int level, Extent sites, int ranks) {
+  Cut cut = image_cut;
+  cut.halo >>= level;
+  for (Piece& piece : cut.pieces) {
+    piece = {.owned = on_level(piece.owned, image, level, sites),
+             .loaded = on_level(piece.loaded, image, level, sites)};
+  }
+  return by_rank(std::move(cut), ranks);
+}
+
+/// Cut at multiples of 2^cut_levels sites; no pieces where that cannot be. A piece is loaded with one site
+/// more than a multiple, so that its last cells are whole on all levels.
+Cut elastic_cut(Extent image, int count, int cut_levels, int halo) {
+  const int granule = 1 << cut_levels;
+  Cut cut = cut_image(image, count, halo * granule / 2, granule);
+  for (Piece& piece : cut.pieces) {
+    piece.loaded.width += piece.loaded.left + piece.loaded.width < image.width ? 1 : 0;
+    piece.loaded.height += piece.loaded.top + piece.loaded.height < image.height ? 1 : 0;
+  }
+  return cut;
+}
+
+} // namespace
+
+std::vector<Rectangle> all_on_first(Extent extent, int ranks) {
+  std::vector<Rectangle> held(static_cast<std::size_t>(ranks));
+  held.front() = all_of(extent);
+  return held;
+}
+
+std::vector<Rectangle> all_on_each(Extent extent, int ranks) {
+  return std::vector<Rectangle>(static_cast<std::size_t>(ranks), all_of(extent));
+}
+
+LevelShare Sharing::level(Extent extent, bool in_rows) const {
+  constexpr std::size_t usual = std::size_t{1} << 14;
+  const std::size_t fewest = fewest_sites > 0 ? fewest_sites : usual;
+  Cut cut;
+  for (auto count = static_cast<int>(
+           std::clamp<std::size_t>(extent.sites() / fewest, 1, static_cast<std::size_t>(pieces)));
+       cut.pieces.empty(); --count) {
+    cut = in_rows ? cut_rows(extent, count, halo) : cut_image(extent, count, halo);
+  }
+  return by_rank(std::move(cut), ranks);
+}
+
+ElasticShare Sharing::elastic(std::vector<Extent> levels) const {
+  constexpr std::size_t usual = std::size_t{1} << 12;
+  constexpr int usual_halo = 4;
+  const std::size_t fewest = fewest_sites > 0 ? fewest_sites : usual;
+  ElasticShare share{.levels = std::move(levels), .shares = {}};
+  const Extent image = share.levels.front();
+  for (int count = pieces; count > 1; --count) {
+    for (int cut_levels = static_cast<int>(share.levels.size()) - 1; cut_levels > 0; --cut_levels) {
+      const Extent coarsest_cut = share.levels[static_cast<std::size_t>(cut_levels) - 1];
+      if (coarsest_cut.sites() / fewest < static_cast<std::size_t>(count)) {
+        continue;
+      }
+      const Cut cut = elastic_cut(image, count, cut_levels, halo > 0 ? halo : usual_halo);
+      for (int level = 0; level <= cut_levels && !cut.pieces.empty(); ++level) {
+        share.shares.push_back(
+            on_level(cut, image, level, share.levels[static_cast<std::size_t>(level)], ranks));
+      }
+      if (!share.shares.empty()) {
+        return share;
+      }
+    }
+  }
+  share.shares.push_back(by_rank(cut_image(image, 1), ranks));
+  return share;
+}
+
+} // namespace hdmbench

@@ -1,0 +1,170 @@
+#include "harness/scene/images/images.hpp"
+#include "harness/scene/images/pixels.hpp"
+
+#include "backends/shared/subprocess.hpp"
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <system_error>
+#include <type_traits>
+
+// ITK's readers crash, run for ever or take all memory on damaged files, or report on standard error alone
+// that pixels are missing. So a file is read by the program itself, started again, which hands back the
+// pixels.
+
+namespace hdmbench {
+
+namespace {
+
+using images::Geometry;
+using images::Pixels;
+
+constexpr std::string_view question = "--read-image";
+// Exit statuses of the process that reads: what a library ends it with is another one.
+constexpr int has_read = 78;    // its standard output is the geometry and the values
+constexpr int has_refused = 79; // its standard output is the sentence of an InputError
+
+std::atomic<bool>& reads_apart() {
+  static std::atomic<bool> apart = false;
+  return apart;
+}
+
+/// Copied from one process to the other as it is.
+static_assert(std::is_trivially_copyable_v<Geometry>);
+
+/// Writes all `bytes`. False where that is impossible.
+bool write_all(int descriptor, const char* bytes, std::size_t count) {
+  while (count > 0) {
+    const ssize_t written = write(descriptor, bytes, count);
+    if (written <= 0) {
+      return false;
+    }
+    bytes += written;
+    count -= static_cast<std::size_t>(written);
+  }
+  return true;
+}
+
+/// How long reading this file may keep a processor busy. The time that others take on the machine does not
+/// count.
+rlim_t processor_seconds(const std::filesystem::path& file) {
+  constexpr std::uintmax_t bytes_per_second = 100'000; // compressed a thousandfold, on a slow machine
+  std::error_code ignored;
+  return 5 + std::filesystem::file_size(file, ignored) / bytes_per_second;
+}
+
+/// The process that was started to read `file`.
+[[noreturn]] void answer(const std::filesystem::path& file) {
+  const int output = dup(STDOUT_FILENO);
+  dup2(STDERR_FILENO, STDOUT_FILENO); // what libraries print
+  if (ftruncate(STDERR_FILENO, 0) != 0 || lseek(STDERR_FILENO, 0, SEEK_SET) != 0) {
+    std::_Exit(EXIT_FAILURE); // what was printed before this is not about the file
+  }
+  const rlim_t seconds = processor_seconds(file);
+  const rlimit limit{seconds, seconds + 1};
+  setrlimit(RLIMIT_CPU, &limit);
+  try {
+    const Pixels pixels = images::read_pixels_here(file);
+    const bool written =
+        write_all(output, reinterpret_cast<const char*>(&pixels.geometry), sizeof pixels.geometry) &&
+        write_all(output, reinterpret_cast<const char*>(pixels.values.data()),
+                  pixels.values.size() * sizeof(float));
+    std::_Exit(written ? has_read : EXIT_FAILURE);
+  } catch (const std::exception& error) {
+    const std::string_view words = error.what();
+    std::_Exit(write_all(output, words.data(), words.size()) ? has_refused : EXIT_FAILURE);
+  }
+}
+
+/// What libraries printed about the file, the beginning of it, as one line of printable characters. libtiff
+/// also warns of what other programs may write into a file.
+std::string complaint_of(const std::string& text) {
+  constexpr std::size_t most = 200;
+  std::string all;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) {
+    std::istringstream words(line.find(": Warning, ") == std::string::npos ? line : "");
+    for (std::string word; words >> word;) {
+      all += (all.empty() ? "" : " ") + word;
+    }
+  }
+  std::ranges::replace_if(
+      all, [](char c) { return c < ' ' || c > '~'; }, '?');
+  return all.substr(0, most);
+}
+
+/// ITK reports a folder and a missing file as an unknown format.
+void require_file(const std::filesystem::path& file) {
+  std::error_code error;
+  const auto status = std::filesystem::status(file, error);
+  if (!std::filesystem::exists(status)) {
+    throw MissingFile(fmt::format("cannot read the image {}: there is no such file", file.string()));
+  }
+  if (!std::filesystem::is_regular_file(status)) {
+    throw InputError(fmt::format("cannot read the image {}: it is not a file", file.string()));
+  }
+  if (!std::ifstream(file)) {
+    throw InputError(
+        fmt::format("cannot read the image {}: it may not be opened (permission denied)", file.string()));
+  }
+}
+
+Pixels read_apart(const std::filesystem::path& file) {
+  const MemoryFile output;
+  const MemoryFile errors;
+  // The bytes are enough for the most values as the file has them, as float, and once more.
+  const ProcessOptions options{.seconds = 60.0 + 10.0 * static_cast<double>(processor_seconds(file)),
+                               .resident_bytes = std::int64_t{20'000'000'000}};
+  ProcessEnd end;
+  try {
+    end = ask_own_program(question, file.string(), output.path(), errors.path(), options);
+  } catch (const InputError&) { // no process can be started here, which says nothing about the file
+    return images::read_pixels_here(file);
+  }
+  const std::string complaint = complaint_of(file_text(errors.path()));
+  if (end.exit_status == has_refused) {
+    throw InputError(file_text(output.path()) + (complaint.empty() ? "" : ": " + complaint));
+  }
+  if (end.exit_status == has_read && complaint.empty()) {
+    std::ifstream stream(output.path(), std::ios::binary);
+    Pixels pixels;
+    stream.read(reinterpret_cast<char*>(&pixels.geometry), sizeof pixels.geometry);
+    pixels.values.resize(pixels.geometry.values());
+    stream.read(reinterpret_cast<char*>(pixels.values.data()),
+                static_cast<std::streamsize>(pixels.values.size() * sizeof(float)));
+    return pixels;
+  }
+  const std::string happened =
+      end.exit_status == has_read ? "" : fmt::format("its reader {}", end.sentence(options));
+  throw InputError(fmt::format("cannot read the image {}: it is damaged or cut short: {}{}{}", file.string(),
+                               happened, happened.empty() || complaint.empty() ? "" : "; ", complaint));
+}
+
+} // namespace
+
+bool have_images() {
+  return true;
+}
+
+void read_images_apart(int argc, const char* const* argv) {
+  if (const auto file = asked_subject(argc, argv, question)) {
+    answer(*file);
+  }
+  reads_apart() = std::getenv("HDMBENCH_ASK_IN_PROCESS") == nullptr;
+}
+
+Pixels images::read_pixels(const std::filesystem::path& file) {
+  require_file(file);
+  return reads_apart() ? read_apart(file) : read_pixels_here(file);
+}
+
+} // namespace hdmbench

@@ -1,1 +1,0 @@
-// A library under the name of another one, in which there is nothing.
