@@ -56,7 +56,8 @@ public:
       : device_(device), work_(work), programs_(device), counter_(device.allocate(1, Kind::words)),
         count_program_(programs_({.kernel = Kernel::count})) {}
 
-  [[nodiscard]] const ComputeDevice& device() const { return device_; }
+  /// Whether the device can compute coarse levels together.
+  [[nodiscard]] bool has_variants() const { return device_.limits().shared_bytes >= coarse_shared_bytes; }
 
   /// `shape` of ComputeDevice::shapes().
   void load(const Level& level, std::size_t shape) {
@@ -374,7 +375,9 @@ private:
 
 class DeviceSession final : public Session {
 public:
-  DeviceSession(std::unique_ptr<ComputeDevice> device, Work work) : levels_(std::move(device), work) {}
+  DeviceSession(std::unique_ptr<ComputeDevice> device, Work work)
+      : levels_(std::move(device), work),
+        has_variants_(levels_([](const DeviceLevels& levels) { return levels.has_variants(); })) {}
 
 private:
   // What may measure, in a session of its own, is asked before the device is used.
@@ -395,7 +398,7 @@ private:
     return levels_([&](DeviceLevels& levels) { return levels.changed(); });
   }
   void do_load_pyramid(const Pyramid& pyramid) override {
-    const int group = has_coarse_levels(pyramid) ? coarse_groups.at(variant()) : 0;
+    const int group = has_variants_ && has_coarse_levels(pyramid) ? coarse_groups.at(variant()) : 0;
     const std::size_t taken = shape(pyramid.full->extent);
     levels_([&](DeviceLevels& levels) { levels.load(pyramid, group, taken); });
   }
@@ -404,6 +407,7 @@ private:
   }
 
   OnDevice<DeviceLevels> levels_;
+  bool has_variants_; ///< else there is one way only, and SessionOptions::variant says nothing
 };
 
 } // namespace
