@@ -101,8 +101,8 @@ struct Dispatch {
   std::array<const Array*, binding::count> arrays{}; ///< by backends/device/bindings.hpp
   std::array<std::int32_t, 32> words{};              ///< what the program is told
   std::size_t word_count = 0;
-  std::array<float, 16> steps{}; ///< told after the words where `has_steps`, 128 bytes in all at most
-  bool has_steps = false;
+  std::array<float, 16> steps{}; ///< the candidates, padded, told after the words; 128 bytes in all at most
+  int step_count = 0;            ///< 0: it is told none
   Extent groups{1, 1}; ///< work groups; a row of lanes each in OpenCL, which numbers them row by row
   /// Four words of this array, from this one on, are the numbers of work groups along x, y and z; the fourth
   /// is nobody's here. Null: `groups`.

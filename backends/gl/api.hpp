@@ -137,7 +137,6 @@ struct Api {
   HDMBENCH_GL(Uniform1i);
   HDMBENCH_GL(Uniform1iv);
   HDMBENCH_GL(Uniform2f);
-  HDMBENCH_GL(Uniform2i);
   HDMBENCH_GL(Uniform4f);
   HDMBENCH_GL(UseProgram);
   HDMBENCH_GL(VertexAttribPointer);

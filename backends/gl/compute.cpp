@@ -182,8 +182,8 @@ private:
     if (dispatch.word_count > 0) {
       gl_.Uniform1iv(words_location, static_cast<GLsizei>(dispatch.word_count), dispatch.words.data());
     }
-    if (dispatch.has_steps) {
-      gl_.Uniform1fv(steps_location, static_cast<GLsizei>(dispatch.steps.size()), dispatch.steps.data());
+    if (dispatch.step_count > 0) {
+      gl_.Uniform1fv(steps_location, dispatch.step_count, dispatch.steps.data());
     }
     for (std::size_t number = 0; number < bound_.size(); ++number) {
       if (dispatch.arrays[number] != nullptr && dispatch.arrays[number] != bound_[number]) {

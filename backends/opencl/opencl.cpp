@@ -176,7 +176,7 @@ private:
       std::array<std::int32_t, 48> told{};
       std::copy_n(dispatch.words.begin(), dispatch.word_count, told.begin());
       std::size_t bytes = dispatch.word_count * sizeof(std::int32_t);
-      if (dispatch.has_steps) {
+      if (dispatch.step_count > 0) {
         std::memcpy(&told.at(dispatch.word_count), dispatch.steps.data(), sizeof dispatch.steps);
         bytes += sizeof dispatch.steps;
       }

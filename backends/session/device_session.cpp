@@ -317,7 +317,7 @@ private:
                                .first_level = entries.levels_begin,
                                .level_count = static_cast<std::int32_t>(count)});
     dispatch.steps = full.steps.padded();
-    dispatch.has_steps = true;
+    dispatch.step_count = full.steps.count();
     return dispatch;
   }
 

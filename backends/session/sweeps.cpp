@@ -197,7 +197,7 @@ private:
     dispatch.steps = level_.steps.padded();
     for (const ClassOfTiles& tiles : classes_) {
       dispatch.program = tiles.program;
-      dispatch.has_steps = tiles.is_told_steps;
+      dispatch.step_count = tiles.is_told_steps ? level_.steps.count() : 0;
       if (by_list) {
         dispatch.counted = dispatch.arrays[binding::lengths];
         dispatch.first_count = tiles.number * std::tuple_size_v<Length>;
@@ -292,7 +292,7 @@ public:
                                .stamp = stamp_,
                                .first_input = static_cast<std::uint32_t>(first_input_)});
       dispatch.steps = level_.steps.padded();
-      dispatch.has_steps = true;
+      dispatch.step_count = level_.steps.count();
       commands.emplace_back(dispatch);
       if (together % 2 == 1) {
         displacements.swap();

@@ -307,7 +307,7 @@ private:
     std::array<std::int32_t, bytes_told / 4> told{};
     std::size_t count = dispatch.word_count;
     std::copy_n(dispatch.words.begin(), count, told.begin());
-    if (dispatch.has_steps) {
+    if (dispatch.step_count > 0) {
       std::memcpy(&told.at(count), dispatch.steps.data(), sizeof dispatch.steps);
       count += dispatch.steps.size();
     }
