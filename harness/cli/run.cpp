@@ -175,8 +175,7 @@ void print_ranks(const std::vector<RankRow>& rows) {
   throw InputError(fmt::format(
       "--accuracy and --within ask for a distance from finite elements, which the elastic energy comes near "
       "and the thesis's does not, however long it is solved; {} asks for the thesis's: give --energy "
-      "elastic, or "
-      "--method and --iterations in place of --accuracy and --within",
+      "elastic, or --method and --iterations in place of --accuracy and --within",
       says));
 }
 
