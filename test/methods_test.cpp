@@ -1,4 +1,5 @@
-// Methods: their names and options, and how near they come. That all backends give the same bits is golden's affair.
+// Methods: their names and options, and how near they come. golden holds that all backends give the same
+// bits.
 
 #include "harness/scene/method.hpp"
 

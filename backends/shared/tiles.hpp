@@ -11,9 +11,9 @@
 #include <initializer_list>
 #include <vector>
 
-/// Tiles by what is known of all their sites, where the host finds it out: for devices. What the classes are is said once, in kernels/specification/tile_class.inc and classify.inc, for
-/// openmp too (openmp/level_data.hpp), which wants to know the modulus, and for Vulkan
-/// (kernels/shaders/classify.vulkan.comp).
+/// Tiles by what is known of all their sites, where the host finds it out for devices. What the classes are
+/// is said once, in kernels/specification/tile_class.inc and classify.inc; openmp, which wants to know the
+/// modulus, too, has its own use of them (cpu/level_data.hpp).
 namespace hdmbench {
 
 using tile_class::class_count;

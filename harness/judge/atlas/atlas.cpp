@@ -1,7 +1,7 @@
 #include "harness/judge/atlas/atlas.hpp"
 
-#include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/diagnosis/deformation.hpp"
+#include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/row_fields.hpp"
