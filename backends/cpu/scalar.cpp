@@ -1,6 +1,5 @@
 #include "backends/cpu/cpu.hpp"
 #include "backends/cpu/cpu_ceilings.hpp"
-#include "backends/cpu/elastic_serial.hpp"
 #include "backends/cpu/processor.hpp"
 #include "backends/shared/arithmetic.hpp"
 #include "backends/shared/energy_programs.hpp"
@@ -85,10 +84,6 @@ private:
 
 std::unique_ptr<Backend> make_scalar() {
   return std::make_unique<Scalar>();
-}
-
-std::unique_ptr<ElasticSession> make_elastic_scalar() {
-  return std::make_unique<ElasticSerial<float>>();
 }
 
 } // namespace hdmbench

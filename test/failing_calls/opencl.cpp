@@ -77,10 +77,12 @@ void answered(NameclGetDeviceInfo, cl_device_id, cl_device_info what, std::size_
   if (what == CL_DEVICE_COMPILER_AVAILABLE && lies("CL_DEVICE_COMPILER_AVAILABLE", "has no compiler")) {
     *static_cast<cl_bool*>(value) = CL_FALSE;
   }
-  if (what == CL_DEVICE_MAX_MEM_ALLOC_SIZE && lies("CL_DEVICE_MAX_MEM_ALLOC_SIZE", "takes 1 in one")) {
+  if (what == CL_DEVICE_MAX_MEM_ALLOC_SIZE &&
+      lies("CL_DEVICE_MAX_MEM_ALLOC_SIZE", "bytes in one allocation are needed, the device has 1")) {
     *static_cast<cl_ulong*>(value) = 1;
   }
-  if (what == CL_DEVICE_GLOBAL_MEM_SIZE && lies("CL_DEVICE_GLOBAL_MEM_SIZE", "the device has 1 and")) {
+  if (what == CL_DEVICE_GLOBAL_MEM_SIZE &&
+      lies("CL_DEVICE_GLOBAL_MEM_SIZE", "bytes of memory are needed, the device has 1")) {
     *static_cast<cl_ulong*>(value) = 1;
   }
 }

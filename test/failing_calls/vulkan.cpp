@@ -36,11 +36,14 @@ struct Vulkan {
   static constexpr bool returns_status = std::is_same_v<Result, VkResult>;
 
   static const void* owner() { return nullptr; }
-  /// Functions without a result cannot fail.
+  /// Functions without a result cannot fail. Of those that free something only vkFreeDescriptorSets has one,
+  /// which Vulkan lets be nothing but success.
   template <typename Result>
   static bool proceeds(std::string_view name) {
     return std::is_void_v<Result> ||
-           !strikes(Event::vulkan_call, {.name = std::string(name), .words = names_in_messages(name)});
+           !strikes(Event::vulkan_call, {.name = std::string(name),
+                                         .words = names_in_messages(name),
+                                         .can_fail_unnoticed = name.starts_with("vkFree")});
   }
   template <typename Result, typename Real, typename... Arguments>
   static Result failure(std::string_view name, Real real, Arguments... arguments) {
