@@ -285,8 +285,8 @@ private:
     Evidence evidence{{ScalarField(extent), ScalarField(extent), ScalarField(extent)}, VectorField(extent)};
     // Early on what does not match has not been moved yet; later it is another thing.
     const double deviation = std::max(robust_deviation(differences, slope, pictures_.unseen), noise_);
-    const double patience = level_ + (number < 2 ? 1.0 : 0.0);
-    const auto scale = static_cast<float>(outlier * deviation * std::exp2(patience));
+    const double octaves = level_ + (number < 2 ? 1.0 : 0.0);
+    const auto scale = static_cast<float>(outlier * deviation * std::exp2(octaves));
     const auto unit = static_cast<float>(1.0 / (options_.stiffness * noise_ * noise_));
     double robust = 0.0;
     double weights = 0.0;

@@ -49,9 +49,9 @@ double share(double excess, double bound, bool allowed) {
   return excess < 0.0 || (excess == 0.0 && allowed) ? 0.0 : never;
 }
 
-/// By how much candidate `chosen` is dearer than any other, over what rounding explains. Among equals the
-/// first one listed is the specified one.
-double dearer(std::span<const bounded::real> changes, std::size_t chosen) {
+/// Returns by how much the energy of candidate `chosen` is above that of any other, as a share of what
+/// rounding explains. Among equals the first one listed is the specified one.
+double energy_excess(std::span<const bounded::real> changes, std::size_t chosen) {
   double largest = 0.0;
   for (std::size_t i = 0; i < changes.size(); ++i) {
     if (i != chosen) {
@@ -72,7 +72,7 @@ double judge_candidate(const Component& at, std::span<const float> steps, float 
   double least = never; // several candidates may lead to the same float
   for (std::size_t i = 0; i < steps.size(); ++i) {
     if (before + steps[i] == found) {
-      least = std::min(least, dearer(changes, i));
+      least = std::min(least, energy_excess(changes, i));
     }
   }
   return least;

@@ -86,9 +86,7 @@ const std::array all{
            200, takes_steps | takes_temperatures | takes_seed, annealing}};
 
 /// Levels, their order and their sweeps are the method's own.
-void elastic(Schedule& schedule, Level& /*level*/) {
-  schedule.cycle = Cycle::multigrid;
-}
+void elastic(Schedule& /*schedule*/, Level& /*level*/) {}
 
 const std::array all_elastic{
     Method{elastic_full_multigrid, "from the coarsest level up, a W cycle on each, then cycles",

@@ -28,13 +28,6 @@ inline constexpr std::array<std::string_view, 2> alignment_names{"corner", "cent
 inline constexpr std::array<std::string_view, 4> update_names{"simultaneous", "sequential", "coloured",
                                                               "four-coloured"};
 
-/// What happens between the levels of the pyramid.
-enum class Cycle {
-  one_way, ///< coarsest to finest, each level once: the thesis (Alg. 3) and all that only changes the sweeps
-  multigrid, ///< every level corrects the finer ones again and again, until the fixed point is met
-  krylov,    ///< the same correction as the preconditioner of a Krylov method
-};
-
 /// Relaxation of the closed form.
 struct Relaxation {
   double factor = 1.0; ///< of every sweep where reach is 0: 1 is the minimiser itself, 0 < factor < 2
@@ -59,17 +52,18 @@ enum class EnergyModel {
 };
 inline constexpr std::array<std::string_view, 2> energy_names{"hdm", "elastic"};
 
-/// How the pyramid is run: thesis Alg. 3. The order of sites, the candidates and the seed are the level's.
+/// How the pyramid is run: thesis Alg. 3, from the coarsest level to the finest, each once. The order of
+/// sites, the candidates and the seed are the level's. Of the elastic energy `iterations` counts steps on the
+/// full resolution.
 struct Schedule {
   std::string method = "icm"; ///< a name of harness/scene/method.hpp
-  int iterations = 50;        ///< per level, exact or at most, see stop, growth and cycle; >= 0
+  int iterations = 50;        ///< per level, exact or at most, see stop and growth; >= 0
   Stop stop = Stop::fixed;
   double epsilon = 1e-6;          ///< for Stop::energy
   std::optional<int> start_level; ///< first level computed, 0 = full resolution; none: the coarsest
   Alignment alignment = Alignment::corner;
-  Rule rule = Rule::steps;      ///< of the levels, which get it with what it needs (LevelSequence)
-  Cycle cycle = Cycle::one_way; ///< else `iterations` counts cycles or Krylov steps on the full resolution
-  double growth = 0.0; ///< a level of n sites a side gets iterations * (full side / n)^growth of them ...
+  Rule rule = Rule::steps; ///< of the levels, which get it with what it needs (LevelSequence)
+  double growth = 0.0;     ///< a level of n sites a side gets iterations * (full side / n)^growth of them ...
   double most_per_side = 0.0; ///< ... but at most this times n, 0: no limit
   double skip_nearer =
       1.0; ///< a level is left out where the finer one has less than this times its sites a side
