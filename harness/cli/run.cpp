@@ -186,7 +186,11 @@ Scene load_for(const Arguments& arguments) {
   }
   SceneArguments elastic = arguments.scene;
   elastic.schedule.energy = EnergyModel::elastic;
-  return elastic.load();
+  Scene scene = elastic.load();
+  if (scene.stated_energy == EnergyModel::hdm) {
+    refuse_thesis_energy(scene.source);
+  }
+  return scene;
 }
 
 /// A request is a method of its own, so what belongs to another one has no meaning beside it. Throws

@@ -204,7 +204,10 @@ Scene build(const toml::table& root, const std::string& name, const std::string&
   Scene scene;
   scene.name = name;
   scene.title = reader.text("title", name);
-  scene.energy = static_cast<EnergyModel>(reader.choice("energy", energy_names, 0));
+  if (reader.has("energy")) {
+    scene.energy = static_cast<EnergyModel>(reader.choice("energy", energy_names, 0));
+    scene.stated_energy = scene.energy;
+  }
   reader.refuse_unless(scene.energy == EnergyModel::elastic, "robust");
   for (const std::string_view key : {"penalty", "prior_weight", "steps"}) {
     reader.refuse_unless(scene.energy == EnergyModel::hdm, key);

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "harness/scene/label_field.hpp"
 #include "harness/scene/placement.hpp"
+#include "harness/scene/sites.hpp"
 #include "kernels/data/level.hpp"
 #include "kernels/data/pyramid.hpp"
 
@@ -98,7 +98,8 @@ struct Scene {
   LabelField labels;     ///< the segmentation the moduli come from; empty where there was none, likewise
   double spacing = 1.0;  ///< millimetres per pixel
   Placement placement{}; ///< of the pixels in the patient
-  EnergyModel energy = EnergyModel::hdm; ///< changed by use_method
+  EnergyModel energy = EnergyModel::hdm;      ///< changed by use_method
+  std::optional<EnergyModel> stated_energy{}; ///< what the scene file says itself; none: nothing
   double poisson =
       0.3; ///< Poisson's ratio of all tissues, for finite elements and elastic energy; HDM has none
   /// Of the elastic energy: a spring's pull grows up to a way of about so many pixels and stays as strong

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "harness/scene/label_field.hpp"
 #include "harness/scene/placement.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/scene/toml_reader.hpp"

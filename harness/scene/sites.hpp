@@ -2,7 +2,15 @@
 
 #include "kernels/data/field.hpp"
 
+#include <vector>
+
 namespace hdmbench {
+
+/// One small integer per pixel: which tissue.
+struct LabelField {
+  Extent extent;
+  std::vector<int> values;
+};
 
 /// call(x, y) for every site of an image, row by row.
 template <typename Call>

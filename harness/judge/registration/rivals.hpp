@@ -3,7 +3,7 @@
 #include "backends/backend.hpp"
 #include "harness/judge/registration/planted.hpp"
 #include "harness/judge/registration/ways.hpp"
-#include "harness/scene/label_field.hpp"
+#include "harness/scene/sites.hpp"
 #include "harness/solve/progress.hpp"
 
 #include <cstdint>

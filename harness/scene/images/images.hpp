@@ -1,7 +1,7 @@
 #pragma once
 
-#include "harness/scene/label_field.hpp"
 #include "harness/scene/placement.hpp"
+#include "harness/scene/sites.hpp"
 #include "kernels/data/field.hpp"
 
 #include <array>
