@@ -7,7 +7,7 @@
 #include "backends/shared/energy_programs.hpp"
 #include "harness/check/compare.hpp"
 #include "test/bit_cases.hpp"
-#include "test/refusal.hpp"
+#include "test/files.hpp"
 #include "test/sessions.hpp"
 
 #include <fmt/format.h>

@@ -1,8 +1,8 @@
 // The page that tests a GPU, in a real browser: headless Chromium, whose WebGL runs on SwiftShader here.
 
 #include "backends/shared/subprocess.hpp"
+#include "test/files.hpp"
 #include "test/program.hpp"
-#include "test/temporary_folder.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -6,8 +6,8 @@
 #include "harness/check/bounded_real.hpp"
 #include "harness/check/verify.hpp"
 #include "harness/scene/sites.hpp"
+#include "test/scenes.hpp"
 #include "test/sessions.hpp"
-#include "test/textured_scene.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,9 +2,9 @@
 // all give the same bits is backends_test's affair.
 
 #include "harness/measure/choice_cache.hpp"
+#include "test/files.hpp"
 #include "test/program.hpp"
 #include "test/sessions.hpp"
-#include "test/temporary_folder.hpp"
 
 #include <gmock/gmock.h>
 

@@ -2,7 +2,7 @@
 
 #include "reference/circular_inclusion.hpp"
 #include "test/elastic_checks.hpp"
-#include "test/refusal.hpp"
+#include "test/files.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,8 +3,8 @@
 #include "backends/registry.hpp"
 #include "harness/report/ci_files.hpp"
 #include "harness/scene/file_input.hpp"
+#include "test/files.hpp"
 #include "test/program.hpp"
-#include "test/temporary_folder.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

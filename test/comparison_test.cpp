@@ -1,8 +1,8 @@
 // That a slow-down is seen, and that nothing passes which has not been shown.
 
 #include "harness/measure/comparison.hpp"
+#include "test/files.hpp"
 #include "test/program.hpp"
-#include "test/temporary_folder.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -6,7 +6,7 @@
 #include "harness/scene/sites.hpp"
 #include "kernels/data/gather.hpp"
 #include "test/counted_operations.hpp"
-#include "test/plain_scene.hpp"
+#include "test/scenes.hpp"
 #include "test/sessions.hpp"
 
 #include <gtest/gtest.h>

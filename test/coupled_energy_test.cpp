@@ -16,8 +16,7 @@
 #include "kernels/data/mean_energy.hpp"
 #include "kernels/data/pyramid.hpp"
 #include "test/coupled/energy.hpp"
-#include "test/plain_scene.hpp"
-#include "test/textured_scene.hpp"
+#include "test/scenes.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 
 #include "backends/shared/cut_session.hpp"
 #include "test/bit_cases.hpp"
-#include "test/refusal.hpp"
+#include "test/files.hpp"
 #include "test/sessions.hpp"
 
 #include <fmt/format.h>

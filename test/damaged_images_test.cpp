@@ -1,4 +1,4 @@
-#include "test/image_files.hpp"
+#include "test/files.hpp"
 
 #include <gmock/gmock.h>
 
@@ -133,7 +133,7 @@ TEST_F(ImageFiles, OnWhichItkFailsAreRefusedAndOthersAreRead) {
     const fs::path& file = entry.path();
     SCOPED_TRACE(file);
     if (const auto found = refusals.find(file.filename()); found != refusals.end()) {
-      const std::string words = refusal([&] { (void)read_scalar(file); });
+      const std::string words = test::refusal([&] { (void)read_scalar(file); });
       EXPECT_THAT(words,
                   testing::AllOf(testing::HasSubstr(file.string()), testing::HasSubstr(found->second)));
     } else {

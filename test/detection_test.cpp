@@ -5,7 +5,7 @@
 #include "harness/applications/modulus_problem.hpp"
 #include "harness/applications/region_sheet.hpp"
 #include "harness/judge/registration/rivals.hpp"
-#include "test/image_files.hpp"
+#include "test/files.hpp"
 #include "test/sessions.hpp"
 #include "test/small_brain.hpp"
 

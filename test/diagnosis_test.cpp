@@ -5,10 +5,10 @@
 #include "harness/judge/diagnosis/rest.hpp"
 #include "harness/scene/method.hpp"
 #include "reference/fixed_point.hpp"
-#include "test/plain_scene.hpp"
+#include "test/files.hpp"
 #include "test/program.hpp"
+#include "test/scenes.hpp"
 #include "test/sessions.hpp"
-#include "test/temporary_folder.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

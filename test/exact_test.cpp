@@ -3,10 +3,9 @@
 
 #include "harness/check/certificate.hpp"
 
-#include "test/refusal.hpp"
-#include "test/scene_sweeps.hpp"
+#include "test/files.hpp"
+#include "test/scenes.hpp"
 #include "test/sessions.hpp"
-#include "test/temporary_folder.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -5,9 +5,8 @@
 
 #include "harness/measure/bench.hpp"
 #include "harness/scene/method.hpp"
-#include "test/plain_scene.hpp"
 #include "test/program.hpp"
-#include "test/textured_scene.hpp"
+#include "test/scenes.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

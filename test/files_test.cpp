@@ -3,8 +3,7 @@
 #include "harness/scene/file_input.hpp"
 #include "harness/scene/file_output.hpp"
 #include "kernels/data/input_error.hpp"
-#include "test/refusal.hpp"
-#include "test/temporary_folder.hpp"
+#include "test/files.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 #include "kernels/data/input_error.hpp"
 #include "test/elastic_checks.hpp"
-#include "test/refusal.hpp"
+#include "test/files.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

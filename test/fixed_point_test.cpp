@@ -2,8 +2,8 @@
 #include "reference/fixed_point.hpp"
 #include "reference/thesis_energy.hpp"
 #include "reference/thesis_icm.hpp"
+#include "test/files.hpp"
 #include "test/random_level.hpp"
-#include "test/refusal.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -6,8 +6,7 @@
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
 #include "test/bit_cases.hpp"
-#include "test/scene_sweeps.hpp"
-#include "test/textured_scene.hpp"
+#include "test/scenes.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,10 +6,9 @@
 
 #include "harness/check/faults/session_faults.hpp"
 #include "kernels/data/input_error.hpp"
+#include "test/files.hpp"
 #include "test/program.hpp"
-#include "test/refusal.hpp"
 #include "test/sessions.hpp"
-#include "test/temporary_folder.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

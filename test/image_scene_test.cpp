@@ -1,7 +1,7 @@
 // A user's own scene: pixels, conditions and confidences from image files.
 
 #include "harness/scene/scene.hpp"
-#include "test/image_files.hpp"
+#include "test/files.hpp"
 
 namespace hdmbench {
 namespace {

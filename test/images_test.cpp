@@ -1,4 +1,4 @@
-#include "test/image_files.hpp"
+#include "test/files.hpp"
 
 #include <cmath>
 #include <cstdlib>

@@ -3,8 +3,8 @@
 #include "backends/shared/driver_trial.hpp"
 #include "backends/shared/subprocess.hpp"
 #include "harness/measure/implementations.hpp"
+#include "test/files.hpp"
 #include "test/program.hpp"
-#include "test/temporary_folder.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -1,7 +1,7 @@
 // What a level or a step set refuses, and that it says where.
 
+#include "test/files.hpp"
 #include "test/random_level.hpp"
-#include "test/refusal.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

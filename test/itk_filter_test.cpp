@@ -4,8 +4,8 @@
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "kernels/data/mean_energy.hpp"
+#include "test/files.hpp"
 #include "test/itk_pipeline.hpp"
-#include "test/temporary_folder.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -1,7 +1,7 @@
 // A.1: finite element results to images.
 
 #include "harness/tools/mesh_image.hpp"
-#include "test/image_files.hpp"
+#include "test/files.hpp"
 
 #include <chrono>
 #include <cmath>

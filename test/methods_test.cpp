@@ -8,9 +8,8 @@
 #include "harness/solve/methods/solver.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/fixed_point.hpp"
-#include "test/refusal.hpp"
+#include "test/files.hpp"
 #include "test/sessions.hpp"
-#include "test/temporary_folder.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -2,8 +2,8 @@
 
 #include "harness/report/report.hpp"
 #include "harness/report/verdict.hpp"
+#include "test/files.hpp"
 #include "test/program.hpp"
-#include "test/temporary_folder.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -5,10 +5,10 @@
 // HDMBENCH_RANDOM_CASE=NUMBER repeats one.
 
 #include "harness/scene/images/images.hpp"
+#include "test/files.hpp"
 #include "test/help_options.hpp"
 #include "test/program.hpp"
 #include "test/random_inputs.hpp"
-#include "test/temporary_folder.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

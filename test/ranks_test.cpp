@@ -1,8 +1,8 @@
 // Several processes against one: files byte for byte, every sweep bit by bit, errors that end all of them.
 // Skipped where the build has no MPI.
 
+#include "test/files.hpp"
 #include "test/program.hpp"
-#include "test/temporary_folder.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -4,9 +4,8 @@
 #include "harness/judge/registration/planted.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/sites.hpp"
-#include "test/image_files.hpp"
+#include "test/files.hpp"
 #include "test/program.hpp"
-#include "test/temporary_folder.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -11,7 +11,7 @@
 #include "harness/scene/sites.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "reference/finite_elements.hpp"
-#include "test/image_files.hpp"
+#include "test/files.hpp"
 #include "test/sessions.hpp"
 #include "test/small_brain.hpp"
 

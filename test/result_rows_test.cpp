@@ -4,7 +4,7 @@
 #include "harness/check/verify_row.hpp"
 #include "harness/measure/device_row.hpp"
 #include "harness/measure/result_file.hpp"
-#include "test/refusal.hpp"
+#include "test/files.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -7,8 +7,8 @@
 #include "harness/judge/accuracy/arithmetic.hpp"
 #include "kernels/data/gather.hpp"
 #include "reference/thesis_energy.hpp"
+#include "test/scenes.hpp"
 #include "test/sessions.hpp"
-#include "test/textured_scene.hpp"
 
 #include <gtest/gtest.h>
 

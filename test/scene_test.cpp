@@ -2,8 +2,7 @@
 
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/outline.hpp"
-#include "test/refusal.hpp"
-#include "test/temporary_folder.hpp"
+#include "test/files.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -7,7 +7,7 @@
 #include "backends/gl/fragment_programs.hpp"
 #include "backends/registry.hpp"
 #include "backends/shared/tiles.hpp"
-#include "test/temporary_folder.hpp"
+#include "test/files.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

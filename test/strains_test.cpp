@@ -4,8 +4,8 @@
 #include "harness/scene/images/images.hpp"
 #include "reference/circular_inclusion.hpp"
 #include "test/elastic_checks.hpp"
+#include "test/files.hpp"
 #include "test/program.hpp"
-#include "test/temporary_folder.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -5,7 +5,7 @@
 #include "backends/shared/energy_programs.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/solve/solve.hpp"
-#include "test/plain_scene.hpp"
+#include "test/scenes.hpp"
 #include "test/sessions.hpp"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // The tools of the thesis's appendix A as a user types them.
 
-#include "test/image_files.hpp"
+#include "test/files.hpp"
 #include "test/program.hpp"
 
 #include "harness/check/compare.hpp"

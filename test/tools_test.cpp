@@ -7,7 +7,7 @@
 #include "harness/tools/export_scene.hpp"
 #include "harness/tools/positions.hpp"
 #include "kernels/data/mean_energy.hpp"
-#include "test/image_files.hpp"
+#include "test/files.hpp"
 #include "test/sessions.hpp"
 
 #include <gmock/gmock.h>

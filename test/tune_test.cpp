@@ -2,7 +2,7 @@
 
 #include "harness/solve/solve.hpp"
 #include "harness/tools/tune.hpp"
-#include "test/image_files.hpp"
+#include "test/files.hpp"
 #include "test/sessions.hpp"
 
 #include <cmath>

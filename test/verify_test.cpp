@@ -5,8 +5,8 @@
 #include "harness/check/faults/fused_backend.hpp"
 #include "harness/check/faults/session_faults.hpp"
 #include "harness/scene/method.hpp"
+#include "test/scenes.hpp"
 #include "test/sessions.hpp"
-#include "test/textured_scene.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 #include "harness/scene/sites.hpp"
-#include "test/image_files.hpp"
+#include "test/files.hpp"
 
 #include <algorithm>
 #include <limits>

@@ -2,9 +2,9 @@
 
 #include "backends/cpu/cpu.hpp"
 #include "harness/check/faults/faulty_backend.hpp"
+#include "test/files.hpp"
 #include "test/program.hpp"
 #include "test/random_level.hpp"
-#include "test/temporary_folder.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

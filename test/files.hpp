@@ -1,9 +1,8 @@
 #pragma once
 
 #include "harness/scene/images/images.hpp"
+#include "harness/scene/temporary_directory.hpp"
 #include "kernels/data/input_error.hpp"
-#include "test/refusal.hpp"
-#include "test/temporary_folder.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -18,15 +17,37 @@
 #include <string_view>
 #include <vector>
 
+namespace hdmbench::test {
+
+/// A folder for the files of a test.
+class TemporaryFolder : public TemporaryDirectory {
+public:
+  [[nodiscard]] std::filesystem::path write(std::string_view name, std::string_view text) const {
+    const auto file = path() / name;
+    std::ofstream(file, std::ios::binary) << text;
+    return file;
+  }
+};
+
+/// What the error says that `call` throws; "accepted" where there is none.
+template <typename Error = InputError, typename Call>
+std::string refusal(const Call& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+} // namespace hdmbench::test
+
 namespace hdmbench {
 
 namespace fs = std::filesystem;
 
-/// What the InputError says that `call` must throw.
-using test::refusal;
-
 inline void expect_refusal(const std::function<void()>& call, std::string_view part) {
-  const std::string words = refusal(call);
+  const std::string words = test::refusal(call);
   EXPECT_NE(words.find(part), std::string::npos) << "expected \"" << part << "\" in: " << words;
   EXPECT_EQ(words.find('\n'), std::string::npos) << words;
 }
