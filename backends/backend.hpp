@@ -2,7 +2,6 @@
 
 #include "backends/shared/ceilings.hpp"
 #include "backends/shared/cut.hpp"
-#include "kernels/data/cost.hpp"
 #include "kernels/data/level.hpp"
 #include "kernels/data/pyramid.hpp"
 

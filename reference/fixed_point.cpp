@@ -1,7 +1,6 @@
 #include "reference/fixed_point.hpp"
 
 #include "kernels/data/input_error.hpp"
-#include "kernels/data/undetermined.hpp"
 #include "reference/thesis_energy.hpp"
 
 #include <fmt/format.h>

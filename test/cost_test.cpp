@@ -1,4 +1,4 @@
-#include "kernels/data/cost.hpp"
+#include "kernels/data/pyramid.hpp"
 
 #include "backends/cpu/cpu.hpp"
 #include "backends/shared/energy_programs.hpp"

@@ -13,7 +13,7 @@
 #include "harness/solve/methods/solver.hpp"
 #include "kernels/data/gather.hpp"
 #include "kernels/data/input_error.hpp"
-#include "kernels/data/mean_energy.hpp"
+#include "kernels/data/level.hpp"
 #include "kernels/data/pyramid.hpp"
 #include "test/coupled/energy.hpp"
 #include "test/scenes.hpp"

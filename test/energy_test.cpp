@@ -2,7 +2,7 @@
 // (4.5)-(4.17) as printed.
 
 #include "kernels/data/gather.hpp"
-#include "kernels/data/mean_energy.hpp"
+#include "kernels/data/level.hpp"
 #include "reference/thesis_energy.hpp"
 #include "test/random_level.hpp"
 

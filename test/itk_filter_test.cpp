@@ -3,7 +3,7 @@
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/solver.hpp"
-#include "kernels/data/mean_energy.hpp"
+#include "kernels/data/level.hpp"
 #include "test/files.hpp"
 #include "test/itk_pipeline.hpp"
 

@@ -25,7 +25,7 @@ struct Problem {
   VectorField start;
 };
 
-inline constexpr std::array all_rules{Rule::steps, Rule::closed_form, Rule::correction, Rule::annealing};
+inline constexpr std::array all_rules{Rule::steps, Rule::closed_form, Rule::annealing};
 inline constexpr std::array simultaneous_and_coloured{Update::simultaneous, Update::coloured,
                                                       Update::four_coloured};
 

@@ -2,7 +2,7 @@
 
 #include "harness/check/compare.hpp"
 #include "harness/measure/bench.hpp"
-#include "kernels/data/mean_energy.hpp"
+#include "kernels/data/level.hpp"
 #include "test/sessions.hpp"
 
 #include <gtest/gtest.h>

@@ -42,7 +42,6 @@ constexpr std::array kinds{Kind{"steps", Rule::steps, Update::simultaneous},
                            Kind{"steps-coloured", Rule::steps, Update::coloured},
                            Kind{"closed-form", Rule::closed_form, Update::simultaneous},
                            Kind{"closed-form-coloured", Rule::closed_form, Update::coloured},
-                           Kind{"correction-coloured", Rule::correction, Update::coloured},
                            Kind{"annealing-four-coloured", Rule::annealing, Update::four_coloured}};
 
 test::Problem problem_of(const Kind& kind, int size) {

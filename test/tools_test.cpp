@@ -6,7 +6,7 @@
 #include "harness/tools/energy_plane.hpp"
 #include "harness/tools/export_scene.hpp"
 #include "harness/tools/positions.hpp"
-#include "kernels/data/mean_energy.hpp"
+#include "kernels/data/level.hpp"
 #include "test/files.hpp"
 #include "test/sessions.hpp"
 

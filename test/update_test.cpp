@@ -87,30 +87,6 @@ TEST(ClosedForm, AHeldComponentTakesTheTargetItselfAtAnyRelaxation) {
   }
 }
 
-TEST(Correction, ObservedComponentsAreZeroAndTheOthersApproachWhatIsMissing) {
-  auto problem = test::random_problem({30, 30}, test::Texture::smooth, 43, {}, Rule::correction);
-  problem.level.strengths = {0.5F, 1.5F};
-  std::fill(problem.start.x.begin(), problem.start.x.end(), 0.0F);
-  const VectorField once = swept(problem, 1);
-  const VectorField twice = swept(problem, 2);
-  for (int y = 0; y < 30; ++y) {
-    for (int x = 0; x < 30; ++x) {
-      const std::size_t at = problem.level.extent.index(x, y);
-      const HdmInFloat::Site site = gather<HdmInFloat>(problem.level, once, x, y);
-      const bool observed = site.confidence_x > 0.0F;
-      ASSERT_EQ(once.x[at], observed ? 0.0F : 0.5F * site.target_x);
-      if (observed) {
-        ASSERT_EQ(twice.x[at], 0.0F);
-      } else if (is_inside(problem.level.extent, x, y)) {
-        HdmInFloat::Site free = site;
-        free.confidence_x = 0.0F;
-        const double smooth = golden_section_search([&](double d) { return energy_of_x(free, d); }, -11, 11);
-        ASSERT_NEAR(twice.x[at], once.x[at] + 1.5 * (site.target_x + smooth - site.dx.centre), 5e-5);
-      }
-    }
-  }
-}
-
 /// The sites of a sweep one after the other, in place, from last to first: the same only if nobody who moves
 /// sees another one who does.
 void sweep_in_place_backwards(const Level& level, int number, VectorField& field) {

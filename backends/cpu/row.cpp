@@ -88,13 +88,10 @@ HDM_FUNCTION real confidence(const real* values, real uniform, std::ptrdiff_t i)
 }
 
 /// What the site reads. An observation that is not there leaves no trace: x + 0 * y = x for the finite
-/// numbers that all inputs are, so the compiler (-ffinite-math-only) drops the term, with the same bits. A
-/// correction's target is no observation.
+/// numbers that all inputs are, so the compiler (-ffinite-math-only) drops the term, with the same bits.
 template <Kind kind>
 HDM_FUNCTION Site fetch_site(const RowPart& part, std::ptrdiff_t i) {
-  constexpr bool has_target = kind.observed || kind.rule == InFloat::rule_correction;
-  constexpr bool has_curvature =
-      kind.rule == InFloat::rule_closed_form || kind.rule == InFloat::rule_correction;
+  constexpr bool has_curvature = kind.rule == InFloat::rule_closed_form;
   // Offsets of -1 and 1 that the compiler knows: one pointer per row of neighbours, not one per neighbour.
   const NeighbourOffsets at = kind.inside ? inside_offsets(part.pitch) : part.neighbours;
   Site site{};
@@ -107,8 +104,8 @@ HDM_FUNCTION Site fetch_site(const RowPart& part, std::ptrdiff_t i) {
   site.inverse_modulus =
       kind.uniform ? everywhere(part.uniform_inverse_modulus) : fetch(part.inverse_modulus, at, i);
   site.modulus = kind.uniform ? part.uniform_modulus : part.modulus[i];
-  site.target_x = has_target ? part.target_x[i] : real(0);
-  site.target_y = has_target ? part.target_y[i] : real(0);
+  site.target_x = kind.observed ? part.target_x[i] : real(0);
+  site.target_y = kind.observed ? part.target_y[i] : real(0);
   site.confidence_x = confidence<kind>(part.confidence_x, part.uniform_confidence_x, i);
   site.confidence_y = confidence<kind>(part.confidence_y, part.uniform_confidence_y, i);
   site.penalty = kind.observed ? part.penalty : real(1);
@@ -249,8 +246,6 @@ std::int64_t sweep_rule(const RowPart& part) {
   switch (part.rule) {
   case InFloat::rule_closed_form:
     return sweep_turn<InFloat::rule_closed_form, 1, observed>(part);
-  case InFloat::rule_correction:
-    return sweep_turn<InFloat::rule_correction, 1, observed>(part);
   case InFloat::rule_annealing: // bound by its random numbers: an observation more or less does not show
     return sweep_candidates<InFloat::rule_annealing, true>(part);
   default:

@@ -55,8 +55,6 @@ std::int64_t scalar_sweep(const Level& level, int number, const VectorField& fro
   switch (level.rule) {
   case Rule::closed_form:
     return sweep_by_colours<InFloat::rule_closed_form>(level, number, from, to);
-  case Rule::correction:
-    return sweep_by_colours<InFloat::rule_correction>(level, number, from, to);
   case Rule::annealing:
     return sweep_by_colours<InFloat::rule_annealing>(level, number, from, to);
   default:

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "kernels/data/cost.hpp"
 #include "kernels/data/level.hpp"
 #include "kernels/data/pyramid.hpp"
 #include "kernels/specification/tile_class.hpp"

@@ -2,7 +2,6 @@
 
 #include "harness/scene/sites.hpp"
 #include "kernels/data/input_error.hpp"
-#include "kernels/data/sites_worth_threads.hpp"
 
 #include <fmt/format.h>
 

@@ -27,7 +27,7 @@ struct SiteAnswer {
 
 /// Judges `found`, which a device made of site (x, y) of `before` in sweep `number`. Without fault a device
 /// computes each candidate's energy change to within the bound of bounded_energy.hpp, so what it chose cannot
-/// be dearer than any other candidate by more than both bounds; the minimiser of closed form and correction
+/// be dearer than any other candidate by more than both bounds; the minimiser of closed form
 /// cannot be farther from the exact one than its bound. Where all arithmetic at the site is exact the bounds
 /// are 0, and only the specified answer holds, ties included. Annealing is a random walk: its answers agree
 /// to the bit or not at all.
@@ -80,7 +80,7 @@ struct InexactOperation {
 /// and in double, and compared. Comparisons are judged as the sign of a difference, as the hardware of the
 /// thesis compares. 1 / m, which the host rounds, must be exact.
 ///
-/// Only Rule::steps can be exact: closed form and correction need 1 / A, and no A, a sum of six squares of
+/// Only Rule::steps can be exact: closed form needs 1 / A, and no A, a sum of six squares of
 /// 1 + 2^k with k from -5 to 5, is a power of two; the random numbers of annealing are multiples of 1 / 4093.
 /// `before` has the extent of the level, whose update is not sequential (its sites see others that have
 /// moved).

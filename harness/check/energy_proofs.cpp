@@ -33,8 +33,7 @@ struct Component {
   bounded::real gradient;
   bounded::real curvature;
   bounded::real target;
-  bounded::real confidence;
-  bounded::real penalty; ///< K times confidence
+  bounded::real penalty; ///< K times the confidence
   bounded::real inverse_curvature;
 };
 
@@ -97,12 +96,6 @@ double judge_closed_form(const Component& at, float strength, float found) {
   return share(std::abs(static_cast<double>(found) - exact), bound, true);
 }
 
-double judge_correction(const Component& at, float strength, float found) {
-  const bounded::real corrected =
-      Bounded::correction(at.centre, at.gradient, at.inverse_curvature, at.target, at.confidence, strength);
-  return share(std::abs(static_cast<double>(found) - corrected.exact()), corrected.error(), true);
-}
-
 /// The share of one component's bound that separates `found` from the rule.
 double judge(const Level& level, const Component& at, float strength, float before, float found) {
   switch (level.rule) {
@@ -110,8 +103,6 @@ double judge(const Level& level, const Component& at, float strength, float befo
     return judge_candidate(at, level.steps.values(), before, found);
   case Rule::closed_form:
     return judge_closed_form(at, strength, found);
-  case Rule::correction:
-    return judge_correction(at, strength, found);
   case Rule::annealing:
     break;
   }
@@ -156,18 +147,22 @@ Certificate certificate(const Level& level, const VectorField& before, int numbe
   double share_x = 0.0;
   double share_y = 0.0;
   if (found.x != expected.x) {
-    const Component component{site.dx.centre,          prior.gradient_x,  prior.curvature_x,
-                              site.target_x,           site.confidence_x, site.penalty * site.confidence_x,
+    const Component component{site.dx.centre,
+                              prior.gradient_x,
+                              prior.curvature_x,
+                              site.target_x,
+                              site.penalty * site.confidence_x,
                               site.inverse_curvature_x};
     const bool moves = InFloat::moves_x(colours, position, turn);
     share_x = moves ? judge(level, component, turn.strength, before.x[i], found.x) : never;
   }
   if (found.y != expected.y || (InFloat::couples && found.x != expected.x)) {
-    const Component component{
-        site.dy.centre,          Bounded::gradient_after(prior, step_to(level, before.x[i], found.x)),
-        prior.curvature_y,       site.target_y,
-        site.confidence_y,       site.penalty * site.confidence_y,
-        site.inverse_curvature_y};
+    const Component component{site.dy.centre,
+                              Bounded::gradient_after(prior, step_to(level, before.x[i], found.x)),
+                              prior.curvature_y,
+                              site.target_y,
+                              site.penalty * site.confidence_y,
+                              site.inverse_curvature_y};
     const bool moves = InFloat::moves_y(colours, position, turn);
     share_y = moves                   ? judge(level, component, turn.strength, before.y[i], found.y)
               : found.y == expected.y ? 0.0

@@ -22,7 +22,7 @@
 #include "harness/solve/planner.hpp"
 #include "harness/solve/solve.hpp"
 #include "kernels/data/input_error.hpp"
-#include "kernels/data/mean_energy.hpp"
+#include "kernels/data/level.hpp"
 #include "reference/finite_elements.hpp"
 
 #include <fmt/format.h>

@@ -6,7 +6,7 @@
 #include <harness/solve/methods/solver.hpp>
 #include <harness/solve/solve.hpp>
 #include <kernels/data/input_error.hpp>
-#include <kernels/data/mean_energy.hpp>
+#include <kernels/data/level.hpp>
 
 #include <itkImage.h>
 #include <itkImageRegionIterator.h>

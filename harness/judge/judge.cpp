@@ -5,7 +5,7 @@
 #include "harness/scene/method.hpp"
 #include "harness/solve/field_norms.hpp"
 #include "harness/solve/stopwatch.hpp"
-#include "kernels/data/mean_energy.hpp"
+#include "kernels/data/level.hpp"
 
 #include <fmt/format.h>
 

@@ -21,7 +21,7 @@ struct LevelWork {
   SiteCounts sites{}; ///< by SiteKind
 };
 
-/// By level, for schedules whose costs are declared (kernels/data/cost.hpp): candidates, all sites
+/// By level, for schedules whose costs are declared (kernels/data/energy.hpp): candidates, all sites
 /// at once, a fixed number of iterations, each level once. Empty for others.
 [[nodiscard]] std::vector<LevelWork> level_work(const Scene& scene);
 

@@ -1,6 +1,6 @@
 #include "harness/scene/level_sequence.hpp"
 
-#include "kernels/data/mean_energy.hpp"
+#include "kernels/data/level.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -42,35 +42,6 @@ struct PriorAtSite {
   float curvature_y = 0.0F;
 };
 
-/// The gradient of a site is linear in the nine displacements it sees: coefficients of its eight neighbours,
-/// in reading order, and its own.
-struct Stencil {
-  /// [to][from] x and y: what `from` of a neighbour adds to the gradient of `to`.
-  using Block = std::array<std::array<float, 2>, 2>;
-  std::array<Block, 8> neighbours{};
-  PriorAtSite own; ///< curvatures only
-};
-
-/// One row of the residual in double, site x at index x of every array (harness/solve/methods/residual.hpp).
-/// The nine pointers of a field are to what the sites of the row see in each direction, in reading order.
-template <typename Value>
-struct ResidualRow {
-  std::array<const Value*, 9> dx;
-  std::array<const Value*, 9> dy;
-  std::array<const double*, 9> inverse_modulus; ///< 1 / MPa
-  std::array<std::array<const float*, 9>, 4> inputs;
-  const float* modulus;
-  const float* target_x;
-  const float* target_y;
-  const float* confidence_x;
-  const float* confidence_y;
-  double penalty;
-  double* missing_x; ///< way to the minimiser of the component's own energy, pixels
-  double* missing_y;
-  float* held_x; ///< 1 where the minimiser is the target
-  float* held_y;
-};
-
 /// What the host asks of an energy at one site, compiled by energy_on_host.cpp from the texts that devices
 /// run.
 struct EnergyOnHost {
@@ -79,11 +50,10 @@ struct EnergyOnHost {
   float (*site_energy)(const Level& level, const VectorField& displacement, int x, int y);
   /// Where one simultaneous sweep over the candidates moves the site to.
   std::array<float, 2> (*improved)(const Level& level, const VectorField& displacement, int x, int y);
-  Stencil (*stencil)(const Level& level, int x, int y);
-  /// Columns first ... last - 1 of row y of Level::inverse_curvature, which has its size.
+  /// The way from each component to the minimiser of its own energy, pixels: 0 at the fixed point. In double.
+  std::array<double, 2> (*missing)(const Level& level, const VectorField& displacement, int x, int y);
+  /// Row y of Level::inverse_curvature, which has its size.
   void (*set_inverse_curvature)(Level& level, int y);
-  void (*residual_of_double)(const ResidualRow<double>& row, int first, int last);
-  void (*residual_of_float)(const ResidualRow<float>& row, int first, int last);
 };
 
 struct EnergyPrograms; // backends/shared/energy_programs.hpp

@@ -34,28 +34,15 @@ std::array<float, 2> improved(const Level& level, const VectorField& displacemen
   return {next.x, next.y};
 }
 
-/// Each coefficient is what the gradient becomes where that neighbour alone is displaced, by 1.
-Stencil stencil(const Level& level, int x, int y) {
-  using Neighbours = InFloat::Neighbours;
-  constexpr std::array neighbour{&Neighbours::north_west, &Neighbours::north,     &Neighbours::north_east,
-                                 &Neighbours::west,       &Neighbours::east,      &Neighbours::south_west,
-                                 &Neighbours::south,      &Neighbours::south_east};
-  InFloat::Site site = gather<InFloat>(level, level.target, x, y);
-  site.dx = {};
-  site.dy = {};
-  Stencil result{.neighbours = {}, .own = prior_at(site)};
-  for (std::size_t i = 0; i < neighbour.size(); ++i) {
-    const auto displaced = [&](Neighbours InFloat::Site::*component) {
-      (site.*component).*neighbour[i] = 1.0F;
-      const PriorAtSite found = prior_at(site);
-      (site.*component).*neighbour[i] = 0.0F;
-      return found;
-    };
-    const PriorAtSite by_x = displaced(&InFloat::Site::dx);
-    const PriorAtSite by_y = displaced(&InFloat::Site::dy);
-    result.neighbours[i] = {{{by_x.gradient_x, by_y.gradient_x}, {by_x.gradient_y, by_y.gradient_y}}};
-  }
-  return result;
+std::array<double, 2> missing(const Level& level, const VectorField& displacement, int x, int y) {
+  const InDouble::Site site = gather<InDouble>(level, displacement, x, y);
+  const InDouble::Prior prior = InDouble::prior_of(site);
+  const auto way = [&](double centre, double gradient, double curvature, double target, double confidence) {
+    return InDouble::closed_form(centre, gradient, 1.0 / curvature, target, site.penalty * confidence, 1.0) -
+           centre;
+  };
+  return {way(site.dx.centre, prior.gradient_x, prior.curvature_x, site.target_x, site.confidence_x),
+          way(site.dy.centre, prior.gradient_y, prior.curvature_y, site.target_y, site.confidence_y)};
 }
 
 // Functions of their own: locals declared inside an `omp simd` loop would become arrays in memory.
@@ -135,63 +122,8 @@ void set_inverse_curvature(Level& level, int y) {
   }
 }
 
-HDM_FUNCTION double minimiser(double centre, double gradient, double curvature, double target,
-                              double penalty) {
-  return InDouble::closed_form(centre, gradient, 1.0 / curvature, target, penalty, 1.0);
-}
-
-template <typename Value>
-HDM_FUNCTION void residual_site(const ResidualRow<Value>& row, int x) {
-  InDouble::Site site{};
-  site.dx = fetch<InDouble::Neighbours>(row.dx, x);
-  site.dy = fetch<InDouble::Neighbours>(row.dy, x);
-  site.inverse_modulus = fetch<InDouble::Neighbours>(row.inverse_modulus, x);
-  site.modulus = row.modulus[x];
-  InDouble::set_inputs(site, inputs_at<InDouble>(row.inputs, x));
-  const double target_x = row.target_x[x];
-  const double target_y = row.target_y[x];
-  const InDouble::Prior prior = InDouble::prior_of(site);
-  const double penalty_x = row.penalty * row.confidence_x[x];
-  const double penalty_y = row.penalty * row.confidence_y[x];
-  const double to_x = minimiser(site.dx.centre, prior.gradient_x, prior.curvature_x, target_x, penalty_x);
-  const double to_y = minimiser(site.dy.centre, prior.gradient_y, prior.curvature_y, target_y, penalty_y);
-  row.missing_x[x] = to_x - site.dx.centre;
-  row.missing_y[x] = to_y - site.dy.centre;
-  const bool held_x = (penalty_x > 0.0) & (to_x == target_x);
-  const bool held_y = (penalty_y > 0.0) & (to_y == target_y);
-  row.held_x[x] = held_x ? 1.0F : 0.0F;
-  row.held_y[x] = held_y ? 1.0F : 0.0F;
-}
-
-// The same bits with any instruction set: contraction is off. Preset `tsan` defines it to nothing: clones are
-// chosen before ThreadSanitizer is ready.
-#ifndef HDMBENCH_CLONES
-#if defined(__x86_64__) && defined(__gnu_linux__)
-#define HDMBENCH_CLONES [[gnu::target_clones("avx512f", "avx2", "default")]]
-#else
-#define HDMBENCH_CLONES
-#endif
-#endif
-
-HDMBENCH_CLONES void residual_of_double(const ResidualRow<double>& shared, int first, int last) {
-  const ResidualRow<double> row = shared;
-#pragma omp simd
-  for (int x = first; x < last; ++x) {
-    residual_site(row, x);
-  }
-}
-
-HDMBENCH_CLONES void residual_of_float(const ResidualRow<float>& shared, int first, int last) {
-  const ResidualRow<float> row = shared;
-#pragma omp simd
-  for (int x = first; x < last; ++x) {
-    residual_site(row, x);
-  }
-}
-
 } // namespace
 
-const EnergyOnHost on_host{
-    prior, site_energy, improved, stencil, set_inverse_curvature, residual_of_double, residual_of_float};
+const EnergyOnHost on_host{prior, site_energy, improved, missing, set_inverse_curvature};
 
 } // namespace hdmbench::energies::HDMBENCH_ENERGY

@@ -21,6 +21,9 @@ struct Extent {
   auto operator<=>(const Extent&) const = default;
 };
 
+/// Below this many sites threads cost more than they bring.
+inline constexpr std::size_t sites_worth_threads = std::size_t{1} << 15;
+
 /// One float per site.
 struct ScalarField {
   ScalarField() = default;

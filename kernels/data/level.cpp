@@ -1,7 +1,7 @@
 #include "kernels/data/level.hpp"
 
 #include "kernels/data/input_error.hpp"
-#include "kernels/data/sites_worth_threads.hpp"
+#include "kernels/specification/hdm/energy.hpp"
 
 #include <fmt/format.h>
 
@@ -9,6 +9,20 @@
 #include <cmath>
 
 namespace hdmbench {
+
+namespace energies::Hdm {
+extern const EnergyOnHost on_host;
+}
+
+// test/cost_test.cpp counts the operations in the texts.
+const Energy thesis_energy{.name = "hdm",
+                           .inputs = HdmInFloat::input_count,
+                           .couples = HdmInFloat::couples,
+                           .coloured_sets = HdmInFloat::coloured_sets,
+                           .costs = {{{109, 18}, {103, 8}, {78, 16}, {72, 6}}},
+                           .host = &energies::Hdm::on_host,
+                           .programs = nullptr,
+                           .proofs = nullptr};
 
 namespace {
 
@@ -81,6 +95,26 @@ void set_inverse_curvature(Level& level) {
   for (int y = 0; y < extent.height; ++y) {
     level.energy->host->set_inverse_curvature(level, y);
   }
+}
+
+double mean_energy(const Level& level, const VectorField& displacement) {
+  double sum = 0.0;
+  for (int y = 0; y < level.extent.height; ++y) {
+    for (int x = 0; x < level.extent.width; ++x) {
+      sum += static_cast<double>(level.energy->host->site_energy(level, displacement, x, y));
+    }
+  }
+  return sum / static_cast<double>(level.extent.sites());
+}
+
+Undetermined find_undetermined(int thickness, std::span<const float> confidence) {
+  const auto is_free = [](float value) { return !(value > 0.0F); };
+  const auto count = static_cast<std::size_t>(std::ranges::count_if(confidence, is_free));
+  if (count == 0 || (thickness > 1 && count < confidence.size())) {
+    return {};
+  }
+  return {.sites = count,
+          .first = static_cast<std::size_t>(std::ranges::find_if(confidence, is_free) - confidence.begin())};
 }
 
 void validate(const VectorField& field, Extent extent, const char* what) {

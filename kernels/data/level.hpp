@@ -5,6 +5,7 @@
 #include "kernels/data/step_set.hpp"
 
 #include <algorithm>
+#include <span>
 #include <vector>
 
 namespace hdmbench {
@@ -22,8 +23,6 @@ enum class Update {
 enum class Rule {
   steps,       ///< the best of the candidates: ICM
   closed_form, ///< the exact minimiser of the site's energy, relaxed
-  correction,  ///< the same for a correction e of a displacement: target is what is missing at a free
-               ///< component (pixels), observed components stay at 0
   annealing    ///< a candidate at random, taken by its energy and the temperature (thesis Alg. 1)
 };
 
@@ -40,9 +39,9 @@ struct Level {
   StepSet steps{};                       ///< of Rule::steps and annealing
   Update update = Update::simultaneous;
   Rule rule = Rule::steps;
-  VectorField inverse_curvature{}; ///< 1 / A per component; needed by closed_form and correction, else empty
-  /// Per sweep since load(), the last one for all that follow: relaxation (0 < w < 2) of closed_form and
-  /// correction, 1 / temperature (>= 0) of annealing. Empty for Rule::steps.
+  VectorField inverse_curvature{}; ///< 1 / A per component; needed by closed_form, else empty
+  /// Per sweep since load(), the last one for all that follow: relaxation (0 < w < 2) of
+  /// closed_form, 1 / temperature (>= 0) of annealing. Empty for Rule::steps.
   std::vector<float> strengths{};
   int seed = 0; ///< of annealing, 0 ... 4092; of rows of an image it carries the row, too (update.inc)
 };
@@ -83,7 +82,7 @@ struct SweepState {
 
 /// Whether the rule reads inverse_curvature.
 [[nodiscard]] constexpr bool needs_inverse_curvature(Rule rule) {
-  return rule == Rule::closed_form || rule == Rule::correction;
+  return rule == Rule::closed_form;
 }
 
 /// Whether a site can only change in a sweep if it or one of its eight neighbours changed in the sweep
@@ -96,6 +95,21 @@ void set_inverse_modulus(Level& level);
 
 /// Fills inverse_curvature from the moduli: 1 / A of every site and component, rounded to float.
 void set_inverse_curvature(Level& level);
+
+/// U = (1/|S|) * sum of U_t (5.2): each site's energy in float as the kernels define it, summed in double in
+/// raster order, so the figure does not depend on threads or devices.
+[[nodiscard]] double mean_energy(const Level& level, const VectorField& displacement);
+
+/// Sites of one component that no known displacement reaches, however far it travels.
+struct Undetermined {
+  std::size_t sites = 0;
+  std::size_t first = 0; ///< index of the first of them
+};
+
+/// A component sees the neighbours on both sides in its own direction, straight and diagonal: that connects
+/// all sites of an image at least two sites thick in that direction, and none of a thinner one. `thickness`
+/// is the width for x and the height for y; one `confidence` per site, 0 = unknown.
+[[nodiscard]] Undetermined find_undetermined(int thickness, std::span<const float> confidence);
 
 /// Throws InputError naming the field and the first offending site: a size that does not match the extent, a
 /// value that is not finite, modulus <= 0 or without a finite inverse, confidence outside [0, 1], K <= 0,

@@ -1,7 +1,5 @@
 #include "kernels/data/modulus.hpp"
 
-#include "kernels/data/sites_worth_threads.hpp"
-
 #include <algorithm>
 #include <bit>
 #include <cmath>

@@ -2,6 +2,8 @@
 
 #include "kernels/data/level.hpp"
 
+#include <array>
+#include <cstdint>
 #include <vector>
 
 namespace hdmbench {
@@ -39,6 +41,13 @@ enum class Material {
 
 /// Level::inputs at the sampled sites.
 [[nodiscard]] std::vector<ScalarField> sample_inputs(const Level& full, Extent extent, Alignment alignment);
+
+/// Numbers of sites, by SiteKind.
+using SiteCounts = std::array<std::int64_t, site_kinds>;
+
+/// How many sites of each kind the level has that samples `full` (nearest modulus) at `extent`. Nothing as
+/// large as the level is allocated.
+[[nodiscard]] SiteCounts count_site_kinds(const Level& full, Extent extent, Alignment alignment);
 
 /// The two coarse sites around a fine one on an axis and the weight of the second, the first having the rest.
 struct Interpolation {

@@ -1,7 +1,6 @@
 #include "harness/judge/diagnosis/checks.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/scene/sites.hpp"
-#include "kernels/data/undetermined.hpp"
 
 #include <fmt/format.h>
 

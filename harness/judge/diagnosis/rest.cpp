@@ -2,7 +2,6 @@
 
 #include "harness/judge/diagnosis/regions.hpp"
 #include "harness/scene/sites.hpp"
-#include "harness/solve/methods/residual.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -22,21 +21,16 @@ double squared_sum(const std::vector<float>& values) {
   return sum;
 }
 
-/// The field after one simultaneous sweep over the candidates.
-VectorField swept(const Level& level, const VectorField& displacement) {
-  VectorField next(level.extent);
+/// What `at_site`, one of EnergyOnHost, says of every site.
+template <typename AtSite>
+VectorField everywhere(const AtSite& at_site, const Level& level, const VectorField& displacement) {
+  VectorField result(level.extent);
   for_each_site(level.extent, [&](int x, int y) {
-    const auto [moved_x, moved_y] = level.energy->host->improved(level, displacement, x, y);
-    next.x[level.extent.index(x, y)] = moved_x;
-    next.y[level.extent.index(x, y)] = moved_y;
+    const auto [of_x, of_y] = at_site(level, displacement, x, y);
+    result.x[level.extent.index(x, y)] = static_cast<float>(of_x);
+    result.y[level.extent.index(x, y)] = static_cast<float>(of_y);
   });
-  return next;
-}
-
-VectorField missing_ways(const Level& level, const VectorField& displacement) {
-  ResidualField residual;
-  Residual(level).evaluate(displacement, residual);
-  return residual.missing.to_float();
+  return result;
 }
 
 /// Squared sum of (2 a_t - a_before - a_after) / 4 along a component's direction, where both exist: all of a
@@ -108,7 +102,7 @@ double accumulated_square(std::span<const float> missing, std::span<const float>
 
 RestState measure_rest(const Scene& scene, const VectorField& displacement) {
   const Level& level = scene.full;
-  RestState state{.missing = missing_ways(level, displacement)};
+  RestState state{.missing = everywhere(level.energy->host->missing, level, displacement)};
   const double square = squared_sum(state.missing.x) + squared_sum(state.missing.y);
   const auto sites = static_cast<double>(level.extent.sites());
   state.rms = std::sqrt(square / sites);
@@ -116,8 +110,8 @@ RestState measure_rest(const Scene& scene, const VectorField& displacement) {
   state.stripes = std::sqrt(stripes / sites);
   state.stripes_share = square > 0.0 ? stripes / square : 0.0;
   if (level.rule == Rule::steps) {
-    const VectorField next = swept(level, displacement);
-    const VectorField second = swept(level, next);
+    const VectorField next = everywhere(level.energy->host->improved, level, displacement);
+    const VectorField second = everywhere(level.energy->host->improved, level, next);
     for (std::size_t i = 0; i < next.x.size(); ++i) {
       const bool moves = next.x[i] != displacement.x[i] || next.y[i] != displacement.y[i];
       const bool returns = second.x[i] == displacement.x[i] && second.y[i] == displacement.y[i];

@@ -4,7 +4,7 @@
 #include "harness/scene/scene.hpp"
 #include "harness/solve/progress.hpp"
 #include "harness/solve/solve.hpp"
-#include "kernels/data/elastic/free_parts.hpp"
+#include "kernels/data/elastic/conditions.hpp"
 
 #include <optional>
 #include <string>

@@ -1,7 +1,6 @@
 #include "harness/solve/methods/sampled_image.hpp"
 
 #include "kernels/data/modulus.hpp"
-#include "kernels/data/sites_worth_threads.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,5 @@
 #include "kernels/data/elastic/set_up.hpp"
 
-#include "kernels/data/sites_worth_threads.hpp"
-
 namespace hdmbench {
 
 namespace {
@@ -25,40 +23,6 @@ HDM_FUNCTION void set_parent(const MomentsRow<float>& row, const MomentsRow<cons
   row.set(x, sum);
 }
 
-} // namespace
-
-void set_image_moments(ElasticLevel& image, const Level& full) {
-  const Extent cells = image.grid.cells();
-#pragma omp parallel for if (full.extent.sites() > sites_worth_threads)
-  for (int y = 0; y < cells.height; ++y) {
-    const MomentsRow<float> row(image, y);
-    const float* const top = full.modulus.values.data() + full.extent.index(0, y);
-    const float* const bottom = top + full.extent.width;
-#pragma omp simd
-    for (int x = 0; x < cells.width; ++x) {
-      set_image_cell(row, top, bottom, x);
-    }
-  }
-}
-
-void set_parent_moments(ElasticLevel& level, const ElasticLevel& fine) {
-  const Extent cells = level.grid.cells();
-#pragma omp parallel for if (level.grid.sites.sites() > sites_worth_threads)
-  for (int y = 0; y < cells.height; ++y) {
-    const MomentsRow<float> row(level, y);
-    const MomentsRow<const float> top(fine, 2 * y);
-    const MomentsRow<const float> bottom(fine, 2 * y + 1);
-#pragma omp simd
-    for (int x = 0; x < cells.width; ++x) {
-      set_parent(row, top, bottom, x);
-    }
-  }
-}
-
-namespace {
-
-using InFloat = ElasticInFloat;
-
 /// Where |xx yy - xy^2| is less than this share of xx yy, the two components of a site move as one.
 constexpr float least_determinant = 1e-6F;
 
@@ -75,9 +39,6 @@ ResponseRow row_of(ElasticLevel& level, int y) {
   return {level.grid.sites.width, level.response[0].data() + first, level.response[1].data() + first,
           level.response[2].data() + first};
 }
-
-// Bodies of loops are functions of their own: locals declared inside an `omp simd` loop would become arrays
-// in memory.
 
 /// Of the site between two cells of the row above and two of the row below.
 HDM_FUNCTION void set_stiffness_at(const ResponseRow& row, const MomentsRow<const float>& above,
@@ -149,6 +110,34 @@ void invert(const ResponseRow& row) {
 }
 
 } // namespace
+
+void set_image_moments(ElasticLevel& image, const Level& full) {
+  const Extent cells = image.grid.cells();
+#pragma omp parallel for if (full.extent.sites() > sites_worth_threads)
+  for (int y = 0; y < cells.height; ++y) {
+    const MomentsRow<float> row(image, y);
+    const float* const top = full.modulus.values.data() + full.extent.index(0, y);
+    const float* const bottom = top + full.extent.width;
+#pragma omp simd
+    for (int x = 0; x < cells.width; ++x) {
+      set_image_cell(row, top, bottom, x);
+    }
+  }
+}
+
+void set_parent_moments(ElasticLevel& level, const ElasticLevel& fine) {
+  const Extent cells = level.grid.cells();
+#pragma omp parallel for if (level.grid.sites.sites() > sites_worth_threads)
+  for (int y = 0; y < cells.height; ++y) {
+    const MomentsRow<float> row(level, y);
+    const MomentsRow<const float> top(fine, 2 * y);
+    const MomentsRow<const float> bottom(fine, 2 * y + 1);
+#pragma omp simd
+    for (int x = 0; x < cells.width; ++x) {
+      set_parent(row, top, bottom, x);
+    }
+  }
+}
 
 void set_response(ElasticLevel& level, const InFloat::PoissonRatio& ratio, const Prescribed* prescribed) {
   const RingedGrid& grid = level.grid;

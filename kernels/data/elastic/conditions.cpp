@@ -1,10 +1,5 @@
 #include "kernels/data/elastic/conditions.hpp"
 
-#include "kernels/data/elastic/cell_kinds.hpp"
-#include "kernels/data/input_error.hpp"
-
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <utility>
 
@@ -147,46 +142,7 @@ void extend(Known& known) {
   fill(known, coarse);
 }
 
-/// Of the sheet as a whole: `hold` has all its conditions.
-void require_held(Extent image, const Hold& hold) {
-  if (image.width < 2 || image.height < 2) {
-    throw InputError(fmt::format("the elastic energy needs at least 2 x 2 pixels, the image is {} x {}",
-                                 image.width, image.height));
-  }
-  if (const std::string freedom = hold.freedom(); !freedom.empty()) {
-    throw InputError(fmt::format("the conditions leave the elastic sheet free to move: all {} x {} sites {}",
-                                 image.width, image.height, freedom));
-  }
-}
-
 } // namespace
-
-void require_held(const Level& level) {
-  Hold hold;
-  for (int y = 0; y < level.extent.height && hold.is_free(); ++y) {
-    for (int x = 0; x < level.extent.width; ++x) {
-      hold.add(level, x, y);
-    }
-  }
-  require_held(level.extent, hold);
-  require_parts_held(level);
-}
-
-std::vector<RigidMotion> free_motions(const Level& level) {
-  Hold hold;
-  for (int y = 0; y < level.extent.height; ++y) {
-    for (int x = 0; x < level.extent.width; ++x) {
-      const std::size_t at = level.extent.index(x, y);
-      if (level.confidence.x[at] >= 1.0F) {
-        hold.know_x(y);
-      }
-      if (level.confidence.y[at] >= 1.0F) {
-        hold.know_y(x);
-      }
-    }
-  }
-  return hold.motions(level.extent);
-}
 
 VectorField extended_conditions(const Level& level) {
   VectorField field;

@@ -1,4 +1,4 @@
-#include "kernels/data/elastic/free_parts.hpp"
+#include "kernels/data/elastic/conditions.hpp"
 
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/modulus.hpp"
@@ -7,12 +7,72 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <limits>
 #include <map>
 #include <numeric>
+#include <string>
 
 namespace hdmbench {
 
 namespace {
+
+/// How a sheet, or a part of one, can move without straining: by (a - t y, b + t x) only. Known x in two
+/// rows, or known y in two columns, determine t.
+class Hold {
+public:
+  /// Takes the components of a site whose confidence is `least` or more.
+  void add(const Level& level, int x, int y, float least) {
+    const std::size_t at = level.extent.index(x, y);
+    know(level.confidence.x[at] >= least, y, row_);
+    know(level.confidence.y[at] >= least, x, column_);
+  }
+  [[nodiscard]] bool is_free() const { return row_ < 0 || column_ < 0 || turns_; }
+  /// "can move in x", "can turn about x = 3, y = 4"; empty: it is held.
+  [[nodiscard]] std::string freedom() const {
+    if (!is_free()) {
+      return "";
+    }
+    if (row_ < 0 || column_ < 0) {
+      return fmt::format("can move in {}; a condition must give that component somewhere",
+                         row_ < 0 ? 'x' : 'y');
+    }
+    return fmt::format("can turn about x = {}, y = {}; give x in two rows or y in two columns", column_,
+                       row_);
+  }
+  /// Those that what is known leaves to the image: at most three.
+  [[nodiscard]] std::vector<RigidMotion> motions(Extent image) const {
+    std::vector<RigidMotion> result;
+    if (row_ < 0) {
+      result.push_back({.x = 1.0});
+    }
+    if (column_ < 0) {
+      result.push_back({.y = 1.0});
+    }
+    if (turns_) {
+      result.push_back({.turn = 2.0 / std::max(image.width, image.height),
+                        .column = column_ < 0 ? 0.5 * (image.width - 1) : column_,
+                        .row = row_ < 0 ? 0.5 * (image.height - 1) : row_});
+    }
+    return result;
+  }
+
+private:
+  void know(bool is_known, int line, int& known) {
+    if (is_known) {
+      turns_ = turns_ && (known < 0 || known == line);
+      known = line;
+    }
+  }
+
+  int row_ = -1;    // of a known x
+  int column_ = -1; // of a known y
+  bool turns_ = true;
+};
+
+/// Any confidence above 0 holds; a whole one prescribes.
+constexpr float least_holding = std::numeric_limits<float>::denorm_min();
+constexpr float prescribing = 1.0F;
 
 /// Sets of sites that are joined one by one (union-find); a set is named by its first site.
 class Parts {
@@ -55,55 +115,8 @@ struct Part {
   }
 };
 
-} // namespace
-
-void Hold::add(const Level& level, int x, int y) {
-  const std::size_t at = level.extent.index(x, y);
-  if (level.confidence.x[at] > 0.0F) {
-    know_x(y);
-  }
-  if (level.confidence.y[at] > 0.0F) {
-    know_y(x);
-  }
-}
-
-void Hold::know_x(int row) {
-  turns_ = turns_ && (row_ < 0 || row_ == row);
-  row_ = row;
-}
-
-void Hold::know_y(int column) {
-  turns_ = turns_ && (column_ < 0 || column_ == column);
-  column_ = column;
-}
-
-std::string Hold::freedom() const {
-  if (!is_free()) {
-    return "";
-  }
-  if (row_ < 0 || column_ < 0) {
-    return fmt::format("can move in {}; a condition must give that component somewhere",
-                       row_ < 0 ? 'x' : 'y');
-  }
-  return fmt::format("can turn about x = {}, y = {}; give x in two rows or y in two columns", column_, row_);
-}
-
-std::vector<RigidMotion> Hold::motions(Extent image) const {
-  std::vector<RigidMotion> result;
-  if (row_ < 0) {
-    result.push_back({.x = 1.0});
-  }
-  if (column_ < 0) {
-    result.push_back({.y = 1.0});
-  }
-  if (turns_) {
-    result.push_back({.turn = 2.0 / std::max(image.width, image.height),
-                      .column = column_ < 0 ? 0.5 * (image.width - 1) : column_,
-                      .row = row_ < 0 ? 0.5 * (image.height - 1) : row_});
-  }
-  return result;
-}
-
+/// Where void cuts off a part of the tissue that no condition holds. Pixels next to each other, diagonally
+/// too, are one part, and so are those with a single void pixel between them: they share a site of a cell.
 void require_parts_held(const Level& level) {
   const std::vector<float>& modulus = level.modulus.values;
   const ModulusRange range = modulus_range(level.modulus);
@@ -132,7 +145,7 @@ void require_parts_held(const Level& level) {
       const std::size_t at = extent.index(x, y);
       if (in_tissue[at] != 0) {
         Part& part = found[parts.of(at)];
-        part.hold.add(level, x, y);
+        part.hold.add(level, x, y, least_holding);
         if (modulus[at] >= least) {
           part.add_tissue(x, y);
         }
@@ -148,6 +161,37 @@ void require_parts_held(const Level& level) {
                                    part.top, part.bottom, void_share, freedom));
     }
   }
+}
+
+} // namespace
+
+void require_held(const Level& level) {
+  const Extent image = level.extent;
+  if (image.width < 2 || image.height < 2) {
+    throw InputError(fmt::format("the elastic energy needs at least 2 x 2 pixels, the image is {} x {}",
+                                 image.width, image.height));
+  }
+  Hold hold;
+  for (int y = 0; y < image.height && hold.is_free(); ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      hold.add(level, x, y, least_holding);
+    }
+  }
+  if (const std::string freedom = hold.freedom(); !freedom.empty()) {
+    throw InputError(fmt::format("the conditions leave the elastic sheet free to move: all {} x {} sites {}",
+                                 image.width, image.height, freedom));
+  }
+  require_parts_held(level);
+}
+
+std::vector<RigidMotion> free_motions(const Level& level) {
+  Hold hold;
+  for (int y = 0; y < level.extent.height; ++y) {
+    for (int x = 0; x < level.extent.width; ++x) {
+      hold.add(level, x, y, prescribing);
+    }
+  }
+  return hold.motions(level.extent);
 }
 
 } // namespace hdmbench

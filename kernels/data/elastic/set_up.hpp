@@ -1,13 +1,20 @@
 #pragma once
 
-#include "kernels/data/elastic/cell_kinds.hpp"
 #include "kernels/data/elastic/hierarchy.hpp"
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <vector>
 
 namespace hdmbench {
+
+/// Not 0 where a component is prescribed, with the grid's ring, which is not.
+struct Prescribed {
+  Prescribed(const Level& full, const RingedGrid& grid);
+
+  std::array<std::vector<std::uint8_t>, 2> component;
+};
 
 /// Sets the moments of the image's cells from the moduli of its pixels.
 void set_image_moments(ElasticLevel& image, const Level& full);
