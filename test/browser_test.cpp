@@ -111,13 +111,5 @@ TEST_F(Browser, SaysWhatABrowserLacks) {
   EXPECT_THAT(text, HasSubstr("class=\"verdict unsure\""));
 }
 
-TEST(BrowserPage, RefusesWhatAShaderCannotDo) {
-  const test::Outcome sequential =
-      test::hdmbench("browser random --size 8 --method sequential --output /dev/null");
-  EXPECT_EQ(sequential.status, 2);
-  EXPECT_THAT(sequential.output, HasSubstr("cannot be compared in a browser"));
-  EXPECT_EQ(test::hdmbench("browser square --size 8 --method sequential --output /dev/null").status, 2);
-}
-
 } // namespace
 } // namespace hdmbench

@@ -58,102 +58,6 @@ TEST(CommandLine, ALargeImageIsSolvedButNotInspected) {
   EXPECT_GT(std::filesystem::file_size(folder.path() / "out/square.nrrd"), 0U);
 }
 
-TEST(CommandLine, BadInputIsASentenceAndStatusTwo) {
-  const std::vector<std::pair<const char*, const char*>> cases{
-      {"fly", "fly"},
-      {"verifi", "did you mean verify?"},
-      {"run square --size 9 --iteration 3", "did you mean --iterations?"},
-      {"run square --size=9 --colour=3", "run has no option --colour; hdmbench run --help lists them"},
-      {"run", "scene"},
-      {"run nowhere.toml", "nowhere.toml"},
-      {"verify square --size 0", "\"0\""},
-      {"verify square --size 12y", "12y"},
-      {"verify square --size -5", "-5"},
-      {"verify square --size 2000000", "GiB of memory"},
-      {"verify square --backends none", "there is no backend \"none\""},
-      {"verify square --size 9 --require nothing", "there is no backend \"nothing\""},
-      {"verify square --size 9 --backends openmp --device Voodoo2", "Voodoo2"},
-      {"verify square --size 9 --steps ''", "has 0 candidates; give 1 to 16"},
-      {"verify square --size 9 --steps 0,x", "\"x\" is not a number"},
-      {"verify square --size 9 --penalty 0", "penalty K"},
-      {"verify square --size 9 --penalty nan", "penalty"},
-      {"verify square --size 9 --prior-weight 0", "prior weight alpha is 0"},
-      {"verify square --size 9 --prior-weight 1", "prior weight alpha is 1"},
-      {"verify square --size 9 --prior-weight nan", "prior weight alpha is nan"},
-      {"run square --size 9 --penalty 1e30 --prior-weight 1e-30", "as a 32-bit float"},
-      {"verify square --size 9 --iterations -1", "give 0 ... 100000000"},
-      {"verify square --size 9 --threads -1", "not in range 0 to 4096"},
-      {"verify square --size 9 --epsilon -1", "not in range 0"},
-      {"bench square --size 9 --repeat -1", "not in range 1 to"},
-      {"verify square --size 9 --reference none", "there is no backend \"none\""},
-      {"verify square --size 9 --reference openmp --backends openmp",
-       "no backend is left to compare with openmp"},
-      {"verify square --size 16 --start-level 99",
-       "16 x 16 pixels have the levels 0 (full resolution) ... 4"},
-      {"verify square --size 16 --start-level -1", "start level -1"},
-      {"verify square --sizes 16,,32", "--sizes 16,,32: a word is missing"},
-      {"verify square --size=,16", "--size ,16: a word is missing"},
-      {"verify square --size 9 --backends openmp,", "--backends openmp,: a word is missing"},
-      {"accuracy square --size 9 --methods icm", "accuracy measures icm"},
-      {"verify square --size 9 --stop never", "never"},
-      {"run square --size 9 --update sequential", "--backend scalar"},
-      {"run square --size 9 --energy elastic --robust -2", "not in range 0.000001 to 1000000"},
-      {"run square --size 9 --stride 4", "--stride is for --energy elastic"},
-      {"run square --size 20 --energy elastic --stride 9", "leaves an image of 3 x 3 sites"},
-      {"bench square --size 9 --repeat 0", "repeat"},
-      {"verify square --size 9 --json /no/such/folder/a.json", "/no/such/folder"},
-      {"report /no/such/results", "/no/such/results"},
-      {"probe --device nonsense", "no backend has a device \"nonsense\""},
-      {"probe --require openmp --device nonsense", "openmp is needed but not there"},
-      {"run square --size 9 --output /proc/x", "/proc/x: the folder cannot be made: No such file"},
-      {"run square --size 20 --energy elastic --stride 12", "every 12th pixel"},
-      {"run square --size 70 --energy elastic --stride 61", "every 61st pixel"},
-      {"run square --size 9 --accuracy 3cm", "give pixels above 0, as 0.35px, or millimetres, as 0.1mm"},
-      {"run square --size 9 --accuracy 1px --energy hdm",
-       "--energy hdm asks for the thesis's: give --energy elastic"},
-      {"run square --size 9 --within 9ms --energy hdm",
-       "or --method and --iterations in place of --accuracy"},
-      {"run square --size 9 --accuracy 1px --penalty 9", "leave out --start-level"},
-  };
-  for (const auto& [arguments, message] : cases) {
-    test::expect_run(2, arguments, AllOf(HasSubstr(message), Not(testing::ContainsRegex("[0-9]{20}"))));
-  }
-}
-
-TEST(CommandLine, AnOptionWithoutEffectIsRefused) {
-  const std::vector<std::pair<const char*, const char*>> cases{
-      {"run square --size 9 --halo 4", "--halo has no effect here: ranks are several processes"},
-      {"run square --size 9 --sites-per-rank 4 --halo 4", "--sites-per-rank, --halo have no effect"},
-      {"run square --size 9 --explain", "it explains a plan"},
-      {"run square --size 9 --accuracy 1px --iterations 3",
-       "choose method, levels and iterations themselves"},
-      {"run square --size 9 --epsilon 1e-3", "--epsilon has no effect here"},
-      {"run square --size 9 --stop still --epsilon 1e-3", "--epsilon has no effect here"},
-      {"verify square --size 9 --epsilon 1e-3", "--epsilon has no effect here"},
-      {"tune square --size 9 --search-seed 3", "--search-seed has no effect here"},
-      {"tune square --size 9 --prior-weight 0.3", "--range says where"},
-      {"tune square --size 9 --mask a.png", "--truth FILE.nrrd"},
-      {"energy-plot square --size 9 --sites 1,1 2,2 --start --iterations 3", "nothing is solved"},
-      {"energy-plot square --size 9 --sites 1,1 2,2 --start --backend scalar", "nothing is solved"},
-      {"atlas --list --json a.json", "--json has no effect here"},
-      {"faults --list --json a.json", "--json has no effect here"},
-      {"continuum --sizes 8 --quick", "--quick has no effect here"},
-      {"tradeoff square --size 9 --quick --repeat 3", "--repeat has no effect here"},
-      {"tradeoff square --size 9 --method icm", "choose with --methods"},
-      {"rivals --radius 3", "--radius has no effect here: only --detection takes that"},
-      {"rivals --detection 1 --amplitudes 3", "--amplitudes has no effect here"},
-      {"rivals --knobs 1 --seeds 3", "--seeds has no effect here"},
-      {"implementations --device 1", "takes every device in turn"},
-      {"devices --no-cache", "--no-cache has no effect here: only --measure measures"},
-      {"accuracy square --size 9 --quick --full", "--full has no effect here"},
-      {"fem-to-image a.txt --elements b.txt --size 9 --output c.nrrd --reach 2",
-       "--interpolation nearest does"},
-  };
-  for (const auto& [arguments, message] : cases) {
-    test::expect_run(2, arguments, HasSubstr(message));
-  }
-}
-
 /// For hdmbench(): what stands before the program, whose standard output goes `where`.
 std::string with_output(const std::string& where) {
   return "with_output() { \"$@\" " + where + "; }; with_output";
@@ -378,21 +282,6 @@ TEST(CommandLine, VerifyAndBenchWriteWhatTheCiOfOthersReads) {
   EXPECT_TRUE(read_json(google)["benchmarks"][3]["error_occurred"]);
 }
 
-TEST(CommandLine, VerifyMeetsTheTilesAtWhateverSizes) {
-  const test::TemporaryFolder folder;
-  const auto file = folder.path() / "verify.json";
-  (void)hdmbench("verify --sizes 8 --quick --backends openmp --json " + file.string());
-  const nlohmann::json document = read_json(file);
-  std::set<int> widths;
-  for (const auto& row : document["results"]) {
-    if (row["scene"] == "square-rough") {
-      EXPECT_TRUE(row["verdict"] == "agree" || row["mode"] == "active") << row;
-      widths.insert(row["width"].get<int>());
-    }
-  }
-  EXPECT_EQ(widths, (std::set{383, 384, 385}));
-}
-
 TEST(CommandLine, ASceneThatPrescribesEverySiteFails) {
   test::expect_run(1, "verify square --size 1 --backends openmp",
                    HasSubstr("only 0 % of the components are free"));
@@ -454,48 +343,6 @@ TEST(CommandLine, BenchSaysWhatWasNotChecked) {
   EXPECT_EQ(hdmbench("bench square --size 32 --reference nobody").status, 2);
 }
 
-TEST(CommandLine, BenchCountsTheIterationsThatWereDone) {
-  const test::TemporaryFolder folder;
-  const auto file = folder.path() / "bench.json";
-  test::expect_run(0, "bench square --size 32 --backends openmp --repeat 1 --no-ceilings --stop still "
-                      "--iterations 5000 --json " +
-                          file.string());
-  const nlohmann::json document = read_json(file);
-  for (const auto& row : document["results"]) {
-    EXPECT_GT(row["iterations"], 0);
-    EXPECT_LT(row["iterations"], 6 * 5000) << "the cap is not what was done";
-  }
-}
-
-TEST(CommandLine, DevicesListsEveryBackend) {
-  const test::TemporaryFolder folder;
-  const auto file = folder.path() / "devices.json";
-  ASSERT_EQ(hdmbench("devices --json " + file.string()).status, 0);
-  std::vector<std::string> names;
-  const nlohmann::json document = read_json(file);
-  for (const auto& row : document["results"]) {
-    names.push_back(row["backend"]);
-    EXPECT_NE(row["available"].get<bool>(), row["device"].get<std::string>().empty());
-  }
-  for (const auto& backend : make_backends()) {
-    EXPECT_THAT(names, testing::Contains(backend->name()));
-  }
-}
-
-TEST(CommandLine, ReportFromResults) {
-  const test::TemporaryFolder folder;
-  const std::string at = folder.path().string();
-  ASSERT_EQ(hdmbench("devices --json " + at + "/devices.json").status, 0);
-  ASSERT_EQ(hdmbench("verify square --size 32 --quick --json " + at + "/verify.json").status, 0);
-  ASSERT_EQ(
-      hdmbench("bench square --sizes 16,32 --repeat 2 --no-ceilings --json " + at + "/bench.json").status, 0);
-  test::expect_run(0, "run circular --size 32 --output " + at + "/out --json " + at + "/run.json");
-  test::expect_run(0, "report " + at + " --output " + at + "/report.html");
-  EXPECT_GT(std::filesystem::file_size(folder.path() / "report.html"), 10000U);
-  std::filesystem::remove(folder.path() / "out/circular-grid.png");
-  test::expect_run(0, "report " + at + " --output " + at + "/report.html");
-}
-
 TEST(CommandLine, AccuracyWritesEveryMethodWithItsDistancesFromTheTruths) {
   const test::TemporaryFolder folder;
   test::expect_run(
@@ -532,12 +379,6 @@ TEST(CommandLine, AccuracyOfTheElasticEnergySaysWhichEnergy) {
       {"interpolation", "none"}, {"full-multigrid", "elastic"}, {"conjugate-gradients", "elastic"},
       {"sweeps", "elastic"}};
   EXPECT_EQ(energies, expected);
-}
-
-TEST(CommandLine, AccuracyRefusesWhatHasNoTruth) {
-  test::expect_run(2, "accuracy square --size 1x7", HasSubstr("at least 2 x 2"));
-  EXPECT_EQ(hdmbench("accuracy square --size 20 --json /nowhere/a.json").status, 2);
-  test::expect_run(2, "accuracy square --size 20 --stop still", HasSubstr("runs both designs"));
 }
 
 } // namespace

@@ -156,28 +156,5 @@ TEST(Detection, FindsAStiffSpotAndNoneWhereThereIsNone) {
   EXPECT_GT(with.found_contrast, 1.5);
 }
 
-TEST(Detection, RefusesARegionThatSaysNothing) {
-  const Scene scene = small_brain(48);
-  const auto session = test::find("openmp").open_elastic({});
-  const auto detect = [&](const ScalarField& region) {
-    (void)detect_modulus(VectorField(scene.extent()), region, scene, {}, *session, test::silent());
-  };
-  expect_refusal([&] { detect(ScalarField(scene.extent())); }, "region of interest is empty");
-  expect_refusal([&] { detect(ScalarField(scene.extent(), 1.0F)); }, "whole image");
-  expect_refusal([&] { detect(ScalarField({8, 8}, 1.0F)); }, "the region 8 x 8");
-}
-
-TEST(AreaUnderRoc, IsTheProbabilityOfTheRightOrder) {
-  const auto row = [](double contrast, double score) {
-    InclusionRow found;
-    found.contrast = contrast;
-    found.score = score;
-    return found;
-  };
-  EXPECT_EQ(area_under_roc(std::vector{row(3.0, 5.0), row(1.0, 1.0), row(1.0, 2.0)}), 1.0);
-  EXPECT_EQ(area_under_roc(std::vector{row(3.0, 1.5), row(1.0, 1.0), row(1.0, 2.0)}), 0.5);
-  EXPECT_EQ(area_under_roc(std::vector{row(3.0, 1.5)}), std::nullopt);
-}
-
 } // namespace
 } // namespace hdmbench

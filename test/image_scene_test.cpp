@@ -91,63 +91,6 @@ TEST_F(ImageScene, KnowsTheFilesThatItIsMadeOf) {
   EXPECT_TRUE(files_of_scene(path("nowhere.toml").string()).empty());
 }
 
-TEST_F(ImageScene, MistakesInTheFileAreNamed) {
-  expect_refused(with_image(""), "exactly one of the two");
-  expect_refused(with_image("labels = \"labels.nrrd\"\nmodulus = \"modulus.nrrd\""),
-                 "exactly one of the two");
-  expect_refused(with_image("labels = \"nowhere.nrrd\""), "there is no such file");
-  expect_refused(with_image("labels = \"scene.toml\""), "scene.toml");
-  expect_refused(with_image("labels = \"modulus.nrrd\""), "6.5");
-  expect_refused(with_image("labels = \"labels.nrrd\"\ntarget = \"target.nrrd\""),
-                 "give both images or none");
-  expect_refused(with_image("labels = \"labels.nrrd\"\nlabel = 3"),
-                 "label is not a key of scene files here; did you mean labels?");
-  expect_refused(
-      with_image("labels = \"labels.nrrd\"\ntargets = \"target.nrrd\"\nconfidence = \"confidence.nrrd\""),
-      "did you mean target?");
-  expect_refused(
-      with_image("labels = \"labels.nrrd\"\ntarget = \"target.nrrd\"\ndeviation = \"confidence.nrrd\""),
-      "deviation has no effect in this scene: it belongs to energy = \"elastic\"");
-  expect_refused(fmt::format("energy = \"elastic\"\n{}",
-                             with_image("labels = \"labels.nrrd\"\nstart = \"target.nrrd\"")),
-                 "start has no effect");
-  expect_refused(with_image("modulus = \"modulus.nrrd\""), "tissue has no effect");
-  expect_refused("[image]\nmodulus = \"modulus.nrrd\"\npicture_range = [0.0, 1.0]\n",
-                 "picture_range has no effect");
-}
-
-TEST_F(ImageScene, BadPixelsAreNamedWithTheirPlace) {
-  write_nrrd("spoilt.nrrd", "short", "3 2", "0 7 7 0 9 7");
-  expect_refused(with_image("labels = \"spoilt.nrrd\""), "none has the label 9 of the pixel x = 1, y = 1");
-  for (const char* value : {"0", "-2", "nan", "inf"}) {
-    write_nrrd("spoilt.nrrd", "float", "3 2", fmt::format("1 2 3 4 {} 6", value));
-    expect_refused("[image]\nmodulus = \"spoilt.nrrd\"\n", "x = 1, y = 1");
-  }
-  const std::string_view conditions =
-      "[image]\nmodulus = \"modulus.nrrd\"\ntarget = \"target.nrrd\"\nconfidence = \"spoilt.nrrd\"\n";
-  for (const char* value : {"1.5", "-0.5", "nan"}) {
-    write_nrrd("spoilt.nrrd", "float", "2 3 2", fmt::format("0 0 0 0 0 0 0 {} 0 0 0 0", value), vector_kind);
-    expect_refused(conditions, "x = 0, y = 1");
-  }
-  write_nrrd("spoilt.nrrd", "float", "2 2 2", "0 0 0 0 0 0 0 0", vector_kind);
-  expect_refused(conditions, "2 x 2, the scene is 3 x 2");
-  write_nrrd("spoilt.nrrd", "float", "2 3 2", "0 0 0 0", vector_kind);
-  expect_refused(conditions, "spoilt.nrrd");
-}
-
-TEST_F(ImageScene, AnImageOfAnotherAspectHasNoModulusBesideIt) {
-  expect_refusal(
-      [&] {
-        (void)load("[image]\nmodulus = \"modulus.nrrd\"\n", {.size = Extent{8, 8}});
-      },
-      "modulus does not fill 8 x 8 pixels, which have another aspect");
-  EXPECT_EQ(load("[image]\nmodulus = \"modulus.nrrd\"\n", {.size = Extent{6, 4}}).extent(), (Extent{6, 4}));
-  write_nrrd("far.nrrd", "float", "2 3 2", "1 2 3 4 5 6 7 8 9 1e30 11 12", vector_kind);
-  expect_refused(
-      "[image]\nmodulus = \"modulus.nrrd\"\ntarget = \"far.nrrd\"\nconfidence = \"confidence.nrrd\"\n",
-      "target has a displacement of 1e+30 pixels; at most 1e+09 are possible");
-}
-
 TEST_F(ImageScene, TheBrainIsAScene) {
   try {
     const Scene scene = load_scene("brain", {.size = Extent{100, 100}});

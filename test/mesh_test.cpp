@@ -170,29 +170,6 @@ TEST(MeshImage, NearestNodeIsThatOfAskingEveryNode) {
   }
 }
 
-TEST(MeshImage, FourThousandElementsTakeNoTime) {
-  const auto u = [](double x, double) { return x; };
-  const Mesh mesh = distorted_mesh(64, 63, 299.0, 299.0, 0.2, u, u);
-  const auto begin = std::chrono::steady_clock::now();
-  const MeshImage by_element = element_image(mesh, {.extent = {300, 300}});
-  const MeshImage by_node = nearest_node_image(mesh, {.extent = {300, 300}}, 10.0);
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2)) << "measured: 0.03 s";
-  EXPECT_EQ(by_element.undefined, 0U);
-  EXPECT_EQ(by_node.undefined, 0U);
-}
-
-TEST(MeshImage, TheGridCoversAllNodes) {
-  const Mesh mesh{.nodes = {{1.0, 2.0, 0, 0}, {21.0, 12.0, 0, 0}}, .elements = {}};
-  const PixelGrid grid = grid_over(mesh, {11, 11});
-  EXPECT_DOUBLE_EQ(grid.pixel, 2.0);
-  EXPECT_DOUBLE_EQ(grid.origin_x, 1.0);
-  EXPECT_DOUBLE_EQ(grid.origin_y, 7.0 - 10.0);
-  expect_refusal([&] { (void)grid_over(mesh, {1, 1}); }, "origin");
-  expect_refusal([&] { (void)element_image(mesh, {.extent = {4, 4}, .pixel = 0.0}); }, "side 0");
-  expect_refusal([&] { (void)nearest_node_image(mesh, {.extent = {4, 4}, .pixel = 1e-310}, 1.0); }, "beyond");
-  expect_refusal([&] { (void)nearest_node_image(mesh, {.extent = {4, 4}}, -1.0); }, "reach");
-}
-
 class MeshFile : public testing::Test {
 protected:
   void expect_refused(std::string_view nodes, std::string_view elements, std::string_view part) {
@@ -222,36 +199,6 @@ TEST_F(MeshFile, ListsMayBeWrittenInManyWays) {
     EXPECT_EQ(mesh.elements[1].corners, 3U);
   }
   EXPECT_TRUE(read_mesh(folder_.write("n.csv", unit_square)).elements.empty());
-}
-
-TEST_F(MeshFile, MistakesInTheNodesAreNamedWithTheirLine) {
-  const std::string_view element = "1,1,2,3,4\n";
-  expect_refused("", element, "nodes.csv: has no node");
-  expect_refused("id,x,y,u,v\n# nothing\n", element, "nodes.csv: has no node");
-  expect_refused("1,0,0,0,0\n2,0,0,0\n", element, "nodes.csv:2: a node is five numbers");
-  expect_refused("1,0,0,0,0\n1,1,0,0,0\n", element, "nodes.csv:2: the node 1 is in line 1 already");
-  expect_refused("1,0,0,nan,0\n", element, "nodes.csv:1: the displacement u is nan, it must be finite");
-  expect_refused("1,0,inf,0,0\n", element, "finite");
-  expect_refused("1,0,zero,0,0\n", element, "nodes.csv:1: the node's y is \"zero\"");
-  expect_refused("1.5,0,0,0,0\n", element, "which is not a whole number");
-  expect_refused("x,0,0,0,0\n", element, "the node's id is \"x\"");
-  expect_refused("1;0,5;0;0;0\n", element, "\"0,5\", which is not a number");
-  expect_refused("id,x,y,u,v\nid,x,y,u,v\n", element, "nodes.csv:2");
-  expect_refusal([&] { (void)read_mesh(folder_.path() / "none.csv"); }, "there is no such file");
-  expect_refusal([&] { (void)read_mesh(folder_.path()); }, "cannot be read");
-}
-
-TEST_F(MeshFile, MistakesInTheElementsAreNamedWithTheirLine) {
-  expect_refused(unit_square, "", "elements.csv: has no element");
-  expect_refused(unit_square, "1,1,2\n", "elements.csv:1: an element is an id and the ids of 3 or 4 nodes");
-  expect_refused(unit_square, "1,1,2,3,4\n2,1,2,5\n", "elements.csv:2: the node list has no node 5");
-  expect_refused(unit_square, "1,1,2,3\n1,1,3,4\n", "elements.csv:2: the element 1 is in line 1 already");
-  expect_refused(unit_square, "1,1,3,2,4\n", "the element 1 crosses itself");
-  expect_refused(unit_square, "1,1,2,3,3\n", "degenerate");
-  expect_refused(unit_square, "1,1,2,2\n", "degenerate");
-  expect_refused("1,0,0,0,0\n2,4,0,0,0\n3,1,1,0,0\n4,0,4,0,0\n", "# a dart\n1,1,2,3,4\n",
-                 "elements.csv:2: the element 1 is concave");
-  expect_refused("1,0,0,0,0\n2,1,1,0,0\n3,2,2,0,0\n", "1,1,2,3\n", "degenerate");
 }
 
 } // namespace

@@ -192,58 +192,6 @@ modulus = 20.0
   test::expect_run(2, "rivals --orientation oblique", HasSubstr("oblique"));
 }
 
-TEST_F(RegisterCommand, BadInputIsASentenceAndStatusTwo) {
-  struct Case {
-    std::string arguments;
-    const char* message;
-  };
-  const std::vector<Case> cases{
-      {command("register", "source.nrrd", "small.nrrd"), "is 32 x 32 pixels, the scene scene is 64 x 64"},
-      {command("register", "source.nrrd", "coarse.nrrd"), "has pixels of 2 mm"},
-      {command("register", "left.nrrd", "right.nrrd"), "do not overlap"},
-      {command("register", "source.nrrd", "constant.nrrd"), "no contrast to register by"},
-      {command("register", "source.nrrd", "volume.nrrd"), "slice"},
-      {command("register", "source.nrrd", "missing.nrrd"), "missing.nrrd"},
-      {command("register", "source.nrrd", "target.nrrd", "", "unlabelled.toml"), "has no labels"},
-      {command("register", "source.nrrd", "target.nrrd", region("empty.nrrd")),
-       "region of interest is empty"},
-      {command("register", "source.nrrd", "target.nrrd", region("everywhere.nrrd")), "whole image"},
-      {command("register", "source.nrrd", "target.nrrd", "--conventional magic"), "magic"},
-      {command("detect", "source.nrrd", "target.nrrd"), "--roi is required"},
-      {command("detect", "source.nrrd", "small.nrrd", region()),
-       "is 32 x 32 pixels, the scene scene is 64 x 64"},
-      {command("detect", "source.nrrd", "coarse.nrrd", region()), "has pixels of 2 mm"},
-      {command("detect", "left.nrrd", "right.nrrd", region()), "do not overlap"},
-      {command("detect", "source.nrrd", "constant.nrrd", region()), "no contrast to register by"},
-      {command("detect", "source.nrrd", "volume.nrrd", region()), "slice"},
-      {command("detect", "source.nrrd", "target.nrrd", region(), "unlabelled.toml"), "has no labels"},
-      {command("detect", "source.nrrd", "target.nrrd", region("everywhere.nrrd")), "whole image"},
-      {command("detect", "source.nrrd", "target.nrrd", region() + " --simulations 2"), "--simulations"},
-      {command("detect", "source.nrrd", "target.nrrd", region("empty.nrrd")), "region of interest is empty"},
-      {command("detect", "source.nrrd", "target.nrrd", region("spoilt.nrrd")),
-       "the mask at x = 30, y = 31 is nan"},
-      {command("register", "source.nrrd", "target.nrrd", region("spoilt.nrrd")), "x = 30, y = 31 is nan"},
-      {command("detect", "source.nrrd", "target.nrrd", region("point.nrrd")), "has 1 pixels of tissue"},
-      {command("detect", "source.nrrd", "target.nrrd", region("corner.nrrd")), "has 0 pixels of tissue"},
-      {command("detect", "source.nrrd", "source.nrrd", region()), "without a deformation"},
-      {command("detect", "source.nrrd", "noise.nrrd", region()), "no likeness"},
-      {command("detect", "source.nrrd", "target.nrrd", region() + " --method icm"), "no option --method"},
-      {command("register", "source.nrrd", "target.nrrd", "--iterate --energy hdm"),
-       "--energy has no effect here"},
-      {command("register", "source.nrrd", "target.nrrd", "--iterate --conventional demons"),
-       "--conventional has no effect here"},
-      {command("register", "source.nrrd", "target.nrrd", "--iterate --iterations 0 --steps fine"),
-       "--iterations, --steps have no effect here"},
-      {command("register", "source.nrrd", "target.nrrd", "--iterations 0"), "give at least 1"},
-      {command("register", "source.nrrd", "target.nrrd", "--iterat"), "did you mean --iterate?"},
-  };
-  for (const Case& bad : cases) {
-    test::expect_run(2, bad.arguments, HasSubstr(bad.message));
-    EXPECT_FALSE(std::filesystem::exists(file("out/displacement.nrrd")));
-    EXPECT_FALSE(std::filesystem::exists(file("out/modulus.nrrd")));
-  }
-}
-
 TEST_F(RegisterCommand, WhatCannotBeRegisteredIsSaid) {
   struct Case {
     const char* target;

@@ -28,52 +28,6 @@ protected:
 constexpr std::string_view nodes = "id,x,y,u,v\n1,0,0,0,0\n2,10,0,10,0\n3,10,10,10,5\n4,0,10,0,5\n";
 constexpr std::string_view elements = "1,1,2,3,4\n";
 
-TEST(ToolsCommand, BadInputIsASentenceAndStatusTwo) {
-  const test::TemporaryFolder folder;
-  const std::string n = folder.write("n.csv", nodes).string();
-  const std::string bad = folder.write("bad.csv", "1,0,0,0,0\n2,x,0,0,0\n").string();
-  const std::string o = (folder.path() / "o.nrrd").string();
-  const std::vector<std::pair<std::string, const char*>> cases{
-      {"export", "scene is required"},
-      {"export nowhere", "no scene and no file"},
-      {"export square --size 0", "\"0\""},
-      {"export square --size 9 --output /proc/none", "/proc/none"},
-      {"fem-to-image", "nodes is required"},
-      {"fem-to-image " + n + " --output " + o, "--size"},
-      {"fem-to-image /none.csv --size 9 --output " + o, "/none.csv: there is no such file"},
-      {"fem-to-image " + bad + " --size 9 --output " + o, "bad.csv:2: the node's x is \"x\""},
-      {"fem-to-image " + n + " --size 9 --interpolation element --output " + o, "--elements"},
-      {"fem-to-image " + n + " --size 9 --interpolation cubic --output " + o, "cubic"},
-      {"fem-to-image " + n + " --size 9 --pixel 1 --output " + o, "belong together"},
-      {"fem-to-image " + n + " --size 9 --pixel -1 --origin 0,0 --output " + o, "side -1"},
-      {"fem-to-image " + n + " --size 2000000 --output " + o, "GiB of memory"},
-      {"fem-to-image " + n + " --size 9 --reach -1 --output " + o, "reach is -1"},
-      {"fem-to-image " + n + " --size 9 --output /none/o.nrrd", "/none"},
-      {"positions-to-displacements", "input is required"},
-      {"positions-to-displacements /none.txt " + o, "there is no such file"},
-      {"positions-to-displacements " + bad + " /none/o.nrrd", "/none"},
-      {"energy-plot square --size 9", "--sites"},
-      {"energy-plot square --size 9 --sites 1,1 9,1", "there is no site 9,1"},
-      {"energy-plot square --size 9 --sites 1,1 1,1", "given twice"},
-      {"energy-plot square --size 9 --sites 1,1 2", "the site \"2\" is not understood"},
-      {"energy-plot square --size 9 --sites 1,1 1,2 --component z", "component"},
-      {"energy-plot square --size 9 --sites 1,1 1,2 --points 1", "points"},
-      {"energy-plot square --size 9 --sites 1,1 1,2 --range 2,1", "range"},
-      {"energy-plot square --size 9 --sites 1,1 1,2 --output /none/o.svg", "/none"},
-      {"tune square --size 9 --search luck", "luck"},
-      {"tune square --size 9 --search annealing --range 0,1", "0 < low < high < 1"},
-      {"tune square --size 9 --prior-weight 0.3", "what tune looks for"},
-      {"tune square --size 9 --search annealing --evaluations 0", "evaluations"},
-      {"tune square --size 9 --search annealing --mask m.png", "--truth FILE"},
-      {"tune square --size 9 --search annealing --truth none.nrrd", "none.nrrd"},
-      {"tune square --size 9 --search annealing --backend none", "there is no backend"},
-  };
-  for (const auto& [arguments, message] : cases) {
-    test::expect_run(2, arguments, HasSubstr(message));
-  }
-  EXPECT_FALSE(std::filesystem::exists(o));
-}
-
 TEST_F(Tools, WhatExportWritesIsTheSameProblem) {
   for (const char* name : {"circular-radial", "random"}) {
     const std::string scene = std::string(name) + " --size 33x21 --prior-weight 0.4 --iterations 9";
@@ -131,11 +85,6 @@ TEST_F(Tools, EnergyPlot) {
   expect_good("energy-plot circular --size 20 --sites 5,5 6,5 --component y --start --points 5 --output " +
                   at("s.svg"),
               "as the scene starts: U = ");
-}
-
-TEST_F(Tools, TuneSaysWhereAlphaDoesNotMatter) {
-  expect_good("tune square --size 16 --range 0.1,0.4", "alpha does not matter here");
-  expect_good("tune square --size 64 --range 0.01,0.95", "From 0.01000 to 0.");
 }
 
 TEST_F(Tools, TuneAgainstAFile) {

@@ -44,29 +44,6 @@ TEST(PriorWeight, IsAFactorOnK) {
   EXPECT_GT(compare(solve_on(load_scene("random", {.size = Extent{12, 12}})), solve_on(scene)).sites, 0);
 }
 
-TEST(PriorWeight, BadOnesAreRefusedAndChangeNothing) {
-  Scene scene = load_scene("random", {.size = Extent{9, 9}});
-  for (const double alpha : {0.0, 1.0, -0.5, 2.0, std::nan(""), double{HUGE_VAL}}) {
-    expect_refusal([&] { set_weight(scene, {.penalty = 5.0, .prior_weight = alpha}); }, "prior weight alpha");
-  }
-  expect_refusal([&] { set_weight(scene, {.penalty = 1e30, .prior_weight = 1e-12}); }, "32-bit float");
-  expect_refusal([&] { set_weight(scene, {.penalty = 1e-40, .prior_weight = 1.0 - 1e-10}); }, "32-bit float");
-  EXPECT_EQ(scene.full.penalty, 100.0F);
-  EXPECT_EQ(scene.weight.penalty, 100.0);
-}
-
-TEST(PriorWeight, IsAKeyOfSceneFiles) {
-  const test::TemporaryFolder folder;
-  constexpr std::string_view text = "size = [4, 4]\npenalty = 8.0\n{}[[tissue]]\nlabel = 1\nmodulus = 2.0\n"
-                                    "[[shape]]\nkind = \"everything\"\nlabel = 1\n";
-  const auto load = [&](std::string_view line) {
-    return load_scene(folder.write("scene.toml", fmt::format(fmt::runtime(text), line)).string());
-  };
-  EXPECT_EQ(load("").full.penalty, 8.0F);
-  EXPECT_EQ(load("prior_weight = 0.2\n").full.penalty, 32.0F);
-  expect_refusal([&] { (void)load("prior_weight = 1.5\n"); }, "scene.toml:3: prior_weight");
-}
-
 // A.2
 
 class Positions : public ImageFiles {};
@@ -103,31 +80,6 @@ TEST(PositionsText, OfBUnwarpJ) {
   EXPECT_EQ(displacement.extent, (Extent{3, 2}));
   EXPECT_EQ(displacement.x, (std::vector<float>{0, 0.5, 0, -1, 0, 0}));
   EXPECT_EQ(displacement.y, (std::vector<float>{0, 0, 0, 0, 0, 2.25}));
-}
-
-TEST(PositionsText, DamageIsNamedWithItsLine) {
-  const test::TemporaryFolder folder;
-  const auto expect_refused = [&](std::string_view from, std::string_view to, std::string_view part) {
-    std::string text(unwarpj);
-    const auto at = text.find(from);
-    ASSERT_NE(at, std::string::npos) << from;
-    text.replace(at, from.size(), to);
-    const auto file = folder.write("raw.txt", text);
-    expect_refusal([&] { (void)read_positions(file); }, part);
-  };
-  expect_refused("Width=3", "Breite=3", "raw.txt:1: Width=... with a whole number");
-  expect_refused("Width=3", "Width=three", "not \"Width=three\"");
-  expect_refused("Width=3", "Width=0", "raw.txt:1");
-  expect_refused("Width=3", "Width=4", "raw.txt:5: row 0 of X Trans has 3 numbers, the image is 4");
-  expect_refused("Width=3", "Width=1000000000", "cannot hold");
-  expect_refused("Height=2", "Height=3", "raw.txt:8: the position is \"Y\"");
-  expect_refused("X Trans", "Z Trans", "\"X Trans ---\" is expected");
-  expect_refused("Y Trans", "Y Trance", "\"Y Trans ---\" is expected");
-  expect_refused("1.5", "1.5x", "raw.txt:5: the position is \"1.5x\"");
-  expect_refused("1.5", "nan", "finite");
-  expect_refused(" 1 1 3.25\n", "", "ends after 1 of 2 rows of Y Trans");
-  expect_refused(" 1 1 3.25\n", " 1 1 3.25\n0 0 0\n", "raw.txt:11: more rows");
-  expect_refused(unwarpj, "", "ends before the line Width=");
 }
 
 // A.3, A.6
@@ -189,19 +141,6 @@ TEST_F(Export, TheScheduleComesBack) {
   }
 }
 
-TEST_F(Export, LabelsAndPicturesStandBeside) {
-  const Scene scene = load_scene("circular", {.size = Extent{30, 30}});
-  const auto names = export_scene(scene, path(""));
-  for (const char* name : {"labels.nrrd", "target.png", "confidence.png", "picture.png"}) {
-    EXPECT_THAT(names, testing::Contains(name));
-    EXPECT_TRUE(fs::exists(path(name))) << name;
-  }
-  EXPECT_EQ(read_labels(path("labels.nrrd")).pixels.values, scene.labels.values);
-  EXPECT_THAT(scene.labels.values, testing::Contains(3));
-  EXPECT_TRUE(load_scene("random", {.size = Extent{5, 5}}).labels.values.empty());
-  expect_refusal([&] { export_scene(scene, path("no such folder")); }, "does not exist");
-}
-
 TEST_F(Export, APictureRangeShowsDarkPicturesAsTheyAre) {
   write_nrrd("modulus.nrrd", "float", "3 1", "1 2 3");
   write_nrrd("picture.nrrd", "float", "3 1", "10 20 30");
@@ -248,29 +187,6 @@ TEST(EnergyPlane, TheTwoPixelImageHasItsMinimumAtTheTargets) {
                    {.sites = {{{0, 0}, {1, 0}}}, .low = -75.0, .high = 25.0, .points = 101});
   EXPECT_EQ(plane.lowest_first(), -50.0F);
   EXPECT_EQ(plane.lowest_second(), 0.0F);
-}
-
-TEST(EnergyPlane, ImpossibleOnesAreRefused) {
-  const auto problem = test::random_problem({4, 4}, test::Texture::smooth, 3);
-  const auto refused = [&](const EnergyPlaneOptions& options, std::string_view part) {
-    expect_refusal([&] { (void)energy_plane(problem.level, problem.start, options); }, part);
-  };
-  refused({.sites = {{{0, 0}, {4, 0}}}}, "there is no site 4,0");
-  refused({.sites = {{{0, -1}, {1, 0}}}}, "there is no site 0,-1");
-  refused({.sites = {{{1, 1}, {1, 1}}}}, "given twice");
-  refused({.sites = {{{0, 0}, {1, 0}}}, .low = 2.0, .high = 2.0}, "range");
-  refused({.sites = {{{0, 0}, {1, 0}}}, .low = 0.0, .high = HUGE_VAL}, "range");
-  refused({.sites = {{{0, 0}, {1, 0}}}, .points = 1}, "at least 2");
-}
-
-TEST(EnergyPlane, IsDrawnAsAFileOfItsOwn) {
-  const auto problem = test::random_problem({4, 4}, test::Texture::smooth, 3);
-  const EnergyPlaneOptions options{.sites = {{{0, 0}, {1, 0}}}, .low = -5.0, .high = 5.0, .points = 9};
-  const EnergyPlane plane = energy_plane(problem.level, problem.start, options);
-  const std::string svg = energy_plot_svg(plane, options, {0.0F, 1.0F}, "a 'title' & <more>");
-  EXPECT_THAT(svg, AllOf(testing::StartsWith("<?xml"), HasSubstr("</svg>"), HasSubstr("lowest on the grid"),
-                         HasSubstr("the field as it is"), HasSubstr("xmlns=")));
-  EXPECT_THAT(energy_plot_svg(plane, options, {99.0F, 1.0F}, "t"), testing::Not(HasSubstr("as it is")));
 }
 
 } // namespace

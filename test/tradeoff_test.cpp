@@ -61,19 +61,6 @@ TEST(ParetoFront, RandomPointsAreBeatenOrOnIt) {
   }
 }
 
-TEST(Efforts, EveryMethodHasARisingListWithItsUsualEffort) {
-  constexpr Extent image{300, 300};
-  for (const Method& method : methods()) {
-    const std::vector<Effort> all = efforts(method, 70, image, false);
-    EXPECT_GE(all.size(), 3U) << method.name;
-    EXPECT_TRUE(std::ranges::is_sorted(all, {}, &Effort::iterations)) << method.name;
-    EXPECT_EQ(std::ranges::count(all, usual_effort(method, 70), &Effort::iterations), 1) << method.name;
-    EXPECT_LT(efforts(method, 70, image, true).size(), all.size()) << method.name;
-  }
-  EXPECT_EQ(effort_text(find_method("cascade"), {1}), "1 iteration on the full resolution");
-  EXPECT_EQ(effort_text(find_method("icm"), {5}), "5 iterations per level");
-}
-
 TEST(Efforts, SampledImagesComeBeforeTheFullResolution) {
   const Method& method = usual_method(EnergyModel::elastic);
   const std::vector<Effort> all = efforts(method, 70, {300, 300}, false);
@@ -196,10 +183,6 @@ TEST_F(Tradeoff, PlantedFaultsAreKeptWithTheirReason) {
     EXPECT_FALSE(on(tradeoff, spoilt.fault.name)[0].is_on_front) << spoilt.fault.name;
     EXPECT_EQ(to_json(scene_, points[0])["status"], name_of(spoilt.status));
   }
-}
-
-TEST_F(Tradeoff, UnknownMethodsAreRefused) {
-  EXPECT_THROW((void)measured({&scalar_}, {"icm", "magic"}), InputError);
 }
 
 Judged point(const char* method, std::vector<double> seconds, double error, bool rival) {

@@ -1,0 +1,60 @@
+#pragma once
+
+#include "harness/applications/picture.hpp"
+#include "harness/scene/images/images.hpp"
+#include "harness/scene/sites.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <utility>
+
+namespace hdmbench::test {
+
+/// A disc of tissue of `side` pixels in a folder, before and after: source.nrrd, target.nrrd (moved by 1.5
+/// and -0.5 pixels, with that standard deviation of noise), region.nrrd, labels.nrrd, positions.nrrd,
+/// person.toml.
+inline void write_person(const std::filesystem::path& folder, int side, const Placement& placement = {},
+                         double noise = 0.0) {
+  const Extent extent{side, side};
+  ScalarField source(extent);
+  ScalarField target(extent);
+  ScalarField region(extent);
+  VectorField positions(extent);
+  LabelField labels{extent, std::vector<int>(extent.sites())};
+  GaussianNoise random(1);
+  const double middle = 0.5 * side;
+  const auto gray = [&](double x, double y) {
+    const double radius = std::hypot(x - middle, y - middle);
+    return (120.0 + 60.0 * std::sin(0.6 * x) * std::cos(0.5 * y)) /
+           (1.0 + std::exp(2.0 * (radius - 0.375 * side)));
+  };
+  for_each_site(extent, [&](int x, int y) {
+    const std::size_t site = extent.index(x, y);
+    source.values[site] = static_cast<float>(gray(x, y));
+    target.values[site] = static_cast<float>(gray(x - 1.5, y + 0.5) + noise * random());
+    labels.values[site] = std::hypot(x - middle, y - middle) < 0.4 * side ? 1 : 0;
+    region.values[site] = std::hypot(x - 0.53 * side, y - 0.47 * side) < 0.13 * side ? 1.0F : 0.0F;
+    positions.x[site] = static_cast<float>(x) + 0.5F;
+    positions.y[site] = static_cast<float>(y);
+  });
+  write_scalar(folder / "source.nrrd", source, 1.0, placement);
+  write_scalar(folder / "target.nrrd", target, 1.0);
+  write_scalar(folder / "region.nrrd", region, 1.0);
+  write_vector(folder / "positions.nrrd", positions, 1.0);
+  write_labels(folder / "labels.nrrd", labels, 1.0);
+  std::ofstream(folder / "person.toml") << R"([image]
+labels = "labels.nrrd"
+picture = "source.nrrd"
+[[tissue]]
+label = 0
+name = "outside"
+modulus = 10.0
+[[tissue]]
+label = 1
+name = "tissue"
+modulus = 20.0
+)";
+}
+
+} // namespace hdmbench::test
