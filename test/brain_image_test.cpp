@@ -3,42 +3,13 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <limits>
-#include <set>
 #include <utility>
 
 namespace hdmbench {
 namespace {
 
-TEST_F(ImageFiles, BrainIsTurnedByItsHeader) {
-  // positive axes point to the right, to the front and up; brighter in front (y) and to the right (x)
-  std::string voxels;
-  for (int z = 0; z < 2; ++z) {
-    for (int y = 0; y < 5; ++y) {
-      for (int x = 0; x < 4; ++x) {
-        voxels += fmt::format("{} ", z == 0 ? 0 : 1 + x + 10 * y);
-      }
-    }
-  }
-  const auto file = write_nrrd("ras.nrrd", "float", "4 5 2", voxels,
-                               "space: right-anterior-superior\nspace directions: (2,0,0) (0,2,0) (0,0,2)\n"
-                               "space origin: (0,0,0)\n");
-  const auto brain = read_brain(file, 1, 2, 0.0, {4, 5});
-  EXPECT_NEAR(brain.spacing, 2.0, 1e-6);
-  for (int y = 0; y < 5; ++y) {
-    for (int x = 0; x < 4; ++x) {
-      const int stored = 1 + (3 - x) + 10 * (4 - y);
-      EXPECT_NEAR(brain.picture.values[brain.picture.extent.index(x, y)], 255.0 * stored / 44.0, 0.01);
-    }
-  }
-  EXPECT_EQ(brain.tissue.values.front(), 2);
-  EXPECT_EQ(brain.tissue.values.back(), 1);
-  expect_refusal([&] { (void)read_brain(file, 0, 2, 0.0, {4, 5}); }, "no pixel > 0");
-}
-
 TEST_F(ImageFiles, EveryOrientationIsTurnedByItsHeader) {
-  // As above, and brighter above (z): 1 + x + 10 y + 100 z in steps of 2 mm to the right, 1 to the front, 3
-  // up.
+  // Brighter to the right (x), in front (y) and above (z): positive axes of the file point there.
   std::string voxels;
   for (int z = 0; z < 4; ++z) {
     for (int y = 0; y < 6; ++y) {
@@ -50,8 +21,17 @@ TEST_F(ImageFiles, EveryOrientationIsTurnedByItsHeader) {
   const auto file = write_nrrd("turned.nrrd", "float", "5 6 4", voxels,
                                "space: right-anterior-superior\nspace directions: (2,0,0) (0,2,0) (0,0,2)\n"
                                "space origin: (0,0,0)\n");
+  const auto axial = read_brain(file, 1, 2, 0.0, {5, 6});                         // the second from below
   const auto coronal = read_brain(file, 1, 1, 0.0, {5, 4}, Orientation::coronal); // the second from the front
   const auto sagittal = read_brain(file, 1, 1, 0.0, {6, 4}, Orientation::sagittal); // ... from the right
+  for (int row = 0; row < 6; ++row) {
+    for (int x = 0; x < 5; ++x) {
+      EXPECT_NEAR(axial.picture.values[axial.picture.extent.index(x, row)],
+                  255.0 * (1 + (4 - x) + 10 * (5 - row) + 100) / 155.0, 0.01);
+    }
+  }
+  EXPECT_EQ(axial.tissue.values.front(), 2);
+  EXPECT_EQ(axial.tissue.values.back(), 1);
   for (int row = 0; row < 4; ++row) {
     for (int x = 0; x < 5; ++x) {
       const double stored = 1 + (4 - x) + 10 * 4 + 100 * (3 - row);
@@ -126,87 +106,37 @@ protected:
   static constexpr double margin_ = 0.1;
 };
 
-/// How many sites that hold a path of four-neighbours from a first one reaches.
-int connected_sites(Extent extent, const std::vector<bool>& holds, std::size_t from) {
-  std::vector<bool> seen(extent.sites());
-  std::vector<std::size_t> open{from};
-  seen[from] = true;
-  int count = 0;
-  while (!open.empty()) {
-    const std::size_t site = open.back();
-    open.pop_back();
-    ++count;
-    const int x = static_cast<int>(site) % extent.width;
-    const int y = static_cast<int>(site) / extent.width;
-    for (const auto& [dx, dy] : {std::pair{1, 0}, std::pair{-1, 0}, std::pair{0, 1}, std::pair{0, -1}}) {
-      if (x + dx >= 0 && x + dx < extent.width && y + dy >= 0 && y + dy < extent.height) {
-        const std::size_t next = extent.index(x + dx, y + dy);
-        if (holds[next] && !seen[next]) {
-          seen[next] = true;
-          open.push_back(next);
-        }
-      }
-    }
-  }
-  return count;
-}
-
-TEST_F(Colin, FillsTheGrid) {
+TEST_F(Colin, FillsTheGridWithClassesOfRisingBrightness) {
   for (const int classes : {3, 4}) {
     for (const Extent size : {Extent{300, 300}, Extent{400, 200}}) {
       const auto slice = brain(size, classes);
       ASSERT_EQ(slice.tissue.extent, size);
-      ASSERT_EQ(slice.picture.extent, size);
-      std::set<int> labels(slice.tissue.values.begin(), slice.tissue.values.end());
-      EXPECT_EQ(*labels.begin(), 0);
-      EXPECT_EQ(*labels.rbegin(), classes);
-      EXPECT_EQ(labels.size(), static_cast<std::size_t>(classes) + 1);
-
       Extent low = size;
       Extent high{};
-      std::vector<double> sum(labels.size());
-      std::vector<int> count(labels.size());
-      std::vector<bool> inside(size.sites());
+      std::vector<double> sum(static_cast<std::size_t>(classes) + 1);
+      std::vector<int> count(sum.size());
       for_each_site(size, [&](int x, int y) {
         const std::size_t site = size.index(x, y);
-        const float gray = slice.picture.values[site];
-        EXPECT_TRUE(gray >= 0.0F && gray <= 255.0F);
         const auto label = static_cast<std::size_t>(slice.tissue.values[site]);
-        sum[label] += double{gray};
+        sum.at(label) += double{slice.picture.values[site]};
         ++count[label];
         if (label > 0) {
-          inside[site] = true;
           low = {std::min(low.width, x), std::min(low.height, y)};
           high = {std::max(high.width, x), std::max(high.height, y)};
         }
       });
       EXPECT_EQ(sum[0], 0.0);
-      for (std::size_t label = 1; label < labels.size(); ++label) {
-        EXPECT_GT(sum[label] / count[label], sum[label - 1] / count[label - 1])
-            << "brightness of label " << label;
+      for (std::size_t label = 1; label < sum.size(); ++label) {
         EXPECT_GT(count[label], 1000);
+        EXPECT_GT(sum[label] / count[label], sum[label - 1] / count[label - 1]) << label;
       }
       EXPECT_NEAR(low.width + high.width, size.width - 1, 2);
       EXPECT_NEAR(low.height + high.height, size.height - 1, 2);
       const int free =
           std::min({low.width, low.height, size.width - 1 - high.width, size.height - 1 - high.height});
       EXPECT_NEAR(free, margin_ * std::min(size.width, size.height), 2);
-
-      const auto first = static_cast<std::size_t>(std::ranges::find(inside, true) - inside.begin());
-      EXPECT_EQ(connected_sites(size, inside, first), std::ranges::count(inside, true));
-      std::vector<bool> outside = inside;
-      outside.flip();
-      EXPECT_EQ(connected_sites(size, outside, 0), std::ranges::count(outside, true));
     }
   }
-}
-
-TEST_F(Colin, IsTheSameEveryTime) {
-  const auto first = brain({300, 300});
-  const auto second = brain({300, 300});
-  EXPECT_EQ(first.picture.values, second.picture.values);
-  EXPECT_EQ(first.tissue.values, second.tissue.values);
-  EXPECT_EQ(first.spacing, second.spacing);
 }
 
 TEST_F(Colin, FitsEverySize) {
@@ -232,7 +162,6 @@ TEST_F(Colin, RefusesWhatItCannotDo) {
   refused(76, 5, 0.1, {10, 10}, "5 tissue classes");
   refused(76, 3, 0.5, {10, 10}, "margin");
   refused(76, 3, -0.1, {10, 10}, "margin");
-  refused(76, 3, std::numeric_limits<double>::quiet_NaN(), {10, 10}, "margin");
   refused(76, 3, 0.1, {0, 10}, "0 x 10");
   expect_refusal([&] { (void)read_scalar(file_); }, "3-D");
 }

@@ -1,4 +1,4 @@
-// The tools of the thesis's appendix A, without the command line.
+// The tools of the thesis's appendix A: what they compute, and their commands.
 
 #include "harness/check/compare.hpp"
 #include "harness/scene/method.hpp"
@@ -8,6 +8,7 @@
 #include "harness/tools/positions.hpp"
 #include "kernels/data/level.hpp"
 #include "test/files.hpp"
+#include "test/program.hpp"
 #include "test/sessions.hpp"
 
 #include <gmock/gmock.h>
@@ -26,14 +27,10 @@ VectorField solve_on(const Scene& scene, const char* backend = "openmp") {
 
 // (3.17)
 
-TEST(PriorWeight, AHalfLeavesEveryBitAsItIs) {
-  for (const double penalty : {1000.0, 0.1, 3.3e-5, 7e20}) {
-    EXPECT_EQ((ObservationWeight{.penalty = penalty}.product()), static_cast<float>(penalty));
-  }
-  EXPECT_EQ(load_scene("random", {.size = Extent{9, 9}}).full.penalty, 100.0F);
-}
-
 TEST(PriorWeight, IsAFactorOnK) {
+  for (const double penalty : {1000.0, 0.1, 3.3e-5, 7e20}) {
+    EXPECT_EQ((ObservationWeight{.penalty = penalty}.product()), static_cast<float>(penalty)) << "a half";
+  }
   EXPECT_EQ((ObservationWeight{.penalty = 10.0, .prior_weight = 0.2}.product()), 40.0F);
   EXPECT_EQ((ObservationWeight{.penalty = 10.0, .prior_weight = 0.8}.product()), 2.5F);
   Scene scene = load_scene("random", {.size = Extent{12, 12}});
@@ -66,20 +63,6 @@ TEST_F(Positions, OfAnImageAreDisplacementPlusThePixel) {
   write_nrrd("nan.nrrd", "float", "2 1 1", "0 nan", "kinds: vector domain domain\n");
   expect_refusal([&] { (void)read_positions(path("nan.nrrd")); }, "nan.nrrd: the position at x = 0, y = 0");
   expect_refusal([&] { (void)read_positions(path("none.nrrd")); }, "there is no such file");
-}
-
-constexpr std::string_view unwarpj =
-    "Width=3\nHeight=2\n\nX Trans -----------------------------------\n"
-    "  0.0   1.5  2.0 \n-1.0 1 2e0\n\nY Trans -----------------------------------\n"
-    "0 0 0\n 1 1 3.25\n";
-
-TEST(PositionsText, OfBUnwarpJ) {
-  const test::TemporaryFolder folder;
-  const auto read = read_positions(folder.write("raw", unwarpj));
-  const VectorField displacement = displacements_from_positions(read.pixels);
-  EXPECT_EQ(displacement.extent, (Extent{3, 2}));
-  EXPECT_EQ(displacement.x, (std::vector<float>{0, 0.5, 0, -1, 0, 0}));
-  EXPECT_EQ(displacement.y, (std::vector<float>{0, 0, 0, 0, 0, 2.25}));
 }
 
 // A.3, A.6
@@ -187,6 +170,95 @@ TEST(EnergyPlane, TheTwoPixelImageHasItsMinimumAtTheTargets) {
                    {.sites = {{{0, 0}, {1, 0}}}, .low = -75.0, .high = 25.0, .points = 101});
   EXPECT_EQ(plane.lowest_first(), -50.0F);
   EXPECT_EQ(plane.lowest_second(), 0.0F);
+}
+
+// ---- The commands
+
+/// The commands, in a folder of the test.
+class Tools : public ImageFiles {
+protected:
+  [[nodiscard]] std::string at(std::string_view name) const {
+    return fmt::format("'{}'", path(name).string());
+  }
+};
+
+void expect_good(const std::string& arguments, std::string_view part) {
+  test::expect_run(0, arguments, HasSubstr(part));
+}
+
+TEST_F(Tools, WhatExportWritesIsTheSameProblem) {
+  for (const char* name : {"circular-radial", "random"}) {
+    const std::string scene = std::string(name) + " --size 33x21 --prior-weight 0.4 --iterations 9";
+    expect_good("export " + scene + " --output " + at("scene"), "scene.toml");
+    expect_good("run " + at("scene/scene.toml") + " --output " + at("again"), "mean energy");
+    expect_good("run " + scene + " --output " + at("first"), "mean energy");
+    const auto first = read_vector(path("first") / (std::string(name) + ".nrrd"));
+    const auto again = read_vector(path("again") / "scene.nrrd");
+    EXPECT_EQ(compare(first.pixels, again.pixels).sites, 0) << name;
+    EXPECT_GT(largest_magnitude(first.pixels), 1.0) << "something must have moved";
+  }
+}
+
+TEST_F(Tools, ExportCanHaveTheFiniteElements) {
+  expect_good("export square --size 20 --fem --output " + at("scene"), "displacement-fem.nrrd");
+  const auto field = read_vector(path("scene/displacement-fem.nrrd")).pixels;
+  EXPECT_EQ(field.extent, (Extent{20, 20}));
+  EXPECT_EQ(field.x[field.extent.index(0, 7)], -50.0F) << "as prescribed";
+}
+
+TEST_F(Tools, FemToImage) {
+  write("n.csv", "id,x,y,u,v\n1,0,0,0,0\n2,10,0,10,0\n3,10,10,10,5\n4,0,10,0,5\n");
+  write("e.csv", "1,1,2,3,4\n");
+  const std::string both = "fem-to-image " + at("n.csv") + " --elements " + at("e.csv");
+  expect_good(both + " --size 21x21 --output " + at("o.nrrd"), "441 of 441 pixels are defined");
+  const auto image = read_vector(path("o.nrrd"));
+  EXPECT_EQ(image.spacing, 0.5);
+  EXPECT_FLOAT_EQ(image.pixels.x[image.pixels.extent.index(7, 3)], 3.5F) << "millimetres";
+  EXPECT_FLOAT_EQ(image.pixels.y[image.pixels.extent.index(7, 3)], 0.75F);
+
+  expect_good(both + " --size 12 --origin -1,0 --pixel 1 --output " + at("o.nrrd") + " --mask " + at("m.png"),
+              "121 of 144 pixels are defined, 23 undefined ones are 0");
+  const auto mask = read_scalar(path("m.png")).pixels;
+  EXPECT_EQ(std::ranges::count(mask.values, 255.0F), 121);
+  EXPECT_EQ(mask.values[mask.extent.index(0, 5)], 0.0F);
+  expect_good("fem-to-image " + at("n.csv") + " --size 11 --reach 2 --output " + at("o.nrrd"),
+              "24 of 121 pixels are defined");
+}
+
+TEST_F(Tools, PositionsToDisplacements) {
+  write("raw.txt", "Width=2\nHeight=2\n\nX Trans ---\n0 1\n0 3\n\nY Trans ---\n0 0\n1 -4\n");
+  expect_good("positions-to-displacements " + at("raw.txt") + " " + at("o.nrrd") + " --spacing 0.5",
+              "largest displacement 5.385 px");
+  const auto image = read_vector(path("o.nrrd"));
+  EXPECT_EQ(image.spacing, 0.5);
+  EXPECT_EQ(image.pixels.x, (std::vector<float>{0, 0, 0, 1}));
+  EXPECT_EQ(image.pixels.y, (std::vector<float>{0, 0, 0, -2.5}));
+}
+
+TEST_F(Tools, EnergyPlot) {
+  expect_good("energy-plot square --size 2x1 --sites 0,0 1,0 --range -60,10 --points 71 --output " +
+                  at("o.svg"),
+              "at -50 and 0 px");
+  EXPECT_THAT(content(path("o.svg")), AllOf(HasSubstr("<svg"), HasSubstr("</svg>")));
+  expect_good("energy-plot circular --size 20 --sites 5,5 6,5 --component y --start --points 5 --output " +
+                  at("s.svg"),
+              "as the scene starts: U = ");
+}
+
+TEST_F(Tools, TuneAgainstAFile) {
+  write("patient.toml",
+        "size = [20, 20]\npenalty = 100.0\nspacing = 0.6\n[random]\nseed = 2\nmodulus = [1.0, "
+        "100.0]\ndisplacement = 20.0\nobserved = 0.4\n");
+  const std::string scene = at("patient.toml") + " --iterations 20";
+  expect_good("run " + scene + " --prior-weight 0.9 --output " + at("truth"), "mean energy");
+  for (const char* method : {"simplex", "annealing"}) {
+    const auto outcome =
+        test::expect_run(0, "tune " + scene + " --search " + method + " --truth " + at("truth/patient.nrrd"),
+                         HasSubstr(" best"));
+    const auto place = outcome.output.find("alpha = 0.");
+    ASSERT_NE(place, std::string::npos) << outcome.output;
+    EXPECT_NEAR(std::stod(outcome.output.substr(place + 8)), 0.9, 0.02) << outcome.output;
+  }
 }
 
 } // namespace
