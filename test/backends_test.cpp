@@ -1,11 +1,13 @@
 // Every backend of the registry, in every way that it has, gives scalar's bits in all cases of bit_cases.cpp
-// and on random levels; a new backend is tested by being there. HDMBENCH_RANDOM_CASES=10000 (600 unless said)
-// random levels, of which HDMBENCH_RANDOM_CASE=NUMBER repeats one. And what a session promises its caller
-// beside bits.
+// and on random levels, by the thesis's energy, a coupled one and the elastic one; a new backend is tested by
+// being there. HDMBENCH_RANDOM_CASES=10000 (600 unless said) random levels, of which
+// HDMBENCH_RANDOM_CASE=NUMBER repeats one. And what a session promises its caller beside bits.
 
 #include "backends/cpu/cpu.hpp"
 #include "backends/shared/energy_programs.hpp"
 #include "harness/check/compare.hpp"
+#include "harness/scene/level_sequence.hpp"
+#include "harness/solve/solve.hpp"
 #include "test/bit_cases.hpp"
 #include "test/files.hpp"
 #include "test/sessions.hpp"
@@ -15,6 +17,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -79,6 +83,14 @@ INSTANTIATE_TEST_SUITE_P(Registry, SameBits,
                                                           Group::layouts, Group::coarse_levels)),
                          name_of_test);
 
+void expect_elastic_bits(ElasticSession& session, std::string_view way) {
+  for (const test::ElasticCase& one : test::elastic_cases()) {
+    for (const test::Order order : {test::Order::one_by_one, test::Order::in_one_go}) {
+      ASSERT_EQ(elastic_difference(session, one, order), "") << way;
+    }
+  }
+}
+
 /// Not only the one that this processor would choose.
 TEST(OpenMpBackend, EveryInstructionSetGivesScalarsBits) {
   const ExpectedBits sizes(cases_of(Group::sizes));
@@ -88,7 +100,33 @@ TEST(OpenMpBackend, EveryInstructionSetGivesScalarsBits) {
     const auto session = backend->open({.device = {}, .threads = 1});
     EXPECT_EQ(sizes.differences(*session), "") << set.name;
     EXPECT_EQ(candidates.differences(*session), "") << set.name;
+    for (const int threads : {1, 3}) {
+      expect_elastic_bits(*make_elastic_openmp(threads, *set.elastic_rows, 1), set.name);
+    }
   }
+}
+
+std::atomic<std::int64_t> visited_sites{0};
+
+std::int64_t recording_row(const openmp::RowPart& part) {
+  visited_sites += static_cast<std::int64_t>(part.rows) * (part.last - part.first);
+  return programs_of(thesis_energy).rows.front()(part);
+}
+
+TEST(OpenMpBackend, LeavesOutWhatIsAtRest) {
+  const auto recording = make_openmp_with("recording", recording_row, "baseline");
+  const Scene scene = load_scene("square", {.size = Extent{300, 300}});
+  const LevelSequence levels(scene);
+  std::array<std::int64_t, 2> visited{};
+  for (const Work work : {Work::dense, Work::active}) {
+    const auto session = recording->open({.device = {}, .threads = 2, .work = work});
+    session->load(levels.pyramid().value());
+    visited_sites = 0;
+    session->solve();
+    visited.at(static_cast<std::size_t>(work)) = visited_sites;
+  }
+  EXPECT_EQ(static_cast<double>(visited[0]), site_updates(scene));
+  EXPECT_LT(visited[1] * 8, visited[0]);
 }
 
 // ---- Random levels
@@ -155,6 +193,31 @@ TEST_P(BackendTest, RandomLevelsHaveTheBitsOfScalar) {
   std::vector<Way> ways = ways_of(backend(), Group::sizes);
   std::erase_if(ways, [](const Way& way) { return way.options.work == Work::active; });
   expect_scalars_bits(backend(), ways, ExpectedBits(std::move(cases)));
+}
+
+class ElasticBits : public BackendTest {
+protected:
+  void SetUp() override {
+    BackendTest::SetUp();
+    if (!IsSkipped() && !backend().has_elastic()) {
+      GTEST_SKIP() << GetParam() << " does not compute the elastic energy";
+    }
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Registry, ElasticBits, testing::ValuesIn(test::backend_names()),
+                         test::parameter_name);
+
+TEST_P(ElasticBits, AsScalar) {
+  expect_elastic_bits(*backend().open_elastic({}), GetParam());
+}
+
+TEST_P(ElasticBits, RandomLevelsHaveTheBitsOfScalar) {
+  const auto session = backend().open_elastic({});
+  const int count = environment("HDMBENCH_RANDOM_CASES").value_or(600) / 2;
+  for (int seed = 1; seed <= count; ++seed) {
+    const auto one = test::random_elastic_case(static_cast<std::uint64_t>(seed));
+    ASSERT_EQ(elastic_difference(*session, one, test::Order::in_one_go), "");
+  }
 }
 
 /// OpenGL and Vulkan leave it to the device whether numbers below FLT_MIN are kept.

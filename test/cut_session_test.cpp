@@ -107,17 +107,6 @@ TEST(CutImage, PiecesOwnEverySiteOnceAndSeeTheirHalo) {
   }
 }
 
-TEST(CutImage, TheLongerSideIsHalvedAndHalosAreAnEighthAtMost64Sites) {
-  const Cut strips = cut_image({64, 40000}, 2);
-  EXPECT_EQ(strips.pieces[1].owned, (Rectangle{.left = 0, .top = 20000, .width = 64, .height = 20000}));
-  EXPECT_EQ(strips.pieces[1].loaded, (Rectangle{.left = 0, .top = 19936, .width = 64, .height = 20064}));
-  const Cut quarters = cut_image({200, 200}, 4);
-  EXPECT_EQ(quarters.halo, 12);
-  EXPECT_EQ(quarters.pieces[3].loaded, (Rectangle{.left = 88, .top = 88, .width = 112, .height = 112}));
-  EXPECT_TRUE(cut_image({3, 4}, 2).pieces.empty());
-  EXPECT_TRUE(cut_image({64, 64}, 1024).pieces.empty());
-}
-
 /// Large images are cut, small ones are not, in one session; what cannot be cut so is refused.
 TEST(CutSession, GivesScalarsBits) {
   std::vector<test::BitCase> observed;
@@ -153,30 +142,6 @@ TEST(CutSession, GivesScalarsBits) {
       EXPECT_LT(4 * refused, static_cast<int>(expected->count())) << "hardly anything was cut";
     }
   }
-}
-
-TEST(CutSession, TellsTheAdvanceOfAPyramid) {
-  const auto problem = test::random_problem({120, 90}, test::Texture::smooth, 91);
-  Pyramid pyramid{.full = &problem.level};
-  double expected = 0.0;
-  for (const Extent extent : pyramid_extents(problem.level.extent)) {
-    pyramid.levels.insert(pyramid.levels.begin(), {.extent = extent, .sweeps = 15});
-    expected += 15.0 * static_cast<double>(extent.sites());
-  }
-  const Limited backend("scalar", {.sites = 3000});
-  const auto session = backend.open({});
-  session->load(pyramid);
-  double advanced = 0.0;
-  session->solve([&](double site_updates) { advanced += site_updates; });
-  EXPECT_EQ(advanced, expected);
-}
-
-TEST(CutSession, ASizeThatFitsIsNotCut) {
-  const Limited backend("scalar", {.rows = 30});
-  const auto session = backend.open({});
-  session->load(test::random_problem({50, 30}, test::Texture::smooth, 1).level);
-  EXPECT_EQ(backend.loads.refused, 0);
-  EXPECT_EQ(backend.loads.taken, (std::vector{Extent{50, 30}}));
 }
 
 TEST(CutSession, WhatCannotBeCutIsRefusedWithTheReason) {
