@@ -1,6 +1,5 @@
 // The program as a user types it: exit status, messages, files.
 
-#include "backends/registry.hpp"
 #include "harness/report/ci_files.hpp"
 #include "harness/scene/file_input.hpp"
 #include "test/files.hpp"
@@ -12,10 +11,8 @@
 #include <nlohmann/json.hpp>
 #include <sys/stat.h>
 
-#include <array>
-#include <iterator>
 #include <map>
-#include <set>
+#include <sstream>
 
 namespace hdmbench {
 namespace {
@@ -25,24 +22,100 @@ using testing::HasSubstr;
 using testing::Not;
 
 using test::hdmbench;
-using test::Outcome;
-
 using test::read_json;
 
 TEST(CommandLine, ExplainsItself) {
-  EXPECT_EQ(hdmbench("--help").status, 0);
-  for (const char* command : {"devices", "run", "verify", "golden", "bench", "accuracy", "report", "export",
-                              "fem-to-image", "positions-to-displacements", "energy-plot", "tune"}) {
-    EXPECT_THAT(hdmbench("--help").output, HasSubstr(command));
-    test::expect_run(0, std::string(command) + " --help", HasSubstr("--help"));
-  }
+  const test::Outcome help = test::expect_run(0, "--help", HasSubstr("Usage: hdmbench [OPTIONS] SUBCOMMAND"));
+  EXPECT_EQ(test::expect_run(2, "").output, help.output) << "without a command";
   EXPECT_EQ(hdmbench("--version").output, "0.1.0\n");
-  EXPECT_THAT(hdmbench("accuracy --help").output, Not(HasSubstr("--method")));
 }
 
-TEST(CommandLine, WithoutACommandItPrintsItsHelp) {
-  const test::Outcome outcome = test::expect_run(2, "", HasSubstr("Usage: hdmbench [OPTIONS] SUBCOMMAND"));
-  EXPECT_EQ(outcome.output, hdmbench("--help").output);
+/// What a command does, its exit status, and the keys that each of its rows has. A report is made of them
+/// all.
+TEST(CommandLine, WritesRowsOfResults) {
+  struct Command {
+    const char* words;
+    const char* keys;
+    std::size_t rows = 0; ///< 0: any number
+    int status = 0;
+  };
+  const test::TemporaryFolder folder;
+  int number = 0;
+  for (const Command& command : std::initializer_list<Command>{
+           {"devices", "backend available device"},
+           {"verify circular tie-rich --sizes 24,1x7 --backends openmp",
+            "scene width height backend mode method verdict tier sites_differing sites_compared", 14},
+           {"golden square --backends openmp", "scene backend verdict"},
+           {"faults --faults nan-at-one-site --size 24", "fault as_expected"},
+           {"bench square --size 16 --backends openmp --repeat 5 --iterations 5 --no-ceilings",
+            "seconds seconds_median speed_up_over_scalar valid iterations method", 3},
+           {"bench square --size 16 --backends openmp,scalar --reference openmp --repeat 1 --no-ceilings",
+            "reference valid", 3},
+           {"accuracy circular --size 32 --quick --backends openmp --repeat 1",
+            "method backend rmsd_to_fem rmsd_to_fixed_point seconds_median valid status rival"},
+           {"accuracy square --size 32 --energy elastic --quick --backends openmp --repeat 1",
+            "energy method"},
+           {"tradeoff square --size 12 --quick --backends openmp",
+            "method rival seconds_median fine_sweep_equivalents rmsd_to_fem"},
+           {"atlas alignment --quick", "entry"},
+           {"continuum --sizes 8,12 --contrasts 3", "width contrast", 2},
+           {"probe --backends openmp", "question"},
+           {"run circular --size 32 --output out", "field pictures warnings", 1},
+           {"run square --size 20 --energy elastic --accuracy 0.1px --output out", "method plan", 1},
+           {"verify tie-rich random --size 1", "verdict"},
+           // A scene that prescribes every site, and one that cannot show a difference.
+           {"verify square --size 1 --backends openmp", "verdict", 0, 1},
+           {"verify square --size 9 --backends openmp --steps 0", "verdict", 0, 1}}) {
+    const std::string file = fmt::format("{}.json", ++number);
+    const test::Outcome outcome =
+        hdmbench(fmt::format("{} --json {}", command.words, file), "cd " + folder.path().string() + ";");
+    ASSERT_EQ(outcome.status, command.status) << command.words << '\n' << outcome.output;
+    const nlohmann::json document = read_json(folder.path() / file);
+    EXPECT_EQ(document["schema"], 1);
+    for (const char* key : {"machine", "cpu", "compiler", "flags", "commit", "date"}) {
+      EXPECT_FALSE(document["context"][key].get<std::string>().empty()) << key;
+    }
+    EXPECT_GT(document["results"].size(), 0U) << command.words;
+    EXPECT_TRUE(command.rows == 0 || document["results"].size() == command.rows) << command.words;
+    for (const nlohmann::json& row : document["results"]) {
+      std::istringstream keys(command.keys);
+      for (std::string key; keys >> key;) {
+        EXPECT_TRUE(row.contains(key)) << command.words << " has no " << key;
+      }
+      for (const char* output : {"pictures", "field"}) {
+        for (const nlohmann::json& file_name : row.value(output, nlohmann::json::array())) {
+          EXPECT_TRUE(std::filesystem::exists(folder.path() / std::string(file_name))) << file_name;
+        }
+      }
+    }
+  }
+  for (const nlohmann::json& row : read_json(folder.path() / "2.json")["results"]) {
+    const bool idle = row["mode"] == "active" && row["sites_at_rest"] == 0;
+    EXPECT_EQ(row["verdict"], idle ? "skipped" : "agree");
+    EXPECT_EQ(row["tier"], idle ? "none" : "bitwise");
+    EXPECT_EQ(row["sites_differing"], 0);
+    EXPECT_GT(row["sites_compared"], 0);
+  }
+  const nlohmann::json timings = read_json(folder.path() / "5.json")["results"];
+  EXPECT_EQ(timings[0]["speed_up_over_scalar"], 1.0);
+  EXPECT_EQ(timings[1]["iterations"], 5 * 5);
+  auto seconds = timings[1]["seconds"].get<std::vector<double>>();
+  std::ranges::sort(seconds);
+  EXPECT_EQ(timings[1]["seconds_median"], seconds.at(2));
+  EXPECT_GT(seconds[0], 0.0);
+  EXPECT_TRUE(read_json(folder.path() / "6.json")["results"][2]["speed_up_over_scalar"].is_null())
+      << "openmp was the measure";
+  std::map<std::string, std::string> energies;
+  for (const nlohmann::json& row : read_json(folder.path() / "8.json")["results"]) {
+    energies[row["method"]] = row["energy"];
+  }
+  EXPECT_EQ(energies["fem"], "elastic");
+  EXPECT_EQ(energies["full-multigrid"], "elastic");
+  EXPECT_EQ(energies["fixed-point"], "hdm");
+  EXPECT_EQ(energies["interpolation"], "none");
+  const std::string page = (folder.path() / "report.html").string();
+  test::expect_run(0, "report " + folder.path().string() + " --output " + page);
+  EXPECT_GT(std::filesystem::file_size(page), 10000U);
 }
 
 TEST(CommandLine, ALargeImageIsSolvedButNotInspected) {
@@ -72,13 +145,6 @@ TEST(CommandLine, OutputThatIsLostIsReported) {
     }
   }
   EXPECT_EQ(hdmbench("fly", "no_errors() { \"$@\" 2>/dev/full; }; no_errors").status, 2);
-}
-
-TEST(CommandLine, AClosedOutputIsNotTakenForAFile) {
-  const test::TemporaryFolder folder;
-  const auto file = folder.path() / "devices.json";
-  EXPECT_EQ(hdmbench("devices --json " + file.string(), with_output(">&-")).status, 2);
-  EXPECT_EQ(read_json(file)["command"], "devices");
 }
 
 TEST(CommandLine, ResultsGoWhereTheyAreSentTo) {
@@ -213,7 +279,7 @@ TEST(CommandLine, WhatNeverEndsIsNotRead) {
 
 TEST(CommandLine, WithoutOpenGlItSaysSo) {
   const std::string no_driver = "__EGL_VENDOR_LIBRARY_FILENAMES=/nonexistent EGL_PLATFORM=none";
-  const Outcome needed = hdmbench("verify square --size 9 --backends gl-fragment", no_driver);
+  const test::Outcome needed = hdmbench("verify square --size 9 --backends gl-fragment", no_driver);
   if (needed.status == 0) {
     GTEST_SKIP() << "this EGL finds a driver all the same";
   }
@@ -222,28 +288,6 @@ TEST(CommandLine, WithoutOpenGlItSaysSo) {
   test::expect_run(2, "verify square --size 9 --require gl-compute", testing::_, no_driver);
   test::expect_run(0, "verify square --size 9",
                    AllOf(HasSubstr("gl-fragment: skipped: "), Not(HasSubstr("0 skipped"))), no_driver);
-}
-
-TEST(CommandLine, VerifyWritesTheAgreement) {
-  const test::TemporaryFolder folder;
-  const auto file = folder.path() / "verify.json";
-  test::expect_run(0, "verify circular tie-rich --sizes 24,1x7 --backends openmp --json " + file.string());
-  const nlohmann::json document = read_json(file);
-  EXPECT_EQ(document["schema"], 1);
-  EXPECT_EQ(document["command"], "verify");
-  for (const char* key : {"machine", "cpu", "compiler", "flags", "commit", "date"}) {
-    EXPECT_FALSE(document["context"][key].get<std::string>().empty()) << key;
-  }
-  ASSERT_EQ(document["results"].size(), 14U)
-      << "two scenes, two sizes; tie-rich has a start, so no pyramid in one piece";
-  for (const auto& row : document["results"]) {
-    const bool idle = row["mode"] == "active" && row["sites_at_rest"] == 0;
-    EXPECT_EQ(row["verdict"], idle ? "skipped" : "agree");
-    EXPECT_EQ(row["tier"], idle ? "none" : "bitwise");
-    EXPECT_EQ(row["sites_differing"], 0);
-    EXPECT_GT(row["sites_compared"], 0);
-    EXPECT_TRUE(row["first_difference"].is_null());
-  }
 }
 
 TEST(CommandLine, VerifyAndBenchWriteWhatTheCiOfOthersReads) {
@@ -280,105 +324,6 @@ TEST(CommandLine, VerifyAndBenchWriteWhatTheCiOfOthersReads) {
   rows[1]["valid"] = false;
   report::write_google_benchmark(google, Context{}, rows);
   EXPECT_TRUE(read_json(google)["benchmarks"][3]["error_occurred"]);
-}
-
-TEST(CommandLine, ASceneThatPrescribesEverySiteFails) {
-  test::expect_run(1, "verify square --size 1 --backends openmp",
-                   HasSubstr("only 0 % of the components are free"));
-  EXPECT_EQ(hdmbench("verify tie-rich random --size 1").status, 0);
-}
-
-TEST(CommandLine, ASceneThatCannotShowADifferenceFails) {
-  test::expect_run(1, "verify square --size 9 --backends openmp --steps 0", HasSubstr("mistrusted"));
-}
-
-TEST(CommandLine, BenchWritesRawSamples) {
-  const test::TemporaryFolder folder;
-  const auto file = folder.path() / "bench.json";
-  test::expect_run(
-      0, "bench square --size 32 --backends openmp --repeat 5 --iterations 5 --json " + file.string(),
-      HasSubstr("% of ceiling"));
-  const nlohmann::json rows = read_json(file)["results"];
-  ASSERT_EQ(rows.size(), 3U); // scalar, openmp, and openmp leaving out what rests
-  for (const auto& row : rows) {
-    EXPECT_EQ(row["seconds"].size(), 5U);
-    EXPECT_EQ(row["iterations"], 6 * 5);
-    EXPECT_TRUE(row["valid"]);
-    EXPECT_GT(row["speed_up_over_scalar"], 0.0);
-    auto seconds = row["seconds"].get<std::vector<double>>();
-    std::ranges::sort(seconds);
-    EXPECT_EQ(row["seconds_median"], seconds[2]);
-    EXPECT_GT(seconds[0], 0.0);
-  }
-  EXPECT_EQ(rows[0]["speed_up_over_scalar"], 1.0);
-}
-
-TEST(CommandLine, BenchSaysWhatWasNotChecked) {
-  const test::TemporaryFolder folder;
-  const auto file = folder.path() / "bench.json";
-  test::expect_run(0,
-                   "bench square --sizes 32,40 --backends openmp --reference none --no-ceilings --work dense "
-                   "--repeat 1 --json " +
-                       file.string(),
-                   HasSubstr("not checked against scalar"));
-  const nlohmann::json rows = read_json(file)["results"];
-  ASSERT_EQ(rows.size(), 2U);
-  for (const auto& row : rows) {
-    EXPECT_TRUE(row["valid"].is_null());
-    EXPECT_TRUE(row["speed_up_over_scalar"].is_null());
-  }
-  EXPECT_EQ(hdmbench("report " + file.string() + " --output " + (folder.path() / "r.html").string()).status,
-            0);
-
-  test::expect_run(0, "bench square --size 32 --backends openmp,scalar --reference openmp "
-                      "--no-ceilings --repeat 1 --json " +
-                          file.string());
-  const nlohmann::json compared = read_json(file)["results"];
-  ASSERT_EQ(compared.size(), 3U);
-  EXPECT_EQ(compared[0]["backend"], "openmp");
-  EXPECT_EQ(compared[2]["backend"], "scalar");
-  EXPECT_EQ(compared[2]["reference"], "openmp");
-  EXPECT_TRUE(compared[2]["valid"]);
-  EXPECT_TRUE(compared[2]["speed_up_over_scalar"].is_null()) << "openmp was the measure";
-  EXPECT_EQ(hdmbench("bench square --size 32 --reference nobody").status, 2);
-}
-
-TEST(CommandLine, AccuracyWritesEveryMethodWithItsDistancesFromTheTruths) {
-  const test::TemporaryFolder folder;
-  test::expect_run(
-      0, "accuracy circular --size 48 --backends openmp --json " + (folder.path() / "a.json").string(),
-      AllOf(HasSubstr("fixed-point"), HasSubstr("where it comes from"), HasSubstr("float32 against double")));
-  const nlohmann::json document = read_json(folder.path() / "a.json");
-  EXPECT_EQ(document["command"], "accuracy");
-  std::set<std::string> methods;
-  for (const auto& row : document["results"]) {
-    methods.insert(row["method"]);
-    for (const char* key : {"scene", "width", "height", "backend", "seconds_median", "rmsd_to_fem",
-                            "rmsd_to_fixed_point", "mean_energy", "status", "valid"}) {
-      EXPECT_TRUE(row.contains(key)) << row["method"] << " has no " << key;
-    }
-  }
-  EXPECT_THAT(methods, testing::IsSupersetOf(
-                           {"icm", "sequential", "fixed-point", "fem", "fem-coarse", "interpolation"}));
-  test::expect_run(0, "report " + folder.path().string() + " --output " +
-                          (folder.path() / "report.html").string());
-}
-
-TEST(CommandLine, AccuracyOfTheElasticEnergySaysWhichEnergy) {
-  const test::TemporaryFolder folder;
-  const std::string file = (folder.path() / "accuracy.json").string();
-  test::expect_run(0, "accuracy square --size 40 --energy elastic --quick --backends openmp --json " + file,
-                   HasSubstr("conjugate-gradients on openmp"));
-  std::map<std::string, std::string> energies;
-  const nlohmann::json document = read_json(file);
-  for (const nlohmann::json& row : document["results"]) {
-    energies[row["method"]] = row["energy"];
-  }
-  const std::map<std::string, std::string> expected{
-      {"fem", "elastic"},        {"fem-coarse", "elastic"},     {"fixed-point", "hdm"},
-      {"interpolation", "none"}, {"full-multigrid", "elastic"}, {"conjugate-gradients", "elastic"},
-      {"sweeps", "elastic"}};
-  EXPECT_EQ(energies, expected);
 }
 
 } // namespace

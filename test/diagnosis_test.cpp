@@ -3,21 +3,17 @@
 #include "harness/judge/accuracy/deviation.hpp"
 #include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/judge/diagnosis/rest.hpp"
-#include "harness/scene/method.hpp"
 #include "reference/fixed_point.hpp"
-#include "test/files.hpp"
-#include "test/program.hpp"
 #include "test/scenes.hpp"
 #include "test/sessions.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <random>
 
@@ -44,16 +40,67 @@ Warnings diagnose_field(const Scene& scene, const VectorField& displacement) {
   return diagnose(scene, Solution{.displacement = displacement, .levels = {}, .timings = {}});
 }
 
-TEST(BeforeTheRun, AComponentThatNothingFixesIsUndetermined) {
-  Scene scene = plain_scene({5, 4});
-  EXPECT_EQ(sites_of(diagnose(scene), "undetermined"), 20U);
-  scene.full.confidence.x[7] = 0.01F;
-  scene.full.confidence.y[7] = 0.01F;
-  EXPECT_FALSE(has(diagnose(scene), "undetermined"));
-  Scene thin = plain_scene({1, 4}); // nothing connects x
-  thin.full.confidence.x[1] = 1.0F;
-  thin.full.confidence.y[1] = 1.0F;
-  EXPECT_EQ(sites_of(diagnose(thin), "undetermined"), 3U);
+/// What is changed in a sheet that is pulled, and how many sites a warning is then about; `some`: at least
+/// one.
+TEST(BeforeTheRun, WarnsFromTheseThresholdsOn) {
+  constexpr std::size_t some = 9999;
+  struct Case {
+    const char* kind;
+    std::size_t sites;
+    Scene scene;
+    std::function<void(Scene&)> change;
+  };
+  const auto steps = [](const char* text) {
+    return [text](Scene& scene) { scene.full.steps = StepSet::parse(text); };
+  };
+  const auto penalty = [](float value) { return [value](Scene& scene) { scene.full.penalty = value; }; };
+  const auto contrast = [](float value) {
+    return [value](Scene& scene) { scene.full.modulus.values[40] = value; };
+  };
+  const auto schedule = [](int iterations, std::optional<int> start_level,
+                           Alignment alignment = Alignment::corner) {
+    return [=](Scene& scene) {
+      scene.schedule.iterations = iterations;
+      scene.schedule.start_level = start_level;
+      scene.schedule.alignment = alignment;
+    };
+  };
+  const Scene sheet = pulled_scene({9, 9}, 1.0F);
+  const Scene far = pulled_scene({17, 17}, 10.0F);
+  const Scene large = pulled_scene({60, 60}, 1.0F);
+  const auto hold = [](Scene& scene) {
+    scene.full.confidence.x[1] = 0.01F;
+    scene.full.confidence.y[1] = 0.01F;
+  };
+  const Case cases[] = {
+      {"undetermined", 20, plain_scene({5, 4}), [](Scene&) {}},
+      {"undetermined", 0, plain_scene({5, 4}), hold},
+      {"undetermined", 3, plain_scene({1, 4}), hold}, // nothing connects x
+      {"too-few-steps", 17, far, schedule(9, 0)},
+      {"too-few-steps", 0, far, schedule(10, 0)},
+      {"too-few-steps", 0, far, schedule(2, 5)}, // 6 levels, 12 iterations
+      {"lost-condition", 0, large, schedule(50, std::nullopt)},
+      {"lost-condition", 120, large, schedule(50, std::nullopt, Alignment::center)},
+      {"lost-condition", 0, large, schedule(50, 0, Alignment::center)}, // no level to be lost on
+      {"swamping-penalty", 0, sheet, penalty(2.0e7F)},
+      {"swamping-penalty", some, sheet, penalty(2.1e7F)},
+      {"offset", some, pulled_scene({9, 9}, 0x1p19F), [](Scene&) {}}, // an ulp is more than half of 0.1 px
+      {"offset", 0, pulled_scene({9, 9}, 0x1p18F), [](Scene&) {}},
+      {"offset", some, pulled_scene({9, 9}, 0x1p16F), steps("fine")},
+      {"offset", 0, pulled_scene({9, 9}, 0x1p15F), steps("fine")},
+      {"contrast", 0, sheet, contrast(1.6e7F)},
+      {"contrast", some, sheet, contrast(1.8e7F)},
+      {"contrast", some, sheet, contrast(1e19F)},
+      {"never-rests", 0, sheet, [](Scene&) {}},
+      {"never-rests", some, sheet, steps("thesis")},
+  };
+  for (const Case& one : cases) {
+    Scene scene = one.scene;
+    one.change(scene);
+    const Warnings warnings = diagnose(scene);
+    EXPECT_EQ(has(warnings, one.kind), one.sites > 0) << one.kind << '\n' << warnings_text(warnings);
+    EXPECT_TRUE(one.sites == some || sites_of(warnings, one.kind) == one.sites) << one.kind;
+  }
 }
 
 TEST(BeforeTheRun, ConditionsTravelOneSitePerIteration) {
@@ -77,27 +124,6 @@ TEST(BeforeTheRun, ConditionsTravelOneSitePerIteration) {
   scene.schedule.iterations = 3;
   scene.schedule.start_level.reset();
   EXPECT_FALSE(has(diagnose(scene), "out-of-reach")) << "coarse levels bring it";
-}
-
-TEST(BeforeTheRun, StepsHaveToCoverTheWay) {
-  Scene scene = pulled_scene({17, 17}, 10.0F);
-  scene.schedule.iterations = 9;
-  EXPECT_EQ(sites_of(diagnose(scene), "too-few-steps"), 17U);
-  scene.schedule.iterations = 10;
-  EXPECT_FALSE(has(diagnose(scene), "too-few-steps"));
-  scene.schedule.iterations = 2;
-  scene.schedule.start_level = 5; // 6 levels, 12 iterations
-  EXPECT_FALSE(has(diagnose(scene), "too-few-steps"));
-}
-
-TEST(BeforeTheRun, CenterAlignmentLosesABorder) {
-  Scene scene = pulled_scene({60, 60}, 1.0F);
-  scene.schedule.start_level.reset();
-  EXPECT_FALSE(has(diagnose(scene), "lost-condition"));
-  scene.schedule.alignment = Alignment::center;
-  EXPECT_EQ(sites_of(diagnose(scene), "lost-condition"), 120U);
-  scene.schedule.start_level = 0;
-  EXPECT_FALSE(has(diagnose(scene), "lost-condition")) << "no level to be lost on";
 }
 
 TEST(BeforeTheRun, CoarseLevelsStepOverALongThinRegion) {
@@ -148,51 +174,6 @@ TEST(BeforeTheRun, AWeakPenaltyIsOneAtWhichConditionsGiveWay) {
   }
 }
 
-TEST(BeforeTheRun, AHugePenaltySwampsThePrior) {
-  Scene scene = pulled_scene({9, 9}, 1.0F);
-  scene.full.penalty = 2.0e7F;
-  EXPECT_FALSE(has(diagnose(scene), "swamping-penalty"));
-  scene.full.penalty = 2.1e7F;
-  EXPECT_TRUE(has(diagnose(scene), "swamping-penalty"));
-}
-
-TEST(BeforeTheRun, FloatResolvesNoStepFarFromZero) {
-  // ulp(2^19) = 1/16 px, beyond half of 0.1 px; ulp(2^16) = 1/128 px, beyond half of 0.01 px.
-  const auto warns = [](float offset, const StepSet& steps) {
-    Scene scene = pulled_scene({9, 9}, offset);
-    scene.full.steps = steps;
-    return has(diagnose(scene), "offset");
-  };
-  EXPECT_TRUE(warns(0x1p19F, StepSet()));
-  EXPECT_FALSE(warns(0x1p18F, StepSet()));
-  EXPECT_TRUE(warns(0x1p16F, StepSet::parse("fine")));
-  EXPECT_FALSE(warns(0x1p15F, StepSet::parse("fine")));
-}
-
-TEST(BeforeTheRun, WhereWarnedOfTheFieldDependsOnTheOffset) {
-  const auto solved = [](float offset) {
-    Scene scene = pulled_scene({33, 33}, 8.0F);
-    for (float& target : scene.full.target.x) {
-      target += offset;
-    }
-    std::ranges::fill(scene.start.emplace(scene.start_field()).x, offset);
-    scene.schedule.start_level.reset();
-    scene.schedule.iterations = 200;
-    VectorField field = test::solved(scene).displacement;
-    for (float& component : field.x) {
-      component -= offset;
-    }
-    return std::pair(ReferenceField(field), has(diagnose(scene), "offset"));
-  };
-  const ReferenceField unmoved = solved(0.0F).first;
-  for (const float offset : {0x1p10F, 0x1p14F, 0x1p17F, 0x1p20F}) {
-    const auto [field, warned] = solved(offset);
-    const double distance = rmsd(field, unmoved);
-    fmt::print("offset {:.0f} px: the field changes by {:.3g} px\n", offset, distance);
-    EXPECT_EQ(warned, distance > 0.05) << offset; // half a candidate
-  }
-}
-
 TEST(BeforeTheRun, AStiffLayerIsMovedByNoCandidate) {
   for (const float ratio : {2.0F, 300.0F}) {
     Scene scene = pulled_scene({24, 24}, 10.0F);
@@ -207,44 +188,6 @@ TEST(BeforeTheRun, AStiffLayerIsMovedByNoCandidate) {
     EXPECT_EQ(stays, ratio > 100.0F);
     EXPECT_EQ(has(diagnose(scene), "stiff-boundary"), stays);
   }
-}
-
-TEST(BeforeTheRun, ContrastsThatFloatCannotHold) {
-  Scene scene = pulled_scene({9, 9}, 1.0F);
-  const auto message = [&](float ratio) {
-    scene.full.modulus.values[40] = ratio;
-    const Warnings warnings = diagnose(scene);
-    const auto found = std::ranges::find(warnings, "contrast", &Warning::kind);
-    return found == warnings.end() ? std::string("none") : found->message;
-  };
-  EXPECT_EQ(message(1.6e7F), "none");
-  EXPECT_THAT(message(1.8e7F), HasSubstr("does not feel"));
-  EXPECT_THAT(message(1e19F), HasSubstr("beyond float32"));
-}
-
-TEST(BeforeTheRun, WithoutZeroAmongTheCandidatesNothingRests) {
-  Scene scene = pulled_scene({9, 9}, 1.0F);
-  EXPECT_FALSE(has(diagnose(scene), "never-rests"));
-  scene.full.steps = StepSet::parse("thesis");
-  EXPECT_TRUE(has(diagnose(scene), "never-rests"));
-}
-
-TEST(BeforeTheRun, OfTheElasticEnergyConflictsAndStallingCyclesAreTold) {
-  Scene scene = load_scene("square", {.size = Extent{24, 24}});
-  use_method(scene, find_method(elastic_full_multigrid));
-  EXPECT_FALSE(has(diagnose(scene), "stalling-cycles"));
-  scene.full.modulus.values[scene.extent().index(3, 4)] *= 101.0F;
-  EXPECT_TRUE(has(diagnose(scene), "stalling-cycles"));
-  use_method(scene, find_method(elastic_conjugate_gradients));
-  EXPECT_FALSE(has(diagnose(scene), "stalling-cycles"));
-  const std::size_t before = sites_of(diagnose(scene), "conflict");
-  for (const int x : {10, 11}) {
-    const std::size_t at = scene.extent().index(x, 12);
-    scene.full.confidence.x[at] = 1.0F;
-    scene.full.target.x[at] = x == 10 ? 2.0F : -2.0F;
-  }
-  EXPECT_EQ(sites_of(diagnose(scene), "conflict"), before + 1U);
-  EXPECT_EQ(diagnose(scene).size(), 1U) << "what is about the thesis's energy is not said";
 }
 
 TEST(Folding, TheLeastDeterminantOfACellIsAtACorner) {
@@ -270,24 +213,6 @@ TEST(Folding, TheLeastDeterminantOfACellIsAtACorner) {
     }
     EXPECT_NEAR(static_cast<double>(least_area_ratios(field).values.front()), least, 1e-5);
   }
-}
-
-TEST(Folding, ThresholdsAreZeroAndATenth) {
-  Scene scene = plain_scene({6, 4});
-  for (const auto& [rise, folds, nearly] :
-       {std::tuple{-1.0F, true, false}, {-0.95F, false, true}, {-0.85F, false, false}}) {
-    VectorField field(scene.extent());
-    for (int y = 0; y < 4; ++y) {
-      for (int x = 3; x < 6; ++x) {
-        field.x[scene.extent().index(x, y)] = rise;
-      }
-    }
-    EXPECT_EQ(sites_of(diagnose_field(scene, field), "fold-over"), folds ? 3U : 0U) << rise;
-    EXPECT_EQ(sites_of(diagnose_field(scene, field), "near-fold"), nearly ? 3U : 0U) << rise;
-    EXPECT_FLOAT_EQ(area_change_map(field).values[scene.extent().index(2, 1)], rise);
-    EXPECT_EQ(area_change_map(field).values[scene.extent().index(5, 1)], 0.0F);
-  }
-  EXPECT_TRUE(least_area_ratios(VectorField({1, 7})).values.empty());
 }
 
 TEST(AfterTheRun, TheFixedPointIsWithoutWarnings) {
@@ -326,24 +251,6 @@ TEST(AfterTheRun, SwappingSitesAndStripesAreOscillation) {
   EXPECT_FALSE(has(diagnose(scene, test::solved(scene)), "oscillation"));
   scene.full.steps = StepSet::parse("thesis");
   EXPECT_GT(sites_of(diagnose(scene, test::solved(scene)), "oscillation"), 1000U);
-
-  scene = pulled_scene({33, 33}, 8.0F);
-  VectorField field = solve_fixed_point(scene.full).displacement.to_float();
-  scene.schedule.rule = Rule::closed_form;
-  const VectorField smooth = field;
-  for (int y = 0; y < 33; ++y) {
-    for (int x = 1; x < 32; ++x) {
-      field.x[scene.extent().index(x, y)] += x % 2 == 0 ? 0.02F : -0.02F;
-    }
-  }
-  EXPECT_TRUE(has(diagnose_field(scene, field), "oscillation"));
-  field = smooth;
-  for (int y = 0; y < 33; ++y) {
-    for (int x = 1; x < 32; ++x) {
-      field.x[scene.extent().index(x, y)] += 0.3F * std::sin(0.2F * static_cast<float>(x));
-    }
-  }
-  EXPECT_FALSE(has(diagnose_field(scene, field), "oscillation"));
 }
 
 TEST(AfterTheRun, ConditionsThatGiveWayAreToldFromThoseNotArrivedAt) {
@@ -373,37 +280,6 @@ TEST(AfterTheRun, ValuesBeyondConditionsAndStartAreDivergence) {
   EXPECT_EQ(sites_of(diagnose_field(scene, field), "divergence"), 1U);
   field.x[60] = std::numeric_limits<float>::quiet_NaN();
   EXPECT_EQ(sites_of(diagnose_field(scene, field), "not-finite"), 1U);
-}
-
-TEST(Diagnosis, IsTheWorkOfAFewSweeps) {
-  const Scene scene = load_scene("circular");
-  const auto session = test::scalar().open({});
-  test::begin(*session, scene.full, scene.start_field());
-  const auto seconds = [](const auto& call) {
-    const auto begin = std::chrono::steady_clock::now();
-    call();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  };
-  const double sweep = seconds([&] { session->step(50); }) / 50.0;
-  const double before = seconds([&] { (void)diagnose(scene); });
-  const double after = seconds([&] { (void)diagnose_field(scene, scene.start_field()); });
-  RecordProperty("sweeps_before", std::to_string(before / sweep));
-  RecordProperty("sweeps_after", std::to_string(after / sweep));
-  std::cout << "before the run " << before / sweep << ", after it " << after / sweep << " sweeps of scalar\n";
-  EXPECT_LT(before + after, 200.0 * sweep); // an accident, not noise
-}
-
-TEST(Run, PrintsAndWritesItsWarnings) {
-  const test::TemporaryFolder folder;
-  const std::string at = folder.path().string();
-  test::expect_run(0,
-                   "run square --size 32 --steps thesis --output " + at + "/out --json " + at + "/run.json",
-                   AllOf(HasSubstr("never-rests"), HasSubstr("-> --steps default")));
-  const auto row = test::read_json(at + "/run.json")["results"][0];
-  EXPECT_EQ(row["warnings"][0]["kind"], "never-rests");
-  if (row.contains("pictures")) {
-    EXPECT_TRUE(std::filesystem::exists(folder.path() / std::string(row["pictures"]["jacobian"])));
-  }
 }
 
 } // namespace
