@@ -1,7 +1,7 @@
 // What `continuum` measures.
 
 #include "backends/registry.hpp"
-#include "harness/judge/continuum/continuum.hpp"
+#include "harness/judge/continuum.hpp"
 
 #include <gtest/gtest.h>
 

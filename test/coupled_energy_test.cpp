@@ -8,7 +8,7 @@
 #include "harness/check/faults/fused_backend.hpp"
 #include "harness/check/faults/session_faults.hpp"
 #include "harness/check/faults/trial.hpp"
-#include "harness/judge/diagnosis/rest.hpp"
+#include "harness/judge/diagnosis/measures.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "kernels/data/gather.hpp"

@@ -1,6 +1,6 @@
 #include "reference/elastic_krylov.hpp"
 
-#include "harness/judge/accuracy/deviation.hpp"
+#include "harness/judge/truths.hpp"
 #include "kernels/data/input_error.hpp"
 #include "test/elastic_checks.hpp"
 

@@ -1,6 +1,6 @@
 // Where the numbers of the elastic energy end: fields at rest, weak springs, extreme contrasts and units.
 
-#include "harness/judge/accuracy/deviation.hpp"
+#include "harness/judge/truths.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/elastic.hpp"

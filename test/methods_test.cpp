@@ -3,7 +3,7 @@
 
 #include "harness/scene/method.hpp"
 
-#include "harness/judge/accuracy/deviation.hpp"
+#include "harness/judge/truths.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "kernels/data/input_error.hpp"

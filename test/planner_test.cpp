@@ -1,8 +1,7 @@
 // What `run --accuracy` promises: a field near enough and a cost that follows the request; images that sample
 // a scene.
 
-#include "harness/judge/accuracy/deviation.hpp"
-#include "harness/judge/accuracy/truths.hpp"
+#include "harness/judge/truths.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/sampled_image.hpp"
 #include "harness/solve/planner.hpp"

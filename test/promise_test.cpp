@@ -1,8 +1,7 @@
 // What `run --accuracy` promises, beyond the scenes that it was tuned on: tissues of four makes,
 // contrasts to 1000, conditions that the tissue overrules.
 
-#include "harness/judge/accuracy/deviation.hpp"
-#include "harness/judge/accuracy/truths.hpp"
+#include "harness/judge/truths.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/planner.hpp"
 #include "reference/finite_elements.hpp"

@@ -1,6 +1,6 @@
 // Observations that are wrong: the elastic energy with springs whose pull stops growing.
 
-#include "harness/judge/accuracy/deviation.hpp"
+#include "harness/judge/truths.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/robust_observations.hpp"
 #include "harness/solve/methods/solver.hpp"

@@ -4,7 +4,7 @@
 #include "harness/check/certificate.hpp"
 
 #include "harness/check/faults/faulty_backend.hpp"
-#include "harness/judge/accuracy/arithmetic.hpp"
+#include "harness/judge/arithmetic.hpp"
 #include "kernels/data/gather.hpp"
 #include "reference/thesis_energy.hpp"
 #include "test/scenes.hpp"

@@ -1,4 +1,4 @@
-#include "harness/judge/accuracy/accuracy.hpp"
+#include "harness/judge/accuracy.hpp"
 
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
@@ -12,7 +12,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 
 namespace hdmbench::commands {
@@ -33,9 +32,6 @@ std::vector<std::string> scenes_by_default() {
 bool is_registered(const Scene& scene) {
   return scene.name == "circular" || scene.name == "brain";
 }
-
-/// Rounding of the decomposition, relative to the squared total.
-constexpr double rounding_of_squares = 1e-10;
 
 void print_published(const Scene& scene) {
   if (scene.extent() != Extent{300, 300}) {
@@ -68,40 +64,15 @@ void print_fields(const SceneAccuracy& accuracy) {
   fmt::print("{}{}{}", table_text(shown), failures_text(accuracy.rows), remarks);
 }
 
-void print_decompositions(const SceneAccuracy& accuracy) {
-  Table table({"<where it comes from", "nu", "total", "model", "optimisation", "2 covariance", "remainder"});
-  const Judged* before = nullptr;
-  for (const Judged& row : accuracy.rows) {
-    // The backends' rows are equal where they agree.
-    const bool repeated = before != nullptr && before->method == row.method && row.status == JudgedStatus::ok;
-    if (row.decompositions.empty() || !row.variant.empty() || repeated) {
-      continue;
-    }
-    before = &row;
-    for (const auto& [poisson, parts] : row.decompositions) {
-      table.add({row.method, fmt::format("{:.2g}", poisson), pixels_text(parts.total),
-                 pixels_text(parts.model), pixels_text(parts.optimisation),
-                 fmt::format("{:+.4f} px^2", 2.0 * parts.covariance),
-                 fmt::format("{:.1e}", parts.remainder())});
-    }
-  }
-  if (before != nullptr) {
-    fmt::print("\n{}", table.text());
-  }
-}
-
 void print_arithmetic(const SceneAccuracy& accuracy) {
-  Table table({"<float32 against double", "steps", "other candidate", "beyond bound", "gap / bound",
-               "one iteration", "whole run"});
+  Table table({"<float32 against double", "steps", "other candidate", "beyond bound", "gap / bound"});
   bool any = false;
   for (const Judged& row : accuracy.rows) {
     if (row.arithmetic) {
       any = true;
       const ArithmeticError& error = *row.arithmetic;
       table.add({row.backend, std::to_string(error.steps_compared), std::to_string(error.steps_differing),
-                 std::to_string(error.beyond_bound), fmt::format("{:.2g}", error.largest_gap_over_bound),
-                 fmt::format("{:.2e} px", error.rmsd()),
-                 row.rmsd_to_double ? pixels_text(*row.rmsd_to_double) + " px" : ""});
+                 std::to_string(error.beyond_bound), fmt::format("{:.2g}", error.largest_gap_over_bound)});
     }
   }
   if (any) {
@@ -119,12 +90,6 @@ bool is_sound(const SceneAccuracy& accuracy) {
       fmt::print("  {}: {} steps lose more energy than rounding explains\n", name_of(row),
                  row.arithmetic->beyond_bound);
       sound = false;
-    }
-    for (const auto& [poisson, parts] : row.decompositions) {
-      if (!(std::abs(parts.remainder()) <= rounding_of_squares * (1.0 + parts.total * parts.total))) {
-        fmt::print("  {}: the decomposition misses {:.3g} px^2\n", name_of(row), parts.remainder());
-        sound = false;
-      }
     }
   }
   return sound;
@@ -170,7 +135,6 @@ int run_accuracy(Arguments& arguments, const Command& command, const std::string
     fmt::print("\n{}, {} x {}: {}\n", scene.name, scene.extent().width, scene.extent().height, scene.title);
     print_published(scene);
     print_fields(accuracy);
-    print_decompositions(accuracy);
     print_arithmetic(accuracy);
     sound = is_sound(accuracy) && sound;
     std::fflush(stdout); // into a pipe too: the next scene may take long

@@ -1,4 +1,4 @@
-#include "harness/judge/continuum/continuum.hpp"
+#include "harness/judge/continuum.hpp"
 
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"

@@ -3,7 +3,7 @@
 #include "harness/check/compare.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
-#include "harness/judge/accuracy/truths.hpp"
+#include "harness/judge/truths.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/solve/solve.hpp"
@@ -124,7 +124,7 @@ void write_scene(const ExportArguments& arguments) {
     progress.describe(fmt::format("export {}: solving the finite elements", scene.name));
     names.emplace_back("displacement-fem.nrrd");
     write_displacement(arguments.output / names.back(),
-                       find_finite_elements(scene, scene.poisson).displacement.to_float(), scene.spacing,
+                       find_finite_elements(scene.full, scene.poisson).to_float(), scene.spacing,
                        scene.placement);
   }
   const auto images = export_scene(scene, arguments.output);

@@ -1,9 +1,8 @@
-#include "harness/judge/tradeoff/tradeoff.hpp"
+#include "harness/judge/tradeoff.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
 #include "harness/cli/judged_text.hpp"
 #include "harness/cli/plan_text.hpp"
-#include "harness/judge/tradeoff/comparison.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
@@ -78,31 +77,32 @@ void print_equal_accuracy(const EqualAccuracy& equal) {
   fmt::print("  At {:.3g} px to FEM nu 0: {}, {} on {} is the fastest, {} s;\n", equal.target,
              equal.ours->method, equal.ours->effort, equal.ours->backend,
              seconds_text(median(equal.ours->seconds)));
-  for (const auto& [key, title, method, speed] : equal.rivals) {
-    if (speed) {
-      fmt::print("    {} ({}, {} s) takes {:.3g} times as long ({:.3g} to {:.3g}).\n", title,
-                 speed->rival->effort, seconds_text(median(speed->rival->seconds)), speed->ratio, speed->low,
-                 speed->high);
+  for (const EqualAccuracy::Rival& rival : equal.rivals) {
+    if (rival.row != nullptr) {
+      fmt::print("    {} ({}, {} s) takes {:.3g} times as long.\n", rival.title, rival.row->effort,
+                 seconds_text(median(rival.row->seconds)), rival.ratio);
     } else {
-      fmt::print("    {} was not measured, or is nowhere that near.\n", title);
+      fmt::print("    {} was not measured, or is nowhere that near.\n", rival.title);
     }
   }
 }
 
 /// The line that repeats a point: `run` solves by methods, this command by rivals.
-std::string repeat(const Arguments& arguments, const Scene& scene, std::string_view method,
-                   std::optional<Effort> effort, std::string_view backend) {
+std::string repeat(const Arguments& arguments, const Scene& scene, const Judged& row) {
   const std::string where =
       fmt::format("{} --size {}x{}", shell_word(scene.source), scene.extent().width, scene.extent().height);
-  if (!effort) {
-    return fmt::format("hdmbench tradeoff {} --methods {} --all{}", where, method, arguments.schedule.text());
+  if (row.is_rival) {
+    return fmt::format("hdmbench tradeoff {} --methods {} --all{}", where, row.method,
+                       arguments.schedule.text());
   }
-  std::string line = fmt::format("hdmbench run {} --method {} --iterations {} --backend {}", where, method,
-                                 effort->iterations, backend);
-  if (effort->stride > 1) {
-    line += fmt::format(" --stride {}", effort->stride);
+  std::string line = fmt::format("hdmbench run {} --backend {}", where, row.backend);
+  if (row.asked) {
+    line += fmt::format(" --energy elastic --accuracy {}px --explain", *row.asked);
+  } else {
+    line += fmt::format(" --method {} --iterations {}", row.method, row.told->iterations);
+    line += row.told->stride > 1 ? fmt::format(" --stride {}", row.told->stride) : "";
   }
-  if (!arguments.session.device.empty() && backend != "scalar") {
+  if (!arguments.session.device.empty() && row.backend != "scalar") {
     line += " --device " + shell_word(arguments.session.device);
   }
   if (arguments.session.threads != 0) {
@@ -136,22 +136,10 @@ int run_tradeoff(Arguments& arguments, const Command& command, const std::string
       "and to the\nfixed point over all sites, in pixels.\n",
       arguments.quick ? 1 : arguments.repeats);
   for (const Scene& scene : arguments.load_scenes(scenes_by_default(arguments.quick))) {
-    const TradeoffOptions options{
-        .session = arguments.session,
-        .repeats = arguments.repeats,
-        .methods = methods,
-        .quick = arguments.quick,
-        .command =
-            [&](std::string_view method, std::optional<Effort> effort, std::string_view backend) {
-              return repeat(arguments, scene, method, effort, backend);
-            },
-        .request_command =
-            [&](double asked, std::string_view backend) {
-              return fmt::format(
-                  "hdmbench run {} --size {}x{} --energy elastic --accuracy {}px --explain --backend {}{}",
-                  shell_word(scene.source), scene.extent().width, scene.extent().height, asked, backend,
-                  arguments.schedule.text());
-            }};
+    const TradeoffOptions options{.session = arguments.session,
+                                  .repeats = arguments.repeats,
+                                  .methods = methods,
+                                  .quick = arguments.quick};
     const std::vector<Judged> rows = measure_tradeoff(scene, backends, options, progress);
     progress.clear();
     const auto failures =
@@ -168,6 +156,7 @@ int run_tradeoff(Arguments& arguments, const Command& command, const std::string
     for (const Judged& row : rows) {
       results.push_back(to_json(scene, row));
       results.back()["kind"] = "point";
+      results.back()["command"] = repeat(arguments, scene, row);
       verified = verified && row.status != JudgedStatus::unverified;
     }
     for (const double target : targets) {

@@ -1,7 +1,7 @@
 #include "harness/tools/tune.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/commands.hpp"
-#include "harness/judge/accuracy/truths.hpp"
+#include "harness/judge/truths.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/solve/solve.hpp"
@@ -74,7 +74,7 @@ void tune(const Arguments& arguments, const Command& command) {
   Progress progress;
   progress.describe(fmt::format("tune {}: the truth", scene.name));
   const Truth truth = against_elements
-                          ? Truth{find_finite_elements(scene, scene.poisson).displacement.to_float(), {}}
+                          ? Truth{find_finite_elements(scene.full, scene.poisson).to_float(), {}}
                           : read_truth(arguments, scene.extent());
   const auto session = backend.open(arguments.scene.session);
   int evaluations = 0;

@@ -2,10 +2,11 @@
 
 #include "harness/check/compare.hpp"
 #include "harness/measure/median.hpp"
-#include "harness/scene/method.hpp"
 #include "harness/solve/field_norms.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/level.hpp"
+#include "reference/elastic_krylov.hpp"
+#include "reference/fixed_point.hpp"
 
 #include <fmt/format.h>
 
@@ -15,94 +16,108 @@
 
 namespace hdmbench {
 
-namespace {
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Convergence, iterations_per_level, rmsd_to_fem, rmsd_to_fixed_point)
 
-using nlohmann::json;
-
-template <typename Value>
-void add_if_any(json& row, const char* key, const std::optional<Value>& value) {
-  if (value) {
-    row[key] = *value;
-  }
+double reached(const Judged& row) {
+  const Deviations& deviations = row.deviations;
+  return !row.poisson_used          ? deviations.to_fixed_point
+         : *row.poisson_used == 0.0 ? deviations.to_fem_no_poisson
+                                    : deviations.to_fem;
 }
 
-void add_measures(json& row, const Judged& judged) {
-  const Deviations& deviations = judged.deviations;
-  row["seconds_median"] = median(judged.seconds);
-  row["mean_energy"] = judged.mean_energy;
-  row["rmsd_to_fem"] = deviations.to_fem;
-  row["rmsd_to_fem_nu0"] = deviations.to_fem_no_poisson;
-  row["rmsd_to_fixed_point"] = deviations.to_fixed_point;
-  add_if_any(row, "rmsd_interface_to_fem", deviations.interface_to_fem);
-  add_if_any(row, "rmsd_elsewhere_to_fem", deviations.elsewhere_to_fem);
-  if (!judged.levels.empty()) {
-    row["iterations"] = total_iterations(judged.levels);
-  }
-  add_if_any(row, "fine_sweep_equivalents", judged.fine_sweep_equivalents);
-}
-
-json split_json(const Judged::Split& split) {
-  const Decomposition& parts = split.parts;
-  return {{"poisson", split.poisson},       {"total", parts.total},
-          {"model", parts.model},           {"optimisation", parts.optimisation},
-          {"covariance", parts.covariance}, {"remainder", parts.remainder()}};
-}
-
-json arithmetic_json(const ArithmeticError& error, const std::optional<double>& rmsd_to_double) {
-  json result{{"resynchronised",
-               {{"iterations", error.iterations},
-                {"steps_compared", error.steps_compared},
-                {"steps_differing", error.steps_differing},
-                {"beyond_bound", error.beyond_bound},
-                {"largest_gap_over_bound", error.largest_gap_over_bound},
-                {"rmsd", error.rmsd()}}}};
-  add_if_any(result, "double_rmsd", rmsd_to_double);
-  return result;
-}
-
-} // namespace
-
-json to_json(const Scene& scene, const Judged& judged) {
-  json row{{"scene", scene.name},
-           {"title", scene.title},
-           {"width", scene.extent().width},
-           {"height", scene.extent().height},
-           {"poisson", scene.poisson},
-           {"method", judged.method},
-           {"rival", judged.is_rival},
-           {"variant", judged.variant},
-           {"note", judged.note},
-           {"energy", judged.energy ? energy_names.at(static_cast<std::size_t>(*judged.energy)) : "none"},
-           {"backend", judged.backend},
-           {"device", judged.device.name},
-           {"status", name_of(judged.status)},
-           {"valid", judged.status == JudgedStatus::ok},
-           {"reason", judged.reason},
-           {"seconds", judged.seconds}};
-  add_if_any(row, "poisson_used", judged.poisson_used);
-  if (!judged.seconds.empty()) {
-    add_measures(row, judged);
-  }
-  if (!judged.effort.empty()) {
-    row["effort"] = judged.effort;
-  }
-  if (!judged.command.empty()) {
-    row["command"] = judged.command;
-  }
-  add_if_any(row, "asked", judged.asked);
-  add_if_any(row, "estimated_error", judged.estimated);
-  for (const Judged::Split& split : judged.decompositions) {
-    row["decompositions"].push_back(split_json(split));
-  }
+nlohmann::json to_json(const Scene& scene, const Judged& judged) {
+  nlohmann::json row{
+      {"scene", scene.name},
+      {"title", scene.title},
+      {"width", scene.extent().width},
+      {"height", scene.extent().height},
+      {"poisson", scene.poisson},
+      {"method", judged.method},
+      {"rival", judged.is_rival},
+      {"variant", judged.variant},
+      {"note", judged.note},
+      {"effort", judged.effort},
+      {"energy", judged.energy ? energy_names.at(static_cast<std::size_t>(*judged.energy)) : "none"},
+      {"backend", judged.backend},
+      {"device", judged.device.name},
+      {"status", name_of(judged.status)},
+      {"valid", judged.status == JudgedStatus::ok},
+      {"reason", judged.reason},
+      {"seconds", judged.seconds},
+      {"poisson_used", judged.poisson_used},
+      {"asked", judged.asked},
+      {"estimated_error", judged.estimated},
+      {"convergence", judged.convergence}};
   if (judged.arithmetic) {
-    row["arithmetic"] = arithmetic_json(*judged.arithmetic, judged.rmsd_to_double);
+    row["arithmetic"]["resynchronised"] = *judged.arithmetic;
   }
-  if (judged.convergence) {
-    row["convergence"] = {{"iterations_per_level", judged.convergence->iterations_per_level},
-                          {"rmsd_to_fem", judged.convergence->rmsd_to_fem},
-                          {"rmsd_to_fixed_point", judged.convergence->rmsd_to_fixed_point}};
+  if (!judged.seconds.empty()) {
+    const Deviations& deviations = judged.deviations;
+    row.update({{"seconds_median", median(judged.seconds)},
+                {"mean_energy", judged.mean_energy},
+                {"rmsd_to_fem", deviations.to_fem},
+                {"rmsd_to_fem_nu0", deviations.to_fem_no_poisson},
+                {"rmsd_to_fixed_point", deviations.to_fixed_point},
+                {"rmsd_interface_to_fem", deviations.interface_to_fem},
+                {"rmsd_elsewhere_to_fem", deviations.elsewhere_to_fem},
+                {"fine_sweep_equivalents", judged.fine_sweep_equivalents}});
+    if (!judged.levels.empty()) {
+      row["iterations"] = total_iterations(judged.levels);
+    }
   }
-  return row;
+  return without_nulls(std::move(row));
+}
+
+std::vector<Rival> rivals(const Scene& scene, const Truths& truths, bool quick) {
+  using Iterative = IterativeSolution (*)(const ElasticProblem&, const ElementRule&, double tolerance);
+  constexpr Iterative conjugate_gradients = [](const ElasticProblem& problem, const ElementRule& rule,
+                                               double tolerance) {
+    return solve_finite_elements_iteratively(problem, rule, tolerance);
+  };
+  std::vector<std::pair<std::string_view, Iterative>> iterative{{"fem-cg", conjugate_gradients}};
+  if (has_algebraic_multigrid()) {
+    iterative.emplace_back("fem-amg", solve_finite_elements_by_multigrid);
+  }
+  // Residuals of the forces are larger than those of the displacements: 0.01 is no solution yet.
+  const std::vector<double> tolerances = quick ? std::vector{1e-3} : std::vector{1e-3, 1e-4, 1e-6};
+  constexpr int thesis_elements = 60;
+  const int longer = std::max(scene.extent().width, scene.extent().height);
+  std::vector<Rival> all;
+  const auto add_finite_elements = [&](double poisson, const SolvedTruth& truth) {
+    const auto add = [&](std::string_view name, std::string effort, std::function<ReferenceField()> solve,
+                         const SolvedTruth* solved = nullptr) {
+      all.push_back({name, std::move(effort), EnergyModel::elastic, poisson, std::move(solve), solved});
+    };
+    add(
+        "fem", "direct", [&scene, poisson] { return find_finite_elements(scene.full, poisson); }, &truth);
+    for (const auto& [name, solver] : iterative) {
+      for (const double tolerance : tolerances) {
+        add(name, fmt::format("tolerance {:g}", tolerance), [&scene, poisson, tolerance, solver = solver] {
+          const ElementRule rule = ElementRule::plane_stress(poisson);
+          return solver(elastic_problem(scene.full), rule, tolerance).displacement;
+        });
+      }
+    }
+    for (const int elements : {thesis_elements / 2, thesis_elements, 2 * thesis_elements}) {
+      if (quick ? elements == thesis_elements : elements < longer - 1) {
+        add("fem-coarse", fmt::format("{} elements a side", elements),
+            [&scene, poisson, elements] { return coarse_finite_elements(scene, elements, poisson); });
+      }
+    }
+  };
+  add_finite_elements(0.0, truths.elastic_no_poisson);
+  if (scene.poisson != 0.0) {
+    add_finite_elements(scene.poisson, truths.elastic);
+  }
+  all.push_back({.name = "fixed-point",
+                 .effort = "direct",
+                 .energy = EnergyModel::hdm,
+                 .solve = [&scene] { return solve_fixed_point(scene.full).displacement; },
+                 .solved = &truths.fixed_point});
+  all.push_back({.name = "interpolation", .effort = "direct", .solve = [&scene] {
+                   return interpolate_conditions(scene.full);
+                 }});
+  return all;
 }
 
 Judge::Place::Place(const Backend& backend_, const SessionOptions& options)
@@ -120,11 +135,8 @@ Judge::Judge(const Scene& scene, std::span<const Backend* const> backends, const
   for (const Backend* backend : backends) {
     places_.emplace_back(*backend, options.session);
   }
-  // The fixed point obeys the maximum principle; candidates may go a step beyond, no field of use goes
-  // twice as far.
-  bound_ = 2.0 * std::max(largest_component(scene.full.target),
-                          (scene.start ? largest_component(*scene.start) : 0.0)) +
-           1.0;
+  largest_ =
+      std::max(largest_component(scene.full.target), scene.start ? largest_component(*scene.start) : 0.0);
 }
 
 Judge::Place& Judge::main_place(Update update) {
@@ -140,8 +152,9 @@ Judge::Place& Judge::main_place(Update update) {
   return *best;
 }
 
-void Judge::add_solutions(const Judged& told, const Scene& scene,
-                          const std::function<bool(const Place&)>& wanted) {
+std::size_t Judge::add_solutions(const Judged& told, const Scene& scene,
+                                 const std::function<bool(const Place&)>& wanted) {
+  const std::size_t first = rows_.size();
   expected_ = VectorField();
   for (Place& place : places_) {
     if (wanted(place)) {
@@ -156,6 +169,7 @@ void Judge::add_solutions(const Judged& told, const Scene& scene,
       expect([&] { return place.solver.solve(scene, progress_).displacement; });
     }
   }
+  return first;
 }
 
 void Judge::solve_on(Place& place, const Scene& scene, Judged& row) {
@@ -202,8 +216,8 @@ Judged& Judge::add_rival(const Rival& rival) {
   progress_.describe(fmt::format("{}: {}, {}", scene_.name, rival.name, rival.effort));
   ReferenceField field;
   if (rival.solved != nullptr) {
-    field = *rival.solved;
-    row.seconds.push_back(rival.seconds);
+    field = rival.solved->displacement;
+    row.seconds.push_back(rival.solved->seconds);
   }
   if (sample(row, [&] { field = rival.solve(); })) {
     judge(row, std::move(field));
@@ -223,8 +237,7 @@ bool Judge::sample(Judged& row, const std::function<void()>& solve, const std::f
       timed(seconds, solve);
       row.seconds.push_back(seconds);
     }
-  } catch (
-      const std::exception& error) { // DeviceError, InputError, or a fault of a method: a row, not an end
+  } catch (const std::exception& error) { // a fault of a method is a row, not an end
     row.seconds.clear();
     row.fail(JudgedStatus::failed, error.what());
     return false;
@@ -243,10 +256,12 @@ bool Judge::judge(Judged& row, ReferenceField field) const {
     row.fail(JudgedStatus::failed, "the field has values that are not finite");
     return false;
   }
-  if (const double largest = largest_component(rounded); largest > bound_) {
+  // The fixed point obeys the maximum principle; candidates may go a step beyond, no field of use goes twice
+  // as far.
+  if (const double largest = largest_component(rounded); largest > 2.0 * largest_ + 1.0) {
     row.fail(JudgedStatus::failed,
              fmt::format("diverged: up to {:.3g} px, where no known displacement is above {:.3g} px", largest,
-                         (bound_ - 1.0) / 2.0));
+                         largest_));
     return false;
   }
   return true;

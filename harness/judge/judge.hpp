@@ -1,9 +1,9 @@
 #pragma once
 
 #include "backends/backend.hpp"
-#include "harness/judge/accuracy/arithmetic.hpp"
-#include "harness/judge/accuracy/truths.hpp"
-#include "harness/judge/rivals.hpp"
+#include "harness/judge/arithmetic.hpp"
+#include "harness/judge/truths.hpp"
+#include "harness/scene/row_fields.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/progress.hpp"
@@ -45,6 +45,12 @@ struct Convergence {
   std::vector<double> rmsd_to_fixed_point; ///< pixels
 };
 
+/// What a method is told to do.
+struct Effort {
+  int iterations = 0; ///< what --iterations takes
+  int stride = 1;     ///< what --stride takes
+};
+
 /// One setting of one method or rival on one backend, against the truths.
 struct Judged {
   std::string method; ///< of harness/scene/method.hpp, a rival's name, or what a command calls it
@@ -52,11 +58,11 @@ struct Judged {
   std::string variant{};                ///< what differs from the scene's own schedule; empty: nothing
   std::string note{};                   ///< for people: what the variant shows, or how the run ended
   std::string effort{};                 ///< for people: "4 cycles", "tolerance 1e-04"
+  std::optional<Effort> told{};         ///< the effort of a method in `tradeoff`
   std::optional<EnergyModel> energy{};  ///< that it minimises; none: interpolation, registration
   std::optional<double> poisson_used{}; ///< of finite elements, and of the elastic energy in `tradeoff`
   std::string backend{};                ///< empty for rivals
   Device device{};
-  std::string command{}; ///< the line that repeats it
   JudgedStatus status = JudgedStatus::ok;
   std::string reason{};                           ///< why the status is not ok
   std::vector<double> seconds{};                  ///< raw samples of the whole solution; none without a field
@@ -68,13 +74,7 @@ struct Judged {
   std::optional<double> asked{};                  ///< the accuracy that was asked for, pixels
   std::optional<double> estimated{};              ///< the method's own estimate of reached(), pixels
   bool is_on_front = false; ///< median seconds against RMSD to FEM nu 0, over all rows of status ok
-  struct Split {
-    double poisson = 0.0;
-    Decomposition parts;
-  };
-  std::vector<Split> decompositions{};         ///< of the thesis's methods in `accuracy`, one a Poisson ratio
   std::optional<ArithmeticError> arithmetic{}; ///< of icm
-  std::optional<double> rmsd_to_double{}; ///< of icm: float32 against double over the whole schedule, pixels
   std::optional<Convergence> convergence{};
 
   /// Sets the status, and why it is not ok.
@@ -86,16 +86,31 @@ struct Judged {
 
 /// What a request is for: RMSD to finite elements with the Poisson ratio used, to the fixed point where none
 /// was; pixels.
-[[nodiscard]] inline double reached(const Judged& row) {
-  const Deviations& deviations = row.deviations;
-  return !row.poisson_used          ? deviations.to_fixed_point
-         : *row.poisson_used == 0.0 ? deviations.to_fem_no_poisson
-                                    : deviations.to_fem;
-}
+[[nodiscard]] double reached(const Judged& row);
 
 /// The row as it stands in a result file. Lengths and displacements are pixels; what does not apply is left
 /// out.
 [[nodiscard]] nlohmann::json to_json(const Scene& scene, const Judged& row);
+
+/// What else solves a scene. Names beside those of the methods.
+inline constexpr std::array<std::string_view, 6> rival_names{"fem",        "fem-cg",      "fem-amg",
+                                                             "fem-coarse", "fixed-point", "interpolation"};
+
+/// One setting of a rival.
+struct Rival {
+  std::string_view name;
+  std::string effort{}; ///< as Judged::effort
+  std::optional<EnergyModel> energy{};
+  std::optional<double> poisson{};
+  std::function<ReferenceField()> solve; ///< the whole solution, assembly included; throws InputError
+  const SolvedTruth* solved = nullptr;   ///< where it is one of the truths: its first sample
+};
+
+/// All settings of the rivals in the order of their names: finite elements factorised and by conjugate
+/// gradients, and by multigrid of others where the build has it, with Poisson ratio 0 and the scene's, coarse
+/// finite elements, the fixed point by factorisation, interpolation of the conditions. Both must outlive
+/// them. With `quick` one setting of each.
+[[nodiscard]] std::vector<Rival> rivals(const Scene& scene, const Truths& truths, bool quick);
 
 struct JudgeOptions {
   SessionOptions session{};
@@ -130,8 +145,9 @@ public:
 
   /// Solves `scene` on the backends that `wanted` chooses: a row each, which begins as `told`, and what fails
   /// is a row with the reason. The field is compared with the reference's, which is not timed where nobody
-  /// wants it.
-  void add_solutions(const Judged& told, const Scene& scene, const std::function<bool(const Place&)>& wanted);
+  /// wants it. Returns the index of the first of the new rows.
+  std::size_t add_solutions(const Judged& told, const Scene& scene,
+                            const std::function<bool(const Place&)>& wanted);
 
   /// A row of finite elements, interpolation, ...
   Judged& add_rival(const Rival& rival);
@@ -156,7 +172,7 @@ private:
   JudgeOptions options_;
   Progress& progress_;
   std::vector<Place> places_; ///< the reference first
-  double bound_ = 0.0;        ///< pixels; a component beyond has diverged
+  double largest_ = 0.0;      ///< of known displacements, pixels
   Truths truths_;
   VectorField expected_; ///< the reference's field for the present setting; empty: it has none
   std::string reason_without_expected_;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "harness/judge/diagnosis/warning.hpp"
+#include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/solve/planner.hpp"
 
 #include <cstdint>

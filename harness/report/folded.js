@@ -14,8 +14,6 @@ const ACCURACY = [
   { key: "mean_energy", title: "mean energy" },
   { key: "iterations", title: "iterations", format: count },
   SECONDS,
-  { key: "decompositions.0.model", title: "error of the model" },
-  { key: "decompositions.0.optimisation", title: "of the optimisation" },
   { key: "arithmetic.resynchronised.steps_differing", title: "steps unlike double's", format: count },
   { key: "arithmetic.resynchronised.beyond_bound", title: "beyond the bound", format: count },
   { key: "status", title: "status", format: verdict },

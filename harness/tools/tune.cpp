@@ -1,6 +1,6 @@
 #include "harness/tools/tune.hpp"
 
-#include "harness/judge/accuracy/deviation.hpp"
+#include "harness/judge/truths.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>

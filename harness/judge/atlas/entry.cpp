@@ -1,6 +1,6 @@
 #include "harness/judge/atlas/entry.hpp"
 
-#include "harness/judge/accuracy/deviation.hpp"
+#include "harness/judge/truths.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/fixed_point.hpp"
 

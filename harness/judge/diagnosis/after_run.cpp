@@ -1,6 +1,6 @@
-#include "harness/judge/diagnosis/checks.hpp"
+#include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
-#include "harness/judge/diagnosis/rest.hpp"
+#include "harness/judge/diagnosis/measures.hpp"
 #include "harness/scene/joined.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
@@ -12,16 +12,10 @@
 
 namespace hdmbench {
 
-namespace diagnosis {
-
 namespace {
 
 /// Distances to the fixed point from here on are worth a warning: a tenth of a pixel, the thesis's candidate.
 constexpr double visible = 0.1;
-
-const std::vector<float>& part(const VectorField& field, char name) {
-  return name == 'x' ? field.x : field.y;
-}
 
 /// The fixed point lies between the smallest and the largest target (every equation makes a component a mean
 /// of its neighbours), so whatever is beyond, and was not so at the start, is at least that far from it. A
@@ -31,30 +25,28 @@ void check_range(const Scene& scene, const VectorField& displacement, Warnings& 
                              ? std::max(visible, step_sizes(scene.full.steps).largest)
                              : visible;
   for (const Component& component : components(scene)) {
-    Range range = target_range(component);
+    Range range = component.known;
     for (std::size_t i = 0; i < component.target.size(); ++i) {
       range.include(component.start_of(i));
     }
     std::size_t beyond = 0;
     double farthest = 0.0;
     std::size_t worst = 0;
-    const auto& values = part(displacement, component.name);
+    const auto& values = displacement.*component.part;
     for (std::size_t i = 0; i < values.size(); ++i) {
       const double value = static_cast<double>(values[i]);
       const double way = std::max(range.least - value, value - range.most);
       beyond += way > allowed ? 1 : 0;
-      if (way > farthest) {
-        farthest = way;
-        worst = i;
-      }
+      worst = way > farthest ? i : worst;
+      farthest = std::max(farthest, way);
     }
     if (beyond > 0) {
       warnings.push_back(
           {"divergence",
-           fmt::format("{} sites lie outside {:.4g} ... {:.4g} px, which conditions and start allow "
-                       "in {}; the worst by {:.3g} px, at {}",
-                       beyond, range.least, range.most, component.name, farthest,
-                       place(scene.extent(), worst)),
+           fmt::format(
+               "{} sites lie outside {:.4g} ... {:.4g} px, which conditions and start allow in {}; the "
+               "worst by {:.3g} px, at {}",
+               beyond, range.least, range.most, component.name, farthest, place(scene.extent(), worst)),
            "--method icm; accelerated sweeps can grow where moduli differ much", beyond});
     }
   }
@@ -99,37 +91,61 @@ void check_met(const Scene& scene, const VectorField& displacement, Warnings& wa
     check(level.confidence.y[at], level.target.y[at], displacement.y[at], prior.gradient_y,
           prior.curvature_y);
   });
-  if (overruled.count > 0) {
-    warnings.push_back(
-        {"gives-way",
-         fmt::format(
-             "{} certain conditions are overruled by the tissue around them, which pulls harder than K = "
-             "{:.4g}; the farthest is {:.3g} px off, at {}",
-             overruled.count, static_cast<double>(scene.full.penalty), overruled.farthest,
-             place(extent, overruled.worst)),
-         "a larger --penalty; look for conditions that contradict each other", overruled.count});
-  }
-  if (not_arrived.count > 0) {
-    warnings.push_back(
-        {"not-met",
-         fmt::format("{} certain conditions have not been arrived at; the farthest is {:.3g} px off, "
-                     "at {}",
-                     not_arrived.count, not_arrived.farthest, place(extent, not_arrived.worst)),
-         "more --iterations, or --energy elastic, which starts from met conditions", not_arrived.count});
-  }
+  const auto warn = [&](const Missed& missed, const char* kind, const char* why, const char* advice) {
+    if (missed.count > 0) {
+      warnings.push_back({kind,
+                          fmt::format("{} certain conditions {}; the farthest is {:.3g} px off, at {}",
+                                      missed.count, why, missed.farthest, place(extent, missed.worst)),
+                          advice, missed.count});
+    }
+  };
+  warn(overruled, "gives-way", "are overruled by the tissue around them, which pulls harder than K",
+       "a larger --penalty; look for conditions that contradict each other");
+  warn(not_arrived, "not-met", "have not been arrived at",
+       "more --iterations, or --energy elastic, which starts from met conditions");
 }
 
 /// accumulated_distance, but no more than conditions are apart: no two fields between them are farther.
 double estimated_distance(const Scene& scene, const VectorField& missing) {
   double square = 0.0;
   for (const Component& component : components(scene)) {
-    square += std::pow(target_range(component).width(), 2.0);
+    square += std::pow(component.known.width(), 2.0);
   }
   const double estimate = accumulated_distance(scene, missing);
   return square > 0.0 ? std::min(estimate, std::sqrt(square)) : estimate;
 }
 
-} // namespace
+void check_folding(const VectorField& displacement, Warnings& warnings) {
+  // A tenth of the area left: from here on linear interpolation of what moved there is unreliable.
+  constexpr float nearly_folded = 0.1F;
+  const ScalarField ratios = least_area_ratios(displacement);
+  if (ratios.values.empty()) {
+    return;
+  }
+  const auto worst = std::ranges::min_element(ratios.values);
+  const std::string where = place(ratios.extent, static_cast<std::size_t>(worst - ratios.values.begin()));
+  const auto cells_where = [&](auto holds) {
+    return static_cast<std::size_t>(std::ranges::count_if(ratios.values, holds));
+  };
+  const std::size_t folded = cells_where([](float ratio) { return ratio <= 0.0F; });
+  const std::size_t near = cells_where([](float ratio) { return ratio < nearly_folded; }) - folded;
+  if (folded > 0) {
+    warnings.push_back(
+        {"fold-over",
+         fmt::format(
+             "the image is turned over in {} of {} cells between sites (det(I + grad d) <= 0), and {} "
+             "more keep less than a tenth of their area; worst {:.3g} at {}",
+             folded, ratios.values.size(), near, *worst, where),
+         "smaller displacements, or a wider way for them to fade out; the picture \"jacobian\" shows where",
+         folded});
+  } else if (near > 0) {
+    warnings.push_back(
+        {"near-fold",
+         fmt::format("{} of {} cells between sites keep less than a tenth of their area; least {:.3g} at {}",
+                     near, ratios.values.size(), *worst, where),
+         "look at the picture \"jacobian\" before you trust what moved there", near});
+  }
+}
 
 void check_rest(const Scene& scene, const Solution& solution, Warnings& warnings) {
   const RestState rest = measure_rest(scene, solution.displacement);
@@ -146,32 +162,28 @@ void check_rest(const Scene& scene, const Solution& solution, Warnings& warnings
   if (swaps) {
     warnings.push_back(
         {"oscillation",
-         fmt::format("{} of the {} sites that still move swap between two values for ever: neighbours "
-                     "move at the same time, past each other",
+         fmt::format("{} of the {} sites that still move swap between two values for ever, past "
+                     "neighbours that move at the same time",
                      rest.swapping, rest.moving),
          "--method coloured (neighbours in turn) or --method cascade", rest.swapping});
   } else if (stripes) {
     warnings.push_back(
         {"oscillation",
-         fmt::format("{:.0f} % of what is missing alternates from column to column (y: row to row), "
-                     "{:.2g} px RMS: simultaneous sweeps hardly damp such stripes",
-                     100.0 * std::min(1.0, rest.stripes_share), rest.stripes),
+         fmt::format(
+             "{:.0f} % of what is missing alternates from column to column (y: row to row), {:.2g} px "
+             "RMS: simultaneous sweeps hardly damp such stripes",
+             100.0 * std::min(1.0, rest.stripes_share), rest.stripes),
          "--method cascade, which moves neighbours in turn"});
   }
   const double distance = estimated_distance(scene, rest.missing);
   const std::string adds_up = fmt::format(
-      "sites are {:.2g} px (RMS) from their own minimum, which adds up to about {} px from the "
-      "fixed point",
-      rest.rms, distance < 10.0 ? fmt::format("{:.2g}", distance) : fmt::format("{:.0f}", distance));
-  if (many(rest.moving - rest.swapping) || (smallest == 0.0 && distance > visible)) {
-    warnings.push_back({"still-moving",
-                        smallest > 0.0
-                            ? fmt::format("{} of {} sites would move in the next sweep: the run ended "
-                                          "before the field came to rest; {}",
-                                          rest.moving - rest.swapping, sites, adds_up)
-                            : fmt::format("the sweeps ended early: {}", adds_up),
+      "sites are {:.2g} px (RMS) from their own minimum, about {:.2g} px from the fixed point in all",
+      rest.rms, distance);
+  const std::size_t left = rest.moving - rest.swapping;
+  if (many(left) || (smallest == 0.0 && distance > visible)) {
+    warnings.push_back({"still-moving", "the sweeps ended before the field came to rest: " + adds_up,
                         "more --iterations, --stop still with a high --iterations, or --energy elastic",
-                        smallest > 0.0 ? std::optional(rest.moving - rest.swapping) : std::nullopt});
+                        smallest > 0.0 ? std::optional(left) : std::nullopt});
   } else if (distance > visible) {
     warnings.push_back({"stalled",
                         fmt::format("at rest, but only to candidates of {:.3g} px: {}", smallest, adds_up),
@@ -180,33 +192,32 @@ void check_rest(const Scene& scene, const Solution& solution, Warnings& warnings
 }
 
 void check_elastic_rest(const Scene& scene, const Solution& solution, Warnings& warnings) {
-  if (scene.schedule.stride > 1) {
-    warnings.push_back({"no-estimate",
-                        fmt::format("what it costs to sample every {} pixel was not estimated",
-                                    ordinal(scene.schedule.stride)),
-                        "--accuracy in place of --stride, which chooses the stride and estimates"});
-  } else if (!solution.estimated_error && scene.schedule.method == elastic_conjugate_gradients &&
-             scene.schedule.iterations > 0) {
+  const Schedule& schedule = scene.schedule;
+  const std::string& method = schedule.method;
+  const std::optional<double>& estimate = solution.estimated_error;
+  const bool stalls = method == elastic_conjugate_gradients && schedule.iterations > 0;
+  if (schedule.stride > 1) {
     warnings.push_back(
         {"no-estimate",
-         "conjugate gradients ended where float32 had no further step, not where nothing was left "
-         "to be done",
-         "moduli, springs or targets that differ less, and are not near the limits of float32"});
-  } else if (!solution.estimated_error) {
+         fmt::format("what it costs to sample every {} pixel was not estimated", ordinal(schedule.stride)),
+         "--accuracy in place of --stride, which chooses the stride and estimates"});
+  } else if (!estimate) {
     warnings.push_back(
         {"no-estimate",
-         fmt::format("the method {} did not estimate how far its field is from finite elements",
-                     scene.schedule.method),
-         "--method conjugate-gradients with --iterations 2 or more"});
-  } else if (!(*solution.estimated_error <= visible)) {
-    warnings.push_back({"not-converged",
-                        fmt::format("the method {} estimates {:.2g} px to finite elements",
-                                    scene.schedule.method, *solution.estimated_error),
-                        "--method conjugate-gradients with more --iterations"});
+         stalls ? "conjugate gradients ended where float32 had no further step, not where nothing was left"
+                : fmt::format("the method {} did not estimate how far its field is from finite elements",
+                              method),
+         stalls ? "moduli, springs or targets that differ less, and are not near the limits of float32"
+                : "--method conjugate-gradients with --iterations 2 or more"});
+  } else if (!(*estimate <= visible)) {
+    warnings.push_back(
+        {"not-converged",
+         fmt::format("the method {} estimates {:.2g} px to finite elements", method, *estimate),
+         "--method conjugate-gradients with more --iterations"});
   }
 }
 
-} // namespace diagnosis
+} // namespace
 
 Warnings diagnose(const Scene& scene, const Solution& solution) {
   Warnings warnings;
@@ -223,14 +234,14 @@ Warnings diagnose(const Scene& scene, const Solution& solution) {
     if (const std::string absurd = why_absurd(scene, field); !absurd.empty()) {
       return {{"divergence", absurd, "--method full-multigrid; look for extreme moduli or targets"}};
     }
-    diagnosis::check_folding(field, warnings);
-    diagnosis::check_elastic_rest(scene, solution, warnings);
+    check_folding(field, warnings);
+    check_elastic_rest(scene, solution, warnings);
     return warnings;
   }
-  diagnosis::check_range(scene, field, warnings);
-  diagnosis::check_folding(field, warnings);
-  diagnosis::check_met(scene, field, warnings);
-  diagnosis::check_rest(scene, solution, warnings);
+  check_range(scene, field, warnings);
+  check_folding(field, warnings);
+  check_met(scene, field, warnings);
+  check_rest(scene, solution, warnings);
   return warnings;
 }
 

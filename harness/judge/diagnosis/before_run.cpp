@@ -1,75 +1,17 @@
-#include "harness/judge/diagnosis/checks.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
+#include "harness/judge/diagnosis/measures.hpp"
+#include "harness/scene/level_sequence.hpp"
+#include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
 
 namespace hdmbench {
-
-Warnings diagnose(const Scene& scene) {
-  Warnings warnings;
-  if (scene.energy == EnergyModel::elastic) { // the rest is about sweeps and levels of the thesis's energy
-    diagnosis::check_conflicts(scene, warnings);
-    diagnosis::check_elastic_cycles(scene, warnings);
-    return warnings;
-  }
-  diagnosis::check_conditions(scene, warnings);
-  diagnosis::check_pyramid(scene, warnings);
-  diagnosis::check_numbers(scene, warnings);
-  return warnings;
-}
-
-namespace diagnosis {
-
-std::array<Component, 2> components(const Scene& scene) {
-  const Level& full = scene.full;
-  const auto start = [&](std::vector<float> VectorField::*part) {
-    return scene.start ? std::span<const float>((*scene.start).*part) : std::span<const float>();
-  };
-  return {Component{'x', full.extent.width, full.target.x, full.confidence.x, start(&VectorField::x)},
-          Component{'y', full.extent.height, full.target.y, full.confidence.y, start(&VectorField::y)}};
-}
-
-void Range::include(double value) {
-  least = any ? std::min(least, value) : value;
-  most = any ? std::max(most, value) : value;
-  any = true;
-}
-
-Range target_range(const Component& component) {
-  Range range;
-  for (std::size_t i = 0; i < component.target.size(); ++i) {
-    if (component.confidence[i] > 0.0F) {
-      range.include(static_cast<double>(component.target[i]));
-    }
-  }
-  return range;
-}
-
-StepSizes step_sizes(const StepSet& steps) {
-  StepSizes sizes;
-  for (const float value : steps.values()) {
-    const double size = std::abs(static_cast<double>(value));
-    if (size > 0.0) {
-      sizes.smallest = sizes.smallest > 0.0 ? std::min(sizes.smallest, size) : size;
-      sizes.largest = std::max(sizes.largest, size);
-    }
-  }
-  return sizes;
-}
-
-double quantum(const Scene& scene) {
-  const bool has_candidates = scene.schedule.rule == Rule::steps || scene.schedule.rule == Rule::annealing;
-  return has_candidates ? step_sizes(scene.full.steps).smallest : 0.0;
-}
-
-std::string place(Extent extent, std::size_t site) {
-  const auto width = static_cast<std::size_t>(extent.width);
-  return fmt::format("x = {}, y = {}", site % width, site / width);
-}
 
 namespace {
 
@@ -79,9 +21,9 @@ void check_undetermined(const Scene& scene, const Component& component, Warnings
     warnings.push_back(
         {"undetermined",
          fmt::format(
-             "no condition fixes the {} displacement of {} connected site{} (from {} on): it stays near "
-             "what it starts with, and other starts give other results",
-             component.name, found.sites, found.sites == 1 ? "" : "s", place(scene.extent(), found.first)),
+             "no condition fixes the {} displacement of connected sites ({}, from {} on), which depends "
+             "on the start",
+             component.name, found.sites, place(scene.extent(), found.first)),
          fmt::format("give a [[condition]] with d{}, or accept the start as the answer", component.name),
          found.sites});
   }
@@ -92,26 +34,20 @@ void check_undetermined(const Scene& scene, const Component& component, Warnings
 /// slope of G px per site has three neighbours on one side only and so |g| = 3 * 4 * G = 12 G. G is at least
 /// the range of the targets over the width of the image.
 void check_weak_penalty(const Scene& scene, const Component& component, Warnings& warnings) {
-  const Range range = target_range(component);
-  if (component.thickness < 2 || range.width() <= 0.0) {
-    return;
-  }
-  const double slope = range.width() / (component.thickness - 1);
+  const double slope = component.known.width() / std::max(1, component.thickness - 1);
   const double needed = 2.0 * 12.0 * slope;
   const auto certain = static_cast<std::size_t>(std::ranges::count(component.confidence, 1.0F));
-  if (certain > 0 && static_cast<double>(scene.full.penalty) < needed) {
+  if (component.thickness > 1 && certain > 0 && static_cast<double>(scene.full.penalty) < needed) {
     warnings.push_back(
         {"weak-penalty",
-         fmt::format("K = {:.4g} cannot hold conditions {:.4g} px apart in {}: a mean slope of {:.3g} px per "
-                     "pixel pulls with {:.3g} where K offers {:.3g}, so certain conditions give way",
-                     static_cast<double>(scene.full.penalty), range.width(), component.name, slope, needed,
-                     static_cast<double>(scene.full.penalty)),
+         fmt::format(
+             "K = {:.4g} cannot hold conditions {:.4g} px apart in {}: a slope of {:.3g} px per pixel "
+             "pulls with {:.3g}, so certain conditions give way",
+             scene.full.penalty, component.known.width(), component.name, slope, needed),
          fmt::format("--penalty {:.0f} or more, if these conditions are to be met", std::ceil(10.0 * needed)),
          certain});
   }
 }
-
-} // namespace
 
 /// Along a component's own direction the site at t + 1 lands behind the one at t where the target falls by a
 /// pixel or more, and a hole wider than a pixel opens where it rises by more than one; across it, a step of
@@ -124,17 +60,15 @@ void check_conflicts(const Scene& scene, Warnings& warnings) {
   std::size_t worst = 0;
   for (const Component& component : components(scene)) {
     const auto compare = [&](std::size_t a, std::size_t b, bool along) {
-      if (!(component.confidence[a] > 0.0F && component.confidence[b] > 0.0F)) {
-        return;
-      }
       const double rise = static_cast<double>(component.target[b]) - static_cast<double>(component.target[a]);
       const bool fold = along && rise <= -1.0;
-      folds += fold ? 1 : 0;
-      tears += !fold && std::abs(rise) > 1.0 ? 1 : 0;
-      if ((fold || std::abs(rise) > 1.0) && std::abs(rise) > steepest) {
-        steepest = std::abs(rise);
-        worst = a;
+      if (!(component.confidence[a] > 0.0F && component.confidence[b] > 0.0F) ||
+          !(fold || std::abs(rise) > 1.0)) {
+        return;
       }
+      ++(fold ? folds : tears);
+      worst = std::abs(rise) > steepest ? a : worst;
+      steepest = std::max(steepest, std::abs(rise));
     };
     for_each_site(extent, [&](int x, int y) {
       const std::size_t at = extent.index(x, y);
@@ -149,24 +83,403 @@ void check_conflicts(const Scene& scene, Warnings& warnings) {
   if (folds + tears > 0) {
     warnings.push_back(
         {"conflict",
-         fmt::format("{} pairs of neighbouring conditions differ by more than the pixel between "
-                     "them: the image folds between {} and tears between {}; the largest "
-                     "difference is {:.3g} px, at {}",
+         fmt::format("{} pairs of neighbouring conditions differ by more than a pixel: the image "
+                     "folds between {} and tears between {}; the worst by {:.3g} px, at {}",
                      folds + tears, folds, tears, steepest, place(extent, worst)),
          "smooth the targets or lower their confidence; no field can follow them", folds + tears});
   }
 }
 
-void check_conditions(const Scene& scene, Warnings& warnings) {
-  for (const Component& component : components(scene)) {
-    check_undetermined(scene, component, warnings);
+/// Full resolution sites per site of a level, along the axis where they are most.
+double spacing_of(Extent full, Extent level) {
+  return std::max(static_cast<double>(full.width) / level.width,
+                  static_cast<double>(full.height) / level.height);
+}
+
+/// 1 where a component is observed, else 0.
+VectorField observed(const VectorField& confidence) {
+  VectorField mask(confidence.extent);
+  for (const auto part : {&VectorField::x, &VectorField::y}) {
+    std::ranges::transform(confidence.*part, (mask.*part).begin(),
+                           [](float value) { return value > 0.0F ? 1.0F : 0.0F; });
   }
-  check_conflicts(scene, warnings);
+  return mask;
+}
+
+/// What conditions can have reached: the first sweep gives an observed component its target, each further one
+/// carries it to the next site, and interpolation to the finer sites around. Whatever is left out has its
+/// start value to the last bit.
+void check_reach(const Scene& scene, Warnings& warnings) {
+  const Schedule& schedule = scene.schedule;
+  if (scene.full.update == Update::sequential) {
+    return; // in place a value crosses the image in one sweep
+  }
+  LevelSequence levels(scene);
+  VectorField informed; // > 0 where something has arrived
+  for (const int index : levels.order()) {
+    const Level& level = levels.sample(index);
+    const VectorField known = observed(level.confidence);
+    const VectorField before = index == levels.order().front()
+                                   ? VectorField(level.extent)
+                                   : prolongate(informed, level.extent, schedule.alignment);
+    const auto way = static_cast<float>(levels.iterations(index) * sweeps_per_iteration(level));
+    informed = VectorField(level.extent);
+    for (const auto part : {&VectorField::x, &VectorField::y}) {
+      std::ranges::transform(distance_to_nearest(level.extent, known.*part),
+                             distance_to_nearest(level.extent, before.*part), (informed.*part).begin(),
+                             [&](float to_known, float to_present) {
+                               return to_known + 1.0F <= way || to_present <= way ? 1.0F : 0.0F;
+                             });
+    }
+  }
   for (const Component& component : components(scene)) {
-    check_weak_penalty(scene, component, warnings);
+    const auto missed = static_cast<std::size_t>(std::ranges::count(informed.*component.part, 0.0F));
+    if (component.known.any && missed > 0) { // else undetermined
+      const float farthest = std::ranges::max(distance_to_nearest(scene.extent(), component.confidence));
+      warnings.push_back(
+          {"out-of-reach",
+           fmt::format(
+               "no condition can reach {} of {} sites in {}, up to {} px away: a sweep carries a value "
+               "one site on, and there are {} iterations on each of {} levels",
+               missed, scene.extent().sites(), component.name, farthest, schedule.iterations,
+               levels.order().size()),
+           schedule.start_level ? "a larger --start-level or none, more --iterations, or --energy elastic"
+                                : "more --iterations, or --energy elastic",
+           missed});
+    }
   }
 }
 
-} // namespace diagnosis
+/// A sweep moves a component by the largest candidate at most, and interpolation invents no displacement.
+void check_steps(const Scene& scene, Warnings& warnings) {
+  if (scene.schedule.rule != Rule::steps) {
+    return;
+  }
+  const LevelSequence levels(scene);
+  double iterations = 0.0;
+  for (const int index : levels.order()) {
+    iterations += levels.iterations(index);
+  }
+  const double largest = step_sizes(scene.full.steps).largest;
+  const double way = iterations * largest;
+  for (const Component& component : components(scene)) {
+    std::size_t beyond = 0;
+    double farthest = 0.0;
+    for (std::size_t i = 0; i < component.target.size(); ++i) {
+      const double gap = std::abs(static_cast<double>(component.target[i]) - component.start_of(i));
+      if (component.confidence[i] > 0.0F && gap > way) {
+        ++beyond;
+        farthest = std::max(farthest, gap);
+      }
+    }
+    if (beyond > 0) {
+      warnings.push_back(
+          {"too-few-steps",
+           fmt::format("{} conditions in {} lie up to {:.4g} px from the start, but {:.0f} iterations of at "
+                       "most {:.3g} px move a site by {:.4g} px",
+                       beyond, component.name, farthest, iterations, largest, way),
+           "more --iterations, larger candidates (--steps 0,-10,10,-1,1,-0.1,0.1), or --method cascade",
+           beyond});
+    }
+  }
+}
+
+/// The finest computed level whose sites are at least two pixels apart, -1: none. What it lacks exists on the
+/// full resolution only, or on a level that is hardly coarser.
+int finest_coarse_level(const LevelSequence& levels, Extent full) {
+  int finest = -1;
+  for (const int index : levels.order()) {
+    finest = spacing_of(full, levels.extent(index)) >= 2.0 ? index : finest;
+  }
+  return finest;
+}
+
+/// A coarse level has an observed component where one of the four of its sites around it is observed, and
+/// stands for it where that is so within two of its sites.
+void check_lost_conditions(const Scene& scene, Warnings& warnings) {
+  LevelSequence levels(scene);
+  const int coarse = finest_coarse_level(levels, scene.extent());
+  if (coarse < 0) {
+    return;
+  }
+  const Extent extent = levels.extent(coarse);
+  const double near = 2.0 * spacing_of(scene.extent(), extent);
+  const VectorField known = observed(scene.full.confidence);
+  VectorField present =
+      prolongate(observed(levels.sample(coarse).confidence), scene.extent(), scene.schedule.alignment);
+  for (const Component& component : components(scene)) {
+    std::vector<float>& there = present.*component.part;
+    std::ranges::transform(there, known.*component.part, there.begin(), std::multiplies());
+    const std::vector<float> to_present = distance_to_nearest(scene.extent(), there);
+    std::size_t lost = 0;
+    for (std::size_t i = 0; i < to_present.size(); ++i) {
+      lost += component.confidence[i] > 0.0F && static_cast<double>(to_present[i]) > near ? 1 : 0;
+    }
+    if (lost > 0) {
+      warnings.push_back(
+          {"lost-condition",
+           fmt::format("{} conditions in {} are not near by on the {} x {} level: they reach the field only "
+                       "through the finest levels, one site a sweep",
+                       lost, component.name, extent.width, extent.height),
+           scene.schedule.alignment == Alignment::center
+               ? "--alignment corner keeps conditions on the image border; or --energy elastic"
+               : "give landmarks an area of a few pixels, or --energy elastic",
+           lost});
+    }
+  }
+}
+
+/// Sites of one modulus that are connected.
+struct Region {
+  int left = 0, right = 0, top = 0, bottom = 0; ///< the sites at its ends
+  std::size_t sites = 0;
+
+  [[nodiscard]] int longest_side() const { return std::max(right - left, bottom - top) + 1; }
+};
+
+struct Regions {
+  std::vector<Region> all;
+  std::vector<int> of_site; ///< index into `all`
+};
+
+/// Sites of one value that touch at their sides belong together.
+Regions find_regions(const ScalarField& field) {
+  const Extent extent = field.extent;
+  Regions regions{.all = {}, .of_site = std::vector<int>(extent.sites(), -1)};
+  struct Position {
+    int x, y;
+  };
+  std::vector<Position> waiting;
+  for_each_site(extent, [&](int x0, int y0) {
+    if (regions.of_site[extent.index(x0, y0)] >= 0) {
+      return;
+    }
+    const float value = field.values[extent.index(x0, y0)];
+    Region region{.left = x0, .right = x0, .top = y0, .bottom = y0};
+    const auto visit = [&](int x, int y) {
+      const bool is_inside = x >= 0 && y >= 0 && x < extent.width && y < extent.height;
+      if (is_inside && regions.of_site[extent.index(x, y)] < 0 && field.values[extent.index(x, y)] == value) {
+        regions.of_site[extent.index(x, y)] = static_cast<int>(regions.all.size());
+        waiting.push_back({x, y});
+      }
+    };
+    visit(x0, y0);
+    while (!waiting.empty()) {
+      const auto [x, y] = waiting.back();
+      waiting.pop_back();
+      region = {.left = std::min(region.left, x),
+                .right = std::max(region.right, x),
+                .top = std::min(region.top, y),
+                .bottom = std::max(region.bottom, y),
+                .sites = region.sites + 1};
+      visit(x - 1, y);
+      visit(x + 1, y);
+      visit(x, y - 1);
+      visit(x, y + 1);
+    }
+    regions.all.push_back(region);
+  });
+  return regions;
+}
+
+/// A region at least two sites of a level long shapes the field that the level computes; nearest neighbour
+/// sampling may still step over it where it is thin.
+void check_lost_tissue(const Scene& scene, Warnings& warnings) {
+  const LevelSequence levels(scene);
+  if (scene.schedule.mean_modulus || finest_coarse_level(levels, scene.extent()) < 0) {
+    return;
+  }
+  const Extent full = scene.extent();
+  const Regions regions = find_regions(scene.full.modulus);
+  std::vector<bool> lost(regions.all.size(), false);
+  Extent finest;
+  for (const int index : levels.order()) {
+    const Extent extent = levels.extent(index);
+    const double spacing = spacing_of(full, extent);
+    if (spacing < 2.0) {
+      continue;
+    }
+    std::vector<bool> sampled(regions.all.size(), false);
+    for_each_site(extent, [&](int x, int y) {
+      const int fine_x = sampled_index(x, extent.width, full.width, scene.schedule.alignment);
+      const int fine_y = sampled_index(y, extent.height, full.height, scene.schedule.alignment);
+      sampled[static_cast<std::size_t>(regions.of_site[full.index(fine_x, fine_y)])] = true;
+    });
+    for (std::size_t i = 0; i < lost.size(); ++i) {
+      if (!sampled[i] && regions.all[i].longest_side() >= 2.0 * spacing) {
+        lost[i] = true;
+        finest = extent;
+      }
+    }
+  }
+  std::size_t sites = 0;
+  for (std::size_t i = 0; i < lost.size(); ++i) {
+    sites += lost[i] ? regions.all[i].sites : 0;
+  }
+  if (sites > 0) {
+    warnings.push_back(
+        {"lost-tissue",
+         fmt::format("{} of {} regions of one modulus ({} sites) are stepped over by a level "
+                     "whose sites they are at least two of long; the finest is {} x {}",
+                     std::ranges::count(lost, true), lost.size(), sites, finest.width, finest.height),
+         "--method cascade: its coarse levels take the mean of the moduli they stand for", sites});
+  }
+}
+
+/// Near rest a component is about a smallest candidate e from its target, and |gap - e| is rounded by up to
+/// u e with u = 2^-24, |gap| as well: K times 2 u e stands against the prior's A e^2, A = 24 in one material.
+/// So above K = A e / 2u rounding decides which candidate is best.
+void check_swamping_penalty(const Scene& scene, Warnings& warnings) {
+  const double smallest = quantum(scene);
+  const double most = 24.0 * smallest * 0x1p23;
+  const bool any = std::ranges::any_of(components(scene), [](const Component& c) { return c.known.any; });
+  if (any && smallest > 0.0 && static_cast<double>(scene.full.penalty) > most) {
+    warnings.push_back({"swamping-penalty",
+                        fmt::format("K = {:.3g}, above {:.2g}, is so large that its rounding in float32 "
+                                    "outweighs the prior at steps of {:.3g} px: chance decides",
+                                    scene.full.penalty, most, smallest),
+                        "--penalty 1000 holds conditions as well"});
+  }
+}
+
+/// A value of size D is stored to ulp(D) / 2. A site's own minimum is a mean of its neighbours (the weights
+/// (1 + r) r + (1 + k) sum to A, so the contrast r drops out): it and the site are each off by ulp(D) / 2,
+/// together ulp(D). From half the smallest candidate on that decides where a site rests, and the field is no
+/// longer the same wherever it is shifted to.
+void check_offset(const Scene& scene, Warnings& warnings) {
+  constexpr double usual_resolution = 0.01; // pixels, where the rule has no candidates of its own
+  const double resolution = quantum(scene) > 0.0 ? quantum(scene) : usual_resolution;
+  Range range;
+  for (const Component& component : components(scene)) {
+    for (std::size_t i = 0; i < component.target.size(); ++i) {
+      range.include(component.start_of(i));
+    }
+    if (component.known.any) {
+      range.include(component.known.least);
+      range.include(component.known.most);
+    }
+  }
+  const auto largest = static_cast<float>(std::max(std::abs(range.least), std::abs(range.most)));
+  const float spacing = std::nextafter(largest, std::numeric_limits<float>::infinity()) - largest;
+  if (static_cast<double>(spacing) >= 0.5 * resolution) {
+    warnings.push_back(
+        {"offset",
+         fmt::format("displacements of up to {:.4g} px are stored in steps of {:.2g} px (float32), where "
+                     "{:.3g} px are wanted",
+                     largest, spacing, resolution),
+         fmt::format(
+             "subtract the mean displacement ({:.4g} px) from targets and start, and add it to the result",
+             0.5 * (range.least + range.most))});
+  }
+}
+
+/// Largest modulus of a site over that of a neighbour.
+struct Contrast {
+  double ratio = 1.0;
+  std::size_t site = 0; ///< the stiffer one
+
+  [[nodiscard]] std::string text(Extent extent) const {
+    return fmt::format("tissue is {:.4g} times stiffer than its neighbour at {}", ratio, place(extent, site));
+  }
+};
+
+Contrast largest_contrast(const Level& level) {
+  Contrast found;
+  const Extent extent = level.extent;
+  const auto& modulus = level.modulus.values;
+  for_each_site(extent, [&](int x, int y) {
+    const std::size_t at = extent.index(x, y);
+    for (const auto& [dx, dy] : {std::pair(1, 0), {0, 1}, {1, 1}, {-1, 1}}) {
+      if (x + dx < 0 || x + dx >= extent.width || y + dy >= extent.height) {
+        continue;
+      }
+      const std::size_t other = extent.index(x + dx, y + dy);
+      const auto [soft, stiff] = std::minmax(modulus[at], modulus[other]);
+      const double ratio = static_cast<double>(stiff) / static_cast<double>(soft);
+      if (ratio > found.ratio) {
+        found = {.ratio = ratio, .site = modulus[at] < modulus[other] ? other : at};
+      }
+    }
+  });
+  return found;
+}
+
+/// On a straight boundary each triple of a stiff site has a softer neighbour u on one side, r = m_t / m_u,
+/// and its own material on the other: u pulls with the weight w = (1 + r) + 2 out of A = (1 + r)^2 + 4. The
+/// site moves by e only where its minimum is more than e / 2 away, so where the soft side is e A / 2w ahead;
+/// no two sites can be farther apart than the targets. Below w / A = 2^-24 float32 does not feel the softer
+/// side at all; where 6 (1 + r)^2 e^2 leaves its range every energy is infinite.
+void check_contrast(const Scene& scene, Warnings& warnings) {
+  const Contrast contrast = largest_contrast(scene.full);
+  const double r = contrast.ratio;
+  const double lag = ((1.0 + r) * (1.0 + r) + 4.0) / (3.0 + r);
+  const std::string where = contrast.text(scene.extent());
+  const StepSizes steps = step_sizes(scene.full.steps);
+  const double largest_energy = 6.0 * std::pow((1.0 + r) * std::max(1.0, steps.largest), 2.0);
+  const bool overflows = largest_energy > double{std::numeric_limits<float>::max()};
+  if (overflows || lag > 0x1p24) {
+    warnings.push_back(
+        {"contrast",
+         where + (overflows ? ": the square of that is beyond float32"
+                            : ": in float32 the stiffer side does not feel the softer one"),
+         "give void and rigid parts as conditions, or limit the moduli: a ratio of 1000 is rigid"});
+    return;
+  }
+  double range = 0.0;
+  for (const Component& component : components(scene)) {
+    range = std::max(range, component.known.width());
+  }
+  const double ahead = 0.5 * steps.smallest * lag;
+  if (scene.schedule.rule == Rule::steps && range > 0.0 && ahead > range) {
+    warnings.push_back({"stiff-boundary",
+                        fmt::format("{}: no candidate moves a straight boundary before the softer side is "
+                                    "{:.3g} px ahead, and conditions are {:.3g} px apart",
+                                    where, ahead, range),
+                        "--method cascade, which has no smallest step, or limit the moduli"});
+  }
+}
+
+void check_rest_candidate(const Scene& scene, Warnings& warnings) {
+  if (scene.schedule.rule == Rule::steps && std::ranges::count(scene.full.steps.values(), 0.0F) == 0) {
+    warnings.push_back({"never-rests",
+                        fmt::format("0 is none of the candidates {}: every site moves in every sweep",
+                                    scene.full.steps.text()),
+                        "--steps default, which has 0 as its first candidate"});
+  }
+}
+
+/// Layers two pixels thin: from a ratio of 10,000 on, cycles leave pixels while they move nothing any more.
+void check_elastic_cycles(const Scene& scene, Warnings& warnings) {
+  constexpr double most = 100.0;
+  const Contrast contrast = largest_contrast(scene.full);
+  if (contrast.ratio > most && scene.schedule.method == elastic_full_multigrid) {
+    warnings.push_back({"stalling-cycles",
+                        fmt::format("{}: from {:.0f} on cycles by themselves can stall far from the end, and "
+                                    "estimate too small a distance",
+                                    contrast.text(scene.extent()), most),
+                        "--method conjugate-gradients, or --accuracy"});
+  }
+}
+
+} // namespace
+
+Warnings diagnose(const Scene& scene) {
+  Warnings warnings;
+  if (scene.energy == EnergyModel::elastic) { // the rest is about sweeps and levels of the thesis's energy
+    check_conflicts(scene, warnings);
+    check_elastic_cycles(scene, warnings);
+    return warnings;
+  }
+  for (const Component& component : components(scene)) {
+    check_undetermined(scene, component, warnings);
+    check_weak_penalty(scene, component, warnings);
+  }
+  for (const auto check :
+       {check_conflicts, check_reach, check_steps, check_lost_conditions, check_lost_tissue,
+        check_swamping_penalty, check_offset, check_contrast, check_rest_candidate}) {
+    check(scene, warnings);
+  }
+  return warnings;
+}
 
 } // namespace hdmbench

@@ -1,9 +1,6 @@
 #include "harness/judge/diagnosis/deformation.hpp"
 
-#include "harness/judge/diagnosis/checks.hpp"
 #include "harness/scene/sites.hpp"
-
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -132,42 +129,5 @@ Strains strains_of(const VectorField& displacement, const ScalarField& modulus, 
   });
   return result;
 }
-
-namespace diagnosis {
-
-void check_folding(const VectorField& displacement, Warnings& warnings) {
-  // A tenth of the area left: from here on linear interpolation of what moved there is unreliable.
-  constexpr float nearly_folded = 0.1F;
-  const ScalarField ratios = least_area_ratios(displacement);
-  if (ratios.values.empty()) {
-    return;
-  }
-  const auto worst = std::ranges::min_element(ratios.values);
-  const std::string where = place(ratios.extent, static_cast<std::size_t>(worst - ratios.values.begin()));
-  const auto folded = static_cast<std::size_t>(
-      std::ranges::count_if(ratios.values, [](float ratio) { return ratio <= 0.0F; }));
-  const auto near = static_cast<std::size_t>(std::ranges::count_if(
-                        ratios.values, [](float ratio) { return ratio < nearly_folded; })) -
-                    folded;
-  if (folded > 0) {
-    warnings.push_back(
-        {"fold-over",
-         fmt::format(
-             "the image is turned over in {} of {} cells between sites (det(I + grad d) <= 0), and {} more "
-             "keep less than a tenth of their area; worst {:.3g} at {}",
-             folded, ratios.values.size(), near, *worst, where),
-         "smaller displacements, or a wider way for them to fade out; the picture \"jacobian\" shows where",
-         folded});
-  } else if (near > 0) {
-    warnings.push_back(
-        {"near-fold",
-         fmt::format("{} of {} cells between sites keep less than a tenth of their area; least "
-                     "{:.3g} at {}",
-                     near, ratios.values.size(), *worst, where),
-         "look at the picture \"jacobian\" before you trust what moved there", near});
-  }
-}
-
-} // namespace diagnosis
 
 } // namespace hdmbench

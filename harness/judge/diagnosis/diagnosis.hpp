@@ -1,11 +1,33 @@
 #pragma once
 
 #include "harness/applications/picture.hpp"
-#include "harness/judge/diagnosis/warning.hpp"
+#include "harness/scene/row_fields.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/solve/solve.hpp"
 
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
 namespace hdmbench {
+
+/// One reason not to trust a result, found before or after the run.
+struct Warning {
+  std::string kind;                   ///< a word that stays the same: "fold-over"
+  std::string message;                ///< what is seen, with its numbers
+  std::string advice;                 ///< what to do about it, by options of this program where there are any
+  std::optional<std::size_t> sites{}; ///< how many sites (fold-over: cells between sites) show it
+};
+
+using Warnings = std::vector<Warning>;
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Warning, kind, message, advice, sites)
+
+/// A block for people, lines of at most 110 characters that end in a newline; one line where nothing was
+/// found.
+[[nodiscard]] std::string warnings_text(std::span<const Warning> warnings);
 
 /// What can be said before the run, from the scene and its schedule alone: the work of a few sweeps.
 ///
@@ -34,7 +56,8 @@ namespace hdmbench {
 ///   oscillation        sites that swap between two values, or a pattern of stripes that sweeps do not damp
 ///   still-moving       the sweeps ended before the field came to rest
 ///   stalled            at rest on the smallest candidate, with what that may cost
-///   no-estimate        a method that should estimate its own error did not
+///   no-estimate        elastic: the method did not estimate its own error
+///   not-converged      elastic: it did, and the error can be seen
 [[nodiscard]] Warnings diagnose(const Scene& scene, const Solution& solution);
 
 inline constexpr std::string_view no_likeness = "no-likeness";

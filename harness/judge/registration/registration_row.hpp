@@ -2,7 +2,7 @@
 
 #include "harness/applications/iterated_registration.hpp"
 #include "harness/applications/picture.hpp"
-#include "harness/judge/diagnosis/warning.hpp"
+#include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/registration/ways.hpp"
 
 #include <array>

@@ -1,6 +1,6 @@
-#include "harness/judge/tradeoff/tradeoff.hpp"
+#include "harness/judge/tradeoff.hpp"
 
-#include "harness/judge/tradeoff/comparison.hpp"
+#include "harness/measure/median.hpp"
 #include "harness/scene/joined.hpp"
 #include "harness/solve/methods/sampled_image.hpp"
 #include "harness/solve/planner.hpp"
@@ -11,7 +11,10 @@
 
 #include <algorithm>
 #include <array>
-#include <iterator>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <tuple>
 
 namespace hdmbench {
 
@@ -36,13 +39,6 @@ constexpr std::array known{Efforts{"icm", {5, 20, 20, 200}},
                            Efforts{elastic_conjugate_gradients, {1, 2, 4, 8}},
                            Efforts{elastic_sweeps, {10, 50, 50, 200}}};
 
-/// Coarser ones show too little to be a choice.
-bool is_shown(Extent image, int stride) {
-  constexpr int fewest_sites = 16;
-  const Extent sampled = sampled_extent(image, stride);
-  return std::min(sampled.width, sampled.height) > fewest_sites;
-}
-
 class Measurement {
 public:
   Measurement(const Scene& scene, std::span<const Backend* const> backends, const TradeoffOptions& options,
@@ -57,18 +53,19 @@ public:
         measure_method(method, std::nullopt);
       }
     }
+    // The elastic energy as finite elements, against which it stands.
+    const std::set<double> poisson_ratios{0.0, scene_.poisson};
     for (const Method& method : elastic_methods()) {
-      for (const double poisson : is_wanted(method.name) ? poisson_ratios() : std::vector<double>{}) {
+      for (const double poisson : is_wanted(method.name) ? poisson_ratios : std::set<double>{}) {
         measure_method(method, poisson);
       }
     }
-    for (const double poisson : is_wanted(requested_name) ? poisson_ratios() : std::vector<double>{}) {
+    for (const double poisson : is_wanted(requested_name) ? poisson_ratios : std::set<double>{}) {
       measure_requests(poisson);
     }
     for (const Rival& rival : rivals(scene_, judge_.truths(), options_.quick)) {
       if (is_wanted(rival.name)) {
-        Judged& row = judge_.add_rival(rival);
-        row.command = options_.command ? options_.command(rival.name, std::nullopt, "") : "";
+        judge_.add_rival(rival);
       }
     }
     mark_front(judge_.rows());
@@ -78,11 +75,6 @@ public:
 private:
   [[nodiscard]] bool is_wanted(std::string_view name) const {
     return options_.methods.empty() || std::ranges::find(options_.methods, name) != options_.methods.end();
-  }
-
-  /// Of the elastic energy: as finite elements, against which it stands.
-  [[nodiscard]] std::vector<double> poisson_ratios() const {
-    return scene_.poisson == 0.0 ? std::vector{0.0} : std::vector{0.0, scene_.poisson};
   }
 
   /// `poisson`: of the elastic energy, in place of the scene's.
@@ -96,15 +88,12 @@ private:
       scene.schedule.stride = effort.stride;
       scene.poisson = poisson.value_or(scene.poisson);
       const Judge::Place& main = judge_.main_place(scene.full.update);
-      const std::size_t first = judge_.rows().size();
       judge_.add_solutions(
           {.method = std::string(method.name),
            .effort = effort_text(method, effort),
+           .told = effort,
            .poisson_used = poisson},
           scene, [&](const Judge::Place& place) { return &place == &main || (is_usual && !options_.quick); });
-      for (Judged& row : std::span(judge_.rows()).subspan(first)) {
-        row.command = options_.command ? options_.command(method.name, effort, row.backend) : "";
-      }
     }
   }
 
@@ -124,7 +113,6 @@ private:
                                                       .backend = std::string(place.backend->name()),
                                                       .device = place.device,
                                                       .asked = asked});
-      row.command = options_.request_command ? options_.request_command(asked, row.backend) : "";
       progress_.describe(fmt::format("{}: {}", scene.name, row.effort));
       const auto plan_on = [&](const Judge::Place& where) {
         Progress silent(false);
@@ -167,6 +155,30 @@ void require_known(const std::vector<std::string>& names) {
   }
 }
 
+bool is_result(const Judged& row) {
+  return row.status == JudgedStatus::ok && !row.seconds.empty();
+}
+
+template <typename Condition>
+const Judged* fastest(std::span<const Judged> rows, double target, Condition condition) {
+  const Judged* best = nullptr;
+  for (const Judged& row : rows) {
+    if (is_result(row) && condition(row) && row.deviations.to_fem_no_poisson <= target &&
+        (best == nullptr || median(row.seconds) < median(best->seconds))) {
+      best = &row;
+    }
+  }
+  return best;
+}
+
+nlohmann::json setting(const Judged& row) {
+  return {{"method", row.method},
+          {"effort", row.effort},
+          {"backend", row.backend},
+          {"seconds_median", median(row.seconds)},
+          {"rmsd_to_fem_nu0", row.deviations.to_fem_no_poisson}};
+}
+
 } // namespace
 
 int usual_effort(const Method& method, int own_iterations) {
@@ -181,40 +193,35 @@ std::string effort_text(const Method& method, Effort effort) {
   if (effort.stride > 1) {
     return fmt::format("{} cycles on every {} pixel", effort.iterations, ordinal(effort.stride));
   }
-  std::string text = fmt::format("{} {}", effort.iterations, method.effort);
+  std::string what(method.effort); // its first word is a plural
   if (effort.iterations == 1) {
-    for (const std::string_view plural : {"iterations", "cycles", "steps"}) {
-      const std::size_t at = text.find(plural);
-      if (at != std::string::npos) {
-        text.erase(at + plural.size() - 1, 1);
-      }
-    }
+    what.erase(std::min(what.find(' '), what.size()) - 1, 1);
   }
-  return text;
+  return fmt::format("{} {}", effort.iterations, what);
 }
 
 std::vector<Effort> efforts(const Method& method, int own_iterations, Extent image, bool quick) {
+  constexpr int fewest_sites = 16; // coarser images show too little to be a choice
   const int usual = usual_effort(method, own_iterations);
   const auto found = std::ranges::find(known, method.name, &Efforts::method);
-  std::vector<int> counts;
+  std::set<int> counts;
   if (found != known.end()) {
-    counts.assign(found->counts.begin(), found->counts.end());
+    counts.insert(found->counts.begin(), found->counts.begin() + (quick ? 2 : 4));
   }
-  if (quick && !counts.empty()) {
-    counts.resize(2);
-  } else {
-    counts.push_back(usual);
+  if (!quick || counts.empty()) {
+    counts.insert(usual);
   }
-  std::ranges::sort(counts);
-  counts.erase(std::unique(counts.begin(), counts.end()), counts.end());
   std::vector<Effort> result;
-  if (method.name == elastic_full_multigrid && !quick) {
-    for (int stride = 4; is_shown(image, stride); stride *= 2) {
-      result.insert(result.begin(), {.iterations = usual, .stride = stride});
+  for (int stride = 4; method.name == elastic_full_multigrid && !quick; stride *= 2) {
+    const Extent sampled = sampled_extent(image, stride);
+    if (std::min(sampled.width, sampled.height) <= fewest_sites) {
+      break;
     }
+    result.insert(result.begin(), {.iterations = usual, .stride = stride});
   }
-  std::ranges::transform(counts, std::back_inserter(result),
-                         [](int iterations) { return Effort{.iterations = iterations}; });
+  for (const int count : counts) {
+    result.push_back({.iterations = count});
+  }
   return result;
 }
 
@@ -222,6 +229,77 @@ std::vector<Judged> measure_tradeoff(const Scene& scene, std::span<const Backend
                                      const TradeoffOptions& options, Progress& progress) {
   require_known(options.methods);
   return Measurement(scene, backends, options, progress).run();
+}
+
+std::vector<std::size_t> pareto_front(std::span<const CostAndError> points) {
+  const auto is_number = [](double value) { return std::isfinite(value) && value >= 0.0; };
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (is_number(points[i].cost) && is_number(points[i].error)) {
+      order.push_back(i);
+    }
+  }
+  std::ranges::sort(order, {}, [&](std::size_t i) { return std::tuple(points[i].cost, points[i].error, i); });
+  double best = std::numeric_limits<double>::infinity();
+  std::erase_if(order, [&](std::size_t i) {
+    const bool is_beaten = points[i].error >= best;
+    best = std::min(best, points[i].error);
+    return is_beaten;
+  });
+  return order;
+}
+
+void mark_front(std::vector<Judged>& rows) {
+  std::vector<CostAndError> costs;
+  for (Judged& row : rows) {
+    row.is_on_front = false;
+    costs.push_back({is_result(row) ? median(row.seconds) : NAN, row.deviations.to_fem_no_poisson});
+  }
+  for (const std::size_t i : pareto_front(costs)) {
+    rows[i].is_on_front = true;
+  }
+}
+
+EqualAccuracy compare_at(std::span<const Judged> rows, double target) {
+  const auto is_ours = [](const Judged& row) { return !row.is_rival; };
+  EqualAccuracy result{.target = target,
+                       .ours = fastest(rows, target, is_ours),
+                       .nearest = std::numeric_limits<double>::infinity()};
+  for (const Judged& row : rows) {
+    if (is_result(row) && is_ours(row)) {
+      result.nearest = std::min(result.nearest, row.deviations.to_fem_no_poisson);
+    }
+  }
+  for (EqualAccuracy::Rival& rival : result.rivals) {
+    const Judged* const row = fastest(rows, target, [&](const Judged& other) {
+      return other.method == rival.method && other.poisson_used == 0.0;
+    });
+    if (result.ours != nullptr && row != nullptr) {
+      rival.row = row;
+      rival.ratio = median(row->seconds) / median(result.ours->seconds);
+    }
+  }
+  return result;
+}
+
+nlohmann::json to_json(const Scene& scene, const EqualAccuracy& equal) {
+  using nlohmann::json;
+  json row{{"kind", "equal accuracy"},
+           {"scene", scene.name},
+           {"title", scene.title},
+           {"width", scene.extent().width},
+           {"height", scene.extent().height},
+           {"poisson", scene.poisson},
+           {"target", equal.target},
+           {"nearest", std::isfinite(equal.nearest) ? json(equal.nearest) : json()},
+           {"ours", equal.ours != nullptr ? setting(*equal.ours) : json()}};
+  for (const EqualAccuracy::Rival& rival : equal.rivals) {
+    row[rival.key] = rival.row != nullptr ? setting(*rival.row) : json();
+    if (rival.row != nullptr) {
+      row[rival.key]["ratio"] = rival.ratio;
+    }
+  }
+  return row;
 }
 
 } // namespace hdmbench

@@ -1,6 +1,6 @@
-#include "harness/judge/continuum/continuum.hpp"
+#include "harness/judge/continuum.hpp"
 
-#include "harness/judge/accuracy/deviation.hpp"
+#include "harness/judge/truths.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "reference/circular_inclusion.hpp"
@@ -69,8 +69,7 @@ std::vector<ContinuumRow> measure_continuum(double contrast, std::span<const int
                                                     .stretch = stretch / (side - 1)})
                                      .on_pixels(side);
     Scene scene = scene_of(exact);
-    const ReferenceField fem =
-        solve_finite_elements(elastic_problem(scene.full), ElementRule::plane_stress(poisson));
+    const ReferenceField fem = find_finite_elements(scene.full, poisson);
     use_method(scene, usual_method(EnergyModel::elastic));
     const ReferenceField ours(solver.solve(scene, silent).displacement);
     ContinuumRow row{.width = side,

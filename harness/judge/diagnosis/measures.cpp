@@ -1,15 +1,84 @@
-#include "harness/judge/diagnosis/rest.hpp"
+#include "harness/judge/diagnosis/measures.hpp"
 
-#include "harness/judge/diagnosis/regions.hpp"
 #include "harness/scene/sites.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
-#include <span>
 
 namespace hdmbench {
+
+void Range::include(double value) {
+  least = any ? std::min(least, value) : value;
+  most = any ? std::max(most, value) : value;
+  any = true;
+}
+
+std::array<Component, 2> components(const Scene& scene) {
+  const Level& full = scene.full;
+  const auto component = [&](char name, std::vector<float> VectorField::*part, int thickness) {
+    Component result{name, part, thickness, full.target.*part, full.confidence.*part, {}};
+    if (scene.start) {
+      result.start = (*scene.start).*part;
+    }
+    for (std::size_t i = 0; i < result.target.size(); ++i) {
+      if (result.confidence[i] > 0.0F) {
+        result.known.include(static_cast<double>(result.target[i]));
+      }
+    }
+    return result;
+  };
+  return {component('x', &VectorField::x, full.extent.width),
+          component('y', &VectorField::y, full.extent.height)};
+}
+
+StepSizes step_sizes(const StepSet& steps) {
+  StepSizes sizes;
+  for (const float value : steps.values()) {
+    const double size = std::abs(static_cast<double>(value));
+    if (size > 0.0) {
+      sizes.smallest = sizes.smallest > 0.0 ? std::min(sizes.smallest, size) : size;
+      sizes.largest = std::max(sizes.largest, size);
+    }
+  }
+  return sizes;
+}
+
+double quantum(const Scene& scene) {
+  const bool has_candidates = scene.schedule.rule == Rule::steps || scene.schedule.rule == Rule::annealing;
+  return has_candidates ? step_sizes(scene.full.steps).smallest : 0.0;
+}
+
+std::string place(Extent extent, std::size_t site) {
+  const auto width = static_cast<std::size_t>(extent.width);
+  return fmt::format("x = {}, y = {}", site % width, site / width);
+}
+
+std::vector<float> distance_to_nearest(Extent extent, std::span<const float> counted, float diagonal) {
+  std::vector<float> distance(extent.sites());
+  std::ranges::transform(counted, distance.begin(), [&](float value) {
+    return value > 0.0F ? 0.0F : static_cast<float>(extent.width + extent.height);
+  });
+  // Two raster scans are exact for this metric (Rosenfeld and Pfaltz 1966).
+  const auto scan = [&](int x, int y, int step) {
+    float& own = distance[extent.index(x, y)];
+    const auto shorten = [&](int nx, int ny, float length) {
+      if (nx >= 0 && ny >= 0 && nx < extent.width && ny < extent.height) {
+        own = std::min(own, distance[extent.index(nx, ny)] + length);
+      }
+    };
+    shorten(x + step, y, 1.0F);
+    shorten(x, y + step, 1.0F);
+    shorten(x + step, y + step, diagonal);
+    shorten(x - step, y + step, diagonal);
+  };
+  for_each_site(extent, [&](int x, int y) { scan(x, y, -1); });
+  for_each_site(extent, [&](int x, int y) { scan(extent.width - 1 - x, extent.height - 1 - y, 1); });
+  return distance;
+}
 
 namespace {
 
@@ -38,17 +107,17 @@ VectorField everywhere(const AtSite& at_site, const Level& level, const VectorFi
 double stripes_squared(const VectorField& missing) {
   double sum = 0.0;
   const Extent extent = missing.extent;
-  const auto add = [&](const std::vector<float>& of, std::size_t before, std::size_t at, std::size_t after) {
-    const double part = 0.25 * (2.0 * static_cast<double>(of[at]) - static_cast<double>(of[before]) -
-                                static_cast<double>(of[after]));
+  const auto add = [&](const std::vector<float>& of, std::size_t at, std::size_t step) {
+    const double part = 0.25 * (2.0 * static_cast<double>(of[at]) - static_cast<double>(of[at - step]) -
+                                static_cast<double>(of[at + step]));
     sum += part * part;
   };
   for_each_site(extent, [&](int x, int y) {
     if (x > 0 && x + 1 < extent.width) {
-      add(missing.x, extent.index(x - 1, y), extent.index(x, y), extent.index(x + 1, y));
+      add(missing.x, extent.index(x, y), 1);
     }
     if (y > 0 && y + 1 < extent.height) {
-      add(missing.y, extent.index(x, y - 1), extent.index(x, y), extent.index(x, y + 1));
+      add(missing.y, extent.index(x, y), static_cast<std::size_t>(extent.width));
     }
   });
   return sum;
@@ -80,7 +149,7 @@ double accumulated_square(std::span<const float> missing, std::span<const float>
       blocks.values[i] = missing[i];
     }
   }
-  const double farthest = std::ranges::max(distance_to_nearest(extent, confidence));
+  const double farthest = static_cast<double>(std::ranges::max(distance_to_nearest(extent, confidence)));
   const double smallest_number = std::numbers::pi / (2.0 * std::max(farthest, 1.0)); // along each axis
   const double longest_gain = 2.4 / (2.0 * smallest_number * smallest_number);
   const auto mean_square = [](const ScalarField& field) {

@@ -1,0 +1,85 @@
+#pragma once
+
+#include "harness/scene/scene.hpp"
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+/// The numbers that warnings are made of.
+namespace hdmbench {
+
+/// Smallest and largest value; `any` false where there was none.
+struct Range {
+  double least = 0.0;
+  double most = 0.0;
+  bool any = false;
+
+  void include(double value);
+  [[nodiscard]] double width() const { return most - least; }
+};
+
+/// One component of a scene at full resolution.
+struct Component {
+  char name;                             ///< 'x' or 'y'
+  std::vector<float> VectorField::*part; ///< of any field
+  int thickness;                         ///< sites across the image in its direction
+  std::span<const float> target;
+  std::span<const float> confidence;
+  std::span<const float> start; ///< empty: 0 everywhere
+  Range known{};                ///< of the targets that are known, pixels
+
+  [[nodiscard]] double start_of(std::size_t site) const {
+    return start.empty() ? 0.0 : static_cast<double>(start[site]);
+  }
+};
+[[nodiscard]] std::array<Component, 2> components(const Scene& scene);
+
+/// The smallest candidate that moves and the largest, pixels, without sign; 0 where 0 is the only one.
+struct StepSizes {
+  double smallest = 0.0;
+  double largest = 0.0;
+};
+[[nodiscard]] StepSizes step_sizes(const StepSet& steps);
+
+/// Half of it is how far a component may stay from its own minimum: the smallest candidate where the rule
+/// has candidates, else 0.
+[[nodiscard]] double quantum(const Scene& scene);
+
+/// "x = 3, y = 4".
+[[nodiscard]] std::string place(Extent extent, std::size_t site);
+
+/// Distance to the nearest counted site (a value > 0) in sites along a path of straight steps and of diagonal
+/// ones, each as long as it says; width + height where there is none.
+[[nodiscard]] std::vector<float> distance_to_nearest(Extent extent, std::span<const float> counted,
+                                                     float diagonal = 1.0F);
+
+/// How far a field is from rest on the full resolution.
+struct RestState {
+  /// Distance of each component from the minimum of its own energy, observation included, pixels, signed.
+  VectorField missing;
+  double rms = 0.0; ///< sqrt(mean |missing|^2), pixels
+  /// Sites that one more simultaneous sweep over the candidates would move, and those of them that a second
+  /// one would move back to the bit. Rule::steps only, else 0.
+  std::size_t moving = 0;
+  std::size_t swapping = 0;
+  /// Of missing: root mean square of the part that changes sign from column to column (x) or row to row (y),
+  /// pixels, and its share of the whole, squared: 1 for stripes, 3/8 for noise, 0 for what is smooth.
+  double stripes = 0.0;
+  double stripes_share = 0.0;
+};
+
+/// `displacement` is finite and has the scene's extent.
+[[nodiscard]] RestState measure_rest(const Scene& scene, const VectorField& displacement);
+
+/// An estimate of the RMSD to the fixed point from RestState::missing, pixels; good to a factor of three
+/// where the moduli are nearly equal. There a component is the mean of its neighbours, and its error d obeys
+/// -(1/2 d_xx + 1/3 d_yy) = missing (y: the other way round). So a wave of the wave number k in `missing` is
+/// amplified by 2.4 / k^2, on average over its directions. Waves of 2 s to 4 s pixels are what block means
+/// over s x s sites keep and those over 2 s x 2 s lose. The longest wave is, along both axes, four times the
+/// largest distance of a free site from the nearest condition. Observed components are not amplified.
+[[nodiscard]] double accumulated_distance(const Scene& scene, const VectorField& missing);
+
+} // namespace hdmbench

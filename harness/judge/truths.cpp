@@ -1,0 +1,133 @@
+#include "harness/judge/truths.hpp"
+
+#include "harness/scene/sites.hpp"
+#include "harness/solve/stopwatch.hpp"
+#include "kernels/data/input_error.hpp"
+#include "kernels/data/pyramid.hpp"
+#include "reference/finite_elements.hpp"
+#include "reference/fixed_point.hpp"
+#include "reference/thesis_icm.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace hdmbench {
+
+namespace {
+
+/// Marks the sites within 5 pixels of `centre`.
+void mark_disc(std::vector<std::uint8_t>& marked, Extent extent, int centre_x, int centre_y) {
+  constexpr int reach = 5; // pixels
+  for (int y = std::max(0, centre_y - reach); y <= std::min(centre_y + reach, extent.height - 1); ++y) {
+    for (int x = std::max(0, centre_x - reach); x <= std::min(centre_x + reach, extent.width - 1); ++x) {
+      const int dx = x - centre_x;
+      const int dy = y - centre_y;
+      if (dx * dx + dy * dy <= reach * reach) {
+        marked[extent.index(x, y)] = 1;
+      }
+    }
+  }
+}
+
+/// Sites within reach of a pixel that has another modulus to its right or below it.
+std::vector<std::uint8_t> near_interfaces(const Level& level) {
+  const Extent extent = level.extent;
+  const std::vector<float>& modulus = level.modulus.values;
+  std::vector<std::uint8_t> near(extent.sites(), 0);
+  for_each_site(extent, [&](int x, int y) {
+    const float own = modulus[extent.index(x, y)];
+    if ((x + 1 < extent.width && modulus[extent.index(x + 1, y)] != own) ||
+        (y + 1 < extent.height && modulus[extent.index(x, y + 1)] != own)) {
+      mark_disc(near, extent, x, y);
+    }
+  });
+  return near;
+}
+
+bool has_sites(const std::vector<std::uint8_t>& mask) {
+  return std::ranges::find(mask, std::uint8_t{1}) != mask.end();
+}
+
+} // namespace
+
+ReferenceField difference(const ReferenceField& a, const ReferenceField& b) {
+  if (a.extent != b.extent) {
+    throw InputError(fmt::format("a field of {} x {} pixels cannot be compared with one of {} x {}",
+                                 a.extent.width, a.extent.height, b.extent.width, b.extent.height));
+  }
+  ReferenceField result = a;
+  for (std::size_t i = 0; i < a.x.size(); ++i) {
+    result.x[i] -= b.x[i];
+    result.y[i] -= b.y[i];
+  }
+  return result;
+}
+
+double rmsd(const ReferenceField& a, const ReferenceField& b, SiteMask counted) {
+  const ReferenceField error = difference(a, b);
+  double sum = 0.0;
+  std::size_t sites = 0;
+  for (std::size_t i = 0; i < error.x.size(); ++i) {
+    if (counted.empty() || counted[i] != 0) {
+      sum += error.x[i] * error.x[i] + error.y[i] * error.y[i];
+      ++sites;
+    }
+  }
+  return sites == 0 ? 0.0 : std::sqrt(sum / static_cast<double>(sites));
+}
+
+Truths find_truths(const Scene& scene, Progress& progress) {
+  if (scene.robust) {
+    throw InputError(fmt::format("{} forgives observations (robust); the truths here do not", scene.name));
+  }
+  Truths truths;
+  progress.describe(fmt::format("{}: finite elements and the exact fixed point", scene.name));
+  const auto solve = [](SolvedTruth& truth, const auto& solver) {
+    truth.displacement = timed(truth.seconds, solver);
+  };
+  solve(truths.elastic, [&] { return find_finite_elements(scene.full, scene.poisson); });
+  solve(truths.elastic_no_poisson, [&] { return find_finite_elements(scene.full, 0.0); });
+  solve(truths.fixed_point, [&] { return solve_fixed_point(scene.full).displacement; });
+  truths.interface = near_interfaces(scene.full);
+  truths.elsewhere.resize(truths.interface.size());
+  const VectorField& confidence = scene.full.confidence;
+  for (std::size_t i = 0; i < truths.interface.size(); ++i) {
+    const bool free = !(confidence.x[i] > 0.0F && confidence.y[i] > 0.0F);
+    truths.elsewhere[i] = free && truths.interface[i] == 0 ? 1 : 0;
+    truths.interface[i] = free ? truths.interface[i] : 0;
+  }
+  return truths;
+}
+
+ReferenceField find_finite_elements(const Level& level, double poisson) {
+  return solve_finite_elements(elastic_problem(level), ElementRule::plane_stress(poisson));
+}
+
+ReferenceField coarse_finite_elements(const Scene& scene, int elements, double poisson) {
+  // Elements are squares: as many along the other side as its length has.
+  const Extent full = scene.extent();
+  const int longer = std::max(full.width, full.height);
+  const auto nodes = [&](int sites) {
+    const double share = static_cast<double>(sites - 1) / std::max(1, longer - 1);
+    return std::min(sites, 1 + std::max(1, static_cast<int>(std::lround(elements * share))));
+  };
+  const Extent mesh{nodes(full.width), nodes(full.height)};
+  const Level coarse = sample_level(scene.full, mesh, Alignment::corner);
+  return thesis_prolongation(find_finite_elements(coarse, poisson), full, Alignment::corner);
+}
+
+Deviations measure(const ReferenceField& field, const Truths& truths) {
+  const ReferenceField& fem = truths.elastic.displacement;
+  Deviations result{.to_fem = rmsd(field, fem),
+                    .to_fem_no_poisson = rmsd(field, truths.elastic_no_poisson.displacement),
+                    .to_fixed_point = rmsd(field, truths.fixed_point.displacement)};
+  if (has_sites(truths.interface) && has_sites(truths.elsewhere)) {
+    result.interface_to_fem = rmsd(field, fem, truths.interface);
+    result.elsewhere_to_fem = rmsd(field, fem, truths.elsewhere);
+  }
+  return result;
+}
+
+} // namespace hdmbench
