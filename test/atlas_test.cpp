@@ -251,7 +251,7 @@ TEST(Atlas, TextsAreThereAndNamesUnique) {
   for (const Entry& entry : entries()) {
     EXPECT_TRUE(names.insert(entry.name).second) << entry.name;
     for (const std::string_view text :
-         {entry.title, entry.mechanism, entry.knob, entry.measure, entry.seen_by, entry.survivor}) {
+         {entry.title, entry.mechanism, entry.knob, entry.measure, entry.survivor}) {
       EXPECT_FALSE(text.empty()) << entry.name;
     }
     for (const double knob : entry.quick_knobs) {

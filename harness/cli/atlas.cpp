@@ -103,7 +103,6 @@ void print(const atlas::EntryResult& result) {
     line(series == present.front() ? "threshold" : "",
          fmt::format("{}: {}", series->name, threshold_text(series->threshold())));
   }
-  line("seen", entry.seen_by);
   line("survives", entry.survivor);
   std::fflush(stdout); // into a pipe too: the next entry may take seconds
 }

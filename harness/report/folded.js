@@ -115,7 +115,7 @@ function atlas(rows, data) {
     return [
       logPlot(series, { label: row.title, x: { title: row.knob, logarithmic }, y: { title: row.measure } }),
       text(el("b", {}, "Why. "), row.mechanism),
-      text(el("b", {}, "How it shows. "), row.seen_by),
+      text(el("b", {}, "Warned of. "), row.warnings?.join(", ") || "nothing a run knows tells"),
       text(el("b", {}, "What survives. "), row.survivor),
       table(row.series, ATLAS_SERIES),
       row.picture && figures([[data.picture(row, row.picture.file), row.picture.caption]]),

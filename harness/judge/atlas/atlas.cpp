@@ -2,18 +2,18 @@
 
 #include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
+#include "harness/judge/truths.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/row_fields.hpp"
 #include "harness/solve/methods/solver.hpp"
+#include "harness/solve/stopwatch.hpp"
 #include "kernels/data/input_error.hpp"
-#include "reference/finite_elements.hpp"
 #include "reference/fixed_point.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 namespace hdmbench::atlas {
@@ -33,9 +33,7 @@ Outcome solve(const Problem& problem, const Series& series, double knob, Solver&
     return {.displacement = solve_fixed_point(problem.scene.full).displacement.to_float()};
   }
   if (series.method == finite_elements_method) {
-    return {.displacement = solve_finite_elements(elastic_problem(problem.scene.full),
-                                                  ElementRule::plane_stress(problem.scene.poisson))
-                                .to_float()};
+    return {.displacement = find_finite_elements(problem.scene.full, problem.scene.poisson).to_float()};
   }
   Scene scene = problem.scene;
   use_method(scene, find_method(series.method), series.iterations);
@@ -69,19 +67,17 @@ Point judge(const Entry& entry, const Problem& problem, const Outcome& outcome, 
 
 Picture draw(const PictureWanted& wanted, const Problem& problem, const VectorField& field) {
   Picture picture{.extent = field.extent, .values = {}, .caption = std::string(wanted.shows)};
-  if (wanted.kind == PictureKind::area_change) {
+  if (wanted.area_change) {
     picture.values = area_change_map(field).values;
     picture.largest = 1.0;
     return picture;
   }
-  const bool is_x = wanted.kind == PictureKind::error_x;
-  const std::vector<double>& truth = is_x ? problem.truth.x : problem.truth.y;
-  const std::vector<float>& values = is_x ? field.x : field.y;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    picture.values.push_back(static_cast<float>(static_cast<double>(values[i]) - truth[i]));
-    picture.largest = std::max(picture.largest, std::abs(static_cast<double>(picture.values.back())));
+  picture.largest = 1e-6;
+  for (std::size_t i = 0; i < field.x.size(); ++i) {
+    const double error = static_cast<double>(field.x[i]) - problem.truth.x[i];
+    picture.values.push_back(static_cast<float>(error));
+    picture.largest = std::max(picture.largest, std::abs(error));
   }
-  picture.largest = std::max(picture.largest, 1e-6);
   return picture;
 }
 
@@ -100,7 +96,7 @@ Threshold SeriesResult::threshold() const {
 }
 
 EntryResult run_entry(const Entry& entry, const Backend& backend, bool quick, Progress& progress) {
-  const auto start = std::chrono::steady_clock::now();
+  const Clock clock;
   EntryResult result{.entry = &entry, .extent = {}, .series = {}, .picture = std::nullopt};
   for (const Series& series : entry.series) {
     result.series.push_back({.name = std::string(series.name), .absence = {}, .points = {}});
@@ -131,7 +127,7 @@ EntryResult run_entry(const Entry& entry, const Backend& backend, bool quick, Pr
     }
     progress.advance(1.0);
   }
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  result.seconds = clock.seconds();
   return result;
 }
 
@@ -151,12 +147,19 @@ static void to_json(nlohmann::json& written, const SeriesResult& series) {
 
 nlohmann::json atlas_row(const EntryResult& result, const std::filesystem::path& json_folder) {
   const Entry& entry = *result.entry;
-  nlohmann::json row{
-      {"entry", entry.name},          {"title", entry.title},         {"energy", entry.energy},
-      {"mechanism", entry.mechanism}, {"knob", entry.knob},           {"measure", entry.measure},
-      {"limit", entry.limit},         {"seen_by", entry.seen_by},     {"survivor", entry.survivor},
-      {"warnings", entry.warnings},   {"width", result.extent.width}, {"height", result.extent.height},
-      {"seconds", result.seconds},    {"series", result.series}};
+  nlohmann::json row{{"entry", entry.name},
+                     {"title", entry.title},
+                     {"energy", entry.energy},
+                     {"mechanism", entry.mechanism},
+                     {"knob", entry.knob},
+                     {"measure", entry.measure},
+                     {"limit", entry.limit},
+                     {"survivor", entry.survivor},
+                     {"warnings", entry.warnings},
+                     {"width", result.extent.width},
+                     {"height", result.extent.height},
+                     {"seconds", result.seconds},
+                     {"series", result.series}};
   if (result.picture && have_images()) {
     const Picture& picture = *result.picture;
     const std::string file = fmt::format("atlas-{}.png", entry.name);

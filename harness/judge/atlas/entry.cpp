@@ -5,6 +5,7 @@
 #include "reference/fixed_point.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -26,23 +27,38 @@ const std::vector<Entry>& entries() {
 const Entry& find_entry(std::string_view name) {
   const auto found = std::ranges::find(entries(), name, &Entry::name);
   if (found == entries().end()) {
-    std::string names;
-    for (const Entry& entry : entries()) {
-      names += fmt::format("{}{}", names.empty() ? "" : ", ", entry.name);
-    }
-    throw InputError(fmt::format("the atlas has no entry \"{}\"; its entries are {}", name, names));
+    std::vector<std::string_view> names;
+    std::ranges::transform(entries(), std::back_inserter(names), &Entry::name);
+    throw InputError(
+        fmt::format("the atlas has no entry \"{}\"; its entries are {}", name, fmt::join(names, ", ")));
   }
   return *found;
 }
 
 Scene shipped(const char* name, int size) {
   Scene scene = load_scene(name, {.size = Extent{size, size}});
-  const float scale = static_cast<float>(size) / 300.0F;
-  for (auto* const component : {&scene.full.target.x, &scene.full.target.y}) {
-    for (float& target : *component) {
-      target *= scale;
-    }
+  scale(scene.full.target, static_cast<float>(size) / 300.0F);
+  return scene;
+}
+
+void scale(VectorField& field, float factor) {
+  for (auto* const component : {&field.x, &field.y}) {
+    std::ranges::for_each(*component, [&](float& value) { value *= factor; });
   }
+}
+
+void set_moduli(Scene& scene, const std::function<float(int x, int y)>& modulus_at) {
+  const Extent extent = scene.extent();
+  for_each_site(extent,
+                [&](int x, int y) { scene.full.modulus.values[extent.index(x, y)] = modulus_at(x, y); });
+  set_inverse_modulus(scene.full);
+}
+
+Scene of_two_materials(const Where& is_stiff, double ratio) {
+  Scene scene = shipped("square", two_material_side);
+  set_moduli(scene, [&](int x, int y) {
+    return is_stiff(scene.extent(), x, y) ? 10.0F * static_cast<float>(ratio) : 10.0F;
+  });
   return scene;
 }
 
@@ -74,18 +90,10 @@ double rmsd_to_truth(const Problem& problem, const Outcome& outcome) {
   return rmsd(ReferenceField(outcome.displacement), problem.truth);
 }
 
-std::vector<Series> usual_series() {
-  return {{.name = "icm", .method = "icm"},
-          {.name = "icm-6", .method = "icm-6"},
-          {.name = "coloured", .method = "coloured"},
-          {.name = "closed-form", .method = "closed-form"},
-          {.name = "cascade", .method = "cascade"}};
-}
-
 std::vector<Series> usual_series(void (*adjust)(Scene& scene, double knob)) {
-  std::vector<Series> series = usual_series();
-  for (Series& one : series) {
-    one.adjust = adjust;
+  std::vector<Series> series;
+  for (const std::string_view method : {"icm", "icm-6", "coloured", "closed-form", "cascade"}) {
+    series.push_back({.name = method, .method = method, .adjust = adjust});
   }
   return series;
 }

@@ -4,6 +4,7 @@
 #include "harness/scene/sites.hpp"
 #include "reference/interpolation.hpp"
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -35,10 +36,8 @@ struct Series {
   void (*adjust)(Scene& scene, double knob) = nullptr;
 };
 
-/// Methods that most entries compare.
-[[nodiscard]] std::vector<Series> usual_series();
-/// The same with a change of the scene after the method was chosen.
-[[nodiscard]] std::vector<Series> usual_series(void (*adjust)(Scene& scene, double knob));
+/// Methods that most entries compare, with a change of the scene after the method was chosen.
+[[nodiscard]] std::vector<Series> usual_series(void (*adjust)(Scene& scene, double knob) = nullptr);
 
 /// RMSD to the truth over all sites, pixels.
 [[nodiscard]] double rmsd_to_truth(const Problem& problem, const Outcome& outcome);
@@ -47,18 +46,13 @@ struct Series {
 inline constexpr std::string_view fixed_point_method = "fixed point";
 inline constexpr std::string_view finite_elements_method = "finite elements";
 
-enum class PictureKind {
-  error_x,    ///< x component of field - truth, blue negative, red positive
-  error_y,    ///< the same of y
-  area_change ///< det(I + grad d) - 1: -1 and below, blue, is folded over, red is stretched
-};
-
-/// Which field of an entry is shown as a picture.
+/// Which field of an entry is shown as a picture: its x component - truth, blue negative, red positive, or
+/// det(I + grad d) - 1: -1 and below, blue, is folded over, red is stretched.
 struct PictureWanted {
   std::string_view series;
   double knob = 0.0;      ///< one of Entry::knobs and quick_knobs
   std::string_view shows; ///< one sentence
-  PictureKind kind = PictureKind::error_x;
+  bool area_change = false;
 };
 
 struct Entry {
@@ -66,18 +60,17 @@ struct Entry {
   std::string_view title;                                    ///< one line
   std::string_view energy = energy_names[0];                 ///< that its series minimise
   std::string_view mechanism;                                ///< one sentence: why
-  std::string_view knob;                                     ///< its name and unit
+  std::string_view knob{};                                   ///< its name and unit
   std::string_view measure = "RMSD to the fixed point [px]"; ///< what is measured, and its unit
   double limit = 0.5;                                        ///< a value above it is a failure
-  std::string_view seen_by;                                  ///< how the user or the program notices
-  std::string_view survivor;                                 ///< the setting that does not fail
+  std::string_view survivor{};                               ///< the setting that does not fail
   /// Kinds of warnings (harness/judge/diagnosis) of which every failure brings one at least, and the healthy
   /// end none; empty where nothing that a run knows tells a failure from a success.
   std::vector<std::string_view> warnings{};
   std::vector<double> knobs; ///< from healthy to harmful, rising or falling
   std::vector<double> quick_knobs;
   std::vector<Series> series = usual_series();
-  Problem (*problem)(double knob) = nullptr;
+  std::function<Problem(double knob)> problem{};
   double (*error)(const Problem& problem, const Outcome& outcome) = rmsd_to_truth;
   std::optional<PictureWanted> picture{};
 };
@@ -97,31 +90,21 @@ struct Entry {
 /// The square scene (left border dx < 0, bottom border dy > 0, the other two 0) of one material.
 [[nodiscard]] Scene one_material(int size);
 
+/// Multiplies both components by `factor`.
+void scale(VectorField& field, float factor);
+
 /// Gives every site the modulus `modulus_at`(column, row) MPa.
-template <typename ModulusAt>
-void set_moduli(Scene& scene, ModulusAt&& modulus_at) {
-  const Extent extent = scene.extent();
-  for_each_site(extent,
-                [&](int x, int y) { scene.full.modulus.values[extent.index(x, y)] = modulus_at(x, y); });
-  set_inverse_modulus(scene.full);
-}
+void set_moduli(Scene& scene, const std::function<float(int x, int y)>& modulus_at);
 
 /// Inside the square in the middle, a third of the image wide, of the square scene.
 [[nodiscard]] bool in_inclusion(Extent extent, int x, int y);
 
 /// Whether a site of an image is stiff.
-using Where = bool (*)(Extent extent, int x, int y);
+using Where = std::function<bool(Extent extent, int x, int y)>;
 inline constexpr int two_material_side = 96; ///< pixels
 
 /// The square scene, 10 MPa and `ratio` times that where `is_stiff`.
-template <Where is_stiff>
-[[nodiscard]] Scene of_two_materials(double ratio) {
-  Scene scene = shipped("square", two_material_side);
-  set_moduli(scene, [&](int x, int y) {
-    return is_stiff(scene.extent(), x, y) ? 10.0F * static_cast<float>(ratio) : 10.0F;
-  });
-  return scene;
-}
+[[nodiscard]] Scene of_two_materials(const Where& is_stiff, double ratio);
 
 /// Prescribes both components of a site, confidence 1.
 void hold(Scene& scene, int x, int y, float dx, float dy);

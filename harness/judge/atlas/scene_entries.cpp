@@ -1,6 +1,6 @@
 #include "harness/judge/atlas/entry.hpp"
 #include "harness/judge/diagnosis/deformation.hpp"
-#include "reference/finite_elements.hpp"
+#include "harness/judge/truths.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -26,18 +26,16 @@ std::vector<Series> with_fixed_point() {
 
 Problem shifted(double offset) {
   Problem problem = against_fixed_point(shipped("square", size));
-  const auto shift = static_cast<float>(offset);
-  VectorField& start = problem.scene.start.emplace(problem.scene.start_field());
-  for (auto* const field : {&problem.scene.full.target, &start}) {
-    for (float& value : field->x) {
-      value += shift;
+  const auto shift = [&](auto& field) {
+    for (auto* const component : {&field.x, &field.y}) {
+      for (auto& value : *component) {
+        value += static_cast<std::remove_reference_t<decltype(value)>>(offset);
+      }
     }
-    for (float& value : field->y) {
-      value += shift;
-    }
-  }
-  std::ranges::for_each(problem.truth.x, [&](double& value) { value += offset; });
-  std::ranges::for_each(problem.truth.y, [&](double& value) { value += offset; });
+  };
+  shift(problem.scene.start.emplace(problem.scene.start_field()));
+  shift(problem.scene.full.target);
+  shift(problem.truth);
   return problem;
 }
 
@@ -75,21 +73,8 @@ std::vector<Series> with_truths() {
   return series;
 }
 
-template <Where is_stiff>
-Problem two_materials(double ratio) {
-  return against_fixed_point(of_two_materials<is_stiff>(ratio));
-}
-
-bool around_inclusion(Extent extent, int x, int y) {
-  return !in_inclusion(extent, x, y);
-}
-
-bool on_black_field(Extent, int x, int y) {
-  return (x + y) % 2 != 0;
-}
-
-bool in_thin_layer(Extent extent, int x, int) {
-  return x % 2 == 1 && x < extent.width / 2;
+std::function<Problem(double)> two_materials(Where is_stiff) {
+  return [is_stiff](double ratio) { return against_fixed_point(of_two_materials(is_stiff, ratio)); };
 }
 
 /// One of the families of two materials: they differ in where the stiff one is.
@@ -100,10 +85,8 @@ Entry of_ratio(Entry entry) {
 }
 
 constexpr std::string_view stiff_sites_follow_late =
-    "A stiff site at the interface gives way by 1 / ratio of what its softer neighbour is "
-    "ahead, so a candidate of 0.1 px pays only when that is half the ratio times 0.1 px; "
-    "from about 100 on both sides move as if they did not know each other, and nothing "
-    "changes any more.";
+    "A stiff site gives way by 1 / ratio of what its softer neighbour is ahead: from about 100 on no "
+    "candidate pays there.";
 
 } // namespace
 
@@ -111,11 +94,10 @@ std::vector<Entry> scene_entries() {
   return {
       {.name = "penalty-small",
        .title = "Penalty K so small that conditions give way",
-       .mechanism = "The observation is an absolute value: it holds a site at its target with at most the "
-                    "force K c / 2, and where the tissue pulls harder the site leaves.",
+       .mechanism = "The observation holds a site with at most the force K c / 2; where the tissue pulls "
+                    "harder the site leaves.",
        .knob = "penalty K",
        .measure = "RMSD to the fixed point with hard conditions [px]",
-       .seen_by = "after the run: observed sites away from their targets",
        .survivor = "K = 1000 (the default)",
        .warnings = {"weak-penalty", "gives-way", "not-met", "still-moving", "stalled"},
        .knobs = {1e3, 100, 30, 10, 3, 1, 0.1, 0.01},
@@ -124,12 +106,10 @@ std::vector<Entry> scene_entries() {
        .problem = hard_conditions_with},
       {.name = "penalty-large",
        .title = "Penalty K so large that float32 drowns in it",
-       .mechanism = "A candidate's change of energy is the prior's plus K c times the change of a distance; "
-                    "at a large K the rounding of that product is more than any prior, so a step is "
+       .mechanism = "At a large K the rounding of K c times a distance is more than any prior, so a step is "
                     "decided by rounding.",
        .knob = "penalty K",
        .measure = "RMSD to the fixed point with hard conditions [px]",
-       .seen_by = "before the run: K times the rounding of a distance against the energy of a step",
        .survivor = "K = 1000 (the default); methods that move to the minimiser itself never form the product",
        .warnings = {"swamping-penalty"},
        .knobs = {1e3, 1e6, 1e9, 1e12, 1e20, 1e30, 1e35, 1e36, 1e37, 1e38},
@@ -138,13 +118,11 @@ std::vector<Entry> scene_entries() {
        .problem = hard_conditions_with},
       {.name = "offset",
        .title = "Displacements far from 0 in float32",
-       .mechanism = "The energy knows differences only, but a float near the offset is a multiple of "
-                    "offset / 2^23: smaller differences, and at last the steps themselves, are rounded "
-                    "away.",
+       .mechanism = "A float near the offset is a multiple of offset / 2^23: smaller differences, and at "
+                    "last the steps, are rounded away.",
        .knob = "offset added to all targets and the start [px]",
        .measure = "RMSD to the shifted fixed point [px]",
        .limit = 0.25,
-       .seen_by = "before the run: the spacing of floats at the largest target against the smallest step",
        .survivor = "subtract a common displacement first and add it afterwards",
        .warnings = {"offset"},
        .knobs = {0, 1e3, 1e4, 1e5, 3e5, 1e6, 3e6, 1e7},
@@ -152,13 +130,9 @@ std::vector<Entry> scene_entries() {
        .problem = shifted},
       {.name = "confidence",
        .title = "A confidence between 0 and 1",
-       .mechanism =
-           "The observation is an absolute value: c scales the force that it can hold with, K c / 2, "
-           "and is no weight of a mean. Down to a threshold nothing changes, below it the "
-           "condition lets go; coarse levels, where a site spans more of the displacement, let "
-           "go before the full image does.",
+       .mechanism = "c scales the force that an observation can hold with, K c / 2: below a threshold the "
+                    "condition lets go, on coarse levels first.",
        .knob = "confidence c of the left border",
-       .seen_by = "after the run: sites far from their own minimum; from 0.001 down nothing tells",
        .survivor = "K c of 300 and more (--penalty)",
        .warnings = {"still-moving", "stalled"},
        .knobs = {1, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3},
@@ -173,12 +147,10 @@ std::vector<Entry> scene_entries() {
            }},
       {.name = "undetermined",
        .title = "Few conditions, and none",
-       .mechanism = "The energy knows differences only: a lone condition must draw the whole image by "
-                    "itself, and where nothing prescribes dy every field plus a constant is as good, and "
-                    "what comes out is what the start was.",
+       .mechanism = "The energy knows differences only: where nothing prescribes dy every field plus a "
+                    "constant is as good, and the start comes out.",
        .knob = "sites that prescribe dy",
        .measure = "mean dy, which is 0 where the conditions are followed [px]",
-       .seen_by = "before the run: components that nothing prescribes, conditions that coarse levels lack",
        .survivor = "each component given along a whole side",
        .warnings = {"undetermined", "lost-condition", "out-of-reach", "gives-way", "not-met", "still-moving",
                     "stalled"},
@@ -189,53 +161,41 @@ std::vector<Entry> scene_entries() {
       of_ratio({.name = "stiff-inclusion",
                 .title = "An inclusion that is ever stiffer",
                 .mechanism = stiff_sites_follow_late,
-                .knob = {},
-                .seen_by = "before the run: the largest ratio of neighbouring moduli",
                 .survivor = "every method: closed-form stays nearest",
                 .knobs = {1, 3, 10, 100, 1e3, 1e4, 1e5, 1e6},
                 .quick_knobs = {1, 100, 1e4},
-                .problem = two_materials<in_inclusion>}),
+                .problem = two_materials(in_inclusion)}),
       of_ratio({.name = "soft-inclusion",
                 .title = "An inclusion that is ever softer",
                 .mechanism = stiff_sites_follow_late,
-                .knob = {},
-                .seen_by = "before the run: the largest ratio of neighbouring moduli",
                 .survivor = "--method cascade or closed-form; --steps fine",
                 .knobs = {1, 3, 10, 100, 1e3, 1e4, 1e5, 1e6},
                 .quick_knobs = {1, 100, 1e4},
-                .problem = two_materials<around_inclusion>}),
+                .problem =
+                    two_materials([](Extent extent, int x, int y) { return !in_inclusion(extent, x, y); })}),
       of_ratio({.name = "checkerboard",
                 .title = "A checkerboard of two materials",
-                .mechanism =
-                    "A coarse site stands for as much of one material as of the other, and the mean of two "
-                    "moduli is not how their mixture moves: what a coarse level adds is wrong by as much as "
-                    "the materials differ.",
-                .knob = {},
-                .seen_by = "before the run: materials that no coarse level resolves",
+                .mechanism = "The mean of two moduli is not how their mixture moves: what a coarse level "
+                             "adds is wrong by as much as they differ.",
                 .survivor = "--method cascade, closed-form or icm-6, whose fine levels have the last word",
                 .knobs = {1, 2, 4, 10, 30, 100, 1e3, 1e4},
                 .quick_knobs = {1, 10, 1e3},
-                .problem = two_materials<on_black_field>}),
+                .problem = two_materials([](Extent, int x, int y) { return (x + y) % 2 != 0; })}),
       of_ratio({.name = "layers",
                 .title = "Stiff layers one pixel thin",
-                .mechanism =
-                    "Layers thinner than a coarse site are sampled by chance, as all stiff or all soft, or "
-                    "blurred into a mean that is too stiff across the layers.",
-                .knob = {},
-                .seen_by = "before the run: materials that no coarse level resolves",
+                .mechanism = "Layers thinner than a coarse site are sampled by chance, or blurred into a "
+                             "mean that is too stiff across them.",
                 .survivor = "--method closed-form with 500 iterations a level",
                 .knobs = {1, 2, 4, 10, 30, 100, 300, 1000},
                 .quick_knobs = {1, 10, 1e3},
-                .problem = two_materials<in_thin_layer>}),
+                .problem = two_materials(
+                    [](Extent extent, int x, int) { return x % 2 == 1 && x < extent.width / 2; })}),
       {.name = "conflict",
        .title = "Neighbouring conditions that contradict each other",
-       .mechanism =
-           "Two neighbours that are told to change places fold the tissue between them: from a pixel "
-           "on no field does what is asked without folding.",
+       .mechanism = "Two neighbours that are told to change places fold the tissue between them.",
        .knob = "difference of the targets of two neighbours [px]",
        .measure = "cells folded over [%]",
        .limit = 0.0,
-       .seen_by = "before the run: neighbouring targets that differ by more than a pixel",
        .survivor = "none: mend the conditions",
        .warnings = {"conflict"},
        .knobs = {0, 0.5, 0.9, 1.1, 2, 4, 8, 16},
@@ -254,13 +214,11 @@ std::vector<Entry> scene_entries() {
        .error = folded_percent},
       {.name = "fold-over",
        .title = "Tissue folded over itself",
-       .mechanism = "The energy is a sum of squared differences and knows nothing of one pixel passing "
-                    "another: where displacements fall by more than a pixel per pixel the image folds, in "
-                    "the fixed point and in linear finite elements alike.",
+       .mechanism = "Where displacements fall by more than a pixel per pixel the image folds, in linear "
+                    "finite elements too.",
        .knob = "displacement at the skull [% of the image side]",
        .measure = "cells folded over [%]",
        .limit = 0.0,
-       .seen_by = "after the run: det(I + grad d) in every cell",
        .survivor = "smaller displacements, or a wider way for them to fade out",
        .warnings = {"fold-over"},
        .knobs = {3, 6, 9, 12, 15, 18, 21, 24, 30},
@@ -270,23 +228,20 @@ std::vector<Entry> scene_entries() {
            [](double knob) {
              Scene scene = shipped("circular-radial", two_material_side);
              const auto factor = static_cast<float>(knob / (100.0 * 20.0 / 300.0));
-             std::ranges::for_each(scene.full.target.x, [&](float& value) { value *= factor; });
-             std::ranges::for_each(scene.full.target.y, [&](float& value) { value *= factor; });
+             scale(scene.full.target, factor);
              return Problem{.scene = std::move(scene)};
            },
        .error = folded_percent,
        .picture = PictureWanted{.series = "icm",
                                 .knob = 30.0,
                                 .shows = "icm, 30 %: det(I + grad d), blue where folded over",
-                                .kind = PictureKind::area_change}},
+                                .area_change = true}},
       {.name = "poisson",
        .title = "Tissue that bulges sideways",
-       .mechanism = "The energy keeps x and y apart, so squeezing one way never bulges the other: all of "
-                    "Poisson's effect is missing, however well it is minimised.",
+       .mechanism = "The energy keeps x and y apart, so squeezing one way never bulges the other.",
        .knob = "Poisson's ratio",
        .measure = "RMSD to finite elements with that ratio [px]",
        .limit = 0.25,
-       .seen_by = "by comparison with finite elements only (accuracy)",
        .survivor = "none: a limit of the model",
        .knobs = {0, 0.1, 0.2, 0.3, 0.4, 0.45, 0.49},
        .quick_knobs = {0, 0.3, 0.49},
@@ -295,8 +250,7 @@ std::vector<Entry> scene_entries() {
                   {.name = "cascade", .method = "cascade"}},
        .problem = [](double knob) {
          Scene scene = shipped("circular", two_material_side);
-         ReferenceField truth =
-             solve_finite_elements(elastic_problem(scene.full), ElementRule::plane_stress(knob));
+         ReferenceField truth = find_finite_elements(scene.full, knob);
          return Problem{.scene = std::move(scene), .truth = std::move(truth)};
        }}};
 }

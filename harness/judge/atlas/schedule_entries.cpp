@@ -94,12 +94,9 @@ std::vector<Entry> schedule_entries() {
   return {
       {.name = "start-level-late",
        .title = "Pyramid started too late (thesis 5.8)",
-       .mechanism = "A condition travels one site per iteration and ICM moves a site by 1 px at most: on a "
-                    "fine first level the middle of the image never hears of the border, and the field "
-                    "rests in a local minimum.",
+       .mechanism = "A condition travels one site per iteration: on a fine first level the middle of the "
+                    "image never hears of the border.",
        .knob = "start level (0 = full image only)",
-       .seen_by = "before the run: iterations per level against the sites between a condition and the "
-                  "farthest free site, and against the range of the targets",
        .survivor = "leave --start-level out",
        .warnings = {"out-of-reach", "still-moving", "stalled"},
        .knobs = {7, 6, 5, 4, 3, 2, 1, 0},
@@ -112,11 +109,9 @@ std::vector<Entry> schedule_entries() {
                                          "pull of the left border did not arrive"}},
       {.name = "start-level-early",
        .title = "Pyramid started too early (thesis 5.6)",
-       .mechanism = "A coarse level computes another, coarser problem; but a level of n sites forgets its "
-                    "start within about n iterations, so what a very coarse one got wrong is gone two "
-                    "levels later: no method minds.",
+       .mechanism = "A level of n sites forgets its start within about n iterations: what a very coarse one "
+                    "got wrong is gone two levels later.",
        .knob = "start level (0 = full image only)",
-       .seen_by = "nothing to see",
        .survivor = "every method, from the coarsest level on",
        .knobs = {3, 4, 5, 6, 7},
        .quick_knobs = {4, 7},
@@ -124,10 +119,9 @@ std::vector<Entry> schedule_entries() {
        .problem = [](double) { return against_fixed_point(shipped("circular-radial", size)); }},
       {.name = "alignment",
        .title = "Coarse levels lose the conditions (--alignment center)",
-       .mechanism = "Where pixel areas coincide, a coarse site samples the middle of its block, so a border "
-                    "of known displacement thinner than half a block exists on no coarse level.",
+       .mechanism = "A coarse site samples the middle of its block: a border thinner than half a block "
+                    "exists on no coarse level.",
        .knob = "width of the known border [px]",
-       .seen_by = "before the run: each level's count of observed sites",
        .survivor = "--alignment corner (the default)",
        .warnings = {"lost-condition", "not-met", "stalled", "still-moving"},
        .knobs = {32, 16, 8, 4, 2, 1},
@@ -139,11 +133,10 @@ std::vector<Entry> schedule_entries() {
                                 .shows = "icm with centred alignment, border of one pixel: the error of dx"}},
       {.name = "step-quantum",
        .title = "The smallest candidate is too large",
-       .mechanism = "ICM rests where no candidate pays, that is with every site up to half the smallest one "
-                    "off the mean of its neighbours; such offsets add up like a second integral.",
+       .mechanism = "ICM rests where no candidate pays, up to half the smallest one off the mean of the "
+                    "neighbours; such offsets add up.",
        .knob = "smallest candidate [px]",
        .limit = 0.25,
-       .seen_by = "after the run: nothing moves, yet sites are far from their own minimum",
        .survivor = "--steps fine; --method closed-form or cascade, which move by any amount",
        .warnings = {"stalled", "still-moving", "not-met"},
        .knobs = {0.003, 0.01, 0.03, 0.1, 0.3, 1.0},
@@ -154,11 +147,10 @@ std::vector<Entry> schedule_entries() {
        .problem = [](double) { return against_fixed_point(shipped("square", 96)); }},
       {.name = "growing-image",
        .title = "The same displacement over ever more pixels",
-       .mechanism = "A smoother field gives every candidate less to gain; but each level of the pyramid "
-                    "rests to the same candidate, so the error of the whole stays at about one of them.",
+       .mechanism = "Each level of the pyramid rests to the same candidate, so the error of the whole stays "
+                    "at about one of them.",
        .knob = "image side [px], targets of 50 px",
        .limit = 0.25,
-       .seen_by = "after the run: nothing moves, yet sites are far from their own minimum",
        .survivor = "every method with 200 iterations a level; --steps fine gains a factor of 4",
        .warnings = {"stalled", "still-moving"},
        .knobs = {16, 32, 64, 128, 256},
@@ -171,12 +163,10 @@ std::vector<Entry> schedule_entries() {
            }},
       {.name = "oscillation",
        .title = "Minimisers that move all at once overshoot",
-       .mechanism = "Moving every site to its minimum at the same time maps a wave that changes sign from "
-                    "column to column onto its negative: at factor 1 it flips for ever, above 1 it grows.",
+       .mechanism = "Moving every site at once maps a wave that changes sign from column to column onto its "
+                    "negative: at factor 1 it flips for ever.",
        .knob = "relaxation factor",
        .limit = 0.25,
-       .seen_by = "after the run: energy in the pattern that changes sign from column to column (x) and row "
-                  "to row (y); a level beyond the range of the targets has been computed again at factor 1",
        .survivor =
            "--method closed-form (factor 0.8), or two colours, in which no site sees another that moves",
        .warnings = {"oscillation", "divergence"},
@@ -190,12 +180,11 @@ std::vector<Entry> schedule_entries() {
                                 .shows = "all at once with factor 1.02: the error of dx"}},
       {.name = "two-cycles",
        .title = "Simultaneous ICM never comes to rest",
-       .mechanism = "Two neighbours that each want to close the same gap both jump, find the gap turned "
-                    "around and jump back: a cycle of two fields, each of which is left for the other.",
+       .mechanism =
+           "Two neighbours that each close the same gap both jump, find it turned around and jump back.",
        .knob = "roughness of the start field [px]",
        .measure = "sites that the last sweep moved [%]",
        .limit = 1.0,
-       .seen_by = "after the run: sites that still change although more iterations change nothing",
        .survivor = "--method coloured or sequential: both rest",
        .warnings = {"oscillation"},
        .knobs = {0, 0.1, 0.3, 1, 2, 4},
@@ -208,12 +197,11 @@ std::vector<Entry> schedule_entries() {
        .error = moving_percent},
       {.name = "no-zero-step",
        .title = "0 is not among the candidates",
-       .mechanism = "A site that cannot stay must leave its minimum at every iteration, so that the field "
-                    "shivers by its smallest step for ever.",
+       .mechanism = "A site that cannot stay must leave its minimum at every iteration: the field shivers by "
+                    "its smallest step for ever.",
        .knob = "iterations per level",
        .measure = "sites that the last sweep moved [%]",
        .limit = 50.0,
-       .seen_by = "before the run: the candidates",
        .survivor = "--steps default, whose first candidate is 0",
        .warnings = {"never-rests"},
        .knobs = {10, 30, 100, 300, 1000},
@@ -224,10 +212,9 @@ std::vector<Entry> schedule_entries() {
        .error = moving_percent},
       {.name = "cooling",
        .title = "Annealing that is cooled too fast",
-       .mechanism = "A random step is one site's, so that the field is a slow diffusion; cooled before it "
-                    "has spread, what is disordered stays.",
+       .mechanism = "A random step is one site's, so the field is a slow diffusion; cooled before it has "
+                    "spread, disorder stays.",
        .knob = "iterations per level",
-       .seen_by = "after the run: sites far from their own minimum",
        .survivor = "30 iterations a level and more; icm is as good with as many, closed-form better",
        .warnings = {"stalled", "still-moving", "not-met"},
        .knobs = {1000, 300, 100, 30, 10, 3},
