@@ -1,8 +1,8 @@
 #include "harness/judge/diagnosis/diagnosis.hpp"
 
-#include "harness/judge/truths.hpp"
 #include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/judge/diagnosis/measures.hpp"
+#include "harness/judge/truths.hpp"
 #include "reference/fixed_point.hpp"
 #include "test/scenes.hpp"
 #include "test/sessions.hpp"

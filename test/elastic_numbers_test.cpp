@@ -1,7 +1,7 @@
 // Where the numbers of the elastic energy end: fields at rest, weak springs, extreme contrasts and units.
 
-#include "harness/judge/truths.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
+#include "harness/judge/truths.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/planner.hpp"

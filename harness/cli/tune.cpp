@@ -73,9 +73,8 @@ void tune(const Arguments& arguments, const Command& command) {
   const Backend& backend = arguments.scene.choose(registry, scene);
   Progress progress;
   progress.describe(fmt::format("tune {}: the truth", scene.name));
-  const Truth truth = against_elements
-                          ? Truth{find_finite_elements(scene.full, scene.poisson).to_float(), {}}
-                          : read_truth(arguments, scene.extent());
+  const Truth truth = against_elements ? Truth{find_finite_elements(scene.full, scene.poisson).to_float(), {}}
+                                       : read_truth(arguments, scene.extent());
   const auto session = backend.open(arguments.scene.session);
   int evaluations = 0;
   const double penalty = scene.weight.penalty;

@@ -12,6 +12,8 @@
 
 namespace hdmbench {
 
+using namespace diagnosis;
+
 namespace {
 
 /// Distances to the fixed point from here on are worth a warning: a tenth of a pixel, the thesis's candidate.

@@ -13,6 +13,8 @@
 
 namespace hdmbench {
 
+using namespace diagnosis;
+
 namespace {
 
 void check_undetermined(const Scene& scene, const Component& component, Warnings& warnings) {

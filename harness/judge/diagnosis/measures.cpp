@@ -11,6 +11,8 @@
 
 namespace hdmbench {
 
+namespace diagnosis {
+
 void Range::include(double value) {
   least = any ? std::min(least, value) : value;
   most = any ? std::max(most, value) : value;
@@ -79,6 +81,8 @@ std::vector<float> distance_to_nearest(Extent extent, std::span<const float> cou
   for_each_site(extent, [&](int x, int y) { scan(extent.width - 1 - x, extent.height - 1 - y, 1); });
   return distance;
 }
+
+} // namespace diagnosis
 
 namespace {
 
@@ -149,7 +153,8 @@ double accumulated_square(std::span<const float> missing, std::span<const float>
       blocks.values[i] = missing[i];
     }
   }
-  const double farthest = static_cast<double>(std::ranges::max(distance_to_nearest(extent, confidence)));
+  const double farthest =
+      static_cast<double>(std::ranges::max(diagnosis::distance_to_nearest(extent, confidence)));
   const double smallest_number = std::numbers::pi / (2.0 * std::max(farthest, 1.0)); // along each axis
   const double longest_gain = 2.4 / (2.0 * smallest_number * smallest_number);
   const auto mean_square = [](const ScalarField& field) {

@@ -11,6 +11,8 @@
 /// The numbers that warnings are made of.
 namespace hdmbench {
 
+namespace diagnosis {
+
 /// Smallest and largest value; `any` false where there was none.
 struct Range {
   double least = 0.0;
@@ -55,6 +57,8 @@ struct StepSizes {
 /// ones, each as long as it says; width + height where there is none.
 [[nodiscard]] std::vector<float> distance_to_nearest(Extent extent, std::span<const float> counted,
                                                      float diagonal = 1.0F);
+
+} // namespace diagnosis
 
 /// How far a field is from rest on the full resolution.
 struct RestState {
