@@ -33,8 +33,8 @@ inline void write_person(const std::filesystem::path& folder, int side, const Pl
     const std::size_t site = extent.index(x, y);
     source.values[site] = static_cast<float>(gray(x, y));
     target.values[site] = static_cast<float>(gray(x - 1.5, y + 0.5) + noise * random());
-    labels.values[site] = std::hypot(x - middle, y - middle) < 0.4 * side ? 1 : 0;
-    region.values[site] = std::hypot(x - 0.53 * side, y - 0.47 * side) < 0.13 * side ? 1.0F : 0.0F;
+    labels.values[site] = std::hypot(x - middle, y - middle) < 0.39 * side ? 1 : 0;
+    region.values[site] = std::hypot(x - 0.53125 * side, y - 0.46875 * side) < 0.125 * side ? 1.0F : 0.0F;
     positions.x[site] = static_cast<float>(x) + 0.5F;
     positions.y[site] = static_cast<float>(y);
   });

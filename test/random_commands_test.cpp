@@ -4,11 +4,9 @@
 // nobody touched. Every case is a number: HDMBENCH_RANDOM_CASES=1000 (default 100) says how many,
 // HDMBENCH_RANDOM_CASE=NUMBER repeats one.
 
-#include "harness/scene/images/images.hpp"
 #include "test/files.hpp"
-#include "test/help_options.hpp"
+#include "test/person.hpp"
 #include "test/program.hpp"
-#include "test/random_inputs.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -18,6 +16,7 @@
 #include <cstdlib>
 #include <map>
 #include <optional>
+#include <random>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -27,19 +26,186 @@
 namespace hdmbench {
 namespace {
 
-namespace fs = std::filesystem;
-using test::Draw;
-using test::Inputs;
-using test::Option;
-using test::Words;
+using Words = std::vector<std::string>;
 
 constexpr int usual_cases = 100;
 constexpr int seconds_per_case = 120; // on a busy machine; hardly one takes 5
 
-std::optional<int> environment(const char* name) {
-  const char* const value = std::getenv(name);
-  return value == nullptr ? std::nullopt : std::optional(std::stoi(value));
+// ---- What can be typed, as `hdmbench --help` and `hdmbench COMMAND --help` have it
+
+struct Option {
+  Words names; ///< "--size", or one word where it is positional
+  std::string type{};
+  Words choices{};
+  std::optional<double> low{};
+  std::optional<double> high{};
+  int values = 1;
+  bool required = false;
+  std::string description{};
+};
+
+/// "--threads INT:INT in [0 - 4096]"
+Option read_option(const std::string& line) {
+  Option option;
+  std::istringstream words(line);
+  std::string names;
+  words >> names >> option.type;
+  std::istringstream each(names);
+  for (std::string name; std::getline(each, name, ',');) {
+    if (name != "-h") {
+      option.names.push_back(name);
+    }
+  }
+  std::smatch found;
+  if (std::regex_search(line, found, std::regex("\\{([^}]*)\\}"))) {
+    std::istringstream list(found[1]);
+    for (std::string choice; std::getline(list, choice, ',');) {
+      option.choices.push_back(choice.substr(0, choice.find("->")));
+    }
+  }
+  if (std::regex_search(line, found, std::regex("in \\[([^ ]+) - ([^\\]]+)\\]"))) {
+    option.low = std::stod(found[1]);
+    option.high = std::stod(found[2]);
+  }
+  if (std::regex_search(line, found, std::regex(" x ([0-9]+)"))) {
+    option.values = std::stoi(found[1]);
+  }
+  option.required = line.find("REQUIRED") != std::string::npos;
+  return option;
 }
+
+std::vector<Option> read_options(const std::string& command) {
+  std::istringstream help(test::expect_run(0, command + " --help").output);
+  std::vector<Option> options;
+  for (std::string line; std::getline(help, line);) {
+    static const std::regex begins("^  (-h,)?(--)?[a-z][a-z-]*.*");
+    if (line.starts_with("    ") && !options.empty()) {
+      options.back().description += line;
+    } else if (std::regex_match(line, begins)) {
+      const std::size_t gap = line.find("  ", 2);
+      options.push_back(read_option(line.substr(2, gap == std::string::npos ? gap : gap - 2)));
+      options.back().description = gap == std::string::npos ? "" : line.substr(gap);
+    }
+  }
+  return options;
+}
+
+Words read_commands() {
+  std::istringstream help(test::expect_run(0, "--help").output);
+  Words commands;
+  bool listed = false;
+  for (std::string line; std::getline(help, line);) {
+    std::smatch found;
+    if (listed && std::regex_search(line, found, std::regex("^  ([a-z][a-z-]*)"))) {
+      commands.push_back(found[1]);
+    }
+    listed = listed || line.starts_with("Subcommands");
+  }
+  return commands;
+}
+
+// ---- Small random files
+
+/// The same draws on every machine.
+class Draw {
+public:
+  explicit Draw(int seed) : engine_(static_cast<std::uint64_t>(seed)) {}
+  int operator()(int low, int high) {
+    return low + static_cast<int>(engine_() % static_cast<std::uint64_t>(high - low + 1));
+  }
+  bool once_in(int times) { return (*this)(1, times) == 1; }
+  template <typename Values>
+  auto one_of(const Values& values) {
+    return *std::next(values.begin(), (*this)(0, static_cast<int>(values.size()) - 1));
+  }
+
+private:
+  std::mt19937_64 engine_;
+};
+
+/// What a case reads: images of a person before and after, scenes, lists, results.
+class Inputs {
+public:
+  Inputs(const fs::path& folder, const std::string& results, Draw& draw) : folder_(folder), draw_(draw) {
+    test::write_person(folder, 40, {}, 1.0);
+    scenes_ = {write("scene-0.toml", scene_text()), write("scene-1.toml", scene_text()), file("person.toml")};
+    (void)write("nodes.txt", "1,0,0,0.5,0\n2,10,0,0.5,1\n3,0,10,0,0\n4,10,10,1,1\n");
+    (void)write("elements.txt", "1,1,2,4,3\n");
+    (void)write("results.json", results);
+  }
+
+  [[nodiscard]] std::string scene() { return draw_.one_of(scenes_); }
+  [[nodiscard]] std::string file(const std::string& name) const { return (folder_ / name).string(); }
+  [[nodiscard]] Words all() const {
+    Words names;
+    for (const auto& entry : fs::directory_iterator(folder_)) {
+      names.push_back(entry.path().string());
+    }
+    std::ranges::sort(names);
+    return names;
+  }
+  /// Their bytes by name.
+  [[nodiscard]] std::map<std::string, std::string> bytes() const {
+    std::map<std::string, std::string> result;
+    for (const std::string& name : all()) {
+      result[name] = content(name);
+    }
+    return result;
+  }
+
+  /// No target and no start is further than that, pixels.
+  static constexpr int farthest = 8;
+
+private:
+  static constexpr std::string_view tissues =
+      "[[tissue]]\nlabel = 0\nmodulus = 10.0\n[[tissue]]\nlabel = 1\nmodulus = 20.0\n";
+
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+    return file(name);
+  }
+
+  std::string number(double low, double high) {
+    return fmt::format("{:.4f}", low + (high - low) * draw_(0, 1000) / 1000.0);
+  }
+
+  std::string conditions() {
+    std::string text;
+    for (int count = draw_(1, 3); count > 0; --count) {
+      const std::string where = draw_.one_of(Words{"left", "right", "top", "bottom", "border"});
+      text += fmt::format("[[condition]]\nwhere = \"{}\"\n", where);
+      text += draw_.once_in(4) ? fmt::format("outward = {}\n", number(-farthest, farthest))
+                               : fmt::format("dx = {}\ndy = {}\n", number(-farthest, farthest),
+                                             number(-farthest, farthest));
+      text += draw_.once_in(3) ? fmt::format("confidence = {}\n", number(0.0, 1.0)) : "";
+    }
+    return text;
+  }
+
+  std::string scene_text() {
+    std::string text = fmt::format("size = [{}, {}]\n", draw_(1, 24), draw_(1, 24));
+    text += draw_.once_in(3) ? fmt::format("spacing = {}\n", number(0.1, 3.0)) : "";
+    text += draw_.once_in(3) ? fmt::format("poisson = {}\n", number(-0.5, 0.5)) : "";
+    const bool elastic = draw_.once_in(4);
+    text += elastic ? "energy = \"elastic\"\n"
+                    : fmt::format("penalty = {}\n[schedule]\niterations = {}\nalignment = \"{}\"\n",
+                                  number(0.1, 1000.0), draw_(0, 30), draw_.one_of(Words{"corner", "center"}));
+    if (draw_.once_in(3)) {
+      text += fmt::format("[random]\nseed = {}\nmodulus = [1.0, {}]\ndisplacement = {}\nobserved = {}\n",
+                          draw_(0, 99), number(1.0, 1000.0), number(0.0, farthest), number(0.0, 1.0));
+    } else {
+      text += fmt::format(
+          "[[shape]]\nkind = \"everything\"\nlabel = 0\n[[shape]]\nkind = \"ellipse\"\nlabel = 1\n"
+          "centre = [{}, 0.5]\nsize = [0.4, {}]\n{}",
+          number(0.0, 1.0), number(0.1, 1.0), tissues);
+    }
+    return text + conditions();
+  }
+
+  fs::path folder_;
+  Draw& draw_;
+  Words scenes_;
+};
 
 // ---- A line of random arguments
 
@@ -206,9 +372,7 @@ bool is_finite(const std::vector<float>& values) {
 }
 
 void expect_readable_image(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  const std::string bytes(std::istreambuf_iterator<char>(stream), {});
-  if (bytes.substr(0, 2000).find("kinds: vector") != std::string::npos) {
+  if (content(file).substr(0, 2000).find("kinds: vector") != std::string::npos) {
     const VectorField field = read_vector(file).pixels;
     EXPECT_TRUE(is_finite(field.x) && is_finite(field.y)) << file;
   } else {
@@ -242,18 +406,19 @@ void expect_readable_outputs(const fs::path& folder) {
   }
 }
 
-class RandomCommands : public testing::Test {
+class RandomCommands : public ImageFiles {
 protected:
   void try_case(int number) {
     Draw draw(number);
-    const fs::path in = folder_.path() / "in";
-    const fs::path out = folder_.path() / "out";
-    fs::remove_all(folder_.path());
+    const fs::path in = path("in");
+    const fs::path out = path("out");
+    fs::remove_all(in);
+    fs::remove_all(out);
     fs::create_directories(in);
     fs::create_directories(out);
     Inputs inputs(in, results_, draw);
     const std::string command = commands_.at(static_cast<std::size_t>(number) % commands_.size());
-    const std::string line = Line(command, inputs, out, draw).random(test::read_options(command), methods_);
+    const std::string line = Line(command, inputs, out, draw).random(read_options(command), methods_);
     SCOPED_TRACE(
         fmt::format("hdmbench {}\nto repeat it: HDMBENCH_RANDOM_CASE={} random_commands_test", line, number));
     const auto before = inputs.bytes();
@@ -269,14 +434,15 @@ protected:
   }
 
   void SetUp() override {
-    if (!have_images()) {
-      GTEST_SKIP() << "built without ITK (HDMBENCH_IMAGES=OFF)";
+    ImageFiles::SetUp();
+    if (IsSkipped()) {
+      return;
     }
-    const fs::path results = folder_.path() / "results.json";
+    const fs::path results = path("results.json");
     test::expect_run(0, "bench square --size 9 --backends openmp --repeat 1 --no-ceilings --json " +
                             results.string());
     results_ = test::read_json(results).dump();
-    commands_ = test::read_commands();
+    commands_ = read_commands();
     ASSERT_GE(commands_.size(), 20U);
     const std::string listed = test::expect_run(0, "methods").output;
     const std::regex name("\n *([a-z][a-z0-9-]+)  ");
@@ -286,7 +452,6 @@ protected:
     ASSERT_GE(methods_.size(), 6U) << listed;
   }
 
-  test::TemporaryFolder folder_;
   std::string results_; ///< of bench
   Words commands_;
   Words methods_;
@@ -294,11 +459,11 @@ protected:
 };
 
 TEST_F(RandomCommands, EndWithAStatusAndReadableOutputs) {
-  if (const auto one = environment("HDMBENCH_RANDOM_CASE")) {
-    try_case(*one);
-    return;
+  if (const char* const one = std::getenv("HDMBENCH_RANDOM_CASE")) {
+    return try_case(std::stoi(one));
   }
-  const int cases = environment("HDMBENCH_RANDOM_CASES").value_or(usual_cases);
+  const char* const wanted = std::getenv("HDMBENCH_RANDOM_CASES");
+  const int cases = wanted == nullptr ? usual_cases : std::stoi(wanted);
   for (int number = 0; number < cases && !HasFailure(); ++number) {
     try_case(number);
   }
