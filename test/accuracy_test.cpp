@@ -4,7 +4,6 @@
 #include "harness/judge/accuracy.hpp"
 
 #include "harness/check/faults/session_faults.hpp"
-#include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
 #include "kernels/data/input_error.hpp"
 #include "test/sessions.hpp"
@@ -15,7 +14,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <tuple>
 
 namespace hdmbench {
 namespace {
@@ -30,19 +28,6 @@ TEST(Deviation, IsTheRootOfTheMeanSquare) {
   EXPECT_DOUBLE_EQ(rmsd(field, zero, last_two), std::sqrt(0.5));
   EXPECT_EQ(rmsd(field, field), 0.0);
   EXPECT_THROW((void)rmsd(field, ReferenceField({2, 3})), InputError);
-}
-
-TEST(Truths, KnowWhatIsFreeAndWhatIsNearAnInterface) {
-  const Scene scene = load_scene("square", {.size = Extent{60, 60}});
-  const Truths truths = find_truths(scene, test::silent());
-  // Only the corners have both components given.
-  EXPECT_EQ(std::ranges::count(truths.interface, 1) + std::ranges::count(truths.elsewhere, 1), 60 * 60 - 4);
-  EXPECT_EQ(truths.interface[scene.extent().index(20, 30)], 1);
-  EXPECT_EQ(truths.interface[scene.extent().index(30, 30)], 0);
-  EXPECT_EQ(truths.elsewhere[scene.extent().index(30, 30)], 1);
-  EXPECT_EQ(truths.elsewhere[scene.extent().index(0, 0)], 0);
-  EXPECT_GT(std::ranges::count(truths.interface, 1), 700);
-  EXPECT_LT(std::ranges::count(truths.interface, 1), 1000);
 }
 
 SceneAccuracy measure(const Scene& scene, bool quick) {
@@ -89,25 +74,6 @@ TEST(Registration, ThatIsFartherAwayThanNoDisplacementWentAstray) {
   ReferenceField torn = truth;
   torn.x[17] = 31.0;
   EXPECT_THAT(why_astray(torn, truth), testing::HasSubstr("by 31 px in an image of 30 px"));
-}
-
-TEST(Registration, OfPicturesThatLeaveTheImageIsMarked) {
-  if (!have_images()) {
-    GTEST_SKIP() << "built without ITK (HDMBENCH_IMAGES=OFF)";
-  }
-  const Backend* const backends[] = {&test::scalar()};
-  for (const auto& [side, pull, valid] : {std::tuple{64, 1.0F, false}, std::tuple{64, 0.1F, true}}) {
-    Scene scene = load_scene("circular", {.size = Extent{side, side}}); // pulled by 50 px at every side
-    for (auto* const values : {&scene.full.target.x, &scene.full.target.y}) {
-      std::ranges::transform(*values, values->begin(), [pull = pull](float px) { return pull * px; });
-    }
-    const SceneAccuracy accuracy = measure_accuracy(
-        scene, backends, {.repeats = 1, .quick = true, .registration = true}, test::silent());
-    const Judged& row = accuracy.rows.back();
-    ASSERT_EQ(row.method, registration_name);
-    EXPECT_EQ(row.status, valid ? JudgedStatus::ok : JudgedStatus::failed) << row.deviations.to_fem;
-    EXPECT_THAT(row.reason, testing::StartsWith(valid ? "" : "went astray"));
-  }
 }
 
 Scene elastic_scene(Extent size) {
@@ -169,15 +135,6 @@ TEST(Accuracy, OfASceneInWhichEverythingIsPrescribed) {
       EXPECT_EQ(row.deviations.to_fem, 0.0) << row.method;
     }
   }
-}
-
-TEST(Accuracy, SaysWhereARunInPlaceDidNotComeToRest) {
-  Scene scene = load_scene("square", {.size = Extent{40, 40}});
-  scene.full.steps = StepSet::parse("thesis"); // without 0 every site moves for ever
-  const SceneAccuracy accuracy = measure(scene, true);
-  const auto row = std::ranges::find(accuracy.rows, "sequential", &Judged::method);
-  ASSERT_NE(row, accuracy.rows.end());
-  EXPECT_THAT(row->note, testing::HasSubstr("limit of 1000 iterations"));
 }
 
 /// The bars: RMSD in pixels of the fixed point and of ICM to finite elements without Poisson effect, at

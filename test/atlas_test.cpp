@@ -1,5 +1,4 @@
 #include "harness/judge/atlas/atlas.hpp"
-#include "harness/scene/method.hpp"
 #include "test/sessions.hpp"
 
 #include <fmt/format.h>
@@ -7,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 #include <string>
 
 namespace hdmbench::atlas {
@@ -119,12 +117,6 @@ const std::vector<Pinned> pins{
     {"elastic-free-body", "30 steps", NAN, NAN, 1e-5, 1e-7},
 };
 
-void expect_pinned() {
-  for (const Pinned& pinned : pins) {
-    EXPECT_EQ(mismatch(pinned, result_of(pinned.entry)), "") << pinned.entry << ", " << pinned.series;
-  }
-}
-
 TEST(Atlas, EveryEntryIsPinned) {
   for (const Entry& entry : entries()) {
     EXPECT_TRUE(std::ranges::any_of(pins, [&](const Pinned& pinned) { return pinned.entry == entry.name; }) ||
@@ -151,18 +143,6 @@ TEST(Atlas, WhatNothingHoldsIsRefusedByEveryElasticMethod) {
   }
 }
 
-TEST(Atlas, TheRowSaysWhichEnergy) {
-  for (const Entry& entry : entries()) {
-    EXPECT_EQ(entry.energy, entry.name.starts_with("elastic-") ? "elastic" : "hdm") << entry.name;
-    for (const Series& series : entry.series) {
-      if (series.method != fixed_point_method && series.method != finite_elements_method) {
-        EXPECT_EQ(energy_names[static_cast<std::size_t>(find_method(series.method).energy)], entry.energy)
-            << entry.name << ", " << series.name;
-      }
-    }
-  }
-}
-
 TEST(Atlas, WithoutAnyConditionTheStartComesOut) {
   for (const SeriesResult& series : result_of("undetermined").series) {
     if (series.absence.empty()) {
@@ -180,53 +160,33 @@ TEST(Atlas, OverRelaxationWithoutColoursIsNeverBetterThanBelowOne) {
   EXPECT_GT(all_at_once.points[2].error.value_or(HUGE_VAL), *all_at_once.points[0].error) << "factor 1.1";
 }
 
-void expect_failures_warned_of() {
+/// One test, as every test is a process of its own and the entries take seconds.
+TEST(Atlas, EveryEntryFailsWhereItIsPinnedAndWarnedOf) {
+  for (const Pinned& pinned : pins) {
+    EXPECT_EQ(mismatch(pinned, result_of(pinned.entry)), "") << pinned.entry << ", " << pinned.series;
+  }
   for (const Entry& entry : entries()) {
+    const auto is_its_own = [&](std::string_view kind) {
+      return std::ranges::find(entry.warnings, kind) != entry.warnings.end();
+    };
     for (const SeriesResult& series : result_of(entry.name).series) {
       const bool is_truth = series.name == fixed_point_method || series.name == finite_elements_method;
       for (const Point& point : series.points) {
-        const bool told = std::ranges::any_of(entry.warnings, [&](std::string_view kind) {
-          return std::ranges::find(point.warnings, kind) != point.warnings.end();
-        });
-        EXPECT_TRUE(told || !point.failed || is_truth || entry.warnings.empty())
+        EXPECT_TRUE(std::ranges::any_of(point.warnings, is_its_own) || !point.failed || is_truth ||
+                    entry.warnings.empty())
             << entry.name << ", " << series.name << " at " << point.knob;
       }
-    }
-  }
-}
-
-// Both state how far the field may still be from the fixed point, from a tenth of a pixel on, which icm
-// leaves at the healthy end too.
-bool is_estimate(std::string_view kind) {
-  return kind == "stalled" || kind == "still-moving";
-}
-
-void expect_healthy_end_not_warned_of() {
-  for (const Entry& entry : entries()) {
-    for (const SeriesResult& series : result_of(entry.name).series) {
       if (series.points.empty() || series.points.front().failed) {
         continue;
       }
       for (const std::string& kind : series.points.front().warnings) {
-        EXPECT_TRUE(is_estimate(kind) || std::ranges::find(entry.warnings, kind) == entry.warnings.end())
-            << entry.name << ", " << series.name << ": " << kind;
+        // Both state how far the field may still be from the fixed point, from a tenth of a pixel on, which
+        // icm leaves at the healthy end too.
+        const bool is_estimate = kind == "stalled" || kind == "still-moving";
+        EXPECT_TRUE(is_estimate || !is_its_own(kind)) << entry.name << ", " << series.name << ": " << kind;
       }
     }
   }
-}
-
-void expect_pictures() {
-  for (const Entry& entry : entries()) {
-    EXPECT_EQ(result_of(entry.name).picture.has_value(), entry.picture.has_value()) << entry.name;
-  }
-}
-
-// One test, as every test is a process of its own and the entries take seconds.
-TEST(Atlas, EveryEntryFailsWhereItIsPinnedAndWarnedOf) {
-  expect_pinned();
-  expect_failures_warned_of();
-  expect_healthy_end_not_warned_of();
-  expect_pictures();
 }
 
 TEST(Atlas, AMethodThatIgnoresTheKnobIsNoticed) {
@@ -244,37 +204,6 @@ TEST(Atlas, AMethodThatIgnoresTheKnobIsNoticed) {
       }
     }
   }
-}
-
-TEST(Atlas, TextsAreThereAndNamesUnique) {
-  std::set<std::string_view> names;
-  for (const Entry& entry : entries()) {
-    EXPECT_TRUE(names.insert(entry.name).second) << entry.name;
-    for (const std::string_view text :
-         {entry.title, entry.mechanism, entry.knob, entry.measure, entry.survivor}) {
-      EXPECT_FALSE(text.empty()) << entry.name;
-    }
-    for (const double knob : entry.quick_knobs) {
-      EXPECT_NE(std::ranges::find(entry.knobs, knob), entry.knobs.end()) << entry.name << ' ' << knob;
-    }
-    const auto& picture = entry.picture;
-    if (picture) {
-      EXPECT_NE(std::ranges::find(entry.quick_knobs, picture->knob), entry.quick_knobs.end()) << entry.name;
-      EXPECT_NE(std::ranges::find(entry.series, picture->series, &Series::name), entry.series.end());
-    }
-  }
-}
-
-TEST(Atlas, ThresholdIsTheFirstFailure) {
-  SeriesResult series{
-      .name = "", .absence = {}, .points = {{.knob = 1}, {.knob = 2, .failed = true}, {.knob = 3}}};
-  EXPECT_EQ(series.threshold().good, 1.0);
-  EXPECT_EQ(series.threshold().failed, 2.0);
-  series.points[0].failed = true;
-  EXPECT_EQ(series.threshold().good, std::nullopt);
-  series.points = {{.knob = 4}};
-  EXPECT_EQ(series.threshold().good, 4.0);
-  EXPECT_EQ(series.threshold().failed, std::nullopt);
 }
 
 } // namespace

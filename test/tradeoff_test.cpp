@@ -1,21 +1,17 @@
 #include "harness/judge/tradeoff.hpp"
 
 #include "harness/check/faults/faulty_backend.hpp"
-#include "harness/measure/median.hpp"
 #include "harness/scene/method.hpp"
-#include "kernels/data/input_error.hpp"
 #include "test/sessions.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <random>
 #include <set>
-#include <thread>
 
 namespace hdmbench {
 namespace {
@@ -23,13 +19,6 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-TEST(ParetoFront, HasWhatNothingBeats) {
-  const std::vector<CostAndError> points{{3.0, 1.0}, {1.0, 3.0}, {2.0, 2.0},
-                                         {2.5, 2.0}, {3.0, 0.5}, {1.0, 3.0}};
-  EXPECT_THAT(pareto_front(points), ElementsAre(1U, 2U, 4U));
-  EXPECT_THAT(pareto_front({}), IsEmpty());
-}
 
 TEST(ParetoFront, WhatIsNoNumberIsNeverOnIt) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -57,19 +46,6 @@ TEST(ParetoFront, RandomPointsAreBeatenOrOnIt) {
       return j != i && points[j].cost == points[i].cost && points[j].error == points[i].error;
     });
     EXPECT_EQ(on_front, !beaten && !repeated) << i;
-  }
-}
-
-TEST(Efforts, SampledImagesComeBeforeTheFullResolution) {
-  const Method& method = usual_method(EnergyModel::elastic);
-  const std::vector<Effort> all = efforts(method, 70, {300, 300}, false);
-  ASSERT_EQ(all.size(), 7U);
-  EXPECT_EQ(all[0].stride, 16); // 20 x 20 sites; 32 would leave 10
-  EXPECT_EQ(all[2].stride, 4);
-  EXPECT_EQ(all[3].stride, 1);
-  EXPECT_EQ(effort_text(method, all[1]), "2 cycles on every 8th pixel");
-  for (const Effort& effort : efforts(method, 70, {300, 300}, true)) {
-    EXPECT_EQ(effort.stride, 1);
   }
 }
 
@@ -122,26 +98,6 @@ TEST_F(Tradeoff, MeasuresMethodsAtAllEffortsAndTheirRivals) {
     }
   }
   EXPECT_EQ(std::ranges::count_if(tradeoff, [](const auto& point) { return point.method == "fem-cg"; }), 6);
-}
-
-TEST_F(Tradeoff, SecondsAreSeconds) {
-  using Clock = std::chrono::steady_clock;
-  faults::Fault slow{.name = "slow", .in_step = [](int sweeps) {
-                       std::this_thread::sleep_for(std::chrono::milliseconds(5));
-                       return sweeps;
-                     }};
-  const faults::FaultyBackend backend(scalar_, slow);
-  const auto start = Clock::now();
-  const std::vector<Judged> tradeoff = measured({&backend}, {"icm"}, true);
-  const double wall = std::chrono::duration<double>(Clock::now() - start).count();
-  ASSERT_FALSE(tradeoff.empty());
-  double sum = 0.0;
-  for (const Judged& point : tradeoff) {
-    // One call of step, at least 5 ms, per level.
-    EXPECT_GE(median(point.seconds), 0.005 * 5) << "32 x 32 has six levels";
-    sum += median(point.seconds);
-  }
-  EXPECT_LE(sum, wall);
 }
 
 struct Spoilt {
