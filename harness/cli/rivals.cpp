@@ -24,7 +24,6 @@ struct Arguments {
   std::vector<double> amplitudes{10.0};
   std::vector<double> noises{0.03};
   std::vector<std::uint32_t> seeds{1};
-  bool other_gray = false;
   bool quick = false;
   int knobs = 0;     ///< cases of each value; 0: registration
   int detection = 0; ///< pairs of cases; 0: registration
@@ -51,14 +50,13 @@ void write_pair(const fs::path& folder, const Scene& scene, const PlantedPair& p
 
 void print_rows(const std::vector<RivalRow>& rows) {
   const RivalRow& first = rows.front();
-  fmt::print("{}, {} x {}: {} of {:g} px, noise {:g} %{}, seed {}; RMSD to the truth in pixels\n\n",
+  fmt::print("{}, {} x {}: {} of {:g} px, noise {:g} %, seed {}; RMSD to the truth in pixels\n\n",
              first.scene, first.width, first.height, first.planted, first.amplitude, 100.0 * first.noise,
-             first.other_gray ? ", other gray values" : "", first.seed);
-  Table table({"method", "tissue", "95 %", "region", "interfaces", "Dice", "folds", "s"});
+             first.seed);
+  Table table({"method", "tissue", "95 %", "region", "Dice", "folds", "s"});
   for (const RivalRow& row : rows) {
     table.add({row.method, fmt::format("{:.3f}", row.tissue), fmt::format("{:.3f}", row.tissue_95),
-               fmt::format("{:.3f}", row.region), fmt::format("{:.3f}", row.interfaces),
-               fmt::format("{:.3f}", row.dice), std::to_string(row.folds),
+               fmt::format("{:.3f}", row.region), fmt::format("{:.3f}", row.dice), std::to_string(row.folds),
                fmt::format("{:.2f}", row.seconds)});
   }
   fmt::print("{}\n", table.text());
@@ -81,7 +79,6 @@ int compare(const Arguments& arguments, const Scene& scene, const Backend& backe
               .kind = static_cast<Planted>(std::ranges::find(planted_names, name) - planted_names.begin()),
               .amplitude = amplitude,
               .noise = noise,
-              .other_gray = arguments.other_gray,
               .seed = seed};
           if (!arguments.output.empty()) {
             write_pair(arguments.output / name, scene, plant(scene, options), name);
@@ -258,7 +255,7 @@ void require_meaning(const Arguments& arguments, const Command& command) {
         .options = {"--detection"},
         .why = "with --other nothing is planted"},
        {.here = !compares,
-        .options = {"--planted", "--amplitudes", "--noises", "--other-gray"},
+        .options = {"--planted", "--amplitudes", "--noises"},
         .why = "only planted deformations take that, without --knobs, --other and --detection"},
        {.here = !compares && !detects,
         .options = {"--seeds"},
@@ -325,8 +322,6 @@ void add_rivals(const Command& program, const std::string& arguments, int& statu
   command.add_option("--seeds", own->seeds, "Of place, direction and noise, several with commas")
       .delimiter(',')
       .capture_default_str();
-  command.add_flag("--other-gray", own->other_gray,
-                   "The target has other gray values, as from another scanner");
   command.add_flag("--quick", own->quick,
                    "Without mutual information: ITK's, elastix's, and so without Algorithm 5");
   command.add_option(

@@ -1,6 +1,7 @@
 #include "harness/judge/registration/planted.hpp"
 
 #include "harness/applications/picture.hpp"
+#include "harness/judge/diagnosis/measures.hpp"
 #include "harness/scene/sites.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/finite_elements.hpp"
@@ -60,24 +61,10 @@ VectorField deformation(const Scene& scene, double poisson,
 
 /// Pixels to the nearest site of label 0, about: 0 there.
 ScalarField depth_of(const LabelField& labels) {
-  const Extent extent = labels.extent;
-  ScalarField depth(extent);
-  std::ranges::transform(labels.values, depth.values.begin(),
-                         [](int label) { return label > 0 ? 1e6F : 0.0F; });
-  const auto pass = [&](int x, int y, int step) {
-    float& here = depth.values[extent.index(x, y)];
-    const auto from = [&](int column, int row, float length) {
-      if (column >= 0 && row >= 0 && column < extent.width && row < extent.height) {
-        here = std::min(here, depth.values[extent.index(column, row)] + length);
-      }
-    };
-    from(x + step, y, 1.0F);
-    from(x, y + step, 1.0F);
-    from(x + step, y + step, 1.414F);
-    from(x - step, y + step, 1.414F);
-  };
-  for_each_site(extent, [&](int x, int y) { pass(x, y, -1); });
-  for_each_site(extent, [&](int x, int y) { pass(extent.width - 1 - x, extent.height - 1 - y, 1); });
+  std::vector<float> around(labels.values.size());
+  std::ranges::transform(labels.values, around.begin(), [](int label) { return label > 0 ? 0.0F : 1.0F; });
+  ScalarField depth(labels.extent);
+  depth.values = diagnosis::distance_to_nearest(labels.extent, around, 1.414F);
   return depth;
 }
 
@@ -171,22 +158,17 @@ void require_anatomy(const Scene& scene) {
 
 /// The scene's picture and what the pair's truth makes of it, both with noise. looks(from, gray): what tissue
 /// from there has become.
-void set_pictures(const Scene& scene, double noise, bool other_gray, GaussianNoise& random, PlantedPair& pair,
+void set_pictures(const Scene& scene, double noise, GaussianNoise& random, PlantedPair& pair,
                   const std::function<double(const Place& from, double gray)>& looks) {
   const Extent extent = scene.extent();
   pair.source = scene.picture;
   pair.target = ScalarField(extent);
-  const double gain_x = random.uniform() - 0.5;
-  const double gain_y = random.uniform() - 0.5;
+  (void)random.uniform(); // results of before drew two numbers here
+  (void)random.uniform();
   for_each_site(extent, [&](int x, int y) {
     const Place from = origin_of(pair.truth, x, y);
-    double gray =
-        std::clamp(looks(from, static_cast<double>(cubic_at(scene.picture, from.x, from.y))), 0.0, 255.0);
-    if (other_gray) {
-      gray = 255.0 * std::pow(gray / 255.0, 1.25) *
-             (0.9 + 0.2 * (gain_x * x / extent.width + gain_y * y / extent.height));
-    }
-    pair.target.values[extent.index(x, y)] = static_cast<float>(gray);
+    const double gray = looks(from, static_cast<double>(cubic_at(scene.picture, from.x, from.y)));
+    pair.target.values[extent.index(x, y)] = static_cast<float>(std::clamp(gray, 0.0, 255.0));
   });
   for (ScalarField* const picture : {&pair.source, &pair.target}) {
     for (float& gray : picture->values) {
@@ -237,7 +219,7 @@ PlantedPair plant(const Scene& scene, const PlantedOptions& options) {
       });
   // A segmented mass; of what was taken out, with what lies around.
   pair.region = disc(extent, centre, radius * (grows ? 1.03 : 1.25));
-  set_pictures(scene, options.noise, options.other_gray, random, pair, [&](const Place& from, double gray) {
+  set_pictures(scene, options.noise, random, pair, [&](const Place& from, double gray) {
     return grows && is_inside(from.x, from.y) ? 200.0 + 20.0 * std::sin(0.9 * from.x) * std::cos(0.7 * from.y)
            : resects && is_inside(from.x, from.y) ? 30.0
                                                   : gray;
@@ -292,7 +274,7 @@ PlantedPair pictures_of(const Scene& scene, const PlantedField& field, double no
   PlantedPair pair;
   pair.truth = field.observed;
   pair.region = field.region;
-  set_pictures(scene, noise, false, random, pair, [](const Place&, double gray) { return gray; });
+  set_pictures(scene, noise, random, pair, [](const Place&, double gray) { return gray; });
   return pair;
 }
 

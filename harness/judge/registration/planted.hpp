@@ -23,7 +23,6 @@ struct PlantedOptions {
   Planted kind = Planted::pressure;
   double amplitude = 10.0;    ///< largest displacement, pixels
   double noise = 0.03;        ///< standard deviation in both pictures, share of 255
-  bool other_gray = false;    ///< the target by another scanner: gamma, and a gain that changes across it
   double region_share = 0.07; ///< radius of growth and resection over the image's width
   double poisson = planted_poisson;
   std::uint32_t seed = 1; ///< place, direction, noise

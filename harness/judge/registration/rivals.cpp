@@ -19,21 +19,6 @@ namespace hdmbench {
 
 namespace {
 
-/// Sites of tissue with another label within 2 pixels.
-std::vector<bool> near_interfaces(const LabelField& labels) {
-  const Extent extent = labels.extent;
-  std::vector<bool> near(extent.sites());
-  for_each_site(extent, [&](int x, int y) {
-    const std::size_t site = extent.index(x, y);
-    for (int j = std::max(y - 2, 0); j <= std::min(y + 2, extent.height - 1); ++j) {
-      for (int i = std::max(x - 2, 0); i <= std::min(x + 2, extent.width - 1); ++i) {
-        near[site] = near[site] || labels.values[extent.index(i, j)] != labels.values[site];
-      }
-    }
-  });
-  return near;
-}
-
 /// Sites of a label in one list of labels, in another, and in both at once.
 struct LabelCount {
   double one = 0.0, other = 0.0, both = 0.0;
@@ -112,8 +97,7 @@ RegistrationError error_of(const VectorField& displacement, const PlantedPair& p
     }
   };
   const Extent extent = labels.extent;
-  const std::vector<bool> near = near_interfaces(labels);
-  Mean tissue, region, interfaces;
+  Mean tissue, region;
   std::vector<double> all;
   for (std::size_t site = 0; site < extent.sites(); ++site) {
     if (labels.values[site] <= 0) {
@@ -127,13 +111,9 @@ RegistrationError error_of(const VectorField& displacement, const PlantedPair& p
     if (pair.region.values[site] != 0.0F) {
       region.add(square);
     }
-    if (near[site]) {
-      interfaces.add(square);
-    }
   }
   RegistrationError error{.tissue = tissue.root(),
                           .region = region.root(),
-                          .interfaces = interfaces.root(),
                           .dice = dice_of(displacement, pair.truth, labels)};
   if (!all.empty()) {
     const auto most = all.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(all.size() - 1));
@@ -170,7 +150,6 @@ std::vector<RivalRow> compare_rivals(const Scene& scene, const PlantedOptions& p
     row.planted = what;
     row.amplitude = planted.amplitude;
     row.noise = planted.noise;
-    row.other_gray = planted.other_gray;
     row.seed = planted.seed;
     row.method = registered.method;
     row.knows_region = registered.knows_region;
@@ -210,15 +189,10 @@ std::vector<PeopleRow> compare_people(const Scene& scene, const Scene& other, bo
                                       const Backend& backend, const SessionOptions& session,
                                       Progress& progress) {
   for (const Scene* const one : {&scene, &other}) {
-    if (one->picture.values.empty() || one->labels.values.empty()) {
-      throw InputError(fmt::format("{}: two people can only be compared by pictures with labels", one->name));
+    if (one->picture.values.empty() || one->labels.values.empty() || one->extent() != scene.extent()) {
+      throw InputError(fmt::format(
+          "{}: two people can only be compared by pictures with labels, of one size", one->name));
     }
-  }
-  if (scene.extent() != other.extent()) {
-    throw InputError(
-        fmt::format("{} is {} x {} pixels, {} is {} x {}: two people can only be compared at one size",
-                    scene.name, scene.extent().width, scene.extent().height, other.name, other.extent().width,
-                    other.extent().height));
   }
   const ScalarField nowhere(scene.extent());
   std::vector<PeopleRow> rows;
@@ -300,42 +274,18 @@ InclusionRow look_for(const Scene& scene, const Scene& told, const PlantedInclus
   return row;
 }
 
-std::vector<RocPoint> roc_of(std::span<const InclusionRow> rows, double InclusionRow::*score) {
-  std::vector<const InclusionRow*> highest_first;
-  double with = 0.0;
-  for (const InclusionRow& row : rows) {
-    highest_first.push_back(&row);
-    with += row.contrast != 1.0 ? 1.0 : 0.0;
-  }
-  const double without = static_cast<double>(rows.size()) - with;
-  if (with == 0.0 || without == 0.0) {
-    return {};
-  }
-  std::ranges::sort(highest_first,
-                    [&](const InclusionRow* a, const InclusionRow* b) { return a->*score > b->*score; });
-  std::vector<RocPoint> points{{}};
-  RocPoint point;
-  for (std::size_t i = 0; i < highest_first.size(); ++i) {
-    (highest_first[i]->contrast != 1.0 ? point.found : point.false_alarms) += 1.0;
-    // Cases of one score are found together.
-    if (i + 1 == highest_first.size() || highest_first[i + 1]->*score != highest_first[i]->*score) {
-      points.push_back({.false_alarms = point.false_alarms / without, .found = point.found / with});
+std::optional<double> area_under_roc(std::span<const InclusionRow> rows, double InclusionRow::*score) {
+  double higher = 0.0;
+  double pairs = 0.0;
+  for (const InclusionRow& with : rows) {
+    for (const InclusionRow& without : rows) {
+      if (with.contrast != 1.0 && without.contrast == 1.0) {
+        higher += with.*score > without.*score ? 1.0 : with.*score == without.*score ? 0.5 : 0.0;
+        pairs += 1.0;
+      }
     }
   }
-  return points;
-}
-
-std::optional<double> area_under_roc(std::span<const InclusionRow> rows, double InclusionRow::*score) {
-  const std::vector<RocPoint> points = roc_of(rows, score);
-  if (points.empty()) {
-    return std::nullopt;
-  }
-  double area = 0.0;
-  for (std::size_t i = 1; i < points.size(); ++i) {
-    area +=
-        0.5 * (points[i].found + points[i - 1].found) * (points[i].false_alarms - points[i - 1].false_alarms);
-  }
-  return area;
+  return pairs > 0.0 ? std::optional(higher / pairs) : std::nullopt;
 }
 
 } // namespace hdmbench

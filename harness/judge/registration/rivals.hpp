@@ -20,7 +20,6 @@ struct RegistrationError {
   double tissue = 0.0;     ///< over sites of label > 0
   double tissue_95 = 0.0;  ///< 95 % of them are nearer than this
   double region = 0.0;     ///< over the region of interest
-  double interfaces = 0.0; ///< within 2 pixels of another label
   double dice = 0.0;       ///< of the labels, moved by it and by the truth, their mean
   std::int64_t folds = 0;  ///< cells of tissue that are turned over
 };
@@ -36,14 +35,13 @@ struct RivalRow : RegisteredScene, RegistrationError {
   std::string planted; ///< of planted_names
   double amplitude = 0.0;
   double noise = 0.0;
-  bool other_gray = false;
   std::int64_t seed = 0;
   std::string method;
   bool knows_region = false; ///< was told where the region of interest is
   double seconds = 0.0;
 };
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RivalRow, scene, width, height, planted, amplitude, noise, other_gray,
-                                   seed, method, knows_region, seconds, tissue, tissue_95, region, interfaces,
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RivalRow, scene, width, height, planted, amplitude, noise,
+                                   seed, method, knows_region, seconds, tissue, tissue_95, region,
                                    dice, folds)
 
 inline constexpr std::string_view truth_outside = "the truth given outside the region";
@@ -113,16 +111,8 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(InclusionRow, scene, width, height, radius, c
 [[nodiscard]] InclusionRow look_for(const Scene& scene, const Scene& told, const PlantedInclusion& inclusion,
                                     bool pictures, ElasticSession& session, Progress& progress);
 
-/// One point of the receiver operating characteristic.
-struct RocPoint {
-  double false_alarms = 0.0; ///< share of the cases without an inclusion that score so much or more
-  double found = 0.0;        ///< of those with one
-};
-/// From (0, 0) to (1, 1), by `score` or another measure of a row; empty where either kind of case is missing.
-[[nodiscard]] std::vector<RocPoint> roc_of(std::span<const InclusionRow> rows,
-                                           double InclusionRow::*score = &InclusionRow::score);
-/// The area under it: the probability that a case with an inclusion scores higher than one without. None
-/// where either is missing.
+/// The area under the receiver operating characteristic by `score` or another measure of a row: the
+/// probability that a case with an inclusion scores higher than one without. None where either is missing.
 [[nodiscard]] std::optional<double> area_under_roc(std::span<const InclusionRow> rows,
                                                    double InclusionRow::*score = &InclusionRow::score);
 
