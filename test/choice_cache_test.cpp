@@ -1,7 +1,7 @@
 // Of several shapes of sweeps the fastest is taken, by measurement, which is kept for the next process. That
 // all give the same bits is backends_test's affair.
 
-#include "harness/measure/choice_cache.hpp"
+#include "harness/measure/choices.hpp"
 #include "test/files.hpp"
 #include "test/program.hpp"
 #include "test/sessions.hpp"

@@ -2,7 +2,7 @@
 // by file, row and key.
 
 #include "harness/check/verify_row.hpp"
-#include "harness/measure/device_row.hpp"
+#include "harness/measure/choices.hpp"
 #include "harness/measure/result_file.hpp"
 #include "test/files.hpp"
 

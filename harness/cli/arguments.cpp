@@ -1,6 +1,6 @@
 #include "harness/cli/arguments.hpp"
 
-#include "harness/measure/choice_cache.hpp"
+#include "harness/measure/choices.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/joined.hpp"

@@ -5,7 +5,7 @@
 #include "harness/cli/bench_on_ranks.hpp"
 #include "harness/cli/commands.hpp"
 #include "harness/cli/gates.hpp"
-#include "harness/measure/device_row.hpp"
+#include "harness/measure/choices.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/measure/memory_use.hpp"
 #include "harness/measure/result_file.hpp"

@@ -4,7 +4,7 @@
 #include "harness/cli/commands.hpp"
 #include "harness/cli/rank_rows.hpp"
 #include "harness/judge/run_row.hpp"
-#include "harness/measure/device_row.hpp"
+#include "harness/measure/choices.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/ranks/rank_devices.hpp"

@@ -2,14 +2,18 @@
 
 #include "harness/check/compare.hpp"
 #include "harness/check/verify.hpp"
+#include "harness/measure/choices.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/measure/memory_use.hpp"
+#include "harness/scene/level_sequence.hpp"
+#include "harness/scene/row_fields.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/stopwatch.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace hdmbench {
@@ -240,6 +244,156 @@ std::vector<BenchResult> bench(Scene& scene, std::span<const Backend* const> bac
     run.add(one);
   }
   return run.take_results();
+}
+
+std::vector<LevelWork> level_work(const Scene& scene) {
+  const Schedule& schedule = scene.schedule;
+  if (scene.energy != EnergyModel::hdm || schedule.rule != Rule::steps ||
+      scene.full.update != Update::simultaneous || schedule.stop != Stop::fixed || schedule.mean_modulus) {
+    return {};
+  }
+  const LevelSequence levels(scene);
+  std::vector<LevelWork> work;
+  for (const int level : levels.order()) {
+    work.push_back({.sweeps = levels.iterations(level),
+                    .sites = count_site_kinds(scene.full, levels.extent(level), schedule.alignment)});
+  }
+  return work;
+}
+
+std::optional<SolutionCost> solution_cost(const std::vector<LevelWork>& levels, const Backend& backend,
+                                          const Device& device, const Level& full) {
+  if (levels.empty() || backend.bytes_per_update(SiteKind::general, 1) <= 0.0) {
+    return std::nullopt;
+  }
+  const bool is_cpu = device.is_software || backend.threads({}) > 0;
+  const double cache = is_cpu ? static_cast<double>(last_level_cache_bytes()) : 0.0;
+  SolutionCost cost;
+  for (const LevelWork& level : levels) {
+    double bytes = 0.0; // of all sweeps
+    double state = 0.0; // what one sweep touches
+    for (std::size_t i = 0; i < site_kinds; ++i) {
+      const auto kind = static_cast<SiteKind>(i);
+      const auto sites = static_cast<double>(level.sites[i]);
+      cost.operations += sites * level.sweeps * full.energy->costs[i].operations(full.steps.count());
+      bytes += sites * level.sweeps * backend.bytes_per_update(kind, level.sweeps);
+      state += sites * backend.bytes_per_update(kind, 1);
+    }
+    cost.bytes += bytes;
+    cost.bytes_from_memory += state > cache ? bytes : 0.0;
+  }
+  return cost;
+}
+
+CeilingShare ceiling_share(const SolutionCost& cost, const Ceilings& ceilings, double seconds) {
+  const double moving = cost.bytes_from_memory / median(ceilings.copy_bytes_per_second);
+  const double calculating = cost.operations / median(ceilings.operations_per_second);
+  return {.percent = 100.0 * std::max(moving, calculating) / seconds,
+          .binding = moving > calculating ? Binding::memory : Binding::arithmetic};
+}
+
+const MeasuredCeilings::Entry& MeasuredCeilings::of(const Backend& backend, const SessionOptions& options) {
+  const auto [found, is_new] =
+      entries_.try_emplace({std::string(backend.name()), backend.threads(options)}, Entry{});
+  if (is_new) {
+    try {
+      found->second.ceilings = backend.ceilings(options);
+      found->second.reason = found->second.ceilings ? "" : "it has no loops to measure them";
+    } catch (const DeviceError& error) {
+      found->second.reason = error.what();
+    }
+  }
+  return found->second;
+}
+
+namespace {
+
+using nlohmann::json;
+
+constexpr double giga = 1e-9; ///< 10^9 of a unit in one
+
+json in_giga(const std::vector<double>& rates) {
+  json values = json::array();
+  std::ranges::transform(rates, std::back_inserter(values), [](double rate) { return rate * giga; });
+  return values;
+}
+
+/// Of a solution's cost per site update and per second of compute, and what the device can do at most.
+void add_cost(const BenchResult& result, json& row) {
+  for (const char* const key : {"bytes_per_site_update", "operations_per_site_update", "gigabytes_per_second",
+                                "gigaoperations_per_second", "percent_of_ceiling", "binding", "ceiling"}) {
+    row[key] = nullptr;
+  }
+  const double seconds = median_seconds(result.samples, &Timings::compute);
+  if (result.cost && result.site_updates > 0.0 && seconds > 0.0) {
+    row["bytes_per_site_update"] = result.cost->bytes / result.site_updates;
+    row["operations_per_site_update"] = result.cost->operations / result.site_updates;
+    row["gigabytes_per_second"] = result.cost->bytes / seconds * giga;
+    row["gigaoperations_per_second"] = result.cost->operations / seconds * giga;
+  }
+  if (result.share) {
+    row["percent_of_ceiling"] = result.share->percent;
+    row["binding"] = binding_names.at(static_cast<std::size_t>(result.share->binding));
+  }
+  if (result.ceilings) {
+    const Ceilings& most = *result.ceilings;
+    row["ceiling"] = {{"copy_gigabytes_per_second", median(most.copy_bytes_per_second) * giga},
+                      {"gigaoperations_per_second", median(most.operations_per_second) * giga},
+                      {"copy_samples", in_giga(most.copy_bytes_per_second)},
+                      {"operation_samples", in_giga(most.operations_per_second)}};
+  }
+}
+
+} // namespace
+
+double msites_per_second(const BenchResult& result) {
+  const double seconds = median_seconds(result.samples, &Timings::compute);
+  return seconds > 0.0 ? result.site_updates / seconds * 1e-6 : 0.0;
+}
+
+std::string bench_method_name(const Scene& scene, const BenchResult& result) {
+  return method_name(scene) + (result.work == Work::active ? "-active" : "");
+}
+
+json bench_row(const Scene& scene, const BenchResult& result) {
+  const auto part = [&](auto which) { return median_seconds(result.samples, which); };
+  const bool was_compared = !result.reference.empty();
+  json row{{"scene", scene.name},
+           {"width", scene.extent().width},
+           {"height", scene.extent().height},
+           {"backend", result.backend},
+           {"device", result.device.name},
+           {"driver", result.device.driver},
+           {"method", bench_method_name(scene, result)},
+           {"work", work_names.at(static_cast<std::size_t>(result.work))},
+           {"threads", result.threads > 0 ? json(result.threads) : json()},
+           {"effort", scene.schedule.iterations},
+           {"iterations", result.iterations},
+           {"fine_sweep_equivalents", result.site_updates / static_cast<double>(scene.extent().sites())},
+           {"seconds", json::array()},
+           {"seconds_median", part(&Timings::total)},
+           {"msites_per_second", msites_per_second(result)},
+           {"setup_seconds", result.setup_seconds},
+           {"projection_seconds", part(&Timings::projection)},
+           {"upload_seconds", part(&Timings::upload)},
+           {"compute_seconds", part(&Timings::compute)},
+           {"readback_seconds", part(&Timings::readback)},
+           {"reference", was_compared ? json(result.reference) : json()},
+           {"speed_up_over_scalar", result.reference == "scalar" ? json(result.speed_up) : json()},
+           {"speed_up_over_dense", result.speed_up_over_dense},
+           {"valid", was_compared || result.samples.empty() ? json(result.valid) : json()},
+           {"reason", result.reason},
+           {"peak_memory_bytes", result.peak_memory_bytes},
+           {"bytes_per_site", result.bytes_per_site},
+           {"choices", json::array()}};
+  for (const Timings& sample : result.samples) {
+    row["seconds"].push_back(sample.total());
+  }
+  for (const Choice& choice : result.choices) {
+    row["choices"].push_back(to_json_row(choice));
+  }
+  add_cost(result, row);
+  return row;
 }
 
 } // namespace hdmbench

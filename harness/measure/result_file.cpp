@@ -1,14 +1,73 @@
 #include "harness/measure/result_file.hpp"
 
+#include "backends/cpu/processor.hpp"
 #include "harness/scene/file_input.hpp"
 #include "harness/scene/file_output.hpp"
 #include "kernels/data/input_error.hpp"
 
+#include <build_information.hpp>
+#include <commit.hpp>
+#include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <sys/utsname.h>
 
-#include <algorithm>
+#include <ctime>
+#include <fstream>
+#include <thread>
 
 namespace hdmbench {
+
+namespace {
+
+/// PRETTY_NAME of /etc/os-release, else the kernel's name.
+std::string operating_system() {
+  std::ifstream file("/etc/os-release");
+  for (std::string line; std::getline(file, line);) {
+    constexpr std::string_view key = "PRETTY_NAME=\"";
+    if (line.starts_with(key) && line.size() > key.size()) {
+      return line.substr(key.size(), line.size() - key.size() - 1);
+    }
+  }
+  utsname names{};
+  uname(&names);
+  return fmt::format("{} {}", names.sysname, names.release);
+}
+
+} // namespace
+
+void list_fields(Fields& fields, Context& context) {
+  fields("machine", context.machine);
+  fields("cpu", context.cpu);
+  fields("cores", context.cores);
+  fields.newer("architecture", context.architecture);
+  fields("operating_system", context.operating_system);
+  fields("compiler", context.compiler);
+  fields("flags", context.flags);
+  fields("commit", context.commit);
+  fields("version", context.version);
+  fields("date", context.date);
+  fields("arguments", context.arguments);
+  fields("quick", context.quick);
+}
+
+Context run_context(std::string_view arguments, bool quick) {
+  utsname names{};
+  uname(&names);
+  const std::string cpu = cpu_device("").name;
+  const unsigned cores = std::thread::hardware_concurrency();
+  return {.machine = fmt::format("{}, {} cores", cpu, cores),
+          .cpu = cpu,
+          .cores = cores,
+          .architecture = names.machine,
+          .operating_system = operating_system(),
+          .compiler = std::string(build::compiler),
+          .flags = fmt::format("{} (scalar: -O2)", build::flags),
+          .commit = std::string(build::commit),
+          .version = std::string(build::version),
+          .date = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))),
+          .arguments = std::string(arguments),
+          .quick = quick};
+}
 
 namespace {
 
@@ -17,34 +76,6 @@ constexpr int schema = 1;
 /// Result files nest six deep; the limit keeps whatever walks through them by recursion off the end of the
 /// stack.
 constexpr int deepest = 100;
-
-/// As dump(1), but arrays of numbers stay on one line: a profile of 300 values is for machines. As deep as
-/// our own documents, so recursion does.
-// NOLINTNEXTLINE(misc-no-recursion)
-void append_json(std::string& text, const nlohmann::ordered_json& value, std::size_t depth) {
-  const bool flat =
-      !value.is_structured() || value.empty() ||
-      (value.is_array() && std::ranges::none_of(value, [](const auto& item) { return !item.is_number(); }));
-  if (flat) {
-    text += value.dump();
-    return;
-  }
-  const bool object = value.is_object();
-  text += object ? '{' : '[';
-  bool first = true;
-  for (const auto& [key, item] : value.items()) {
-    text += first ? "\n" : ",\n";
-    first = false;
-    text.append(depth + 1, ' ');
-    if (object) {
-      text += nlohmann::json(key).dump() + ": ";
-    }
-    append_json(text, item, depth + 1);
-  }
-  text += '\n';
-  text.append(depth, ' ');
-  text += object ? '}' : ']';
-}
 
 nlohmann::json parse(const std::filesystem::path& file) {
   try {
@@ -97,9 +128,7 @@ void write_results(const std::filesystem::path& file, std::string_view command, 
                                         {"command", command},
                                         {"context", to_json_row(std::move(context))},
                                         {"results", std::move(results)}};
-  std::string text;
-  append_json(text, document, 0);
-  write_text(file == results_to_standard_output ? "/dev/stdout" : file, text + "\n");
+  write_text(file == results_to_standard_output ? "/dev/stdout" : file, document.dump(1) + "\n");
 }
 
 } // namespace hdmbench

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "harness/measure/context.hpp"
+#include "harness/measure/result_file.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 

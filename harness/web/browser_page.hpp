@@ -1,6 +1,6 @@
 #pragma once
 
-#include "harness/measure/context.hpp"
+#include "harness/measure/result_file.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/solve/progress.hpp"
 

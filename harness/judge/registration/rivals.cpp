@@ -112,9 +112,8 @@ RegistrationError error_of(const VectorField& displacement, const PlantedPair& p
       region.add(square);
     }
   }
-  RegistrationError error{.tissue = tissue.root(),
-                          .region = region.root(),
-                          .dice = dice_of(displacement, pair.truth, labels)};
+  RegistrationError error{
+      .tissue = tissue.root(), .region = region.root(), .dice = dice_of(displacement, pair.truth, labels)};
   if (!all.empty()) {
     const auto most = all.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(all.size() - 1));
     std::ranges::nth_element(all, most);
@@ -190,8 +189,8 @@ std::vector<PeopleRow> compare_people(const Scene& scene, const Scene& other, bo
                                       Progress& progress) {
   for (const Scene* const one : {&scene, &other}) {
     if (one->picture.values.empty() || one->labels.values.empty() || one->extent() != scene.extent()) {
-      throw InputError(fmt::format(
-          "{}: two people can only be compared by pictures with labels, of one size", one->name));
+      throw InputError(
+          fmt::format("{}: two people can only be compared by pictures with labels, of one size", one->name));
     }
   }
   const ScalarField nowhere(scene.extent());

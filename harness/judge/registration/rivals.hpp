@@ -17,11 +17,11 @@ namespace hdmbench {
 
 /// What a displacement is worth where the true one is known. Pixels, root of the mean of |d - truth|^2.
 struct RegistrationError {
-  double tissue = 0.0;     ///< over sites of label > 0
-  double tissue_95 = 0.0;  ///< 95 % of them are nearer than this
-  double region = 0.0;     ///< over the region of interest
-  double dice = 0.0;       ///< of the labels, moved by it and by the truth, their mean
-  std::int64_t folds = 0;  ///< cells of tissue that are turned over
+  double tissue = 0.0;    ///< over sites of label > 0
+  double tissue_95 = 0.0; ///< 95 % of them are nearer than this
+  double region = 0.0;    ///< over the region of interest
+  double dice = 0.0;      ///< of the labels, moved by it and by the truth, their mean
+  std::int64_t folds = 0; ///< cells of tissue that are turned over
 };
 
 [[nodiscard]] RegistrationError error_of(const VectorField& displacement, const PlantedPair& pair,
@@ -40,9 +40,8 @@ struct RivalRow : RegisteredScene, RegistrationError {
   bool knows_region = false; ///< was told where the region of interest is
   double seconds = 0.0;
 };
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RivalRow, scene, width, height, planted, amplitude, noise,
-                                   seed, method, knows_region, seconds, tissue, tissue_95, region,
-                                   dice, folds)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RivalRow, scene, width, height, planted, amplitude, noise, seed, method,
+                                   knows_region, seconds, tissue, tissue_95, region, dice, folds)
 
 inline constexpr std::string_view truth_outside = "the truth given outside the region";
 
