@@ -58,7 +58,7 @@ TEST(CommandLine, WritesRowsOfResults) {
            {"tradeoff square --size 12 --quick --backends openmp",
             "method rival seconds_median fine_sweep_equivalents rmsd_to_fem"},
            {"atlas alignment --quick", "entry"},
-           {"continuum --sizes 8,12 --contrasts 3", "width contrast", 2},
+           {"continuum --sizes 8,12", "width contrast", 8},
            {"probe --backends openmp", "question"},
            {"run circular --size 32 --output out", "field pictures warnings", 1},
            {"run square --size 20 --energy elastic --accuracy 0.1px --output out", "method plan", 1},

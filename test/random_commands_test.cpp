@@ -215,7 +215,7 @@ const std::map<std::string, Words> usual{
     {"atlas", {"--quick"}},
     {"bench", {"--size 16", "--backends openmp", "--repeat 1", "--no-ceilings"}},
     {"browser", {"--size 8"}},
-    {"continuum", {"--sizes 8,12", "--contrasts 3"}},
+    {"continuum", {"--sizes 8,12"}},
     {"detect", {"--simulations 3"}},
     {"energy-plot", {"--points 5"}},
     {"faults", {"--faults nan-at-one-site", "--size 24"}},

@@ -156,10 +156,10 @@ verify square --size=,16 | --size ,16: a word is missing
 verify square --size 9 --backends openmp, | --backends openmp,: a word is missing
 verify square --size 9 --stop never | never
 verify square --size 9 --json /no/such/folder/a.json | /no/such/folder
-accuracy square --size 9 --methods icm | accuracy measures icm
+accuracy square --size 9 --methods icm | accuracy has no option --methods
 accuracy square --size 1x7 | at least 2 x 2
 accuracy square --size 20 --json /nowhere/a.json | /nowhere
-accuracy square --size 20 --stop still | runs both designs
+accuracy square --size 20 --stop still | accuracy has no option --stop
 tradeoff square --size 9 --methods icm,magic | magic
 run square --size 9 --update sequential | --backend scalar
 run square --size 9 --energy elastic --robust -2 | not in range 0.000001 to 1000000
@@ -192,7 +192,6 @@ energy-plot square --size 9 --sites 1,1 1,2 --output /none/o.svg | /none
 tune square --size 9 --search luck | luck
 tune square --size 9 --search annealing --range 0,1 | 0 < low < high < 1
 tune square --size 9 --range 0.6,0.5 | low
-tune square --size 9 --prior-weight 0.3 | what tune looks for
 tune square --size 9 --search annealing --evaluations 0 | evaluations
 tune square --size 9 --search annealing --mask m.png | --truth FILE
 tune square --size 9 --search annealing --truth none.nrrd | none.nrrd
@@ -210,21 +209,21 @@ run square --size 9 --epsilon 1e-3 | --epsilon has no effect here
 run square --size 9 --stop still --epsilon 1e-3 | --epsilon has no effect here
 verify square --size 9 --epsilon 1e-3 | --epsilon has no effect here
 tune square --size 9 --search-seed 3 | --search-seed has no effect here
-tune square --size 9 --prior-weight 0.3 | --range says where
+tune square --size 9 --prior-weight 0.3 | tune has no option --prior-weight
 tune square --size 9 --mask a.png | --truth FILE.nrrd
 energy-plot square --size 9 --sites 1,1 2,2 --start --iterations 3 | nothing is solved
 energy-plot square --size 9 --sites 1,1 2,2 --start --backend scalar | nothing is solved
-atlas --list --json a.json | --json has no effect here
-faults --list --json a.json | --json has no effect here
-continuum --sizes 8 --quick | --quick has no effect here
-tradeoff square --size 9 --quick --repeat 3 | --repeat has no effect here
-tradeoff square --size 9 --method icm | choose with --methods
-rivals --radius 3 | --radius has no effect here: only --detection takes that
-rivals --detection 1 --amplitudes 3 | --amplitudes has no effect here
-rivals --knobs 1 --seeds 3 | --seeds has no effect here
-implementations --device 1 | takes every device in turn
-devices --no-cache | --no-cache has no effect here: only --measure measures
-accuracy square --size 9 --quick --full | --full has no effect here
+atlas --list --json a.json | excludes
+faults --list --json a.json | excludes
+continuum --sizes 8 --quick | excludes
+tradeoff square --size 9 --quick --repeat 3 | excludes
+tradeoff square --size 9 --method icm | did you mean --methods?
+rivals --spread | --spread requires --detection
+rivals --detection 1 --planted growth | excludes
+rivals --knobs 1 --other square | excludes
+implementations --device 1 | implementations has no option --device
+devices --no-cache | --no-cache requires --measure
+accuracy square --size 9 --quick --full | excludes
 fem-to-image a.txt --elements b.txt --size 9 --output c.nrrd --reach 2 | --interpolation nearest does
 )");
 }
@@ -348,7 +347,7 @@ fem-to-image bad.csv --size 9 --output o.nrrd | bad.csv:2: the node's x is "x"
 fem-to-image nodes.csv --size 1 --output o.nrrd | origin
 fem-to-image nodes.csv --size 9 --interpolation element --output o.nrrd | --elements
 fem-to-image nodes.csv --size 9 --interpolation cubic --output o.nrrd | cubic
-fem-to-image nodes.csv --size 9 --pixel 1 --output o.nrrd | belong together
+fem-to-image nodes.csv --size 9 --pixel 1 --output o.nrrd | --pixel requires --origin
 fem-to-image nodes.csv --size 9 --pixel -1 --origin 0,0 --output o.nrrd | side -1
 fem-to-image nodes.csv --size 9 --pixel 1e-310 --origin 0,0 --output o.nrrd | beyond
 fem-to-image nodes.csv --size 2000000 --output o.nrrd | GiB of memory

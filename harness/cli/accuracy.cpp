@@ -1,7 +1,6 @@
 #include "harness/judge/accuracy.hpp"
 
 #include "harness/cli/arguments.hpp"
-#include "harness/cli/commands.hpp"
 #include "harness/cli/judged_text.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
@@ -18,15 +17,12 @@ namespace hdmbench::commands {
 
 namespace {
 
+using nlohmann::json;
+
 struct Arguments : CommonArguments {
   int repeats = 3;
   bool full = false;
 };
-
-/// Chapter 5 of the thesis, and the brain.
-std::vector<std::string> scenes_by_default() {
-  return {"square", "square-modified", "square-single-level", "circular", "circular-radial", "brain"};
-}
 
 /// Where pictures carry enough texture for a registration to find its way (thesis 5.11).
 bool is_registered(const Scene& scene) {
@@ -34,49 +30,42 @@ bool is_registered(const Scene& scene) {
 }
 
 void print_published(const Scene& scene) {
-  if (scene.extent() != Extent{300, 300}) {
-    return;
-  }
   for (const PublishedAccuracy& row : published_accuracy()) {
-    if (row.scene != scene.name) {
-      continue;
-    }
-    if (row.rmsd) {
-      fmt::print("  thesis, table {}: {} {} px to FEM, mean energy {}, {} iterations, {} s\n", row.table,
-                 row.method, *row.rmsd, *row.mean_energy, *row.iterations, row.seconds);
-    } else {
-      fmt::print("  thesis, table {}: {} {} s\n", row.table, row.method, row.seconds);
+    if (row.scene == scene.name && scene.extent() == Extent{300, 300}) {
+      fmt::print("  thesis, table {}: {} {}{} s\n", row.table, row.method,
+                 row.rmsd ? fmt::format("{} px to FEM, mean energy {}, {} iterations, ", *row.rmsd,
+                                        *row.mean_energy, *row.iterations)
+                          : "",
+                 row.seconds);
     }
   }
 }
 
-void print_fields(const SceneAccuracy& accuracy) {
-  std::vector<const Judged*> shown;
-  std::string remarks;
-  for (const Judged& row : accuracy.rows) {
-    if (!row.seconds.empty()) {
-      shown.push_back(&row);
+/// `rows`: as to_json() has them.
+void print_scene(const SceneAccuracy& accuracy, const json& rows) {
+  json fields = json::array();
+  json arithmetic = json::array();
+  for (const json& row : rows) {
+    if (!row["seconds"].empty()) {
+      fields.push_back(row);
     }
+    if (row.contains("arithmetic")) {
+      arithmetic.push_back(row);
+    }
+  }
+  fmt::print("{}{}", judged_table(fields), failures_text(accuracy.rows));
+  for (const Judged& row : accuracy.rows) {
     if (row.variant.empty() && !row.note.empty()) {
-      remarks += fmt::format("  {}: {}\n", name_of(row), row.note);
+      fmt::print("  {}: {}\n", name_of(row), row.note);
     }
   }
-  fmt::print("{}{}{}", table_text(shown), failures_text(accuracy.rows), remarks);
-}
-
-void print_arithmetic(const SceneAccuracy& accuracy) {
-  Table table({"<float32 against double", "steps", "other candidate", "beyond bound", "gap / bound"});
-  bool any = false;
-  for (const Judged& row : accuracy.rows) {
-    if (row.arithmetic) {
-      any = true;
-      const ArithmeticError& error = *row.arithmetic;
-      table.add({row.backend, std::to_string(error.steps_compared), std::to_string(error.steps_differing),
-                 std::to_string(error.beyond_bound), fmt::format("{:.2g}", error.largest_gap_over_bound)});
-    }
-  }
-  if (any) {
-    fmt::print("\n{}", table.text());
+  if (!arithmetic.empty()) {
+    fmt::print("\n{}",
+               table_text(arithmetic, {{"backend", "float32 against double"},
+                                       {"arithmetic.resynchronised.steps_compared", "steps"},
+                                       {"arithmetic.resynchronised.steps_differing", "other candidate"},
+                                       {"arithmetic.resynchronised.beyond_bound", "beyond bound"},
+                                       {"arithmetic.resynchronised.largest_gap_over_bound", "gap / bound"}}));
   }
 }
 
@@ -95,29 +84,20 @@ bool is_sound(const SceneAccuracy& accuracy) {
   return sound;
 }
 
-int run_accuracy(Arguments& arguments, const Command& command, const std::string& line) {
-  refuse_idle(command,
-              {{.here = true,
-                .options = {"--method", "--methods"},
-                .why = "accuracy measures icm, and with --energy elastic all its methods; bench takes them"},
-               {.here = arguments.quick, .options = {"--full"}, .why = "--quick asks for the opposite"},
-               {.here = true,
-                .options = {"--update", "--stop", "--epsilon"},
-                .why = "accuracy runs both designs of the thesis, simultaneous with fixed iterations and in "
-                       "place until nothing moves"}});
+int run_accuracy(Arguments& arguments, const std::string& line) {
   require_results_writable(arguments.json);
   if (arguments.full && arguments.sizes.empty()) {
     arguments.sizes = {"300", "600", "1200"};
   }
   const auto registry = make_backends();
   const std::vector<const Backend*> backends = arguments.choose(registry);
-  const std::vector<Scene> scenes = arguments.load_scenes(scenes_by_default());
+  const std::vector<Scene> scenes = arguments.load_scenes(
+      {"square", "square-modified", "square-single-level", "circular", "circular-radial", "brain"});
   const auto is_elastic = [](const Scene& scene) { return scene.energy == EnergyModel::elastic; };
   if (arguments.schedule.iterations && std::ranges::any_of(scenes, is_elastic)) {
     throw InputError("accuracy takes every elastic method at its usual effort; leave out --iterations");
   }
-  const std::filesystem::path folder =
-      arguments.json.empty() ? "" : std::filesystem::absolute(arguments.json).parent_path();
+  const std::filesystem::path folder = std::filesystem::absolute(arguments.json).parent_path();
   AccuracyOptions options{.session = arguments.session,
                           .repeats = arguments.repeats,
                           .quick = arguments.quick,
@@ -126,26 +106,27 @@ int run_accuracy(Arguments& arguments, const Command& command, const std::string
       "RMSD over all sites, in pixels. Interfaces, elsewhere: to FEM with the scene's nu, over the free "
       "sites within 5 px of\ntwo materials and over all other free sites.\n");
   Progress progress;
-  nlohmann::json rows = nlohmann::json::array();
+  json rows = json::array();
   bool sound = true;
   for (const Scene& scene : scenes) {
     options.registration = have_images() && !arguments.quick && is_registered(scene);
     const SceneAccuracy accuracy = measure_accuracy(scene, backends, options, progress);
     progress.clear();
-    fmt::print("\n{}, {} x {}: {}\n", scene.name, scene.extent().width, scene.extent().height, scene.title);
-    print_published(scene);
-    print_fields(accuracy);
-    print_arithmetic(accuracy);
-    sound = is_sound(accuracy) && sound;
-    std::fflush(stdout); // into a pipe too: the next scene may take long
-    bool pictured = folder.empty() || !have_images();
+    json own = json::array();
+    bool pictured = arguments.json.empty() || !have_images();
     for (const Judged& row : accuracy.rows) {
-      rows.push_back(to_json(scene, row));
+      own.push_back(to_json(scene, row));
       if (!pictured && row.method == "icm" && !row.field.x.empty()) {
-        rows.back()["differences"] = write_difference(scene, accuracy.truths, row, folder);
+        own.back()["differences"] = write_difference(scene, accuracy.truths, row, folder);
         pictured = true;
       }
     }
+    fmt::print("\n{}, {} x {}: {}\n", scene.name, scene.extent().width, scene.extent().height, scene.title);
+    print_published(scene);
+    print_scene(accuracy, own);
+    sound = is_sound(accuracy) && sound;
+    std::fflush(stdout); // into a pipe too: the next scene may take long
+    rows.insert(rows.end(), own.begin(), own.end());
   }
   write_results(arguments.json, "accuracy", run_context(line, arguments.quick), std::move(rows));
   return sound ? success : disagreement;
@@ -153,8 +134,8 @@ int run_accuracy(Arguments& arguments, const Command& command, const std::string
 
 } // namespace
 
-void add_accuracy(const Command& program, const std::string& arguments, int& status) {
-  const Command command = program.add_subcommand(
+void add_accuracy(CLI::App& program, Call& call) {
+  CLI::App* const command = program.add_subcommand(
       "accuracy",
       "Measure every method against finite elements and the exact fixed point: Tables 5.1, 5.3, 5.5 and 5.7\n"
       "of the thesis by default, and a brain. Exit status 1 where a field is not scalar's to the bit or a "
@@ -162,14 +143,16 @@ void add_accuracy(const Command& program, const std::string& arguments, int& sta
       "is not explained by rounding.");
   const auto own = std::make_shared<Arguments>();
   own->schedule.takes_elastic = true;
-  own->add_to(command);
-  leave_out_of_help(command, {"--method", "--methods", "--update", "--stop", "--epsilon"});
-  command.add_option("--repeat", own->repeats, "Samples of the seconds, fewer where they take long")
-      .range(1, 1'000'000)
-      .capture_default_str();
-  command.add_flag("--full", own->full,
-                   "Sizes 300, 600 and 1200, and every iteration against double: takes long");
-  command.callback([own, command, arguments, &status] { status = run_accuracy(*own, command, arguments); });
+  own->add_to(*command);
+  remove_options(*command, {"--method", "--methods", "--update", "--stop", "--epsilon"});
+  command->add_option("--repeat", own->repeats, "Samples of the seconds, fewer where they take long")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  command
+      ->add_flag("--full", own->full,
+                 "Sizes 300, 600 and 1200, and every iteration against double: takes long")
+      ->excludes("--quick");
+  command->callback([own, &call] { call.status = run_accuracy(*own, call.line); });
 }
 
 } // namespace hdmbench::commands

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "harness/cli/command.hpp"
+#include <CLI/CLI.hpp>
 
 #include <string>
 
@@ -8,34 +8,42 @@ namespace hdmbench {
 class Ranks;
 }
 
-/// One function per subcommand: declares it and, if the user calls it, runs it. `status` receives an
-/// ExitStatus; `arguments` is the command line for the results' context. Callbacks throw InputError and
-/// DeviceError, which main() reports. `ranks`: the processes that were started together, null where this one
-/// is alone; commands without it run alone.
+/// One function per subcommand: declares it and, if the user calls it, runs it. What runs throws InputError
+/// and DeviceError, which main() reports.
 namespace hdmbench::commands {
 
-void add_devices(const Command& program, const std::string& arguments, int& status, Ranks* ranks);
-void add_methods(const Command& program);
-void add_run(const Command& program, const std::string& arguments, int& status, Ranks* ranks);
-void add_register(const Command& program, const std::string& arguments, int& status);
-void add_detect(const Command& program, const std::string& arguments, int& status);
-void add_rivals(const Command& program, const std::string& arguments, int& status);
-void add_verify(const Command& program, const std::string& arguments, int& status, Ranks* ranks);
-void add_implementations(const Command& program, const std::string& arguments, int& status);
-void add_probe(const Command& program, const std::string& arguments, int& status);
-void add_browser(const Command& program, const std::string& arguments);
-void add_golden(const Command& program, const std::string& arguments, int& status);
-void add_accuracy(const Command& program, const std::string& arguments, int& status);
-void add_continuum(const Command& program, const std::string& arguments, int& status);
-void add_faults(const Command& program, const std::string& arguments, int& status, Ranks* ranks);
-void add_atlas(const Command& program, const std::string& arguments);
-void add_tradeoff(const Command& program, const std::string& arguments, int& status);
-void add_bench(const Command& program, const std::string& arguments, int& status, Ranks* ranks);
-void add_report(const Command& program, int& status);
-void add_export(const Command& program);
-void add_fem_to_image(const Command& program);
-void add_positions_to_displacements(const Command& program);
-void add_energy_plot(const Command& program);
-void add_tune(const Command& program);
+/// The program ends with one of these.
+enum ExitStatus : int { success = 0, disagreement = 1, bad_input = 2 };
+
+/// How the program was called, and with what it ends.
+struct Call {
+  std::string line{};     ///< the words after the program's name, as a shell would take them again
+  Ranks* ranks = nullptr; ///< the processes that were started together; null: this one is alone
+  int status = success;   ///< an ExitStatus
+};
+
+void add_devices(CLI::App& program, Call& call);
+void add_methods(CLI::App& program, Call& call);
+void add_run(CLI::App& program, Call& call);
+void add_register(CLI::App& program, Call& call);
+void add_detect(CLI::App& program, Call& call);
+void add_rivals(CLI::App& program, Call& call);
+void add_verify(CLI::App& program, Call& call);
+void add_implementations(CLI::App& program, Call& call);
+void add_probe(CLI::App& program, Call& call);
+void add_browser(CLI::App& program, Call& call);
+void add_golden(CLI::App& program, Call& call);
+void add_accuracy(CLI::App& program, Call& call);
+void add_continuum(CLI::App& program, Call& call);
+void add_faults(CLI::App& program, Call& call);
+void add_atlas(CLI::App& program, Call& call);
+void add_tradeoff(CLI::App& program, Call& call);
+void add_bench(CLI::App& program, Call& call);
+void add_report(CLI::App& program, Call& call);
+void add_export(CLI::App& program, Call& call);
+void add_fem_to_image(CLI::App& program, Call& call);
+void add_positions_to_displacements(CLI::App& program, Call& call);
+void add_energy_plot(CLI::App& program, Call& call);
+void add_tune(CLI::App& program, Call& call);
 
 } // namespace hdmbench::commands

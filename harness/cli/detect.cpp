@@ -2,11 +2,9 @@
 #include "harness/applications/inclusion_scan.hpp"
 #include "harness/applications/iterated_registration.hpp"
 #include "harness/applications/picture.hpp"
-#include "harness/cli/commands.hpp"
 #include "harness/cli/pair_arguments.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/measure/result_file.hpp"
-#include "harness/report/table.hpp"
 #include "harness/scene/images/images.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -107,36 +105,22 @@ int run_detect(const Arguments& arguments, const std::string& line) {
     row.looks_like = doubt.label;
     row.doubted = doubt.share;
   }
-  const auto name = [&](const char* file) {
-    return arguments.json.empty() ? std::string(file) : arguments.beside_json(file);
-  };
+  const auto name = [&](const char* file) { return beside(arguments.json, arguments.output, file); };
   write_scalar(arguments.output / "modulus.nrrd", found.modulus, data.scene.spacing, data.placement);
   write_scalar(arguments.output / "detection.nrrd", found.significance, data.scene.spacing, data.placement);
   write_scalar(arguments.output / "deviation.nrrd", found.deviation, data.scene.spacing, data.placement);
   row.modulus = name("modulus.nrrd");
   row.deviation = name("deviation.nrrd");
   row.detection = name("detection.nrrd");
-  write_png(arguments.output / "source.png", data.source);
-  write_signed_png(arguments.output / "detection.png", found.significance.extent, found.significance.values,
-                   strong, data.source);
-  row.pictures = {
-      {.caption = "source", .file = name("source.png")},
-      {.caption = "significance over the source: red stiffer than the label says, blue softer, full at 4 "
-                  "standard deviations",
-       .file = name("detection.png")}};
+  Pictures pictures(arguments);
+  pictures.gray("source", "source", data.source);
+  pictures.signed_values(
+      "detection",
+      "significance over the source: red stiffer than the label says, blue softer, full at 4 "
+      "standard deviations",
+      found.significance, strong, data.source);
+  row.pictures = pictures.written();
 
-  Table table({"", ""});
-  table.add({"sites of the region", std::to_string(row.region_sites)});
-  table.add({"error of the displacement, as white noise", fmt::format("{:.3g} px", row.noise)});
-  table.add({"unexplained by the labels' moduli", fmt::format("{:.3g} px", row.unexplained_before)});
-  table.add({"unexplained by those found", fmt::format("{:.3g} px", row.unexplained)});
-  table.add({"most significant", fmt::format("{:.3g} standard deviations", row.largest)});
-  table.add({"by chance", fmt::format("as much in {} of {} simulations with nothing hidden, at most {:.3g}",
-                                      row.as_much_by_chance, row.simulations, row.largest_by_chance)});
-  table.add(
-      {"explained best by", fmt::format("a disc at x = {:.1f}, y = {:.1f} (+- {:.3g}), radius {:.1f} px",
-                                        row.x, row.y, row.position_deviation, row.radius)});
-  table.add({"of", contrast_text(row)});
   const std::string warning =
       doubt.is_serious()
           ? fmt::format(
@@ -144,11 +128,20 @@ int run_detect(const Arguments& arguments, const std::string& line) {
                 "which would explain it. A wrong label?",
                 100.0 * doubt.share, doubt.label)
           : "";
-  fmt::print("{}\n\n{}\n  {}{}\n\n  {:.3g} s ({:.3g} of them the registration)\n  {}: MPa; beside it "
-             "deviation.nrrd, the "
-             "standard deviation of its logarithm, and detection.nrrd, standard deviations\n",
-             data.scene.title, table.text(), verdict(row), warning, row.seconds, row.registration_seconds,
-             (arguments.output / "modulus.nrrd").string());
+  fmt::print(
+      "{}\n\n  {} sites of the region; error of the displacement, as white noise, {:.3g} px\n"
+      "  unexplained by the labels' moduli {:.3g} px, by those found {:.3g} px\n"
+      "  most significant {:.3g} standard deviations; by chance as much in {} of {} simulations with nothing "
+      "hidden, at most {:.3g}\n"
+      "  explained best by a disc at x = {:.1f}, y = {:.1f} (+- {:.3g}), radius {:.1f} px, of {}\n\n",
+      data.scene.title, row.region_sites, row.noise, row.unexplained_before, row.unexplained, row.largest,
+      row.as_much_by_chance, row.simulations, row.largest_by_chance, row.x, row.y, row.position_deviation,
+      row.radius, contrast_text(row));
+  fmt::print(
+      "  {}{}\n\n  {:.3g} s ({:.3g} of them the registration)\n  {}: MPa; beside it deviation.nrrd, the "
+      "standard deviation of its logarithm, and detection.nrrd, standard deviations\n",
+      verdict(row), warning, row.seconds, row.registration_seconds,
+      (arguments.output / "modulus.nrrd").string());
   write_results(arguments.json, "detect", run_context(line, false),
                 nlohmann::json::array({to_json_row(row)}));
   return success;
@@ -156,21 +149,21 @@ int run_detect(const Arguments& arguments, const std::string& line) {
 
 } // namespace
 
-void add_detect(const Command& program, const std::string& arguments, int& status) {
-  const Command command = program.add_subcommand(
+void add_detect(CLI::App& program, Call& call) {
+  CLI::App* const command = program.add_subcommand(
       "detect",
       "Where is tissue stiffer or softer than its label says? (thesis Algorithm 7)\nRegisters the two "
       "pictures, then finds the moduli in the region that explain the deformation.\nWrites "
       "DIR/modulus.nrrd and DIR/detection.nrrd.");
   const auto own = std::make_shared<Arguments>();
-  own->add_to(command, true);
+  own->add_to(*command, true);
   command
-      .add_option("--simulations", own->detection.pairs,
-                  "Pairs of pictures with nothing hidden that are registered too: what is found in them is "
-                  "chance")
-      .range(3, 1000)
-      .capture_default_str();
-  command.callback([own, arguments, &status] { status = run_detect(*own, arguments); });
+      ->add_option("--simulations", own->detection.pairs,
+                   "Pairs of pictures with nothing hidden that are registered too: what is found in them is "
+                   "chance")
+      ->check(CLI::Range(3, 1000))
+      ->capture_default_str();
+  command->callback([own, &call] { call.status = run_detect(*own, call.line); });
 }
 
 } // namespace hdmbench::commands

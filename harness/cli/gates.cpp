@@ -47,26 +47,25 @@ std::string losses(const std::vector<VerifyRow>& before, const std::vector<Verif
 
 } // namespace
 
-void Gates::add_to(const Command& command) {
+void Gates::add_to(CLI::App& command, bool with_baseline) {
   const auto* const group = "For continuous integration";
   command
       .add_flag("--require-hardware", require_hardware_,
                 "Leave out backends whose device is software; exit status 2 where one was named with "
                 "--backends or --require, or no hardware is left")
-      .group(group);
+      ->group(group);
   command
       .add_flag("--fail-on-skip", fail_on_skip_,
                 "Exit status 1 where a backend is left out or skipped because its device is not there")
-      .group(group);
-}
-
-void Gates::add_baseline_to(const Command& command) {
-  command
-      .add_option(
-          "--baseline", baseline_,
-          "What verify --json wrote before: exit status 1 where a comparison that agreed is missing or "
-          "reaches a lower tier")
-      .group("For continuous integration");
+      ->group(group);
+  if (with_baseline) {
+    command
+        .add_option(
+            "--baseline", baseline_,
+            "What verify --json wrote before: exit status 1 where a comparison that agreed is missing "
+            "or reaches a lower tier")
+        ->group(group);
+  }
 }
 
 void Gates::prepare(CommonArguments& arguments) {

@@ -13,10 +13,8 @@ namespace hdmbench::commands {
 /// compared may pass.
 class Gates {
 public:
-  /// --require-hardware and --fail-on-skip.
-  void add_to(const Command& command);
-  /// --baseline, for `verify`.
-  void add_baseline_to(const Command& command);
+  /// --require-hardware and --fail-on-skip, and --baseline of `verify`.
+  void add_to(CLI::App& command, bool with_baseline = false);
 
   /// Before the command runs. Where hardware is required, leaves backends with software only out of
   /// `arguments`, with a line on standard output; scalar and openmp, which claim to be no GPU, stay. Where

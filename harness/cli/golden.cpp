@@ -1,6 +1,4 @@
 #include "harness/check/golden_file.hpp"
-#include "harness/cli/arguments.hpp"
-#include "harness/cli/commands.hpp"
 #include "harness/cli/gates.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
@@ -18,6 +16,8 @@
 namespace hdmbench::commands {
 
 namespace {
+
+using nlohmann::json;
 
 struct Arguments : CommonArguments {
   std::filesystem::path write;  ///< empty: only compare
@@ -37,48 +37,42 @@ struct Problem {
   std::variant<Scene, std::string> scene;
 };
 
-std::string cell(const GoldenOutcome& outcome) {
+json outcome_text(const GoldenOutcome& outcome) {
   switch (outcome.verdict) {
   case Verdict::agree:
     return "✓";
   case Verdict::mistrusted:
     return "as scalar";
   case Verdict::skipped:
-    return "-";
+    return nullptr;
   default:
     return outcome.first_difference ? fmt::format("✗ level {}", *outcome.first_difference) : "✗";
   }
 }
 
-/// The finest level's, of scalar.
-std::string hash_text(const GoldenResult& result) {
-  const std::vector<GoldenLevel>& levels = result.outcomes.front().levels;
-  return levels.empty() ? "-" : fmt::format("{:016x}", levels.back().hash);
-}
-
+/// A row a case with the hash of scalar's finest level, a column a backend.
 void print_table(const std::vector<GoldenResult>& results, std::span<const GoldenSolver> solvers) {
-  std::vector<Table::Column> columns{{"scene", Table::Align::left},
-                                     {"size"},
-                                     {"method", Table::Align::left},
-                                     {"hash", Table::Align::left},
-                                     {"inputs", Table::Align::left}};
+  std::vector<Column> columns{"scene", "size", "method", "hash", "inputs"};
   for (const GoldenSolver& solver : solvers) {
-    columns.push_back({std::string(solver.backend().name()), Table::Align::left});
+    const std::string name(solver.backend().name());
+    columns.emplace_back(name, name);
   }
-  Table table(columns);
+  json rows = json::array();
   for (const GoldenResult& result : results) {
-    const Case& problem = result.problem;
-    std::vector<std::string> cells{
-        problem.scene, fmt::format("{} x {}", problem.size->width, problem.size->height), problem.method};
+    json& row = rows.emplace_back(json{{"scene", result.problem.scene},
+                                       {"width", result.problem.size->width},
+                                       {"height", result.problem.size->height},
+                                       {"method", result.problem.method}});
     if (result.absence.empty()) {
-      cells.push_back(hash_text(result));
-      cells.emplace_back(result.inputs_reason.empty() ? "✓" : "✗");
-      std::ranges::transform(result.outcomes, std::back_inserter(cells), cell);
+      const std::vector<GoldenLevel>& levels = result.outcomes.front().levels;
+      row["hash"] = levels.empty() ? "-" : fmt::format("{:016x}", levels.back().hash);
+      row["inputs"] = result.inputs_reason.empty() ? "✓" : "✗";
     }
-    cells.resize(columns.size(), "-");
-    table.add(std::move(cells));
+    for (const GoldenOutcome& outcome : result.outcomes) {
+      row[outcome.backend] = outcome_text(outcome);
+    }
   }
-  fmt::print("{}", table.text());
+  fmt::print("{}", table_text(rows, columns));
 }
 
 /// What the table leaves open, each once.
@@ -98,11 +92,9 @@ void print_remarks(const std::vector<GoldenResult>& results, std::span<const Gol
     }
     for (const GoldenOutcome& outcome : result.outcomes) {
       if (outcome.verdict == Verdict::disagree) {
-        fmt::print(
-            "  {}, {}: {}\n    repeat: hdmbench golden {} --backends {}{}{}\n", result.problem.name(),
-            outcome.backend, outcome.reason, result.problem.scene, outcome.backend,
-            arguments.session.device.empty() ? "" : " --device " + shell_word(arguments.session.device),
-            arguments.session.threads == 0 ? "" : fmt::format(" --threads {}", arguments.session.threads));
+        fmt::print("  {}, {}: {}\n    repeat: hdmbench golden {} --backends {}{}\n", result.problem.name(),
+                   outcome.backend, outcome.reason, result.problem.scene, outcome.backend,
+                   arguments.session_words());
       }
     }
   }
@@ -244,7 +236,7 @@ ExitStatus run_golden(const Arguments& arguments, const std::string& line) {
   print_table(results, solvers);
   print_remarks(results, solvers, arguments);
 
-  nlohmann::json rows = nlohmann::json::array();
+  json rows = json::array();
   std::array<int, 5> counts{}; // by verdict
   for (const GoldenResult& result : results) {
     for (const GoldenOutcome& outcome : result.outcomes) {
@@ -267,8 +259,8 @@ ExitStatus run_golden(const Arguments& arguments, const std::string& line) {
 
 } // namespace
 
-void add_golden(const Command& program, const std::string& arguments, int& status) {
-  const Command command = program.add_subcommand(
+void add_golden(CLI::App& program, Call& call) {
+  CLI::App* const command = program.add_subcommand(
       "golden",
       "Solve the shipped scenes at fixed sizes on every backend and compare a hash of the field of every "
       "level\n"
@@ -279,23 +271,23 @@ void add_golden(const Command& program, const std::string& arguments, int& statu
       "Exit status 1 if a hash differs, or there is none to compare with.");
   const auto own = std::make_shared<Arguments>();
   own->schedule.takes_elastic = true; // as a scene's own file says
-  command.add_option("scenes", own->scenes,
-                     "Shipped scenes by name (none: all); with --golden or --write your own, by file");
-  own->add_backends_to(command);
+  command->add_option("scenes", own->scenes,
+                      "Shipped scenes by name (none: all); with --golden or --write your own, by file");
+  own->add_backends_to(*command);
   const auto gates = std::make_shared<Gates>();
-  gates->add_to(command);
-  command.add_option("--golden", own->golden,
-                     "Compare with the hashes of this file, which --write wrote, in place of the committed "
-                     "ones");
+  gates->add_to(*command);
+  command->add_option("--golden", own->golden,
+                      "Compare with the hashes of this file, which --write wrote, in place of the committed "
+                      "ones");
   command
-      .add_option("--write", own->write,
-                  "Write the hashes to this file, if all backends agree; harness/check/golden.json is "
-                  "what the next build compares with")
-      .excludes("--backends");
-  command.add_option("--json", own->json, "Write the results to this file");
-  command.callback([own, gates, arguments, &status] {
+      ->add_option("--write", own->write,
+                   "Write the hashes to this file, if all backends agree; harness/check/golden.json is "
+                   "what the next build compares with")
+      ->excludes("--backends");
+  command->add_option("--json", own->json, "Write the results to this file");
+  command->callback([own, gates, &call] {
     gates->prepare(*own);
-    status = gates->judge(run_golden(*own, arguments), *own);
+    call.status = gates->judge(run_golden(*own, call.line), *own);
   });
 }
 

@@ -1,12 +1,10 @@
 #include "harness/cli/judged_text.hpp"
 
-#include "harness/measure/median.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/joined.hpp"
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <map>
 #include <set>
 #include <utility>
@@ -21,30 +19,24 @@ std::string name_of(const Judged& row) {
                                             : "");
 }
 
-std::string pixels_text(double pixels) {
-  if (std::abs(pixels) < 1e-3) {
-    return pixels == 0.0 ? "0" : fmt::format("{:.1e}", pixels);
-  }
-  return fmt::format("{:.{}f}", pixels, pixels < 0.1 ? 4 : pixels < 10.0 ? 3 : 2);
-}
-
-std::string table_text(std::span<const Judged* const> rows) {
-  Table table({"<RMSD in pixels to", "<effort", "FEM", "FEM nu 0", "fixed point", "interfaces", "elsewhere",
-               "mean energy", "iterations", "fine sweeps", "seconds", "<"});
-  const auto pixels = [](const std::optional<double>& value) { return value ? pixels_text(*value) : ""; };
-  for (const Judged* const row : rows) {
-    const Deviations& to = row->deviations;
-    const auto& sweeps = row->fine_sweep_equivalents;
-    table.add({name_of(*row), row->effort, pixels(to.to_fem), pixels(to.to_fem_no_poisson),
-               pixels(to.to_fixed_point), pixels(to.interface_to_fem), pixels(to.elsewhere_to_fem),
-               fmt::format("{:.5g}", row->mean_energy),
-               row->levels.empty() ? "" : std::to_string(total_iterations(row->levels)),
-               sweeps ? fmt::format("{:.3g}", *sweeps) : "", fmt::format("{:.3g}", median(row->seconds)),
-               row->status != JudgedStatus::ok ? std::string(hdmbench::name_of(row->status))
-               : row->is_on_front              ? "front"
-                                               : ""});
-  }
-  return table.text();
+std::string judged_table(const nlohmann::json& rows) {
+  return table_text(rows, {"method",
+                           "variant",
+                           {"poisson_used", "nu"},
+                           "backend",
+                           "effort",
+                           {"rmsd_to_fem", "px to FEM"},
+                           {"rmsd_to_fem_nu0", "FEM nu 0"},
+                           {"rmsd_to_fixed_point", "fixed point"},
+                           {"rmsd_interface_to_fem", "interfaces"},
+                           {"rmsd_elsewhere_to_fem", "elsewhere"},
+                           "mean_energy",
+                           "iterations",
+                           {"fine_sweep_equivalents", "fine sweeps"},
+                           {"seconds_median", "seconds"},
+                           {"asked", "px asked"},
+                           {"estimated_error", "estimated"},
+                           "status"});
 }
 
 std::string failures_text(const std::vector<Judged>& rows) {

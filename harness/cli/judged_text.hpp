@@ -2,7 +2,6 @@
 
 #include "harness/judge/judge.hpp"
 
-#include <span>
 #include <string>
 #include <vector>
 
@@ -12,11 +11,8 @@ namespace hdmbench::commands {
 /// "fem, nu 0.3", "icm on openmp", "icm: step set without 0".
 [[nodiscard]] std::string name_of(const Judged& row);
 
-/// Three digits that matter of a length in pixels.
-[[nodiscard]] std::string pixels_text(double pixels);
-
-/// A table of rows that have a field.
-[[nodiscard]] std::string table_text(std::span<const Judged* const> rows);
+/// A table of rows as to_json() has them.
+[[nodiscard]] std::string judged_table(const nlohmann::json& rows);
 
 /// What is not ok: a line for each status and reason.
 [[nodiscard]] std::string failures_text(const std::vector<Judged>& rows);

@@ -1,15 +1,11 @@
 // The commands that list what there is: devices and methods.
 
 #include "harness/cli/arguments.hpp"
-#include "harness/cli/commands.hpp"
-#include "harness/cli/rank_rows.hpp"
 #include "harness/judge/run_row.hpp"
 #include "harness/measure/choices.hpp"
-#include "harness/measure/median.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/ranks/rank_devices.hpp"
 #include "harness/report/table.hpp"
-#include "harness/scene/file_output.hpp"
 #include "harness/scene/method.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -19,32 +15,22 @@ namespace hdmbench::commands {
 
 namespace {
 
+using nlohmann::json;
+
 struct Arguments {
   std::filesystem::path json;
   bool measures = false;
   SessionOptions session;
 };
 
-std::vector<std::string> updates(const Backend& backend) {
-  std::vector<std::string> names;
+json updates(const Backend& backend) {
+  json names = json::array();
   for (std::size_t i = 0; i < update_names.size(); ++i) {
     if (backend.supports(static_cast<Update>(i))) {
-      names.emplace_back(update_names[i]);
+      names.push_back(update_names[i]);
     }
   }
   return names;
-}
-
-void add_choice(Table& table, const DeviceRow& row, const Choice& choice) {
-  for (std::size_t i = 0; i < choice.options.size(); ++i) {
-    const bool first = i == 0;
-    const std::string mark = i != choice.chosen        ? ""
-                             : choice.measured.empty() ? "taken"
-                                                       : fmt::format("taken, measured {}", choice.measured);
-    table.add({first ? row.backend : "", first ? row.device : "", first ? choice.what : "",
-               choice.options[i].name, fmt::format("{:.3f} ms", median(choice.options[i].seconds) * 1e3),
-               mark});
-  }
 }
 
 /// What each rank takes of each backend with --device by-rank. Of a backend without one, why.
@@ -52,38 +38,32 @@ void list_devices_of_ranks(const Arguments& arguments, Ranks& ranks) {
   if (arguments.measures || !arguments.json.empty()) {
     throw InputError("devices --measure and --json tell of one process: leave out mpirun");
   }
-  std::vector<RankRow> own;
+  json own = json::array();
   for (const auto& backend : make_backends()) {
-    RankRow& row = own.emplace_back(
-        RankRow{.machine = machine_name(), .backend = std::string(backend->name()), .device = {}});
+    json row{{"rank", ranks.rank()}, {"machine", machine_name()}, {"backend", backend->name()}};
     try {
       const SessionOptions options = options_of_rank({.device = "by-rank"}, *backend, ranks);
       const Device device = backend->device(options);
-      row.device = fmt::format("{}, {}", device.name, device.driver);
-      row.threads = backend->threads(options);
+      row["device"] = fmt::format("{}, {}", device.name, device.driver);
+      row["threads"] = backend->threads(options);
     } catch (const DeviceError& error) {
-      row.device = fmt::format("not there: {}", error.what());
+      row["device"] = fmt::format("not there: {}", error.what());
     }
-  }
-  const std::vector<RankRow> rows = gather_rows(own, ranks);
-  Table table({"rank", "<machine", "<backend", "threads", "<device and driver"});
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    table.add({std::to_string(i / own.size()), rows[i].machine, rows[i].backend,
-               rows[i].threads > 0 ? std::to_string(rows[i].threads) : "-", rows[i].device});
+    own.push_back(std::move(row));
   }
   fmt::print(
       "{}  --device by-rank: the ranks of a machine take its devices in turn, and share its processors "
       "out\n",
-      table.text());
+      table_text(gather_rows(own, ranks),
+                 {"rank", "machine", "backend", "threads", {"device", "device and driver"}}));
 }
 
 void list_devices(const Arguments& arguments, const std::string& line) {
   require_results_writable(arguments.json);
-  Table table({"<backend", "no.", "<device", "<driver"});
-  nlohmann::json rows = nlohmann::json::array();
+  json rows = json::array();
+  json present = json::array();
   std::string absent;
-  Table chosen({"<backend", "<device", "<what", "<way", "median", "<"});
-  bool any_chosen = false;
+  std::string chosen;
   for (const auto& backend : make_backends()) {
     DeviceRow row{.backend = std::string(backend->name()),
                   .description = std::string(backend->description()),
@@ -91,7 +71,6 @@ void list_devices(const Arguments& arguments, const std::string& line) {
     try {
       const std::vector<Device> devices = backend->devices();
       for (std::size_t i = 0; i < devices.size(); ++i) {
-        table.add({i == 0 ? row.backend : "", std::to_string(i), devices[i].name, devices[i].driver});
         row.device = devices[i].name;
         row.driver = devices[i].driver;
         row.software = devices[i].is_software;
@@ -99,12 +78,13 @@ void list_devices(const Arguments& arguments, const std::string& line) {
           SessionOptions session = arguments.session;
           session.device = std::to_string(i);
           row.choices = backend->choices(session);
-          any_chosen = any_chosen || !row.choices.empty();
         }
         for (const Choice& choice : row.choices) {
-          add_choice(chosen, row, choice);
+          chosen += fmt::format("  {}, {}: {}\n", row.backend, row.device, describe(choice));
         }
         rows.push_back(to_json_row(row));
+        present.push_back(rows.back());
+        present.back()["number"] = i;
       }
     } catch (const DeviceError& error) {
       row.available = false;
@@ -113,83 +93,71 @@ void list_devices(const Arguments& arguments, const std::string& line) {
       absent += fmt::format("  {}: {}\n", row.backend, row.reason);
     }
   }
-  fmt::print("{}", table.text());
-  if (any_chosen) {
-    fmt::print("\nChosen by measurement\n{}", chosen.text());
-  }
-  if (!absent.empty()) {
-    fmt::print("\nNot there:\n{}", absent);
-  }
-  if (!arguments.json.empty()) {
-    write_results(arguments.json, "devices", run_context(line, false), std::move(rows));
-  }
+  fmt::print("{}{}{}{}{}", table_text(present, {"backend", {"number", "no."}, "device", "driver"}),
+             chosen.empty() ? "" : "\nChosen by measurement, medians\n", chosen,
+             absent.empty() ? "" : "\nNot there:\n", absent);
+  write_results(arguments.json, "devices", run_context(line, false), std::move(rows));
 }
 
 /// "all", or the names of those that can.
-std::string who_can(const Method& method, const std::vector<std::unique_ptr<Backend>>& registry) {
+json who_can(const Method& method, const std::vector<std::unique_ptr<Backend>>& registry) {
   Schedule schedule;
   Level level;
   method.configure(schedule, level);
-  std::string names;
-  std::size_t count = 0;
+  json names = json::array();
   for (const auto& backend : registry) {
-    if (backend->supports(level.update)) {
-      names += fmt::format("{}{}", count == 0 ? "" : ", ", backend->name());
-      ++count;
+    if (method.energy == EnergyModel::elastic ? backend->has_elastic() : backend->supports(level.update)) {
+      names.push_back(backend->name());
     }
   }
-  return count == registry.size() ? "all" : names;
+  return names.size() == registry.size() ? json("all") : names;
 }
 
 void list_methods() {
-  Table table({"<method", "<--iterations counts", "usual", "<takes", "<backends", "<what it does"});
   const auto registry = make_backends();
-  for (const Method& method : methods()) {
-    table.add({std::string(method.name), std::string(method.effort),
-               method.usual_effort > 0 ? std::to_string(method.usual_effort) : "the scene's",
-               method.options == no_options ? "-" : option_names(method.options), who_can(method, registry),
-               std::string(method.summary)});
-  }
-  fmt::print("{}", table.text());
-  Table elastic({"<with --energy elastic", "<--iterations counts", "usual", "<backends", "<what it does"});
-  std::string names;
-  for (const auto& backend : registry) {
-    if (backend->has_elastic()) {
-      names += fmt::format("{}{}", names.empty() ? "" : ", ", backend->name());
+  for (const auto& [energy, methods] :
+       {std::pair{"hdm", hdmbench::methods()}, std::pair{"elastic", elastic_methods()}}) {
+    json rows = json::array();
+    for (const Method& method : methods) {
+      rows.push_back({{"method", method.name},
+                      {"effort", method.effort},
+                      {"usual", method.usual_effort > 0 ? json(method.usual_effort) : json("the scene's")},
+                      {"takes", option_names(method.options)},
+                      {"backends", who_can(method, registry)},
+                      {"what_it_does", method.summary}});
     }
+    fmt::print(
+        "--energy {}\n{}\n", energy,
+        table_text(
+            rows,
+            {"method", {"effort", "--iterations counts"}, "usual", "takes", "backends", "what_it_does"}));
   }
-  for (const Method& method : elastic_methods()) {
-    elastic.add({std::string(method.name), std::string(method.effort), std::to_string(method.usual_effort),
-                 names, std::string(method.summary)});
-  }
-  fmt::print("\n{}", elastic.text());
 }
 
 } // namespace
 
-void add_devices(const Command& program, const std::string& arguments, int& /*status*/, Ranks* ranks) {
-  const Command command =
+void add_devices(CLI::App& program, Call& call) {
+  CLI::App* const command =
       program.add_subcommand("devices", "List every backend with its devices, or why it is not there.\n"
                                         "mpirun -n R hdmbench devices: which one each rank takes.");
   const auto own = std::make_shared<Arguments>();
-  command.add_option("--json", own->json, "Write the list to this file");
-  command.add_flag(
+  command->add_option("--json", own->json, "Write the list to this file");
+  CLI::Option* const measure = command->add_flag(
       "--measure", own->measures,
       "Measure, too, which way each device computes fastest: compiles shaders for it, takes seconds");
-  add_choice_cache_to(command, own->session);
-  command.callback([own, command, arguments, ranks] {
-    refuse_idle(command,
-                {{.here = !own->measures, .options = {"--no-cache"}, .why = "only --measure measures"}});
-    ranks != nullptr ? list_devices_of_ranks(*own, *ranks) : list_devices(*own, arguments);
+  add_choice_cache_to(*command, own->session);
+  command->get_option("--no-cache")->needs(measure);
+  command->callback([own, &call] {
+    call.ranks != nullptr ? list_devices_of_ranks(*own, *call.ranks) : list_devices(*own, call.line);
   });
 }
 
-void add_methods(const Command& program) {
+void add_methods(CLI::App& program, Call& /*call*/) {
   program
       .add_subcommand("methods",
                       "List the ways to solve a scene (--method): what --iterations counts, how many are "
                       "usual,\nwhich other options each takes, and which backends can")
-      .callback(list_methods);
+      ->callback(list_methods);
 }
 
 } // namespace hdmbench::commands

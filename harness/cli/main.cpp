@@ -2,14 +2,12 @@
 #include "backends/cpu/processor.hpp"
 #include "backends/registry.hpp"
 #include "harness/cli/arguments.hpp"
-#include "harness/cli/commands.hpp"
 #include "harness/ranks/launch.hpp"
 #include "harness/ranks/message_passing.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/nearest_name.hpp"
 #include "kernels/data/input_error.hpp"
 
-#include <CLI/CLI.hpp>
 #include <build_information.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -22,7 +20,6 @@
 #include <csignal>
 #include <cstdio>
 #include <iostream>
-#include <iterator>
 #include <memory>
 #include <span>
 #include <sstream>
@@ -60,37 +57,18 @@ int refuse(std::string_view why, Ranks* ranks) {
   return commands::bad_input;
 }
 
-/// Results come from the first rank.
-void keep_silent(const Ranks* ranks) {
-  if (ranks != nullptr && !ranks->is_first() && std::freopen("/dev/null", "w", stdout) == nullptr) {
-    throw InputError("/dev/null cannot be opened");
-  }
-}
-
 /// `--json -` sends results to standard output: what is printed for people then goes to standard error.
 bool sends_results_to_standard_output(std::span<char*> words) {
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    const std::string_view word = words[i];
-    if (word == "--json=-" ||
-        (word == "--json" && i + 1 < words.size() && words[i + 1] == std::string_view("-"))) {
-      return true;
-    }
-  }
-  return false;
+  const auto is_option = [](const char* word) { return word == std::string_view("--json"); };
+  const auto option = std::ranges::find_if(words, is_option);
+  return std::ranges::find(words, std::string_view("--json=-")) != words.end() ||
+         (option != words.end() && option + 1 != words.end() && *(option + 1) == std::string_view("-"));
 }
 
-/// Among ranks, other commands would do the same work several times, and write the same files.
-void require_for_ranks(std::string_view command, const Ranks* ranks) {
-  constexpr std::array<std::string_view, 5> shared{"run", "verify", "faults", "bench", "devices"};
-  if (ranks != nullptr && std::ranges::find(shared, command) == shared.end()) {
-    throw InputError(
-        fmt::format("{} runs in one process; mpirun is for {}", command, fmt::join(shared, ", ")));
-  }
-}
-
-/// Otherwise ranks would wait for each other in different places, for ever. Collective.
-void require_same_arguments(const std::string& own, Ranks* ranks) {
-  const std::vector<std::string> all = ranks != nullptr ? ranks->gather(own) : std::vector<std::string>{};
+/// Ranks that were started with other words would wait for each other in different places, for ever; and
+/// other commands would do the same work several times, and write the same files. Collective.
+void require_meaning_for_ranks(std::string_view command, const std::string& own, Ranks& ranks) {
+  const std::vector<std::string> all = ranks.gather(own);
   for (std::size_t rank = 0; rank < all.size(); ++rank) {
     if (all[rank] != own) {
       throw InputError(fmt::format("rank {} was started as \"hdmbench {}\", but rank 0 as \"hdmbench {}\"; "
@@ -98,92 +76,81 @@ void require_same_arguments(const std::string& own, Ranks* ranks) {
                                    rank, all[rank], own));
     }
   }
+  constexpr std::array<std::string_view, 5> shared{"run", "verify", "faults", "bench", "devices"};
+  if (!command.starts_with('-') && std::ranges::find(shared, command) == shared.end()) {
+    throw InputError(
+        fmt::format("{} runs in one process; mpirun is for {}", command, fmt::join(shared, ", ")));
+  }
 }
 
 /// Throws what the commands throw.
-int run_program(int argc, char** argv, Ranks* ranks) {
-  keep_silent(ranks);
-  if ((ranks == nullptr || ranks->is_first()) &&
-      sends_results_to_standard_output({argv, static_cast<std::size_t>(argc)})) {
+int run_program(std::span<char*> words, Ranks* ranks) {
+  using namespace commands;
+  const bool speaks = ranks == nullptr || ranks->is_first(); // results come from the first rank
+  if (!speaks && std::freopen("/dev/null", "w", stdout) == nullptr) {
+    throw InputError("/dev/null cannot be opened");
+  }
+  if (speaks && sends_results_to_standard_output(words)) {
     stdout = stderr;
   }
-  const std::string arguments = commands::command_line(argc, argv);
-  require_same_arguments(arguments, ranks);
-  int status = commands::success;
+  Call call{.ranks = ranks};
+  for (const char* const word : words.subspan(1)) {
+    call.line += (call.line.empty() ? "" : " ") + shell_word(word);
+  }
+  const std::string_view asked = words.size() > 1 ? words[1] : "--help";
+  if (ranks != nullptr) {
+    require_meaning_for_ranks(asked, call.line, *ranks);
+  }
   CLI::App program(
       "hdmbench: one soft-tissue displacement model on CPU, OpenGL and Vulkan, cross-checked to the bit and "
       "timed.\nCOMMAND --help explains each command.",
       "hdmbench");
   program.set_version_flag("--version", std::string(build::version));
   program.require_subcommand(1);
-  const commands::Command declared(program);
-  commands::add_devices(declared, arguments, status, ranks);
-  commands::add_methods(declared);
-  commands::add_run(declared, arguments, status, ranks);
-  commands::add_register(declared, arguments, status);
-  commands::add_detect(declared, arguments, status);
-  commands::add_rivals(declared, arguments, status);
-  commands::add_verify(declared, arguments, status, ranks);
-  commands::add_probe(declared, arguments, status);
-  commands::add_implementations(declared, arguments, status);
-  commands::add_faults(declared, arguments, status, ranks);
-  commands::add_golden(declared, arguments, status);
-  commands::add_bench(declared, arguments, status, ranks);
-  commands::add_accuracy(declared, arguments, status);
-  commands::add_continuum(declared, arguments, status);
-  commands::add_atlas(declared, arguments);
-  commands::add_tradeoff(declared, arguments, status);
-  commands::add_browser(declared, arguments);
-  commands::add_report(declared, status);
-  commands::add_export(declared);
-  commands::add_fem_to_image(declared);
-  commands::add_positions_to_displacements(declared);
-  commands::add_energy_plot(declared);
-  commands::add_tune(declared);
-  for (CLI::App* const command : program.get_subcommands({})) {
-    command->parse_complete_callback(
-        [command] { commands::require_other_outputs(commands::Command(*command)); });
+  for (const auto add : {add_devices,     add_methods,      add_run,
+                         add_register,    add_detect,       add_rivals,
+                         add_verify,      add_probe,        add_implementations,
+                         add_faults,      add_golden,       add_bench,
+                         add_accuracy,    add_continuum,    add_atlas,
+                         add_tradeoff,    add_browser,      add_report,
+                         add_export,      add_fem_to_image, add_positions_to_displacements,
+                         add_energy_plot, add_tune}) {
+    add(program, call);
   }
-  if (argc < 2) {
+  std::vector<std::string> names;
+  for (CLI::App* const command : program.get_subcommands({})) {
+    command->parse_complete_callback([command] { require_other_outputs(*command); });
+    names.push_back(command->get_name());
+  }
+  if (words.size() < 2) {
     fmt::print("{}", program.help());
-    return commands::bad_input;
+    return bad_input;
   }
   if (ranks == nullptr) { // ranks are placed by who started them
     place_threads();
   }
   try {
-    const auto named =
-        program.get_subcommands([&](const CLI::App* command) { return command->get_name() == argv[1]; });
-    if (argv[1][0] != '-' && named.empty()) {
-      std::vector<std::string> names;
-      std::ranges::transform(program.get_subcommands(nullptr), std::back_inserter(names),
-                             &CLI::App::get_name);
-      throw InputError(fmt::format("there is no command \"{}\"; {}", argv[1],
-                                   did_you_mean(argv[1], names, "hdmbench --help lists them")));
+    if (std::ranges::find(names, asked) != names.end()) {
+      require_known_options(*program.get_subcommand(words[1]), {words.begin() + 2, words.end()});
+    } else if (!asked.starts_with('-')) {
+      throw InputError(fmt::format("there is no command \"{}\"; {}", asked,
+                                   did_you_mean(asked, names, "hdmbench --help lists them")));
     }
-    if (!named.empty()) {
-      require_for_ranks(argv[1], ranks);
-      const std::vector<std::string> words(argv + 2, argv + argc);
-      const commands::Command command(*named.front());
-      commands::require_known_options(command, words);
-      commands::require_whole_lists(command, words);
-    }
-    program.parse(argc, argv);
+    program.parse(static_cast<int>(words.size()), words.data());
   } catch (const CLI::ParseError& error) {
     std::ostringstream unread;
-    const bool speaks = ranks == nullptr || ranks->is_first();
     const int code = program.exit(error, std::cout, speaks ? std::cerr : unread);
-    return code == 0 ? commands::success : commands::bad_input;
+    return code == 0 ? success : bad_input;
   }
-  return status;
+  return call.status;
 }
 
-int run_and_explain(int argc, char** argv) {
+int run_and_explain(std::span<char*> words) {
   std::unique_ptr<Ranks> ranks;
   const auto refuse_all = [&](std::string_view why) { return refuse(why, ranks.get()); };
   try {
     ranks = Ranks::of_this_process();
-    return run_program(argc, argv, ranks.get());
+    return run_program(words, ranks.get());
   } catch (const InputError& error) {
     return refuse_all(error.what());
   } catch (const DeviceError& error) {
@@ -205,7 +172,7 @@ int main(int argc, char** argv) {
   watch_over_rank(argv, commands::bad_input);
   keep_standard_streams();
   std::signal(SIGXFSZ, SIG_IGN); // a file that grows beyond its limit is then an error as any other
-  const int status = run_and_explain(argc, argv);
+  const int status = run_and_explain({argv, static_cast<std::size_t>(argc)});
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
     return refuse("standard output cannot be written to (disk full, or closed?)", nullptr);
   }

@@ -1,7 +1,6 @@
 // The commands that write a page: of results, and for browsers.
 
 #include "harness/cli/arguments.hpp"
-#include "harness/cli/commands.hpp"
 #include "harness/report/report.hpp"
 #include "harness/scene/file_output.hpp"
 #include "kernels/data/input_error.hpp"
@@ -51,17 +50,17 @@ void write_page([[maybe_unused]] BrowserArguments arguments, [[maybe_unused]] co
 
 } // namespace
 
-void add_report(const Command& program, int& /*status*/) {
-  const Command command = program.add_subcommand(
+void add_report(CLI::App& program, Call& /*call*/) {
+  CLI::App* const command = program.add_subcommand(
       "report", "Put results into one HTML page that needs no network and no other file.");
   const auto own = std::make_shared<ReportArguments>();
-  command.add_option("results", own->results, "Files that --json wrote, or folders of them").required();
-  command.add_option("--output", own->output, "The page").capture_default_str();
-  command.add_option(
+  command->add_option("results", own->results, "Files that --json wrote, or folders of them")->required();
+  command->add_option("--output", own->output, "The page")->capture_default_str();
+  command->add_option(
       "--csv", own->csv,
       "Write the timings to this file, too: problem, platform, application, fom (seconds), as the "
       "P3 Analysis Library reads them");
-  command.callback([own] {
+  command->callback([own] {
     if (!own->csv.empty()) {
       require_writable(own->csv);
     }
@@ -73,16 +72,16 @@ void add_report(const Command& program, int& /*status*/) {
   });
 }
 
-void add_browser(const Command& program, const std::string& arguments) {
-  const Command command = program.add_subcommand(
+void add_browser(CLI::App& program, Call& call) {
+  CLI::App* const command = program.add_subcommand(
       "browser",
       "Write a page that tests the GPU of whoever opens it: the thesis's shader in WebGL 2 beside scalar in\n"
       "WebAssembly, every site after every sweep, then the speed of both. Needs no network.\n"
       "Without scenes: those that show most, at 64 x 64.");
   const auto own = std::make_shared<BrowserArguments>();
-  own->scenes.add_scenes_to(command);
-  command.add_option("--output", own->output, "The page").capture_default_str();
-  command.callback([own, arguments] { write_page(*own, arguments); });
+  own->scenes.add_scenes_to(*command);
+  command->add_option("--output", own->output, "The page")->capture_default_str();
+  command->callback([own, &call] { write_page(*own, call.line); });
 }
 
 } // namespace hdmbench::commands

@@ -70,18 +70,16 @@ void require_overlap(const ScalarField& source, const ScalarField& target) {
 
 } // namespace
 
-void PairArguments::add_to(const Command& command, bool detects) {
-  command.add_option("source", source, "The picture before, as the scene's labels have it").required();
-  command.add_option("target", target, "The picture after, of the same size and spacing").required();
+void PairArguments::add_to(CLI::App& command, bool detects) {
+  command.add_option("source", source, "The picture before, as the scene's labels have it")->required();
+  command.add_option("target", target, "The picture after, of the same size and spacing")->required();
   command
       .add_option("--scene", scene.scene, "Scene by name or TOML file: labels of the source, moduli, energy")
-      .required();
-  Option roi = command.add_option("--roi", region,
-                                  "Mask of the region of interest, not 0 inside: there the pictures are "
-                                  "not believed");
-  if (detects) {
-    roi.required();
-  }
+      ->required();
+  command
+      .add_option("--roi", region,
+                  "Mask of the region of interest, not 0 inside: there the pictures are not believed")
+      ->required(detects);
   command.add_option("--size", scene.size, "Size of the scene: 300 (square) or 257x130");
   scene.add_orientation_to(command);
   scene.schedule.takes_elastic = true;
@@ -89,7 +87,7 @@ void PairArguments::add_to(const Command& command, bool detects) {
     scene.schedule.add_to(command);
   }
   scene.add_backend_to(command);
-  command.add_option("--output", output, "Folder for the files, made if missing").capture_default_str();
+  command.add_option("--output", output, "Folder for the files, made if missing")->capture_default_str();
   command.add_option("--json", json, "Write the result to this file");
 }
 
@@ -121,24 +119,21 @@ PictureData PairArguments::load() const {
   }
   if (!region.empty()) {
     data.region = read_picture(region, data.scene).pixels;
-    const auto bad =
-        std::ranges::find_if_not(data.region.values, [](float value) { return std::isfinite(value); });
-    if (bad != data.region.values.end()) {
-      const auto site = static_cast<int>(bad - data.region.values.begin());
-      const int width = data.region.extent.width;
-      throw InputError(
-          fmt::format("{}: the mask at x = {}, y = {} is {}; give 0 outside the region, 1 inside",
-                      region.string(), site % width, site / width, *bad));
+    std::size_t inside = 0;
+    for (std::size_t site = 0; site < data.region.values.size(); ++site) {
+      const float value = data.region.values[site];
+      const auto width = static_cast<std::size_t>(data.region.extent.width);
+      if (!std::isfinite(value)) {
+        throw InputError(
+            fmt::format("{}: the mask at x = {}, y = {} is {}; give 0 outside the region, 1 inside",
+                        region.string(), site % width, site / width, value));
+      }
+      inside += value != 0.0F ? 1U : 0U;
     }
-    const auto inside = std::ranges::count_if(data.region.values, [](float value) { return value != 0.0F; });
-    if (inside == 0) {
-      throw InputError(fmt::format("{}: the region of interest is empty, every pixel is 0", region.string()));
-    }
-    if (inside == std::ssize(data.region.values)) {
-      throw InputError(
-          fmt::format("{}: the region of interest is the whole image; something around it must be "
-                      "known",
-                      region.string()));
+    if (inside == 0 || inside == data.region.values.size()) {
+      throw InputError(fmt::format("{}: the region of interest is {}", region.string(),
+                                   inside == 0 ? "empty, every pixel is 0"
+                                               : "the whole image; something around it must be known"));
     }
   }
   return data;
@@ -146,24 +141,23 @@ PictureData PairArguments::load() const {
 
 void PairArguments::require_output(std::span<const std::string> files) const {
   require_results_writable(json);
-  std::vector<fs::path> inputs = scene.files();
+  std::vector<fs::path> inputs = files_of_scene(scene.scene);
   inputs.insert(inputs.end(), {source, target, region});
   require_folder(output, files, inputs);
 }
 
-std::string PairArguments::beside_json(const std::string& name) const {
-  const fs::path folder = fs::proximate(output, fs::absolute(json).parent_path());
-  return (folder / name).lexically_normal().string();
+fs::path Pictures::file(const std::string& name, const std::string& caption) {
+  written_.push_back({.caption = caption, .file = beside(arguments_.json, arguments_.output, name + ".png")});
+  return arguments_.output / (name + ".png");
 }
 
-ScalarField checkerboard(const ScalarField& a, const ScalarField& b) {
-  ScalarField board(a.extent);
-  const int side = std::max(8, a.extent.width / 8);
-  for_each_site(a.extent, [&](int x, int y) {
-    const std::size_t site = a.extent.index(x, y);
-    board.values[site] = (x / side + y / side) % 2 == 0 ? a.values[site] : b.values[site];
-  });
-  return board;
+void Pictures::gray(const std::string& name, const std::string& caption, const ScalarField& picture) {
+  write_png(file(name, caption), picture);
+}
+
+void Pictures::signed_values(const std::string& name, const std::string& caption, const ScalarField& values,
+                             double largest, const ScalarField& ground) {
+  write_signed_png(file(name, caption), values.extent, values.values, largest, ground);
 }
 
 } // namespace hdmbench::commands

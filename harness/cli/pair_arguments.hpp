@@ -29,18 +29,31 @@ struct PairArguments {
   SceneArguments scene;
 
   /// `detects`: then a region is required, and there is one way to solve.
-  void add_to(const Command& command, bool detects);
+  void add_to(CLI::App& command, bool detects);
   /// Throws InputError where the two, the scene and the region do not belong together: other sizes or
   /// spacings, no overlap, one gray value, no labels, an empty region.
   [[nodiscard]] PictureData load() const;
   /// Makes the folder and sees that files can be written and are none of the inputs, before long work.
   /// Throws InputError.
   void require_output(std::span<const std::string> files) const;
-  /// How the result file names a file of the output folder.
-  [[nodiscard]] std::string beside_json(const std::string& name) const;
 };
 
-/// Squares of one picture and of the other in turn: where edges go on across them the two match.
-[[nodiscard]] ScalarField checkerboard(const ScalarField& a, const ScalarField& b);
+/// Writes pictures into the output folder; the rows of `register` and `detect` name them.
+class Pictures {
+public:
+  explicit Pictures(const PairArguments& arguments) : arguments_(arguments) {}
+
+  void gray(const std::string& name, const std::string& caption, const ScalarField& picture);
+  /// Red above 0 and blue below, full at `largest`; over `ground`, where there is one.
+  void signed_values(const std::string& name, const std::string& caption, const ScalarField& values,
+                     double largest, const ScalarField& ground = {});
+  [[nodiscard]] const std::vector<NamedPicture>& written() const { return written_; }
+
+private:
+  [[nodiscard]] std::filesystem::path file(const std::string& name, const std::string& caption);
+
+  const PairArguments& arguments_;
+  std::vector<NamedPicture> written_{};
+};
 
 } // namespace hdmbench::commands

@@ -1,7 +1,5 @@
 #include "harness/check/probe.hpp"
 
-#include "harness/cli/arguments.hpp"
-#include "harness/cli/commands.hpp"
 #include "harness/cli/gates.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
@@ -17,19 +15,18 @@ namespace {
 void run_probe(const CommonArguments& arguments, const std::string& line) {
   require_results_writable(arguments.json);
   const auto registry = make_backends();
-  Table table({"<backend", "<device", "<program", "<question", "<answer", "could tell"});
   std::string expected;
   nlohmann::json results = nlohmann::json::array();
+  nlohmann::json answers = nlohmann::json::array();
   Progress progress;
   for (const Backend* backend : arguments.choose(registry)) {
     progress.describe(std::string(backend->name()));
     try {
       const std::vector<ProbeRow> rows = probe(*backend, arguments.session);
       for (const ProbeRow& row : rows) {
-        const bool first = &row == &rows.front();
-        table.add({first ? row.backend : "", first ? row.device : "", row.program, row.question,
-                   answer_text(row), std::to_string(row.telling)});
         results.push_back(to_json_row(row));
+        answers.push_back(results.back());
+        answers.back()["answer"] = answer_text(row);
       }
       expected += fmt::format("  {}: {}\n", backend->name(), expected_tier(rows));
     } catch (const DeviceError& error) {
@@ -44,14 +41,17 @@ void run_probe(const CommonArguments& arguments, const std::string& line) {
     throw InputError(
         fmt::format("no backend has a device \"{}\"; hdmbench devices lists them", arguments.session.device));
   }
-  fmt::print("{}\nExpected of verify\n{}", table.text(), expected);
+  fmt::print(
+      "{}\nExpected of verify\n{}",
+      table_text(answers, {"backend", "device", "program", "question", "answer", {"telling", "could tell"}}),
+      expected);
   write_results(arguments.json, "probe", run_context(line, false), std::move(results));
 }
 
 } // namespace
 
-void add_probe(const Command& program, const std::string& arguments, int& status) {
-  const Command command = program.add_subcommand(
+void add_probe(CLI::App& program, Call& call) {
+  CLI::App* const command = program.add_subcommand(
       "probe",
       "What does each device's arithmetic do? Are products fused into sums, are sums reordered, are "
       "subnormal\n"
@@ -59,14 +59,14 @@ void add_probe(const Command& program, const std::string& arguments, int& status
       "sweep in the very programs that verify compares, and a small program of its own per language, on\n"
       "numbers that tell the cases apart. \"could tell\" counts the answers that would have been others.");
   const auto own = std::make_shared<CommonArguments>();
-  own->add_backends_to(command);
+  own->add_backends_to(*command);
   const auto gates = std::make_shared<Gates>();
-  gates->add_to(command);
-  command.add_option("--json", own->json, "Write the answers to this file");
-  command.callback([own, gates, arguments, &status] {
+  gates->add_to(*command);
+  command->add_option("--json", own->json, "Write the answers to this file");
+  command->callback([own, gates, &call] {
     gates->prepare(*own);
-    run_probe(*own, arguments);
-    status = gates->judge(success, *own);
+    run_probe(*own, call.line);
+    call.status = gates->judge(success, *own);
   });
 }
 

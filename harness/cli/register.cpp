@@ -3,7 +3,6 @@
 #include "harness/applications/physical_registration.hpp"
 #include "harness/applications/picture.hpp"
 #include "harness/check/compare.hpp"
-#include "harness/cli/commands.hpp"
 #include "harness/cli/pair_arguments.hpp"
 #include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
@@ -11,6 +10,7 @@
 #include "harness/report/table.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/scene/sites.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -33,34 +33,21 @@ struct Outcome {
   RegistrationRow row;
 };
 
-/// Into the output folder; the names go into the row.
-class Pictures {
-public:
-  Pictures(const PairArguments& arguments, RegistrationRow& row) : arguments_(arguments), row_(row) {}
-
-  void gray(const char* name, const char* caption, const ScalarField& picture) {
-    write_png(file(name, caption), picture);
-  }
-  void signed_values(const char* name, const char* caption, const ScalarField& values, double largest) {
-    write_signed_png(file(name, caption), values.extent, values.values, largest);
-  }
-
-private:
-  std::filesystem::path file(const std::string& name, const char* caption) {
-    const std::string png = name + ".png";
-    row_.pictures.push_back(
-        {.caption = caption, .file = arguments_.json.empty() ? png : arguments_.beside_json(png)});
-    return arguments_.output / png;
-  }
-
-  const PairArguments& arguments_;
-  RegistrationRow& row_;
-};
-
 ScalarField difference_of(const ScalarField& a, const ScalarField& b) {
   ScalarField result(a.extent);
   std::ranges::transform(a.values, b.values, result.values.begin(), std::minus<>());
   return result;
+}
+
+/// Squares of one picture and of the other in turn: where edges go on across them the two match.
+ScalarField checkerboard(const ScalarField& a, const ScalarField& b) {
+  ScalarField board(a.extent);
+  const int side = std::max(8, a.extent.width / 8);
+  for_each_site(a.extent, [&](int x, int y) {
+    const std::size_t site = a.extent.index(x, y);
+    board.values[site] = (x / side + y / side) % 2 == 0 ? a.values[site] : b.values[site];
+  });
+  return board;
 }
 
 /// All that write_files may write.
@@ -78,10 +65,10 @@ std::vector<std::string> output_files() {
   return files;
 }
 
-void write_files(const Arguments& arguments, const PictureData& data, Outcome& outcome) {
+void write_files(const PairArguments& arguments, const PictureData& data, Outcome& outcome) {
   const Extent extent = data.source.extent;
   const ScalarField warped = warp(data.source, outcome.displacement);
-  Pictures pictures(arguments.pair, outcome.row);
+  Pictures pictures(arguments);
   pictures.gray("source", "source", data.source);
   pictures.gray("target", "target", data.target);
   pictures.gray("warped", "source, moved to the target", warped);
@@ -99,20 +86,19 @@ void write_files(const Arguments& arguments, const PictureData& data, Outcome& o
                          area_change_map(outcome.displacement), 1.0);
   if (!outcome.confidence.x.empty()) {
     ScalarField believed(extent);
-    for (std::size_t site = 0; site < extent.sites(); ++site) {
-      believed.values[site] = 255.0F * (outcome.confidence.x[site] + outcome.confidence.y[site]);
-    }
+    std::ranges::transform(outcome.confidence.x, outcome.confidence.y, believed.values.begin(),
+                           [](float x, float y) { return 255.0F * (x + y); });
     pictures.gray("confidence", "where the registration is believed: white most", believed);
   }
   for (std::size_t level = 0; level < outcome.strip.size(); ++level) {
-    pictures.gray(fmt::format("level-{}", level + 1).c_str(),
-                  fmt::format("after level {} of {}", level + 1, outcome.strip.size()).c_str(),
+    pictures.gray(fmt::format("level-{}", level + 1),
+                  fmt::format("after level {} of {}", level + 1, outcome.strip.size()),
                   warp(data.source, outcome.strip[level]));
   }
-  write_displacement(arguments.pair.output / "displacement.nrrd", outcome.displacement, data.scene.spacing,
+  outcome.row.pictures = pictures.written();
+  write_displacement(arguments.output / "displacement.nrrd", outcome.displacement, data.scene.spacing,
                      data.placement);
-  outcome.row.field =
-      arguments.pair.json.empty() ? "displacement.nrrd" : arguments.pair.beside_json("displacement.nrrd");
+  outcome.row.field = beside(arguments.json, arguments.output, "displacement.nrrd");
 }
 
 Outcome register_region(const Arguments& arguments, const PictureData& data, const Backend& backend,
@@ -160,31 +146,19 @@ Outcome register_iterated(const Arguments& arguments, const PictureData& data, c
   return outcome;
 }
 
-void print_iterations(const RegistrationRow& row) {
-  Table table({"pictures", "iteration", "difference", "outliers", "step, px"});
-  int number = 0;
-  for (const RegistrationRow::Iteration& iteration : row.iterations) {
-    table.add({fmt::format("{} x {}", iteration.width, iteration.height), std::to_string(++number),
-               fmt::format("{:.3g}", iteration.difference),
-               fmt::format("{:.1f} %", 100.0 * iteration.outliers), fmt::format("{:.3g}", iteration.step)});
-  }
-  fmt::print("{}\n  {}\n\n", table.text(),
-             row.converged.value_or(false)
-                 ? "Converged: the last step moved nothing by more than its tolerance."
-                 : "Not converged: the last step still moved the tissue; look at the differences.");
-}
-
-int run_register(const Arguments& arguments, const Command& command, const std::string& line) {
+int run_register(const Arguments& arguments, const CLI::App& command, const std::string& line) {
   const ScheduleOverrides& schedule = arguments.pair.scene.schedule;
-  refuse_idle(command, {{.here = arguments.iterate,
-                         .options = {"--conventional"},
-                         .why = "--iterate looks at the pictures itself"},
-                        {.here = arguments.iterate,
-                         .options = options_of_group(command, schedule_group, {"--energy"}),
-                         .why = "--iterate solves with the elastic energy, in a way of its own"},
-                        {.here = arguments.iterate && schedule.energy == EnergyModel::hdm,
-                         .options = {"--energy"},
-                         .why = "--iterate solves with the elastic energy"}});
+  if (arguments.iterate) {
+    std::vector<std::string> idle{"--conventional"};
+    for (const CLI::Option* const option : command.get_options()) {
+      const bool is_good = option->get_name() == "--energy" && schedule.energy != EnergyModel::hdm;
+      if (option->get_group() == schedule_group && !is_good) {
+        idle.push_back(option->get_name());
+      }
+    }
+    refuse_idle(command, idle,
+                "--iterate looks at the pictures itself, and solves the elastic energy its way");
+  }
   const PictureData data = arguments.pair.load();
   const Schedule& solved = data.scene.schedule;
   const bool has_sweeps_only = data.scene.energy == EnergyModel::hdm || solved.method == elastic_sweeps;
@@ -215,22 +189,27 @@ int run_register(const Arguments& arguments, const Command& command, const std::
   row.largest_displacement = largest_magnitude(outcome.displacement);
   const ScalarField areas = least_area_ratios(outcome.displacement);
   row.folds = std::ranges::count_if(areas.values, [](float ratio) { return !(ratio > 0.0F); });
-  write_files(arguments, data, outcome);
+  write_files(arguments.pair, data, outcome);
 
   fmt::print("{}, {} x {} pixels of {:.4g} mm, {} energy on {} ({})\n\n", data.scene.title, row.width,
              row.height, row.spacing, row.energy, row.backend, row.device);
   if (arguments.iterate) {
-    print_iterations(row);
+    fmt::print("{}\n  {}\n\n",
+               table_text(row.iterations, {"size", "difference", "outliers", {"step", "step, px"}}),
+               row.converged.value_or(false)
+                   ? "Converged: the last step moved nothing by more than its tolerance."
+                   : "Not converged: the last step still moved the tissue; look at the differences.");
   }
-  Table table({"", "before", "after"});
-  const auto add = [&](const char* what, double Similarity::*measure) {
-    table.add({what, fmt::format("{:.4g}", row.before.*measure), fmt::format("{:.4g}", row.after.*measure)});
-  };
-  add("mean squared difference", &Similarity::mean_squares);
-  add("correlation", &Similarity::correlation);
-  add("mutual information, bits", &Similarity::mutual_information);
-  fmt::print("{}\n  largest displacement {:.4g} px, {} folded cells, {:.3g} s{}\n", table.text(),
-             row.largest_displacement, row.folds, row.seconds,
+  nlohmann::json measures = nlohmann::json::array();
+  for (const auto& [what, measure] :
+       {std::pair{"mean squared difference", &Similarity::mean_squares},
+        std::pair{"correlation", &Similarity::correlation},
+        std::pair{"mutual information, bits", &Similarity::mutual_information}}) {
+    measures.push_back({{"what", what}, {"before", row.before.*measure}, {"after", row.after.*measure}});
+  }
+  fmt::print("{}\n  largest displacement {:.4g} px, {} folded cells, {:.3g} s{}\n",
+             table_text(measures, {{"what", ""}, "before", "after"}), row.largest_displacement, row.folds,
+             row.seconds,
              row.conventional_seconds
                  ? fmt::format(" ({:.3g} of them ITK's {})", *row.conventional_seconds, row.conventional)
                  : "");
@@ -247,23 +226,23 @@ int run_register(const Arguments& arguments, const Command& command, const std::
 
 } // namespace
 
-void add_register(const Command& program, const std::string& arguments, int& status) {
-  const Command command = program.add_subcommand(
+void add_register(CLI::App& program, Call& call) {
+  CLI::App* const command = program.add_subcommand(
       "register",
       "Find the displacement between two pictures of one person, with the tissues' moduli (thesis "
       "Algorithms 5 and 6).\nWrites DIR/displacement.nrrd and pictures before and after. Exit status 1 where "
       "the pictures have no likeness.");
   const auto own = std::make_shared<Arguments>();
-  own->pair.add_to(command, false);
+  own->pair.add_to(*command, false);
   command
-      .add_option("--conventional", own->conventional,
-                  "ITK's registration that says what is observed: b-splines, gaussian or demons")
-      .one_of(std::vector<std::string>(conventional_names.begin(), conventional_names.end()))
-      .capture_default_str();
-  command.add_flag("--iterate", own->iterate,
-                   "No ITK: estimate, solve with the elastic energy and look again, from coarse to fine; "
-                   "exit status 1 where it does not converge");
-  command.callback([own, command, arguments, &status] { status = run_register(*own, command, arguments); });
+      ->add_option("--conventional", own->conventional,
+                   "ITK's registration that says what is observed: b-splines, gaussian or demons")
+      ->check(CLI::IsMember(std::vector<std::string>(conventional_names.begin(), conventional_names.end())))
+      ->capture_default_str();
+  command->add_flag("--iterate", own->iterate,
+                    "No ITK: estimate, solve with the elastic energy and look again, from coarse to fine; "
+                    "exit status 1 where it does not converge");
+  command->callback([own, command, &call] { call.status = run_register(*own, *command, call.line); });
 }
 
 } // namespace hdmbench::commands

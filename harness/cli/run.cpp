@@ -1,9 +1,5 @@
 #include "harness/check/compare.hpp"
 #include "harness/cli/arguments.hpp"
-#include "harness/cli/commands.hpp"
-#include "harness/cli/plan_text.hpp"
-#include "harness/cli/rank_rows.hpp"
-#include "harness/cli/strain_images.hpp"
 #include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/run_row.hpp"
@@ -12,7 +8,6 @@
 #include "harness/ranks/launch.hpp"
 #include "harness/ranks/rank_backend.hpp"
 #include "harness/ranks/rank_devices.hpp"
-#include "harness/report/grouped.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/images/images.hpp"
@@ -28,6 +23,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -37,6 +33,7 @@ namespace hdmbench::commands {
 namespace {
 
 namespace fs = std::filesystem;
+using nlohmann::json;
 
 struct Arguments {
   SceneArguments scene;
@@ -63,62 +60,76 @@ struct Arguments {
   }
 };
 
-RunRow::Pictures picture_names(const Scene& scene) {
-  const auto name = [&](const char* what) { return fmt::format("{}-{}.png", scene.name, what); };
-  return {.before = name("before"),
-          .after = name("after"),
-          .grid = name("grid"),
-          .magnitude = name("magnitude"),
-          .jacobian = name("jacobian")};
-}
+constexpr std::array picture_names{"before", "after", "grid", "magnitude", "jacobian"};
+constexpr std::array strain_names{"strain-xx", "strain-yy", "strain-xy", "von-mises", "area-change"};
 
-/// What goes to the output folder: the field first.
+/// What goes to the output folder: the field, the pictures, then, where asked for, the strains.
 std::vector<std::string> file_names(const Scene& scene, bool strains) {
   std::vector<std::string> names{scene.name + ".nrrd"};
-  if (is_inspected(scene.extent())) {
-    const RunRow::Pictures pictures = picture_names(scene);
-    names.insert(names.end(),
-                 {pictures.before, pictures.after, pictures.grid, pictures.magnitude, pictures.jacobian});
+  for (std::size_t i = 0; is_inspected(scene.extent()) && i < picture_names.size(); ++i) {
+    names.push_back(fmt::format("{}-{}.png", scene.name, picture_names.at(i)));
   }
-  if (strains) {
-    std::ranges::move(strain_image_names(scene), std::back_inserter(names));
+  for (std::size_t i = 0; strains && i < strain_names.size(); ++i) {
+    names.push_back(fmt::format("{}-{}.nrrd", scene.name, strain_names.at(i)));
+    if (i + 1 < strain_names.size()) { // the area's picture is every run's
+      names.push_back(fmt::format("{}-{}.png", scene.name, strain_names.at(i)));
+    }
   }
   return names;
 }
 
-/// File names, relative to `folder`.
-RunRow::Pictures write_pictures(const Scene& scene, const VectorField& displacement, const fs::path& folder) {
-  const RunRow::Pictures names = picture_names(scene);
-  write_png(folder / names.before, scene.picture);
-  write_png(folder / names.after, warp(scene.picture, displacement));
-  write_png(folder / names.grid,
+/// `names`: as file_names() has them.
+void write_pictures(const Scene& scene, const VectorField& displacement, const fs::path& folder,
+                    std::span<const std::string> names) {
+  write_png(folder / names[1], scene.picture);
+  write_png(folder / names[2], warp(scene.picture, displacement));
+  write_png(folder / names[3],
             warp(grid_picture(scene.extent(), grid_spacing(scene.extent())), displacement));
-  write_magnitude_png(folder / names.magnitude, displacement,
-                      std::max(largest_magnitude(displacement), 1e-6));
+  write_magnitude_png(folder / names[4], displacement, std::max(largest_magnitude(displacement), 1e-6));
   // Full blue is a fold, full red a doubled area.
-  write_signed_png(folder / names.jacobian, scene.extent(), area_change_map(displacement).values, 1.0);
-  return names;
+  write_signed_png(folder / names[5], scene.extent(), area_change_map(displacement).values, 1.0);
+}
+
+/// Strains, von Mises stress and change of area of the scene's sheet: the numbers, and pictures. Prints where
+/// they are largest. `names`: of the files, as file_names() has them.
+void write_strains(const Scene& scene, const VectorField& displacement, const fs::path& folder,
+                   std::span<const std::string> names) {
+  const Strains strains = strains_of(displacement, scene.full.modulus, scene.poisson);
+  const ScalarField area = area_change_map(displacement);
+  json rows = json::array();
+  for (std::size_t i = 0; i < strain_names.size(); ++i) {
+    const ScalarField& field =
+        *std::array{&strains.xx, &strains.yy, &strains.xy, &strains.von_mises, &area}.at(i);
+    const auto at = std::ranges::max_element(field.values, {}, [](float value) { return std::abs(value); });
+    const auto site = at - field.values.begin();
+    write_scalar(folder / names[2 * i], field, scene.spacing, scene.placement);
+    if (2 * i + 1 < names.size()) {
+      write_signed_png(folder / names[2 * i + 1], field.extent, field.values,
+                       std::max(std::abs(static_cast<double>(*at)), 1e-30));
+    }
+    rows.push_back({{"strains", strain_names.at(i)},
+                    {"value", *at},
+                    {"x", site % field.extent.width},
+                    {"y", site / field.extent.width}});
+  }
+  fmt::print("{}  von-mises: MPa, plane stress, Poisson ratio {:.4g}; area-change: det(I + grad d) - 1\n",
+             table_text(rows, {"strains", {"value", "farthest from 0"}, "x", "y"}), scene.poisson);
 }
 
 /// `counted`: whether solution.levels have counts of changes.
 void print_levels(const Solution& solution, bool counted) {
-  std::vector<Table::Column> columns{"level", "size", "iterations"};
-  if (counted) {
-    columns.push_back("still moving");
-  }
-  Table table(std::move(columns));
+  json rows = json::array();
   bool repeated = false;
   for (const LevelResult& level : solution.levels) {
     repeated = repeated || level.repeated;
-    std::vector<std::string> row{std::to_string(level.level),
-                                 fmt::format("{} x {}", level.extent.width, level.extent.height),
-                                 fmt::format("{}{}", level.iterations, level.repeated ? " *" : "")};
-    if (counted) {
-      row.push_back(fmt::format("{} sites", level.changed));
-    }
-    table.add(std::move(row));
+    rows.push_back({{"level", level.level},
+                    {"width", level.extent.width},
+                    {"height", level.extent.height},
+                    {"iterations", fmt::format("{}{}", level.iterations, level.repeated ? " *" : "")},
+                    {"moving", counted ? json(level.changed) : json()}});
   }
-  fmt::print("{}{}", table.text(), repeated ? "  * acceleration diverged, computed again without\n" : "");
+  fmt::print("{}{}", table_text(rows, {"level", "size", "iterations", {"moving", "sites still moving"}}),
+             repeated ? "  * acceleration diverged, computed again without\n" : "");
 }
 
 /// Of the energy that the displacement minimises, over sites.
@@ -130,13 +141,6 @@ double mean_energy_of(const Scene& scene, const VectorField& displacement) {
   const double twice = elastic_energy(elastic_problem(level), ElementRule::plane_stress(scene.poisson),
                                       ReferenceField(displacement));
   return twice / 2.0 / static_cast<double>(scene.extent().sites());
-}
-
-/// Of the scene and of its field.
-Warnings find_warnings(const Scene& scene, const Solution& solution) {
-  Warnings warnings = diagnose(scene);
-  std::ranges::move(diagnose(scene, solution), std::back_inserter(warnings));
-  return warnings;
 }
 
 /// How ranks share the scene out. Throws InputError where they cannot.
@@ -154,20 +158,6 @@ Sharing sharing_of(const Scene& scene, const Arguments& arguments, const Ranks& 
           .pieces = ranks.size(),
           .fewest_sites = arguments.sites_per_rank,
           .halo = arguments.halo};
-}
-
-void print_ranks(const std::vector<RankRow>& rows) {
-  Table table({"rank", "<machine", "<backend", "<device", "threads", "messages", "MB sent", "peak MB"});
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const RankRow& row = rows[i];
-    const auto megabytes = [](std::int64_t bytes, int digits) {
-      return fmt::format("{:.{}f}", static_cast<double>(bytes) / 1e6, digits);
-    };
-    table.add({std::to_string(i), row.machine, row.backend, row.device,
-               row.threads > 0 ? std::to_string(row.threads) : "-", grouped(row.messages),
-               megabytes(row.bytes, 2), row.peak_memory > 0 ? megabytes(row.peak_memory, 0) : "-"});
-  }
-  fmt::print("\n{}", table.text());
 }
 
 /// Throws InputError for a request with the thesis's energy, which `says` asks for.
@@ -195,39 +185,98 @@ Scene load_for(const Arguments& arguments) {
 
 /// A request is a method of its own, so what belongs to another one has no meaning beside it. Throws
 /// InputError.
-void require_meaning(const Arguments& arguments, const Command& command, const Ranks* ranks) {
+void require_meaning(const Arguments& arguments, const CLI::App& command, const Ranks* ranks) {
+  (void)arguments.request(1.0);
   if (arguments.asks() && arguments.scene.schedule.energy == EnergyModel::hdm) {
     refuse_thesis_energy("--energy hdm");
   }
-  refuse_idle(command,
-              {{.here = launched_together() == 0,
-                .options = {"--sites-per-rank", "--halo"},
-                .why = "ranks are several processes, mpirun -n 4 hdmbench run ..., and this one is alone"},
-               {.here = ranks != nullptr,
-                .options = {"--accuracy", "--within"},
-                .why = "that runs in one process, without mpirun"},
-               {.here = !arguments.asks(),
-                .options = {"--explain"},
-                .why = "it explains a plan, which --accuracy or --within ask for"},
-               {.here = arguments.asks(),
-                .options = {"--method", "--iterations", "--start-level", "--stride", "--stop", "--epsilon",
-                            "--update", "--steps", "--relaxation", "--temperatures", "--seed"},
-                .why = "--accuracy and --within choose method, levels and iterations themselves"}});
+  if (launched_together() == 0) {
+    refuse_idle(command, {"--sites-per-rank", "--halo"},
+                "ranks are several processes, mpirun -n 4 hdmbench run ..., and this one is alone");
+  }
+  if (ranks != nullptr) {
+    refuse_idle(command, {"--accuracy", "--within"}, "that runs in one process, without mpirun");
+  }
+  if (arguments.asks()) {
+    refuse_idle(command,
+                {"--method", "--iterations", "--start-level", "--stride", "--stop", "--epsilon", "--update",
+                 "--steps", "--relaxation", "--temperatures", "--seed"},
+                "--accuracy and --within choose method, levels and iterations themselves");
+  } else {
+    refuse_idle(command, {"--explain"}, "it explains a plan, which --accuracy or --within ask for");
+  }
+  if (arguments.strains && !have_images()) {
+    throw InputError("--strains needs image support, which this build has not (-DHDMBENCH_IMAGES=ON)");
+  }
 }
 
-int run_scene(const Arguments& arguments, const Command& command, const std::string& line, Ranks* ranks) {
+/// What each rank did, on the first one; nothing on the others. Collective.
+json rows_of_ranks(const Arguments& arguments, const std::vector<std::unique_ptr<Backend>>& registry,
+                   const RankBackend& backend, const PeakMemory& memory, Ranks& ranks) {
+  const Traffic traffic = ranks.traffic();
+  const RankRow own{.machine = machine_name(),
+                    .backend =
+                        std::string(backend_of_rank(registry, arguments.scene.backend, ranks.rank()).name()),
+                    .device = backend.device({}).name,
+                    .threads = backend.threads({}),
+                    .messages = traffic.messages,
+                    .bytes = traffic.bytes,
+                    .peak_memory = static_cast<std::int64_t>(memory.bytes().value_or(0))};
+  return gather_rows(json::array({own}), ranks);
+}
+
+/// Of the scene and of its field; a plan that was met has its error, by a method of its own.
+Warnings find_warnings(const Scene& scene, const Solution& solution, const std::optional<Plan>& plan) {
+  Warnings warnings;
+  if (is_inspected(scene.extent())) {
+    warnings = diagnose(scene);
+    std::ranges::move(diagnose(scene, solution), std::back_inserter(warnings));
+  }
+  std::erase_if(warnings, [&](const Warning& warning) {
+    return plan && plan->met && (warning.kind == "not-converged" || warning.kind == "stalling-cycles");
+  });
+  return warnings;
+}
+
+/// Writes the files of a run, and their names into its row.
+void write_files(const Arguments& arguments, const Scene& scene, const VectorField& displacement,
+                 RunRow& row) {
+  if (!have_images()) {
+    fmt::print("  No files are written: this build has no image support (-DHDMBENCH_IMAGES=ON).\n");
+    return;
+  }
+  std::vector<std::string> names = file_names(scene, arguments.strains);
+  write_displacement(arguments.output / names[0], displacement, scene.spacing, scene.placement);
+  fmt::print("  {}: the displacement in millimetres\n", (arguments.output / names[0]).string());
+  const bool inspected = is_inspected(scene.extent());
+  if (inspected) {
+    write_pictures(scene, displacement, arguments.output, names);
+    fmt::print("  beside it {}, {}, {}, {} and {}\n", names[1], names[2], names[3], names[4], names[5]);
+  }
+  if (arguments.strains) {
+    write_strains(scene, displacement, arguments.output, std::span(names).subspan(1 + picture_names.size()));
+  }
+  for (std::string& name : names) {
+    name = beside(arguments.json, arguments.output, name);
+  }
+  row.field = names[0];
+  if (inspected) {
+    row.pictures = {names[1], names[2], names[3], names[4], names[5]};
+    row.strains.assign(names.begin() + 1 + picture_names.size(), names.end());
+  }
+}
+
+int run_scene(const Arguments& arguments, const CLI::App& command, const std::string& line, Ranks* ranks) {
   require_meaning(arguments, command, ranks);
-  (void)arguments.request(1.0); // before long work
   const PeakMemory memory;
   const bool is_first = ranks == nullptr || ranks->is_first();
   Progress progress(is_first);
   progress.describe(fmt::format("prepare {}", arguments.scene.scene));
   const Scene scene = load_for(arguments);
   const Request request = arguments.request(scene.spacing);
-  if (arguments.strains && !(have_images() && is_inspected(scene.extent()))) {
-    throw InputError(have_images() ? "--strains is for images of at most 4096 x 4096 sites"
-                                   : "--strains needs image support, which this build has not "
-                                     "(-DHDMBENCH_IMAGES=ON)");
+  const bool inspected = is_inspected(scene.extent());
+  if (arguments.strains && !inspected) {
+    throw InputError("--strains is for images of at most 4096 x 4096 sites");
   }
   const auto registry = make_backends();
   SessionOptions session = arguments.scene.session;
@@ -242,11 +291,10 @@ int run_scene(const Arguments& arguments, const Command& command, const std::str
     require_results_writable(arguments.json);
   }
   if (have_images() && is_first) {
-    require_folder(arguments.output, file_names(scene, arguments.strains), arguments.scene.files());
+    require_folder(arguments.output, file_names(scene, arguments.strains),
+                   files_of_scene(arguments.scene.scene));
   }
 
-  const bool inspected = is_inspected(scene.extent());
-  const bool counted = inspected && scene.energy == EnergyModel::hdm;
   progress.set_total(site_updates(scene), WorkUnit::site_updates);
   progress.describe(fmt::format("run {} on {}", scene.name, backend.name()));
   std::optional<Plan> plan;
@@ -258,65 +306,14 @@ int run_scene(const Arguments& arguments, const Command& command, const std::str
     solution = Solver(backend, session).solve(scene, progress, {.last_changed = inspected});
   }
   progress.clear();
-  std::vector<RankRow> by_rank;
+  json by_rank = json::array();
   if (ranks != nullptr) {
-    const Traffic traffic = ranks->traffic();
-    by_rank = gather_rows<RankRow>(
-        {{.machine = machine_name(),
-          .backend = std::string(backend_of_rank(registry, arguments.scene.backend, ranks->rank()).name()),
-          .device = device.name,
-          .threads = backend.threads(session),
-          .messages = traffic.messages,
-          .bytes = traffic.bytes,
-          .peak_memory = static_cast<std::int64_t>(memory.bytes().value_or(0))}},
-        *ranks);
+    by_rank = rows_of_ranks(arguments, registry, *shared, memory, *ranks);
     if (!is_first) { // all have the same field
       return success;
     }
   }
-  Warnings warnings = inspected ? find_warnings(scene, solution) : Warnings{};
-  if (plan && plan->met) { // the error is what was asked for, by a method of the plan's own
-    std::erase_if(warnings, [](const Warning& warning) {
-      return warning.kind == "not-converged" || warning.kind == "stalling-cycles";
-    });
-  }
-
-  const std::int64_t iterations = total_iterations(solution.levels);
   const std::string absurd = why_absurd(scene, solution.displacement);
-  const double energy = std::isfinite(largest_found(solution.displacement))
-                            ? mean_energy_of(scene, solution.displacement)
-                            : std::numeric_limits<double>::quiet_NaN();
-  const double largest = largest_magnitude(solution.displacement);
-  fmt::print("{}\n{} x {} pixels of {:.4g} mm, {} on {} ({})\n\n", scene.title, scene.extent().width,
-             scene.extent().height, scene.spacing, plan ? "as needed" : method_name(scene), backend.name(),
-             device.name);
-  if (plan && arguments.explain) {
-    fmt::print("{}", plan_text(scene, *plan));
-  } else if (!plan) {
-    print_levels(solution, counted);
-  }
-  if (ranks != nullptr) {
-    print_ranks(by_rank);
-  }
-  if (plan) {
-    fmt::print("\n  {}; {:.3g} sweeps over the full resolution in all\n", plan->outcome,
-               fine_sweep_equivalents(*plan));
-  }
-  fmt::print("\n  mean energy {:.6g}, largest displacement {:.4g} px, {} iterations in {:.3g} s\n", energy,
-             largest, iterations, solution.timings.total());
-  if (solution.estimated_error && !plan) {
-    fmt::print("  estimated distance from finite elements {:.2g} px\n", *solution.estimated_error);
-  }
-  if (!absurd.empty()) {
-    fmt::print(
-        "  NO RESULT: {}; look for extreme moduli, targets or a huge --penalty, or take another --method\n",
-        absurd);
-  }
-  fmt::print("\n{}\n", inspected
-                           ? warnings_text(warnings)
-                           : "  Not diagnosed, and no pictures: beyond 4096 x 4096 sites that takes more "
-                             "time and memory than the solution.\n");
-
   RunRow row{.scene = scene.name,
              .title = scene.title,
              .width = scene.extent().width,
@@ -327,103 +324,111 @@ int run_scene(const Arguments& arguments, const Command& command, const std::str
              .energy = std::string(energy_names[static_cast<std::size_t>(scene.energy)]),
              .seconds = solution.timings.total(),
              .levels = std::ssize(solution.levels),
-             .iterations = iterations,
-             .mean_energy = energy,
-             .largest_displacement = largest,
+             .iterations = total_iterations(solution.levels),
+             .mean_energy = std::isfinite(largest_found(solution.displacement))
+                                ? mean_energy_of(scene, solution.displacement)
+                                : std::numeric_limits<double>::quiet_NaN(),
+             .largest_displacement = largest_magnitude(solution.displacement),
              .spacing = scene.spacing,
              .placement = scene.placement,
-             .warnings = warnings};
-  if (ranks != nullptr) {
-    row.ranks = ranks->size();
-    row.by_rank = std::move(by_rank);
-  }
+             .warnings = find_warnings(scene, solution, plan)};
+  fmt::print("{}\n{} x {} pixels of {:.4g} mm, {} on {} ({})\n\n", scene.title, row.width, row.height,
+             scene.spacing, row.method, backend.name(), device.name);
   if (plan) {
     row.plan = plan_row(scene, request, *plan);
-  }
-  if (have_images()) {
-    const std::string field = scene.name + ".nrrd";
-    write_displacement(arguments.output / field, solution.displacement, scene.spacing, scene.placement);
-    fmt::print("  {}: the displacement in millimetres\n", (arguments.output / field).string());
-    if (inspected) {
-      row.pictures = write_pictures(scene, solution.displacement, arguments.output);
-      fmt::print("  beside it {}, {}, {}, {} and {}\n", row.pictures->before, row.pictures->after,
-                 row.pictures->grid, row.pictures->magnitude, row.pictures->jacobian);
+    if (arguments.explain) {
+      fmt::print("{}\n", table_text(json(row)["plan"]["steps"], {"size",
+                                                                 {"action", "step"},
+                                                                 {"moved", "moved px"},
+                                                                 {"expected_error", "error px"},
+                                                                 "seconds",
+                                                                 {"reason", "why"}}));
     }
-    if (arguments.strains) {
-      row.strains = write_strain_images(scene, solution.displacement, arguments.output);
-    }
-    if (!arguments.json.empty()) {
-      const fs::path folder = fs::proximate(arguments.output, fs::absolute(arguments.json).parent_path());
-      const auto beside_json = [&](const std::string& name) {
-        return (folder / name).lexically_normal().string();
-      };
-      row.field = beside_json(field);
-      std::ranges::transform(row.strains, row.strains.begin(), beside_json);
-      if (row.pictures) {
-        RunRow::Pictures& names = *row.pictures;
-        for (std::string* const name :
-             {&names.before, &names.after, &names.grid, &names.magnitude, &names.jacobian}) {
-          *name = beside_json(*name);
-        }
-      }
-    }
+    fmt::print("  {}; {:.3g} sweeps over the full resolution in all\n", plan->outcome,
+               fine_sweep_equivalents(*plan));
   } else {
-    fmt::print("  No files are written: this build has no image support (-DHDMBENCH_IMAGES=ON).\n");
+    print_levels(solution, inspected && scene.energy == EnergyModel::hdm);
   }
-  write_results(arguments.json, "run", run_context(line, false), nlohmann::json::array({to_json_row(row)}));
+  if (ranks != nullptr) {
+    row.ranks = ranks->size();
+    row.by_rank = by_rank.get<std::vector<RankRow>>();
+    fmt::print("\n{}", table_text(by_rank, {"machine",
+                                            "backend",
+                                            "device",
+                                            "threads",
+                                            "messages",
+                                            {"bytes", "bytes sent"},
+                                            {"peak_memory", "bytes at most"}}));
+  }
+  fmt::print("\n  mean energy {:.6g}, largest displacement {:.4g} px, {} iterations in {:.3g} s\n",
+             *row.mean_energy, *row.largest_displacement, row.iterations, row.seconds);
+  if (solution.estimated_error && !plan) {
+    fmt::print("  estimated distance from finite elements {:.2g} px\n", *solution.estimated_error);
+  }
+  if (!absurd.empty()) {
+    fmt::print(
+        "  NO RESULT: {}; look for extreme moduli, targets or a huge --penalty, or take another --method\n",
+        absurd);
+  }
+  fmt::print("\n{}\n", inspected
+                           ? warnings_text(row.warnings)
+                           : "  Not diagnosed, and no pictures: beyond 4096 x 4096 sites that takes more "
+                             "time and memory than the solution.\n");
+  write_files(arguments, scene, solution.displacement, row);
+  write_results(arguments.json, "run", run_context(line, false), json::array({to_json_row(row)}));
   return absurd.empty() && (!plan || plan->met) ? success : disagreement;
 }
 
 } // namespace
 
-void add_run(const Command& program, const std::string& arguments, int& status, Ranks* ranks) {
-  const Command command = program.add_subcommand(
+void add_run(CLI::App& program, Call& call) {
+  CLI::App* const command = program.add_subcommand(
       "run", "Solve one scene; write the displacement as NRRD, and the "
              "picture before and after, the deformed grid and\n"
              "the displacement's magnitude and change of area as PNG; say what speaks against the result.");
   const auto own = std::make_shared<Arguments>();
   own->scene.schedule.takes_elastic = true;
   own->scene.schedule.is_of_run = true;
-  own->scene.add_scene_to(command);
-  own->scene.add_backend_to(command);
-  command.add_option("--output", own->output, "Folder for the files, made if missing").capture_default_str();
-  command.add_flag("--strains", own->strains,
-                   "Write strains, von Mises stress and change of area as well, as NRRD and PNG");
-  command.add_option("--json", own->json, "Write the result to this file");
+  own->scene.add_scene_to(*command);
+  own->scene.add_backend_to(*command);
+  command->add_option("--output", own->output, "Folder for the files, made if missing")
+      ->capture_default_str();
+  command->add_flag("--strains", own->strains,
+                    "Write strains, von Mises stress and change of area as well, as NRRD and PNG");
+  command->add_option("--json", own->json, "Write the result to this file");
   const auto* const group = "No more than the scene needs";
   command
-      .add_option(
+      ->add_option(
           "--accuracy", own->accuracy,
           "Distance from finite elements that is good enough, RMS, as 0.2px or 0.1mm: with the elastic "
-          "energy, "
-          "and levels and steps that follow from the scene; exit status 1 where the estimate is above it, or "
-          "cannot be trusted")
-      .group(group);
+          "energy, and levels and steps that follow from the scene; exit status 1 where the estimate is "
+          "above "
+          "it, or cannot be trusted")
+      ->group(group);
   command
-      .add_option("--within", own->within,
-                  "The time there is, as 10ms or 2s: the best field of the elastic energy and its error")
-      .group(group);
-  command.add_flag("--explain", own->explain, "Print the plan, step by step, and why").group(group);
-  const std::string several = "Several processes (mpirun -n 4 hdmbench run ...)";
+      ->add_option("--within", own->within,
+                   "The time there is, as 10ms or 2s: the best field of the elastic energy and its error")
+      ->group(group);
+  command->add_flag("--explain", own->explain, "Print the plan, step by step, and why")->group(group);
+  const auto* const several = "Several processes (mpirun -n 4 hdmbench run ...)";
   constexpr int widest_halo = 1024;
   command
-      .add_option(
+      ->add_option(
           "--sites-per-rank", own->sites_per_rank,
           "With mpirun: a level goes to as many ranks as get so many sites each, 0: 16384, of the elastic "
-          "energy 4096; --backend "
-          "is then one for all, or as openmp+vulkan-compute each rank's in turn, and --device may be "
-          "by-rank")
-      .group(several);
+          "energy 4096; --backend is then one for all, or as openmp+vulkan-compute each rank's in turn, and "
+          "--device may be by-rank")
+      ->group(several);
   command
-      .add_option(
+      ->add_option(
           "--halo", own->halo,
           "With mpirun: sites that a rank computes beyond its own, a multiple of 4, on every level; 0: "
           "an eighth of the shortest piece, 4 ... 64. Of the elastic energy those of the "
           "coarsest level that is cut, even; 0: 4. The bits are the same")
-      .range(0, widest_halo)
-      .group(several);
-  command.callback(
-      [own, command, arguments, &status, ranks] { status = run_scene(*own, command, arguments, ranks); });
+      ->check(CLI::Range(0, widest_halo))
+      ->group(several);
+  command->callback(
+      [own, command, &call] { call.status = run_scene(*own, *command, call.line, call.ranks); });
 }
 
 } // namespace hdmbench::commands

@@ -12,30 +12,19 @@
 
 namespace hdmbench::commands {
 
-namespace {
-
-using Names = std::vector<std::string>;
-
-template <typename Value, std::size_t count>
-Value value_of(const std::array<std::string_view, count>& names, std::string_view name) {
-  return static_cast<Value>(std::ranges::find(names, name) - names.begin());
-}
-
-} // namespace
-
-void ScheduleOverrides::add_to(const Command& command) {
-  const auto keep = [this](Option option) {
-    options_.push_back(option.group(schedule_group));
-    return option;
-  };
-  const auto add = [&](const char* name, auto& value, const std::string& help) {
-    return keep(command.add_option(name, value, help));
+void ScheduleOverrides::add_to(CLI::App& command) {
+  command_ = &command;
+  const auto add = [&](const char* name, auto& value, const char* help) {
+    return command.add_option(name, value, help)->group(schedule_group);
   };
   const auto add_choice = [&]<typename Value>(const char* name, std::optional<Value>& value,
-                                              const auto& names, const std::string& help) {
-    keep(command.add_option(
-             name, [&value, &names](const std::string& word) { value = value_of<Value>(names, word); }, help))
-        .one_of(Names(names.begin(), names.end()));
+                                              const auto& names, const char* help) {
+    const auto take = [&value, &names](const std::string& word) {
+      value = static_cast<Value>(std::ranges::find(names, word) - names.begin());
+    };
+    command.add_option_function<std::string>(name, take, help)
+        ->group(schedule_group)
+        ->check(CLI::IsMember(std::vector<std::string>(names.begin(), names.end())));
   };
   if (takes_elastic) {
     add_choice(
@@ -47,25 +36,24 @@ void ScheduleOverrides::add_to(const Command& command) {
     add("--robust", robust,
         "Of the elastic energy: observations with a confidence below 1 that are further away than this many "
         "pixels are forgiven")
-        .range(1e-6, 1e6); // PositiveNumber would name the largest double
+        ->check(CLI::Range(1e-6, 1e6)); // PositiveNumber would name the largest double
     add("--stride", stride,
-        "Of the elastic energy: solve an image that samples every so many pixels, with means of their "
-        "moduli, "
-        "and interpolate; 1 is the full resolution")
-        .range(1, 1024);
+        "Of the elastic energy: solve every so many pixels and interpolate; 1 is all of them")
+        ->check(CLI::Range(1, 1024));
   }
   add("--method", method, "How the scene is solved (see methods)");
   add("--iterations", iterations,
       "Effort of the method: iterations per level, exact or at most (see --stop), or what methods says");
   add("--relaxation", relaxation, "Of closed-form: how far a site moves towards its minimum");
   add("--temperatures", temperatures, "Of annealing: HIGHEST,LOWEST in units of the energy")
-      .delimiter(',')
-      .expected(2);
+      ->delimiter(',')
+      ->expected(2);
   add("--seed", seed, "Of annealing: 0 ... 4092");
   add("--start-level", start_level, "First level computed; 0 is the full resolution");
   add_choice("--stop", stop, stop_names,
              "When a level ends: fixed, still (no site changed) or energy (thesis 5.3)");
-  add("--epsilon", epsilon, "Change of the mean energy that ends a level with --stop energy").range(0.0, 1e6);
+  add("--epsilon", epsilon, "Change of the mean energy that ends a level with --stop energy")
+      ->check(CLI::Range(0.0, 1e6));
   add_choice("--alignment", alignment, alignment_names, "Of the pyramid's levels: corner or center");
   add_choice("--update", update, update_names,
              "Of icm: simultaneous, coloured, four-coloured, or sequential (scalar only)");
@@ -92,13 +80,8 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
     throw InputError("the elastic energy has levels of its own and prescribes what is observed; leave out "
                      "--start-level, --epsilon, --alignment, --penalty and --prior-weight");
   }
-  if (robust && scene.energy == EnergyModel::hdm) {
-    throw InputError("the thesis's energy takes the absolute value of every observation, which forgives; "
-                     "--robust is for --energy elastic");
-  }
-  if (stride && scene.energy == EnergyModel::hdm) {
-    throw InputError(
-        "the thesis's energy has its pyramid, see --start-level; --stride is for --energy elastic");
+  if ((robust || stride) && scene.energy == EnergyModel::hdm) {
+    throw InputError(fmt::format("{} is for --energy elastic", robust ? "--robust" : "--stride"));
   }
   scene.schedule.stride = stride.value_or(scene.schedule.stride);
   scene.robust = robust ? robust : scene.robust;
@@ -134,9 +117,10 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
 
 std::string ScheduleOverrides::text(const std::optional<std::string>& other_method) const {
   std::string result = other_method ? " --method " + *other_method : "";
-  for (const Option& option : options_) {
-    if (option.count() > 0 && !(other_method && option.name() == "--method")) {
-      result += fmt::format(" {} {}", option.name(), shell_word(joined(option.values(), ",")));
+  for (const CLI::Option* const option : command_->get_options()) {
+    const bool is_ours = option->get_group() == schedule_group && option->count() > 0;
+    if (is_ours && !(other_method && option->get_name() == "--method")) {
+      result += fmt::format(" {} {}", option->get_name(), shell_word(joined(option->results(), ",")));
     }
   }
   return result;

@@ -2,7 +2,7 @@
 
 #include "harness/scene/scene.hpp"
 
-#include "harness/cli/command.hpp"
+#include <CLI/CLI.hpp>
 
 #include <optional>
 #include <string>
@@ -17,24 +17,24 @@ inline constexpr const char* schedule_group = "Instead of what the scene says";
 struct ScheduleOverrides {
   bool takes_elastic = false; ///< whether the command knows EnergyModel::elastic; say so before add_to()
   bool is_of_run = false;     ///< whether the command has --robust and --stride, likewise
-  std::optional<EnergyModel> energy;
-  std::optional<std::string> method; ///< harness/scene/method.hpp
-  std::optional<int> iterations;
-  std::optional<double> relaxation;
-  std::vector<double> temperatures; ///< highest, lowest; empty: the method's own
-  std::optional<int> seed;
-  std::optional<int> start_level;
-  std::optional<Stop> stop;
-  std::optional<double> epsilon;
-  std::optional<Alignment> alignment;
-  std::optional<Update> update;
-  std::optional<std::string> steps;
-  std::optional<double> penalty;
-  std::optional<double> prior_weight;
-  std::optional<double> robust; ///< Scene::robust
-  std::optional<int> stride;    ///< Schedule::stride
+  std::optional<EnergyModel> energy{};
+  std::optional<std::string> method{}; ///< harness/scene/method.hpp
+  std::optional<int> iterations{};
+  std::optional<double> relaxation{};
+  std::vector<double> temperatures{}; ///< highest, lowest; empty: the method's own
+  std::optional<int> seed{};
+  std::optional<int> start_level{};
+  std::optional<Stop> stop{};
+  std::optional<double> epsilon{};
+  std::optional<Alignment> alignment{};
+  std::optional<Update> update{};
+  std::optional<std::string> steps{};
+  std::optional<double> penalty{};
+  std::optional<double> prior_weight{};
+  std::optional<double> robust{}; ///< Scene::robust
+  std::optional<int> stride{};    ///< Schedule::stride
 
-  void add_to(const Command& command);
+  void add_to(CLI::App& command);
   /// With `other_method` in place of `method`, where there is one. Throws InputError.
   void apply(Scene& scene, const std::optional<std::string>& other_method = std::nullopt) const;
   /// The arguments that were given, each with a space before it: " --iterations 5", with `other_method` as
@@ -42,7 +42,7 @@ struct ScheduleOverrides {
   [[nodiscard]] std::string text(const std::optional<std::string>& other_method = std::nullopt) const;
 
 private:
-  std::vector<Option> options_{}; ///< of add_to
+  CLI::App* command_ = nullptr; ///< of add_to
 };
 
 } // namespace hdmbench::commands

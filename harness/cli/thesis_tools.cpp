@@ -2,7 +2,6 @@
 
 #include "harness/check/compare.hpp"
 #include "harness/cli/arguments.hpp"
-#include "harness/cli/commands.hpp"
 #include "harness/judge/truths.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/images/images.hpp"
@@ -40,9 +39,6 @@ struct MeshArguments {
 PixelGrid grid_of(const MeshArguments& arguments, const Mesh& mesh) {
   const Extent extent = parse_size(arguments.size);
   require_memory(extent);
-  if (arguments.origin.empty() != !arguments.pixel) {
-    throw InputError("--origin and --pixel belong together: give both, or none for a grid over all nodes");
-  }
   if (!arguments.pixel) {
     return grid_over(mesh, extent);
   }
@@ -52,13 +48,13 @@ PixelGrid grid_of(const MeshArguments& arguments, const Mesh& mesh) {
           .pixel = *arguments.pixel};
 }
 
-void convert_mesh(const MeshArguments& arguments, const Command& command) {
+void convert_mesh(const MeshArguments& arguments, const CLI::App& command) {
   const bool by_element =
       arguments.interpolation.empty() ? !arguments.elements.empty() : arguments.interpolation == "element";
-  refuse_idle(command,
-              {{.here = by_element,
-                .options = {"--reach"},
-                .why = "shape functions do not look for the nearest node; --interpolation nearest does"}});
+  if (by_element) {
+    refuse_idle(command, {"--reach"},
+                "shape functions do not look for the nearest node; --interpolation nearest does");
+  }
   if (by_element && arguments.elements.empty()) {
     throw InputError("--interpolation element needs the element list: --elements FILE");
   }
@@ -116,7 +112,7 @@ void write_scene(const ExportArguments& arguments) {
       "scene.toml",    "picture.nrrd", "picture.png", "modulus.nrrd",    "target.nrrd",
       "target.png",    "labels.nrrd",  "start.nrrd",  "confidence.nrrd", "displacement-fem.nrrd",
       "confidence.png"};
-  require_folder(arguments.output, files, arguments.scene.files());
+  require_folder(arguments.output, files, files_of_scene(arguments.scene.scene));
   Progress progress;
   progress.describe(fmt::format("export {}", scene.name));
   std::vector<std::string> names;
@@ -189,14 +185,17 @@ VectorField displacement_of(const Scene& scene, const EnergyArguments& arguments
   return solve(scene, *backend.open(arguments.scene.session), progress).displacement;
 }
 
-void plot(const EnergyArguments& arguments, const Command& command) {
-  refuse_idle(command,
-              {{.here = arguments.at_start,
-                .options = options_of_group(command, schedule_group, {"--penalty", "--prior-weight"}),
-                .why = "with --start nothing is solved"},
-               {.here = arguments.at_start,
-                .options = {"--backend", "--device", "--threads"},
-                .why = "with --start nothing is solved"}});
+void plot(const EnergyArguments& arguments, const CLI::App& command) {
+  if (arguments.at_start) {
+    std::vector<std::string> idle{"--backend", "--device", "--threads"};
+    for (const CLI::Option* const option : command.get_options()) {
+      const std::string name = option->get_name();
+      if (option->get_group() == schedule_group && name != "--penalty" && name != "--prior-weight") {
+        idle.push_back(name);
+      }
+    }
+    refuse_idle(command, idle, "with --start nothing is solved");
+  }
   const Scene scene = arguments.scene.load();
   const Extent extent = scene.extent();
   EnergyPlaneOptions options{.sites = {parse_site(arguments.sites[0]), parse_site(arguments.sites[1])},
@@ -230,85 +229,92 @@ void plot(const EnergyArguments& arguments, const Command& command) {
 
 } // namespace
 
-void add_fem_to_image(const Command& program) {
-  const Command command = program.add_subcommand(
+void add_fem_to_image(CLI::App& program, Call& /*call*/) {
+  CLI::App* const command = program.add_subcommand(
       "fem-to-image",
       "Turn a finite element result into a displacement image (thesis A.1). Lists are text: a "
       "line id,x,y,u,v per node,\nid,n1,n2,n3[,n4] per element; commas, semicolons or white "
       "space between, # begins a comment. y points down,\nas in images. Lengths of the "
       "result count as millimetres.");
   const auto own = std::make_shared<MeshArguments>();
-  command.add_option("nodes", own->nodes, "Node list").required();
-  command.add_option("--elements", own->elements, "Element list");
-  command.add_option("--size", own->size, "Image size: 300 (square) or 257x130").required();
+  command->add_option("nodes", own->nodes, "Node list")->required();
+  command->add_option("--elements", own->elements, "Element list");
+  command->add_option("--size", own->size, "Image size: 300 (square) or 257x130")->required();
+  CLI::Option* const pixel =
+      command->add_option("--pixel", own->pixel, "Side of a pixel in the result's unit");
+  CLI::Option* const origin =
+      command
+          ->add_option(
+              "--origin", own->origin,
+              "Position x,y of the first pixel's centre (with --pixel; default: the image covers all "
+              "nodes)")
+          ->delimiter(',')
+          ->expected(2)
+          ->needs(pixel);
+  pixel->needs(origin);
   command
-      .add_option("--origin", own->origin,
-                  "Position x,y of the first pixel's centre (with --pixel; default: "
-                  "the image covers all nodes)")
-      .delimiter(',')
-      .expected(2);
-  command.add_option("--pixel", own->pixel, "Side of a pixel in the result's unit");
-  command
-      .add_option("--interpolation", own->interpolation,
-                  "nearest (node; default without elements) or element (shape functions; default with)")
-      .one_of({"nearest", "element"});
-  command.add_option("--reach", own->reach, "With nearest: pixels beyond which a node is too far away")
-      .capture_default_str();
-  command.add_option("--output", own->output, "Displacement image, .nrrd or .mha").required();
-  command.add_option("--mask", own->mask, "Also a PNG of where the displacement is defined");
-  command.callback([own, command] { convert_mesh(*own, command); });
+      ->add_option("--interpolation", own->interpolation,
+                   "nearest (node; default without elements) or element (shape functions; default with)")
+      ->check(CLI::IsMember({"nearest", "element"}));
+  command->add_option("--reach", own->reach, "With nearest: pixels beyond which a node is too far away")
+      ->capture_default_str();
+  command->add_option("--output", own->output, "Displacement image, .nrrd or .mha")->required();
+  command->add_option("--mask", own->mask, "Also a PNG of where the displacement is defined");
+  command->callback([own, command] { convert_mesh(*own, *command); });
 }
 
-void add_positions_to_displacements(const Command& program) {
-  const Command command = program.add_subcommand(
+void add_positions_to_displacements(CLI::App& program, Call& /*call*/) {
+  CLI::App* const command = program.add_subcommand(
       "positions-to-displacements",
       "Turn an image of where every pixel goes (positions in pixels) into a displacement image (thesis "
       "A.2).\nThe input is a vector image, or the raw transformation that bUnwarpJ saves as text.");
   const auto own = std::make_shared<PositionsArguments>();
-  command.add_option("input", own->input, "Positions: a vector image or bUnwarpJ's text").required();
-  command.add_option("output", own->output, "Displacement image, .nrrd or .mha").required();
-  command.add_option("--spacing", own->spacing,
-                     "Millimetres per pixel (default: the image's own; 1 for a text)");
-  command.callback([own] { convert_positions(*own); });
+  command->add_option("input", own->input, "Positions: a vector image or bUnwarpJ's text")->required();
+  command->add_option("output", own->output, "Displacement image, .nrrd or .mha")->required();
+  command->add_option("--spacing", own->spacing,
+                      "Millimetres per pixel (default: the image's own; 1 for a text)");
+  command->callback([own] { convert_positions(*own); });
 }
 
-void add_export(const Command& program) {
-  const Command command = program.add_subcommand(
+void add_export(CLI::App& program, Call& /*call*/) {
+  CLI::App* const command = program.add_subcommand(
       "export",
       "Write all inputs of a scene as images (NRRD, with PNGs to look at) and a scene file that "
       "refers to them\n(thesis A.3, A.6, A.8). --size computes the scene, and the finite elements, at that "
       "size; the images of a scene file are\nscaled when it is read with --size.");
   const auto own = std::make_shared<ExportArguments>();
-  own->scene.add_scene_to(command);
-  command.add_option("--output", own->output, "Folder for the files, made if missing").capture_default_str();
-  command.add_flag("--fem", own->finite_elements,
-                   "Also the displacement by finite elements (plane stress), in millimetres");
-  command.callback([own] { write_scene(*own); });
+  own->scene.add_scene_to(*command);
+  command->add_option("--output", own->output, "Folder for the files, made if missing")
+      ->capture_default_str();
+  command->add_flag("--fem", own->finite_elements,
+                    "Also the displacement by finite elements (plane stress), in millimetres");
+  command->callback([own] { write_scene(*own); });
 }
 
-void add_energy_plot(const Command& program) {
-  const Command command = program.add_subcommand(
+void add_energy_plot(CLI::App& program, Call& /*call*/) {
+  CLI::App* const command = program.add_subcommand(
       "energy-plot", "Plot the total energy U over the displacements of two sites, all others as the scene's "
                      "schedule leaves them\n(thesis A.5). The sum of all U_t, in double.");
   const auto own = std::make_shared<EnergyArguments>();
-  own->scene.add_scene_to(command);
-  own->scene.add_backend_to(command);
-  command.add_option("--sites", own->sites, "Two sites as column,row: --sites 10,20 11,20")
-      .required()
-      .expected(2);
-  command.add_option("--component", own->component, "Displacement along x or y")
-      .one_of({"x", "y"})
-      .capture_default_str();
+  own->scene.add_scene_to(*command);
+  own->scene.add_backend_to(*command);
+  command->add_option("--sites", own->sites, "Two sites as column,row: --sites 10,20 11,20")
+      ->required()
+      ->expected(2);
+  command->add_option("--component", own->component, "Displacement along x or y")
+      ->check(CLI::IsMember({"x", "y"}))
+      ->capture_default_str();
   command
-      .add_option("--range", own->range,
-                  "Displacements low,high in pixels (default: around the sites' own "
-                  "and their targets)")
-      .delimiter(',')
-      .expected(2);
-  command.add_option("--points", own->points, "Values tried per site").range(2, 500).capture_default_str();
-  command.add_flag("--start", own->at_start, "All other sites as the scene starts, not solved");
-  command.add_option("--output", own->output, "SVG file (default: SCENE-energy.svg)");
-  command.callback([own, command] { plot(*own, command); });
+      ->add_option("--range", own->range,
+                   "Displacements low,high in pixels (default: around the sites' own and their targets)")
+      ->delimiter(',')
+      ->expected(2);
+  command->add_option("--points", own->points, "Values tried per site")
+      ->check(CLI::Range(2, 500))
+      ->capture_default_str();
+  command->add_flag("--start", own->at_start, "All other sites as the scene starts, not solved");
+  command->add_option("--output", own->output, "SVG file (default: SCENE-energy.svg)");
+  command->callback([own, command] { plot(*own, *command); });
 }
 
 } // namespace hdmbench::commands

@@ -1,6 +1,5 @@
 #include "harness/tools/tune.hpp"
 #include "harness/cli/arguments.hpp"
-#include "harness/cli/commands.hpp"
 #include "harness/judge/truths.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/images/images.hpp"
@@ -40,28 +39,28 @@ Truth read_truth(const Arguments& arguments, Extent extent) {
 }
 
 void print(const Tuning& tuning, double penalty) {
-  Table table({"", "alpha", "K (1 - alpha) / alpha", "RMSD [px]", "<"});
+  nlohmann::json rows = nlohmann::json::array();
   for (std::size_t i = 0; i < tuning.evaluations.size(); ++i) {
     const Evaluation& evaluation = tuning.evaluations[i];
     const ObservationWeight weight{.penalty = penalty, .prior_weight = evaluation.prior_weight};
-    table.add({std::to_string(i + 1), fmt::format("{:.5f}", evaluation.prior_weight),
-               fmt::format("{:.5g}", weight.product()), fmt::format("{:.5f}", evaluation.rmsd),
-               i == tuning.best ? "best" : (i < tuning.scanned ? "scan" : "")});
+    rows.push_back({{"alpha", fmt::format("{:.5f}", evaluation.prior_weight)},
+                    {"product", weight.product()},
+                    {"rmsd", fmt::format("{:.5f}", evaluation.rmsd)},
+                    {"which", i == tuning.best ? "best" : (i < tuning.scanned ? "scan" : "")}});
   }
-  fmt::print("{}", table.text());
+  fmt::print(
+      "{}", table_text(
+                rows, {"alpha", {"product", "K (1 - alpha) / alpha"}, {"rmsd", "RMSD [px]"}, {"which", ""}}));
 }
 
-void tune(const Arguments& arguments, const Command& command) {
+void tune(const Arguments& arguments, const CLI::App& command) {
   const bool against_elements = arguments.truth == "fem";
-  refuse_idle(
-      command,
-      {{.here = true, .options = {"--prior-weight"}, .why = "it is what tune looks for; --range says where"},
-       {.here = arguments.method == "simplex",
-        .options = {"--search-seed"},
-        .why = "chance is for --search annealing"},
-       {.here = against_elements,
-        .options = {"--mask"},
-        .why = "it belongs to a truth from a file, --truth FILE.nrrd"}});
+  if (arguments.method == "simplex") {
+    refuse_idle(command, {"--search-seed"}, "chance is for --search annealing");
+  }
+  if (against_elements) {
+    refuse_idle(command, {"--mask"}, "it belongs to a truth from a file, --truth FILE.nrrd");
+  }
   Scene scene = arguments.scene.load();
   TuneOptions search = arguments.search;
   search.method = arguments.method == "simplex" ? SearchMethod::simplex : SearchMethod::annealing;
@@ -111,31 +110,32 @@ void tune(const Arguments& arguments, const Command& command) {
 
 } // namespace
 
-void add_tune(const Command& program) {
-  const Command command = program.add_subcommand(
+void add_tune(CLI::App& program, Call& /*call*/) {
+  CLI::App* const command = program.add_subcommand(
       "tune", "Find the prior weight alpha of (3.17) that brings the solution nearest to a truth (thesis "
               "A.7, (A.8)): a scan of\nfive alphas, then the downhill simplex or simulated annealing over "
               "log(alpha / (1 - alpha)).");
   const auto own = std::make_shared<Arguments>();
-  own->scene.add_scene_to(command);
-  own->scene.add_backend_to(command);
-  command.add_option("--search", own->method, "simplex (Nelder and Mead) or annealing (thesis Alg. 1)")
-      .one_of({"simplex", "annealing"})
-      .capture_default_str();
-  command.add_option("--evaluations", own->search.evaluations, "Solutions after the scan, about, at most")
-      .range(1, 100000)
-      .capture_default_str();
-  command.add_option("--range", own->range, "alpha is sought in low,high (default: 0.01,0.99)")
-      .delimiter(',')
-      .expected(2);
-  command.add_option("--search-seed", own->search.seed, "Of --search annealing").capture_default_str();
+  own->scene.add_scene_to(*command);
+  remove_options(*command, {"--prior-weight"}); // it is what is looked for
+  own->scene.add_backend_to(*command);
+  command->add_option("--search", own->method, "simplex (Nelder and Mead) or annealing (thesis Alg. 1)")
+      ->check(CLI::IsMember({"simplex", "annealing"}))
+      ->capture_default_str();
+  command->add_option("--evaluations", own->search.evaluations, "Solutions after the scan, about, at most")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  command->add_option("--range", own->range, "alpha is sought in low,high (default: 0.01,0.99)")
+      ->delimiter(',')
+      ->expected(2);
+  command->add_option("--search-seed", own->search.seed, "Of --search annealing")->capture_default_str();
   command
-      .add_option("--truth", own->truth,
-                  "fem (finite elements, plane stress, the scene's Poisson ratio), or a displacement image "
-                  "in millimetres")
-      .capture_default_str();
-  command.add_option("--mask", own->mask, "Image that is 0 where the truth from a file is not defined");
-  command.callback([own, command] { tune(*own, command); });
+      ->add_option("--truth", own->truth,
+                   "fem (finite elements, plane stress, the scene's Poisson ratio), or a displacement image "
+                   "in millimetres")
+      ->capture_default_str();
+  command->add_option("--mask", own->mask, "Image that is 0 where the truth from a file is not defined");
+  command->callback([own, command] { tune(*own, *command); });
 }
 
 } // namespace hdmbench::commands

@@ -1,16 +1,15 @@
-#include "harness/check/cases.hpp"
-#include "harness/check/verify_row.hpp"
+#include "harness/check/verify.hpp"
 
+#include "harness/check/cases.hpp"
 #include "harness/check/probe.hpp"
-#include "harness/cli/arguments.hpp"
-#include "harness/cli/commands.hpp"
+#include "harness/check/verify_row.hpp"
 #include "harness/cli/gates.hpp"
-#include "harness/cli/verify_text.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/ranks/rank_backend.hpp"
-#include "harness/ranks/rank_devices.hpp"
 #include "harness/ranks/sleeping_pieces.hpp"
 #include "harness/report/ci_files.hpp"
+#include "harness/report/grouped.hpp"
+#include "harness/report/table.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/solve.hpp"
 #include "kernels/data/input_error.hpp"
@@ -18,61 +17,189 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <map>
 
 namespace hdmbench::commands {
 
 namespace {
 
-struct VerifyArguments : CommonArguments {
-  std::filesystem::path junit; ///< empty: nobody asked for it
-  std::string reference;       ///< empty: scalar
-};
+using nlohmann::json;
 
 /// Iterations per level of a --quick verify.
 constexpr int quick_iterations = 10;
 
-/// Nobody chose on the command line.
-bool are_all_to_verify(const CommonArguments& arguments) {
-  return arguments.scenes.empty() && arguments.methods.empty() && !arguments.schedule.method &&
-         !arguments.schedule.energy;
-}
+struct VerifyArguments : CommonArguments {
+  std::filesystem::path junit{}; ///< empty: nobody asked for it
+  std::string reference{};       ///< empty: scalar
+  std::string required_tier{name_of(Tier::certified)};
 
-/// The scene of a case, with what the command line says of a schedule of the thesis's energy. None where one
-/// of its files is not on this machine, which is printed.
-std::optional<Scene> load(const Case& one, const ScheduleOverrides& overrides) {
-  try {
-    Scene scene = load_case(one);
-    if (scene.energy == EnergyModel::hdm) {
-      overrides.apply(scene);
-      limit_iterations(scene, one);
-    }
-    return scene;
-  } catch (const MissingFile& error) {
-    fmt::print("{} is left out: {}\n", one.scene, error.what());
-    return std::nullopt;
+  /// Nobody chose on the command line.
+  [[nodiscard]] bool are_all() const {
+    return scenes.empty() && methods.empty() && !schedule.method && !schedule.energy;
   }
-}
+};
 
 /// Without scenes and methods on the command line verify_cases(), those that have no size of their own at
-/// each of --sizes.
-std::vector<Scene> scenes_to_verify(const CommonArguments& arguments) {
+/// each of --sizes. One whose files are not on this machine is left out, which is printed.
+std::vector<Scene> scenes_to_verify(const VerifyArguments& arguments) {
+  if (!arguments.are_all()) {
+    return arguments.load_scenes(shipped_scenes());
+  }
   std::vector<Scene> scenes;
-  if (are_all_to_verify(arguments)) {
-    std::vector<std::optional<Extent>> sizes(std::max<std::size_t>(arguments.sizes.size(), 1));
-    std::ranges::transform(arguments.sizes, sizes.begin(), parse_size);
-    for (Case one : verify_cases(arguments.quick)) {
-      for (const auto& size : one.size ? std::vector{one.size} : sizes) {
-        one.size = size;
-        if (std::optional<Scene> scene = load(one, arguments.schedule)) {
-          scenes.push_back(std::move(*scene));
+  std::vector<std::optional<Extent>> sizes(std::max<std::size_t>(arguments.sizes.size(), 1));
+  std::ranges::transform(arguments.sizes, sizes.begin(), parse_size);
+  for (Case one : verify_cases(arguments.quick)) {
+    for (const auto& size : one.size ? std::vector{one.size} : sizes) {
+      one.size = size;
+      try {
+        Scene scene = load_case(one);
+        if (scene.energy == EnergyModel::hdm) {
+          arguments.schedule.apply(scene);
+          limit_iterations(scene, one);
         }
+        scenes.push_back(std::move(scene));
+      } catch (const MissingFile& error) {
+        fmt::print("{} is left out: {}\n", one.scene, error.what());
       }
     }
-  } else {
-    scenes = arguments.load_scenes(shipped_scenes());
   }
   return scenes;
+}
+
+/// A row a backend, its modes side by side, with the worst verdict of those that ran.
+json rows_by_backend(const std::vector<Comparison>& comparisons) {
+  json rows = json::array();
+  std::map<std::string, Verdict> worst;
+  for (const Comparison& comparison : comparisons) {
+    if (rows.empty() || rows.back()["backend"] != comparison.backend) {
+      rows.push_back(
+          {{"backend", comparison.backend}, {"device", comparison.device.name}, {"verdict", "skipped"}});
+    }
+    if (comparison.verdict == Verdict::skipped) {
+      continue;
+    }
+    json& row = rows.back();
+    row["sites"] = row.value("sites", std::int64_t{0}) + comparison.sites_compared;
+    row["counts"] = row.value("counts", std::int64_t{0}) + comparison.counts_differing;
+    row[std::string(name_of(comparison.mode))] = comparison.sites_differing;
+    const auto [known, is_first] = worst.try_emplace(comparison.backend, comparison.verdict);
+    if (is_first || comparison.verdict > known->second) {
+      known->second = comparison.verdict;
+      row["verdict"] = comparison.verdict == Verdict::agree
+                           ? fmt::format("agree, {}", name_of(comparison.tier))
+                           : std::string(name_of(comparison.verdict));
+    }
+  }
+  return rows;
+}
+
+/// Where bits differ: how many sites and why, the first of them, and the command line that repeats it.
+void explain_disagreement(const Scene& scene, const Comparison& comparison, const std::string& repeat) {
+  fmt::print("    {} sites are NaN or infinite, {} of {} differing sites are not explained by rounding\n",
+             grouped(comparison.not_finite), grouped(comparison.uncertified),
+             grouped(comparison.sites_differing));
+  if (comparison.first) {
+    const FirstDifference& first = *comparison.first;
+    const std::string when = first.step.empty() ? fmt::format("iteration {}", first.iteration)
+                                                : fmt::format("step {}, {}", first.iteration, first.step);
+    fmt::print("    first: level {}, {}, x = {}, y = {}: expected ({}, {}), found ({}, {})\n", first.level,
+               when, first.x, first.y, first.expected[0], first.expected[1], first.found[0], first.found[1]);
+    if (first.step.empty() && !std::isnan(first.energy_before)) {
+      fmt::print("    energy of that site (double): {} before, {} expected, {} found\n", first.energy_before,
+                 first.energy_expected, first.energy_found);
+    }
+  }
+  if (comparison.counts_differing > 0) {
+    fmt::print("    {} {}\n", grouped(comparison.counts_differing),
+               scene.energy == EnergyModel::elastic ? "sums over the image are wrong"
+                                                    : "counts of changed sites are wrong");
+  }
+  fmt::print("    repeat: {}\n", repeat);
+}
+
+/// What was not compared or does not agree, modes for which the same is to be said together.
+void explain(const Scene& scene, const std::vector<Comparison>& comparisons,
+             const CommonArguments& arguments) {
+  for (const Mode mode : {Mode::active, Mode::pyramid}) {
+    if (const std::string reason = why_left_out(mode, scene); !reason.empty()) {
+      fmt::print("  {} is not compared: {}\n", name_of(mode), reason);
+    }
+  }
+  for (auto first = comparisons.begin(); first != comparisons.end();) {
+    const auto says_more = [&](const Comparison& other) {
+      return other.backend != first->backend || other.verdict != first->verdict ||
+             other.reason != first->reason || other.verdict == Verdict::disagree;
+    };
+    const auto last = std::find_if(first + 1, comparisons.end(), says_more);
+    if (first->verdict != Verdict::agree) {
+      const auto all = std::ranges::count(comparisons, first->backend, &Comparison::backend);
+      std::string modes;
+      for (auto one = first; one != last; ++one) {
+        modes += fmt::format("{}{}", modes.empty() ? "" : ", ", name_of(one->mode));
+      }
+      fmt::print(
+          "  {}{}: {}{}{}\n", first->backend, last - first == all ? "" : " (" + modes + ")",
+          name_of(first->verdict),
+          first->verdict == Verdict::certified
+              ? fmt::format(": {} differing sites, the nearest to its bound of rounding at {:.2g} of it",
+                            grouped(first->certified_ties), first->largest_gap_over_bound)
+              : "",
+          first->reason.empty() ? "" : ": " + first->reason);
+    }
+    if (first->verdict == Verdict::disagree) {
+      explain_disagreement(scene, *first, arguments.repeat("verify", scene, first->backend));
+    }
+    first = last;
+  }
+}
+
+/// What the comparisons of a scene came to: a row for each backend, and what is to be said of them.
+void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
+                 const CommonArguments& arguments) {
+  fmt::print("\n{}, {} x {}, {}", scene.name, scene.extent().width, scene.extent().height,
+             method_name(scene));
+  const auto ran = std::ranges::find_if(
+      comparisons, [](const Comparison& comparison) { return comparison.verdict != Verdict::skipped; });
+  if (ran != comparisons.end()) {
+    fmt::print(": {} levels, {} iterations in {} {}{}", ran->levels, ran->iterations, ran->sweeps,
+               scene.energy == EnergyModel::hdm ? "sweeps" : "steps", arguments.quick ? " (quick)" : "");
+  }
+  std::vector<Column> columns{"backend", "device", {"sites", "sites compared"}};
+  for (const char* const mode : {"resync", "free", "active", "pyramid"}) {
+    columns.emplace_back(mode, fmt::format("differing, {}", mode));
+  }
+  columns.emplace_back("counts", scene.energy == EnergyModel::elastic ? "wrong sums" : "wrong counts");
+  columns.emplace_back("verdict");
+  fmt::print("\n{}", table_text(rows_by_backend(comparisons), columns));
+  explain(scene, comparisons, arguments);
+  std::fflush(stdout); // into a pipe too: the next scene may take long
+}
+
+/// What all comparisons come to, by backend.
+void print_tiers(std::span<const Comparison> comparisons) {
+  json rows = json::array();
+  for (const BackendTier& row : tiers_reached(comparisons)) {
+    rows.push_back(
+        {{"backend", row.backend}, {"tier", row.comparisons == 0 ? "skipped" : name_of(row.tier)}});
+    if (row.comparisons > 0) {
+      rows.back().update({{"comparisons", row.comparisons},
+                          {"exact", row.exact},
+                          {"sites_compared", row.sites_compared},
+                          {"differing", row.sites_differing},
+                          {"certified", row.certified_ties},
+                          {"uncertified", row.uncertified}});
+    }
+  }
+  fmt::print("\nAll scenes, all modes\n{}", table_text(rows, {"backend",
+                                                              {"tier", "tier reached"},
+                                                              "comparisons",
+                                                              {"exact", "of them exact"},
+                                                              "sites_compared",
+                                                              "differing",
+                                                              "certified",
+                                                              "uncertified"}));
 }
 
 /// Where bits differ, what the device's arithmetic may have to do with it.
@@ -103,7 +230,7 @@ const RankBackend* rank_backend(const std::vector<const Backend*>& backends, std
 }
 
 /// Backends and scenes, judged and printed. `backends`: the reference first. `speaks`: shows progress.
-int verify_scenes(const VerifyArguments& arguments, Tier required, const std::string& line,
+int verify_scenes(const VerifyArguments& arguments, const std::string& line,
                   const std::vector<const Backend*>& backends, const std::vector<Scene>& scenes,
                   bool speaks = true) {
   Progress progress(speaks);
@@ -117,7 +244,7 @@ int verify_scenes(const VerifyArguments& arguments, Tier required, const std::st
   }
   progress.set_total(total, WorkUnit::site_updates);
 
-  nlohmann::json rows = nlohmann::json::array();
+  json rows = json::array();
   std::vector<Comparison> all;
   for (const Scene& scene : scenes) {
     std::vector<Comparison> comparisons =
@@ -130,7 +257,6 @@ int verify_scenes(const VerifyArguments& arguments, Tier required, const std::st
       }
     }
     print_scene(scene, comparisons, arguments);
-    std::fflush(stdout); // into a pipe too: the next scene may take long
     for (const Comparison& comparison : comparisons) {
       VerifyRow row = verify_row(scene, comparison);
       if (const RankBackend* const shared = rank_backend(backends, comparison.backend)) {
@@ -147,6 +273,7 @@ int verify_scenes(const VerifyArguments& arguments, Tier required, const std::st
   print_tiers(all);
   print_findings(std::span(backends).subspan(1), all, arguments.session);
   const auto count = [&](Verdict verdict) { return std::ranges::count(all, verdict, &Comparison::verdict); };
+  const Tier required = arguments.required_tier == "bitwise" ? Tier::bitwise : Tier::certified;
   const auto failing = std::ranges::count_if(all, [&](const Comparison& comparison) {
     return comparison.verdict != Verdict::skipped && comparison.tier < required;
   });
@@ -162,39 +289,22 @@ int verify_scenes(const VerifyArguments& arguments, Tier required, const std::st
   return failing > 0 ? disagreement : success;
 }
 
-/// The reference first, then what is compared with it. Throws InputError where nothing is.
-std::vector<const Backend*> backends_to_verify(const VerifyArguments& arguments,
-                                               const std::vector<std::unique_ptr<Backend>>& registry) {
-  std::vector<const Backend*> backends = arguments.choose(registry); // scalar first
-  if (arguments.reference.empty()) {
-    return backends;
-  }
-  const Backend* const reference = &find_backend(registry, arguments.reference);
-  if (std::ranges::find(arguments.backends, backends.front()->name()) == arguments.backends.end()) {
-    backends.erase(backends.begin());
-  }
-  std::erase(backends, reference);
-  if (backends.empty()) {
-    throw InputError(
-        fmt::format("no backend is left to compare with {}; name one with --backends", arguments.reference));
-  }
-  backends.insert(backends.begin(), reference);
-  return backends;
-}
-
-int run_verify(const VerifyArguments& arguments, Tier required, const std::string& line) {
+int run_verify(const VerifyArguments& arguments, const std::string& line) {
   require_results_writable(arguments.json);
   require_results_writable(arguments.junit);
   const auto registry = make_backends();
-  return verify_scenes(arguments, required, line, backends_to_verify(arguments, registry),
+  if (!arguments.reference.empty()) {
+    (void)find_backend(registry, arguments.reference); // "none" is none
+  }
+  return verify_scenes(arguments, line, arguments.choose(registry, arguments.reference),
                        scenes_to_verify(arguments));
 }
 
 /// Without those that several ranks cannot compute, which it names, and where nobody chose with what sleeps
 /// on so many ranks.
-std::vector<Scene> scenes_for_ranks(const CommonArguments& arguments, int ranks) {
+std::vector<Scene> scenes_for_ranks(const VerifyArguments& arguments, int ranks) {
   std::vector<Scene> scenes = scenes_to_verify(arguments);
-  if (are_all_to_verify(arguments)) {
+  if (arguments.are_all()) {
     scenes.push_back(sleeping_pieces(ranks));
   }
   std::erase_if(scenes, [](const Scene& scene) {
@@ -209,7 +319,10 @@ std::vector<Scene> scenes_for_ranks(const CommonArguments& arguments, int ranks)
 }
 
 /// Every backend on 1, 2, ... ranks, against scalar, which every rank computes for itself.
-int run_verify_on_ranks(VerifyArguments arguments, Tier required, const std::string& line, Ranks& ranks) {
+int run_verify_on_ranks(VerifyArguments arguments, const std::string& line, Ranks& ranks) {
+  if (!arguments.reference.empty()) {
+    throw InputError("verify --reference runs in one process: leave out mpirun");
+  }
   if (ranks.is_first()) {
     require_results_writable(arguments.json);
     require_results_writable(arguments.junit);
@@ -234,14 +347,14 @@ int run_verify_on_ranks(VerifyArguments arguments, Tier required, const std::str
       backends.push_back(shared.back().get());
     }
   }
-  return verify_scenes(arguments, required, line, backends, scenes_for_ranks(arguments, ranks.size()),
+  return verify_scenes(arguments, line, backends, scenes_for_ranks(arguments, ranks.size()),
                        ranks.is_first());
 }
 
 } // namespace
 
-void add_verify(const Command& program, const std::string& arguments, int& status, Ranks* ranks) {
-  const Command command = program.add_subcommand(
+void add_verify(CLI::App& program, Call& call) {
+  CLI::App* const command = program.add_subcommand(
       "verify",
       "Run every backend beside scalar and compare all sites after every iteration, bit for bit.\n"
       "resync: each iteration starts from scalar's field. free: each backend runs on its own.\n"
@@ -253,32 +366,26 @@ void add_verify(const Command& program, const std::string& arguments, int& statu
       "Exit status 1 if a backend disagrees or a scene could not have shown it.");
   const auto own = std::make_shared<VerifyArguments>();
   own->schedule.takes_elastic = true;
-  const auto required = std::make_shared<std::string>(name_of(Tier::certified));
-  own->add_to(command);
+  own->add_to(*command);
   command
-      .add_option("--require-tier", *required,
-                  "certified: differences that rounding explains pass. bitwise: none does")
-      .one_of({"certified", "bitwise"})
-      .capture_default_str();
-  command.add_option("--junit", own->junit, "Write the comparisons to this file as JUnit XML, too, for CI");
-  command.add_option(
+      ->add_option("--require-tier", own->required_tier,
+                   "certified: differences that rounding explains pass. bitwise: none does")
+      ->check(CLI::IsMember({"certified", "bitwise"}))
+      ->capture_default_str();
+  command->add_option("--junit", own->junit, "Write the comparisons to this file as JUnit XML, too, for CI");
+  command->add_option(
       "--reference", own->reference,
       "Backend that the others are compared with (default: scalar, which takes minutes beyond 4096 x 4096)");
   const auto gates = std::make_shared<Gates>();
-  gates->add_to(command);
-  gates->add_baseline_to(command);
-  command.callback([own, required, gates, arguments, &status, ranks] {
+  gates->add_to(*command, true);
+  command->callback([own, gates, &call] {
     gates->prepare(*own);
-    const Tier tier = *required == "bitwise" ? Tier::bitwise : Tier::certified;
-    if (ranks != nullptr) {
-      if (!own->reference.empty()) {
-        throw InputError("verify --reference runs in one process: leave out mpirun");
-      }
-      status = run_verify_on_ranks(*own, tier, arguments, *ranks);
-      status = ranks->is_first() ? gates->judge(status, *own) : status;
+    if (call.ranks == nullptr) {
+      call.status = gates->judge(run_verify(*own, call.line), *own);
       return;
     }
-    status = gates->judge(run_verify(*own, tier, arguments), *own);
+    call.status = run_verify_on_ranks(*own, call.line, *call.ranks);
+    call.status = call.ranks->is_first() ? gates->judge(call.status, *own) : call.status;
   });
 }
 

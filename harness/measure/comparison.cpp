@@ -76,10 +76,6 @@ ChangeOfTimes compare_times(std::span<const double> before, std::span<const doub
   return result;
 }
 
-bool ComparedRow::passes() const {
-  return found && remark.empty() && (found->change == Change::faster || found->change == Change::not_slower);
-}
-
 std::vector<ComparedRow> compare_rows(std::span<const TimedRow> before, std::span<const TimedRow> after,
                                       double tolerance) {
   std::vector<ComparedRow> rows;
@@ -87,25 +83,24 @@ std::vector<ComparedRow> compare_rows(std::span<const TimedRow> before, std::spa
     if (!old.counts() || old.seconds.empty()) {
       continue;
     }
-    ComparedRow& row = rows.emplace_back(ComparedRow{.row = old});
+    ComparedRow& row = rows.emplace_back();
+    row.row = old;
     const auto found = std::ranges::find_if(after, [&](const TimedRow& other) {
       return other.scene == old.scene && other.width == old.width && other.height == old.height &&
              other.backend == old.backend && other.method == old.method &&
              (!other.threads || !old.threads || other.threads == old.threads);
     });
     if (found == after.end() || found->seconds.empty()) {
-      row.remark =
-          fmt::format("the new side has not measured it{}", found == after.end() ? "" : ": " + found->reason);
-    } else if (!found->counts()) {
+      row.remark = "the new side has not measured it";
+      continue;
+    }
+    static_cast<ChangeOfTimes&>(row) = compare_times(old.seconds, found->seconds, tolerance);
+    if (!found->counts()) {
       row.remark = fmt::format("the new field is wrong: {}", found->reason);
-    } else {
-      row.new_samples = found->seconds.size();
-      row.found = compare_times(old.seconds, found->seconds, tolerance);
-      if (found->device != old.device) {
-        row.remark = fmt::format("another device: it was \"{}\" and is \"{}\"", old.device, found->device);
-      } else if (found->iterations != old.iterations) {
-        row.remark = fmt::format("other work: {} iterations, now {}", old.iterations, found->iterations);
-      }
+    } else if (found->device != old.device) {
+      row.remark = fmt::format("another device: it was \"{}\" and is \"{}\"", old.device, found->device);
+    } else if (found->iterations != old.iterations) {
+      row.remark = fmt::format("other work: {} iterations, now {}", old.iterations, found->iterations);
     }
   }
   return rows;

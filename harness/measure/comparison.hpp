@@ -67,14 +67,14 @@ struct ChangeOfTimes {
                                           double tolerance);
 
 /// One computation, timed before and after.
-struct ComparedRow {
-  TimedRow row; ///< what was computed, as the old side has it
-  std::size_t new_samples = 0;
-  std::optional<ChangeOfTimes> found{}; ///< none where it cannot be compared
-  std::string remark{};                 ///< why not, or what differs beside the time
+struct ComparedRow : ChangeOfTimes {
+  TimedRow row{};       ///< what was computed, as the old side has it
+  std::string remark{}; ///< why it cannot be compared, or what differs beside the time
 
   /// Neither slower nor open: it was compared, on the same device.
-  [[nodiscard]] bool passes() const;
+  [[nodiscard]] bool passes() const {
+    return remark.empty() && (change == Change::faster || change == Change::not_slower);
+  }
 };
 
 /// Every row with timings of the old side with the row of the new side that has the same scene, size,

@@ -1,28 +1,22 @@
 #include "harness/report/ci_files.hpp"
 
 #include "harness/report/html.hpp"
+#include "harness/report/results.hpp"
 #include "harness/scene/file_output.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <string_view>
 
 namespace hdmbench::report {
 
-namespace {
-
-std::string text_of(const nlohmann::json& row, const char* key) {
-  const auto found = row.find(key);
-  return found != row.end() && found->is_string() ? found->get<std::string>() : std::string();
+/// "300x300"
+static std::string short_size(const nlohmann::json& row) {
+  std::string size = size_of(row);
+  std::erase(size, ' ');
+  return size;
 }
-
-std::string size_of(const nlohmann::json& row) {
-  return fmt::format("{}x{}", row.at("width").get<long>(), row.at("height").get<long>());
-}
-
-} // namespace
 
 void write_junit(const std::filesystem::path& file, const nlohmann::json& rows) {
   if (file.empty()) {
@@ -36,7 +30,7 @@ void write_junit(const std::filesystem::path& file, const nlohmann::json& rows) 
     const std::string backend = text_of(row, "backend");
     const std::string method = text_of(row, "method");
     cases += fmt::format(R"(  <testcase classname="{}.{}.{}" name="{} {}">)", escape(text_of(row, "scene")),
-                         size_of(row), escape(method), escape(backend), escape(text_of(row, "mode")));
+                         short_size(row), escape(method), escape(backend), escape(text_of(row, "mode")));
     if (verdict == "skipped") {
       ++skipped;
       cases += fmt::format(R"(<skipped message="{}"/>)", escape(text_of(row, "reason")));
@@ -67,7 +61,7 @@ void write_google_benchmark(const std::filesystem::path& file, const Context& co
     const std::string threads = row.value("threads", nlohmann::json()).is_null()
                                     ? std::string()
                                     : fmt::format("/threads:{}", row.at("threads").get<int>());
-    const std::string name = fmt::format("{}/{}/{}/{}{}", text_of(row, "scene"), size_of(row),
+    const std::string name = fmt::format("{}/{}/{}/{}{}", text_of(row, "scene"), short_size(row),
                                          text_of(row, "method"), text_of(row, "backend"), threads);
     const auto samples = row.at("seconds").get<std::vector<double>>();
     const bool fails = samples.empty() || row.value("valid", nlohmann::json()) == false;

@@ -1,41 +1,19 @@
 #include "harness/report/html.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 
 namespace hdmbench::report {
 
 std::string escape(std::string_view text) {
+  static constexpr std::string_view special = "&<>\"'\t\n";
+  static constexpr std::array<const char*, 7> written{"&amp;", "&lt;", "&gt;", "&quot;", "&#39;", "\t", "\n"};
   std::string result;
-  result.reserve(text.size());
   for (const char letter : text) {
-    switch (letter) {
-    case '&':
-      result += "&amp;";
-      break;
-    case '<':
-      result += "&lt;";
-      break;
-    case '>':
-      result += "&gt;";
-      break;
-    case '"':
-      result += "&quot;";
-      break;
-    case '\'':
-      result += "&#39;";
-      break;
-    case '\t':
-    case '\n':
-      result += letter;
-      break;
-    default:
-      if (static_cast<unsigned char>(letter) < 0x20 || letter == 0x7F) {
-        result += "\uFFFD";
-      } else {
-        result += letter;
-      }
-    }
+    const std::size_t at = special.find(letter);
+    const bool is_control = static_cast<unsigned char>(letter) < 0x20 || letter == 0x7F;
+    result += at < special.size() ? written.at(at) : is_control ? "\uFFFD" : std::string(1, letter);
   }
   return result;
 }

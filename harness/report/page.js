@@ -17,8 +17,8 @@ function plain(rows) {
   return table(rows, keys.map((key) => ({ key: (row) => row[key], title: key.replaceAll("_", " ") })));
 }
 
-/// In the order of the page. `commands` are those whose rows it takes, of which `takes` narrows the choice; `run` is how to
-/// get some.
+/// In the order of the page. `commands` are those whose rows a part takes, of which `takes` narrows the choice; `run` is
+/// how to get some; `columns` are the names of the fields of a part that is one table.
 const SECTIONS = [
   { title: "Speed against accuracy", commands: ["tradeoff"], run: "hdmbench tradeoff", draw: tradeoff, open: true },
   { title: "Before and after", commands: ["run"], run: "hdmbench run brain --output DIR", draw: pictures, open: true },
@@ -27,48 +27,33 @@ const SECTIONS = [
   { title: "Accuracy", commands: ["accuracy"], run: "hdmbench accuracy", draw: accuracy },
   { title: "From pixels to the continuum", commands: ["continuum"], run: "hdmbench continuum", draw: continuum },
   { title: "Where the methods fail", commands: ["atlas"], run: "hdmbench atlas", draw: atlas },
-  { title: "Backends and devices", commands: ["devices"], run: "hdmbench devices", columns: DEVICES },
-  { title: "Agreement on other drivers", commands: ["implementations"], run: "hdmbench implementations", columns: IMPLEMENTATIONS },
+  { title: "Backends and devices", commands: ["devices"], run: "hdmbench devices",
+    columns: "backend available device driver software updates reason description" },
+  { title: "Agreement on other drivers", commands: ["implementations"], run: "hdmbench implementations",
+    columns: "implementation backend device outcome tier comparisons sites_compared sites_differing seconds reason repeat" },
   { title: "Arithmetic of the devices", commands: ["probe"], run: "hdmbench probe", draw: probe },
-  { title: "Planted faults", commands: ["faults"], run: "hdmbench faults", columns: FAULTS },
-  { title: "Failing calls of drivers", commands: ["failing-calls"], run: "build/release/test/failing_calls", columns: FAILING },
-  { title: "Golden hashes", commands: ["golden"], run: "hdmbench golden", columns: GOLDEN },
+  { title: "Planted faults", commands: ["faults"], run: "hdmbench faults",
+    columns: "fault what backend layer expected caught seen not_planted" },
+  { title: "Failing calls of drivers", commands: ["failing-calls"], run: "build/release/test/failing_calls",
+    columns: "api backend kind calls failed clean went_on succeeded unclean" },
+  { title: "Golden hashes", commands: ["golden"], run: "hdmbench golden",
+    columns: "scene size method backend device verdict hash reason inputs_reason" },
   { title: "Several ranks", commands: ["scaling"], run: "mpirun -n 2 hdmbench bench --scaling strong", draw: scaling },
-  { title: "Registration", commands: ["register", "rivals", "people", "knobs"], takes: (row) => !is_about_stiffness(row),
-    run: "hdmbench rivals brain", draw: registration },
-  { title: "Hidden stiffness", commands: ["detect", "roc", "rivals", "knobs"], takes: is_about_stiffness,
-    run: "hdmbench rivals brain --detection 5", draw: detection },
+  { title: "Registration", commands: ["register", "rivals", "people", "knobs"], run: "hdmbench rivals brain",
+    takes: (row) => !is_about_stiffness(row), draw: registration },
+  { title: "Hidden stiffness", commands: ["detect", "roc", "rivals", "knobs"], run: "hdmbench rivals brain --detection 5",
+    takes: is_about_stiffness, draw: detection },
   { title: "Does it fit the thesis's card?", commands: ["instructions"], run: "build/release/test/instruction_count",
-    columns: INSTRUCTIONS },
+    columns: "group shader candidates energies instructions instructions_limit texture_instructions temporaries " +
+      "scalar_operations refusal device" },
 ];
 
 const minute = (date) => String(date ?? "").slice(0, 16).replace("T", " ");
 /// "300 x 300" as 300 × 300.
 const with_times = (words) => words.replace(/(\d) x(?=$| \d)/g, "$1 ×");
 
-const FILES = [
-  { key: "file", title: "file" },
-  { key: "context.arguments", title: "command line", format: code },
-  { key: (file) => file.results.length, title: "rows", format: count },
-  { key: (file) => file.replaced || undefined, title: "replaced by newer", format: count },
-  { key: "context.date", title: "date", format: minute },
-  { key: "context.commit", title: "commit", format: code },
-  { key: "context.quick", title: "quick" },
-  { key: "context.operating_system", title: "operating system" },
-  { key: "context.compiler", title: "compiler" },
-  { key: "context.flags", title: "flags" },
-];
-const MACHINES = [
-  { key: "machine", title: "machine" },
-  { key: "backend", title: "backend" },
-  { key: "compared", title: "comparisons", format: count },
-  { key: "agree", title: "agree", format: count },
-  { key: (row) => row.best && `${scene_of(row.best)}, ${row.best.method}`, title: "fastest on" },
-  { key: "best.seconds_median", title: "seconds", format: seconds },
-  { key: "best.speed_up_over_scalar", title: "over scalar", format: times },
-  { key: "best.msites_per_second", title: "million sites/s" },
-  { key: "best.percent_of_ceiling", title: "of the ceiling", format: unit("%") },
-];
+const FILES = "file context.arguments rows replaced context.date context.commit context.quick context.operating_system " +
+  "context.compiler context.flags";
 
 /// Machines beside each other: a line for each backend of each.
 function machines_table(files) {
@@ -82,7 +67,8 @@ function machines_table(files) {
       return { machine, backend, compared: compared.length, agree, best };
     });
   });
-  return table(lines, MACHINES);
+  return table_of(lines, "machine backend compared agree best best.seconds_median best.speed_up_over_scalar " +
+    "best.msites_per_second best.percent_of_ceiling");
 }
 
 /// Machine, date, verdict, numbers.
@@ -109,7 +95,7 @@ const id_of = (title) => title.toLowerCase().replace(/[^a-z]+/g, "-");
 
 /// What is folded is made when it is opened first.
 function part_of(section, rows, data) {
-  const draw = () => (section.columns ? table(rows, section.columns) : section.draw(rows, data));
+  const draw = () => (section.columns ? table_of(rows, section.columns) : section.draw(rows, data));
   if (section.open) return el("section", { id: id_of(section.title) }, el("h2", {}, section.title), draw());
   let made = false;
   const content = el("div");

@@ -23,6 +23,7 @@
 #include <cstdlib>
 #include <map>
 #include <optional>
+#include <random>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -234,52 +235,19 @@ std::string script_text(const json& data) {
   return text;
 }
 
-/// 'sha256-...' of the scripts, as a Content-Security-Policy has it: base64 of the bytes that CMake gives in
-/// hexadecimal.
-std::string script_policy() {
-  std::string policy;
-  std::string bytes;
-  const std::string_view digits = HDMBENCH_SCRIPT_DIGESTS; // 64 digits and a hyphen for each
-  for (std::size_t i = 0; i + 1 < digits.size(); i += 2) {
-    bytes += static_cast<char>(std::stoi(std::string(digits.substr(i, 2)), nullptr, 16));
-    if (bytes.size() == 32) {
-      policy += fmt::format("'sha256-{}' ", report::base64(bytes));
-      bytes.clear();
-      ++i;
-    }
-  }
-  return policy;
-}
-
-/// `text` with a value in place of each @NAME@.
-std::string filled(std::string_view text, const std::map<std::string_view, std::string>& values) {
-  std::string result;
-  while (!text.empty()) {
-    const std::size_t begin = std::min(text.find('@'), text.size());
-    const std::size_t end = text.find('@', std::min(begin + 1, text.size()));
-    result += text.substr(0, begin);
-    if (end == std::string_view::npos) {
-      break;
-    }
-    result += values.at(text.substr(begin + 1, end - begin - 1));
-    text.remove_prefix(end + 1);
-  }
-  return result + std::string(text.find('@') == std::string_view::npos ? text : "");
-}
-
 std::string page_html(const report::Results& results) {
+  std::random_device random;
+  const std::string nonce = fmt::format("{:08x}{:08x}{:08x}", random(), random(), random());
   std::string scripts;
   for (const std::string_view script :
        {sources::elements_script, sources::chart_script, sources::sections_script, sources::folded_script,
         sources::report_script}) {
-    scripts += fmt::format("<script>{}</script>\n", script);
+    scripts += fmt::format("<script nonce=\"{}\">{}</script>\n", nonce, script);
   }
-  return filled(sources::report_text,
-                {{"POLICY", script_policy()},
-                 {"TITLE", report::escape("hdmbench on " + joined(machines_of(results), " and "))},
-                 {"STYLE", std::string(sources::page_style)},
-                 {"DATA", script_text(page_data(results))},
-                 {"SCRIPTS", scripts}});
+  return fmt::format(fmt::runtime(sources::report_text), fmt::arg("nonce", nonce),
+                     fmt::arg("title", report::escape("hdmbench on " + joined(machines_of(results), " and "))),
+                     fmt::arg("style", sources::page_style), fmt::arg("data", script_text(page_data(results))),
+                     fmt::arg("scripts", scripts));
 }
 
 std::string csv_word(std::string word) {

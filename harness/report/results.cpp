@@ -1,5 +1,6 @@
 #include "harness/report/results.hpp"
 
+#include "harness/report/table.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -88,20 +89,6 @@ void drop_replaced(Results& results) {
   }
 }
 
-const json* value_at(const json& row, std::string_view path) {
-  const json* value = &row;
-  while (!path.empty()) {
-    const std::size_t dot = std::min(path.find('.'), path.size());
-    const auto found = value->find(path.substr(0, dot));
-    if (!value->is_object() || found == value->end()) {
-      return nullptr;
-    }
-    value = &*found;
-    path.remove_prefix(std::min(dot + 1, path.size()));
-  }
-  return value;
-}
-
 bool is_positive(const json& row, std::string_view key) {
   return number_of(row, key).value_or(0.0) > 0.0;
 }
@@ -144,19 +131,24 @@ Rows rows_of(const Results& results, std::string_view command, std::string_view 
   return rows;
 }
 
+Rows rows_where(Rows rows, const std::function<bool(const json&)>& holds) {
+  std::erase_if(rows, [&](const json* row) { return !holds(*row); });
+  return rows;
+}
+
 std::string text_of(const json& row, std::string_view path) {
-  const json* const value = value_at(row, path);
-  return value != nullptr && value->is_string() ? value->get<std::string>() : std::string();
+  const json value = value_of(row, path);
+  return value.is_string() ? value.get<std::string>() : std::string();
 }
 
 std::optional<double> number_of(const json& row, std::string_view path) {
-  const json* const value = value_at(row, path);
-  return value != nullptr && value->is_number() ? std::optional(value->get<double>()) : std::nullopt;
+  const json value = value_of(row, path);
+  return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
 }
 
 std::optional<bool> flag_of(const json& row, std::string_view path) {
-  const json* const value = value_at(row, path);
-  return value != nullptr && value->is_boolean() ? std::optional(value->get<bool>()) : std::nullopt;
+  const json value = value_of(row, path);
+  return value.is_boolean() ? std::optional(value.get<bool>()) : std::nullopt;
 }
 
 std::string size_of(const json& row) {

@@ -5,7 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -34,6 +36,13 @@ using Rows = std::vector<const nlohmann::json*>;
 
 /// The rows of one command; `machine` empty: of all machines.
 [[nodiscard]] Rows rows_of(const Results& results, std::string_view command, std::string_view machine);
+
+/// Those of which `holds` holds, and how many they are.
+[[nodiscard]] Rows rows_where(Rows rows, const std::function<bool(const nlohmann::json&)>& holds);
+[[nodiscard]] inline std::int64_t count_where(const Rows& rows,
+                                              const std::function<bool(const nlohmann::json&)>& holds) {
+  return std::ssize(rows_where(rows, holds));
+}
 
 /// A value of a row, or nothing where it is missing or of another type; a path such as "plan.met" goes
 /// inside.

@@ -1,15 +1,78 @@
 "use strict";
-// The four parts of the page that stand open, and what all parts share. A new column of a table is one line:
-// {key, title, format}. `data` has published figures and picture(row, name).
+// What the page calls the fields of rows, and the four parts that stand open. `data` has published figures and
+// picture(row, name).
 
-const SCENE = [{ key: "scene", title: "scene" }, { key: (row) => row.width, title: "size", format: (value, row) => size_of(row) }];
-const BACKEND = [{ key: "backend", title: "backend" }, { key: "device", title: "device" }];
-const SECONDS = { key: "seconds_median", title: "seconds, median", format: seconds };
-const RMSD = [
-  { key: "rmsd_to_fem_nu0", title: "px to FEM, ν = 0" },
-  { key: "rmsd_to_fem", title: "px to FEM, ν of the scene" },
-  { key: "rmsd_to_fixed_point", title: "px to the fixed point" },
-];
+/// How the results write a field where its key is no title: [title, format, key or function of the row]. A new column of
+/// a table is a name in its list, and a line here where a title or a format is wanted.
+const FIELDS = {
+  size: ["size", (value, row) => size_of(row), (row) => row.width], seconds: ["seconds", seconds],
+  seconds_median: ["seconds", seconds], setup_seconds: ["set-up", seconds], gpu_seconds: ["GPU", seconds],
+  cpu_seconds: ["CPU", seconds], own_error: ["px to FEM, own ν", any_text, (row) => own_error(row)],
+  rmsd_to_fem_nu0: ["px to FEM, ν = 0"], rmsd_to_fem: ["px to FEM, ν of the scene"], rmsd: ["px to FEM"],
+  rmsd_to_fixed_point: ["px to the fixed point"], rmsd_interface_to_fem: ["px at interfaces"], poisson_used: ["ν"],
+  asked: ["px asked"], estimated_error: ["px estimated"], "plan.asked_px": ["px asked"],
+  "plan.estimated_px": ["px estimated"], fine_sweep_equivalents: ["sweeps of the full image"],
+  status: ["status", verdict], verdict: ["verdict", verdict], outcome: ["outcome", verdict],
+  command: ["the line that repeats it", code], repeat: ["the line that repeats it", code],
+  target: ["px to FEM at most"], "ours.method": ["our fastest"], "ours.backend": ["backend"],
+  "ours.effort": ["effort"], "ours.seconds_median": ["seconds", seconds], "ours.rmsd_to_fem_nu0": ["px reached"],
+  nearest: ["px of our nearest"], "direct.ratio": ["faster than direct FEM", times],
+  "iterative.ratio": ["than FEM by conjugate gradients", times], "multigrid.ratio": ["than FEM by multigrid", times],
+  "coarse.ratio": ["than FEM on a coarse mesh", times], largest_displacement: ["largest displacement, px"],
+  spacing: ["mm a pixel"], field: ["field", code], warned: ["warnings", any_text, (row) => row.warnings?.length],
+  warned_of: ["warned of", any_text, (row) => row.warnings?.join(", ")], message: ["what"], advice: ["what to do"],
+  sites_differing: ["differ"], certified_ties: ["certified"], uncertified: ["not certified"],
+  counts_differing: ["wrong counts"], not_finite: ["not finite"], max_abs_difference: ["largest difference, px"],
+  first: ["first difference", any_text,
+    ({ first_difference: at }) => at && `level ${at.level}, iteration ${at.iteration}, x = ${at.x}, y = ${at.y}`],
+  speed_up: ["speed-up", times], speed_up_over_scalar: ["over scalar", times],
+  speed_up_over_dense: ["over dense", times], msites_per_second: ["million sites/s"],
+  percent_of_ceiling: ["of the ceiling", unit("%")], binding: ["bound by"], bytes_per_site: ["bytes a site"],
+  peak_memory_bytes: ["memory", unit("MB", 1e-6)], bytes: ["sent", unit("MB", 1e-6)],
+  "arithmetic.resynchronised.steps_differing": ["steps unlike double's"],
+  "arithmetic.resynchronised.beyond_bound": ["beyond the bound"], "discretisation.rmsd": ["discretisation, px"],
+  "algebraic.rmsd": ["algebraic, px"], "rounding.rmsd": ["float32, px"], "total.rmsd": ["in all, px"],
+  "total.largest": ["largest, px"],
+  failing: ["methods that fail", (value, row) => `${value} of ${row.series.length}`,
+    (row) => row.series?.filter((one) => is_number(one.first_failed)).length],
+  last_good: ["last that is good"], first_failed: ["first that fails"], absence: ["no result"], available: ["there"],
+  software: ["the CPU in disguise"], description: ["what it is"],
+  updates: ["updates", any_text, (row) => row.updates?.join(", ")], what: ["what was planted"],
+  caught: ["outcome", (value, row) => el("span", { class: row.as_expected ? "good" : "bad" }, value),
+    (row) => (row.not_planted ? "not planted" : row.caught ? "caught" : "let through")],
+  seen: ["seen on", any_text,
+    (row) => row.scenes?.filter((scene) => scene.verdict === "disagree").map((scene) => scene.scene).join(", ")],
+  not_planted: ["not planted because"], failed: ["made to fail"], clean: ["ended with a message"],
+  went_on: ["went on, same bits"], succeeded: ["no need of it"],
+  unclean: ["unclean", (value) => el("span", { class: value > 0 ? "bad" : "good" }, count(value)),
+    (row) => row.unclean?.length],
+  hash: ["hash of the full image", code, (row) => row.levels?.at(-1)?.hash], inputs_reason: ["inputs"],
+  energies: ["vectors"], instructions_limit: ["of at most"], texture_instructions: ["texture"],
+  refusal: ["does not fit because"], median_seconds: ["seconds, median", seconds, (row) => median(row.seconds)],
+  "before.correlation": ["correlation before"], "after.correlation": ["after"],
+  "before.mutual_information": ["mutual information before"], "after.mutual_information": ["after"],
+  folds: ["folded cells"], looks: ["iterations", any_text, (row) => row.iterations?.length],
+  amplitude: ["px planted"], noise: ["noise", percent], tissue: ["px in tissue"], tissue_95: ["95 %"],
+  region: ["px in the region"], dice: ["Dice"], knob: ["parameter"], outliers: ["outliers", percent],
+  area: ["area under the curve"], distance: ["px off"], position_deviation: ["±"], radius: ["radius, px"],
+  largest: ["standard deviations"], simulations: ["of so many simulations"],
+  unexplained_before: ["px unexplained before"], unexplained: ["after"], looks_like: ["looks like label"],
+  shares_found: ["found, more than by chance", percent], alarms: ["false alarms", percent],
+  rows: ["rows", any_text, (file) => file.results.length],
+  replaced: ["replaced by newer", any_text, (file) => file.replaced || undefined],
+  "context.arguments": ["command line", code], "context.date": ["date", (value) => minute(value)],
+  "context.commit": ["commit", code], "context.quick": ["quick"], "context.operating_system": ["operating system"],
+  "context.compiler": ["compiler"], "context.flags": ["flags"],
+  best: ["fastest on", any_text, (row) => row.best && `${scene_of(row.best)}, ${row.best.method}`],
+  "best.seconds_median": ["seconds", seconds], "best.speed_up_over_scalar": ["over scalar", times],
+  "best.msites_per_second": ["million sites/s"], "best.percent_of_ceiling": ["of the ceiling", unit("%")],
+};
+/// The columns of a table by the names of their fields, with spaces between.
+const columns = (names) => names.split(" ").map((name) => {
+  const [title, format, key] = FIELDS[name] ?? [name.replaceAll("_", " ")];
+  return { key: key ?? name, title, format };
+});
+const table_of = (rows, names) => table(rows, columns(names));
 
 const text = (...parts) => el("p", {}, ...parts);
 const fold = (title, ...content) => el("details", {}, el("summary", {}, title), ...content);
@@ -41,35 +104,10 @@ const TRUTHS = [
   ["rmsd_to_fem", "finite elements, ν of the scene"],
   ["rmsd_to_fixed_point", "the fixed point of the thesis's energy"],
 ];
-const POINTS = [
-  { key: "method", title: "method" },
-  { key: "effort", title: "effort" },
-  { key: "backend", title: "backend" },
-  SECONDS,
-  { key: own_error, title: "px to FEM, own ν" },
-  ...RMSD,
-  { key: "asked", title: "px asked" },
-  { key: "estimated_error", title: "px estimated" },
-  { key: "fine_sweep_equivalents", title: "sweeps of the full image" },
-  { key: "status", title: "status", format: verdict },
-  { key: "reason", title: "reason" },
-  { key: "command", title: "the line that repeats it", format: code },
-];
-const faster = (key, title) => ({ key: `${key}.ratio`, title, format: times });
-const EQUAL = [
-  ...SCENE,
-  { key: "target", title: "px to FEM at most" },
-  { key: "ours.method", title: "our fastest" },
-  { key: "ours.backend", title: "backend" },
-  { key: "ours.effort", title: "effort" },
-  { key: "ours.seconds_median", title: "seconds", format: seconds },
-  { key: "ours.rmsd_to_fem_nu0", title: "px reached" },
-  faster("direct", "faster than direct FEM"),
-  faster("iterative", "than FEM by conjugate gradients"),
-  faster("multigrid", "than FEM by multigrid"),
-  faster("coarse", "than FEM on a coarse mesh"),
-  { key: "nearest", title: "px of our nearest" },
-];
+const POINTS = "method effort backend seconds_median own_error rmsd_to_fem_nu0 rmsd_to_fem rmsd_to_fixed_point asked " +
+  "estimated_error fine_sweep_equivalents status reason command";
+const EQUAL = "scene size target ours.method ours.backend ours.effort ours.seconds_median ours.rmsd_to_fem_nu0 direct.ratio " +
+  "iterative.ratio multigrid.ratio coarse.ratio nearest";
 
 function tradeoff(rows) {
   const points = rows.filter((row) => row.kind !== "equal accuracy");
@@ -92,14 +130,14 @@ function tradeoff(rows) {
         x: { title: "seconds of a whole solution", format: seconds },
         y: { title: "px to the truth, RMS over all sites" },
       }),
-      fold(`All ${plural(here.length, "point")} of ${scene}, ${size}`, table(here, POINTS)),
+      fold(`All ${plural(here.length, "point")} of ${scene}, ${size}`, table_of(here, POINTS)),
     ];
   };
   return [
     chosen_view({ scene: ["Scene", scenes], size: ["Size", sizes_of(points)], truth: ["Distance to", TRUTHS] }, draw),
     text("Lower left is better. The line is the front: nothing measured is both faster and nearer. " +
       "A pale dot is a result that is not scalar's to the bit, or that failed."),
-    equal.length > 0 && fold("How many times faster than finite elements, at equal accuracy", table(equal, EQUAL)),
+    equal.length > 0 && fold("How many times faster than finite elements, at equal accuracy", table_of(equal, EQUAL)),
   ];
 }
 
@@ -120,28 +158,8 @@ function before_and_after(before, after, name) {
     el("figcaption", {}, "left of the line before, right of it after: move the slider"));
 }
 
-const RUN = [
-  ...SCENE,
-  ...BACKEND,
-  { key: "method", title: "method" },
-  { key: "energy", title: "energy" },
-  { key: "seconds", title: "seconds", format: seconds },
-  { key: "iterations", title: "iterations" },
-  { key: "mean_energy", title: "mean energy" },
-  { key: "largest_displacement", title: "largest displacement, px" },
-  { key: "spacing", title: "mm a pixel" },
-  { key: "plan.asked_px", title: "px asked" },
-  { key: "plan.estimated_px", title: "px estimated" },
-  { key: (row) => row.warnings?.length, title: "warnings" },
-  { key: "field", title: "field", format: code },
-];
-const WARNINGS = [
-  { key: "scene", title: "scene" },
-  { key: "kind", title: "kind" },
-  { key: "sites", title: "sites", format: count },
-  { key: "message", title: "what" },
-  { key: "advice", title: "what to do" },
-];
+const RUN = "scene size backend device method energy seconds iterations mean_energy largest_displacement spacing " +
+  "plan.asked_px plan.estimated_px warned field";
 
 function pictures(rows, data) {
   const shown = rows.filter((row) => data.picture(row, row.pictures?.after));
@@ -155,43 +173,22 @@ function pictures(rows, data) {
   };
   return [
     shown.length > 0 && chosen_view({ run: ["Scene", shown.map((row, i) => [String(i), row.title || scene_of(row)])] }, draw),
-    table(rows, RUN),
-    warnings.length > 0 && fold(`${plural(warnings.length, "warning")} of these runs`, table(warnings, WARNINGS)),
+    table_of(rows, RUN),
+    warnings.length > 0 &&
+      fold(`${plural(warnings.length, "warning")} of these runs`, table_of(warnings, "scene kind sites message advice")),
   ];
 }
 
 // Agreement
 
 const TIERS = ["none", "certified", "bitwise", "exact"];
-const TIER_WORDS = [
-  ["exact", "exact: same bits where nothing is ever rounded"],
-  ["bitwise", "bitwise: same bits"],
-  ["certified", "certified: each difference within a derived bound"],
-  ["mistrusted", "mistrusted: could not have shown a difference"],
-  ["disagree", "disagrees"],
-  ["skipped", "skipped"],
-];
-const place_of = (first) => first && `level ${first.level}, iteration ${first.iteration}, x = ${first.x}, y = ${first.y}`;
-const VERIFY = [
-  ...SCENE,
-  { key: "method", title: "method" },
-  { key: "mode", title: "mode" },
-  { key: "backend", title: "backend" },
-  { key: "verdict", title: "verdict", format: verdict },
-  { key: "tier", title: "tier" },
-  { key: "sites_compared", title: "sites compared", format: count },
-  { key: "sites_differing", title: "differ", format: count },
-  { key: "certified_ties", title: "certified", format: count },
-  { key: "uncertified", title: "not certified", format: count },
-  { key: "counts_differing", title: "wrong counts", format: count },
-  { key: "not_finite", title: "not finite", format: count },
-  { key: "iterations", title: "iterations", format: count },
-  { key: "max_abs_difference", title: "largest difference, px" },
-  { key: (row) => place_of(row.first_difference), title: "first difference" },
-  { key: "reason", title: "reason" },
-  { key: "ranks", title: "ranks" },
-  { key: "device", title: "device" },
-];
+const TIER_WORDS = {
+  exact: "exact: same bits where nothing is ever rounded", bitwise: "bitwise: same bits",
+  certified: "certified: each difference within a derived bound", mistrusted: "mistrusted: could not have shown a difference",
+  disagree: "disagrees", skipped: "skipped",
+};
+const VERIFY = "scene size method mode backend verdict tier sites_compared sites_differing certified_ties uncertified " +
+  "counts_differing not_finite iterations max_abs_difference first reason ranks device";
 
 /// What a cell says of its rows, and its colour: the worst of those that ran.
 function worst_of(rows) {
@@ -206,18 +203,16 @@ function worst_of(rows) {
 }
 
 /// The lines that repeat the comparisons of a cell. Results of before do not say them.
-function repeat_lines(rows) {
-  return distinct(rows, (row) => row.repeat ??
-    `hdmbench verify ${row.scene} --size ${row.width}x${row.height} --methods ${row.method} --backends ${row.backend}`);
-}
+const repeat_lines = (rows) => distinct(rows, (row) => row.repeat ??
+  `hdmbench verify ${row.scene} --size ${row.width}x${row.height} --methods ${row.method} --backends ${row.backend}`);
 
-function agreement(rows, data) {
+function agreement(rows) {
   const backends = distinct(rows, "backend"), scenes = distinct(rows, "scene");
   const below = el("div", { class: "picked" }, text("A cell has the number of comparisons; click on one to see them."));
   const pick = (mine) => below.replaceChildren(
     el("h3", {}, `${mine[0].backend} on ${mine[0].scene}`),
     el("pre", {}, repeat_lines(mine).join("\n")),
-    table(mine, VERIFY));
+    table_of(mine, VERIFY));
   const cell = (scene, backend) => {
     const mine = rows.filter((row) => row.scene === scene && row.backend === backend);
     if (mine.length === 0) return el("td", {}, NONE);
@@ -230,33 +225,17 @@ function agreement(rows, data) {
     el("div", { class: "scroll" }, el("table", { class: "matrix" },
       el("thead", {}, el("tr", {}, el("th", {}, "scene"), backends.map((backend) => el("th", { scope: "col" }, backend)))),
       el("tbody", {}, scenes.map(line)))),
-    el("p", { class: "key" }, TIER_WORDS.map(([tone, words]) =>
+    el("p", { class: "key" }, Object.entries(TIER_WORDS).map(([tone, words]) =>
       [el("span", { class: `tier ${tone}` }, "\u00a0\u00a0\u00a0"), ` ${words} `])),
     below,
-    fold(`All ${plural(rows.length, "comparison")}`, table(rows, VERIFY)),
+    fold(`All ${plural(rows.length, "comparison")}`, table_of(rows, VERIFY)),
   ];
 }
 
 // Speed over sizes
 
-const SPEED = [
-  ...SCENE,
-  { key: "backend", title: "backend" },
-  { key: "method", title: "method" },
-  { key: "effort", title: "iterations a level" },
-  { ...SECONDS, title: "seconds" },
-  { key: "speed_up_over_scalar", title: "over scalar", format: times },
-  { key: "speed_up_over_dense", title: "over dense", format: times },
-  { key: "msites_per_second", title: "million sites/s" },
-  { key: "percent_of_ceiling", title: "of the ceiling", format: unit("%") },
-  { key: "binding", title: "bound by" },
-  { key: "bytes_per_site", title: "bytes a site" },
-  { key: "threads", title: "threads" },
-  { key: "setup_seconds", title: "set-up", format: seconds },
-  { key: "peak_memory_bytes", title: "memory", format: unit("MB", 1e-6) },
-  { key: "reason", title: "not verified because" },
-  { key: "device", title: "device" },
-];
+const SPEED = "scene size backend method effort seconds_median speed_up_over_scalar speed_up_over_dense msites_per_second " +
+  "percent_of_ceiling binding bytes_per_site threads setup_seconds peak_memory_bytes reason device";
 const published_rows = ({ table: of, scene, size, gpu_seconds, cpu_seconds, speed_up }) => [
   { name: "GPU", seconds_median: gpu_seconds, speed_up_over_scalar: speed_up },
   { name: "CPU", seconds_median: cpu_seconds, speed_up_over_scalar: 1 },
@@ -285,7 +264,7 @@ function speed(rows, data) {
         x: { title: "pixels a side", format: (value) => count(Math.round(value)) },
         y: { title: "seconds of a whole solution", format: seconds },
       }),
-      table(here, SPEED),
+      table_of(here, SPEED),
     ];
   };
   return [

@@ -9,8 +9,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
-#include <iterator>
 #include <optional>
 #include <set>
 #include <utility>
@@ -21,19 +19,15 @@ namespace {
 
 using nlohmann::json;
 
-std::int64_t count_if(const Rows& rows, const std::function<bool(const json&)>& belongs) {
-  return std::ranges::count_if(rows, [&](const json* row) { return belongs(*row); });
-}
-
 std::string seconds_text(double seconds) {
   return seconds < 1.0 ? fmt::format("{:.3g} ms", 1e3 * seconds) : fmt::format("{:.3g} s", seconds);
 }
 
 Figure comparisons_figure(const Results& results, std::string_view machine) {
-  const Rows rows = rows_of(results, "verify", machine);
-  const auto compared = count_if(rows, was_compared);
-  const auto wrong = count_if(rows, disagrees);
-  const auto agree = compared - count_if(rows, [](const json& row) {
+  const Rows rows = rows_where(rows_of(results, "verify", machine), was_compared);
+  const auto compared = std::ssize(rows);
+  const auto wrong = count_where(rows, disagrees);
+  const auto agree = compared - count_where(rows, [](const json& row) {
                        return disagrees(row) || text_of(row, "verdict") == "mistrusted";
                      });
   if (compared == 0) {
@@ -59,12 +53,10 @@ Rows headline_rows(const Results& results, std::string_view machine) {
       best = row;
     }
   }
-  Rows chosen;
-  std::ranges::copy_if(rows, std::back_inserter(chosen), [&](const json* row) {
-    return best != nullptr && text_of(*row, "scene") == text_of(*best, "scene") &&
-           size_of(*row) == size_of(*best);
+  return rows_where(rows, [&](const json& row) {
+    return best != nullptr && text_of(row, "scene") == text_of(*best, "scene") &&
+           size_of(row) == size_of(*best);
   });
-  return chosen;
 }
 
 /// Of a backend that disagrees nowhere.
@@ -124,19 +116,18 @@ std::optional<Figure> nearest_figure(const Results& results, std::string_view ma
 
 /// The headline's rows as a table.
 std::string speed_text(const Rows& rows) {
-  if (rows.empty()) {
-    return {};
-  }
-  Table table({"<backend", "<method", "seconds", "over scalar"});
+  json list = json::array();
   for (const json* const row : rows) {
-    const auto seconds = number_of(*row, "seconds_median");
-    const auto speed_up = number_of(*row, "speed_up_over_scalar");
-    table.add({text_of(*row, "backend"), text_of(*row, "method"),
-               seconds ? fmt::format("{:.3g}", *seconds) : text_of(*row, "reason"),
-               speed_up ? fmt::format("{:.3g}", *speed_up) : "not verified"});
+    list.push_back(*row);
   }
-  return fmt::format("\n  {}, {}, a whole solution\n{}", text_of(*rows.front(), "scene"),
-                     size_of(*rows.front()), table.text());
+  return rows.empty() ? ""
+                      : fmt::format("\n  {}, {}, a whole solution\n{}", text_of(*rows.front(), "scene"),
+                                    size_of(*rows.front()),
+                                    table_text(list, {"backend",
+                                                      "method",
+                                                      {"seconds_median", "seconds"},
+                                                      {"speed_up_over_scalar", "over scalar"},
+                                                      {"reason", "not verified"}}));
 }
 
 } // namespace

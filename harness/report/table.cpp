@@ -1,44 +1,83 @@
 #include "harness/report/table.hpp"
 
+#include "harness/report/grouped.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <stdexcept>
 
 namespace hdmbench {
 
-Table::Table(std::vector<Column> columns) : columns_(std::move(columns)) {}
+using nlohmann::json;
 
-void Table::add(std::vector<std::string> cells) {
-  if (cells.size() != columns_.size()) {
-    throw std::logic_error("Table::add: wrong number of cells");
+namespace {
+
+// As deep as a row.
+// NOLINTNEXTLINE(misc-no-recursion)
+std::string cell(const json& value) {
+  switch (value.type()) {
+  case json::value_t::string:
+    return value.get<std::string>();
+  case json::value_t::boolean:
+    return value.get<bool>() ? "yes" : "no";
+  case json::value_t::number_float:
+    return fmt::format("{:.4g}", value.get<double>());
+  case json::value_t::number_integer:
+  case json::value_t::number_unsigned:
+    return value < 0 ? value.dump() : grouped(value.get<std::int64_t>());
+  case json::value_t::array: {
+    std::string words;
+    for (const json& element : value) {
+      words += (words.empty() ? "" : ", ") + cell(element);
+    }
+    return words;
   }
-  rows_.push_back(std::move(cells));
+  default:
+    return {};
+  }
 }
 
-std::string Table::text() const {
-  std::vector<std::size_t> widths;
-  for (std::size_t i = 0; i < columns_.size(); ++i) {
-    std::size_t width = columns_[i].title.size();
-    for (const auto& row : rows_) {
-      width = std::max(width, row[i].size());
+} // namespace
+
+json value_of(const json& row, std::string_view key) {
+  std::string path = "/" + std::string(key);
+  std::ranges::replace(path, '.', '/');
+  if (const json::json_pointer place(path); row.contains(place)) {
+    return row.at(place);
+  }
+  return key == "size" && row.contains("width") && row.contains("height")
+             ? json(cell(row["width"]) + " x " + cell(row["height"]))
+             : json();
+}
+
+Column::Column(std::string key_, std::string title_) : key(std::move(key_)), title(std::move(title_)) {
+  std::ranges::replace(title, '_', ' ');
+}
+
+std::string table_text(const json& rows, const std::vector<Column>& columns) {
+  std::vector<std::string> lines(rows.size() + 2, " ");
+  for (const Column& column : columns) {
+    std::vector<std::string> cells{column.title, ""};
+    bool is_number = false;
+    for (const json& row : rows) {
+      const json value = value_of(row, column.key);
+      is_number = is_number || value.is_number();
+      cells.push_back(cell(value));
     }
-    widths.push_back(width);
+    if (std::all_of(cells.begin() + 2, cells.end(), [](const std::string& text) { return text.empty(); })) {
+      continue;
+    }
+    const std::size_t width = std::ranges::max(cells, {}, &std::string::size).size();
+    cells[1] = std::string(width, '-');
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      lines[i] +=
+          is_number ? fmt::format(" {:>{}} ", cells[i], width) : fmt::format(" {:<{}} ", cells[i], width);
+    }
   }
   std::string text;
-  const auto add_line = [&](const auto& cell) {
-    std::string line;
-    for (std::size_t i = 0; i < columns_.size(); ++i) {
-      line += columns_[i].align == Align::left ? fmt::format("  {:<{}}", cell(i), widths[i])
-                                               : fmt::format("  {:>{}}", cell(i), widths[i]);
-    }
+  for (std::string& line : lines) {
     line.erase(line.find_last_not_of(' ') + 1);
-    text += line + "\n";
-  };
-  add_line([&](std::size_t i) { return columns_[i].title; });
-  add_line([&](std::size_t i) { return std::string(widths[i], '-'); });
-  for (const auto& row : rows_) {
-    add_line([&](std::size_t i) { return row[i]; });
+    text += line + '\n';
   }
   return text;
 }

@@ -1,35 +1,30 @@
 #pragma once
 
+#include <nlohmann/json.hpp>
+
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 namespace hdmbench {
 
-/// A plain text table: columns aligned, numbers to the right, words to the left, wide characters not counted.
-class Table {
-public:
-  enum class Align { left, right };
-  struct Column {
-    /// A title that begins with '<' stands over words, to the left.
-    Column(const char* text)
-        : title(*text == '<' ? text + 1 : text), align(*text == '<' ? Align::left : Align::right) {}
-    Column(std::string title_, Align align_ = Align::right) : title(std::move(title_)), align(align_) {}
+/// The value of a row under a key, or null; "plan.met" goes inside, "size" is "width" x "height" where the
+/// row has no such key.
+[[nodiscard]] nlohmann::json value_of(const nlohmann::json& row, std::string_view key);
 
-    std::string title;
-    Align align;
-  };
+/// A column of a table: a key of its rows, and the title above it, the key in words where there is none.
+struct Column {
+  Column(const char* key_) : Column(key_, key_) {}
+  Column(std::string key_, std::string title_);
 
-  explicit Table(std::vector<Column> columns);
-
-  /// As many cells as columns.
-  void add(std::vector<std::string> cells);
-  /// Lines that end in a newline, each indented by two spaces.
-  [[nodiscard]] std::string text() const;
-
-private:
-  std::vector<Column> columns_;
-  std::vector<std::vector<std::string>> rows_;
+  std::string key;
+  std::string title;
 };
+
+/// Rows as lines that end in a newline, each indented by two spaces: words to the left; numbers to the right,
+/// with four digits or, where they are whole, in groups of three. A column without a value in any row is left
+/// out.
+[[nodiscard]] std::string table_text(const nlohmann::json& rows, const std::vector<Column>& columns);
 
 } // namespace hdmbench

@@ -149,7 +149,7 @@ std::optional<std::string> reason_to_skip(const nlohmann::json& committed) {
 
 /// Whether all counts are as committed.
 bool check(const nlohmann::json& results, const std::vector<Row>& rows) {
-  Table table({"<kernel", "<scene", "committed", "now", "change"});
+  nlohmann::json table = nlohmann::json::array();
   bool good = true;
   for (const Row& row : rows) {
     const std::string name = row.kernel == "planted" ? "openmp-avx2" : row.kernel;
@@ -162,11 +162,14 @@ bool check(const nlohmann::json& results, const std::vector<Row>& rows) {
     const double change = row.instructions / expected - 1.0;
     const bool as_before = std::abs(change) <= tolerance; // false where nothing was committed
     good = good && as_before;
-    table.add({row.kernel, row.scene, fmt::format("{:.2f}", expected),
-               fmt::format("{:.2f}", row.instructions),
-               fmt::format("{:+.1f} %{}", 100.0 * change, as_before ? "" : "  !")});
+    table.push_back({{"kernel", row.kernel},
+                     {"scene", row.scene},
+                     {"committed", expected},
+                     {"now", row.instructions},
+                     {"change", fmt::format("{:+.1f} %{}", 100.0 * change, as_before ? "" : "  !")}});
   }
-  fmt::print("Instructions per site and sweep\n{}", table.text());
+  fmt::print("Instructions per site and sweep\n{}",
+             table_text(table, {"kernel", "scene", "committed", "now", "change"}));
   return good;
 }
 

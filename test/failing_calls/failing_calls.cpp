@@ -135,18 +135,33 @@ std::vector<Row> rows_of(const Backend& backend, const Subject& subject, bool qu
 }
 
 void print(const std::vector<Row>& rows) {
-  Table table({"<backend", "<API", "<what happens", "calls", "failed", "clean errors", "succeeded anyway",
-               "not clean", "session went on"});
+  nlohmann::json table = nlohmann::json::array();
   std::string unclean;
   for (const Row& row : rows) {
-    table.add({row.backend, row.api, row.kind, std::to_string(row.calls), std::to_string(row.failed),
-               std::to_string(row.clean), std::to_string(row.succeeded), std::to_string(row.unclean.size()),
-               std::to_string(row.went_on)});
+    table.push_back({{"backend", row.backend},
+                     {"API", row.api},
+                     {"kind", row.kind},
+                     {"calls", row.calls},
+                     {"failed", row.failed},
+                     {"clean", row.clean},
+                     {"succeeded", row.succeeded},
+                     {"not_clean", row.unclean.size()},
+                     {"went_on", row.went_on}});
     for (const std::string& what : row.unclean) {
       unclean += fmt::format("  {}, {} {}, call {}\n", row.backend, row.api, row.kind, what);
     }
   }
-  fmt::print("{}{}{}", table.text(), unclean.empty() ? "" : "\nNot clean:\n", unclean);
+  fmt::print("{}{}{}",
+             table_text(table, {"backend",
+                                "API",
+                                {"kind", "what happens"},
+                                "calls",
+                                "failed",
+                                {"clean", "clean errors"},
+                                {"succeeded", "succeeded anyway"},
+                                "not_clean",
+                                {"went_on", "session went on"}}),
+             unclean.empty() ? "" : "\nNot clean:\n", unclean);
 }
 
 int run(int argc, char** argv) {

@@ -1,7 +1,7 @@
 // How many of its 512 instructions the thesis's card needs for our fragment shader, and for the thesis's own
 // evaluation.
 
-#include "harness/cli/arguments.hpp"
+#include "harness/cli/commands.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
 #include "kernels/data/input_error.hpp"
@@ -24,30 +24,33 @@ std::string instructions_text(const Resources& resources) {
 }
 
 void print(const std::string& title, const std::vector<InstructionRow>& rows) {
-  fmt::print("\n{}\n", title);
-  const bool evaluates = rows.front().energies > 0;
-  std::vector<Table::Column> columns{"candidates"};
-  if (evaluates) {
-    columns.push_back("vectors");
-  }
-  columns.insert(columns.end(),
-                 {"instructions", "of them texture", "temporaries", "scalar operations", "<fits", "<shader"});
-  Table table(columns);
+  nlohmann::json table = nlohmann::json::array();
   for (const InstructionRow& row : rows) {
     const auto& [resources, refusal] = row.compilation;
-    std::vector<std::string> cells{row.candidates > 0 ? fmt::format("{}", row.candidates) : "-"};
-    if (evaluates) {
-      cells.push_back(fmt::format("{}", row.energies));
+    table.push_back({{"candidates", row.candidates},
+                     {"fits", resources ? "yes" : "NO: " + refusal},
+                     {"shader", row.shader}});
+    if (row.energies > 0) {
+      table.back()["vectors"] = row.energies;
     }
-    cells.push_back(resources ? instructions_text(*resources) : "-");
-    cells.push_back(resources ? fmt::format("{}", resources->texture_instructions) : "-");
-    cells.push_back(resources ? fmt::format("{}", resources->temporaries) : "-");
-    cells.push_back(row.scalar_operations ? fmt::format("{}", *row.scalar_operations) : "-");
-    cells.push_back(resources ? "yes" : "NO: " + refusal);
-    cells.push_back(row.shader);
-    table.add(std::move(cells));
+    if (row.scalar_operations) {
+      table.back()["scalar_operations"] = *row.scalar_operations;
+    }
+    if (resources) {
+      table.back().update({{"instructions", instructions_text(*resources)},
+                           {"texture", resources->texture_instructions},
+                           {"temporaries", resources->temporaries}});
+    }
   }
-  fmt::print("{}", table.text());
+  fmt::print("\n{}\n{}", title,
+             table_text(table, {"candidates",
+                                "vectors",
+                                "instructions",
+                                {"texture", "of them texture"},
+                                "temporaries",
+                                "scalar_operations",
+                                "fits",
+                                "shader"}));
 }
 
 /// commands::disagreement where a set of candidates does not fit.
