@@ -1,7 +1,6 @@
 // The page that tests a GPU, in a real browser: headless Chromium, whose WebGL runs on SwiftShader here.
 
-#include "backends/shared/subprocess.hpp"
-#include "test/files.hpp"
+#include "test/chromium.hpp"
 #include "test/program.hpp"
 
 #include <gmock/gmock.h>
@@ -15,32 +14,16 @@ using nlohmann::json;
 using testing::HasSubstr;
 
 /// A page, and the browser's answers to it.
-class Browser : public testing::Test {
+class Browser : public test::Chromium {
 protected:
-  void SetUp() override {
-    try {
-      if (!run_process({"chromium", "--version"}, output(), errors(), {.seconds = 60.0}).good()) {
-        GTEST_SKIP() << "chromium does not start: " << file_text(errors());
-      }
-    } catch (const std::exception& error) {
-      GTEST_SKIP() << error.what();
-    }
-  }
-
   void write_page(const std::string& arguments) {
-    const test::Outcome outcome = test::hdmbench("browser " + arguments + " --output " + page().string());
-    ASSERT_EQ(outcome.status, 0) << outcome.output;
+    test::expect_run(0, "browser " + arguments + " --output " + page().string());
   }
 
   /// The document after all is done. `wishes` stand after # in the address.
   std::string document(const std::string& wishes) {
-    const ProcessEnd end = run_process(
-        {"chromium", "--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-         "--virtual-time-budget=600000", "--user-data-dir=" + (folder_.path() / "profile").string(),
-         "--dump-dom", "file://" + page().string() + "#timing=no&" + wishes},
-        output(), errors(), {.environment = {{"HOME", folder_.path().string()}}, .seconds = 200.0});
-    EXPECT_TRUE(end.good()) << end.text() << file_text(errors());
-    return file_text(output());
+    return Chromium::document(page().string() + "#timing=no&" + wishes, 600000,
+                              {"--use-angle=swiftshader", "--enable-unsafe-swiftshader"});
   }
 
   /// What the page would save.
@@ -52,15 +35,6 @@ protected:
     EXPECT_NE(end, std::string::npos) << text.substr(0, 2000);
     return json::parse(text.substr(begin + mark.size(), end - begin - mark.size()));
   }
-
-  [[nodiscard]] const std::filesystem::path& folder() const { return folder_.path(); }
-
-private:
-  [[nodiscard]] std::filesystem::path output() const { return folder_.path() / "output"; }
-  [[nodiscard]] std::filesystem::path errors() const { return folder_.path() / "errors"; }
-  [[nodiscard]] std::filesystem::path page() const { return folder_.path() / "page.html"; }
-
-  test::TemporaryFolder folder_;
 };
 
 TEST_F(Browser, HasScalarsBitsAfterEverySweep) {
