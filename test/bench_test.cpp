@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace hdmbench {
 namespace {
@@ -43,15 +44,7 @@ TEST_F(BenchTest, ActiveRowsAreValidAndComparedWithDense) {
   EXPECT_EQ(scene.schedule.iterations, 20) << "the warm-up's schedule must not stay";
 }
 
-TEST_F(BenchTest, WhatDiffersFromSweepToSweepHasNoActiveRow) {
-  Scene scene = small_square();
-  scene.full.update = Update::coloured;
-  const std::vector<const Backend*> both{&test::scalar(), &test::find("openmp")};
-  const auto runs = bench_runs(scene, both, {.session = {}, .active = true});
-  EXPECT_EQ(runs.size(), 2U);
-}
-
-TEST_F(BenchTest, RowsHaveEveryField) {
+TEST_F(BenchTest, RatesAndCeilingsFollowFromSecondsAndCosts) {
   Scene scene = small_square();
   MeasuredCeilings ceilings;
   const std::vector<const Backend*> both{&test::scalar(), &test::find("openmp")};
@@ -62,39 +55,30 @@ TEST_F(BenchTest, RowsHaveEveryField) {
                             .scaling = true,
                             .ceilings = &ceilings});
   ASSERT_EQ(results.size(), 4U); // scalar; openmp with one thread, with two, active
-  const std::vector<std::string> methods{"icm", "icm", "icm", "icm-active"};
-  const std::vector<int> threads{1, 1, 2, 2};
   for (std::size_t i = 0; i < results.size(); ++i) {
     const nlohmann::json row = bench_row(scene, results[i]);
-    EXPECT_EQ(row["method"], methods[i]);
-    EXPECT_EQ(row["work"], i == 3 ? "active" : "dense");
-    EXPECT_EQ(row["threads"], threads[i]);
-    EXPECT_EQ(row["reference"], "scalar");
+    const bool dense = i != 3;
+    EXPECT_EQ(row["work"], dense ? "dense" : "active");
+    EXPECT_EQ(row["threads"], i < 2 ? 1 : 2);
     EXPECT_EQ(row["valid"], true);
     EXPECT_GT(row["peak_memory_bytes"], 96 * 96 * 40);
-    EXPECT_GT(row["bytes_per_site"], 40);
-    const bool dense = i != 3;
     EXPECT_EQ(row["speed_up_over_dense"].is_null(), dense);
-    for (const char* key : {"bytes_per_site_update", "operations_per_site_update", "gigabytes_per_second",
-                            "gigaoperations_per_second", "percent_of_ceiling", "binding", "ceiling"}) {
-      EXPECT_EQ(row[key].is_null(), !dense) << key;
-    }
+    EXPECT_EQ(row["ceiling"].is_null(), !dense);
     if (dense) {
       EXPECT_EQ(row["binding"], "arithmetic") << "a cache holds this image";
-      EXPECT_EQ(row["ceiling"]["copy_samples"].size(), 5U);
-      EXPECT_EQ(row["ceiling"]["operation_samples"].size(), 5U);
       const double updates = row["msites_per_second"].get<double>() * 1e-3; // giga
-      EXPECT_NEAR(row["gigabytes_per_second"], row["bytes_per_site_update"].get<double>() * updates,
-                  1e-9 + 1e-6 * row["gigabytes_per_second"].get<double>());
-      EXPECT_NEAR(row["gigaoperations_per_second"], row["operations_per_site_update"].get<double>() * updates,
-                  1e-9 + 1e-6 * row["gigaoperations_per_second"].get<double>());
+      for (const auto& [rate, cost] :
+           {std::pair{"gigabytes_per_second", "bytes_per_site_update"},
+            std::pair{"gigaoperations_per_second", "operations_per_site_update"}}) {
+        EXPECT_NEAR(row[rate].get<double>(), row[cost].get<double>() * updates,
+                    1e-9 + 1e-6 * row[rate].get<double>());
+      }
       // Between all sites like those of the uniform inside and all like those of a textured image.
-      EXPECT_GT(row["operations_per_site_update"],
-                thesis_energy.costs[static_cast<std::size_t>(SiteKind::uniform_unobserved)].operations(
-                    scene.full.steps.count()));
-      EXPECT_LT(row["operations_per_site_update"],
-                thesis_energy.costs[static_cast<std::size_t>(SiteKind::general)].operations(
-                    scene.full.steps.count()));
+      const auto operations = [&](SiteKind kind) {
+        return thesis_energy.costs[static_cast<std::size_t>(kind)].operations(scene.full.steps.count());
+      };
+      EXPECT_GT(row["operations_per_site_update"], operations(SiteKind::uniform_unobserved));
+      EXPECT_LT(row["operations_per_site_update"], operations(SiteKind::general));
     }
   }
 }
@@ -132,18 +116,6 @@ TEST_F(BenchTest, NoSweepIsFasterThanItsCeilings) {
   const CeilingShare share = ceiling_share(*results.front().cost, most, fastest->compute);
   EXPECT_GT(share.percent, 0.5);
   EXPECT_LT(share.percent, 105.0);
-}
-
-TEST(Roofline, WhatTakesLongerBinds) {
-  const Ceilings ceilings{{2e9}, {10e9}};
-  const SolutionCost cost{.operations = 5e9, .bytes = 4e9, .bytes_from_memory = 4e9};
-  const CeilingShare memory = ceiling_share(cost, ceilings, 4.0); // 2 s of memory, 0.5 s of arithmetic
-  EXPECT_EQ(memory.binding, Binding::memory);
-  EXPECT_DOUBLE_EQ(memory.percent, 50.0);
-  const CeilingShare cached =
-      ceiling_share({.operations = 5e9, .bytes = 4e9, .bytes_from_memory = 0.0}, ceilings, 4.0);
-  EXPECT_EQ(cached.binding, Binding::arithmetic);
-  EXPECT_DOUBLE_EQ(cached.percent, 12.5);
 }
 
 TEST(Roofline, OnlyLevelsThatNoCacheHoldsCountAsMemory) {

@@ -58,34 +58,17 @@ namespace {
 using nlohmann::json;
 using testing::HasSubstr;
 
-/// The first key of `before` that `after` has not, or has otherwise; empty: there is none.
-std::string lost_key(const json& before, const json& after, const std::string& path) {
-  if (before.is_object() && after.is_object()) {
-    for (const auto& [key, value] : before.items()) {
-      const std::string lost =
-          after.contains(key) ? lost_key(value, after[key], path + "." + key) : path + "." + key;
-      if (!lost.empty()) {
-        return lost;
-      }
-    }
-    return {};
-  }
-  if (before.is_array() && after.is_array() && before.size() == after.size()) {
-    for (std::size_t i = 0; i < before.size(); ++i) {
-      const std::string lost = lost_key(before[i], after[i], path + "[" + std::to_string(i) + "]");
-      if (!lost.empty()) {
-        return lost;
-      }
-    }
-    return {};
-  }
-  return before == after ? "" : path;
+/// Whether `after` has all that `before` has.
+bool keeps(const json& after, const json& before) {
+  json both = after;
+  both.update(before, true);
+  return both == after;
 }
 
 template <typename Row>
 void expect_nothing_lost(const ResultFile& file) {
   for (std::size_t i = 0; i < file.results.size(); ++i) {
-    EXPECT_EQ(lost_key(file.results[i], to_json_row(file.row<Row>(i)), ""), "") << i;
+    EXPECT_TRUE(keeps(to_json_row(file.row<Row>(i)), file.results[i])) << i;
   }
 }
 
@@ -105,11 +88,6 @@ TEST(ResultRows, WhatIsReadBackIsWrittenAgainWithoutALoss) {
     }
   }
   EXPECT_EQ(seen.size(), commands.size());
-}
-
-TEST(ResultRows, ALostKeyIsSeen) {
-  EXPECT_EQ(lost_key({{"a", {1, {{"b", 2}}}}}, {{"a", {1, {{"c", 2}}}}}, ""), ".a[1].b");
-  EXPECT_EQ(lost_key({{"a", 1.5}}, {{"a", 1.25}, {"b", 2}}, ""), ".a");
 }
 
 json sample() {
@@ -137,7 +115,8 @@ TEST(ResultRows, AreReadAsTheyAreWritten) {
   json again = to_json_row(read);
   EXPECT_FALSE(again.contains("any"));
   EXPECT_EQ(again["newer"], 7);
-  EXPECT_EQ(lost_key(sample(), json::parse(again.dump()), ""), "");
+  EXPECT_TRUE(keeps(json::parse(again.dump()), sample()));
+  EXPECT_FALSE(keeps(sample(), again));
 }
 
 TEST(ResultRows, WhatIsWrongIsRefusedByFileAndKey) {
