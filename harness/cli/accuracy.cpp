@@ -2,22 +2,14 @@
 
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/judged_text.hpp"
-#include "harness/measure/result_file.hpp"
-#include "harness/report/table.hpp"
 #include "harness/scene/images/images.hpp"
-#include "kernels/data/input_error.hpp"
 #include "reference/published.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <cstdio>
 
 namespace hdmbench::commands {
 
 namespace {
-
-using nlohmann::json;
 
 struct Arguments : CommonArguments {
   int repeats = 3;
@@ -61,11 +53,11 @@ void print_scene(const SceneAccuracy& accuracy, const json& rows) {
   }
   if (!arithmetic.empty()) {
     fmt::print("\n{}",
-               table_text(arithmetic, {{"backend", "float32 against double"},
-                                       {"arithmetic.resynchronised.steps_compared", "steps"},
-                                       {"arithmetic.resynchronised.steps_differing", "other candidate"},
-                                       {"arithmetic.resynchronised.beyond_bound", "beyond bound"},
-                                       {"arithmetic.resynchronised.largest_gap_over_bound", "gap / bound"}}));
+               table_text(arithmetic,
+                          "backend:float32 against double|arithmetic.resynchronised.steps_compared:steps|"
+                          "arithmetic.resynchronised.steps_differing:other candidate|"
+                          "arithmetic.resynchronised.beyond_bound:beyond bound|"
+                          "arithmetic.resynchronised.largest_gap_over_bound:gap / bound"));
   }
 }
 
@@ -146,8 +138,7 @@ void add_accuracy(CLI::App& program, Call& call) {
   own->add_to(*command);
   remove_options(*command, {"--method", "--methods", "--update", "--stop", "--epsilon"});
   command->add_option("--repeat", own->repeats, "Samples of the seconds, fewer where they take long")
-      ->check(CLI::Range(1, 1'000'000))
-      ->capture_default_str();
+      ->check(CLI::Range(1, 1'000'000));
   command
       ->add_flag("--full", own->full,
                  "Sizes 300, 600 and 1200, and every iteration against double: takes long")

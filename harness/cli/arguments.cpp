@@ -8,13 +8,9 @@
 #include "harness/scene/method.hpp"
 #include "harness/scene/nearest_name.hpp"
 #include "harness/solve/solve.hpp"
-#include "kernels/data/input_error.hpp"
-
-#include <fmt/format.h>
 
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -54,7 +50,7 @@ void SceneArguments::add_scene_to(CLI::App& command) {
 }
 
 void SceneArguments::add_backend_to(CLI::App& command) {
-  command.add_option("--backend", backend, "Backend that computes")->capture_default_str();
+  command.add_option("--backend", backend, "Backend that computes");
   add_session_to(command, session);
 }
 
@@ -263,18 +259,19 @@ double parse_seconds(const std::string& text) {
   return parse_quantity(text, {{"", 1.0}, {"s", 1.0}, {"ms", 1e-3}}, "a time above 0, as 10ms or 2s");
 }
 
-std::string beside(const std::filesystem::path& json, const std::filesystem::path& folder,
+std::string beside(const std::filesystem::path& results, const std::filesystem::path& folder,
                    const std::string& name) {
   namespace fs = std::filesystem;
-  return json.empty()
-             ? name
-             : (fs::proximate(folder, fs::absolute(json).parent_path()) / name).lexically_normal().string();
+  return results.empty() ? name
+                         : (fs::proximate(folder, fs::absolute(results).parent_path()) / name)
+                               .lexically_normal()
+                               .string();
 }
 
-nlohmann::json gather_rows(const nlohmann::json& own, Ranks& ranks) {
-  nlohmann::json rows = nlohmann::json::array();
+json gather_rows(const json& own, Ranks& ranks) {
+  json rows = json::array();
   for (const std::string& text : ranks.gather(own.dump())) {
-    const nlohmann::json more = nlohmann::json::parse(text);
+    const json more = json::parse(text);
     rows.insert(rows.end(), more.begin(), more.end());
   }
   return rows;

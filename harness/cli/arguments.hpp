@@ -3,10 +3,16 @@
 #include "backends/registry.hpp"
 #include "harness/cli/commands.hpp"
 #include "harness/cli/schedule_overrides.hpp"
+#include "harness/measure/result_file.hpp"
+#include "harness/report/table.hpp"
 #include "harness/scene/scene.hpp"
+#include "harness/solve/progress.hpp"
+#include "kernels/data/input_error.hpp"
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <initializer_list>
@@ -15,7 +21,10 @@
 #include <string>
 #include <vector>
 
+/// What every command needs.
 namespace hdmbench::commands {
+
+using nlohmann::json;
 
 /// Arguments of the commands that solve one scene.
 struct SceneArguments {
@@ -98,8 +107,8 @@ void add_choice_cache_to(CLI::App& command, SessionOptions& session);
 /// "10ms", "2s" or "2": seconds, > 0. Throws InputError.
 [[nodiscard]] double parse_seconds(const std::string& text);
 
-/// How the result file `json` names a file of `folder`; the bare name where there is no result file.
-[[nodiscard]] std::string beside(const std::filesystem::path& json, const std::filesystem::path& folder,
+/// How the result file `results` names a file of `folder`; the bare name where there is no result file.
+[[nodiscard]] std::string beside(const std::filesystem::path& results, const std::filesystem::path& folder,
                                  const std::string& name);
 
 /// The lists of all ranks as one, by rank, on the first one; nothing on the others. Collective.

@@ -1,19 +1,12 @@
 #include "harness/judge/atlas/atlas.hpp"
 #include "harness/cli/arguments.hpp"
-#include "harness/measure/result_file.hpp"
-#include "harness/report/table.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <cstdio>
 #include <set>
 
 namespace hdmbench::commands {
 
 namespace {
-
-using nlohmann::json;
 
 struct Arguments {
   std::vector<std::string> entries;
@@ -28,7 +21,7 @@ void print_list() {
   for (const atlas::Entry& entry : atlas::entries()) {
     rows.push_back({{"entry", entry.name}, {"title", entry.title}, {"knob", entry.knob}});
   }
-  fmt::print("{}", table_text(rows, {"entry", {"title", "what fails"}, "knob"}));
+  fmt::print("{}", table_text(rows, "entry|title:what fails|knob"));
 }
 
 std::string threshold_text(const atlas::Threshold& threshold) {
@@ -44,16 +37,17 @@ std::string threshold_text(const atlas::Threshold& threshold) {
 void print(const atlas::EntryResult& result) {
   const atlas::Entry& entry = *result.entry;
   json rows = json::array();
-  std::vector<Column> columns{{"knob", std::string(entry.knob)}};
+  std::string columns = fmt::format("knob:{}", entry.knob);
   std::string below;
   for (std::size_t of = 0; of < result.series.size(); ++of) {
     const atlas::SeriesResult& series = result.series[of];
-    columns.emplace_back(fmt::format("series{}", of), series.name);
+    const std::string key = fmt::format("series{}", of);
+    columns += fmt::format("|{}:{}", key, series.name);
     for (std::size_t i = 0; i < series.points.size(); ++i) {
       const atlas::Point& point = series.points[i];
       json& row = i < rows.size() ? rows[i] : rows.emplace_back();
       row["knob"] = fmt::format("{:.6g}", point.knob);
-      row[columns.back().key] =
+      row[key] =
           (point.error ? fmt::format("{:.3g}", *point.error) : "not finite") + (point.failed ? " !" : "");
       std::set<std::string> warned = row.value("warned", std::set<std::string>{});
       warned.insert(point.warnings.begin(), point.warnings.end());
@@ -64,11 +58,10 @@ void print(const atlas::EntryResult& result) {
                  : fmt::format("  threshold  {}: {}\n", series.name, threshold_text(series.threshold()));
     below += series.absence.empty() ? "" : fmt::format("  refuses    {}: {}\n", series.name, series.absence);
   }
-  columns.emplace_back("warned", "warned of");
   fmt::print("\n{}: {}\n  why        {}\n  measured   {}; ! is more than {:.6g}\n{}{}  "
              "survives   {}\n",
-             entry.name, entry.title, entry.mechanism, entry.measure, entry.limit, table_text(rows, columns),
-             below, entry.survivor);
+             entry.name, entry.title, entry.mechanism, entry.measure, entry.limit,
+             table_text(rows, columns + "|warned:warned of"), below, entry.survivor);
   std::fflush(stdout); // into a pipe too: the next entry may take seconds
 }
 
@@ -116,7 +109,6 @@ void add_atlas(CLI::App& program, Call& call) {
   CLI::Option* const list = command->add_flag("--list", own->list, "Name the entries and stop");
   command->add_option("entries", own->entries, "Entries by name (none: all; see --list)")->excludes(list);
   command->add_option("--backend", own->backend, "Where it is computed; the bits are the same everywhere")
-      ->capture_default_str()
       ->excludes(list);
   command->add_flag("--quick", own->quick, "Fewer values of every knob; the results say so")->excludes(list);
   command->add_option("--json", own->json, "Write the results to this file, pictures beside it")

@@ -4,23 +4,17 @@
 #include "harness/cli/gates.hpp"
 #include "harness/measure/choices.hpp"
 #include "harness/measure/memory_use.hpp"
-#include "harness/measure/result_file.hpp"
 #include "harness/report/ci_files.hpp"
-#include "harness/report/table.hpp"
 #include "reference/published.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <set>
 
 namespace hdmbench::commands {
 
 namespace {
-
-using nlohmann::json;
 
 /// Scalar takes minutes for one solution of an image larger than this.
 constexpr std::size_t most_sites_for_scalar = std::size_t{4096} * 4096;
@@ -50,21 +44,12 @@ void print_scene(const Scene& scene, const std::vector<BenchResult>& results, co
   }
   json timed = rows;
   std::erase_if(timed.get_ref<json::array_t&>(), [](const json& row) { return row["seconds"].empty(); });
-  fmt::print("{}", table_text(timed, {"backend",
-                                      "work",
-                                      "threads",
-                                      {"seconds_median", "seconds"},
-                                      {"projection_seconds", "projection"},
-                                      {"upload_seconds", "upload"},
-                                      {"compute_seconds", "compute"},
-                                      {"readback_seconds", "readback"},
-                                      {"setup_seconds", "set-up"},
-                                      {"msites_per_second", "Msites/s"},
-                                      {"bytes_per_site", "bytes/site"},
-                                      {"speed_up_over_scalar", "speed-up"},
-                                      {"speed_up_over_dense", "over dense"},
-                                      {"percent_of_ceiling", "% of ceiling"},
-                                      {"binding", "bound by"}}));
+  fmt::print("{}",
+             table_text(timed, "backend|work|threads|seconds_median:seconds|projection_seconds:projection|"
+                               "upload_seconds:upload|compute_seconds:compute|readback_seconds:readback|"
+                               "setup_seconds:set-up|msites_per_second:Msites/s|bytes_per_site:bytes/site|"
+                               "speed_up_over_scalar:speed-up|speed_up_over_dense:over dense|"
+                               "percent_of_ceiling:% of ceiling|binding:bound by"));
   for (const json& row : rows) {
     if (row["valid"] == false) {
       fmt::print("  {}, {}: no speed-up: {}\n", row["backend"].get<std::string>(),
@@ -172,15 +157,13 @@ void add_bench(CLI::App& program, Call& call) {
   own->schedule.takes_elastic = true;
   own->add_to(*command);
   command->add_option("--repeat", own->repeats, "Samples per backend, scene and size")
-      ->check(CLI::Range(1, 1'000'000))
-      ->capture_default_str();
+      ->check(CLI::Range(1, 1'000'000));
   command
       ->add_option("--work", own->work,
                    "dense: every sweep visits all sites; active: it leaves out what cannot change, with the "
                    "same bits, where the schedule allows it")
       ->delimiter(',')
-      ->check(CLI::IsMember({"dense", "active"}))
-      ->capture_default_str();
+      ->check(CLI::IsMember({"dense", "active"}));
   command->add_flag(
       "--scaling", own->scaling,
       "Backends with threads of their own run with 1, 2, 4 ... of them, too; with mpirun, followed "
@@ -207,7 +190,6 @@ void add_bench(CLI::App& program, Call& call) {
   command->add_option("--tolerance", own->tolerance, "Percent by which a time may grow")
       ->needs(before)
       ->check(CLI::Range(0.1, 1000.0))
-      ->capture_default_str()
       ->group(group);
   const auto gates = std::make_shared<Gates>();
   gates->add_to(*command);

@@ -1,12 +1,7 @@
 #include "harness/cli/bench.hpp"
 
 #include "harness/measure/comparison.hpp"
-#include "harness/measure/result_file.hpp"
-#include "harness/report/table.hpp"
 #include "harness/scene/temporary_directory.hpp"
-#include "kernels/data/input_error.hpp"
-
-#include <fmt/format.h>
 
 namespace hdmbench::commands {
 
@@ -53,7 +48,7 @@ int compare_benches(const BenchArguments& arguments, int repeats) {
   if (rows.empty()) {
     throw InputError(fmt::format("{}: has no valid timing to compare with", arguments.before.string()));
   }
-  nlohmann::json shown = nlohmann::json::array();
+  json shown = json::array();
   std::ptrdiff_t passing = 0;
   for (const ComparedRow& row : rows) {
     const TimedRow& old = row.row;
@@ -79,16 +74,7 @@ int compare_benches(const BenchArguments& arguments, int repeats) {
   }
   fmt::print("\n{}\n{} of {} timings are not slower by more than {:.3g} % (medians; Mann-Whitney, one-sided, "
              "p < {:g})\n",
-             table_text(shown, {"scene",
-                                "size",
-                                "backend",
-                                "method",
-                                "threads",
-                                "old_s",
-                                "new_s",
-                                {"ratio", "new/old"},
-                                "p",
-                                "verdict"}),
+             table_text(shown, "scene|size|backend|method|threads|old_s|new_s|ratio:new/old|p|verdict"),
              passing, rows.size(), arguments.tolerance, significant_p);
   return passing == std::ssize(rows) ? success : disagreement;
 }

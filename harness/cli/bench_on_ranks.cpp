@@ -1,24 +1,15 @@
 #include "harness/cli/bench.hpp"
 
 #include "harness/measure/median.hpp"
-#include "harness/measure/result_file.hpp"
 #include "harness/ranks/rank_backend.hpp"
-#include "harness/report/table.hpp"
 #include "harness/solve/methods/solver.hpp"
-#include "harness/solve/progress.hpp"
-#include "kernels/data/input_error.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace hdmbench::commands {
 
 namespace {
-
-using nlohmann::json;
 
 /// With sides `factor` times as long, multiples of 4.
 Extent scaled(Extent extent, double factor) {
@@ -112,14 +103,8 @@ int bench_on_ranks(BenchArguments arguments, const std::string& line, Ranks& ran
       "  in messages: the rank that was the longest in them, with waiting for others, the least of the "
       "samples\n",
       kind, backends, ranks.size(), arguments.repeats,
-      table_text(judged(rows), {"ranks",
-                                "size",
-                                "seconds",
-                                "speed-up",
-                                "efficiency",
-                                "messages",
-                                {"bytes", "bytes sent"},
-                                {"message_seconds", "s in messages"}}));
+      table_text(judged(rows), "ranks|size|seconds|speed-up|efficiency|messages|bytes:bytes sent|"
+                               "message_seconds:s in messages"));
   write_results(arguments.json, "scaling", run_context(line, false), std::move(rows));
   return success;
 }

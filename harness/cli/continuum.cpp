@@ -1,12 +1,7 @@
 #include "harness/judge/continuum.hpp"
 
 #include "harness/cli/arguments.hpp"
-#include "harness/measure/result_file.hpp"
-#include "harness/report/table.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <array>
 #include <numeric>
 
@@ -35,7 +30,7 @@ int run_continuum(Arguments& arguments, const std::string& line) {
   Progress progress;
   progress.set_total(contrasts.size() * std::inner_product(arguments.sizes.begin(), arguments.sizes.end(),
                                                            arguments.sizes.begin(), 0.0));
-  nlohmann::json rows = nlohmann::json::array();
+  json rows = json::array();
   for (const double contrast : contrasts) {
     for (const ContinuumRow& row :
          measure_continuum(contrast, arguments.sizes, backend, arguments.place.session, progress)) {
@@ -49,14 +44,8 @@ int run_continuum(Arguments& arguments, const std::string& line) {
       "form. "
       "Algebraic: our field at its\nusual effort from these finite elements; float32: when it rests. Order: "
       "of discretisation, since the first size.\n\n{}",
-      table_text(rows, {"contrast",
-                        "size",
-                        {"discretisation.rmsd", "discretisation"},
-                        "order",
-                        {"algebraic.rmsd", "algebraic"},
-                        {"rounding.rmsd", "float32"},
-                        {"total.rmsd", "our field in all"},
-                        {"total.largest", "largest"}}));
+      table_text(rows, "contrast|size|discretisation.rmsd:discretisation|order|algebraic.rmsd:algebraic|"
+                       "rounding.rmsd:float32|total.rmsd:our field in all|total.largest:largest"));
   write_results(arguments.json, "continuum", run_context(line, arguments.quick), std::move(rows));
   return success;
 }
@@ -72,8 +61,7 @@ void add_continuum(CLI::App& program, Call& call) {
   CLI::Option* const sizes =
       command->add_option("--sizes", own->sizes, "Sides of the images, several with commas")
           ->delimiter(',')
-          ->check(CLI::Range(8, 4096))
-          ->capture_default_str();
+          ->check(CLI::Range(8, 4096));
   own->place.add_backend_to(*command);
   command->add_flag("--quick", own->quick, "Three sizes to 200; the results say so")->excludes(sizes);
   command->add_option("--json", own->json, "Write the results to this file");

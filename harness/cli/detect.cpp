@@ -4,13 +4,8 @@
 #include "harness/applications/picture.hpp"
 #include "harness/cli/pair_arguments.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
-#include "harness/measure/result_file.hpp"
 #include "harness/scene/images/images.hpp"
-#include "kernels/data/input_error.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <cmath>
 
 namespace hdmbench::commands {
@@ -142,8 +137,7 @@ int run_detect(const Arguments& arguments, const std::string& line) {
       "standard deviation of its logarithm, and detection.nrrd, standard deviations\n",
       verdict(row), warning, row.seconds, row.registration_seconds,
       (arguments.output / "modulus.nrrd").string());
-  write_results(arguments.json, "detect", run_context(line, false),
-                nlohmann::json::array({to_json_row(row)}));
+  write_results(arguments.json, "detect", run_context(line, false), json::array({to_json_row(row)}));
   return success;
 }
 
@@ -161,8 +155,7 @@ void add_detect(CLI::App& program, Call& call) {
       ->add_option("--simulations", own->detection.pairs,
                    "Pairs of pictures with nothing hidden that are registered too: what is found in them is "
                    "chance")
-      ->check(CLI::Range(3, 1000))
-      ->capture_default_str();
+      ->check(CLI::Range(3, 1000));
   command->callback([own, &call] { call.status = run_detect(*own, call.line); });
 }
 

@@ -1,14 +1,8 @@
 #include "harness/check/faults/trial.hpp"
 #include "harness/cli/arguments.hpp"
-#include "harness/measure/result_file.hpp"
 #include "harness/ranks/rank_faults.hpp"
 #include "harness/ranks/sleeping_pieces.hpp"
-#include "harness/report/table.hpp"
-#include "kernels/data/input_error.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <optional>
 #include <set>
 
@@ -20,8 +14,6 @@ using faults::Expected;
 using faults::Planted;
 using faults::Trial;
 using faults::TrialScene;
-using nlohmann::json;
-
 struct Arguments {
   std::vector<std::string> scenes;
   std::vector<std::string> faults;
@@ -130,7 +122,7 @@ int try_faults(const Arguments& arguments, const std::vector<Planted>& list, con
     for (const Planted& planted : list) {
       rows.push_back({{"fault", planted.name}, {"planted_on", planted.backend}, {"what", planted.what}});
     }
-    fmt::print("{}", table_text(rows, {"fault", "planted_on", "what"}));
+    fmt::print("{}", table_text(rows, "fault|planted_on|what"));
     return success;
   }
   require_results_writable(arguments.json);
@@ -161,10 +153,7 @@ int try_faults(const Arguments& arguments, const std::vector<Planted>& list, con
   }
   progress.clear();
   if (!shown.empty()) {
-    fmt::print(
-        "{}",
-        table_text(shown,
-                   {"fault", {"backend", "planted on"}, "layer", {"seen", "verify disagrees on"}, "caught"}));
+    fmt::print("{}", table_text(shown, "fault|backend:planted on|layer|seen:verify disagrees on|caught"));
   }
   print_sum(trials, rows);
   for (const std::string& reason : reasons(trials)) {
@@ -211,8 +200,7 @@ void add_faults(CLI::App& program, Call& call) {
   command
       ->add_option("--size", own->size, "Image size: 300 (square) or 257x130 (none: 48x40, 32 where exact)")
       ->excludes(list);
-  command->add_option("--backend", own->backend, "Whose sessions make the sessions' mistakes")
-      ->capture_default_str();
+  command->add_option("--backend", own->backend, "Whose sessions make the sessions' mistakes");
   command->add_flag("--brief", own->brief, "Only what did not go as expected, and the sum")->excludes(list);
   command->add_option("--json", own->json, "Write the results to this file")->excludes(list);
   command->callback([own, &call] {

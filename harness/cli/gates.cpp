@@ -1,12 +1,7 @@
 #include "harness/cli/gates.hpp"
 
 #include "harness/check/verify_row.hpp"
-#include "harness/measure/result_file.hpp"
-#include "kernels/data/input_error.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <vector>
 
 namespace hdmbench::commands {

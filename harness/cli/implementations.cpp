@@ -1,14 +1,8 @@
 #include "harness/measure/implementations.hpp"
 
 #include "harness/cli/arguments.hpp"
-#include "harness/measure/result_file.hpp"
-#include "harness/report/table.hpp"
-#include "kernels/data/input_error.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
-
-#include <algorithm>
 
 namespace hdmbench::commands {
 
@@ -36,8 +30,7 @@ std::vector<std::string> verify_words(const CLI::App& command, std::vector<std::
 }
 
 int run_implementations(const CLI::App& command, const Arguments& arguments, const std::string& line) {
-  const std::filesystem::path& json = arguments.verify.json;
-  require_results_writable(json);
+  require_results_writable(arguments.verify.json);
   const auto registry = make_backends();
   for (const std::string& name : arguments.verify.backends) {
     (void)find_backend(registry, name);
@@ -52,19 +45,11 @@ int run_implementations(const CLI::App& command, const Arguments& arguments, con
                               .resident_bytes = static_cast<std::int64_t>(arguments.gigabytes * 1e9)},
                              progress);
   progress.clear();
-  nlohmann::json results = nlohmann::json::array();
+  json results = json::array();
   std::ranges::transform(rows, std::back_inserter(results), to_json_row<ImplementationRow>);
-  fmt::print("{}", table_text(results, {"backend",
-                                        "implementation",
-                                        "device",
-                                        "outcome",
-                                        "tier",
-                                        "scenes",
-                                        "comparisons",
-                                        "sites_compared",
-                                        {"sites_differing", "differing"},
-                                        "seconds",
-                                        {"peak_bytes", "bytes"}}));
+  fmt::print("{}", table_text(results,
+                              "backend|implementation|device|outcome|tier|scenes|comparisons|sites_compared|"
+                              "sites_differing:differing|seconds|peak_bytes:bytes"));
   for (const ImplementationRow& row : rows) {
     if (!row.reason.empty()) {
       fmt::print("\n  {} on {}: {}\n", row.backend, row.implementation, row.reason);
@@ -77,7 +62,8 @@ int run_implementations(const CLI::App& command, const Arguments& arguments, con
   const auto absent = std::ranges::count(rows, Outcome::absent, &ImplementationRow::outcome);
   const auto failed = std::ssize(rows) - passed - absent;
   fmt::print("\n{} pass, {} do not, {} are not there\n", passed, failed, absent);
-  write_results(json, "implementations", run_context(line, arguments.verify.quick), std::move(results));
+  write_results(arguments.verify.json, "implementations", run_context(line, arguments.verify.quick),
+                std::move(results));
   return failed > 0 || passed == 0 ? disagreement : success;
 }
 
@@ -95,11 +81,9 @@ void add_implementations(CLI::App& program, Call& call) {
   own->verify.add_to(*command);
   remove_options(*command, {"--device", "--require"});
   command->add_option("--limit-seconds", own->seconds, "That one implementation of one backend may take")
-      ->check(CLI::Range(1.0, 1e6))
-      ->capture_default_str();
+      ->check(CLI::Range(1.0, 1e6));
   command->add_option("--limit-memory", own->gigabytes, "That it may take, in GB")
-      ->check(CLI::Range(0.1, 1e4))
-      ->capture_default_str();
+      ->check(CLI::Range(0.1, 1e4));
   command->callback([own, command, &call] { call.status = run_implementations(*command, *own, call.line); });
 }
 

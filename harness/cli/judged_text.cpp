@@ -20,23 +20,11 @@ std::string name_of(const Judged& row) {
 }
 
 std::string judged_table(const nlohmann::json& rows) {
-  return table_text(rows, {"method",
-                           "variant",
-                           {"poisson_used", "nu"},
-                           "backend",
-                           "effort",
-                           {"rmsd_to_fem", "px to FEM"},
-                           {"rmsd_to_fem_nu0", "FEM nu 0"},
-                           {"rmsd_to_fixed_point", "fixed point"},
-                           {"rmsd_interface_to_fem", "interfaces"},
-                           {"rmsd_elsewhere_to_fem", "elsewhere"},
-                           "mean_energy",
-                           "iterations",
-                           {"fine_sweep_equivalents", "fine sweeps"},
-                           {"seconds_median", "seconds"},
-                           {"asked", "px asked"},
-                           {"estimated_error", "estimated"},
-                           "status"});
+  return table_text(rows, "method|variant|poisson_used:nu|backend|effort|rmsd_to_fem:px to FEM|"
+                          "rmsd_to_fem_nu0:FEM nu 0|rmsd_to_fixed_point:fixed point|"
+                          "rmsd_interface_to_fem:interfaces|rmsd_elsewhere_to_fem:elsewhere|mean_energy|"
+                          "iterations|fine_sweep_equivalents:fine sweeps|seconds_median:seconds|"
+                          "asked:px asked|estimated_error:estimated|status");
 }
 
 std::string failures_text(const std::vector<Judged>& rows) {

@@ -3,19 +3,12 @@
 #include "harness/cli/arguments.hpp"
 #include "harness/judge/run_row.hpp"
 #include "harness/measure/choices.hpp"
-#include "harness/measure/result_file.hpp"
 #include "harness/ranks/rank_devices.hpp"
-#include "harness/report/table.hpp"
 #include "harness/scene/method.hpp"
-#include "kernels/data/input_error.hpp"
-
-#include <fmt/format.h>
 
 namespace hdmbench::commands {
 
 namespace {
-
-using nlohmann::json;
 
 struct Arguments {
   std::filesystem::path json;
@@ -54,8 +47,7 @@ void list_devices_of_ranks(const Arguments& arguments, Ranks& ranks) {
   fmt::print(
       "{}  --device by-rank: the ranks of a machine take its devices in turn, and share its processors "
       "out\n",
-      table_text(gather_rows(own, ranks),
-                 {"rank", "machine", "backend", "threads", {"device", "device and driver"}}));
+      table_text(gather_rows(own, ranks), "rank|machine|backend|threads|device:device and driver"));
 }
 
 void list_devices(const Arguments& arguments, const std::string& line) {
@@ -93,7 +85,7 @@ void list_devices(const Arguments& arguments, const std::string& line) {
       absent += fmt::format("  {}: {}\n", row.backend, row.reason);
     }
   }
-  fmt::print("{}{}{}{}{}", table_text(present, {"backend", {"number", "no."}, "device", "driver"}),
+  fmt::print("{}{}{}{}{}", table_text(present, "backend|number:no.|device|driver"),
              chosen.empty() ? "" : "\nChosen by measurement, medians\n", chosen,
              absent.empty() ? "" : "\nNot there:\n", absent);
   write_results(arguments.json, "devices", run_context(line, false), std::move(rows));
@@ -126,11 +118,8 @@ void list_methods() {
                       {"backends", who_can(method, registry)},
                       {"what_it_does", method.summary}});
     }
-    fmt::print(
-        "--energy {}\n{}\n", energy,
-        table_text(
-            rows,
-            {"method", {"effort", "--iterations counts"}, "usual", "takes", "backends", "what_it_does"}));
+    fmt::print("--energy {}\n{}\n", energy,
+               table_text(rows, "method|effort:--iterations counts|usual|takes|backends|what_it_does"));
   }
 }
 

@@ -120,6 +120,12 @@ int run_program(std::span<char*> words, Ranks* ranks) {
   std::vector<std::string> names;
   for (CLI::App* const command : program.get_subcommands({})) {
     command->parse_complete_callback([command] { require_other_outputs(*command); });
+    for (CLI::Option* const option : command->get_options()) {
+      option->capture_default_str();
+      if (const std::string value = option->get_default_str(); value == "[]" || value == "0") {
+        option->default_str("");
+      }
+    }
     names.push_back(command->get_name());
   }
   if (words.size() < 2) {

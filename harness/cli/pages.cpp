@@ -3,9 +3,6 @@
 #include "harness/cli/arguments.hpp"
 #include "harness/report/report.hpp"
 #include "harness/scene/file_output.hpp"
-#include "kernels/data/input_error.hpp"
-
-#include <fmt/format.h>
 
 #ifdef HDMBENCH_WITH_BROWSER
 #include "harness/web/browser_page.hpp"
@@ -55,7 +52,7 @@ void add_report(CLI::App& program, Call& /*call*/) {
       "report", "Put results into one HTML page that needs no network and no other file.");
   const auto own = std::make_shared<ReportArguments>();
   command->add_option("results", own->results, "Files that --json wrote, or folders of them")->required();
-  command->add_option("--output", own->output, "The page")->capture_default_str();
+  command->add_option("--output", own->output, "The page");
   command->add_option(
       "--csv", own->csv,
       "Write the timings to this file, too: problem, platform, application, fom (seconds), as the "
@@ -80,7 +77,7 @@ void add_browser(CLI::App& program, Call& call) {
       "Without scenes: those that show most, at 64 x 64.");
   const auto own = std::make_shared<BrowserArguments>();
   own->scenes.add_scenes_to(*command);
-  command->add_option("--output", own->output, "The page")->capture_default_str();
+  command->add_option("--output", own->output, "The page");
   command->callback([own, &call] { write_page(*own, call.line); });
 }
 

@@ -1,15 +1,10 @@
 #include "harness/cli/pair_arguments.hpp"
 
 #include "harness/applications/picture.hpp"
-#include "harness/measure/result_file.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/sites.hpp"
-#include "kernels/data/input_error.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -87,7 +82,7 @@ void PairArguments::add_to(CLI::App& command, bool detects) {
     scene.schedule.add_to(command);
   }
   scene.add_backend_to(command);
-  command.add_option("--output", output, "Folder for the files, made if missing")->capture_default_str();
+  command.add_option("--output", output, "Folder for the files, made if missing");
   command.add_option("--json", json, "Write the result to this file");
 }
 

@@ -1,12 +1,6 @@
 #include "harness/check/probe.hpp"
 
 #include "harness/cli/gates.hpp"
-#include "harness/measure/result_file.hpp"
-#include "harness/report/table.hpp"
-#include "harness/solve/progress.hpp"
-#include "kernels/data/input_error.hpp"
-
-#include <fmt/format.h>
 
 namespace hdmbench::commands {
 
@@ -16,8 +10,8 @@ void run_probe(const CommonArguments& arguments, const std::string& line) {
   require_results_writable(arguments.json);
   const auto registry = make_backends();
   std::string expected;
-  nlohmann::json results = nlohmann::json::array();
-  nlohmann::json answers = nlohmann::json::array();
+  json results = json::array();
+  json answers = json::array();
   Progress progress;
   for (const Backend* backend : arguments.choose(registry)) {
     progress.describe(std::string(backend->name()));
@@ -41,10 +35,8 @@ void run_probe(const CommonArguments& arguments, const std::string& line) {
     throw InputError(
         fmt::format("no backend has a device \"{}\"; hdmbench devices lists them", arguments.session.device));
   }
-  fmt::print(
-      "{}\nExpected of verify\n{}",
-      table_text(answers, {"backend", "device", "program", "question", "answer", {"telling", "could tell"}}),
-      expected);
+  fmt::print("{}\nExpected of verify\n{}",
+             table_text(answers, "backend|device|program|question|answer|telling:could tell"), expected);
   write_results(arguments.json, "probe", run_context(line, false), std::move(results));
 }
 

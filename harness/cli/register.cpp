@@ -6,14 +6,9 @@
 #include "harness/cli/pair_arguments.hpp"
 #include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
-#include "harness/measure/result_file.hpp"
-#include "harness/report/table.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
-#include "kernels/data/input_error.hpp"
-
-#include <fmt/format.h>
 
 namespace hdmbench::commands {
 
@@ -194,13 +189,12 @@ int run_register(const Arguments& arguments, const CLI::App& command, const std:
   fmt::print("{}, {} x {} pixels of {:.4g} mm, {} energy on {} ({})\n\n", data.scene.title, row.width,
              row.height, row.spacing, row.energy, row.backend, row.device);
   if (arguments.iterate) {
-    fmt::print("{}\n  {}\n\n",
-               table_text(row.iterations, {"size", "difference", "outliers", {"step", "step, px"}}),
+    fmt::print("{}\n  {}\n\n", table_text(row.iterations, "size|difference|outliers|step:step, px"),
                row.converged.value_or(false)
                    ? "Converged: the last step moved nothing by more than its tolerance."
                    : "Not converged: the last step still moved the tissue; look at the differences.");
   }
-  nlohmann::json measures = nlohmann::json::array();
+  json measures = json::array();
   for (const auto& [what, measure] :
        {std::pair{"mean squared difference", &Similarity::mean_squares},
         std::pair{"correlation", &Similarity::correlation},
@@ -208,8 +202,7 @@ int run_register(const Arguments& arguments, const CLI::App& command, const std:
     measures.push_back({{"what", what}, {"before", row.before.*measure}, {"after", row.after.*measure}});
   }
   fmt::print("{}\n  largest displacement {:.4g} px, {} folded cells, {:.3g} s{}\n",
-             table_text(measures, {{"what", ""}, "before", "after"}), row.largest_displacement, row.folds,
-             row.seconds,
+             table_text(measures, "what:|before|after"), row.largest_displacement, row.folds, row.seconds,
              row.conventional_seconds
                  ? fmt::format(" ({:.3g} of them ITK's {})", *row.conventional_seconds, row.conventional)
                  : "");
@@ -218,8 +211,7 @@ int run_register(const Arguments& arguments, const CLI::App& command, const std:
   if (row.warnings) {
     fmt::print("\n{}", warnings_text(warnings));
   }
-  write_results(arguments.pair.json, "register", run_context(line, false),
-                nlohmann::json::array({to_json_row(row)}));
+  write_results(arguments.pair.json, "register", run_context(line, false), json::array({to_json_row(row)}));
   const bool alike = std::ranges::find(warnings, no_likeness, &Warning::kind) == warnings.end();
   return alike && row.converged.value_or(true) ? success : disagreement;
 }
@@ -237,8 +229,7 @@ void add_register(CLI::App& program, Call& call) {
   command
       ->add_option("--conventional", own->conventional,
                    "ITK's registration that says what is observed: b-splines, gaussian or demons")
-      ->check(CLI::IsMember(std::vector<std::string>(conventional_names.begin(), conventional_names.end())))
-      ->capture_default_str();
+      ->check(CLI::IsMember(std::vector<std::string>(conventional_names.begin(), conventional_names.end())));
   command->add_flag("--iterate", own->iterate,
                     "No ITK: estimate, solve with the elastic energy and look again, from coarse to fine; "
                     "exit status 1 where it does not converge");

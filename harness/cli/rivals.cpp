@@ -3,21 +3,14 @@
 #include "harness/judge/registration/elastix.hpp"
 #include "harness/judge/registration/knobs.hpp"
 #include "harness/measure/median.hpp"
-#include "harness/measure/result_file.hpp"
-#include "harness/report/table.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/images/images.hpp"
-#include "kernels/data/input_error.hpp"
-
-#include <fmt/format.h>
 
 namespace hdmbench::commands {
 
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
-
 struct Arguments {
   SceneArguments scene;
   std::vector<std::string> kinds{planted_names.begin(), planted_names.end()};
@@ -71,14 +64,7 @@ Found compare(const Arguments& arguments, const Scene& scene, const Backend& bac
     fmt::print("{}, {} x {}: {} of {:g} px, noise {:g} %, seed {}; RMSD to the truth in pixels\n\n{}\n",
                scene.name, scene.extent().width, scene.extent().height, name, options.amplitude,
                100.0 * options.noise, options.seed,
-               table_text(rows, {"method",
-                                 "tissue",
-                                 {"tissue_95", "95 %"},
-                                 "region",
-
-                                 {"dice", "Dice"},
-                                 "folds",
-                                 "seconds"}));
+               table_text(rows, "method|tissue|tissue_95:95 %|region|dice:Dice|folds|seconds"));
     all.insert(all.end(), rows.begin(), rows.end());
   }
   return {"rivals", std::move(all)};
@@ -94,7 +80,7 @@ Found compare_people(const Arguments& arguments, const Scene& scene, const Backe
   progress.clear();
   fmt::print("{} to {}, {} x {}: overlap of the labels (Dice)\n\n{}\n", scene.name, arguments.other,
              scene.extent().width, scene.extent().height,
-             table_text(rows, {"method", {"dice", "labels, mean"}, "correlation", "folds", "seconds"}));
+             table_text(rows, "method|dice:labels, mean|correlation|folds|seconds"));
   return {"people", std::move(rows)};
 }
 
@@ -157,22 +143,9 @@ Found turn(const Arguments& arguments, const Scene& scene, const Backend& backen
       "{}, {} x {}: {} cases of each value; errors in pixels. Algorithms 5 and 6 register a resection, "
       "7 looks for\ninclusions in a displacement; warned: the picture shows another tissue there\n\n{}",
       scene.name, scene.extent().width, scene.extent().height, arguments.knobs,
-      table_text(rows, {"algorithm",
-                        "knob",
-                        "value",
-                        "tissue",
-                        "region",
-                        {"conventional", "b-splines"},
-                        "believed",
-                        "outliers",
-                        "not_converged",
-                        "folded",
-                        {"area", "area under the ROC"},
-                        "found",
-                        "warned",
-                        {"mistaken", "where nothing is"},
-                        {"mistaken_warned", "warned"},
-                        {"distance", "position, px"}}));
+      table_text(rows, "algorithm|knob|value|tissue|region|conventional:b-splines|believed|outliers|"
+                       "not_converged|folded|area:area under the ROC|found|warned|"
+                       "mistaken:where nothing is|mistaken_warned:warned|distance:position, px"));
   return {"knobs", std::move(rows)};
 }
 
@@ -209,7 +182,7 @@ void add_rivals(CLI::App& program, Call& call) {
   const auto own = std::make_shared<Arguments>();
   own->scene.scene = "brain";
   own->scene.schedule.takes_elastic = true;
-  command->add_option("scene", own->scene.scene, "Scene by name or TOML file")->capture_default_str();
+  command->add_option("scene", own->scene.scene, "Scene by name or TOML file");
   command->add_option("--size", own->scene.size, "Image size: 300 (square) or 257x130");
   own->scene.add_orientation_to(*command);
   own->scene.add_backend_to(*command);

@@ -4,11 +4,9 @@
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/run_row.hpp"
 #include "harness/measure/memory_use.hpp"
-#include "harness/measure/result_file.hpp"
 #include "harness/ranks/launch.hpp"
 #include "harness/ranks/rank_backend.hpp"
 #include "harness/ranks/rank_devices.hpp"
-#include "harness/report/table.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
@@ -16,13 +14,9 @@
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/planner.hpp"
 #include "harness/solve/solve.hpp"
-#include "kernels/data/input_error.hpp"
 #include "kernels/data/level.hpp"
 #include "reference/finite_elements.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <iterator>
@@ -33,8 +27,6 @@ namespace hdmbench::commands {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
-
 struct Arguments {
   SceneArguments scene;
   fs::path output = "hdmbench-output";
@@ -113,7 +105,7 @@ void write_strains(const Scene& scene, const VectorField& displacement, const fs
                     {"y", site / field.extent.width}});
   }
   fmt::print("{}  von-mises: MPa, plane stress, Poisson ratio {:.4g}; area-change: det(I + grad d) - 1\n",
-             table_text(rows, {"strains", {"value", "farthest from 0"}, "x", "y"}), scene.poisson);
+             table_text(rows, "strains|value:farthest from 0|x|y"), scene.poisson);
 }
 
 /// `counted`: whether solution.levels have counts of changes.
@@ -128,7 +120,7 @@ void print_levels(const Solution& solution, bool counted) {
                     {"iterations", fmt::format("{}{}", level.iterations, level.repeated ? " *" : "")},
                     {"moving", counted ? json(level.changed) : json()}});
   }
-  fmt::print("{}{}", table_text(rows, {"level", "size", "iterations", {"moving", "sites still moving"}}),
+  fmt::print("{}{}", table_text(rows, "level|size|iterations|moving:sites still moving"),
              repeated ? "  * acceleration diverged, computed again without\n" : "");
 }
 
@@ -337,12 +329,9 @@ int run_scene(const Arguments& arguments, const CLI::App& command, const std::st
   if (plan) {
     row.plan = plan_row(scene, request, *plan);
     if (arguments.explain) {
-      fmt::print("{}\n", table_text(json(row)["plan"]["steps"], {"size",
-                                                                 {"action", "step"},
-                                                                 {"moved", "moved px"},
-                                                                 {"expected_error", "error px"},
-                                                                 "seconds",
-                                                                 {"reason", "why"}}));
+      fmt::print("{}\n",
+                 table_text(json(row)["plan"]["steps"],
+                            "size|action:step|moved:moved px|expected_error:error px|seconds|reason:why"));
     }
     fmt::print("  {}; {:.3g} sweeps over the full resolution in all\n", plan->outcome,
                fine_sweep_equivalents(*plan));
@@ -352,13 +341,8 @@ int run_scene(const Arguments& arguments, const CLI::App& command, const std::st
   if (ranks != nullptr) {
     row.ranks = ranks->size();
     row.by_rank = by_rank.get<std::vector<RankRow>>();
-    fmt::print("\n{}", table_text(by_rank, {"machine",
-                                            "backend",
-                                            "device",
-                                            "threads",
-                                            "messages",
-                                            {"bytes", "bytes sent"},
-                                            {"peak_memory", "bytes at most"}}));
+    fmt::print("\n{}", table_text(by_rank, "machine|backend|device|threads|messages|bytes:bytes sent|"
+                                           "peak_memory:bytes at most"));
   }
   fmt::print("\n  mean energy {:.6g}, largest displacement {:.4g} px, {} iterations in {:.3g} s\n",
              *row.mean_energy, *row.largest_displacement, row.iterations, row.seconds);
@@ -391,8 +375,7 @@ void add_run(CLI::App& program, Call& call) {
   own->scene.schedule.is_of_run = true;
   own->scene.add_scene_to(*command);
   own->scene.add_backend_to(*command);
-  command->add_option("--output", own->output, "Folder for the files, made if missing")
-      ->capture_default_str();
+  command->add_option("--output", own->output, "Folder for the files, made if missing");
   command->add_flag("--strains", own->strains,
                     "Write strains, von Mises stress and change of area as well, as NRRD and PNG");
   command->add_option("--json", own->json, "Write the result to this file");

@@ -10,12 +10,9 @@
 #include "harness/tools/export_scene.hpp"
 #include "harness/tools/mesh_image.hpp"
 #include "harness/tools/positions.hpp"
-#include "kernels/data/input_error.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <charconv>
 
 namespace hdmbench::commands {
@@ -256,8 +253,7 @@ void add_fem_to_image(CLI::App& program, Call& /*call*/) {
       ->add_option("--interpolation", own->interpolation,
                    "nearest (node; default without elements) or element (shape functions; default with)")
       ->check(CLI::IsMember({"nearest", "element"}));
-  command->add_option("--reach", own->reach, "With nearest: pixels beyond which a node is too far away")
-      ->capture_default_str();
+  command->add_option("--reach", own->reach, "With nearest: pixels beyond which a node is too far away");
   command->add_option("--output", own->output, "Displacement image, .nrrd or .mha")->required();
   command->add_option("--mask", own->mask, "Also a PNG of where the displacement is defined");
   command->callback([own, command] { convert_mesh(*own, *command); });
@@ -284,8 +280,7 @@ void add_export(CLI::App& program, Call& /*call*/) {
       "size; the images of a scene file are\nscaled when it is read with --size.");
   const auto own = std::make_shared<ExportArguments>();
   own->scene.add_scene_to(*command);
-  command->add_option("--output", own->output, "Folder for the files, made if missing")
-      ->capture_default_str();
+  command->add_option("--output", own->output, "Folder for the files, made if missing");
   command->add_flag("--fem", own->finite_elements,
                     "Also the displacement by finite elements (plane stress), in millimetres");
   command->callback([own] { write_scene(*own); });
@@ -302,16 +297,13 @@ void add_energy_plot(CLI::App& program, Call& /*call*/) {
       ->required()
       ->expected(2);
   command->add_option("--component", own->component, "Displacement along x or y")
-      ->check(CLI::IsMember({"x", "y"}))
-      ->capture_default_str();
+      ->check(CLI::IsMember({"x", "y"}));
   command
       ->add_option("--range", own->range,
                    "Displacements low,high in pixels (default: around the sites' own and their targets)")
       ->delimiter(',')
       ->expected(2);
-  command->add_option("--points", own->points, "Values tried per site")
-      ->check(CLI::Range(2, 500))
-      ->capture_default_str();
+  command->add_option("--points", own->points, "Values tried per site")->check(CLI::Range(2, 500));
   command->add_flag("--start", own->at_start, "All other sites as the scene starts, not solved");
   command->add_option("--output", own->output, "SVG file (default: SCENE-energy.svg)");
   command->callback([own, command] { plot(*own, *command); });

@@ -2,12 +2,8 @@
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/judged_text.hpp"
 #include "harness/measure/median.hpp"
-#include "harness/measure/result_file.hpp"
 #include "harness/scene/method.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <utility>
@@ -15,8 +11,6 @@
 namespace hdmbench::commands {
 
 namespace {
-
-using nlohmann::json;
 
 struct Arguments : CommonArguments {
   int repeats = 3;
@@ -127,12 +121,10 @@ void add_tradeoff(CLI::App& program, Call& call) {
   own->add_to(*command);
   remove_options(*command, {"--method", "--iterations", "--update", "--steps"});
   command->add_option("--at", own->at, "Accuracies at which the fastest are compared: RMSD to FEM with nu 0")
-      ->delimiter(',')
-      ->capture_default_str();
+      ->delimiter(',');
   command->add_option("--repeat", own->repeats, "Samples per point, fewer where they take long")
       ->excludes("--quick")
-      ->check(CLI::Range(1, 1'000'000))
-      ->capture_default_str();
+      ->check(CLI::Range(1, 1'000'000));
   command->callback([own, &call] { call.status = run_tradeoff(*own, call.line); });
 }
 

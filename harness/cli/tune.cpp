@@ -1,14 +1,8 @@
 #include "harness/tools/tune.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/judge/truths.hpp"
-#include "harness/report/table.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/solve/solve.hpp"
-#include "kernels/data/input_error.hpp"
-
-#include <fmt/format.h>
-
-#include <algorithm>
 
 namespace hdmbench::commands {
 
@@ -39,7 +33,7 @@ Truth read_truth(const Arguments& arguments, Extent extent) {
 }
 
 void print(const Tuning& tuning, double penalty) {
-  nlohmann::json rows = nlohmann::json::array();
+  json rows = json::array();
   for (std::size_t i = 0; i < tuning.evaluations.size(); ++i) {
     const Evaluation& evaluation = tuning.evaluations[i];
     const ObservationWeight weight{.penalty = penalty, .prior_weight = evaluation.prior_weight};
@@ -48,9 +42,7 @@ void print(const Tuning& tuning, double penalty) {
                     {"rmsd", fmt::format("{:.5f}", evaluation.rmsd)},
                     {"which", i == tuning.best ? "best" : (i < tuning.scanned ? "scan" : "")}});
   }
-  fmt::print(
-      "{}", table_text(
-                rows, {"alpha", {"product", "K (1 - alpha) / alpha"}, {"rmsd", "RMSD [px]"}, {"which", ""}}));
+  fmt::print("{}", table_text(rows, "alpha|product:K (1 - alpha) / alpha|rmsd:RMSD [px]|which:"));
 }
 
 void tune(const Arguments& arguments, const CLI::App& command) {
@@ -120,20 +112,17 @@ void add_tune(CLI::App& program, Call& /*call*/) {
   remove_options(*command, {"--prior-weight"}); // it is what is looked for
   own->scene.add_backend_to(*command);
   command->add_option("--search", own->method, "simplex (Nelder and Mead) or annealing (thesis Alg. 1)")
-      ->check(CLI::IsMember({"simplex", "annealing"}))
-      ->capture_default_str();
+      ->check(CLI::IsMember({"simplex", "annealing"}));
   command->add_option("--evaluations", own->search.evaluations, "Solutions after the scan, about, at most")
-      ->check(CLI::Range(1, 100000))
-      ->capture_default_str();
+      ->check(CLI::Range(1, 100000));
   command->add_option("--range", own->range, "alpha is sought in low,high (default: 0.01,0.99)")
       ->delimiter(',')
       ->expected(2);
-  command->add_option("--search-seed", own->search.seed, "Of --search annealing")->capture_default_str();
-  command
-      ->add_option("--truth", own->truth,
-                   "fem (finite elements, plane stress, the scene's Poisson ratio), or a displacement image "
-                   "in millimetres")
-      ->capture_default_str();
+  command->add_option("--search-seed", own->search.seed, "Of --search annealing");
+  command->add_option(
+      "--truth", own->truth,
+      "fem (finite elements, plane stress, the scene's Poisson ratio), or a displacement image "
+      "in millimetres");
   command->add_option("--mask", own->mask, "Image that is 0 where the truth from a file is not defined");
   command->callback([own, command] { tune(*own, *command); });
 }

@@ -123,11 +123,8 @@ std::string speed_text(const Rows& rows) {
   return rows.empty() ? ""
                       : fmt::format("\n  {}, {}, a whole solution\n{}", text_of(*rows.front(), "scene"),
                                     size_of(*rows.front()),
-                                    table_text(list, {"backend",
-                                                      "method",
-                                                      {"seconds_median", "seconds"},
-                                                      {"speed_up_over_scalar", "over scalar"},
-                                                      {"reason", "not verified"}}));
+                                    table_text(list, "backend|method|seconds_median:seconds|speed_up_over_scalar:over scalar|"
+"reason:not verified"));
 }
 
 } // namespace

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 namespace hdmbench {
 
@@ -50,17 +52,18 @@ json value_of(const json& row, std::string_view key) {
              : json();
 }
 
-Column::Column(std::string key_, std::string title_) : key(std::move(key_)), title(std::move(title_)) {
-  std::ranges::replace(title, '_', ' ');
-}
-
-std::string table_text(const json& rows, const std::vector<Column>& columns) {
+std::string table_text(const json& rows, std::string_view columns) {
   std::vector<std::string> lines(rows.size() + 2, " ");
-  for (const Column& column : columns) {
-    std::vector<std::string> cells{column.title, ""};
+  while (!columns.empty()) {
+    const std::string_view column = columns.substr(0, columns.find('|'));
+    columns.remove_prefix(std::min(column.size() + 1, columns.size()));
+    const std::string_view key = column.substr(0, column.find(':'));
+    std::string title(key.size() < column.size() ? column.substr(key.size() + 1) : key);
+    std::ranges::replace(title, '_', ' ');
+    std::vector<std::string> cells{std::move(title), ""};
     bool is_number = false;
     for (const json& row : rows) {
-      const json value = value_of(row, column.key);
+      const json value = value_of(row, key);
       is_number = is_number || value.is_number();
       cells.push_back(cell(value));
     }

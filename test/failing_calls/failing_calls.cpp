@@ -152,15 +152,8 @@ void print(const std::vector<Row>& rows) {
     }
   }
   fmt::print("{}{}{}",
-             table_text(table, {"backend",
-                                "API",
-                                {"kind", "what happens"},
-                                "calls",
-                                "failed",
-                                {"clean", "clean errors"},
-                                {"succeeded", "succeeded anyway"},
-                                "not_clean",
-                                {"went_on", "session went on"}}),
+             table_text(table, "backend|API|kind:what happens|calls|failed|clean:clean errors|"
+                               "succeeded:succeeded anyway|not_clean|went_on:session went on"),
              unclean.empty() ? "" : "\nNot clean:\n", unclean);
 }
 

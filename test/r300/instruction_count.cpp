@@ -43,14 +43,8 @@ void print(const std::string& title, const std::vector<InstructionRow>& rows) {
     }
   }
   fmt::print("\n{}\n{}", title,
-             table_text(table, {"candidates",
-                                "vectors",
-                                "instructions",
-                                {"texture", "of them texture"},
-                                "temporaries",
-                                "scalar_operations",
-                                "fits",
-                                "shader"}));
+             table_text(table, "candidates|vectors|instructions|texture:of them texture|temporaries|"
+                               "scalar_operations|fits|shader"));
 }
 
 /// commands::disagreement where a set of candidates does not fit.
