@@ -304,7 +304,7 @@ private:
     const std::map<std::string, Words> known{
         {"rivals scene", {person}},
         {"golden scenes", {"square", "tie-rich"}},
-        {"entries", {"oscillation", "undetermined", "no-zero-step"}},
+        {"entries", {"oscillation", "undetermined", "layers"}},
         {"--faults", {"nan-at-one-site", "drift", "sound"}},
         {"scene", {inputs_.scene()}},
         {"scenes", {inputs_.scene()}},

@@ -36,10 +36,8 @@ Outcome solve(const Problem& problem, const Series& series, double knob, Solver&
     return {.displacement = find_finite_elements(problem.scene.full, problem.scene.poisson).to_float()};
   }
   Scene scene = problem.scene;
-  use_method(scene, find_method(series.method), series.iterations);
-  if (series.adjust != nullptr) {
-    series.adjust(scene, knob);
-  }
+  use_method(scene, find_method(series.method));
+  adjust(scene, series, knob);
   Progress silent(false);
   const Solution solution = solver.solve(scene, silent, {.last_changed = true});
   Outcome outcome{.displacement = solution.displacement,
@@ -66,7 +64,7 @@ Point judge(const Entry& entry, const Problem& problem, const Outcome& outcome, 
 }
 
 Picture draw(const PictureWanted& wanted, const Problem& problem, const VectorField& field) {
-  Picture picture{.extent = field.extent, .values = {}, .caption = std::string(wanted.shows)};
+  Picture picture{.extent = field.extent, .values = {}};
   if (wanted.area_change) {
     picture.values = area_change_map(field).values;
     picture.largest = 1.0;
@@ -97,9 +95,9 @@ Threshold SeriesResult::threshold() const {
 
 EntryResult run_entry(const Entry& entry, const Backend& backend, bool quick, Progress& progress) {
   const Clock clock;
-  EntryResult result{.entry = &entry, .extent = {}, .series = {}, .picture = std::nullopt};
+  EntryResult result{.entry = &entry};
   for (const Series& series : entry.series) {
-    result.series.push_back({.name = std::string(series.name), .absence = {}, .points = {}});
+    result.series.push_back({.name = series.name});
   }
   Solver solver(backend, {});
   for (const double knob : quick ? entry.quick_knobs : entry.knobs) {
@@ -131,11 +129,6 @@ EntryResult run_entry(const Entry& entry, const Backend& backend, bool quick, Pr
   return result;
 }
 
-static void to_json(nlohmann::json& written, const Point& point) {
-  written = {
-      {"knob", point.knob}, {"error", point.error}, {"failed", point.failed}, {"warnings", point.warnings}};
-}
-
 static void to_json(nlohmann::json& written, const SeriesResult& series) {
   const Threshold threshold = series.threshold();
   written = {{"name", series.name},
@@ -164,7 +157,7 @@ nlohmann::json atlas_row(const EntryResult& result, const std::filesystem::path&
     const Picture& picture = *result.picture;
     const std::string file = fmt::format("atlas-{}.png", entry.name);
     write_signed_png(json_folder / file, picture.extent, picture.values, picture.largest);
-    row["picture"] = {{"file", file}, {"caption", picture.caption}, {"largest", picture.largest}};
+    row["picture"] = {{"file", file}, {"caption", entry.picture->shows}, {"largest", picture.largest}};
   }
   return row;
 }

@@ -1,17 +1,90 @@
 #pragma once
 
 #include "backends/backend.hpp"
-#include "harness/judge/atlas/entry.hpp"
+#include "harness/scene/row_fields.hpp"
+#include "harness/scene/scene.hpp"
 #include "harness/solve/progress.hpp"
+#include "reference/interpolation.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+/// The failure atlas: every entry is one way in which methods fail, a family of scenes along one knob that
+/// leads from where all is well to where it is not.
 namespace hdmbench::atlas {
+
+/// A scene at one value of the knob, and what its field is compared with.
+struct Problem {
+  Scene scene;
+  ReferenceField truth{}; ///< pixels; empty where the measure needs none
+};
+
+/// What a method makes of a problem.
+struct Outcome {
+  VectorField displacement;            ///< full resolution, pixels
+  double share_moving = 0.0;           ///< of the sites, changed by the last sweep; 0 ... 1
+  std::vector<std::string> warnings{}; ///< kinds, before and after the run, each once
+};
+
+/// Series that are no method of solution: the exact fixed point and plane-stress finite elements.
+inline constexpr std::string_view fixed_point_method = "fixed point";
+inline constexpr std::string_view finite_elements_method = "finite elements";
+
+/// One way to solve the problem: a line of the chart.
+struct Series {
+  std::string name{};   ///< as shown: "icm, center"
+  std::string method{}; ///< of harness/scene/method.hpp, or one of the two above
+  std::string adjust{}; ///< how the scene is changed after the method was chosen, a name of families.cpp
+};
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Series, name, method, adjust)
+
+/// Makes the change of the series.
+void adjust(Scene& scene, const Series& series, double knob);
+
+/// Which field of an entry is shown as a picture: its x component - truth, blue negative, red positive, or
+/// det(I + grad d) - 1: -1 and below, blue, is folded over, red is stretched.
+struct PictureWanted {
+  std::string series{};
+  double knob = 0.0;   ///< one of Entry::knobs and quick_knobs
+  std::string shows{}; ///< one sentence
+  bool area_change = false;
+};
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(PictureWanted, series, knob, shows, area_change)
+
+/// A family of families.json.
+struct Entry {
+  std::string name{};      ///< as on the command line: "start-level-late"
+  std::string title{};     ///< one line
+  std::string energy{};    ///< that its series minimise
+  std::string mechanism{}; ///< one sentence: why
+  std::string knob{};      ///< its name and unit
+  std::string measure{};   ///< what is measured, and its unit
+  double limit = 0.0;      ///< a value above it is a failure
+  std::string survivor{};  ///< the setting that does not fail
+  /// Kinds of warnings (harness/judge/diagnosis) of which every failure brings one at least, and the healthy
+  /// end none; empty where nothing that a run knows tells a failure from a success.
+  std::vector<std::string> warnings{};
+  std::vector<double> knobs{}; ///< from healthy to harmful, rising or falling
+  std::vector<double> quick_knobs{};
+  std::vector<Series> series{};
+  std::optional<PictureWanted> picture{};
+  std::function<Problem(double knob)> problem{};
+  std::function<double(const Problem& problem, const Outcome& outcome)> error{};
+};
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Entry, name, title, energy, mechanism, knob, measure, limit,
+                                                survivor, warnings, knobs, quick_knobs, series, picture)
+
+/// All entries, in the order of the page.
+[[nodiscard]] const std::vector<Entry>& entries();
+
+/// Throws InputError that lists the names.
+[[nodiscard]] const Entry& find_entry(std::string_view name);
 
 /// One method at one value of the knob.
 struct Point {
@@ -20,6 +93,7 @@ struct Point {
   bool failed = false;                 ///< error above Entry::limit, or not finite
   std::vector<std::string> warnings{}; ///< kinds, before and after the run, each once
 };
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Point, knob, error, failed, warnings)
 
 /// Where a method begins to fail on the way from the healthy to the harmful end.
 struct Threshold {
@@ -29,8 +103,8 @@ struct Threshold {
 
 struct SeriesResult {
   std::string name;
-  std::string absence; ///< why there are no points, or none from some knob on; empty: all are there
-  std::vector<Point> points;
+  std::string absence{}; ///< why there are no points, or none from some knob on; empty: all are there
+  std::vector<Point> points{};
 
   [[nodiscard]] Threshold threshold() const;
 };
@@ -40,14 +114,13 @@ struct Picture {
   Extent extent;
   std::vector<float> values;
   double largest = 0.0; ///< of the colour scale, > 0
-  std::string caption;
 };
 
 struct EntryResult {
   const Entry* entry = nullptr;
-  Extent extent; ///< of the scene at the first value of the knob
-  std::vector<SeriesResult> series;
-  std::optional<Picture> picture;
+  Extent extent{}; ///< of the scene at the first value of the knob
+  std::vector<SeriesResult> series{};
+  std::optional<Picture> picture{};
   double seconds = 0.0;
 };
 
