@@ -53,10 +53,6 @@ TEST(BeforeTheRun, WarnsFromTheseThresholdsOn) {
   const auto steps = [](const char* text) {
     return [text](Scene& scene) { scene.full.steps = StepSet::parse(text); };
   };
-  const auto penalty = [](float value) { return [value](Scene& scene) { scene.full.penalty = value; }; };
-  const auto contrast = [](float value) {
-    return [value](Scene& scene) { scene.full.modulus.values[40] = value; };
-  };
   const auto schedule = [](int iterations, std::optional<int> start_level,
                            Alignment alignment = Alignment::corner) {
     return [=](Scene& scene) {
@@ -66,7 +62,6 @@ TEST(BeforeTheRun, WarnsFromTheseThresholdsOn) {
     };
   };
   const Scene sheet = pulled_scene({9, 9}, 1.0F);
-  const Scene far = pulled_scene({17, 17}, 10.0F);
   const Scene large = pulled_scene({60, 60}, 1.0F);
   const auto hold = [](Scene& scene) {
     scene.full.confidence.x[1] = 0.01F;
@@ -76,14 +71,9 @@ TEST(BeforeTheRun, WarnsFromTheseThresholdsOn) {
       {"undetermined", 20, plain_scene({5, 4}), [](Scene&) {}},
       {"undetermined", 0, plain_scene({5, 4}), hold},
       {"undetermined", 3, plain_scene({1, 4}), hold}, // nothing connects x
-      {"too-few-steps", 17, far, schedule(9, 0)},
-      {"too-few-steps", 0, far, schedule(10, 0)},
-      {"too-few-steps", 0, far, schedule(2, 5)}, // 6 levels, 12 iterations
       {"lost-condition", 0, large, schedule(50, std::nullopt)},
       {"lost-condition", 120, large, schedule(50, std::nullopt, Alignment::center)},
       {"lost-condition", 0, large, schedule(50, 0, Alignment::center)}, // no level to be lost on
-      {"swamping-penalty", 0, sheet, penalty(2.0e7F)},
-      {"swamping-penalty", some, sheet, penalty(2.1e7F)},
       {"offset", some, pulled_scene({9, 9}, 0x1p19F), [](Scene&) {}}, // an ulp is more than half of 0.1 px
       {"offset", 0, pulled_scene({9, 9}, 0x1p18F), [](Scene&) {}},
       {"offset", some, pulled_scene({9, 9}, 0x1p16F), steps("fine")},

@@ -25,22 +25,12 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RankRow, machine, backend, device, threads, m
 
 /// The row of `run`: what came out of one solution. Paths are relative to the result file.
 struct RunRow {
-  struct Pictures { ///< empty: not written
+  struct Pictures {
     std::string before{};
     std::string after{};
     std::string grid{};
     std::string magnitude{};
     std::string jacobian{};
-  };
-  /// Of a run that was asked for an accuracy or a time.
-  struct PlanRow {
-    std::string scene;
-    bool met = false;
-    double fine_sweep_equivalents = 0.0;
-    std::vector<PlanStep> steps{};
-    std::optional<double> asked_px{};
-    std::optional<double> asked_seconds{};
-    std::optional<double> estimated_px{};
   };
   std::string scene;
   std::string title;
@@ -58,16 +48,24 @@ struct RunRow {
   double spacing = 1.0;                         ///< millimetres per pixel
   Placement placement{};                        ///< of the field and its pictures in the patient
   std::vector<Warning> warnings{};
-  std::optional<PlanRow> plan{};
-  std::string field{}; ///< file of the displacement; empty: none was written
+  nlohmann::json plan{}; ///< plan_row() of a run that was asked for an accuracy or a time
+  std::string field{};   ///< file of the displacement; empty: none was written
   std::optional<Pictures> pictures{};
   std::optional<std::int64_t> ranks{}; ///< none: one process
   std::vector<RankRow> by_rank{};
   std::vector<std::string> strains{}; ///< files of `run --strains`
 };
 
-void to_json(nlohmann::json& written, const RunRow& row);
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunRow::Pictures, before, after, grid, magnitude, jacobian)
+inline void to_json(nlohmann::json& nlohmann_json_j, const RunRow& nlohmann_json_t) {
+  NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(NLOHMANN_JSON_TO, scene, title, width, height, backend, device,
+                                           method, energy, seconds, levels, iterations, mean_energy,
+                                           largest_displacement, spacing, placement, warnings, plan, field,
+                                           pictures, ranks, by_rank, strains))
+}
 
-[[nodiscard]] RunRow::PlanRow plan_row(const Scene& scene, const Request& request, const Plan& plan);
+/// {scene, met, fine_sweep_equivalents, asked_px, asked_seconds, estimated_px, steps: [{width, height,
+/// action, reason, moved, seconds, expected_error}]}; null is what is not known.
+[[nodiscard]] nlohmann::json plan_row(const Scene& scene, const Request& request, const Plan& plan);
 
 } // namespace hdmbench

@@ -152,40 +152,6 @@ void check_reach(const Scene& scene, Warnings& warnings) {
   }
 }
 
-/// A sweep moves a component by the largest candidate at most, and interpolation invents no displacement.
-void check_steps(const Scene& scene, Warnings& warnings) {
-  if (scene.schedule.rule != Rule::steps) {
-    return;
-  }
-  const LevelSequence levels(scene);
-  double iterations = 0.0;
-  for (const int index : levels.order()) {
-    iterations += levels.iterations(index);
-  }
-  const double largest = step_sizes(scene.full.steps).largest;
-  const double way = iterations * largest;
-  for (const Component& component : components(scene)) {
-    std::size_t beyond = 0;
-    double farthest = 0.0;
-    for (std::size_t i = 0; i < component.target.size(); ++i) {
-      const double gap = std::abs(static_cast<double>(component.target[i]) - component.start_of(i));
-      if (component.confidence[i] > 0.0F && gap > way) {
-        ++beyond;
-        farthest = std::max(farthest, gap);
-      }
-    }
-    if (beyond > 0) {
-      warnings.push_back(
-          {"too-few-steps",
-           fmt::format("{} conditions in {} lie up to {:.4g} px from the start, but {:.0f} iterations of at "
-                       "most {:.3g} px move a site by {:.4g} px",
-                       beyond, component.name, farthest, iterations, largest, way),
-           "more --iterations, larger candidates (--steps 0,-10,10,-1,1,-0.1,0.1), or --method cascade",
-           beyond});
-    }
-  }
-}
-
 /// The finest computed level whose sites are at least two pixels apart, -1: none. What it lacks exists on the
 /// full resolution only, or on a level that is hardly coarser.
 int finest_coarse_level(const LevelSequence& levels, Extent full) {
@@ -328,22 +294,6 @@ void check_lost_tissue(const Scene& scene, Warnings& warnings) {
   }
 }
 
-/// Near rest a component is about a smallest candidate e from its target, and |gap - e| is rounded by up to
-/// u e with u = 2^-24, |gap| as well: K times 2 u e stands against the prior's A e^2, A = 24 in one material.
-/// So above K = A e / 2u rounding decides which candidate is best.
-void check_swamping_penalty(const Scene& scene, Warnings& warnings) {
-  const double smallest = quantum(scene);
-  const double most = 24.0 * smallest * 0x1p23;
-  const bool any = std::ranges::any_of(components(scene), [](const Component& c) { return c.known.any; });
-  if (any && smallest > 0.0 && static_cast<double>(scene.full.penalty) > most) {
-    warnings.push_back({"swamping-penalty",
-                        fmt::format("K = {:.3g}, above {:.2g}, is so large that its rounding in float32 "
-                                    "outweighs the prior at steps of {:.3g} px: chance decides",
-                                    scene.full.penalty, most, smallest),
-                        "--penalty 1000 holds conditions as well"});
-  }
-}
-
 /// A value of size D is stored to ulp(D) / 2. A site's own minimum is a mean of its neighbours (the weights
 /// (1 + r) r + (1 + k) sum to A, so the contrast r drops out): it and the site are each off by ulp(D) / 2,
 /// together ulp(D). From half the smallest candidate on that decides where a site rests, and the field is no
@@ -476,9 +426,8 @@ Warnings diagnose(const Scene& scene) {
     check_undetermined(scene, component, warnings);
     check_weak_penalty(scene, component, warnings);
   }
-  for (const auto check :
-       {check_conflicts, check_reach, check_steps, check_lost_conditions, check_lost_tissue,
-        check_swamping_penalty, check_offset, check_contrast, check_rest_candidate}) {
+  for (const auto check : {check_conflicts, check_reach, check_lost_conditions, check_lost_tissue,
+                           check_offset, check_contrast, check_rest_candidate}) {
     check(scene, warnings);
   }
   return warnings;

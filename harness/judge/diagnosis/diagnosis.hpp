@@ -33,12 +33,10 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Warning, kind, message, advice, sites)
 ///
 ///   undetermined     no condition fixes a component, so no field is the only fixed point
 ///   out-of-reach     conditions cannot reach some sites in the iterations given
-///   too-few-steps    the iterations times the largest candidate are less than conditions ask for
 ///   lost-condition   conditions that the coarse levels do not have
 ///   lost-tissue      regions of one modulus that coarse levels step over
 ///   conflict         neighbouring conditions between which the image must fold or tear
 ///   weak-penalty     K so small that conditions will give way
-///   swamping-penalty K so large that its rounding outweighs the prior
 ///   offset           displacements so large that float32 cannot resolve the steps
 ///   stiff-boundary   moduli so different that a boundary moves by no candidate
 ///   contrast         moduli so different that float32 loses or overflows
