@@ -53,6 +53,9 @@ TEST(BeforeTheRun, WarnsFromTheseThresholdsOn) {
   const auto steps = [](const char* text) {
     return [text](Scene& scene) { scene.full.steps = StepSet::parse(text); };
   };
+  const auto contrast = [](float value) {
+    return [value](Scene& scene) { scene.full.modulus.values[40] = value; };
+  };
   const auto schedule = [](int iterations, std::optional<int> start_level,
                            Alignment alignment = Alignment::corner) {
     return [=](Scene& scene) {
