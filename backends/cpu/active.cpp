@@ -1,4 +1,4 @@
-#include "backends/cpu/active.hpp"
+#include "backends/cpu/sweeper.hpp"
 
 #include <omp.h>
 
@@ -28,10 +28,8 @@ bool differs(const Field& a, const Field& b, std::size_t first, int count, std::
   return differing != 0;
 }
 
-} // namespace
-
-/// A sweep under way, as one thread sees it.
-struct ActiveTiles::Turn {
+/// Where a sweep stands, as one thread sees it.
+struct Standing {
   int number;           ///< of the sweep, in the level
   std::size_t from;     ///< which buffer
   std::uint32_t visits; ///< sweeps since wake_all(), this one included
@@ -45,25 +43,153 @@ struct ActiveTiles::Turn {
   }
 };
 
-struct ActiveTiles::Call {
-  const Sweeper& sweeper;
-  Fields& fields;
-  Turn turn;
+} // namespace
 
-  [[nodiscard]] const Field& old_field() const { return fields.buffers[turn.from]; }
-  [[nodiscard]] Field& new_field() const { return fields.buffers[1 - turn.from]; }
+/// One thread's part of the sweeps of a call.
+class ActiveTiles::Turn {
+public:
+  Turn(ActiveTiles& tiles, const Sweeper& sweeper, Fields& fields, Standing begin)
+      : at(begin), tiles_(tiles), tiling_(tiles.tiling_), sweeper_(sweeper), fields_(fields) {}
+
+  Standing at;
+
+  [[nodiscard]] Lists& next_lists() { return tiles_.lists_[static_cast<std::size_t>(1 - at.lists)]; }
+
+  /// Tiles begin ... end - 1 of this sweep's lists, one behind the other.
+  [[nodiscard]] std::int64_t visit(Band part, Woken& next) {
+    const auto begin = static_cast<std::size_t>(part.first);
+    const auto end = static_cast<std::size_t>(part.last);
+    std::int64_t changed = 0;
+    std::size_t passed = 0;
+    for (const Woken& list : tiles_.lists_[static_cast<std::size_t>(at.lists)]) {
+      const std::size_t last = std::min(end, passed + list.tiles.size());
+      for (std::size_t i = std::max(begin, passed); i < last; ++i) {
+        const int row = list.tiles[i - passed] / tiling_.columns;
+        const int column = list.tiles[i - passed] % tiling_.columns;
+        const std::int64_t in_tile = sweeper_.tile(old_field(), new_field(), at.number, row, column);
+        if (in_tile > 0) {
+          wake_around(row, column, next);
+        }
+        changed += in_tile;
+      }
+      passed += list.tiles.size();
+    }
+    return changed;
+  }
+
+  /// A thread's rows of tiles, each as soon as the rows of sites around it are projected; those at a seam
+  /// when the thread beyond it has projected its rows.
+  [[nodiscard]] std::int64_t visit_all(int thread, const FieldProjection* projection) {
+    const Band band = band_of(thread, omp_get_num_threads(), tiling_.rows);
+    const int height = tiling_.layout.extent.height;
+    Woken& next = next_lists()[static_cast<std::size_t>(thread)];
+    std::vector<char> suspects(static_cast<std::size_t>(tiling_.columns));
+    const auto at_seam = [&](int row) {
+      return (row == band.first && row > 0) || (row == band.last - 1 && row < tiling_.rows - 1);
+    };
+    std::int64_t changed = 0;
+    FieldProjection::Scratch scratch;
+    int projected = band.first * Tiling::height;
+    for (int row = band.first; row < band.last; ++row) {
+      const int needed = std::min({(row + 1) * Tiling::height + 1, band.last * Tiling::height, height});
+      for (; projection != nullptr && projected < needed; ++projected) {
+        projection->row(projected, scratch, fields_.buffers[at.from]);
+      }
+      changed += at_seam(row) ? 0 : visit_row(row, suspects, next);
+    }
+#pragma omp barrier
+    for (int row = band.first; row < band.last; ++row) {
+      changed += at_seam(row) ? visit_row(row, suspects, next) : 0;
+    }
+    return changed;
+  }
+
+private:
+  [[nodiscard]] const Field& old_field() const {
+    return fields_.buffers[at.from];
+  }
+  [[nodiscard]] Field& new_field() {
+    return fields_.buffers[1 - at.from];
+  }
+  [[nodiscard]] bool changed(int x, int y, int count, std::ptrdiff_t stride) {
+    return differs(old_field(), new_field(), tiling_.layout.extent.index(x, y), count, stride);
+  }
+
+  void wake(int row, int column, Woken& next) {
+    const int tile = tiling_.index(row, 0, column);
+    // Two threads may want the same tile: the first one takes it.
+    const std::atomic_ref<std::uint32_t> woken(tiles_.woken_for_[static_cast<std::size_t>(tile)]);
+    if (woken.load(std::memory_order_relaxed) != at.visits &&
+        woken.exchange(at.visits, std::memory_order_relaxed) != at.visits) {
+      next.tiles.push_back(tile);
+    }
+  }
+
+  /// The tile, which changed, and of its neighbours those whose rim did.
+  void wake_around(int row, int column, Woken& next) {
+    const Rectangle sites = tiling_.rectangle(row, 0, column);
+    wake(row, column, next);
+    for (const int down : {-1, 0, 1}) {
+      for (const int across : {-1, 0, 1}) {
+        const bool exists = row + down >= 0 && row + down < tiling_.rows && column + across >= 0 &&
+                            column + across < tiling_.columns;
+        if (!exists || (down == 0 && across == 0)) {
+          continue;
+        }
+        const int x = across > 0 ? sites.last - 1 : sites.first;
+        const int y = down > 0 ? sites.last_row - 1 : sites.first_row;
+        const bool wakes = down == 0
+                               ? changed(x, y, sites.last_row - sites.first_row, tiling_.layout.extent.width)
+                           : across == 0 ? changed(x, y, sites.last - sites.first, 1)
+                                         : changed(x, y, 1, 1);
+        if (wakes) {
+          wake(row + down, column + across, next);
+        }
+      }
+    }
+  }
+
+  [[nodiscard]] bool changed_tile(int row, int column) {
+    const Rectangle sites = tiling_.rectangle(row, 0, column);
+    bool any = false;
+    for (int y = sites.first_row; y < sites.last_row && !any; ++y) {
+      any = changed(sites.first, y, sites.last - sites.first, 1);
+    }
+    return any;
+  }
+
+  /// All of a row of tiles, in runs of tiles of the same kind, as memory likes it best: no list says which of
+  /// them to visit. `suspects` has room for a row.
+  [[nodiscard]] std::int64_t visit_row(int row, std::vector<char>& suspects, Woken& next) {
+    std::ranges::fill(suspects, 0);
+    std::int64_t changed_sites = 0;
+    for (const Run& run : sweeper_.data().runs(row, 0)) {
+      const std::int64_t in_run = sweeper_.runs(old_field(), new_field(), at.number, row, {&run, 1});
+      changed_sites += in_run;
+      for (int site = run.first; site < run.last && in_run > 0;
+           site += Tiling::width - site % Tiling::width) {
+        suspects[static_cast<std::size_t>(site / Tiling::width)] = 1;
+      }
+    }
+    for (int column = 0; column < tiling_.columns; ++column) {
+      if (suspects[static_cast<std::size_t>(column)] != 0 && changed_tile(row, column)) {
+        wake_around(row, column, next);
+      }
+    }
+    return changed_sites;
+  }
+
+  ActiveTiles& tiles_;
+  const Tiling& tiling_;
+  const Sweeper& sweeper_;
+  Fields& fields_;
 };
 
 void ActiveTiles::wake_all(const Tiling& tiling, int threads) {
   tiling_ = tiling;
   threads_ = threads;
   all_awake_ = true;
-  for (Lists& lists : lists_) {
-    lists.resize(static_cast<std::size_t>(threads));
-    for (Woken& list : lists) {
-      list.tiles.clear();
-    }
-  }
+  lists_.fill(Lists(static_cast<std::size_t>(threads)));
   current_ = 0;
   woken_for_.assign(static_cast<std::size_t>(tiling.count()), 0);
   visits_ = 0;
@@ -77,181 +203,51 @@ std::size_t ActiveTiles::awake(int lists) const {
   return sum;
 }
 
-void ActiveTiles::wake(Call& call, int row, int column, Woken& next) {
-  const int tile = tiling_.index(row, 0, column);
-  // Two threads may want the same tile: the first one takes it.
-  const std::atomic_ref<std::uint32_t> woken(woken_for_[static_cast<std::size_t>(tile)]);
-  if (woken.load(std::memory_order_relaxed) != call.turn.visits &&
-      woken.exchange(call.turn.visits, std::memory_order_relaxed) != call.turn.visits) {
-    next.tiles.push_back(tile);
-  }
-}
-
-/// The tile, which changed, and of its neighbours those whose rim did.
-void ActiveTiles::wake_around(Call& call, int row, int column, Woken& next) {
-  const Rectangle sites = tiling_.rectangle(row, 0, column);
-  const Extent extent = tiling_.layout.extent;
-  const int width = sites.last - sites.first;
-  const int height = sites.last_row - sites.first_row;
-  const auto changed = [&](int x, int y, int count, std::ptrdiff_t stride) {
-    return differs(call.old_field(), call.new_field(), extent.index(x, y), count, stride);
-  };
-  const std::ptrdiff_t pitch = extent.width;
-  wake(call, row, column, next);
-  for (const int down : {-1, 0, 1}) {
-    for (const int across : {-1, 0, 1}) {
-      const bool exists = row + down >= 0 && row + down < tiling_.rows && column + across >= 0 &&
-                          column + across < tiling_.columns;
-      if (!exists || (down == 0 && across == 0)) {
-        continue;
-      }
-      const int x = across > 0 ? sites.last - 1 : sites.first;
-      const int y = down > 0 ? sites.last_row - 1 : sites.first_row;
-      const bool wakes = down == 0     ? changed(x, y, height, pitch)
-                         : across == 0 ? changed(x, y, width, 1)
-                                       : changed(x, y, 1, 1);
-      if (wakes) {
-        wake(call, row + down, column + across, next);
-      }
-    }
-  }
-}
-
-std::int64_t ActiveTiles::visit_tile(Call& call, int row, int column, Woken& next) {
-  const std::int64_t changed =
-      call.sweeper.tile(call.old_field(), call.new_field(), call.turn.number, row, column);
-  if (changed > 0) {
-    wake_around(call, row, column, next);
-  }
-  return changed;
-}
-
-/// Tiles begin ... end - 1 of this sweep's lists, one behind the other.
-std::int64_t ActiveTiles::visit(Call& call, std::size_t begin, std::size_t end, Woken& next) {
-  std::int64_t changed = 0;
-  std::size_t passed = 0;
-  for (const Woken& list : lists_[static_cast<std::size_t>(call.turn.lists)]) {
-    const std::size_t last = std::min(end, passed + list.tiles.size());
-    for (std::size_t i = std::max(begin, passed); i < last; ++i) {
-      const int tile = list.tiles[i - passed];
-      changed += visit_tile(call, tile / tiling_.columns, tile % tiling_.columns, next);
-    }
-    passed += list.tiles.size();
-  }
-  return changed;
-}
-
-/// All of a row of tiles, in runs of tiles of the same kind, as memory likes it best: no list says which of
-/// them to visit. `suspects` has room for a row.
-std::int64_t ActiveTiles::visit_row(Call& call, int row, std::vector<char>& suspects, Woken& next) {
-  std::ranges::fill(suspects, 0);
-  std::int64_t changed = 0;
-  for (const Run& run : call.sweeper.data().runs(row, 0)) {
-    const std::int64_t in_run =
-        call.sweeper.runs(call.old_field(), call.new_field(), call.turn.number, row, {&run, 1});
-    changed += in_run;
-    for (int site = run.first; site < run.last && in_run > 0; site += Tiling::width - site % Tiling::width) {
-      suspects[static_cast<std::size_t>(site / Tiling::width)] = 1;
-    }
-  }
-  for (int column = 0; column < tiling_.columns; ++column) {
-    if (suspects[static_cast<std::size_t>(column)] != 0 && changed_tile(call, row, column)) {
-      wake_around(call, row, column, next);
-    }
-  }
-  return changed;
-}
-
-bool ActiveTiles::changed_tile(const Call& call, int row, int column) const {
-  const Rectangle sites = tiling_.rectangle(row, 0, column);
-  bool changed = false;
-  for (int y = sites.first_row; y < sites.last_row && !changed; ++y) {
-    changed = differs(call.old_field(), call.new_field(), tiling_.layout.extent.index(sites.first, y),
-                      sites.last - sites.first, 1);
-  }
-  return changed;
-}
-
-/// A thread's rows of tiles, each as soon as the rows of sites around it are projected; those at a seam when
-/// the thread beyond it has projected its rows.
-std::int64_t ActiveTiles::visit_all(Call& call, int thread, const FieldProjection* projection) {
-  const Band band = band_of(thread, omp_get_num_threads(), tiling_.rows);
-  const int height = tiling_.layout.extent.height;
-  Woken& next = lists_[static_cast<std::size_t>(1 - call.turn.lists)][static_cast<std::size_t>(thread)];
-  std::int64_t changed = 0;
-  std::vector<char> suspects(static_cast<std::size_t>(tiling_.columns));
-  const auto at_seam = [&](int row) {
-    return (row == band.first && row > 0) || (row == band.last - 1 && row < tiling_.rows - 1);
-  };
-  FieldProjection::Scratch scratch;
-  int projected = band.first * Tiling::height;
-  for (int row = band.first; row < band.last; ++row) {
-    const int needed = std::min({(row + 1) * Tiling::height + 1, band.last * Tiling::height, height});
-    for (; projection != nullptr && projected < needed; ++projected) {
-      projection->row(projected, scratch, call.fields.buffers[call.turn.from]);
-    }
-    if (!at_seam(row)) {
-      changed += visit_row(call, row, suspects, next);
-    }
-  }
-#pragma omp barrier
-  for (int row = band.first; row < band.last; ++row) {
-    if (at_seam(row)) {
-      changed += visit_row(call, row, suspects, next);
-    }
-  }
-  return changed;
-}
-
 std::int64_t ActiveTiles::sweep(const Sweeper& sweeper, Fields& fields, int first, int sweeps,
                                 const FieldProjection* projection) {
-  const Turn begin{.number = first, .from = fields.newest, .visits = visits_ + 1, .lists = current_};
+  const Standing begin{.number = first, .from = fields.newest, .visits = visits_ + 1, .lists = current_};
   const int end = first + sweeps;
-  Turn shared = begin; // where one thread went on alone, for the others
+  Standing shared = begin; // where one thread went on alone, for the others
   std::int64_t changed = 0;
 #pragma omp parallel num_threads(threads_) reduction(+ : changed)
   {
     const int thread = omp_get_thread_num();
-    Call call{sweeper, fields, begin};
-    Turn& turn = call.turn;
-    const auto next_lists = [&]() -> Lists& { return lists_[static_cast<std::size_t>(1 - turn.lists)]; };
+    Turn turn(*this, sweeper, fields, begin);
     if (all_awake_ && sweeps > 0) {
-      changed = visit_all(call, thread, projection);
-      turn.advance();
+      changed = turn.visit_all(thread, projection);
+      turn.at.advance();
 #pragma omp barrier
     }
-    std::size_t count = awake(turn.lists);
-    while (turn.number < end && count > 0) {
+    std::size_t count = awake(turn.at.lists);
+    while (turn.at.number < end && count > 0) {
       if (count >= tiles_worth_threads) {
-        Woken& next = next_lists()[static_cast<std::size_t>(thread)];
+        Woken& next = turn.next_lists()[static_cast<std::size_t>(thread)];
         next.tiles.clear();
-        const Band mine = band_of(thread, omp_get_num_threads(), static_cast<long long>(count));
-        changed =
-            visit(call, static_cast<std::size_t>(mine.first), static_cast<std::size_t>(mine.last), next);
-        turn.advance();
+        changed = turn.visit(band_of(thread, omp_get_num_threads(), static_cast<long long>(count)), next);
+        turn.at.advance();
 #pragma omp barrier
       } else {
         changed = 0;
         // Until all have counted the lists must stay as they are.
 #pragma omp barrier
         if (thread == 0) {
-          for (; turn.number < end && count > 0 && count < tiles_worth_threads; turn.advance()) {
-            for (Woken& list : next_lists()) {
+          for (; turn.at.number < end && count > 0 && count < tiles_worth_threads; turn.at.advance()) {
+            for (Woken& list : turn.next_lists()) {
               list.tiles.clear();
             }
-            changed = visit(call, 0, count, next_lists().front());
-            count = awake(1 - turn.lists);
+            changed = turn.visit({0, static_cast<int>(count)}, turn.next_lists().front());
+            count = awake(1 - turn.at.lists);
           }
-          shared = turn;
+          shared = turn.at;
         }
 #pragma omp barrier
-        turn = shared;
+        turn.at = shared;
       }
-      count = awake(turn.lists);
+      count = awake(turn.at.lists);
     }
 #pragma omp barrier
 #pragma omp master
-    shared = turn;
+    shared = turn.at;
   }
   if (sweeps > 0) {
     all_awake_ = false;

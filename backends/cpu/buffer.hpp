@@ -62,15 +62,4 @@ private:
   std::size_t size_ = 0;
 };
 
-/// A displacement in a Layout.
-struct Field {
-  Buffer x;
-  Buffer y;
-
-  void require(std::size_t sites) {
-    x.require(sites);
-    y.require(sites);
-  }
-};
-
 } // namespace hdmbench::openmp

@@ -4,6 +4,7 @@
 #include "backends/cpu/ceiling_loops.hpp"
 #include "backends/cpu/elastic_rows.hpp"
 #include "backends/cpu/row.hpp"
+#include "backends/shared/ceilings.hpp"
 #include "backends/shared/elastic_session.hpp"
 
 #include <memory>
@@ -36,6 +37,9 @@ struct InstructionSet {
                                                         std::string_view instruction_set);
 
 [[nodiscard]] std::unique_ptr<Backend> make_scalar();
+
+/// memcpy by `threads` threads, each its own part, and the loop on each of them.
+[[nodiscard]] Ceilings cpu_ceilings(int threads, openmp::MultiplyAdd multiply_add);
 
 /// Site by site on one thread, as plainly as the specification reads: the reference for bits.
 [[nodiscard]] std::unique_ptr<ElasticSession> make_elastic_scalar();

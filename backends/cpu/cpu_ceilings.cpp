@@ -1,45 +1,35 @@
-#include "backends/cpu/cpu_ceilings.hpp"
+#include "backends/cpu/cpu.hpp"
+#include "backends/cpu/sweeper.hpp"
 
 #include <omp.h>
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <memory>
 
 namespace hdmbench {
 
 namespace {
 
-/// A thread's part of [0, size).
-struct Part {
-  std::size_t first;
-  std::size_t size;
-};
-
-Part part_of_this_thread(std::size_t size) {
-  const auto threads = static_cast<std::size_t>(omp_get_num_threads());
-  const auto thread = static_cast<std::size_t>(omp_get_thread_num());
-  const std::size_t first = size * thread / threads;
-  return {first, size * (thread + 1) / threads - first};
-}
-
 std::vector<double> copy_rates(int threads) {
   const std::size_t count = bytes_to_copy() / sizeof(float);
   const auto from = std::make_unique_for_overwrite<float[]>(count);
   const auto to = std::make_unique_for_overwrite<float[]>(count);
+  const auto part_of_this_thread = [count] {
+    return openmp::band_of(omp_get_thread_num(), omp_get_num_threads(), static_cast<long long>(count));
+  };
 #pragma omp parallel num_threads(threads) // each page where its thread is
   {
-    const Part part = part_of_this_thread(count);
-    for (std::size_t i = part.first; i < part.first + part.size; ++i) {
-      from[i] = static_cast<float>(i % 1000);
+    const openmp::Band part = part_of_this_thread();
+    for (int i = part.first; i < part.last; ++i) {
+      from[static_cast<std::size_t>(i)] = static_cast<float>(i % 1000);
     }
   }
   const std::vector<double> rates = sample_rates(2.0 * static_cast<double>(bytes_to_copy()), [&](int times) {
 #pragma omp parallel num_threads(threads)
     for (int i = 0; i < times; ++i) {
-      const Part part = part_of_this_thread(count);
-      std::memcpy(to.get() + part.first, from.get() + part.first, part.size * sizeof(float));
+      const openmp::Band part = part_of_this_thread();
+      std::copy(from.get() + part.first, from.get() + part.last, to.get() + part.first);
     }
   });
   if (!std::equal(from.get(), from.get() + count, to.get())) {

@@ -1,4 +1,4 @@
-#include "backends/cpu/dense.hpp"
+#include "backends/cpu/sweeper.hpp"
 
 #include <omp.h>
 

@@ -73,4 +73,35 @@ private:
   mutable std::vector<std::array<RingedField, elastic_fields>> levels_;
 };
 
+/// A session whose fields are in the memory of the CPU.
+class ElasticInMemory : public ElasticSession {
+public:
+  void load(const ElasticHierarchy& hierarchy) override {
+    hierarchy_ = &hierarchy;
+    fields_.load(hierarchy);
+  }
+  void write(int level, ElasticField field, const VectorField& values) final {
+    write_part(level, field, all_of(grid(level).sites), values);
+  }
+  void read(int level, ElasticField field, VectorField& values) const final {
+    read_part(level, field, all_of(grid(level).sites), values);
+  }
+  void write_part(int level, ElasticField field, const Rectangle& part, const VectorField& values) final {
+    fields_.write(level, field, part, values);
+  }
+  void read_part(int level, ElasticField field, const Rectangle& part, VectorField& values) const final {
+    fields_.read(level, field, part, values);
+  }
+
+protected:
+  [[nodiscard]] const ElasticLevel& level_at(int level) const {
+    return hierarchy_->levels.at(static_cast<std::size_t>(level));
+  }
+  [[nodiscard]] const RingedGrid& grid(int level) const { return level_at(level).grid; }
+  [[nodiscard]] int coarsest() const { return static_cast<int>(hierarchy_->levels.size()) - 1; }
+
+  const ElasticHierarchy* hierarchy_ = nullptr;
+  ElasticFields fields_;
+};
+
 } // namespace hdmbench

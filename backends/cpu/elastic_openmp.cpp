@@ -1,7 +1,6 @@
 #include "backends/cpu/cpu.hpp"
 
 #include "backends/cpu/elastic_bands.hpp"
-#include "backends/cpu/elastic_fields.hpp"
 #include "backends/cpu/sweeper.hpp"
 
 #include <omp.h>
@@ -22,31 +21,16 @@ using openmp::row_of;
 
 /// Threads share the rows of a level, each its own band; SIMD lanes share the sites of a row. What a site
 /// gets does not depend on either.
-class ElasticOpenMp final : public ElasticSession {
+class ElasticOpenMp final : public ElasticInMemory {
 public:
   ElasticOpenMp(int threads, const ElasticRows& rows, std::size_t sites_worth_a_thread)
       : threads_(threads), rows_(rows), sites_worth_a_thread_(sites_worth_a_thread) {}
 
   void load(const ElasticHierarchy& hierarchy) override {
-    hierarchy_ = &hierarchy;
-    fields_.load(hierarchy);
-    bands_.clear();
-    for (int thread = 0; thread < threads_; ++thread) {
-      bands_.emplace_back(rows_, hierarchy);
-    }
-    sums_.resize(std::max<std::size_t>(1, hierarchy.levels.front().grid.sites.sites() / 2 + 2 * widest()));
-  }
-  void write(int level, ElasticField field, const VectorField& values) override {
-    write_part(level, field, all_of(level_at(level).grid.sites), values);
-  }
-  void read(int level, ElasticField field, VectorField& values) const override {
-    read_part(level, field, all_of(level_at(level).grid.sites), values);
-  }
-  void write_part(int level, ElasticField field, const Rectangle& part, const VectorField& values) override {
-    fields_.write(level, field, part, values);
-  }
-  void read_part(int level, ElasticField field, const Rectangle& part, VectorField& values) const override {
-    fields_.read(level, field, part, values);
+    ElasticInMemory::load(hierarchy);
+    bands_.assign(static_cast<std::size_t>(threads_), ElasticBand(rows_, hierarchy));
+    const Extent image = grid(0).sites;
+    sums_.resize(std::max<std::size_t>(1, image.sites() / 2 + 2 * static_cast<std::size_t>(image.width + 2)));
   }
 
   void relax(int level, ElasticField field) override {
@@ -133,7 +117,7 @@ public:
   }
 
   void solve_coarsest() override {
-    const int level = static_cast<int>(hierarchy_->levels.size()) - 1;
+    const int level = coarsest();
     const RingedGrid& grid = level_at(level).grid;
     const RingedField& load = fields_.at(level, ElasticField::load);
     RingedField& correction = fields_.at(level, ElasticField::correction);
@@ -203,12 +187,6 @@ private:
     return squares;
   }
 
-  [[nodiscard]] const ElasticLevel& level_at(int level) const {
-    return hierarchy_->levels.at(static_cast<std::size_t>(level));
-  }
-  [[nodiscard]] std::size_t widest() const {
-    return static_cast<std::size_t>(hierarchy_->levels.front().grid.sites.width) + 2;
-  }
   [[nodiscard]] const RingedField* load_of(int level, ElasticField field) const {
     return field == ElasticField::correction ? &fields_.at(level, ElasticField::load) : nullptr;
   }
@@ -279,8 +257,6 @@ private:
   int threads_;
   const ElasticRows& rows_;
   std::size_t sites_worth_a_thread_;
-  const ElasticHierarchy* hierarchy_ = nullptr;
-  ElasticFields fields_;
   mutable std::vector<ElasticBand> bands_; ///< one a thread
   mutable std::vector<float> sums_;        ///< of dot()
 };

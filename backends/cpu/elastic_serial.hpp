@@ -14,27 +14,14 @@ inline float stored(float value) {
 /// Site by site on one thread, as plainly as the specification reads, in any arithmetic whose numbers can be
 /// stored().
 template <typename Scalar>
-class ElasticSerial final : public ElasticSession {
+class ElasticSerial final : public ElasticInMemory {
   using Answers = ElasticAnswers<Scalar>;
   using Answer = typename Answers::Answer;
 
 public:
   void load(const ElasticHierarchy& hierarchy) override {
-    hierarchy_ = &hierarchy;
-    fields_.load(hierarchy);
+    ElasticInMemory::load(hierarchy);
     answers_ = std::make_unique<Answers>(hierarchy, fields_);
-  }
-  void write(int level, ElasticField field, const VectorField& values) override {
-    write_part(level, field, all_of(grid(level).sites), values);
-  }
-  void read(int level, ElasticField field, VectorField& values) const override {
-    read_part(level, field, all_of(grid(level).sites), values);
-  }
-  void write_part(int level, ElasticField field, const Rectangle& part, const VectorField& values) override {
-    fields_.write(level, field, part, values);
-  }
-  void read_part(int level, ElasticField field, const Rectangle& part, VectorField& values) const override {
-    fields_.read(level, field, part, values);
   }
 
   void relax(int level, ElasticField field) override {
@@ -60,8 +47,7 @@ public:
     make(level, field, [&](int x, int y) { return answers_->correct(level, field, x, y); });
   }
   void solve_coarsest() override {
-    make(static_cast<int>(hierarchy_->levels.size()) - 1, ElasticField::correction,
-         [&](int x, int y) { return answers_->solve_coarsest(x, y); });
+    make(coarsest(), ElasticField::correction, [&](int x, int y) { return answers_->solve_coarsest(x, y); });
   }
   void advance(ElasticField to, ElasticField value, float factor, ElasticField direction) override {
     make(0, to, [&](int x, int y) { return answers_->advance(value, factor, direction, x, y); });
@@ -71,31 +57,18 @@ public:
   }
 
 private:
-  [[nodiscard]] const RingedGrid& grid(int level) const {
-    return hierarchy_->levels.at(static_cast<std::size_t>(level)).grid;
-  }
-
-  /// call(x, y, index) for every site.
-  template <typename Call>
-  void for_each_site(int level, const Call& call) const {
-    const RingedGrid& sites = grid(level);
-    for (int y = 0; y < sites.sites.height; ++y) {
-      for (int x = 0; x < sites.sites.width; ++x) {
-        call(x, y, sites.index(x, y));
-      }
-    }
-  }
-
   /// answer(x, y) of all sites.
   template <typename At>
   [[nodiscard]] RingedField made(int level, const At& answer) const {
     RingedField field;
     field.require(grid(level));
-    for_each_site(level, [&](int x, int y, std::size_t at) {
-      const Answer site = answer(x, y);
-      field.x[at] = stored(site.x);
-      field.y[at] = stored(site.y);
-    });
+    for (int y = 0; y < grid(level).sites.height; ++y) {
+      for (int x = 0; x < grid(level).sites.width; ++x) {
+        const Answer site = answer(x, y);
+        field.x[grid(level).index(x, y)] = stored(site.x);
+        field.y[grid(level).index(x, y)] = stored(site.y);
+      }
+    }
     return field;
   }
 
@@ -117,8 +90,6 @@ private:
     });
   }
 
-  const ElasticHierarchy* hierarchy_ = nullptr;
-  ElasticFields fields_;
   std::unique_ptr<Answers> answers_; ///< null until load()
 };
 

@@ -3,33 +3,30 @@
 #include "kernels/data/default_steps.hpp"
 #include "kernels/specification/tile_class.hpp"
 
-#include <algorithm>
-
 namespace hdmbench::openmp {
 
 namespace {
 
 /// What classify.inc reads, of a phase; its materials are asked for where there is one phase.
-class ArrangedRows {
-public:
-  ArrangedRows(const float* modulus, const float* inverse_modulus, const float* confidence_x,
-               const float* confidence_y, const Layout& layout, int phase)
-      : modulus_(modulus), inverse_modulus_(inverse_modulus), confidence_x_(confidence_x),
-        confidence_y_(confidence_y), layout_(layout), phase_(phase) {}
+struct ArrangedRows {
+  const float* moduli;
+  const float* inverses;
+  const float* confidences_x;
+  const float* confidences_y;
+  Layout layout;
+  int phase;
 
   [[nodiscard]] bool any_other_confidence(int y, int first, int end, float of_x, float of_y) const {
-    return any_other(confidence_x_, y, first, end, of_x) || any_other(confidence_y_, y, first, end, of_y);
+    return any_other(confidences_x, y, first, end, of_x) || any_other(confidences_y, y, first, end, of_y);
   }
   [[nodiscard]] bool any_other_modulus(int y, int first, int end, float value) const {
-    return any_other(modulus_, y, first, end, value);
+    return any_other(moduli, y, first, end, value);
   }
   [[nodiscard]] bool any_other_inverse(int y, int first, int end, float value) const {
-    return any_other(inverse_modulus_, y, first, end, value);
+    return any_other(inverses, y, first, end, value);
   }
-
-private:
   [[nodiscard]] bool any_other(const float* values, int y, int first, int end, float value) const {
-    const float* row = values + layout_.start(y, phase_);
+    const float* row = values + layout.start(y, phase);
     int differing = 0;
 #pragma omp simd reduction(| : differing)
     for (int i = first; i < end; ++i) {
@@ -37,29 +34,46 @@ private:
     }
     return differing != 0;
   }
-
-  const float* modulus_;
-  const float* inverse_modulus_;
-  const float* confidence_x_;
-  const float* confidence_y_;
-  Layout layout_;
-  int phase_;
 };
 
-/// Of tiles in some columns and rows of a pyramid's full level.
-struct TileRange {
-  int first;
-  int last;
-};
-
-/// The tiles, `size` sites long, that sites first - 1 ... last of a coarse axis sample.
-TileRange sampled_tiles(const std::vector<int>& sampled, int first, int last, int size) {
-  const int most = static_cast<int>(sampled.size()) - 1;
-  return {sampled[static_cast<std::size_t>(std::max(first - 1, 0))] / size,
-          sampled[static_cast<std::size_t>(std::min(last, most))] / size + 1};
+/// call(index in the layout, index in reading order, sites) for the sites of each row and phase; they are
+/// `stride` apart in reading order.
+template <typename Call>
+void for_each_line(const Layout& layout, const hdmbench::Rectangle& sites, int threads, const Call& call) {
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (int y = 0; y < sites.height; ++y) {
+    for (int phase = 0; phase < layout.stride; ++phase) {
+      const int first = layout.count(sites.left, phase);
+      call(layout.start(sites.top + y, phase) + static_cast<std::size_t>(first),
+           sites.extent().index(layout.column(first, phase) - sites.left, y),
+           layout.count(sites.left + sites.width, phase) - first);
+    }
+  }
 }
 
 } // namespace
+
+void Layout::arrange(const hdmbench::Rectangle& sites, const float* values, float* to, int threads) const {
+  for_each_line(*this, sites, threads, [&](std::size_t arranged, std::size_t in_order, int count) {
+    if (stride == 1) {
+      std::copy_n(values + in_order, count, to + arranged);
+    }
+    for (int i = 0; i < count && stride != 1; ++i) {
+      to[arranged + static_cast<std::size_t>(i)] = values[in_order + static_cast<std::size_t>(i * stride)];
+    }
+  });
+}
+
+void Layout::restore(const hdmbench::Rectangle& sites, const float* values, float* to, int threads) const {
+  for_each_line(*this, sites, threads, [&](std::size_t arranged, std::size_t in_order, int count) {
+    if (stride == 1) {
+      std::copy_n(values + arranged, count, to + in_order);
+    }
+    for (int i = 0; i < count && stride != 1; ++i) {
+      to[in_order + static_cast<std::size_t>(i * stride)] = values[arranged + static_cast<std::size_t>(i)];
+    }
+  });
+}
 
 void LevelData::prepare(const Level& level, Extent extent) {
   const int stride = sweeps_per_iteration(level) == 1 ? 1 : 2;
@@ -84,105 +98,115 @@ LevelData::Arrays LevelData::arrays_of(const Level& level) {
   return arrays;
 }
 
-TileKind LevelData::classified(const Arrays& arrays, Rectangle tile, int phase) const {
-  if (tile.first >= tile.last) {
-    return {.observed = false, .uniform_confidence = true, .uniform = short_path_}; // of the shorter phase
-  }
-  tile_class::Classifier<ArrangedRows> sites({arrays[modulus], arrays[inverse_modulus], arrays[confidence_x],
-                                              arrays[confidence_y], layout(), phase});
-  const std::size_t origin = layout().start(tile.first_row, phase) + static_cast<std::size_t>(tile.first);
-  const Extent extent = layout().extent;
-  TileKind kind;
-  if (sites.is_of_one_confidence(tile.first, tile.first_row, tile.last, tile.last_row,
-                                 arrays[confidence_x][origin], arrays[confidence_y][origin])) {
-    kind.uniform_confidence = true;
-    kind.confidence_x = arrays[confidence_x][origin];
-    kind.confidence_y = arrays[confidence_y][origin];
-    kind.observed = kind.confidence_x != 0.0F || kind.confidence_y != 0.0F;
-  }
-  if (short_path_ &&
-      sites.is_of_one_material(tile.first, tile.first_row, tile.last, tile.last_row, extent.width,
-                               extent.height, arrays[modulus][origin], arrays[inverse_modulus][origin])) {
-    kind.uniform = true;
-    kind.modulus = arrays[modulus][origin];
-    kind.inverse_modulus = arrays[inverse_modulus][origin];
-  }
-  return kind;
-}
-
-void LevelData::classify(const Arrays& arrays, int threads) {
-#pragma omp parallel for num_threads(threads) schedule(static)
-  for (int row = 0; row < tiling_.rows; ++row) {
-    for (int phase = 0; phase < layout().stride; ++phase) {
-      for (int column = 0; column < tiling_.columns; ++column) {
-        kinds_[static_cast<std::size_t>(tiling_.index(row, phase, column))] =
-            classified(arrays, tiling_.rectangle(row, phase, column), phase);
-      }
-    }
-  }
-}
-
-bool LevelData::at_border(int row, int column) const {
-  return row == 0 || column == 0 || row == tiling_.rows - 1 || column == tiling_.columns - 1;
-}
-
-bool LevelData::reads_modulus(int row, int column) const {
-  return at_border(row, column) || !kind(tiling_.index(row, 0, column)).uniform;
-}
-
-bool LevelData::rim_reads_modulus(int row, int column) const {
-  for (int y = std::max(row - 1, 0); y <= std::min(row + 1, tiling_.rows - 1); ++y) {
-    for (int x = std::max(column - 1, 0); x <= std::min(column + 1, tiling_.columns - 1); ++x) {
-      if (reads_modulus(y, x)) {
-        return true;
-      }
-    }
-  }
-  return false;
-}
-
-template <typename CopyArray>
-void LevelData::copy_needed(const Arrays& from, int threads, const CopyArray& copy_array) {
+void LevelData::make_room(const Arrays& from) {
   for (std::size_t i = 0; i < array_count; ++i) {
     if (from[i] != nullptr) {
       own_[i].require(layout().extent.sites());
       arrays_[i] = own_[i].data();
     }
   }
+}
+
+TileKind LevelData::classified(Rectangle tile, int phase) const {
+  if (tile.first >= tile.last) {
+    return {.observed = false, .uniform_confidence = true, .uniform = short_path_}; // of the shorter phase
+  }
+  tile_class::Classifier<ArrangedRows> sites({arrays_[modulus], arrays_[inverse_modulus],
+                                              arrays_[confidence_x], arrays_[confidence_y], layout(), phase});
+  const std::size_t origin = layout().start(tile.first_row, phase) + static_cast<std::size_t>(tile.first);
+  const Extent extent = layout().extent;
+  TileKind kind;
+  if (sites.is_of_one_confidence(tile.first, tile.first_row, tile.last, tile.last_row,
+                                 arrays_[confidence_x][origin], arrays_[confidence_y][origin])) {
+    kind.uniform_confidence = true;
+    kind.confidence_x = arrays_[confidence_x][origin];
+    kind.confidence_y = arrays_[confidence_y][origin];
+    kind.observed = kind.confidence_x != 0.0F || kind.confidence_y != 0.0F;
+  }
+  if (short_path_ &&
+      sites.is_of_one_material(tile.first, tile.first_row, tile.last, tile.last_row, extent.width,
+                               extent.height, arrays_[modulus][origin], arrays_[inverse_modulus][origin])) {
+    kind.uniform = true;
+    kind.modulus = arrays_[modulus][origin];
+    kind.inverse_modulus = arrays_[inverse_modulus][origin];
+  }
+  return kind;
+}
+
+std::vector<Run> LevelData::find_runs(int row, int phase) const {
+  const int count = layout().count(phase);
+  const bool west = layout().column(0, phase) == 0;
+  const bool east = layout().column(count - 1, phase) == layout().extent.width - 1;
+  const int begin = west ? 1 : 0;
+  const int end = east ? count - 1 : count;
+  const auto kind_at = [&](int site) { return kind(tiling_.index(row, phase, site / Tiling::width)); };
+  std::vector<Run> runs;
+  if (count == 0) {
+    return runs;
+  }
+  if (west) {
+    runs.push_back({0, 1, true, east && count == 1, kind_at(0)});
+  }
+  for (int first = begin; first < end;) {
+    const int last = std::min((first / Tiling::width + 1) * Tiling::width, end);
+    const TileKind kind = kind_at(first);
+    if (first > begin && runs.back().kind == kind) {
+      runs.back().last = last;
+    } else {
+      runs.push_back({first, last, false, false, kind});
+    }
+    first = last;
+  }
+  if (east && count > begin) {
+    runs.push_back({end, count, false, true, kind_at(end)});
+  }
+  return runs;
+}
+
+template <typename Call>
+void LevelData::for_each_tile(int threads, const Call& call) const {
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (int row = 0; row < tiling_.rows; ++row) {
-    for (int column = 0; column < tiling_.columns; ++column) {
-      const Rectangle tile = tiling_.rectangle(row, 0, column);
-      if (reads_modulus(row, column)) {
-        copy_array(modulus, tile);
-      }
-      if (rim_reads_modulus(row, column)) {
-        copy_array(inverse_modulus, tile);
-      }
-      const TileKind& known = kind(tiling_.index(row, 0, column));
-      if (known.observed) {
-        copy_array(target_x, tile);
-        copy_array(target_y, tile);
-      }
-      if (known.observed && (at_border(row, column) || !known.uniform_confidence)) {
-        copy_array(confidence_x, tile);
-        copy_array(confidence_y, tile);
-      }
-      for (std::size_t i = first_input; i < array_count && from[i] != nullptr; ++i) {
-        copy_array(i, tile);
+    for (int phase = 0; phase < layout().stride; ++phase) {
+      for (int column = 0; column < tiling_.columns; ++column) {
+        call(row, phase, column, static_cast<std::size_t>(tiling_.index(row, phase, column)));
       }
     }
   }
 }
 
-void LevelData::join_runs(int threads) {
+void LevelData::classify(const std::vector<char>& known, int threads) {
+  for_each_tile(threads, [&](int row, int phase, int column, std::size_t tile) {
+    if (known.empty() || known[tile] == 0) {
+      kinds_[tile] = classified(tiling_.rectangle(row, phase, column), phase);
+    }
+  });
   runs_.resize(static_cast<std::size_t>(tiling_.rows * layout().stride));
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (int row = 0; row < tiling_.rows; ++row) {
     for (int phase = 0; phase < layout().stride; ++phase) {
-      runs_[static_cast<std::size_t>(row * layout().stride + phase)] = find_runs(tiling_, kinds_, row, phase);
+      runs_[static_cast<std::size_t>(row * layout().stride + phase)] = find_runs(row, phase);
     }
   }
+}
+
+std::optional<TileKind> LevelData::kind_of(const std::vector<int>& rows, const std::vector<int>& columns,
+                                           Rectangle tile) const {
+  const auto sampled = [](const std::vector<int>& axis, int site) {
+    return axis[static_cast<std::size_t>(std::clamp(site, 0, static_cast<int>(axis.size()) - 1))];
+  };
+  const int left = sampled(columns, tile.first - 1) / Tiling::width;
+  const int right = sampled(columns, tile.last) / Tiling::width;
+  const int top = sampled(rows, tile.first_row - 1) / Tiling::height;
+  const int bottom = sampled(rows, tile.last_row) / Tiling::height;
+  const TileKind first = kind(tiling_.index(top, 0, left));
+  bool same = !first.observed && first.uniform;
+  for (int row = top; row <= bottom && same; ++row) {
+    for (int column = left; column <= right && same; ++column) {
+      same = kind(tiling_.index(row, 0, column)) == first;
+    }
+  }
+  return same ? std::optional(first) : std::nullopt;
 }
 
 void LevelData::borrow(const Level& level, int threads) {
@@ -193,87 +217,68 @@ void LevelData::borrow(const Level& level, int threads) {
   }
   release_beyond(0);
   arrays_ = arrays_of(level);
-  classify(arrays_, threads);
-  join_runs(threads);
+  classify({}, threads);
 }
 
 void LevelData::copy(const Level& level, int threads) {
   prepare(level, level.extent);
   const Arrays from = arrays_of(level);
-  if (short_path_) {
-    classify(from, threads);
-    copy_needed(from, threads, [&](std::size_t array, Rectangle tile) {
-      for (int y = tile.first_row; y < tile.last_row; ++y) {
-        const std::size_t row = layout().extent.index(tile.first, y);
-        std::copy_n(from[array] + row, tile.last - tile.first, own_[array].data() + row);
-      }
-    });
-  } else {
-    for (std::size_t i = 0; i < array_count; ++i) {
-      if (from[i] != nullptr) {
-        own_[i].require(layout().extent.sites());
-        layout().arrange(from[i], own_[i].data(), threads);
-        arrays_[i] = own_[i].data();
-      }
+  make_room(from);
+  for (std::size_t i = 0; i < array_count; ++i) {
+    if (from[i] != nullptr) {
+      layout().arrange(all_of(level.extent), from[i], own_[i].data(), threads);
     }
-    classify(arrays_, threads);
   }
-  join_runs(threads);
+  classify({}, threads);
 }
 
 void LevelData::sample(const Level& level, const LevelData& full, Extent extent, Alignment alignment,
                        int threads) {
   prepare(level, extent);
-  const std::vector<int> columns = sampled_indices(extent.width, level.extent.width, alignment);
-  const std::vector<int> rows = sampled_indices(extent.height, level.extent.height, alignment);
-  const Arrays from = arrays_of(level);
   if (layout().stride != 1) {
     copy(sample_level(level, extent, alignment), threads);
     return;
   }
-  // A tile whose sites all sample tiles of one kind is of that kind, and nothing of it need be read.
-  std::vector<char> decided(kinds_.size(), 0);
-  if (short_path_) {
-#pragma omp parallel for num_threads(threads) schedule(static)
-    for (int row = 0; row < tiling_.rows; ++row) {
-      for (int column = 0; column < tiling_.columns; ++column) {
-        const Rectangle tile = tiling_.rectangle(row, 0, column);
-        const TileRange down = sampled_tiles(rows, tile.first_row, tile.last_row, Tiling::height);
-        const TileRange across = sampled_tiles(columns, tile.first, tile.last, Tiling::width);
-        const TileKind first = full.kind(full.tiling().index(down.first, 0, across.first));
-        bool same = first.uniform_confidence && first.uniform;
-        for (int y = down.first; y < down.last && same; ++y) {
-          for (int x = across.first; x < across.last && same; ++x) {
-            same = full.kind(full.tiling().index(y, 0, x)) == first;
-          }
-        }
-        const auto tile_index = static_cast<std::size_t>(tiling_.index(row, 0, column));
-        if (same) {
-          kinds_[tile_index] = first;
-          decided[tile_index] = 1;
-        }
+  const std::vector<int> columns = sampled_indices(extent.width, level.extent.width, alignment);
+  const std::vector<int> rows = sampled_indices(extent.height, level.extent.height, alignment);
+  // Inside a tile whose kind is known from those that it samples nothing is read but at an unknown one beside
+  // it.
+  std::vector<char> known(kinds_.size());
+  if (short_path_ && level.inputs.empty()) {
+    for_each_tile(threads, [&](int row, int, int column, std::size_t tile) {
+      const auto found = full.kind_of(rows, columns, tiling_.rectangle(row, 0, column));
+      const bool at_border =
+          row == 0 || column == 0 || row == tiling_.rows - 1 || column == tiling_.columns - 1;
+      known[tile] = found && !at_border ? 1 : 0;
+      kinds_[tile] = found.value_or(TileKind{});
+    });
+  }
+  const auto is_read = [&](int row, int column) {
+    bool any = false;
+    for (int y = std::max(row - 1, 0); y <= std::min(row + 1, tiling_.rows - 1); ++y) {
+      for (int x = std::max(column - 1, 0); x <= std::min(column + 1, tiling_.columns - 1); ++x) {
+        any = any || known[static_cast<std::size_t>(tiling_.index(y, 0, x))] == 0;
       }
     }
-  }
-  copy_needed(from, threads, [&](std::size_t array, Rectangle tile) {
-    for (int y = tile.first_row; y < tile.last_row; ++y) {
-      const float* source = from[array] + level.extent.index(0, rows[static_cast<std::size_t>(y)]);
-      float* to = own_[array].data() + extent.index(0, y);
-      for (int x = tile.first; x < tile.last; ++x) {
-        to[x] = source[columns[static_cast<std::size_t>(x)]];
+    return any;
+  };
+  const Arrays from = arrays_of(level);
+  make_room(from);
+  for_each_tile(threads, [&](int row, int, int column, std::size_t at) {
+    const Rectangle tile = tiling_.rectangle(row, 0, column);
+    const int end = is_read(row, column) ? tile.last_row : tile.first_row;
+    const std::size_t count = known[at] == 0 ? array_count : inverse_modulus + 1; // what is read from beside it
+    for (std::size_t i = 0; i < count; ++i) {
+      for (int y = tile.first_row; y < end && from[i] != nullptr; ++y) {
+        const float* const source = from[i] + level.extent.index(0, rows[static_cast<std::size_t>(y)]);
+        float* const to = own_[i].data() + extent.index(0, y);
+        for (int x = tile.first; x < tile.last; ++x) {
+          to[x] = source[columns[static_cast<std::size_t>(x)]];
+        }
       }
     }
   });
-#pragma omp parallel for num_threads(threads) schedule(static)
-  for (int row = 0; row < tiling_.rows; ++row) {
-    for (int column = 0; column < tiling_.columns; ++column) {
-      const auto tile = static_cast<std::size_t>(tiling_.index(row, 0, column));
-      if (decided[tile] == 0) {
-        kinds_[tile] = classified(arrays_, tiling_.rectangle(row, 0, column), 0);
-      }
-    }
-  }
-  join_runs(threads);
+  classify(known, threads);
 }
 
 void LevelData::release_beyond(std::size_t bytes) {

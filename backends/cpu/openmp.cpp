@@ -1,10 +1,7 @@
 #include "backends/cpu/cpu.hpp"
 
-#include "backends/cpu/active.hpp"
-#include "backends/cpu/cpu_ceilings.hpp"
-#include "backends/cpu/dense.hpp"
-#include "backends/cpu/level_data.hpp"
 #include "backends/cpu/processor.hpp"
+#include "backends/cpu/sweeper.hpp"
 #include "backends/shared/energy_programs.hpp"
 #include "backends/shared/tiles.hpp"
 
@@ -65,31 +62,23 @@ private:
   }
 
   void do_write(const VectorField& displacement) override {
-    const int threads = useful_threads(settings_.extent);
-    Field& newest = fields().buffers[fields().newest];
-    full_.layout().arrange(displacement.x.data(), newest.x.data(), threads);
-    full_.layout().arrange(displacement.y.data(), newest.y.data(), threads);
+    arrange(full_.layout(), all_of(settings_.extent), displacement.x.data(), displacement.y.data(),
+            fields().current());
     wake_all(full_);
   }
   void do_read(VectorField& displacement) override {
-    const int threads = useful_threads(settings_.extent);
-    const Field& newest = fields().buffers[fields().newest];
-    full_.layout().restore(newest.x.data(), displacement.x.data(), threads);
-    full_.layout().restore(newest.y.data(), displacement.y.data(), threads);
+    restore(full_.layout(), all_of(settings_.extent), fields().current(), displacement.x.data(),
+            displacement.y.data());
   }
   void do_write_parts(std::span<const FieldPart> parts) override {
-    Field& newest = fields().buffers[fields().newest];
     for (const FieldPart& part : parts) {
-      full_.layout().arrange_part(part.sites, part.x.data(), newest.x.data());
-      full_.layout().arrange_part(part.sites, part.y.data(), newest.y.data());
+      arrange(full_.layout(), part.sites, part.x.data(), part.y.data(), fields().current());
     }
     wake_all(full_);
   }
   void do_read_parts(std::span<const FieldPart> parts) override {
-    const Field& newest = fields().buffers[fields().newest];
     for (const FieldPart& part : parts) {
-      full_.layout().restore_part(part.sites, newest.x.data(), part.x.data());
-      full_.layout().restore_part(part.sites, newest.y.data(), part.y.data());
+      restore(full_.layout(), part.sites, fields().current(), part.x.data(), part.y.data());
     }
   }
   std::int64_t do_changed() override { return changed_; }
@@ -120,7 +109,7 @@ private:
       }
       const Sweeper sweeper(rows_.of(*settings_.energy), settings_, last ? full_ : sampled_);
       // The finest level always has the same buffers, and the others do not grow to its size.
-      const Fields& coarse = fields();
+      Fields& coarse = fields();
       newest_fields_ = (count - index - 1) % 2;
       make_room(level.extent);
       wake_all(sweeper.data());
@@ -128,8 +117,7 @@ private:
         fill_with_null(threads);
         sweep_level(sweeper, level, nullptr, advance);
       } else {
-        const FieldProjection projection(coarse.buffers[coarse.newest], before, level.extent,
-                                         pyramid_.alignment);
+        const FieldProjection projection(coarse.current(), before, level.extent, pyramid_.alignment);
         sweep_level(sweeper, level, &projection, advance);
       }
       before = level.extent;
@@ -164,27 +152,34 @@ private:
   /// With stride 2 projections go through fields in reading order: the other buffer, of which coloured
   /// sweeps have no need.
   void project(const Layout& layout, const FieldProjection& projection) {
-    const int threads = useful_threads(layout.extent);
     Fields& own = fields();
-    if (layout.stride == 1) {
-      projection.all_rows(own.buffers[own.newest], threads);
-      return;
+    Field& in_order = own.buffers[layout.stride == 1 ? own.newest : 1];
+    projection.all_rows(in_order, useful_threads(layout.extent));
+    if (layout.stride != 1) {
+      arrange(layout, all_of(layout.extent), in_order.x.data(), in_order.y.data(), own.buffers[0]);
+      own.newest = 0;
     }
-    projection.all_rows(own.buffers[1], threads);
-    layout.arrange(own.buffers[1].x.data(), own.buffers[0].x.data(), threads);
-    layout.arrange(own.buffers[1].y.data(), own.buffers[0].y.data(), threads);
-    own.newest = 0;
   }
   void restore(const Layout& layout) {
-    const int threads = useful_threads(layout.extent);
     Fields& own = fields();
-    layout.restore(own.buffers[0].x.data(), own.buffers[1].x.data(), threads);
-    layout.restore(own.buffers[0].y.data(), own.buffers[1].y.data(), threads);
+    restore(layout, all_of(layout.extent), own.buffers[0], own.buffers[1].x.data(), own.buffers[1].y.data());
     own.newest = 1;
   }
 
+  void arrange(const Layout& layout, const Rectangle& sites, const float* x, const float* y,
+               Field& to) const {
+    const int threads = useful_threads(sites.extent());
+    layout.arrange(sites, x, to.x.data(), threads);
+    layout.arrange(sites, y, to.y.data(), threads);
+  }
+  void restore(const Layout& layout, const Rectangle& sites, const Field& from, float* x, float* y) const {
+    const int threads = useful_threads(sites.extent());
+    layout.restore(sites, from.x.data(), x, threads);
+    layout.restore(sites, from.y.data(), y, threads);
+  }
+
   void fill_with_null(int threads) {
-    Field& field = fields().buffers[fields().newest];
+    Field& field = fields().current();
     const Extent extent = settings_.extent;
 #pragma omp parallel for num_threads(threads) schedule(static)
     for (int y = 0; y < extent.height; ++y) {
@@ -196,7 +191,8 @@ private:
   /// For the field of a level; the second buffer of coloured updates is touched by projections only.
   void make_room(Extent extent) {
     for (Field& buffer : fields().buffers) {
-      buffer.require(extent.sites());
+      buffer.x.require(extent.sites());
+      buffer.y.require(extent.sites());
     }
     fields().newest = 0;
   }

@@ -52,28 +52,20 @@ constexpr bool constant_steps = true;
 constexpr int most_lanes = 16;
 
 HDM_FUNCTION Neighbours fetch(const real* from, const NeighbourOffsets& at, std::ptrdiff_t i) {
-  return {from[i + at.north_west],
-          from[i + at.north],
-          from[i + at.north_east],
-          from[i + at.west],
-          from[i],
-          from[i + at.east],
-          from[i + at.south_west],
-          from[i + at.south],
-          from[i + at.south_east]};
+  return {from[i + at.to[0]], from[i + at.to[1]], from[i + at.to[2]], from[i + at.to[3]], from[i],
+          from[i + at.to[4]], from[i + at.to[5]], from[i + at.to[6]], from[i + at.to[7]]};
 }
 
 /// With two sets x does not see its own column nor y its own row: those may move in the same sweep.
 constexpr bool sees_all = InFloat::coloured_sets != 2;
 
 HDM_FUNCTION Neighbours fetch_seen_by_x(const real* from, const NeighbourOffsets& at, std::ptrdiff_t i) {
-  return {from[i + at.north_west], real(0), from[i + at.north_east],
-          from[i + at.west],       from[i], from[i + at.east],
-          from[i + at.south_west], real(0), from[i + at.south_east]};
+  return {from[i + at.to[0]], real(0), from[i + at.to[2]], from[i + at.to[3]], from[i], from[i + at.to[4]],
+          from[i + at.to[5]], real(0), from[i + at.to[7]]};
 }
 HDM_FUNCTION Neighbours fetch_seen_by_y(const real* from, const NeighbourOffsets& at, std::ptrdiff_t i) {
-  return {from[i + at.north_west], from[i + at.north], from[i + at.north_east], real(0), from[i], real(0),
-          from[i + at.south_west], from[i + at.south], from[i + at.south_east]};
+  return {from[i + at.to[0]], from[i + at.to[1]], from[i + at.to[2]], real(0), from[i], real(0),
+          from[i + at.to[5]], from[i + at.to[6]], from[i + at.to[7]]};
 }
 
 /// One modulus all around: what depends on moduli alone is then the same for all sites, and the compiler

@@ -11,24 +11,17 @@ namespace hdmbench::openmp {
 /// How many floats from a site its neighbours lie. Where a neighbour is outside the image it is 0, the site
 /// itself: the border rule costs nothing in the loop.
 struct NeighbourOffsets {
-  std::ptrdiff_t north_west;
-  std::ptrdiff_t north;
-  std::ptrdiff_t north_east;
-  std::ptrdiff_t west;
-  std::ptrdiff_t east;
-  std::ptrdiff_t south_west;
-  std::ptrdiff_t south;
-  std::ptrdiff_t south_east;
+  std::ptrdiff_t to[8]; ///< in reading order
 };
 
 /// The offsets of sites in reading order with neighbours all around.
 [[nodiscard]] constexpr NeighbourOffsets inside_offsets(std::ptrdiff_t pitch) {
-  return {-pitch - 1, -pitch, -pitch + 1, -1, 1, pitch - 1, pitch, pitch + 1};
+  return {{-pitch - 1, -pitch, -pitch + 1, -1, 1, pitch - 1, pitch, pitch + 1}};
 }
 
-/// Sites first ... last - 1 of one or more rows, or of their columns of one parity (layout.hpp), all with the
-/// same kind of neighbours, all with an observation or all without. Their turn is the same: that of all x,
-/// all y, or both. Pointers are to site 0 of the first row. Parts shorter than a vector may read sites of
+/// Sites first ... last - 1 of one or more rows, or of their columns of one parity (level_data.hpp), all with
+/// the same kind of neighbours, all with an observation or all without. Their turn is the same: that of all
+/// x, all y, or both. Pointers are to site 0 of the first row. Parts shorter than a vector may read sites of
 /// their rows beyond first and last, whatever stands there; they write none of them.
 struct RowPart {
   NeighbourOffsets neighbours{};

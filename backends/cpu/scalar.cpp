@@ -1,5 +1,4 @@
 #include "backends/cpu/cpu.hpp"
-#include "backends/cpu/cpu_ceilings.hpp"
 #include "backends/cpu/processor.hpp"
 #include "backends/shared/arithmetic.hpp"
 #include "backends/shared/energy_programs.hpp"

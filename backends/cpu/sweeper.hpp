@@ -4,8 +4,10 @@
 #include "kernels/data/level.hpp"
 #include "kernels/data/pyramid.hpp"
 
+#include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 namespace hdmbench::openmp {
 
@@ -82,5 +84,53 @@ struct Band {
 [[nodiscard]] inline Band band_of(int thread, int threads, long long count) {
   return {static_cast<int>(count * thread / threads), static_cast<int>(count * (thread + 1) / threads)};
 }
+
+/// Two buffers of one field, and which of them is the newest. Coloured updates use one only.
+struct Fields {
+  std::array<Field, 2> buffers;
+  std::size_t newest = 0;
+
+  [[nodiscard]] Field& current() { return buffers[newest]; }
+};
+
+/// Sweeps that pass through a band together: a large image is read from memory once for all of them.
+inline constexpr int most_fused = 8;
+
+/// All sites `sweeps` times, from sweep number `first` of the level on; the newest buffer moves on. With a
+/// projection the newest buffer is first filled by it. Returns what the last sweep changed (dense.cpp).
+[[nodiscard]] std::int64_t sweep_densely(const Sweeper& sweeper, Fields& fields, int first, int sweeps,
+                                         int threads, const FieldProjection* projection = nullptr);
+
+/// Sweeps that leave out the tiles in which nothing can change (Work::active): those that did not change in
+/// the sweep before, and in whose rim nothing did. Such a tile has the same values in both buffers: it was
+/// computed from one into the other and came out the same. Only for levels with changes_spread_by_contact()
+/// (active.cpp).
+class ActiveTiles {
+public:
+  /// The field is another one, of which nothing is known.
+  void wake_all(const Tiling& tiling, int threads);
+
+  /// As sweep_densely(), of which a first sweep after wake_all() visits as much.
+  [[nodiscard]] std::int64_t sweep(const Sweeper& sweeper, Fields& fields, int first, int sweeps,
+                                   const FieldProjection* projection = nullptr);
+
+private:
+  /// One thread's, on a cache line of its own.
+  struct alignas(64) Woken {
+    std::vector<int> tiles;
+  };
+  using Lists = std::vector<Woken>;
+  class Turn;
+
+  [[nodiscard]] std::size_t awake(int lists) const;
+
+  Tiling tiling_;
+  int threads_ = 1;
+  bool all_awake_ = true;
+  std::array<Lists, 2> lists_; ///< of this sweep and of the next one
+  int current_ = 0;
+  std::vector<std::uint32_t> woken_for_; ///< per tile, the last visit it was put on a list for
+  std::uint32_t visits_ = 0;             ///< sweeps since wake_all()
+};
 
 } // namespace hdmbench::openmp
