@@ -41,49 +41,30 @@ Eigen::Matrix<double, 3, 8> strain_matrix(const QuadraturePoint& point) {
   return strain;
 }
 
-/// The stiffness of any element of a problem: one 8 x 8 matrix per corner for modulus 1 in that corner's
-/// pixel, weighted with the modulus.
-class ElementStiffness {
-public:
-  ElementStiffness(const ElasticProblem& problem, const ElementRule& rule) : problem_(problem) {
-    per_corner_.fill(ElementMatrix::Zero());
-    for (const QuadraturePoint& point : rule.points) {
-      const Eigen::Matrix<double, 3, 8> strain = strain_matrix(point);
-      const std::size_t corner = point.s < 0.0 ? (point.r < 0.0 ? 0 : 1) : (point.r < 0.0 ? 3 : 2);
-      // A quarter: the area of an element is 1, that of the unit coordinates 4.
-      per_corner_[corner] += 0.25 * point.weight * strain.transpose() * rule.elasticity * strain;
-    }
-  }
-
-  /// Sites of the nodes of the element whose top left node is (x, y).
-  [[nodiscard]] std::array<std::size_t, 4> nodes(int x, int y) const {
-    std::array<std::size_t, 4> sites{};
-    std::ranges::transform(corners, sites.begin(),
-                           [&](Corner corner) { return problem_.extent.index(x + corner.x, y + corner.y); });
-    return sites;
-  }
-
-  [[nodiscard]] ElementMatrix at(const std::array<std::size_t, 4>& nodes) const {
-    ElementMatrix sum = problem_.modulus[nodes[0]] * per_corner_[0];
-    for (std::size_t corner = 1; corner < 4; ++corner) {
-      sum += problem_.modulus[nodes[corner]] * per_corner_[corner];
-    }
-    return sum;
-  }
-
-private:
-  const ElasticProblem& problem_;
-  std::array<ElementMatrix, 4> per_corner_;
-};
-
-/// call(nodes, stiffness) for every element.
+/// call(components, stiffness) for every element: x and y of its nodes as numbers of components of all sites,
+/// and the matrix between them, which is one per corner for modulus 1 in that corner's pixel, times the
+/// modulus.
 template <typename Call>
 void for_each_element(const ElasticProblem& problem, const ElementRule& rule, Call&& call) {
-  const ElementStiffness stiffness(problem, rule);
+  std::array<ElementMatrix, 4> per_corner;
+  per_corner.fill(ElementMatrix::Zero());
+  for (const QuadraturePoint& point : rule.points) {
+    const Eigen::Matrix<double, 3, 8> strain = strain_matrix(point);
+    const std::size_t corner = point.s < 0.0 ? (point.r < 0.0 ? 0 : 1) : (point.r < 0.0 ? 3 : 2);
+    // A quarter: the area of an element is 1, that of the unit coordinates 4.
+    per_corner[corner] += 0.25 * point.weight * strain.transpose() * rule.elasticity * strain;
+  }
   for (int y = 0; y + 1 < problem.extent.height; ++y) {
     for (int x = 0; x + 1 < problem.extent.width; ++x) {
-      const auto nodes = stiffness.nodes(x, y);
-      call(nodes, stiffness.at(nodes));
+      std::array<std::size_t, 8> components;
+      ElementMatrix stiffness = ElementMatrix::Zero();
+      for (std::size_t node = 0; node < 4; ++node) {
+        const std::size_t site = problem.extent.index(x + corners[node].x, y + corners[node].y);
+        components[2 * node] = 2 * site;
+        components[2 * node + 1] = 2 * site + 1;
+        stiffness += problem.modulus[site] * per_corner[node];
+      }
+      call(components, stiffness);
     }
   }
 }
@@ -222,39 +203,29 @@ ElasticSystem assemble(const ElasticProblem& problem, const ElementRule& rule) {
   system.right_side = Eigen::VectorXd::Zero(count);
   std::vector<Eigen::Triplet<double, std::int32_t>> entries;
   entries.reserve(36 * problem.extent.sites());
-  for_each_element(problem, rule, [&](const std::array<std::size_t, 4>& nodes, const ElementMatrix& element) {
-    for (int i = 0; i < 8; ++i) {
-      const std::int32_t row =
-          system.unknown[2 * nodes[static_cast<std::size_t>(i / 2)] + static_cast<std::size_t>(i % 2)];
-      if (row < 0) {
-        continue;
-      }
-      for (int j = 0; j < 8; ++j) {
-        const std::size_t other =
-            2 * nodes[static_cast<std::size_t>(j / 2)] + static_cast<std::size_t>(j % 2);
-        const std::int32_t column = system.unknown[other];
-        if (column < 0) {
-          system.right_side[row] -= element(i, j) * component(problem.prescribed, other);
-        } else if (row >= column) {
-          entries.emplace_back(row, column, element(i, j));
+  for_each_element(
+      problem, rule, [&](const std::array<std::size_t, 8>& components, const ElementMatrix& element) {
+        for (std::size_t i = 0; i < 8; ++i) {
+          const std::int32_t row = system.unknown[components[i]];
+          for (std::size_t j = 0; j < 8 && row >= 0; ++j) {
+            const std::int32_t column = system.unknown[components[j]];
+            const double stiffness = element(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+            if (column < 0) {
+              system.right_side[row] -= stiffness * component(problem.prescribed, components[j]);
+            } else if (row >= column) {
+              entries.emplace_back(row, column, stiffness);
+            }
+          }
         }
-      }
+      });
+  for (std::size_t i = 0; i < system.unknown.size(); ++i) {
+    const std::int32_t at = system.unknown[i];
+    if (at >= 0 && !problem.force.x.empty()) {
+      system.right_side[at] += component(problem.force, i);
     }
-  });
-  if (!problem.force.x.empty()) {
-    for (std::size_t i = 0; i < system.unknown.size(); ++i) {
-      if (system.unknown[i] >= 0) {
-        system.right_side[system.unknown[i]] += component(problem.force, i);
-      }
-    }
-  }
-  if (!problem.spring.x.empty()) {
-    for (std::size_t i = 0; i < system.unknown.size(); ++i) {
-      const std::int32_t at = system.unknown[i];
-      if (at >= 0) {
-        entries.emplace_back(at, at, component(problem.spring, i));
-        system.right_side[at] += component(problem.spring, i) * component(problem.prescribed, i);
-      }
+    if (at >= 0 && !problem.spring.x.empty()) {
+      entries.emplace_back(at, at, component(problem.spring, i));
+      system.right_side[at] += component(problem.spring, i) * component(problem.prescribed, i);
     }
   }
   system.lower.setFromTriplets(entries.begin(), entries.end());
@@ -272,10 +243,9 @@ ReferenceField displacement_of(const ElasticProblem& problem, const ElasticSyste
   return displacement;
 }
 
-ReferenceField solve_finite_elements(const ElasticProblem& problem, const ElementRule& rule,
-                                     SparseSolver solver) {
+ReferenceField solve_finite_elements(const ElasticProblem& problem, const ElementRule& rule) {
   const ElasticSystem system = assemble(problem, rule);
-  const auto solution = solve_symmetric(system.lower, system.right_side, solver);
+  const auto solution = solve_symmetric(system.lower, system.right_side);
   if (!solution) {
     throw InputError("the finite element system has no unique solution: the moduli differ too much, or the "
                      "element rule resists some strain with no force");
@@ -289,14 +259,13 @@ double elastic_energy(const ElasticProblem& problem, const ElementRule& rule,
   require_values(is_complete(displacement, problem.extent.sites()), "the displacement",
                  problem.extent.sites());
   double sum = 0.0;
-  for_each_element(problem, rule, [&](const std::array<std::size_t, 4>& nodes, const ElementMatrix& element) {
-    ElementVector values;
-    for (int i = 0; i < 8; ++i) {
-      values[i] = component(displacement,
-                            2 * nodes[static_cast<std::size_t>(i / 2)] + static_cast<std::size_t>(i % 2));
-    }
-    sum += values.dot(element * values);
-  });
+  for_each_element(
+      problem, rule, [&](const std::array<std::size_t, 8>& components, const ElementMatrix& element) {
+        ElementVector values;
+        std::ranges::transform(components, values.begin(),
+                               [&](std::size_t index) { return component(displacement, index); });
+        sum += values.dot(element * values);
+      });
   if (!problem.spring.x.empty()) {
     for (std::size_t i = 0; i < 2 * problem.extent.sites(); ++i) {
       const bool fixed = (i % 2 == 0 ? problem.fixed_x : problem.fixed_y)[i / 2] != 0;

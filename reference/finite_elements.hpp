@@ -61,8 +61,7 @@ struct ElasticSystem {
 
 /// The displacement of every node in pixels, from a direct factorisation. Throws InputError for sizes that do
 /// not match, a modulus <= 0, or conditions that leave the sheet free to move.
-[[nodiscard]] ReferenceField solve_finite_elements(const ElasticProblem& problem, const ElementRule& rule,
-                                                   SparseSolver solver = default_sparse_solver());
+[[nodiscard]] ReferenceField solve_finite_elements(const ElasticProblem& problem, const ElementRule& rule);
 
 /// Twice the elastic energy of a displacement, u' K u without loads and that of the springs: without them 0
 /// for rigid motion.

@@ -1,6 +1,7 @@
 #include "reference/fixed_point.hpp"
 
 #include "kernels/data/input_error.hpp"
+#include "reference/sparse_solver.hpp"
 #include "reference/thesis_energy.hpp"
 
 #include <fmt/format.h>
@@ -9,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 namespace hdmbench {
 
@@ -27,62 +29,50 @@ struct Component {
   const std::vector<float>& confidence;
 };
 
-/// Half the derivative of U_t is g_t = sum over the six neighbours of weight * (d_t - d_neighbour).
-class Equations {
-public:
-  Equations(const Level& level, const Component& component)
-      : weights_(level.extent.sites()), neighbours_(level.extent.sites()), curvature_(level.extent.sites()) {
-    const Extent extent = level.extent;
-    for (int y = 0; y < extent.height; ++y) {
-      for (int x = 0; x < extent.width; ++x) {
-        const std::size_t t = extent.index(x, y);
-        const double modulus = static_cast<double>(level.modulus.values[t]);
-        const auto site = [&](int nx, int ny) {
-          const bool inside = nx >= 0 && nx < extent.width && ny >= 0 && ny < extent.height;
-          return inside ? extent.index(nx, ny) : t; // as an outside neighbour has all values of t
-        };
-        for (std::size_t i = 0; i < 3; ++i) {
-          const Offset to = component.triples[i];
-          const std::size_t s = site(x - to.x, y - to.y);
-          const std::size_t u = site(x + to.x, y + to.y);
-          const double k = modulus / static_cast<double>(level.modulus.values[s]);
-          const double r = modulus / static_cast<double>(level.modulus.values[u]);
-          neighbours_[t][2 * i] = s;
-          neighbours_[t][2 * i + 1] = u;
-          weights_[t][2 * i] = s == t ? 0.0 : (1.0 + r) * r + (1.0 + k);
-          weights_[t][2 * i + 1] = u == t ? 0.0 : (1.0 + r) + (1.0 + k) * k;
-          curvature_[t] += (1.0 + r) * (1.0 + r) + (1.0 + k) * (1.0 + k);
-        }
-      }
-    }
-  }
-
-  /// call(neighbour, weight) for every neighbour inside the image.
-  template <typename Call>
-  void for_each_neighbour(std::size_t site, Call&& call) const {
-    for (std::size_t i = 0; i < 6; ++i) {
-      if (weights_[site][i] > 0.0) {
-        call(neighbours_[site][i], weights_[site][i]);
-      }
-    }
-  }
-
-  /// g of a site.
-  [[nodiscard]] double gradient(const std::vector<double>& displacement, std::size_t site) const {
-    double sum = 0.0;
-    for_each_neighbour(site, [&](std::size_t neighbour, double weight) {
-      sum += weight * (displacement[site] - displacement[neighbour]);
-    });
-    return sum;
-  }
-  /// A of a site, 1 / px^2.
-  [[nodiscard]] double curvature(std::size_t site) const { return curvature_[site]; }
-
-private:
-  std::vector<std::array<double, 6>> weights_;
-  std::vector<std::array<std::size_t, 6>> neighbours_;
-  std::vector<double> curvature_;
+/// The equations without observations. A row divided by the curvature, which grows with the square of the
+/// ratio of moduli, is the way of a site from its minimiser: sites of all materials weigh the same in the
+/// residual that tells whether the system was solved.
+struct Equations {
+  SparseMatrix matrix;       ///< g_t / A_t, g_t = sum over the six neighbours of weight * (d_t - d_neighbour)
+  Eigen::VectorXd curvature; ///< A_t, 1 / px^2
 };
+
+Equations equations_of(const Level& level, const Component& component) {
+  const Extent extent = level.extent;
+  const auto count = static_cast<std::int64_t>(extent.sites());
+  Equations result{SparseMatrix(count, count), Eigen::VectorXd::Zero(count)};
+  std::vector<Eigen::Triplet<double, std::int64_t>> entries;
+  entries.reserve(12 * extent.sites());
+  for (int y = 0; y < extent.height; ++y) {
+    for (int x = 0; x < extent.width; ++x) {
+      const std::size_t t = extent.index(x, y);
+      const auto row = static_cast<std::int64_t>(t);
+      const double modulus = static_cast<double>(level.modulus.values[t]);
+      const auto site = [&](int nx, int ny) {
+        const bool inside = nx >= 0 && nx < extent.width && ny >= 0 && ny < extent.height;
+        return inside ? extent.index(nx, ny) : t; // as an outside neighbour has all values of t
+      };
+      const auto add = [&](std::size_t neighbour, double weight) {
+        if (neighbour != t) {
+          entries.emplace_back(row, row, weight);
+          entries.emplace_back(row, static_cast<std::int64_t>(neighbour), -weight);
+        }
+      };
+      for (const Offset to : component.triples) {
+        const std::size_t s = site(x - to.x, y - to.y);
+        const std::size_t u = site(x + to.x, y + to.y);
+        const double k = modulus / static_cast<double>(level.modulus.values[s]);
+        const double r = modulus / static_cast<double>(level.modulus.values[u]);
+        add(s, (1.0 + r) * r + (1.0 + k));
+        add(u, (1.0 + r) + (1.0 + k) * k);
+        result.curvature[row] += (1.0 + r) * (1.0 + r) + (1.0 + k) * (1.0 + k);
+      }
+    }
+  }
+  result.matrix.setFromTriplets(entries.begin(), entries.end());
+  result.matrix = result.curvature.cwiseInverse().asDiagonal() * result.matrix;
+  return result;
+}
 
 /// Where a component stands to its observation. The derivative of K c |y - d| is -K c below the target and
 /// K c above.
@@ -95,16 +85,20 @@ enum class State : std::uint8_t {
 
 class ComponentSolution {
 public:
-  ComponentSolution(const Level& level, const Component& component, SparseSolver solver)
-      : component_(component), solver_(solver), equations_(level, component), pull_(level.extent.sites()),
+  ComponentSolution(const Level& level, const Component& component)
+      : component_(component), equations_(equations_of(level, component)),
         states_(level.extent.sites(), State::unobserved),
-        displacement_(component.target.begin(), component.target.end()) {
+        target_(Eigen::Map<const Eigen::VectorXf>(component.target.data(), equations_.matrix.rows())
+                    .cast<double>()),
+        displacement_(target_) {
+    const auto confidence =
+        Eigen::Map<const Eigen::VectorXf>(component.confidence.data(), target_.size()).cast<double>();
+    reach_ = 0.5 * static_cast<double>(level.penalty) * confidence.cwiseQuotient(equations_.curvature);
     double largest = 0.0;
     for (std::size_t i = 0; i < states_.size(); ++i) {
       if (component.confidence[i] > 0.0F) {
-        pull_[i] = 0.5 * static_cast<double>(level.penalty) * static_cast<double>(component.confidence[i]);
         states_[i] = State::held;
-        largest = std::max(largest, std::abs(displacement_[i]));
+        largest = std::max(largest, std::abs(static_cast<double>(component.target[i])));
       }
     }
     tolerance_ = 1e-12 * (1.0 + largest);
@@ -136,7 +130,7 @@ public:
                                  component_.name, most_rounds));
   }
 
-  [[nodiscard]] std::vector<double>& displacement() { return displacement_; }
+  [[nodiscard]] const Eigen::VectorXd& displacement() const { return displacement_; }
   [[nodiscard]] std::size_t held() const {
     return static_cast<std::size_t>(std::ranges::count(states_, State::held));
   }
@@ -160,111 +154,69 @@ private:
                                  undetermined.first / static_cast<std::size_t>(extent.width)));
   }
 
+  /// A column for each of the sites for which wanted(site): takes their rows, or their columns, out of all.
+  template <typename Wanted>
+  [[nodiscard]] SparseMatrix selection(const Wanted& wanted) const {
+    std::vector<Eigen::Triplet<double, std::int64_t>> ones;
+    for (std::int64_t i = 0; i < target_.size(); ++i) {
+      if (wanted(i)) {
+        ones.emplace_back(i, static_cast<std::int64_t>(ones.size()), 1.0);
+      }
+    }
+    SparseMatrix result(target_.size(), static_cast<std::int64_t>(ones.size()));
+    result.setFromTriplets(ones.begin(), ones.end());
+    return result;
+  }
+
   /// The displacement of all components that are not held.
   void solve() {
-    std::vector<std::int64_t> unknown(states_.size(), -1);
-    std::int64_t count = 0;
-    for (std::size_t i = 0; i < states_.size(); ++i) {
-      if (states_[i] != State::held) {
-        unknown[i] = count++;
-      } else {
-        displacement_[i] = static_cast<double>(component_.target[i]);
-      }
+    const auto state = [&](std::int64_t i) { return states_[static_cast<std::size_t>(i)]; };
+    const SparseMatrix free = selection([&](std::int64_t i) { return state(i) != State::held; });
+    Eigen::VectorXd pull = Eigen::VectorXd::Zero(target_.size());
+    for (std::int64_t i = 0; i < target_.size(); ++i) {
+      pull[i] = state(i) == State::below ? reach_[i] : state(i) == State::above ? -reach_[i] : 0.0;
+      displacement_[i] = state(i) == State::held ? target_[i] : 0.0;
     }
-    if (count == 0) {
-      return;
-    }
-    Eigen::VectorXd right_side = Eigen::VectorXd::Zero(count);
-    std::vector<Eigen::Triplet<double, std::int64_t>> entries;
-    entries.reserve(7 * static_cast<std::size_t>(count));
-    for (std::size_t i = 0; i < states_.size(); ++i) {
-      const std::int64_t row = unknown[i];
-      if (row < 0) {
-        continue;
-      }
-      // Divided by the curvature, which grows with the square of the ratio of moduli: sites of all materials
-      // weigh the same in the residual that tells whether the system was solved.
-      const double scale = 1.0 / equations_.curvature(i);
-      const double pull = scale * pull_[i];
-      double diagonal = 0.0;
-      double right = states_[i] == State::below ? pull : states_[i] == State::above ? -pull : 0.0;
-      equations_.for_each_neighbour(i, [&](std::size_t neighbour, double unscaled) {
-        const double weight = scale * unscaled;
-        diagonal += weight;
-        if (unknown[neighbour] >= 0) {
-          entries.emplace_back(row, unknown[neighbour], -weight);
-        } else {
-          right += weight * displacement_[neighbour];
-        }
-      });
-      entries.emplace_back(row, row, diagonal);
-      right_side[row] = right;
-    }
-    const Eigen::VectorXd solution = solved(count, entries, right_side);
-    for (std::size_t i = 0; i < states_.size(); ++i) {
-      if (unknown[i] >= 0) {
-        displacement_[i] = solution[unknown[i]];
-      }
-    }
+    displacement_ += free * solved(free.transpose() * equations_.matrix * free,
+                                   free.transpose() * (pull - equations_.matrix * displacement_));
   }
 
   void take_back(State state) { std::ranges::replace(states_, state, State::held); }
 
   /// Where every site has let go the system is singular: its left null vector p says that the pulls, p_i K
-  /// c_i / 2 up or down, must balance by themselves. They do when the whole field is shifted by the weighted
-  /// median of what is left to the targets, so that site is held.
+  /// c_i / 2A_i up or down, must balance by themselves. They do when the whole field is shifted by the
+  /// weighted median of what is left to the targets, so that site is held.
   void hold_median() {
-    if (balance_.empty()) {
+    if (balance_.size() == 0) {
       balance_ = left_null_vector();
     }
-    std::vector<std::pair<double, std::size_t>> ways; // y - d, site
-    double sum = 0.0;
-    for (std::size_t i = 0; i < states_.size(); ++i) {
-      if (states_[i] != State::unobserved) {
-        ways.emplace_back(static_cast<double>(component_.target[i]) - displacement_[i], i);
-        sum += balance_[i] * pull_[i];
+    std::vector<std::pair<double, std::int64_t>> ways; // y - d, site
+    for (std::int64_t i = 0; i < target_.size(); ++i) {
+      if (states_[static_cast<std::size_t>(i)] != State::unobserved) {
+        ways.emplace_back(target_[i] - displacement_[i], i);
       }
     }
     std::ranges::sort(ways);
+    const double sum = balance_.dot(reach_); // those that are not observed reach nothing
     double passed = 0.0;
     const auto median = std::ranges::find_if(ways, [&](const auto& way) {
-      passed += balance_[way.second] * pull_[way.second];
+      passed += balance_[way.second] * reach_[way.second];
       return passed >= 0.5 * sum;
     });
-    states_[median->second] = State::held;
+    states_[static_cast<std::size_t>(median->second)] = State::held;
   }
 
-  /// p > 0 with p' G = 0 for the matrix G of all equations without observations; p = 1 at site 0.
-  [[nodiscard]] std::vector<double> left_null_vector() const {
-    const auto count = static_cast<std::int64_t>(states_.size()) - 1;
-    Eigen::VectorXd right_side = Eigen::VectorXd::Zero(count);
-    std::vector<Eigen::Triplet<double, std::int64_t>> entries;
-    for (std::size_t i = 0; i < states_.size(); ++i) {
-      const std::int64_t column = static_cast<std::int64_t>(i) - 1;
-      equations_.for_each_neighbour(i, [&](std::size_t neighbour, double weight) {
-        const std::int64_t row = static_cast<std::int64_t>(neighbour) - 1;
-        if (column < 0) {
-          right_side[row] = weight;
-          return;
-        }
-        entries.emplace_back(column, column, weight);
-        if (row >= 0) {
-          entries.emplace_back(row, column, -weight);
-        }
-      });
-    }
-    const Eigen::VectorXd solution = solved(count, entries, right_side);
-    std::vector<double> result{1.0};
-    result.insert(result.end(), solution.begin(), solution.end());
-    return result;
+  /// p > 0 with p' M = 0 for the matrix M of all equations; p = 1 at site 0.
+  [[nodiscard]] Eigen::VectorXd left_null_vector() const {
+    const SparseMatrix rest = selection([](std::int64_t i) { return i > 0; });
+    const SparseMatrix transposed = equations_.matrix.transpose();
+    const Eigen::VectorXd first = Eigen::VectorXd::Unit(target_.size(), 0);
+    return first +
+           rest * solved(rest.transpose() * transposed * rest, -(rest.transpose() * (transposed * first)));
   }
 
-  [[nodiscard]] Eigen::VectorXd solved(std::int64_t count,
-                                       const std::vector<Eigen::Triplet<double, std::int64_t>>& entries,
-                                       const Eigen::VectorXd& right_side) const {
-    SparseMatrix matrix(count, count);
-    matrix.setFromTriplets(entries.begin(), entries.end());
-    auto solution = solve_general(matrix, right_side, solver_);
+  [[nodiscard]] Eigen::VectorXd solved(const SparseMatrix& matrix, const Eigen::VectorXd& right_side) const {
+    auto solution = solve_general(matrix, right_side);
     if (!solution) {
       throw InputError(
           fmt::format("the system of the fixed point in {} is singular to working precision: the "
@@ -277,57 +229,30 @@ private:
   /// Whether any state contradicted the displacement. One-sided: what is or would be below its target waits
   /// until all others agree.
   bool update_states(bool one_sided) {
-    bool changed = change([&](std::size_t i, double beyond, double gradient) {
-      switch (states_[i]) {
-      case State::held:
-        return gradient < -pull_[i] - equations_.curvature(i) * tolerance_ ? State::above : State::held;
-      case State::above:
-        return beyond < -tolerance_ ? State::held : State::above;
-      default:
-        return states_[i];
+    const Eigen::VectorXd gradient = equations_.matrix * displacement_;
+    const auto update = [&](State beyond, double side) {
+      bool changed = false;
+      for (std::int64_t i = 0; i < target_.size(); ++i) {
+        State& state = states_[static_cast<std::size_t>(i)];
+        const bool lets_go = state == State::held && side * gradient[i] < -reach_[i] - tolerance_;
+        const bool returns = state == beyond && side * (displacement_[i] - target_[i]) < -tolerance_;
+        state = lets_go ? beyond : returns ? State::held : state;
+        changed = changed || lets_go || returns;
       }
-    });
-    if (one_sided && changed) {
-      return true;
-    }
-    changed =
-        change([&](std::size_t i, double beyond, double gradient) {
-          switch (states_[i]) {
-          case State::held:
-            return gradient > pull_[i] + equations_.curvature(i) * tolerance_ ? State::below : State::held;
-          case State::below:
-            return beyond > tolerance_ ? State::held : State::below;
-          default:
-            return states_[i];
-          }
-        }) ||
-        changed;
-    return changed;
-  }
-
-  /// choose(site, d - y, g) gives the new state.
-  template <typename Choose>
-  bool change(Choose&& choose) {
-    std::size_t changes = 0;
-    for (std::size_t i = 0; i < states_.size(); ++i) {
-      if (states_[i] != State::unobserved) {
-        const State next = choose(i, displacement_[i] - static_cast<double>(component_.target[i]),
-                                  equations_.gradient(displacement_, i));
-        changes += next != states_[i] ? 1 : 0;
-        states_[i] = next;
-      }
-    }
-    return changes > 0;
+      return changed;
+    };
+    const bool changed = update(State::above, 1.0);
+    return (one_sided && changed) || update(State::below, -1.0) || changed;
   }
 
   Component component_;
-  SparseSolver solver_;
   Equations equations_;
-  std::vector<double> pull_; ///< K c / 2
+  Eigen::VectorXd reach_; ///< K c / 2A, pixels
   std::vector<State> states_;
-  std::vector<double> displacement_;
-  std::vector<double> balance_; ///< left null vector, once it was needed
-  double tolerance_ = 0.0;      ///< pixels by which a state must be contradicted
+  Eigen::VectorXd target_;
+  Eigen::VectorXd displacement_;
+  Eigen::VectorXd balance_; ///< left null vector, once it was needed
+  double tolerance_ = 0.0;  ///< pixels by which a state must be contradicted
   int rounds_ = 0;
 };
 
@@ -356,13 +281,14 @@ double largest_residual(const Level& level, const ReferenceField& displacement) 
       const auto below = energy.at(x, y, {dx - 1.0, dy - 1.0});
       const auto at = energy.at(x, y, {dx, dy});
       const auto above = energy.at(x, y, {dx + 1.0, dy + 1.0});
-      const double in_x = distance_to_minimiser(below.x, at.x, above.x,
-                                                half_penalty * static_cast<double>(level.confidence.x[i]),
-                                                static_cast<double>(level.target.x[i]) - dx);
-      const double in_y = distance_to_minimiser(below.y, at.y, above.y,
-                                                half_penalty * static_cast<double>(level.confidence.y[i]),
-                                                static_cast<double>(level.target.y[i]) - dy);
-      largest = std::max({largest, in_x, in_y});
+      const auto distance = [&](double low, double here, double high, float confidence, double way) {
+        return distance_to_minimiser(low, here, high, half_penalty * static_cast<double>(confidence), way);
+      };
+      largest = std::max({largest,
+                          distance(below.x, at.x, above.x, level.confidence.x[i],
+                                   static_cast<double>(level.target.x[i]) - dx),
+                          distance(below.y, at.y, above.y, level.confidence.y[i],
+                                   static_cast<double>(level.target.y[i]) - dy)});
     }
   }
   return largest;
@@ -370,13 +296,13 @@ double largest_residual(const Level& level, const ReferenceField& displacement) 
 
 } // namespace
 
-FixedPoint solve_fixed_point(const Level& level, SparseSolver solver) {
+FixedPoint solve_fixed_point(const Level& level) {
   validate(level);
   FixedPoint result{.displacement = ReferenceField(level.extent)};
   const auto add = [&](const Component& component, std::vector<double>& displacement) {
-    ComponentSolution solution(level, component, solver);
+    ComponentSolution solution(level, component);
     solution.settle();
-    displacement = std::move(solution.displacement());
+    displacement.assign(solution.displacement().begin(), solution.displacement().end());
     result.held += solution.held();
     result.rounds = std::max(result.rounds, solution.rounds());
   };

@@ -2,7 +2,6 @@
 
 #include "kernels/data/level.hpp"
 #include "reference/interpolation.hpp"
-#include "reference/sparse_solver.hpp"
 
 #include <cstddef>
 
@@ -23,6 +22,6 @@ struct FixedPoint {
 /// observation is an absolute value), any other observed one is pulled towards it by K c / 2A. Throws
 /// InputError where a component is free everywhere in some part of the image, so that no unique field exists,
 /// or where the held set does not settle.
-[[nodiscard]] FixedPoint solve_fixed_point(const Level& level, SparseSolver solver = default_sparse_solver());
+[[nodiscard]] FixedPoint solve_fixed_point(const Level& level);
 
 } // namespace hdmbench

@@ -42,26 +42,18 @@ LineValue interpolate(const std::optional<End>& before, const std::optional<End>
 void interpolate_line(const std::vector<float>& target, const std::vector<float>& confidence,
                       std::size_t first, std::size_t stride, int count, std::vector<LineValue>& result) {
   const auto site = [&](int position) { return first + static_cast<std::size_t>(position) * stride; };
-  const auto end_at = [&](int position) -> std::optional<End> {
-    if (position >= count || !(confidence[site(position)] > 0.0F)) {
-      return std::nullopt;
-    }
-    return End{.position = position, .value = static_cast<double>(target[site(position)])};
-  };
+  std::vector<std::optional<End>> after(static_cast<std::size_t>(count) + 1); // from each position on
+  for (int position = count - 1; position >= 0; --position) {
+    const auto at = static_cast<std::size_t>(position);
+    after[at] = confidence[site(position)] > 0.0F
+                    ? End{.position = position, .value = static_cast<double>(target[site(position)])}
+                    : after[at + 1];
+  }
   std::optional<End> before;
-  std::optional<End> after;
-  int searched = 0; // `after` is the first end from the position on, or there is none before `searched`
   for (int position = 0; position < count; ++position) {
-    if (const auto here = end_at(position)) {
-      before = here;
-    }
-    if (!after || after->position < position) {
-      after.reset();
-      for (searched = std::max(searched, position); searched < count && !after; ++searched) {
-        after = end_at(searched);
-      }
-    }
-    result[site(position)] = interpolate(before, after, position);
+    const std::optional<End>& next = after[static_cast<std::size_t>(position)];
+    before = next && next->position == position ? next : before;
+    result[site(position)] = interpolate(before, next, position);
   }
 }
 

@@ -1,7 +1,9 @@
 #include "reference/thesis_icm.hpp"
 
 #include "kernels/data/input_error.hpp"
+#include "reference/sparse_solver.hpp"
 
+#include <Eigen/Core>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -102,15 +104,9 @@ void require_extent(const ReferenceField& field, Extent extent) {
   }
 }
 
-/// The position of a fine site between two coarse ones of an axis.
-struct Between {
-  std::size_t first = 0;
-  std::size_t second = 0;
-  double weight = 0.0; ///< of the second
-};
-
-std::vector<Between> positions(int coarse, int fine, Alignment alignment) {
-  std::vector<Between> result(static_cast<std::size_t>(fine));
+/// The values of the sites of an axis from those of the coarser level.
+SparseMatrix interpolation(int coarse, int fine, Alignment alignment) {
+  std::vector<Eigen::Triplet<double, std::int64_t>> weights;
   for (int i = 0; i < fine; ++i) {
     double position = 0.0;
     if (alignment == Alignment::center) {
@@ -119,12 +115,12 @@ std::vector<Between> positions(int coarse, int fine, Alignment alignment) {
       position = static_cast<double>(i) * (coarse - 1) / (fine - 1);
     }
     position = std::clamp(position, 0.0, static_cast<double>(coarse - 1));
-    const double first = std::floor(position);
-    result[static_cast<std::size_t>(i)] = {
-        .first = static_cast<std::size_t>(first),
-        .second = std::min(static_cast<std::size_t>(first) + 1, static_cast<std::size_t>(coarse) - 1),
-        .weight = position - first};
+    const int first = static_cast<int>(position);
+    weights.emplace_back(i, first, 1.0 - (position - first));
+    weights.emplace_back(i, std::min(first + 1, coarse - 1), position - first);
   }
+  SparseMatrix result(fine, coarse);
+  result.setFromTriplets(weights.begin(), weights.end());
   return result;
 }
 
@@ -163,21 +159,14 @@ ReferenceField thesis_prolongation(const ReferenceField& coarse, Extent fine, Al
   if (std::min({coarse.extent.width, coarse.extent.height, fine.width, fine.height}) < 1) {
     throw InputError("a displacement cannot be interpolated from or to an image without pixels");
   }
-  const auto columns = positions(coarse.extent.width, fine.width, alignment);
-  const auto rows = positions(coarse.extent.height, fine.height, alignment);
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const SparseMatrix across = interpolation(coarse.extent.width, fine.width, alignment);
+  const SparseMatrix down = interpolation(coarse.extent.height, fine.height, alignment);
   ReferenceField result(fine);
-  const auto width = static_cast<std::size_t>(coarse.extent.width);
   const auto interpolate = [&](const std::vector<double>& from, std::vector<double>& to) {
-    auto next = to.begin();
-    for (const Between& row : rows) {
-      for (const Between& column : columns) {
-        const double above = (1.0 - column.weight) * from[row.first * width + column.first] +
-                             column.weight * from[row.first * width + column.second];
-        const double below = (1.0 - column.weight) * from[row.second * width + column.first] +
-                             column.weight * from[row.second * width + column.second];
-        *next++ = (1.0 - row.weight) * above + row.weight * below;
-      }
-    }
+    const Rows wide =
+        Eigen::Map<const Rows>(from.data(), coarse.extent.height, coarse.extent.width) * across.transpose();
+    Eigen::Map<Rows>(to.data(), fine.height, fine.width) = down * wide;
   };
   interpolate(coarse.x, result.x);
   interpolate(coarse.y, result.y);

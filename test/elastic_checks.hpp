@@ -80,14 +80,14 @@ inline const std::vector<Displacement> affine_fields{
 };
 
 /// Patch test, pixels. `soft_pixel`: the modulus of one pixel amid 1.
-inline double patch_error(const ElementRule& rule, SparseSolver solver, double soft_pixel = 1.0) {
+inline double patch_error(const ElementRule& rule, double soft_pixel = 1.0) {
   double largest = 0.0;
   for (const Extent extent : {Extent{5, 5}, Extent{9, 4}, Extent{3, 11}}) {
     for (const Displacement& affine : affine_fields) {
       ElasticProblem problem = clamped_sheet(extent, affine);
       problem.modulus[extent.index(1, 1)] = soft_pixel;
-      largest = std::max(
-          largest, largest_difference(solve_finite_elements(problem, rule, solver), problem.prescribed));
+      largest =
+          std::max(largest, largest_difference(solve_finite_elements(problem, rule), problem.prescribed));
     }
   }
   return largest;

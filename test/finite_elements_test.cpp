@@ -15,20 +15,11 @@ namespace {
 using namespace test;
 using testing::HasSubstr;
 
-std::vector<SparseSolver> available_solvers() {
-  std::vector<SparseSolver> solvers{SparseSolver::suitesparse, SparseSolver::eigen};
-  std::erase_if(solvers, [](SparseSolver solver) { return !is_available(solver); });
-  return solvers;
-}
-
 TEST(FiniteElements, AffineBorderGivesTheAffineField) {
-  for (const SparseSolver solver : available_solvers()) {
-    for (const double nu : {-0.5, 0.0, 0.3, 0.5}) {
-      EXPECT_LT(patch_error(ElementRule::plane_stress(nu), solver), 1e-10)
-          << name_of(solver) << ", nu " << nu;
-    }
-    EXPECT_GT(patch_error(ElementRule::plane_stress(0.3), solver, 0.5), 1e-3) << "a soft pixel went unseen";
+  for (const double nu : {-0.5, 0.0, 0.3, 0.5}) {
+    EXPECT_LT(patch_error(ElementRule::plane_stress(nu)), 1e-10) << "nu " << nu;
   }
+  EXPECT_GT(patch_error(ElementRule::plane_stress(0.3), 0.5), 1e-3) << "a soft pixel went unseen";
 }
 
 TEST(FiniteElements, ManufacturedSolutionsConvergeWithOrderTwo) {
@@ -139,17 +130,6 @@ TEST(FiniteElements, ASpringSharesTheWayWithTheTissue) {
   }
 }
 
-TEST(FiniteElements, SolversAgree) {
-  if (!is_available(SparseSolver::suitesparse)) {
-    GTEST_SKIP() << "this build has no SuiteSparse";
-  }
-  const ElasticProblem problem = random_sheet({40, 31});
-  const ElementRule rule = ElementRule::plane_stress(0.3);
-  EXPECT_LT(largest_difference(solve_finite_elements(problem, rule, SparseSolver::suitesparse),
-                               solve_finite_elements(problem, rule, SparseSolver::eigen)),
-            1e-11);
-}
-
 TEST(FiniteElements, ObservedComponentsAreKept) {
   Level level = random_problem({20, 15}, Texture::smooth, 3).level;
   for (auto* const confidences : {&level.confidence.x, &level.confidence.y}) {
@@ -170,10 +150,10 @@ TEST(FiniteElements, ObservedComponentsAreKept) {
   EXPECT_GT(kept, 20);
 }
 
-std::string refusal(const std::function<void(ElasticProblem&)>& spoil, SparseSolver solver) {
+std::string refusal(const std::function<void(ElasticProblem&)>& spoil) {
   ElasticProblem problem = clamped_sheet({4, 3}, affine_fields[1]);
   spoil(problem);
-  return test::refusal([&] { (void)solve_finite_elements(problem, ElementRule::plane_stress(0.3), solver); });
+  return test::refusal([&] { (void)solve_finite_elements(problem, ElementRule::plane_stress(0.3)); });
 }
 
 TEST(FiniteElements, ASheetThatIsFreeToMoveIsRefused) {
@@ -189,32 +169,24 @@ TEST(FiniteElements, ASheetThatIsFreeToMoveIsRefused) {
       }
     };
   };
-  for (const SparseSolver solver : available_solvers()) {
-    EXPECT_THAT(refusal(only({}, {{0, 0}, {1, 0}}), solver),
-                HasSubstr("no site has a known displacement in x"));
-    EXPECT_THAT(refusal(only({{0, 0}, {0, 1}}, {}), solver),
-                HasSubstr("no site has a known displacement in y"));
-    EXPECT_THAT(refusal(only({{0, 1}, {3, 1}}, {{2, 0}, {2, 2}}), solver),
-                HasSubstr("it can turn about x = 2, y = 1"));
-    EXPECT_EQ(refusal(only({{0, 1}, {3, 2}}, {{2, 0}}), solver), "accepted");
-    EXPECT_EQ(refusal(only({{0, 0}, {0, 1}}, {{2, 2}}), solver), "accepted");
-    EXPECT_EQ(refusal(only({{0, 1}}, {{2, 0}, {1, 0}}), solver), "accepted");
-    EXPECT_EQ(refusal(only({{0, 2}}, {{2, 0}, {1, 0}}), solver), "accepted");
-  }
+  EXPECT_THAT(refusal(only({}, {{0, 0}, {1, 0}})), HasSubstr("no site has a known displacement in x"));
+  EXPECT_THAT(refusal(only({{0, 0}, {0, 1}}, {})), HasSubstr("no site has a known displacement in y"));
+  EXPECT_THAT(refusal(only({{0, 1}, {3, 1}}, {{2, 0}, {2, 2}})), HasSubstr("it can turn about x = 2, y = 1"));
+  EXPECT_EQ(refusal(only({{0, 1}, {3, 2}}, {{2, 0}})), "accepted");
+  EXPECT_EQ(refusal(only({{0, 0}, {0, 1}}, {{2, 2}})), "accepted");
+  EXPECT_EQ(refusal(only({{0, 1}}, {{2, 0}, {1, 0}})), "accepted");
+  EXPECT_EQ(refusal(only({{0, 2}}, {{2, 0}, {1, 0}})), "accepted");
 }
 
 TEST(FiniteElements, BadInputIsRefused) {
-  const auto refused = [](const std::function<void(ElasticProblem&)>& spoil) {
-    return refusal(spoil, default_sparse_solver());
-  };
-  EXPECT_EQ(refused([](ElasticProblem&) {}), "accepted");
-  EXPECT_THAT(refused([](ElasticProblem& p) { p.modulus[5] = 0.0; }), HasSubstr("x = 1, y = 1 is 0 MPa"));
-  EXPECT_THAT(refused([](ElasticProblem& p) { p.modulus[5] = std::nan(""); }), HasSubstr("12 finite values"));
-  EXPECT_THAT(refused([](ElasticProblem& p) { p.modulus.pop_back(); }), HasSubstr("the modulus"));
-  EXPECT_THAT(refused([](ElasticProblem& p) { p.fixed_y.pop_back(); }), HasSubstr("the conditions"));
-  EXPECT_THAT(refused([](ElasticProblem& p) { p.prescribed.x.clear(); }), HasSubstr("prescribed"));
-  EXPECT_THAT(refused([](ElasticProblem& p) { p.force.x = {1.0}; }), HasSubstr("the force"));
-  EXPECT_THAT(refused([](ElasticProblem& p) { p.extent = {1, 12}; }), HasSubstr("at least 2 x 2"));
+  EXPECT_EQ(refusal([](ElasticProblem&) {}), "accepted");
+  EXPECT_THAT(refusal([](ElasticProblem& p) { p.modulus[5] = 0.0; }), HasSubstr("x = 1, y = 1 is 0 MPa"));
+  EXPECT_THAT(refusal([](ElasticProblem& p) { p.modulus[5] = std::nan(""); }), HasSubstr("12 finite values"));
+  EXPECT_THAT(refusal([](ElasticProblem& p) { p.modulus.pop_back(); }), HasSubstr("the modulus"));
+  EXPECT_THAT(refusal([](ElasticProblem& p) { p.fixed_y.pop_back(); }), HasSubstr("the conditions"));
+  EXPECT_THAT(refusal([](ElasticProblem& p) { p.prescribed.x.clear(); }), HasSubstr("prescribed"));
+  EXPECT_THAT(refusal([](ElasticProblem& p) { p.force.x = {1.0}; }), HasSubstr("the force"));
+  EXPECT_THAT(refusal([](ElasticProblem& p) { p.extent = {1, 12}; }), HasSubstr("at least 2 x 2"));
   EXPECT_THROW((void)ElementRule::plane_stress(0.6), InputError);
   EXPECT_THROW((void)ElementRule::plane_stress(-1.0), InputError);
   EXPECT_THROW((void)ElementRule::plane_stress(std::nan("")), InputError);
@@ -225,9 +197,7 @@ TEST(FiniteElements, ARuleWithoutStiffnessIsRefused) {
   problem.force = ReferenceField(problem.extent, 1.0);
   ElementRule rule = ElementRule::plane_stress(0.3);
   rule.elasticity.setZero();
-  for (const SparseSolver solver : available_solvers()) {
-    EXPECT_THROW((void)solve_finite_elements(problem, rule, solver), InputError) << name_of(solver);
-  }
+  EXPECT_THROW((void)solve_finite_elements(problem, rule), InputError);
 }
 
 } // namespace

@@ -194,20 +194,6 @@ TEST(FixedPoint, AHeldSetThatCyclesIsFoundOneSidedly) {
   EXPECT_LT(fixed.residual, 1e-9);
 }
 
-TEST(FixedPoint, SolversAgree) {
-  if (!is_available(SparseSolver::suitesparse)) {
-    GTEST_SKIP() << "this build has no SuiteSparse";
-  }
-  const Level level = random_level({40, 31}, test::Texture::smooth, 2, 30.0F);
-  const FixedPoint a = solve_fixed_point(level, SparseSolver::suitesparse);
-  const FixedPoint b = solve_fixed_point(level, SparseSolver::eigen);
-  EXPECT_EQ(a.held, b.held);
-  for (std::size_t i = 0; i < level.extent.sites(); ++i) {
-    EXPECT_NEAR(a.displacement.x[i], b.displacement.x[i], 1e-11);
-    EXPECT_NEAR(a.displacement.y[i], b.displacement.y[i], 1e-11);
-  }
-}
-
 std::string refusal(const Level& level) {
   return test::refusal([&] { (void)solve_fixed_point(level); });
 }
