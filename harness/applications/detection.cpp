@@ -6,6 +6,7 @@
 #include "harness/scene/images/images.hpp"
 #include "kernels/data/input_error.hpp"
 
+#include <Eigen/Core>
 #include <fmt/format.h>
 
 #include <chrono>
@@ -69,7 +70,7 @@ Explanation explain(const RegionSheet& sheet, const VectorField& observed, doubl
   const Level level = sheet.with_border(observed);
   ModulusProblem problem(level, sheet.poisson(), sheet.inside(), sheet.session());
   const double weight = 1.0 / (noise * noise);
-  Minimum minimum = minimise(
+  std::vector<double> logarithms = minimise(
       [&](std::span<const double> at, std::span<double> derivative) {
         const double misfit = problem.misfit(at, observed, derivative);
         for (double& slope : derivative) {
@@ -77,18 +78,20 @@ Explanation explain(const RegionSheet& sheet, const VectorField& observed, doubl
         }
         return weight * misfit + add_variation(sheet, options.smoothness, at, derivative);
       },
-      std::vector<double>(sheet.inside().size()), largest_logarithm, options.iterations);
-  VectorField displacement = problem.displacement(minimum.at);
-  return {std::move(minimum.at), std::move(displacement)};
+      sheet.inside().size(), largest_logarithm, options.iterations);
+  VectorField displacement = problem.displacement(logarithms);
+  return {std::move(logarithms), std::move(displacement)};
 }
 
 /// Of a component, pixels.
 double white_noise_of(const VectorField& field) {
   ScalarField component(field.extent);
-  component.values = field.x;
-  const double along_x = noise_of(component);
-  component.values = field.y;
-  return std::max(std::sqrt(0.5 * (along_x * along_x + std::pow(noise_of(component), 2))), least_noise);
+  double square = 0.0;
+  for (const std::vector<float>* values : {&field.x, &field.y}) {
+    component.values = *values;
+    square += 0.5 * std::pow(noise_of(component), 2);
+  }
+  return std::max(std::sqrt(square), least_noise);
 }
 
 void add_noise(std::vector<float>& values, double deviation, GaussianNoise& random) {
@@ -108,7 +111,8 @@ class Search {
 public:
   Search(const RegionSheet& sheet, VectorField observed, const DetectionOptions& options, Progress& progress)
       : sheet_(sheet), observed_(std::move(observed)), options_(options), progress_(progress),
-        random_(options.seed), scan_(sheet, observed_), expected_(labelled_displacement()) {}
+        random_(options.seed), scan_(sheet, observed_),
+        expected_(sheet.displacement(sheet.with_border(observed_), sheet.poisson())) {}
 
   /// The observed border continued by the labels' moduli.
   [[nodiscard]] const VectorField& expected() const { return expected_; }
@@ -207,12 +211,6 @@ public:
   }
 
 private:
-  [[nodiscard]] VectorField labelled_displacement() const {
-    const Level level = sheet_.with_border(observed_);
-    return ModulusProblem(level, sheet_.poisson(), sheet_.inside(), sheet_.session())
-        .displacement(std::vector<double>(sheet_.inside().size()));
-  }
-
   /// Of the logarithms, if the moduli that were found are the true ones.
   [[nodiscard]] ScalarField deviation_of(const Explanation& found, double noise) {
     ScalarField square(sheet_.extent());
@@ -243,8 +241,14 @@ private:
   VectorField expected_;
 };
 
-/// Tissue, and enough of it for the smallest disc that is sought.
-void require_tissue(const RegionSheet& sheet, const Scene& scene) {
+/// Tissue, and enough of it for the smallest disc that is sought; a deformation, as what moves as one says
+/// nothing about moduli; and enough simulations.
+void require_detectable(const RegionSheet& sheet, const Scene& scene, const VectorField& part,
+                        int simulations) {
+  if (simulations < fewest_simulations) {
+    throw InputError(fmt::format("detection: {} simulations say nothing about chance, at least {} are needed",
+                                 simulations, fewest_simulations));
+  }
   const double smallest = InclusionScan::radii.front();
   const auto needed = static_cast<std::ptrdiff_t>(std::numbers::pi * smallest * smallest);
   const auto tissue = std::ranges::count_if(sheet.inside(), [&](std::size_t site) {
@@ -256,33 +260,17 @@ void require_tissue(const RegionSheet& sheet, const Scene& scene) {
                                  "the smallest disc that is sought has a radius of {:g} pixels",
                                  tissue, needed, smallest));
   }
-}
-
-/// What moves as one says nothing about moduli.
-void require_deformation(const VectorField& part) {
-  const auto spread = [](const std::vector<float>& values) {
-    double sum = 0.0;
-    double squares = 0.0;
-    for (const float value : values) {
-      sum += static_cast<double>(value);
-      squares += static_cast<double>(value) * static_cast<double>(value);
-    }
-    const auto count = static_cast<double>(values.size());
-    return std::max(squares / count - std::pow(sum / count, 2), 0.0);
-  };
-  const double deviation = std::sqrt(spread(part.x) + spread(part.y));
-  if (!(deviation > least_noise)) {
+  double variance = 0.0;
+  for (const std::vector<float>* values : {&part.x, &part.y}) {
+    const Eigen::ArrayXd all =
+        Eigen::Map<const Eigen::ArrayXf>(values->data(), std::ssize(*values)).cast<double>();
+    variance += (all - all.mean()).square().mean();
+  }
+  if (!(std::sqrt(variance) > least_noise)) {
     throw InputError(fmt::format(
         "detection: around the region the tissue moved as one, but for {:.2g} px; without a deformation of "
         "more than {:g} px nothing can be said about moduli",
-        deviation, least_noise));
-  }
-}
-
-void require_simulations(int simulations) {
-  if (simulations < fewest_simulations) {
-    throw InputError(fmt::format("detection: {} simulations say nothing about chance, at least {} are needed",
-                                 simulations, fewest_simulations));
+        std::sqrt(variance), least_noise));
   }
 }
 
@@ -291,11 +279,9 @@ void require_simulations(int simulations) {
 Detection detect_modulus(const VectorField& observed, const ScalarField& region, const Scene& scene,
                          const DetectionOptions& options, ElasticSession& session, Progress& progress) {
   const auto start = std::chrono::steady_clock::now();
-  require_simulations(options.fields);
   const RegionSheet sheet(region, scene, session);
-  require_tissue(sheet, scene);
   const VectorField part = sheet.part_of(observed);
-  require_deformation(part);
+  require_detectable(sheet, scene, part, options.fields);
   const double noise = white_noise_of(part);
   Search search(sheet, part, options, progress);
   const auto nothing = search.scans(
@@ -309,11 +295,9 @@ Detection detect_modulus(const ScalarField& source, const ScalarField& target, c
                          const ScalarField& region, const Scene& scene, const DetectionOptions& options,
                          ElasticSession& session, Progress& progress) {
   const auto start = std::chrono::steady_clock::now();
-  require_simulations(options.pairs);
   const RegionSheet sheet(region, scene, session);
-  require_tissue(sheet, scene);
   const VectorField part = sheet.part_of(registered);
-  require_deformation(part);
+  require_detectable(sheet, scene, part, options.pairs);
   Search search(sheet, part, options, progress);
   const ScalarField like_target = with_values_of(source, pulled_back(target, registered), {});
   const double source_noise = noise_of(source);

@@ -121,29 +121,25 @@ private:
 InclusionScan::InclusionScan(const RegionSheet& sheet, const VectorField& reference)
     : sheet_(sheet), level_(sheet.with_border(reference)),
       problem_(level_, sheet.poisson(), sheet.inside(), sheet.session()) {
-  const std::vector<double> labelled(sheet.inside().size());
-  expected_ = problem_.displacement(labelled);
-  const auto with_poisson = [&](double poisson) {
-    return ModulusProblem(level_, poisson, sheet_.inside(), sheet_.session()).displacement(labelled);
-  };
+  expected_ = sheet.displacement(level_, sheet.poisson());
   const double most = std::min(sheet.poisson() + other_poisson, largest_poisson);
-  add_excuse(with_poisson(most), with_poisson(most - 2.0 * other_poisson));
+  add_excuse(sheet.displacement(level_, most), sheet.displacement(level_, most - 2.0 * other_poisson));
   std::set<int> labels;
   for (const std::size_t site : sheet.inside()) {
     labels.insert(sheet.label(site));
   }
+  if (labels.size() == 1) { // one label's modulus alone changes nothing where the border is given
+    return;
+  }
   for (const int label : labels) {
     const auto with_modulus = [&](double logarithm) {
-      std::vector<double> logarithms(sheet_.inside().size());
-      for (std::size_t i = 0; i < logarithms.size(); ++i) {
-        logarithms[i] = sheet_.label(sheet_.inside()[i]) == label ? logarithm : 0.0;
+      std::vector<double> logarithms;
+      for (const std::size_t site : sheet.inside()) {
+        logarithms.push_back(sheet.label(site) == label ? logarithm : 0.0);
       }
-      return ModulusProblem(level_, sheet_.poisson(), sheet_.inside(), sheet_.session())
-          .displacement(logarithms);
+      return sheet.displacement(level_, sheet.poisson(), std::move(logarithms));
     };
-    if (labels.size() > 1) { // one label's modulus alone changes nothing where the border is given
-      add_excuse(with_modulus(other_modulus), with_modulus(-other_modulus));
-    }
+    add_excuse(with_modulus(other_modulus), with_modulus(-other_modulus));
   }
 }
 
@@ -169,10 +165,7 @@ void InclusionScan::add_excuse(const VectorField& more, const VectorField& less)
 }
 
 VectorField InclusionScan::unexplained(const VectorField& observed) const {
-  const Level level = sheet_.with_border(observed);
-  const VectorField expected = ModulusProblem(level, sheet_.poisson(), sheet_.inside(), sheet_.session())
-                                   .displacement(std::vector<double>(sheet_.inside().size()));
-  return inexcusable(observed, expected);
+  return inexcusable(observed, sheet_.displacement(sheet_.with_border(observed), sheet_.poisson()));
 }
 
 InclusionScan::Scores InclusionScan::scores(const VectorField& unexplained) const {
@@ -295,8 +288,7 @@ VectorField InclusionScan::nothing_hidden(GaussianNoise& random) const {
   sheet_.loosen(level);
   const double poisson =
       std::min(sheet_.poisson() + other_poisson * (2.0 * random.uniform() - 1.0), largest_poisson);
-  return ModulusProblem(level, poisson, sheet_.inside(), sheet_.session())
-      .displacement(std::vector<double>(sheet_.inside().size()));
+  return sheet_.displacement(level, poisson);
 }
 
 ScanResult measure_scan(const RegionSheet& sheet, const InclusionScan::Scores& found,
@@ -342,12 +334,7 @@ double deviation_ratio(const RegionSheet& sheet, std::span<const InclusionScan::
       }
     }
   }
-  if (ratios.empty()) {
-    return 1.0;
-  }
-  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-  std::ranges::nth_element(ratios, middle);
-  return *middle;
+  return ratios.empty() ? 1.0 : median_of(ratios);
 }
 
 } // namespace hdmbench

@@ -61,12 +61,7 @@ double robust_deviation(const ScalarField& differences, const VectorField& slope
       magnitudes.push_back(std::abs(differences.values[site]));
     }
   }
-  if (magnitudes.empty()) {
-    return 0.0;
-  }
-  const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
-  std::ranges::nth_element(magnitudes, middle);
-  return static_cast<double>(*middle) / 0.6745;
+  return magnitudes.empty() ? 0.0 : static_cast<double>(median_of(magnitudes)) / 0.6745;
 }
 
 /// What a Gaussian leaves of white noise.
@@ -340,16 +335,13 @@ std::vector<PictureLevel> picture_levels(const ScalarField& source, const Scalar
     std::ranges::transform(scene.labels.values, still.values.begin(),
                            [](int label) { return label > 0 ? 0.0F : 1.0F; });
   }
-  const auto half = [](const ScalarField& mask) {
-    return mask.values.empty() ? ScalarField{} : halved_mean(mask);
-  };
   std::vector<PictureLevel> levels{{source, target, scene.full.modulus, unseen, std::move(still)}};
   while (static_cast<int>(levels.size()) < most &&
          std::min(levels.back().source.extent.width, levels.back().source.extent.height) >=
              2 * smallest_side) {
     const PictureLevel& fine = levels.back();
-    levels.push_back({halved(fine.source), halved(fine.target), halved_mean(fine.modulus), half(fine.unseen),
-                      half(fine.still)});
+    levels.push_back({halved(fine.source), halved(fine.target), halved_mean(fine.modulus),
+                      halved_mean(fine.unseen), halved_mean(fine.still)});
   }
   return levels;
 }

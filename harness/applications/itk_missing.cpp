@@ -13,7 +13,7 @@ ConventionalRegistration register_conventionally(const ScalarField&, const Scala
                     "libinsighttoolkit5-dev and configure with -DHDMBENCH_IMAGES=ON");
 }
 
-Minimum minimise(const Objective&, const std::vector<double>&, double, int) {
+std::vector<double> minimise(const Objective&, std::size_t, double, int) {
   throw MissingFile("L-BFGS: this hdmbench was built without image support; install libinsighttoolkit5-dev "
                     "and configure with -DHDMBENCH_IMAGES=ON");
 }

@@ -25,12 +25,6 @@ struct Tissue {
   double deviation = 0.0;
 };
 
-float median_of(std::vector<float>& values) {
-  const auto middle = values.begin() + std::ssize(values) / 2;
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 /// Whether a site and its eight neighbours have one label.
 bool is_inside(const LabelField& labels, int x, int y) {
   const Extent extent = labels.extent;

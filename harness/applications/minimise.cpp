@@ -1,83 +1,53 @@
 #include "harness/applications/minimise.hpp"
 
-#include "harness/scene/images/pixels.hpp"
-#include "kernels/data/input_error.hpp"
-
-#include <fmt/format.h>
-#include <itkLBFGSBOptimizer.h>
-#include <itkSingleValuedCostFunction.h>
+#include <vnl/algo/vnl_lbfgsb.h>
+#include <vnl/vnl_cost_function.h>
 
 namespace hdmbench {
 
 namespace {
 
-class Cost : public itk::SingleValuedCostFunction {
+class Cost : public vnl_cost_function {
 public:
-  using Self = Cost;
-  using Superclass = itk::SingleValuedCostFunction;
-  using Pointer = itk::SmartPointer<Self>;
-  itkSimpleNewMacro(Self);
+  Cost(const Objective& objective, unsigned unknowns)
+      : vnl_cost_function(static_cast<int>(unknowns)), objective_(objective) {}
 
-  void prepare(const Objective& objective, unsigned unknowns) {
-    objective_ = &objective;
-    unknowns_ = unknowns;
+  void compute(const vnl_vector<double>& at, double* value, vnl_vector<double>* gradient) override {
+    *value = objective_({at.data_block(), at.size()}, {gradient->data_block(), gradient->size()});
   }
-  void GetValueAndDerivative(const ParametersType& at, MeasureType& value,
-                             DerivativeType& derivative) const override {
-    derivative.SetSize(unknowns_);
-    value = (*objective_)({at.data_block(), unknowns_}, {derivative.data_block(), unknowns_});
-  }
-  [[nodiscard]] MeasureType GetValue(const ParametersType& at) const override {
-    MeasureType value = 0.0;
-    DerivativeType derivative;
-    GetValueAndDerivative(at, value, derivative);
-    return value;
-  }
-  void GetDerivative(const ParametersType& at, DerivativeType& derivative) const override {
-    MeasureType value = 0.0;
-    GetValueAndDerivative(at, value, derivative);
-  }
-  [[nodiscard]] unsigned GetNumberOfParameters() const override { return unknowns_; }
 
 private:
-  const Objective* objective_ = nullptr;
-  unsigned unknowns_ = 0;
+  const Objective& objective_;
+};
+
+class Minimiser : public vnl_lbfgsb {
+public:
+  Minimiser(vnl_cost_function& cost, int iterations)
+      : vnl_lbfgsb(cost), most_iterations_(static_cast<unsigned>(iterations)) {}
+
+private:
+  bool report_iter() override { return vnl_lbfgsb::report_iter() || num_iterations_ > most_iterations_; }
+
+  unsigned most_iterations_;
 };
 
 } // namespace
 
-Minimum minimise(const Objective& objective, const std::vector<double>& start, double bound, int iterations) {
-  const auto unknowns = static_cast<unsigned>(start.size());
-  const auto cost = Cost::New();
-  cost->prepare(objective, unknowns);
-  const auto optimizer = itk::LBFGSBOptimizer::New();
-  itk::LBFGSBOptimizer::BoundSelectionType both(unknowns);
-  both.Fill(2);
-  itk::LBFGSBOptimizer::BoundValueType lower(unknowns);
-  lower.Fill(-bound);
-  itk::LBFGSBOptimizer::BoundValueType upper(unknowns);
-  upper.Fill(bound);
-  optimizer->SetCostFunction(cost);
-  optimizer->SetBoundSelection(both);
-  optimizer->SetLowerBound(lower);
-  optimizer->SetUpperBound(upper);
-  optimizer->SetMaximumNumberOfCorrections(10);
-  optimizer->SetMaximumNumberOfIterations(static_cast<unsigned>(iterations));
-  optimizer->SetMaximumNumberOfEvaluations(static_cast<unsigned>(2 * iterations));
-  optimizer->SetCostFunctionConvergenceFactor(1e9); // times 2e-16: the least relative progress
-  optimizer->SetProjectedGradientTolerance(0.0);
-  itk::LBFGSBOptimizer::ParametersType from(unknowns);
-  std::copy(start.begin(), start.end(), from.begin());
-  optimizer->SetInitialPosition(from);
-  try {
-    optimizer->StartOptimization();
-  } catch (const itk::ExceptionObject& error) {
-    throw InputError(fmt::format("L-BFGS: {}", images::own_words(error)));
-  }
-  const auto& found = optimizer->GetCurrentPosition();
-  return {.at = {found.begin(), found.end()},
-          .value = optimizer->GetValue(),
-          .iterations = static_cast<int>(optimizer->GetCurrentIteration())};
+std::vector<double> minimise(const Objective& objective, std::size_t unknowns, double bound, int iterations) {
+  const auto count = static_cast<unsigned>(unknowns);
+  constexpr long within_both = 2;
+  Cost cost(objective, count);
+  Minimiser minimiser(cost, iterations);
+  minimiser.set_bound_selection(vnl_vector<long>(count, within_both));
+  minimiser.set_lower_bound(vnl_vector<double>(count, -bound));
+  minimiser.set_upper_bound(vnl_vector<double>(count, bound));
+  minimiser.set_max_variable_metric_corrections(10);
+  minimiser.set_max_function_evals(2 * iterations);
+  minimiser.set_cost_function_convergence_factor(1e9); // times 2e-16: the least relative progress
+  minimiser.set_projected_gradient_tolerance(0.0);
+  vnl_vector<double> at(count, 0.0);
+  (void)minimiser.minimize(at); // where the iterations end it the place is the best so far
+  return {at.begin(), at.end()};
 }
 
 } // namespace hdmbench

@@ -1,5 +1,6 @@
 #include "harness/applications/modulus_problem.hpp"
 
+#include "harness/applications/picture.hpp"
 #include "harness/solve/methods/elastic.hpp"
 
 #include <array>
@@ -59,6 +60,13 @@ double energy_of_site(const VectorField& a, const VectorField& b, int x, int y, 
   return sum;
 }
 
+VectorField solved(ElasticSolver& solver) {
+  solver.full_multigrid();
+  for (int step = 0; step < steps && !solver.conjugate_gradients().ended; ++step) {
+  }
+  return solver.displacement();
+}
+
 } // namespace
 
 ModulusProblem::ModulusProblem(const Level& level, double poisson, const std::vector<std::size_t>& unknown,
@@ -74,10 +82,7 @@ VectorField ModulusProblem::displacement(std::span<const double> logarithms) {
     level_.modulus.values[unknown_[i]] = labelled_[i] * static_cast<float>(std::exp(logarithms[i]));
   }
   ElasticSolver solver(level_, poisson_, session_);
-  solver.full_multigrid();
-  for (int step = 0; step < steps && !solver.conjugate_gradients().ended; ++step) {
-  }
-  return solver.displacement();
+  return solved(solver);
 }
 
 void ModulusProblem::slopes(const VectorField& found, const VectorField& difference,
@@ -85,10 +90,7 @@ void ModulusProblem::slopes(const VectorField& found, const VectorField& differe
   const SiteSprings none;
   ElasticSolver solver(level_, poisson_, none, session_);
   solver.pull(VectorField(level_.extent), difference);
-  solver.full_multigrid();
-  for (int step = 0; step < steps && !solver.conjugate_gradients().ended; ++step) {
-  }
-  const VectorField adjoint = solver.displacement();
+  const VectorField adjoint = solved(solver);
   for (std::size_t i = 0; i < unknown_.size(); ++i) {
     const auto width = static_cast<std::size_t>(level_.extent.width);
     const int x = static_cast<int>(unknown_[i] % width);
@@ -102,15 +104,12 @@ double ModulusProblem::misfit(std::span<const double> logarithms, const VectorFi
                               std::span<double> derivative) {
   const VectorField found = displacement(logarithms);
   VectorField difference(level_.extent);
-  double sum = 0.0;
   for (const std::size_t site : unknown_) {
     difference.x[site] = found.x[site] - observed.x[site];
     difference.y[site] = found.y[site] - observed.y[site];
-    sum += static_cast<double>(difference.x[site]) * static_cast<double>(difference.x[site]) +
-           static_cast<double>(difference.y[site]) * static_cast<double>(difference.y[site]);
   }
   slopes(found, difference, derivative);
-  return 0.5 * sum;
+  return 0.5 * product(difference, difference);
 }
 
 } // namespace hdmbench

@@ -3,9 +3,11 @@
 #include "harness/scene/sites.hpp"
 #include "kernels/data/input_error.hpp"
 
+#include <Eigen/Core>
 #include <fmt/format.h>
 
 #include <array>
+#include <numeric>
 #include <string_view>
 #include <vector>
 
@@ -168,13 +170,13 @@ void blend_moduli(ScalarField& modulus, const ScalarField& region, float resista
 
 VectorField doubled(const VectorField& displacement, Extent extent) {
   VectorField result(extent);
-  for_each_site(extent, [&](int x, int y) {
-    const std::size_t site = extent.index(x, y);
-    const float half_x = 0.5F * static_cast<float>(x);
-    const float half_y = 0.5F * static_cast<float>(y);
-    result.x[site] = 2.0F * sample(displacement.x, displacement.extent, half_x, half_y);
-    result.y[site] = 2.0F * sample(displacement.y, displacement.extent, half_x, half_y);
-  });
+  for (const auto component : {&VectorField::x, &VectorField::y}) {
+    for_each_site(extent, [&](int x, int y) {
+      (result.*component)[extent.index(x, y)] =
+          2.0F * sample(displacement.*component, displacement.extent, 0.5F * static_cast<float>(x),
+                        0.5F * static_cast<float>(y));
+    });
+  }
   return result;
 }
 
@@ -204,14 +206,9 @@ double noise_of(const ScalarField& picture) {
       differences.push_back(std::abs(corners - 2.0F * sides + 4.0F * value(x, y)));
     }
   }
-  if (differences.empty()) {
-    return 0.0;
-  }
-  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
-  std::ranges::nth_element(differences, middle);
   // Of a normal distribution the median of the magnitude is 0.6745 standard deviations; of the difference of
   // differences the standard deviation is 6 times the noise's: 4 * 1 + 4 * 4 + 16 = 36.
-  return static_cast<double>(*middle) / (0.6745 * 6.0);
+  return differences.empty() ? 0.0 : static_cast<double>(median_of(differences)) / (0.6745 * 6.0);
 }
 
 ScalarField with_values_of(const ScalarField& source, const ScalarField& target, const ScalarField& unseen) {
@@ -242,15 +239,9 @@ ScalarField with_values_of(const ScalarField& source, const ScalarField& target,
     sum[bin + 1] += share * change;
   }
   // What a bin with too few sites changes by is what its neighbours do.
-  double total = 0.0;
-  double change = 0.0;
-  for (std::size_t bin = 0; bin < bins; ++bin) {
-    total += weight[bin];
-    change += sum[bin];
-  }
-  const double everywhere = total > 0.0 ? change / total : 0.0;
+  const double total = std::accumulate(weight.begin(), weight.end(), 0.0);
+  double last = total > 0.0 ? std::accumulate(sum.begin(), sum.end(), 0.0) / total : 0.0;
   std::array<float, bins> shift{};
-  double last = everywhere;
   for (std::size_t bin = 0; bin < bins; ++bin) {
     last = weight[bin] >= enough ? sum[bin] / weight[bin] : last;
     shift[bin] = static_cast<float>(last);
@@ -274,51 +265,36 @@ void require_pair(const ScalarField& source, const ScalarField& target) {
 }
 
 Similarity similarity(const ScalarField& a, const ScalarField& b) {
-  constexpr std::size_t bins = Similarity::bins;
+  constexpr int bins = Similarity::bins;
   Similarity result;
-  const auto sites = static_cast<double>(a.values.size());
-  double sum_a = 0.0, sum_b = 0.0, sum_aa = 0.0, sum_bb = 0.0, sum_ab = 0.0;
-  for (std::size_t site = 0; site < a.values.size(); ++site) {
-    const auto first = static_cast<double>(a.values[site]);
-    const auto second = static_cast<double>(b.values[site]);
-    sum_a += first;
-    sum_b += second;
-    sum_aa += first * first;
-    sum_bb += second * second;
-    sum_ab += first * second;
-    result.mean_squares += (first - second) * (first - second) / sites;
-  }
-  const double spread = std::sqrt((sum_aa - sum_a * sum_a / sites) * (sum_bb - sum_b * sum_b / sites));
+  const auto values_of = [](const ScalarField& picture) -> Eigen::ArrayXd {
+    return Eigen::Map<const Eigen::ArrayXf>(picture.values.data(), std::ssize(picture.values)).cast<double>();
+  };
+  const Eigen::ArrayXd first = values_of(a);
+  const Eigen::ArrayXd second = values_of(b);
+  result.mean_squares = (first - second).square().mean();
+  const Eigen::ArrayXd from_mean = first - first.mean();
+  const Eigen::ArrayXd other_from_mean = second - second.mean();
+  const double spread = std::sqrt(from_mean.square().sum() * other_from_mean.square().sum());
   if (!(spread > 0.0)) {
     return result;
   }
-  result.correlation = (sum_ab - sum_a * sum_b / sites) / spread;
+  result.correlation = (from_mean * other_from_mean).sum() / spread;
   const auto bin_of = [](const ScalarField& picture) {
     const auto [low, high] = std::ranges::minmax(picture.values);
     return [low = low, scale = static_cast<float>(bins) / (high - low)](float gray) {
-      return std::min(static_cast<std::size_t>((gray - low) * scale), bins - 1);
+      return std::min(static_cast<int>((gray - low) * scale), bins - 1);
     };
   };
   const auto bin_a = bin_of(a);
   const auto bin_b = bin_of(b);
-  std::array<std::array<double, bins>, bins> joint{};
-  std::array<double, bins> of_a{};
-  std::array<double, bins> of_b{};
+  Eigen::Array<double, bins, bins> joint = Eigen::Array<double, bins, bins>::Zero();
   for (std::size_t site = 0; site < a.values.size(); ++site) {
-    const std::size_t row = bin_a(a.values[site]);
-    const std::size_t column = bin_b(b.values[site]);
-    joint[row][column] += 1.0 / sites;
-    of_a[row] += 1.0 / sites;
-    of_b[column] += 1.0 / sites;
+    joint(bin_a(a.values[site]), bin_b(b.values[site])) += 1.0 / static_cast<double>(a.values.size());
   }
-  for (std::size_t row = 0; row < bins; ++row) {
-    for (std::size_t column = 0; column < bins; ++column) {
-      if (joint[row][column] > 0.0) {
-        result.mutual_information +=
-            joint[row][column] * std::log2(joint[row][column] / (of_a[row] * of_b[column]));
-      }
-    }
-  }
+  const Eigen::Array<double, bins, bins> apart =
+      (joint.rowwise().sum().matrix() * joint.colwise().sum().matrix()).array();
+  result.mutual_information = (joint > 0.0).select(joint * (joint / apart).log(), 0.0).sum() / std::log(2.0);
   return result;
 }
 

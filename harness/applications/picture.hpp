@@ -7,10 +7,19 @@
 #include <cstddef>
 #include <cstdint>
 #include <random>
+#include <vector>
 
 /// What registrations do with pictures, in float on the processor: the same bits whatever the number of
 /// threads.
 namespace hdmbench {
+
+/// The upper one of two in the middle; orders `values`, of which there is one at least.
+template <typename Value>
+[[nodiscard]] Value median_of(std::vector<Value>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
 
 /// The sum of a * b over sites and components.
 [[nodiscard]] double product(const VectorField& a, const VectorField& b);
@@ -43,7 +52,7 @@ void add(VectorField& field, float factor, const VectorField& more);
 /// Half as many pixels a side, rounded up: pixel (x, y) is the blurred picture at (2x, 2y).
 [[nodiscard]] ScalarField halved(const ScalarField& picture);
 
-/// The mean of the four sites from (2x, 2y) on: for moduli and masks.
+/// The mean of the four sites from (2x, 2y) on: for moduli and masks. Of nothing: nothing.
 [[nodiscard]] ScalarField halved_mean(const ScalarField& field);
 
 /// Where something happened that the labels do not know, a growth or a resection, their moduli say little:
@@ -74,7 +83,7 @@ void require_pair(const ScalarField& source, const ScalarField& target);
 
 /// How alike two pictures are, site by site.
 struct Similarity {
-  static constexpr std::size_t bins = 32; ///< of the gray values of each
+  static constexpr int bins = 32; ///< of the gray values of each
 
   double mean_squares = 0.0;       ///< of the difference, gray values^2
   double correlation = 0.0;        ///< -1 ... 1

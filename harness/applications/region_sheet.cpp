@@ -1,11 +1,13 @@
 #include "harness/applications/region_sheet.hpp"
 
+#include "harness/applications/modulus_problem.hpp"
 #include "harness/scene/sites.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace hdmbench {
@@ -25,25 +27,21 @@ RegionSheet::RegionSheet(const ScalarField& region, const Scene& scene, ElasticS
     throw InputError(fmt::format("detection: the scene is {} x {} pixels, the region {} x {}", image_.width,
                                  image_.height, region.extent.width, region.extent.height));
   }
-  left_ = image_.width;
-  top_ = image_.height;
   int right = -1;
   int bottom = -1;
+  left_ = image_.width;
+  top_ = image_.height;
   for_each_site(image_, [&](int x, int y) {
     if (region.values[image_.index(x, y)] != 0.0F) {
-      left_ = std::min(left_, x);
-      right = std::max(right, x);
-      top_ = std::min(top_, y);
-      bottom = std::max(bottom, y);
+      left_ = std::clamp(x - margin, 0, left_);
+      right = std::clamp(x + margin, right, image_.width - 1);
+      top_ = std::clamp(y - margin, 0, top_);
+      bottom = std::clamp(y + margin, bottom, image_.height - 1);
     }
   });
   if (right < 0) {
     throw InputError("detection: the region of interest is empty, no pixel of the mask is above 0");
   }
-  left_ = std::max(left_ - margin, 0);
-  top_ = std::max(top_ - margin, 0);
-  right = std::min(right + margin, image_.width - 1);
-  bottom = std::min(bottom + margin, image_.height - 1);
   const Extent extent{right - left_ + 1, bottom - top_ + 1};
   sheet_.extent = extent;
   sheet_.modulus = ScalarField(extent);
@@ -120,6 +118,12 @@ void RegionSheet::loosen(Level& level) const {
       level.confidence.x[site] = level.confidence.y[site] = gentle_hold(site);
     }
   });
+}
+
+VectorField RegionSheet::displacement(const Level& level, double poisson,
+                                      std::vector<double> logarithms) const {
+  logarithms.resize(inside_.size());
+  return ModulusProblem(level, poisson, inside_, session_).displacement(logarithms);
 }
 
 double RegionSheet::distance(const VectorField& a, const VectorField& b) const {

@@ -3,7 +3,6 @@
 #include "backends/shared/elastic_session.hpp"
 #include "harness/scene/scene.hpp"
 
-#include <span>
 #include <vector>
 
 namespace hdmbench {
@@ -36,6 +35,10 @@ public:
   [[nodiscard]] Level with_border(const VectorField& observed) const;
   /// What with_border prescribes is held as gently as it was smoothed; the rim of the part stays.
   void loosen(Level& level) const;
+  /// What follows from `level`'s conditions with its moduli times exp(logarithms), one per inside site; none:
+  /// as they are. `poisson`: in place of the scene's.
+  [[nodiscard]] VectorField displacement(const Level& level, double poisson,
+                                         std::vector<double> logarithms = {}) const;
   /// RMS of |a - b| over the inside, pixels.
   [[nodiscard]] double distance(const VectorField& a, const VectorField& b) const;
 

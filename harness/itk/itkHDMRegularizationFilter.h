@@ -15,6 +15,7 @@
 
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -82,22 +83,12 @@ public:
   itkGetInputMacro(Labels, LabelImageType);
   /** Young's modulus of a label, MPa, > 0; only ratios matter. */
   void SetModulus(LabelType label, double megapascal) {
-    const auto [found, inserted] = m_Moduli.try_emplace(label, megapascal);
-    if (inserted || found->second != megapascal) {
-      found->second = megapascal;
-      this->Modified();
-    }
-  }
-  /** That of a label that was named, else 0. */
-  double GetModulus(LabelType label) const {
-    const auto found = m_Moduli.find(label);
-    return found == m_Moduli.end() ? 0.0 : found->second;
+    m_Moduli[label] = megapascal;
+    this->Modified();
   }
   void ClearModuli() {
-    if (!m_Moduli.empty()) {
-      m_Moduli.clear();
-      this->Modified();
-    }
+    m_Moduli.clear();
+    this->Modified();
   }
   /** Young's modulus itself, MPa, > 0, instead of labels. */
   itkSetInputMacro(ModulusImage, ModulusImageType);
@@ -160,11 +151,8 @@ public:
   }
   /** Iterations of all levels together. */
   int GetElapsedIterations() const {
-    int sum = 0;
-    for (const auto& level : m_Levels) {
-      sum += level.iterations;
-    }
-    return sum;
+    return std::accumulate(m_Levels.begin(), m_Levels.end(), 0,
+                           [](int sum, const auto& level) { return sum + level.iterations; });
   }
   /** U of (5.2) at full resolution, in pixels squared. */
   itkGetConstMacro(MeanEnergy, double);
@@ -270,18 +258,25 @@ protected:
     for (const auto& [label, megapascal] : m_Moduli) {
       os << ' ' << +label << ": " << megapascal << " MPa";
     }
-    os << '\n'
-       << indent << "Energy: " << hdmbench::energy_names[static_cast<std::size_t>(m_Energy)]
-       << ", PoissonRatio: " << m_PoissonRatio << '\n'
-       << indent << "NumberOfIterations: " << m_NumberOfIterations << ", StartLevel: " << m_StartLevel
-       << ", StopCriterion: " << static_cast<int>(m_StopCriterion) << ", Epsilon: " << m_Epsilon
-       << ", Alignment: " << static_cast<int>(m_Alignment)
-       << ", DuringIterationUpdate: " << (m_DuringIterationUpdate ? "On" : "Off") << '\n'
-       << indent << "Penalty: " << m_Penalty << ", StepSet: " << m_StepSet << '\n'
-       << indent << "Backend: " << m_Backend << ", Device: " << m_Device << ", DeviceUsed: " << m_DeviceUsed
-       << '\n'
-       << indent << "ElapsedIterations: " << this->GetElapsedIterations() << ", MeanEnergy: " << m_MeanEnergy
-       << std::endl;
+    const auto print = [&](const char* name, const auto& value) {
+      os << '\n' << indent << name << ": " << value;
+    };
+    print("Energy", hdmbench::energy_names[static_cast<std::size_t>(m_Energy)]);
+    print("PoissonRatio", m_PoissonRatio);
+    print("NumberOfIterations", m_NumberOfIterations);
+    print("StartLevel", m_StartLevel);
+    print("StopCriterion", static_cast<int>(m_StopCriterion));
+    print("Epsilon", m_Epsilon);
+    print("Alignment", static_cast<int>(m_Alignment));
+    print("DuringIterationUpdate", m_DuringIterationUpdate);
+    print("Penalty", m_Penalty);
+    print("StepSet", m_StepSet);
+    print("Backend", m_Backend);
+    print("Device", m_Device);
+    print("DeviceUsed", m_DeviceUsed);
+    print("ElapsedIterations", this->GetElapsedIterations());
+    print("MeanEnergy", m_MeanEnergy);
+    os << std::endl;
   }
 
 private:
@@ -307,21 +302,6 @@ private:
 
   hdmbench::Update UpdateOfSites() const {
     return m_DuringIterationUpdate ? hdmbench::Update::sequential : hdmbench::Update::simultaneous;
-  }
-
-  hdmbench::ScalarField ModuliOfLabels() const {
-    const auto* const labels = this->GetLabels();
-    hdmbench::ScalarField moduli(ExtentOf(*labels));
-    ForEachPixel(*labels, [&](std::size_t site, LabelType label) {
-      const auto found = m_Moduli.find(label);
-      if (found == m_Moduli.end()) {
-        const auto width = static_cast<std::size_t>(moduli.extent.width);
-        itkExceptionMacro(<< "the label " << +label << " of the pixel x = " << site % width << ", y = "
-                          << site / width << " has no modulus: call SetModulus(" << +label << ", ...)");
-      }
-      moduli.values[site] = static_cast<float>(found->second);
-    });
-    return moduli;
   }
 
   /** Along rows and columns, in pixels. The direction is orthonormal: its inverse is its transpose, which for
@@ -377,11 +357,19 @@ private:
         full.confidence.y[site] = value[1];
       });
     }
+    full.modulus = hdmbench::ScalarField(extent);
     if (const auto* const moduli = this->GetModulusImage()) {
-      full.modulus = hdmbench::ScalarField(extent);
       ForEachPixel(*moduli, [&](std::size_t site, float modulus) { full.modulus.values[site] = modulus; });
     } else {
-      full.modulus = this->ModuliOfLabels();
+      ForEachPixel(*this->GetLabels(), [&](std::size_t site, LabelType label) {
+        const auto found = m_Moduli.find(label);
+        if (found == m_Moduli.end()) {
+          const auto width = static_cast<std::size_t>(extent.width);
+          itkExceptionMacro(<< "the label " << +label << " of the pixel x = " << site % width << ", y = "
+                            << site / width << " has no modulus: call SetModulus(" << +label << ", ...)");
+        }
+        full.modulus.values[site] = static_cast<float>(found->second);
+      });
     }
     hdmbench::set_inverse_modulus(full);
     if (m_Energy == EnergyEnum::elastic) {
