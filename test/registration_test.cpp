@@ -5,7 +5,6 @@
 #include "harness/applications/physical_registration.hpp"
 #include "harness/applications/picture.hpp"
 #include "harness/check/compare.hpp"
-#include "harness/judge/registration/elastix.hpp"
 #include "harness/judge/registration/rivals.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/sites.hpp"

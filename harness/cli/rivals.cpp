@@ -1,7 +1,6 @@
+#include "harness/judge/registration/rivals.hpp"
 #include "backends/shared/elastic_session.hpp"
 #include "harness/cli/arguments.hpp"
-#include "harness/judge/registration/elastix.hpp"
-#include "harness/judge/registration/knobs.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/images/images.hpp"

@@ -1,17 +1,17 @@
-#include "harness/judge/registration/elastix.hpp"
+#include "harness/judge/registration/ways.hpp"
 
 #include "backends/shared/subprocess.hpp"
 #include "harness/applications/picture.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/temporary_directory.hpp"
+#include "harness/solve/stopwatch.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cctype>
-#include <chrono>
 #include <cstdlib>
 #include <iterator>
 #include <ranges>
@@ -100,21 +100,14 @@ ElastixRegistration register_with_elastix(const ScalarField& source, const Scala
   require_pair(source, target);
   const TemporaryDirectory folder;
   const auto file = [&](const char* name) { return (folder.path() / name).string(); };
-  const auto start = std::chrono::steady_clock::now();
+  const Clock clock;
   write_picture(file("source.mha"), source.extent, "MET_FLOAT", source.values);
   write_picture(file("target.mha"), target.extent, "MET_FLOAT", target.values);
   write_text(file("parameters.txt"), parameters);
-  std::vector<std::string> words{"elastix",
-                                 "-f",
-                                 file("source.mha"),
-                                 "-m",
-                                 file("target.mha"),
-                                 "-p",
-                                 file("parameters.txt"),
-                                 "-out",
-                                 folder.path().string(),
-                                 "-threads",
-                                 "1"};
+  const std::string output = folder.path().string();
+  std::vector<std::string> words{"elastix", "-threads",        "1", "-f", file("source.mha"),
+                                 "-m",      file("target.mha")};
+  words.insert(words.end(), {"-p", file("parameters.txt"), "-out", output});
   if (!unseen.values.empty()) {
     std::vector<unsigned char> seen;
     std::ranges::transform(unseen.values, std::back_inserter(seen),
@@ -124,12 +117,12 @@ ElastixRegistration register_with_elastix(const ScalarField& source, const Scala
   }
   run(words, folder.path());
   // Its transform takes points of the fixed picture, the source, to points of the moving one: as ours.
-  run({"transformix", "-def", "all", "-tp", file("TransformParameters.0.txt"), "-out", folder.path().string(),
-       "-threads", "1"},
+  run({"transformix", "-def", "all", "-tp", file("TransformParameters.0.txt"), "-out", output, "-threads",
+       "1"},
       folder.path());
   ElastixRegistration result;
   result.displacement = read_vector(file("deformationField.mha")).pixels;
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  result.seconds = clock.seconds();
   if (result.displacement.extent != source.extent) {
     throw InputError(fmt::format("transformix wrote a field of {} x {}", result.displacement.extent.width,
                                  result.displacement.extent.height));

@@ -1,4 +1,4 @@
-#include "harness/judge/registration/knobs.hpp"
+#include "harness/judge/registration/rivals.hpp"
 
 #include "harness/applications/conventional_registration.hpp"
 #include "harness/applications/iterated_registration.hpp"
@@ -75,54 +75,43 @@ void mistake_labels(Scene& scene, double share) {
 
 double mean_over_tissue(const VectorField& confidence, const LabelField& labels) {
   double sum = 0.0;
-  double sites = 0.0;
   for (std::size_t site = 0; site < labels.values.size(); ++site) {
-    if (labels.values[site] > 0) {
-      sum += 0.5 * (static_cast<double>(confidence.x[site]) + static_cast<double>(confidence.y[site]));
-      sites += 1.0;
-    }
+    sum += labels.values[site] > 0 ? 0.5 * static_cast<double>(confidence.x[site] + confidence.y[site]) : 0.0;
   }
-  return sites > 0.0 ? sum / sites : 0.0;
+  return sum / static_cast<double>(std::ranges::count_if(labels.values, [](int label) { return label > 0; }));
 }
 
 std::vector<Knob> knobs() {
+  constexpr bool no = false;
   return {
-      {"noise of pictures",
-       {0.01, 0.03, 0.06, 0.1},
-       [](Settings& s, double v) { s.pair.noise = v; },
-       true,
-       false},
+      {"noise of pictures", {0.01, 0.03, 0.06, 0.1}, [](auto& s, double v) { s.pair.noise = v; }, true, no},
       {"noise of the displacement",
        {0.003, 0.01, 0.03, 0.1},
-       [](Settings& s, double v) { s.inclusion.noise = v; },
-       false,
-       true},
+       [](auto& s, double v) { s.inclusion.noise = v; },
+       no},
       {"largest displacement, px",
        {2.0, 5.0, 10.0, 15.0},
-       [](Settings& s, double v) { s.pair.amplitude = s.inclusion.amplitude = v; }},
+       [](auto& s, double v) { s.pair.amplitude = s.inclusion.amplitude = v; }},
       {"region's radius over the image's width",
        {0.04, 0.07, 0.1, 0.13, 0.18},
-       [](Settings& s, double v) { s.pair.region_share = s.inclusion.region_share = v; }},
+       [](auto& s, double v) { s.pair.region_share = s.inclusion.region_share = v; }},
       {"radius of the inclusion, px",
        {3.0, 5.0, 8.0, 12.0},
-       [](Settings& s, double v) { s.inclusion.radius = v; },
-       false,
-       true},
+       [](auto& s, double v) { s.inclusion.radius = v; },
+       no},
       {"contrast of the inclusion",
        {0.33, 1.2, 1.5, 3.0, 10.0},
-       [](Settings& s, double v) { s.inclusion.contrast = v; },
-       false,
-       true},
+       [](auto& s, double v) { s.inclusion.contrast = v; },
+       no},
       {"Poisson's ratio told, truth 0.4",
        {0.2, 0.3, 0.4, 0.49},
-       [](Settings& s, double v) { s.told.poisson = v; }},
+       [](auto& s, double v) { s.told.poisson = v; }},
       {"modulus told of label 4, over the true one",
        {0.5, 1.0, 2.0},
-       [](Settings& s, double v) { scale_label(s.told, 4, v); }},
-      {"share of tissue with a wrong label told",
-       {0.0, 0.05, 0.2},
-       [](Settings& s, double v) { mistake_labels(s.told, v); }},
-  };
+       [](auto& s, double v) { scale_label(s.told, 4, v); }},
+      {"share of tissue with a wrong label told", {0.0, 0.05, 0.2}, [](auto& s, double v) {
+         mistake_labels(s.told, v);
+       }}};
 }
 
 /// Algorithm 6, or 5 after ITK's B-splines.

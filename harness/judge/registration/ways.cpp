@@ -3,7 +3,6 @@
 #include "harness/applications/conventional_registration.hpp"
 #include "harness/applications/iterated_registration.hpp"
 #include "harness/applications/physical_registration.hpp"
-#include "harness/judge/registration/elastix.hpp"
 #include "harness/scene/method.hpp"
 
 #include <fmt/format.h>
