@@ -20,29 +20,21 @@ namespace hdmbench {
 
 namespace {
 
-/// While it lives the scene's schedule has one iteration per level. A copy of the scene would need its
-/// memory.
-class OneIteration {
-public:
-  explicit OneIteration(Scene& scene) : scene_(scene), schedule_(scene.schedule) {
-    scene_.schedule.iterations = 1;
-    scene_.schedule.growth = 0.0;
-    scene_.schedule.stop = Stop::fixed;
-  }
-  OneIteration(const OneIteration&) = delete;
-  OneIteration& operator=(const OneIteration&) = delete;
-  ~OneIteration() { scene_.schedule = schedule_; }
-
-private:
-  Scene& scene_;
-  Schedule schedule_;
-};
-
-/// Shaders are compiled, or specialised for a size, when they first run: let every level run once.
+/// Shaders are compiled, or specialised for a size, when they first run: let every level run once. A copy of
+/// the scene would need its memory.
 void warm_up(Scene& scene, Solver& solver) {
-  const OneIteration once(scene);
+  const Schedule schedule = scene.schedule;
+  scene.schedule.iterations = 1;
+  scene.schedule.growth = 0.0;
+  scene.schedule.stop = Stop::fixed;
   Progress silent(false);
-  (void)solver.solve(scene, silent);
+  try {
+    (void)solver.solve(scene, silent);
+  } catch (...) {
+    scene.schedule = schedule;
+    throw;
+  }
+  scene.schedule = schedule;
 }
 
 std::string run_name(const BenchRun& run) {
@@ -194,16 +186,6 @@ private:
   VectorField expected_; ///< the reference's
 };
 
-/// 1, 2, 4 ... and all of them.
-std::vector<int> thread_counts(int all) {
-  std::vector<int> counts;
-  for (int count = 1; count < all; count *= 2) {
-    counts.push_back(count);
-  }
-  counts.push_back(all);
-  return counts;
-}
-
 } // namespace
 
 std::vector<BenchRun> bench_runs(const Scene& scene, std::span<const Backend* const> backends,
@@ -219,12 +201,8 @@ std::vector<BenchRun> bench_runs(const Scene& scene, std::span<const Backend* co
     };
     const bool is_reference = options.checked && runs.empty();
     const bool scales = backend->threads({.device = {}, .threads = 2}) == 2;
-    if (options.scaling && scales) {
-      std::vector<int> counts = thread_counts(backend->threads(options.session));
-      counts.pop_back(); // the run with all of them follows
-      for (const int count : counts) {
-        add(count, Work::dense);
-      }
+    for (int count = 1; options.scaling && scales && count < backend->threads(options.session); count *= 2) {
+      add(count, Work::dense); // the run with all of them follows
     }
     const bool skips = options.active && may_skip && backend->skips();
     if (options.dense || is_reference || !skips) {
@@ -312,10 +290,9 @@ using nlohmann::json;
 
 constexpr double giga = 1e-9; ///< 10^9 of a unit in one
 
-json in_giga(const std::vector<double>& rates) {
-  json values = json::array();
-  std::ranges::transform(rates, std::back_inserter(values), [](double rate) { return rate * giga; });
-  return values;
+json in_giga(std::vector<double> rates) {
+  std::ranges::for_each(rates, [](double& rate) { rate *= giga; });
+  return rates;
 }
 
 /// Of a solution's cost per site update and per second of compute, and what the device can do at most.
