@@ -1,23 +1,28 @@
-// failing_calls: every call of a driver fails once, see faults.hpp. The stand-ins are found
-// by the program's run path.
+// failing_calls: every call of a driver fails once, see faults.hpp. The stand-ins are found by the program's
+// run path.
 
+#include "backends/cpu/cpu.hpp"
 #include "backends/registry.hpp"
-#include "backends/shared/subprocess.hpp"
+#include "harness/check/compare.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
 #include "harness/solve/progress.hpp"
 #include "kernels/data/input_error.hpp"
 #include "test/captured_stream.hpp"
-#include "test/failing_calls/trial.hpp"
+#include "test/failing_calls/faults.hpp"
+#include "test/random_level.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <array>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <stdexcept>
 
 #include <unistd.h>
 
@@ -30,131 +35,208 @@ constexpr unsigned seconds_until_hung = 60; // a run takes well below one
 /// The APIs that a backend goes through.
 struct Subject {
   const char* backend;
-  std::vector<std::string_view> apis;
+  std::array<std::string_view, 2> apis;
 };
-
-const std::array<Subject, 5>& subjects() {
-  static const std::array<Subject, 5> all{{{"gl-fragment", {"EGL", "OpenGL"}},
+constexpr std::array<Subject, 5> subjects{{{"gl-fragment", {"EGL", "OpenGL"}},
                                            {"gl-fragment-osmesa", {"OSMesa", "OpenGL"}},
                                            {"gl-compute", {"EGL", "OpenGL"}},
                                            {"vulkan-compute", {"Vulkan"}},
                                            {"opencl", {"OpenCL"}}}};
-  return all;
-}
 
 /// What is running, for the handler of a signal that ends the program.
-std::array<char, 200>& running() {
-  static std::array<char, 200> words{};
-  return words;
-}
+std::array<char, 200> running{};
 
 void say_what_ended(int signal) {
   const auto say = [](const char* words) { (void)!write(STDERR_FILENO, words, std::strlen(words)); };
   say("failing_calls: ");
-  say(running().data());
+  say(running.data());
   say(signal == SIGALRM ? ": the program hung\n" : ": the program crashed\n");
   _exit(1);
 }
 
-/// What is written to the file: all runs of one kind on one backend.
+/// All runs of one kind on one backend, as they are written to the file.
 struct Row {
   std::string backend;
   std::string api;            ///< "OpenGL"
   std::string kind;           ///< "GL_OUT_OF_MEMORY"
   std::int64_t calls = 0;     ///< of a run, that can fail so
   std::int64_t failed = 0;    ///< of them, a run each
-  std::int64_t clean = 0;     ///< said the call and the reason, left nothing behind
-  std::int64_t succeeded = 0; ///< right bits without the call
+  std::int64_t clean = 0;     ///< a DeviceError with the call's name and the driver's reason, nothing left
+  std::int64_t succeeded = 0; ///< the right bits all the same: the work can be done without the call
   std::int64_t went_on = 0;   ///< of the clean ones: the same session computed the right bits afterwards
   std::vector<std::string> unclean{}; ///< all others, in words
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Row, backend, api, kind, calls, failed, clean, succeeded, went_on, unclean)
 
-/// Which calls a kind befalls: first, first + stride, ...
-struct Turn {
-  int first = 1;
-  int stride = 1;
+/// What a session is seen to have computed: two levels of different sizes and rules, and a pyramid whose last
+/// level is large enough for every backend to leave tiles out.
+struct Result {
+  std::vector<VectorField> fields;
+  std::vector<std::int64_t> counts;
+
+  bool operator==(const Result& other) const {
+    return counts == other.counts &&
+           std::ranges::equal(fields, other.fields, [](const VectorField& a, const VectorField& b) {
+             return compare(a, b).sites == 0;
+           });
+  }
 };
 
-/// Kinds that befall the same calls take turns, so that between them every call fails once.
-Turn turn_of(const Kind& kind) {
-  Turn turn{.first = 1, .stride = 0};
-  for (const Kind& other : kinds()) {
-    if (other.api == kind.api && other.event == kind.event) {
-      ++turn.stride;
-      turn.first += &other < &kind ? 1 : 0;
-    }
+Result compute(Session& session) {
+  static const std::array problems{
+      test::random_problem({3, 4}, test::Texture::dyadic, 1, {}, Rule::closed_form),
+      test::random_problem({8, 8}, test::Texture::tie_rich, 2)};
+  static const Level full = test::random_problem({128, 128}, test::Texture::tie_rich, 3).level;
+  Result result;
+  const auto look = [&] {
+    result.counts.push_back(session.changed());
+    session.read(result.fields.emplace_back());
+  };
+  for (const test::Problem& problem : problems) {
+    session.load(problem.level);
+    session.write(problem.start);
+    session.step(2);
+    look();
   }
-  return turn;
+  session.load(Pyramid{.full = &full,
+                       .levels = {{.extent = {4, 4}, .sweeps = 2},   // by one work group, where that is known
+                                  {.extent = {40, 40}, .sweeps = 2}, // too large for that
+                                  {.extent = full.extent, .sweeps = 2}}});
+  session.solve();
+  look();
+  return result;
 }
 
-/// All runs of one kind on one backend.
-Row row_of(Trial& trial, const std::string& backend, const Kind& kind, Turn turn) {
-  test::CapturedStream printed(stdout); // by drivers and the validation layers of Vulkan
-  Row row{.backend = backend,
-          .api = std::string(kind.api),
-          .kind = std::string(kind.name),
-          .calls = trial.calls(kind)};
-  for (std::int64_t at = turn.first; at <= row.calls; at += turn.stride) {
-    fmt::format_to_n(running().data(), running().size() - 1, "{}, {} {}, call {}{}", backend, kind.api,
-                     kind.name, at, '\0');
-    alarm(seconds_until_hung);
-    Outcome outcome = trial.run(kind, static_cast<int>(at));
-    std::string wrong = printed.take();
-    if (wrong.empty() && outcome.went_on &&
-        at + turn.stride > row.calls) { // no further trial opens a session
-      wrong = trial.wrong_with_next();
+const Result& expected() {
+  static const Result result = compute(*make_scalar()->open({}));
+  return result;
+}
+
+std::unique_ptr<Session> open(const Backend& backend) {
+  // With a variant named nothing is measured, where each call would be made to fail, too.
+  return backend.open({.device = {}, .work = Work::active, .variant = 1});
+}
+
+/// What is wrong with a session without a fault and with what it leaves; empty: nothing.
+std::string wrong_with_next(const Backend& backend) {
+  try {
+    if (compute(*open(backend)) != expected()) {
+      return "the next session computes something else";
     }
-    if (!wrong.empty()) {
-      outcome.ending = Ending::unclean;
-      outcome.what = wrong;
-    }
-    row.went_on += outcome.went_on ? 1 : 0;
-    row.clean += outcome.ending == Ending::clean ? 1 : 0;
-    row.succeeded += outcome.ending == Ending::succeeded ? 1 : 0;
-    if (outcome.ending == Ending::unclean) {
-      row.unclean.push_back(fmt::format("{} {}: {}", at, outcome.call, outcome.what));
+  } catch (const std::exception& error) {
+    return fmt::format("the next session: {}", error.what());
+  }
+  return fmt::format("{}", fmt::join(take_complaints(), "; "));
+}
+
+/// Whether a message says which call failed, and why. What may go unnoticed is said by a later call, if at
+/// all.
+bool explains(const std::string& message, const Kind& kind, const Call& call) {
+  const auto has = [&](std::string_view word) { return message.find(word) != std::string::npos; };
+  const bool named = call.words.empty() ? has(call.name) : std::ranges::any_of(call.words, has);
+  return has(kind.reason) && (named || call.can_fail_unnoticed);
+}
+
+/// One run, in which the `at`-th call fails; then the session goes on if it can, or the next one has to.
+void fail_once(Row& row, const Backend& backend, const Kind& kind, int at,
+               const std::set<std::string, std::less<>>& needed, test::CapturedStream& printed) {
+  arm(kind, at);
+  std::unique_ptr<Session> session;
+  bool right = false; // although a call failed
+  bool went_on = false;
+  std::string wrong;
+  try {
+    session = open(backend);
+    right = compute(*session) == expected();
+    const bool over = !tally().struck; // what is left is to clean up
+    session.reset();
+    const Call& call = tally().call;
+    const bool unnoticed =
+        over || call.can_fail_unnoticed || (kind.name == missing && !needed.contains(call.name));
+    wrong = !right ? "no error, and wrong bits" : !unnoticed ? "no error, although the call is needed" : "";
+  } catch (const DeviceError& error) {
+    wrong = explains(error.what(), kind, tally().call) ? "" : error.what();
+  } catch (const std::exception& error) {
+    wrong = fmt::format("no DeviceError: {}", error.what());
+  }
+  if (!tally().struck) {
+    throw std::logic_error(fmt::format("{} of {}: there is no such call", at, kind.name));
+  }
+  if (session != nullptr && wrong.empty()) {
+    try {
+      went_on = compute(*session) == expected();
+      wrong = went_on ? "" : "the session went on, with wrong bits";
+    } catch (const DeviceError&) { // says so again
+    } catch (const std::exception& error) {
+      wrong = fmt::format("the session went on: {}", error.what());
     }
   }
+  session.reset();
+  const std::string complaints = fmt::format("{}", fmt::join(take_complaints(), "; "));
+  wrong = wrong.empty() ? complaints : wrong;
+  const std::string call = tally().call.name;
+  disarm();
+  wrong = wrong.empty() && !went_on ? wrong_with_next(backend) : wrong;
+  const std::string said = printed.take();
+  wrong = said.empty() ? wrong : said;
+  ++row.failed;
+  row.went_on += went_on ? 1 : 0;
+  if (!wrong.empty()) {
+    row.unclean.push_back(fmt::format("{} {}: {}", at, call, wrong));
+  } else {
+    ++(right ? row.succeeded : row.clean);
+  }
+}
+
+/// All runs of one kind on one backend: the calls first, first + stride, ...
+Row row_of(const Backend& backend, const Kind& kind, int first, int stride) {
+  test::CapturedStream printed(stdout); // by drivers and the validation layers of Vulkan
+  arm(kind, 0);
+  if (const std::string wrong = wrong_with_next(backend); !wrong.empty()) {
+    throw std::runtime_error(fmt::format("without any fault: {}", wrong));
+  }
+  const auto needed = tally().called;
+  Row row{.backend = std::string(backend.name()),
+          .api = std::string(kind.api),
+          .kind = std::string(kind.name),
+          .calls = tally().calls};
+  for (int at = first; at <= row.calls; at += stride) {
+    fmt::format_to_n(running.data(), running.size() - 1, "{}, {} {}, call {}{}", row.backend, row.api,
+                     row.kind, at, '\0');
+    alarm(seconds_until_hung);
+    fail_once(row, backend, kind, at, needed, printed);
+  }
   alarm(0);
-  row.failed = row.clean + row.succeeded + std::ssize(row.unclean);
   return row;
 }
 
+/// `quick`: kinds that befall the same calls take turns, so that between them every call fails once.
 std::vector<Row> rows_of(const Backend& backend, const Subject& subject, bool quick) {
-  Trial trial(backend);
   std::vector<Row> rows;
   Progress progress;
-  for (const Kind& kind : kinds()) {
-    if (std::ranges::find(subject.apis, kind.api) != subject.apis.end()) {
-      progress.describe(fmt::format("{}: {}", subject.backend, kind.name));
-      rows.push_back(row_of(trial, subject.backend, kind, quick ? turn_of(kind) : Turn{}));
+  for (const std::string_view api : subject.apis) {
+    const auto is_of_api = [&](const Kind& kind) { return kind.api == api && kind.name != missing; };
+    const auto stride = static_cast<int>(std::ranges::count_if(kinds(), is_of_api));
+    int first = 0;
+    for (const Kind& kind : kinds()) {
+      if (kind.api == api) {
+        progress.describe(fmt::format("{}: {}", subject.backend, kind.name));
+        const bool turns = quick && is_of_api(kind);
+        rows.push_back(row_of(backend, kind, turns ? ++first : 1, turns ? stride : 1));
+      }
     }
   }
   return rows;
 }
 
 void print(const std::vector<Row>& rows) {
-  nlohmann::json table = nlohmann::json::array();
-  std::string unclean;
+  fmt::print("{}", table_text(rows, "backend|api:API|kind:what happens|calls|failed|clean:clean errors|"
+                                    "succeeded:succeeded anyway|went_on:session went on"));
   for (const Row& row : rows) {
-    table.push_back({{"backend", row.backend},
-                     {"API", row.api},
-                     {"kind", row.kind},
-                     {"calls", row.calls},
-                     {"failed", row.failed},
-                     {"clean", row.clean},
-                     {"succeeded", row.succeeded},
-                     {"not_clean", row.unclean.size()},
-                     {"went_on", row.went_on}});
     for (const std::string& what : row.unclean) {
-      unclean += fmt::format("  {}, {} {}, call {}\n", row.backend, row.api, row.kind, what);
+      fmt::print("  NOT CLEAN: {}, {} {}, call {}\n", row.backend, row.api, row.kind, what);
     }
   }
-  fmt::print("{}{}{}",
-             table_text(table, "backend|API|kind:what happens|calls|failed|clean:clean errors|"
-                               "succeeded:succeeded anyway|not_clean|went_on:session went on"),
-             unclean.empty() ? "" : "\nNot clean:\n", unclean);
 }
 
 int run(int argc, char** argv) {
@@ -176,7 +258,7 @@ int run(int argc, char** argv) {
   }
   const auto backends = make_backends();
   std::vector<Row> rows;
-  for (const Subject& subject : subjects()) {
+  for (const Subject& subject : subjects) {
     if (!wanted.empty() && std::ranges::find(wanted, subject.backend) == wanted.end()) {
       continue;
     }

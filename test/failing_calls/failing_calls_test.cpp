@@ -38,36 +38,6 @@ TEST(FailingCalls, EndTheCommandWithTheCallOfOpenGl) {
   EXPECT_THAT(outcome.output, HasSubstr("hdmbench: gl-fragment: glReadPixels: GL_OUT_OF_MEMORY (0x0505)"));
 }
 
-TEST(FailingCalls, EndTheCommandWithTheCallOfVulkan) {
-  if (!has("vulkan-compute")) {
-    GTEST_SKIP() << "there is no vulkan-compute";
-  }
-  const Outcome outcome = with_fault("Vulkan/DEVICE_LOST/vkQueueSubmit",
-                                     "verify square --size 5 --quick --backends vulkan-compute");
-  EXPECT_EQ(outcome.status, 2);
-  EXPECT_THAT(outcome.output,
-              HasSubstr("hdmbench: vulkan-compute: Vulkan: vk::Queue::submit: ErrorDeviceLost"));
-}
-
-TEST(FailingCalls, LeaveNoFieldBehind) {
-  if (!has("gl-fragment-osmesa")) {
-    GTEST_SKIP() << "there is no OSMesa";
-  }
-  const test::TemporaryFolder folder;
-  const Outcome outcome = with_fault(
-      "OpenGL/GL_CONTEXT_LOST/glDrawArrays",
-      fmt::format("run square --size 5 --backend gl-fragment-osmesa --output {}", folder.path().string()));
-  EXPECT_EQ(outcome.status, 2);
-  EXPECT_THAT(outcome.output, HasSubstr("glDrawArrays: GL_CONTEXT_LOST (0x0507)"));
-  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
-}
-
-TEST(FailingCalls, ADriverThatFailsAtOnceIsNotThere) {
-  const Outcome outcome = with_fault("EGL/EGL_BAD_ALLOC/eglQueryDevicesEXT", "devices");
-  EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.output, HasSubstr("gl-fragment: eglQueryDevicesEXT: EGL_BAD_ALLOC"));
-}
-
 TEST(FailingCalls, LibrariesWithoutFunctionsAreNotThere) {
   const Outcome outcome = test::hdmbench("devices", "LD_LIBRARY_PATH='" HDMBENCH_EMPTY_LIBRARIES "'");
   EXPECT_EQ(outcome.status, 0);
@@ -114,21 +84,6 @@ TEST_F(SessionAfterAnError, AStepThatFailedLeavesNothingToRead) {
   session->write(problem_.start);
   session->step(1);
   EXPECT_NO_THROW(session->read(field));
-}
-
-TEST_F(SessionAfterAnError, AWriteThatFailedLeavesNothingToRead) {
-  bool fails = false;
-  const auto session = open({.name = "", .in_write = [&](VectorField&) {
-                               if (fails) {
-                                 throw DeviceError("planted");
-                               }
-                             }});
-  VectorField field;
-  session->write(problem_.start);
-  fails = true;
-  EXPECT_THROW(session->write(problem_.start), DeviceError);
-  EXPECT_THROW(session->read(field), std::logic_error);
-  EXPECT_THROW(session->step(1), std::logic_error);
 }
 
 } // namespace

@@ -18,31 +18,19 @@ namespace hdmbench::failing_calls {
 namespace {
 
 constexpr std::array all_kinds{
-    Kind{"EGL_BAD_ALLOC", "EGL", Event::egl_call, EGL_BAD_ALLOC, "EGL_BAD_ALLOC"},
-    Kind{"EGL_CONTEXT_LOST", "EGL", Event::egl_current, EGL_CONTEXT_LOST, "EGL_CONTEXT_LOST"},
-    Kind{"nothing offered", "EGL", Event::egl_answer, 0, "", true},
-    Kind{"NULL or false", "OSMesa", Event::osmesa_call, 0, "failed"},
-    Kind{"GL_OUT_OF_MEMORY", "OpenGL", Event::gl_call, GL_OUT_OF_MEMORY, "GL_OUT_OF_MEMORY"},
-    Kind{"GL_INVALID_OPERATION", "OpenGL", Event::gl_call, GL_INVALID_OPERATION, "GL_INVALID_OPERATION"},
-    Kind{"GL_CONTEXT_LOST", "OpenGL", Event::gl_call, GL_CONTEXT_LOST, "GL_CONTEXT_LOST"},
-    Kind{"function missing", "OpenGL", Event::look_up, 0, "has no", true},
-    Kind{"no name made", "OpenGL", Event::gl_name, 0, "made nothing"},
-    Kind{"framebuffer incomplete", "OpenGL", Event::gl_framebuffer, GL_FRAMEBUFFER_UNSUPPORTED, "0x8cdd"},
-    Kind{"shader refused", "OpenGL", Event::gl_compilation, 0, "the planted log"},
-    Kind{"limit too small", "OpenGL", Event::gl_answer, 0, "", true},
-    Kind{"OUT_OF_HOST_MEMORY", "Vulkan", Event::vulkan_call, VK_ERROR_OUT_OF_HOST_MEMORY,
-         "ErrorOutOfHostMemory"},
-    Kind{"OUT_OF_DEVICE_MEMORY", "Vulkan", Event::vulkan_call, VK_ERROR_OUT_OF_DEVICE_MEMORY,
-         "ErrorOutOfDeviceMemory"},
-    Kind{"INITIALIZATION_FAILED", "Vulkan", Event::vulkan_call, VK_ERROR_INITIALIZATION_FAILED,
-         "ErrorInitializationFailed"},
-    Kind{"DEVICE_LOST", "Vulkan", Event::vulkan_call, VK_ERROR_DEVICE_LOST, "ErrorDeviceLost"},
-    Kind{"function missing", "Vulkan", Event::look_up, 0, "has no", true},
-    Kind{"device too poor", "Vulkan", Event::vulkan_answer, 0, "", true},
-    Kind{"CL_OUT_OF_RESOURCES", "OpenCL", Event::opencl_call, -5, "CL_OUT_OF_RESOURCES"},
-    Kind{"CL_OUT_OF_HOST_MEMORY", "OpenCL", Event::opencl_call, -6, "CL_OUT_OF_HOST_MEMORY"},
-    Kind{"program refused", "OpenCL", Event::opencl_build, 0, "the planted log"},
-    Kind{"device too poor", "OpenCL", Event::opencl_answer, 0, "", true},
+    Kind{"EGL", "EGL_BAD_ALLOC", EGL_BAD_ALLOC, "EGL_BAD_ALLOC"},
+    Kind{"OSMesa", "NULL or false", 0, "failed"},
+    Kind{"OpenGL", "GL_OUT_OF_MEMORY", GL_OUT_OF_MEMORY, "GL_OUT_OF_MEMORY"},
+    Kind{"OpenGL", "GL_INVALID_OPERATION", GL_INVALID_OPERATION, "GL_INVALID_OPERATION"},
+    Kind{"OpenGL", "GL_CONTEXT_LOST", GL_CONTEXT_LOST, "GL_CONTEXT_LOST"},
+    Kind{"OpenGL", missing, 0, "has no"},
+    Kind{"Vulkan", "OUT_OF_HOST_MEMORY", VK_ERROR_OUT_OF_HOST_MEMORY, "ErrorOutOfHostMemory"},
+    Kind{"Vulkan", "OUT_OF_DEVICE_MEMORY", VK_ERROR_OUT_OF_DEVICE_MEMORY, "ErrorOutOfDeviceMemory"},
+    Kind{"Vulkan", "INITIALIZATION_FAILED", VK_ERROR_INITIALIZATION_FAILED, "ErrorInitializationFailed"},
+    Kind{"Vulkan", "DEVICE_LOST", VK_ERROR_DEVICE_LOST, "ErrorDeviceLost"},
+    Kind{"Vulkan", missing, 0, "has no"},
+    Kind{"OpenCL", "CL_OUT_OF_RESOURCES", -5, "CL_OUT_OF_RESOURCES"},
+    Kind{"OpenCL", "CL_OUT_OF_HOST_MEMORY", -6, "CL_OUT_OF_HOST_MEMORY"},
 };
 
 using Object = std::tuple<std::string, const void*, std::uint64_t>; // type, owner, handle
@@ -51,7 +39,7 @@ struct State {
   const Kind* kind = nullptr;
   int at = 0;
   std::string only;               ///< name of the call that fails, instead of `at`
-  std::vector<std::string> names; ///< that a kind for good could befall, in the order of their first call
+  std::vector<std::string> names; ///< of functions that were asked for
   Tally tally;
   std::set<Object> alive;
   const void* current = nullptr;
@@ -60,13 +48,17 @@ struct State {
 
   /// HDMBENCH_FAILING_CALL="OpenGL/GL_OUT_OF_MEMORY/glReadPixels" arms any program.
   State() {
-    const char* variable = std::getenv("HDMBENCH_FAILING_CALL");
-    const std::string text = variable == nullptr ? "" : variable;
-    const auto first = text.find('/');
-    const auto second = text.find('/', first + 1);
-    if (second != std::string::npos) {
-      kind = &kind_of(text.substr(0, first), text.substr(first + 1, second - first - 1));
-      only = text.substr(second + 1);
+    const char* const variable = std::getenv("HDMBENCH_FAILING_CALL");
+    const std::string_view text = variable == nullptr ? "" : variable;
+    for (const Kind& one : all_kinds) {
+      const std::string prefix = fmt::format("{}/{}/", one.api, one.name);
+      if (text.starts_with(prefix)) {
+        kind = &one;
+        only = text.substr(prefix.size());
+      }
+    }
+    if (kind == nullptr && !text.empty()) {
+      throw std::invalid_argument(fmt::format("HDMBENCH_FAILING_CALL={} is no API/kind/call", text));
     }
   }
 };
@@ -76,34 +68,23 @@ State& state() {
   return instance;
 }
 
-/// The number of the call among those that can be struck.
-int number_of(const std::string& call) {
+/// The call with this number fails if it is its turn.
+bool strikes(int number, const Call& call) {
   State& s = state();
-  if (!s.kind->for_good) {
-    return ++s.tally.calls;
+  s.tally.calls = std::max(s.tally.calls, number);
+  const bool again = s.kind->name == missing || !s.tally.struck;
+  const bool mine = s.only.empty() ? number == s.at : s.only == call.name && again;
+  if (mine) {
+    s.tally.struck = true;
+    s.tally.call = call;
   }
-  auto found = std::ranges::find(s.names, call);
-  if (found == s.names.end()) {
-    s.names.push_back(call);
-    s.tally.calls = static_cast<int>(s.names.size());
-    found = s.names.end() - 1;
-  }
-  return static_cast<int>(found - s.names.begin()) + 1;
+  return mine;
 }
 
 } // namespace
 
 std::span<const Kind> kinds() {
   return all_kinds;
-}
-
-const Kind& kind_of(std::string_view api, std::string_view name) {
-  const auto* const found =
-      std::ranges::find_if(all_kinds, [&](const Kind& kind) { return kind.api == api && kind.name == name; });
-  if (found == all_kinds.end()) {
-    throw std::invalid_argument(fmt::format("{} has no kind of fault \"{}\"", api, name));
-  }
-  return *found;
 }
 
 void arm(const Kind& kind, int at) {
@@ -122,23 +103,26 @@ const Tally& tally() {
   return state().tally;
 }
 
-bool strikes(Event event, const Call& call) {
-  State& s = state();
-  if (s.kind == nullptr || s.kind->event != event) {
-    return false;
-  }
-  const int number = number_of(call.name);
-  const bool once = !s.tally.struck || s.kind->for_good;
-  const bool mine = s.only.empty() ? number == s.at : s.only == call.name && once;
-  if (mine) {
-    s.tally.struck = true;
-    s.tally.call = call;
-  }
-  return mine;
+bool fails(std::string_view api, const Call& call) {
+  const Kind* const kind = state().kind;
+  return kind != nullptr && kind->api == api && kind->name != missing &&
+         strikes(state().tally.calls + 1, call);
 }
 
-const Kind& armed() {
-  return *state().kind;
+bool is_missing(std::string_view api, std::string_view name) {
+  State& s = state();
+  if (s.kind == nullptr || s.kind->api != api || s.kind->name != missing) {
+    return false;
+  }
+  auto found = std::ranges::find(s.names, name);
+  if (found == s.names.end()) {
+    found = s.names.emplace(s.names.end(), name);
+  }
+  return strikes(static_cast<int>(found - s.names.begin()) + 1, {.name = std::string(name)});
+}
+
+std::int64_t code() {
+  return state().kind->code;
 }
 
 void note_call(std::string_view name) {

@@ -8,64 +8,40 @@
 #include <vector>
 
 /// What the stand-ins for libEGL, libOSMesa, libvulkan and libOpenCL share with the program that tests with
-/// them: which call fails, how many there were, and what they made and have not destroyed. A stand-in
-/// forwards every call to the library whose name it bears, but for the one that is to fail. One thread only.
+/// them: which call fails, how many there were, and what they made and have not destroyed. One thread only.
 /// Lives in a shared library of its own, so that there is one of it in a process.
 namespace hdmbench::failing_calls {
 
-/// Where a fault can strike.
-enum class Event {
-  egl_call,       ///< any call of EGL but eglGetError and eglGetProcAddress
-  egl_current,    ///< eglMakeCurrent of a context, from then on
-  egl_answer,     ///< what EGL offers
-  osmesa_call,    ///< any call of OSMesa but OSMesaGetProcAddress
-  gl_call,        ///< any call of OpenGL but glGetError
-  gl_name,        ///< glGen* and glCreate*
-  gl_framebuffer, ///< glCheckFramebufferStatusEXT
-  gl_compilation, ///< glCompileShader and glLinkProgram
-  gl_answer,      ///< what the context can do
-  vulkan_call,    ///< any call that returns a VkResult
-  vulkan_answer,  ///< what the devices can do
-  opencl_call,    ///< any call of OpenCL
-  opencl_build,   ///< clBuildProgram
-  opencl_answer,  ///< what the devices can do
-  look_up         ///< a function is asked for by name
-};
-
 /// A way to fail.
 struct Kind {
-  std::string_view name; ///< "GL_OUT_OF_MEMORY"
-  std::string_view api;  ///< "EGL", "OSMesa", "OpenGL", "Vulkan", "OpenCL"
-  Event event;
-  std::int64_t code = 0;     ///< of the driver: the GLenum, EGLint, VkResult or cl_int
-  std::string_view reason{}; ///< must be in the message
-  bool for_good = false;     ///< what failed once keeps failing: a lost context, a function that is missing
+  std::string_view api;    ///< "EGL", "OSMesa", "OpenGL", "Vulkan", "OpenCL"
+  std::string_view name;   ///< "GL_OUT_OF_MEMORY", or `missing`
+  std::int64_t code;       ///< of the driver: the GLenum, EGLint, VkResult or cl_int
+  std::string_view reason; ///< must be in the message
 };
+/// A function is not there whenever it is asked for; all other kinds let one call fail.
+inline constexpr std::string_view missing = "function missing";
 
 [[nodiscard]] std::span<const Kind> kinds();
-/// Throws std::invalid_argument.
-[[nodiscard]] const Kind& kind_of(std::string_view api, std::string_view name);
 
-/// A call that a fault of the armed kind can befall.
+/// A call that can fail.
 struct Call {
   std::string name;
   std::vector<std::string> words{}; ///< one of them must be in the message; empty: the name
-  /// The work can be done without it: what cleans up, a function that nobody calls, what has an alternative.
-  bool can_fail_unnoticed = false;
+  bool can_fail_unnoticed = false;  ///< it cleans up
 };
 
-/// From now on the `at`-th (1, 2, ...) call that `kind` can befall fails; kinds for good count names instead
-/// of calls. 0: none does. Forgets what was counted.
+/// From now on the `at`-th (1, 2, ...) call that `kind` can befall fails, of missing functions the `at`-th
+/// name. 0: none does. Forgets what was counted.
 void arm(const Kind& kind, int at);
 /// All calls succeed.
 void disarm();
 
 struct Tally {
-  int calls = 0;       ///< that could have been struck
-  bool struck = false; ///< the fault was felt
-  Call call{};         ///< the one that failed
-  std::set<std::string, std::less<>>
-      called{}; ///< functions of OpenGL, Vulkan and OpenCL, the failing ones included
+  int calls = 0;                               ///< that could have failed
+  bool struck = false;                         ///< one did
+  Call call{};                                 ///< that one
+  std::set<std::string, std::less<>> called{}; ///< functions, the failing ones included
 };
 /// Since arm().
 [[nodiscard]] const Tally& tally();
@@ -76,10 +52,12 @@ struct Tally {
 
 // For the stand-ins.
 
-/// Whether this call has to fail: the armed kind strikes at `event` and it is this one's turn. Counts it.
-[[nodiscard]] bool strikes(Event event, const Call& call);
-/// The armed kind. Only after strikes().
-[[nodiscard]] const Kind& armed();
+/// Whether this call of an API has to fail, or this function of OpenGL, EGL or Vulkan to be missing. Counts
+/// it.
+[[nodiscard]] bool fails(std::string_view api, const Call& call);
+[[nodiscard]] bool is_missing(std::string_view api, std::string_view name);
+/// Of the kind that made it fail.
+[[nodiscard]] std::int64_t code();
 /// Counts a function that was called, whether it can fail or not.
 void note_call(std::string_view name);
 void complain(std::string what);

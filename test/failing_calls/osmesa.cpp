@@ -8,49 +8,47 @@ namespace {
 
 using namespace hdmbench::failing_calls;
 
-const RealLibrary& real_library() {
-  static const RealLibrary library(HDMBENCH_REAL_OSMESA);
-  return library;
+struct OsMesa : AnyApi {
+  static constexpr const char* library = HDMBENCH_REAL_OSMESA;
+  static constexpr std::string_view name = "OSMesa";
+  template <typename Result>
+  static constexpr bool can_fail = !std::is_void_v<Result>;
+
+  template <typename Result, typename Real, typename... Arguments>
+  static Result failure(std::string_view, Real, Arguments...) {
+    return Result();
+  }
+};
+
+FAILING_CALLS_NAME(OSMesaCreateContextAttribs)
+FAILING_CALLS_NAME(OSMesaDestroyContext)
+FAILING_CALLS_NAME(OSMesaMakeCurrent)
+
+bool before(NameOSMesaDestroyContext, OSMesaContext context) {
+  owner_gone(context);
+  gl_context_gone(context);
+  return true;
+}
+
+bool before(NameOSMesaMakeCurrent, OSMesaContext context, void*, GLenum, GLsizei, GLsizei) {
+  could_not_set_current(); // until it is
+  return context == nullptr;
+}
+
+void after(NameOSMesaMakeCurrent, GLboolean done, OSMesaContext context, void*, GLenum, GLsizei, GLsizei) {
+  if (done == GL_TRUE) {
+    set_current(context);
+  }
 }
 
 } // namespace
 
-EXPORTED OSMesaContext OSMesaCreateContextAttribs(const int* attributes, OSMesaContext share) {
-  static const auto real =
-      real_library().function<decltype(&::OSMesaCreateContextAttribs)>("OSMesaCreateContextAttribs");
-  if (strikes(Event::osmesa_call, {.name = "OSMesaCreateContextAttribs"})) {
-    return nullptr;
-  }
-  OSMesaContext context = real(attributes, share);
-  if (context != nullptr) {
-    made("OSMesaContext", nullptr, reinterpret_cast<std::uintptr_t>(context));
-  }
-  return context;
-}
-
-EXPORTED void OSMesaDestroyContext(OSMesaContext context) {
-  static const auto real = real_library().function<decltype(&::OSMesaDestroyContext)>("OSMesaDestroyContext");
-  owner_gone(context);
-  gl_context_gone(context);
-  gone("OSMesaContext", nullptr, reinterpret_cast<std::uintptr_t>(context));
-  real(context);
-}
-
-EXPORTED GLboolean OSMesaMakeCurrent(OSMesaContext context, void* buffer, GLenum type, GLsizei width,
-                                     GLsizei height) {
-  static const auto real = real_library().function<decltype(&::OSMesaMakeCurrent)>("OSMesaMakeCurrent");
-  could_not_set_current(); // until it is
-  if (strikes(Event::osmesa_call, {.name = "OSMesaMakeCurrent", .can_fail_unnoticed = context == nullptr})) {
-    return GL_FALSE;
-  }
-  const GLboolean done = real(context, buffer, type, width, height);
-  if (done == GL_TRUE) {
-    set_current(context);
-  }
-  return done;
-}
+FAILING_CALLS_EXPORT(OsMesa, OSMesaCreateContextAttribs)
+FAILING_CALLS_EXPORT(OsMesa, OSMesaDestroyContext)
+FAILING_CALLS_EXPORT(OsMesa, OSMesaMakeCurrent)
 
 EXPORTED OSMESAproc OSMesaGetProcAddress(const char* name) {
-  static const auto real = real_library().function<decltype(&::OSMesaGetProcAddress)>("OSMesaGetProcAddress");
+  static const auto real =
+      real_function<decltype(&::OSMesaGetProcAddress)>(OsMesa::library, "OSMesaGetProcAddress");
   return gl_stand_in(name, real(name));
 }
