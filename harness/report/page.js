@@ -45,7 +45,7 @@ const SECTIONS = [
     takes: is_about_stiffness, draw: detection },
   { title: "Does it fit the thesis's card?", commands: ["instructions"], run: "build/release/test/instruction_count",
     columns: "group shader candidates energies instructions instructions_limit texture_instructions temporaries " +
-      "scalar_operations refusal device" },
+      "refusal device" },
 ];
 
 const minute = (date) => String(date ?? "").slice(0, 16).replace("T", " ");

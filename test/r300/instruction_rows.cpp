@@ -3,46 +3,28 @@
 #include "backends/gl/elastic_fragment.hpp"
 #include "backends/gl/objects.hpp"
 #include "harness/scene/method.hpp"
-#include "test/r300/scalar_operations.hpp"
-#include "test/r300/vector_candidates.hpp"
 
 #include <fmt/format.h>
 #include <shaders/count_fragment.hpp>
 #include <shaders/sweep_fragment.hpp>
 
 #include <algorithm>
-#include <array>
 #include <iterator>
+#include <string_view>
 #include <utility>
 
 namespace hdmbench::test {
 
 namespace {
 
-InstructionRow measure(ShaderCompiler& compiler, InstructionRow row, std::string source) {
-  row.compilation = compiler.compile(source);
-  row.source = std::move(source);
-  return row;
-}
-
 /// What gl-fragment sends for a sweep of `level`.
-InstructionRow measure_sweep(ShaderCompiler& compiler, InstructionRow row, const Level& level) {
+InstructionRow measure_sweep(ShaderCompiler& compiler, std::string group, std::string shader,
+                             const Level& level) {
   const bool has_candidates = level.rule == Rule::steps || level.rule == Rule::annealing;
-  row.candidates = has_candidates ? level.steps.count() : 0;
-  return measure(compiler, std::move(row), gl::assemble(sources::sweep_fragment, shader_constants(level)));
-}
-
-/// What gl-fragment sends for a method, none where it does not support it.
-std::optional<InstructionRow> measure_method(ShaderCompiler& compiler, const Method& method, StepSet steps,
-                                             std::string shader) {
-  Schedule schedule;
-  Level level{.extent = {}, .steps = steps};
-  method.configure(schedule, level);
-  if (level.update == Update::sequential) {
-    return std::nullopt;
-  }
-  return measure_sweep(compiler, {.group = "methods", .shader = std::move(shader)},
-                       {.extent = {}, .steps = level.steps, .update = level.update, .rule = schedule.rule});
+  return {.group = std::move(group),
+          .shader = std::move(shader),
+          .candidates = has_candidates ? level.steps.count() : 0,
+          .compilation = compiler.compile(gl::assemble(sources::sweep_fragment, shader_constants(level)))};
 }
 
 /// `count` different candidates, 0 first.
@@ -54,32 +36,101 @@ StepSet some_steps(int count) {
   return StepSet(steps);
 }
 
-/// The passes of gl-fragment for the elastic energy.
-std::vector<InstructionRow> measure_elastic(ShaderCompiler& compiler) {
-  const std::array<std::pair<const char*, ElasticKernel>, 9> kernels{{
-      {"elastic, a sweep of the displacement", {.step = ElasticStep::relax}},
-      {"elastic, a sweep of a correction", {.step = ElasticStep::relax, .has_load = true}},
-      {"elastic, the same beside conditions",
-       {.step = ElasticStep::relax, .has_load = true, .masks = ElasticMasks::anyhow}},
-      {"elastic, the first sweep of a correction", {.step = ElasticStep::relax_from_zero}},
-      {"elastic, residuals of the image",
-       {.step = ElasticStep::residual, .has_load = true, .is_image = true}},
-      {"elastic, restriction", {.step = ElasticStep::restrict_sites}},
-      {"elastic, interpolation", {.step = ElasticStep::correct}},
-      {"elastic, the coarsest level", {.step = ElasticStep::solve}},
-      {"elastic, products of a sum", {.step = ElasticStep::products}},
-  }};
+/// Annealing with more than its usual candidates: the most that fit, and the first number that does not.
+std::vector<InstructionRow> measure_annealing(ShaderCompiler& compiler) {
   std::vector<InstructionRow> rows;
-  for (const auto& [name, kernel] : kernels) {
-    rows.push_back(
-        measure(compiler, {.group = "methods", .shader = name}, gl::elastic_fragment_text(kernel)));
+  for (int count = StepSet().count(); count < StepSet::maximum_count; ++count) { // without the 0
+    InstructionRow row = measure_sweep(
+        compiler, "methods", "annealing, more candidates",
+        {.extent = {}, .steps = some_steps(count), .update = Update::four_coloured, .rule = Rule::annealing});
+    const bool fits = row.compilation.resources.has_value();
+    if (fits) {
+      rows.clear();
+    }
+    rows.push_back(std::move(row));
+    if (!fits) {
+      break;
+    }
   }
   return rows;
 }
 
+/// The passes of gl-fragment for the elastic energy, and the count of changed sites.
+const std::vector<std::pair<const char*, std::string>>& other_passes() {
+  using enum ElasticStep;
+  const auto pass = [](const ElasticKernel& kernel) { return gl::elastic_fragment_text(kernel); };
+  static const std::vector<std::pair<const char*, std::string>> passes{
+      {"the count of changed sites", gl::assemble(sources::count_fragment, "")},
+      {"elastic, a sweep of the displacement", pass({.step = relax})},
+      {"elastic, a sweep of a correction", pass({.step = relax, .has_load = true})},
+      {"elastic, the same beside conditions",
+       pass({.step = relax, .has_load = true, .masks = ElasticMasks::anyhow})},
+      {"elastic, the first sweep of a correction", pass({.step = relax_from_zero})},
+      {"elastic, residuals of the image", pass({.step = residual, .has_load = true, .is_image = true})},
+      {"elastic, restriction", pass({.step = restrict_sites})},
+      {"elastic, interpolation", pass({.step = correct})},
+      {"elastic, the coarsest level", pass({.step = solve})},
+      {"elastic, products of a sum", pass({.step = products})},
+  };
+  return passes;
+}
+
+constexpr std::string_view thesis_start = R"(
+vec2 squared(vec2 v) { return v * v; }
+vec2 triple(vec2 ds, float ms, vec2 dt, float mt, vec2 du, float mu) {
+  return squared(mt / mu * (dt - ds) - (du - dt)) + squared(mt / ms * (dt - du) - (ds - dt));
+}
+struct Pixel {
+  vec2 d;
+  float m;
+};
+Pixel pixel(vec2 at, vec2 offset) {
+  vec2 site = neighbour(at, offset, dimension);
+  return Pixel(displacement_at(site), texture2DRect(observation, site).b);
+}
+struct Site3x3 {
+  Pixel north_west, north, north_east, west, east, south_west, south, south_east;
+  vec2 target, weight;
+  float m;
+};
+float energy_at(Site3x3 site, vec2 d) {
+  vec2 horizontal = triple(site.west.d, site.west.m, d, site.m, site.east.d, site.east.m);
+  vec2 vertical = triple(site.north.d, site.north.m, d, site.m, site.south.d, site.south.m);
+  vec2 falling = triple(site.north_west.d, site.north_west.m, d, site.m, site.south_east.d, site.south_east.m);
+  vec2 rising = triple(site.south_west.d, site.south_west.m, d, site.m, site.north_east.d, site.north_east.m);
+  return horizontal.x + vertical.y + dot(falling, vec2(1.0)) + dot(rising, vec2(1.0)) +
+         dot(site.weight, abs(site.target - d));
+}
+void main() {
+  vec2 at = gl_FragCoord.xy;
+  vec2 centre = displacement_at(at);
+  vec3 known = observation_at(at);
+  Site3x3 site = Site3x3(pixel(at, vec2(-1, -1)), pixel(at, vec2(0, -1)), pixel(at, vec2(1, -1)), pixel(at, vec2(-1, 0)),
+                         pixel(at, vec2(1, 0)), pixel(at, vec2(-1, 1)), pixel(at, vec2(0, 1)), pixel(at, vec2(1, 1)),
+                         known.xy, penalty * confidence_at(at).xy, known.z);
+  vec2 d = centre;
+  vec2 best = centre;
+  float u = 0.0;
+  float lowest = 1e30;
+)";
+
 } // namespace
 
-std::vector<InstructionRow> measure_candidates(ShaderCompiler& compiler) {
+std::string thesis_shader(int steps, int vectors) {
+  // sweep.frag up to its main has the textures, uniforms and the border.
+  std::string text = gl::assemble(sources::sweep_fragment, {.rule = 0, .colours = 1, .step_count = 1});
+  text.resize(text.find("void main()"));
+  text += thesis_start;
+  const int count = vectors < 0 ? steps * steps : vectors;
+  for (int i = 0; i < count; ++i) {
+    text += fmt::format("  d = centre + vec2(steps[{}], steps[{}]);\n  u = energy_at(site, d);\n"
+                        "  best = u < lowest ? d : best;\n  lowest = min(u, lowest);\n",
+                        i / steps, i % steps);
+  }
+  return text + "  gl_FragColor = vec4(best, 0.0, 0.0);\n}\n";
+}
+
+std::vector<InstructionRow> measure_instructions(ShaderCompiler& compiler) {
   std::vector<InstructionRow> rows;
   for (int count = 2; count <= StepSet::maximum_count; ++count) {
     std::string names;
@@ -88,86 +139,29 @@ std::vector<InstructionRow> measure_candidates(ShaderCompiler& compiler) {
         names += fmt::format("{}--steps {}", names.empty() ? "" : ", ", name);
       }
     }
-    rows.push_back(measure_sweep(compiler, {.group = "candidates", .shader = names},
-                                 {.extent = {}, .steps = some_steps(count)}));
+    rows.push_back(measure_sweep(compiler, "candidates", names, {.extent = {}, .steps = some_steps(count)}));
   }
-  return rows;
-}
-
-std::vector<InstructionRow> measure_methods(ShaderCompiler& compiler) {
-  std::vector<InstructionRow> rows;
   for (const Method& method : methods()) {
-    if (auto row = measure_method(compiler, method, StepSet(), std::string(method.name))) {
-      rows.push_back(std::move(*row));
+    Schedule schedule;
+    Level level{.extent = {}};
+    method.configure(schedule, level);
+    level.rule = schedule.rule;
+    if (level.update != Update::sequential) {
+      rows.push_back(measure_sweep(compiler, "methods", std::string(method.name), level));
     }
   }
-  rows.push_back(measure(compiler, {.group = "methods", .shader = "the count of changed sites"},
-                         gl::assemble(sources::count_fragment, "")));
-  // The longest shader of all. Of the sets larger than its usual one, the largest that fits and the first
-  // that does not, if there is one. It leaves out the 0.
-  const std::string larger = "annealing, more candidates";
-  for (int count = StepSet().count() + 1; count <= StepSet::maximum_count; ++count) {
-    InstructionRow row =
-        measure_method(compiler, find_method("annealing"), some_steps(count), larger).value();
-    const bool fits = row.compilation.resources.has_value();
-    if (fits && rows.back().shader == larger) {
-      rows.pop_back();
-    }
-    rows.push_back(std::move(row));
-    if (!fits) {
-      break;
-    }
+  std::ranges::move(measure_annealing(compiler), std::back_inserter(rows));
+  for (const auto& [name, text] : other_passes()) {
+    rows.push_back({.group = "methods", .shader = name, .compilation = compiler.compile(text)});
   }
-  std::ranges::move(measure_elastic(compiler), std::back_inserter(rows));
-  return rows;
-}
-
-std::vector<InstructionRow> measure_vectors(ShaderCompiler& compiler) {
-  std::vector<InstructionRow> rows;
-  const auto add = [&](const char* name, int count, Energy energy, const std::vector<Candidate>& vectors) {
-    rows.push_back(measure(compiler,
-                           {.group = "vectors",
-                            .shader = name,
-                            .candidates = count,
-                            .energies = static_cast<int>(vectors.size())},
-                           vector_candidates_shader(energy, vectors)));
-  };
-  const char* const as_printed = "equations as printed";
-  for (int count = 2; count <= 6; ++count) {
-    add(as_printed, count, Energy::as_printed, product_set(uniform_steps(count)));
-    if (count == 4) { // one vector more: which limit is met first
-      std::vector<Candidate> one_more = product_set(uniform_steps(5));
-      one_more.resize(4 * 4 + 1);
-      add(as_printed, 5, Energy::as_printed, one_more);
-    }
-  }
-  for (const int count : {4, 6}) {
-    add("equations as printed, step sizes as literals", count, Energy::as_printed,
-        product_set(literal_steps(count)));
-  }
-  for (int count = 2; count <= 6; ++count) {
-    add("energy.inc's site_energy on two-vectors", count, Energy::site_energy,
-        product_set(uniform_steps(count)));
-  }
-  for (int count = 2; count <= 6; ++count) {
-    add("energy.inc's site_energy on scalars", count, Energy::site_energy_on_scalars,
-        product_set(uniform_steps(count)));
-  }
-  for (const int count : {4, 6}) {
-    add("equations as printed, x and y in step", count, Energy::as_printed,
-        diagonal_set(uniform_steps(count)));
+  for (const auto& [steps, vectors] : {std::pair{2, 4}, {3, 9}, {4, 16}, {5, 17}, {5, 25}, {6, 36}}) {
+    rows.push_back({.group = "vectors",
+                    .shader = "equations as printed",
+                    .candidates = steps,
+                    .energies = vectors,
+                    .compilation = compiler.compile(thesis_shader(steps, vectors))});
   }
   return rows;
-}
-
-void add_second_opinions(std::vector<InstructionRow>& rows, Progress& progress) {
-  for (InstructionRow& row : rows) {
-    const std::optional<Resources>& resources = row.compilation.resources;
-    if (!resources || resources->flow_control == 0) { // operations of a loop cannot be counted
-      row.scalar_operations = scalar_operations(row.source);
-    }
-    progress.advance(1.0);
-  }
 }
 
 nlohmann::json to_json(const InstructionRow& row, const ShaderCompiler& compiler) {
@@ -184,8 +178,6 @@ nlohmann::json to_json(const InstructionRow& row, const ShaderCompiler& compiler
           {"temporaries", of(&Resources::temporaries)},
           {"flow_control", of(&Resources::flow_control)},
           {"refusal", refusal},
-          {"scalar_operations",
-           row.scalar_operations ? nlohmann::json(*row.scalar_operations) : nlohmann::json()},
           {"device", compiler.device().name},
           {"driver", compiler.device().driver},
           {"instructions_limit", compiler.limits().instructions},
