@@ -283,17 +283,6 @@ TEST_P(BackendTest, SequentialUpdatesSeeNewValuesOrAreRefused) {
       << "the first site of the raster sees no new value yet";
 }
 
-TEST_P(BackendTest, WritingRestartsTheCount) {
-  const auto problem = test::random_problem({20, 20}, Texture::smooth, 13);
-  const auto session = backend().open({});
-  test::begin(*session, problem);
-  EXPECT_EQ(session->changed(), 0);
-  session->step(1);
-  EXPECT_GT(session->changed(), 0);
-  session->write(problem.start);
-  EXPECT_EQ(session->changed(), 0);
-}
-
 TEST_P(BackendTest, WhatTheDeviceDoesNotHaveIsRefusedWithAList) {
   const auto refusal = [&](const SessionOptions& options) {
     const auto problem = test::random_problem({65, 33}, Texture::smooth, 6);

@@ -381,9 +381,20 @@ ElasticCase elastic_case(Extent extent, Tissue tissue, Held held, double contras
 std::vector<ElasticCase> elastic_cases() {
   std::vector<ElasticCase> cases;
   std::uint64_t seed = 0;
-  for (const Extent extent :
-       {Extent{1, 1}, {2, 2},  {1, 19},  {19, 1},  {2, 37},  {37, 2},  {50, 3},
-        Extent{9, 7}, {16, 16}, {17, 33}, {40, 23}, {64, 31}, {66, 35}, {131, 70}}) {
+  for (const Extent extent : {Extent{1, 1},
+                              {2, 2},
+                              {1, 19},
+                              {19, 1},
+                              {2, 37},
+                              {37, 2},
+                              {50, 3},
+                              Extent{9, 7},
+                              {16, 16},
+                              {17, 33},
+                              {40, 23},
+                              {64, 31},
+                              {66, 35},
+                              {131, 70}}) {
     for (const Held held : all_held) {
       ++seed;
       cases.push_back(elastic_case(extent, all_tissues[seed % 4], held, 100.0, 0.3, seed));

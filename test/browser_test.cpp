@@ -60,15 +60,6 @@ TEST_F(Browser, HasScalarsBitsAfterEverySweep) {
   EXPECT_THAT(file_text(folder() / "report.html"), HasSubstr("webgl-fragment"));
 }
 
-TEST_F(Browser, HasThemByOtherRulesAndFromAStart) {
-  write_page("random --size 24x17 --methods annealing,closed-form,coloured,four-coloured");
-  const json found = results();
-  ASSERT_EQ(found["results"].size(), 8U);
-  for (const json& row : found["results"]) {
-    EXPECT_EQ(row["verdict"], "agree") << row.dump();
-  }
-}
-
 TEST_F(Browser, SeesAPlantedFault) {
   write_page("tie-rich --size 32");
   const json row = results("plant=tie")["results"][0];

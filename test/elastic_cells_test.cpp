@@ -5,6 +5,7 @@
 #include "kernels/data/elastic/masked_cells.hpp"
 #include "kernels/specification/elastic/elastic.hpp"
 #include "reference/finite_elements.hpp"
+#include "test/random_level.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
@@ -12,7 +13,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <random>
 
 namespace hdmbench {
 namespace {
@@ -20,11 +20,12 @@ namespace {
 using InDouble = Elastic<double>;
 using Values = std::array<double, 8>; // x and y of the corners in reading order
 
-class Random {
-public:
-  explicit Random(std::uint64_t seed) : engine_(seed) {}
-  double uniform() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
+/// Numbers for the cells of a test.
+struct Random {
+  test::Uniform uniform;
+
   double modulus() { return std::pow(1000.0, uniform()); }
+  InDouble::CellMoments cell() { return InDouble::image_cell({modulus(), modulus(), modulus(), modulus()}); }
   Values values() {
     Values values{};
     for (double& value : values) {
@@ -32,9 +33,6 @@ public:
     }
     return values;
   }
-
-private:
-  std::mt19937_64 engine_;
 };
 
 Values forces_of(const InDouble::CellMoments& cell, const Values& d, double nu) {
@@ -70,7 +68,7 @@ class ElasticCell : public testing::TestWithParam<double> {};
 
 TEST_P(ElasticCell, ForcesAreThoseOfTheFiniteElement) {
   const double nu = GetParam();
-  Random random(1);
+  Random random{test::Uniform(1)};
   for (int round = 0; round < 50; ++round) {
     const std::array moduli{random.modulus(), random.modulus(), random.modulus(), random.modulus()};
     const Values d = random.values();
@@ -90,43 +88,27 @@ TEST_P(ElasticCell, ForcesAreThoseOfTheFiniteElement) {
   }
 }
 
-TEST_P(ElasticCell, RigidMotionsAreFree) {
-  Random random(2);
-  for (int round = 0; round < 20; ++round) {
-    const auto cell =
-        InDouble::image_cell({random.modulus(), random.modulus(), random.modulus(), random.modulus()});
-    const double turn = random.uniform();
-    Values d{};
-    for (std::size_t i = 0; i < 4; ++i) {
-      d[2 * i] = 3.0 - turn * static_cast<double>(i / 2);
-      d[2 * i + 1] = -2.0 + turn * static_cast<double>(i % 2);
-    }
-    for (const double force : forces_of(cell, d, GetParam())) {
-      EXPECT_NEAR(force, 0.0, 1e-12 * cell.m);
-    }
-  }
-}
-
+/// The weights of a child's corners in those of its parent, by the child's column or row 0 or 1.
 constexpr std::array<std::array<double, 2>, 3> halves{{{1.0, 0.0}, {0.5, 0.5}, {0.0, 1.0}}};
 
-/// What the parent's corners have in the corners of its child at column and row 0 or 1, and back.
+double weight(std::size_t child_value, std::size_t parent_corner, int column, int row) {
+  return halves[static_cast<std::size_t>(column) + child_value / 2 % 2][parent_corner % 2] *
+         halves[static_cast<std::size_t>(row) + child_value / 4][parent_corner / 2];
+}
+/// What the parent's corners have in the corners of its child at column and row, and back.
 Values interpolated(const Values& parent, int column, int row) {
   Values child{};
   for (std::size_t i = 0; i < 8; ++i) {
-    const auto& x = halves[static_cast<std::size_t>(column) + i / 2 % 2];
-    const auto& y = halves[static_cast<std::size_t>(row) + i / 4];
     for (std::size_t corner = 0; corner < 4; ++corner) {
-      child[i] += x[corner % 2] * y[corner / 2] * parent[2 * corner + i % 2];
+      child[i] += weight(i, corner, column, row) * parent[2 * corner + i % 2];
     }
   }
   return child;
 }
 void add_restricted(Values& parent, const Values& child, int column, int row) {
   for (std::size_t i = 0; i < 8; ++i) {
-    const auto& x = halves[static_cast<std::size_t>(column) + i / 2 % 2];
-    const auto& y = halves[static_cast<std::size_t>(row) + i / 4];
     for (std::size_t corner = 0; corner < 4; ++corner) {
-      parent[2 * corner + i % 2] += x[corner % 2] * y[corner / 2] * child[i];
+      parent[2 * corner + i % 2] += weight(i, corner, column, row) * child[i];
     }
   }
 }
@@ -138,8 +120,7 @@ struct Tree {
 
   InDouble::CellMoments grow(int depth, const Values& d, Values& forces) {
     if (depth == 0) {
-      const auto cell =
-          InDouble::image_cell({random.modulus(), random.modulus(), random.modulus(), random.modulus()});
+      const auto cell = random.cell();
       forces = forces_of(cell, d, nu);
       return cell;
     }
@@ -158,7 +139,7 @@ struct Tree {
 };
 
 TEST_P(ElasticCell, SixMomentsAreTheGalerkinOperatorOfAllCoarserLevels) {
-  Random random(3);
+  Random random{test::Uniform(3)};
   for (int depth = 1; depth <= 4; ++depth) {
     for (int round = 0; round < 5; ++round) {
       const Values d = random.values();
@@ -168,28 +149,6 @@ TEST_P(ElasticCell, SixMomentsAreTheGalerkinOperatorOfAllCoarserLevels) {
       for (std::size_t i = 0; i < 8; ++i) {
         EXPECT_NEAR(forces[i], expected[i], 1e-12 * cell.m) << "depth " << depth << ", component " << i;
       }
-    }
-  }
-}
-
-TEST_P(ElasticCell, StiffnessOfASiteIsTheDiagonalOfItsCells) {
-  Random random(4);
-  const auto ratio = InDouble::poisson_ratio(GetParam());
-  for (int round = 0; round < 20; ++round) {
-    const auto cell =
-        InDouble::image_cell({random.modulus(), random.modulus(), random.modulus(), random.modulus()});
-    for (std::size_t corner = 0; corner < 4; ++corner) {
-      const auto stiffness = InDouble::with_cell({0.0, 0.0, 0.0}, cell, corner % 2 == 0 ? -1.0 : 1.0,
-                                                 corner < 2 ? -1.0 : 1.0, ratio);
-      Values unit{};
-      unit[2 * corner] = 1.0;
-      const Values by_x = forces_of(cell, unit, GetParam());
-      unit = {};
-      unit[2 * corner + 1] = 1.0;
-      const Values by_y = forces_of(cell, unit, GetParam());
-      EXPECT_NEAR(stiffness.xx, -by_x[2 * corner], 1e-12 * cell.m);
-      EXPECT_NEAR(stiffness.xy, -by_x[2 * corner + 1], 1e-12 * cell.m);
-      EXPECT_NEAR(stiffness.yy, -by_y[2 * corner + 1], 1e-12 * cell.m);
     }
   }
 }
@@ -220,7 +179,7 @@ TEST_P(ElasticCell, RelaxationLetsNoWaveGrow) {
   if (GetParam() < 0.0) {
     GTEST_SKIP() << "the bound is for Poisson ratios of 0 or more";
   }
-  Random random(6);
+  Random random{test::Uniform(6)};
   double worst = 0.0;
   for (int round = 0; round < 3000; ++round) {
     const auto modulus = [&] { return random.uniform() < 0.5 ? 1.0 : random.modulus(); };
@@ -232,7 +191,7 @@ TEST_P(ElasticCell, RelaxationLetsNoWaveGrow) {
 }
 
 TEST_P(ElasticCell, MatrixOfAMaskedCellLeavesOutWhatIsPrescribed) {
-  Random random(5);
+  Random random{test::Uniform(5)};
   const auto ratio = ElasticInFloat::poisson_ratio(GetParam());
   for (int round = 0; round < 20; ++round) {
     CellMask mask{};

@@ -125,19 +125,6 @@ TEST(Energy, FirstCandidateWinsATie) {
   }
 }
 
-TEST(Energy, HomogeneousMinimiserIsTheMeanOfSixNeighbours) {
-  const auto problem = test::random_problem({3, 3}, test::Texture::tie_rich, 5);
-  Level level = problem.level;
-  level.confidence = VectorField(level.extent);
-  const in_double::Site site = widen(gather<HdmInFloat>(level, problem.start, 1, 1), level, 1, 1);
-  const in_double::Neighbours& d = site.dx;
-  const double mean = (d.west + d.east + d.north_west + d.north_east + d.south_west + d.south_east) / 6.0;
-  const ThesisEnergy thesis(level, problem.start);
-  const double lowest = thesis.at(1, 1, {mean, 0.0}).x;
-  EXPECT_LT(lowest, thesis.at(1, 1, {mean + 1e-3, 0.0}).x);
-  EXPECT_LT(lowest, thesis.at(1, 1, {mean - 1e-3, 0.0}).x);
-}
-
 TEST(Energy, ExampleOfTheThesisHasZeroEnergy) {
   // Example 4.3: moduli 20, 20, 10 and displacements 1, 2, 4 in a row.
   Level level{.extent = {3, 1},

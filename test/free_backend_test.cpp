@@ -2,8 +2,6 @@
 // land in the third tier: no more differs than rounding explains, and nothing where all is exact.
 
 #include "backends/cpu/cpu.hpp"
-#include "harness/check/faults/faulty_backend.hpp"
-#include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
 #include "test/bit_cases.hpp"
 #include "test/scenes.hpp"
@@ -32,17 +30,11 @@ bool has_fused_multiply_add() {
   return __builtin_cpu_supports("fma") != 0 && __builtin_cpu_supports("avx2") != 0;
 }
 
-Scene make_scene(Texture texture, std::string_view method = "icm") {
-  Scene scene = test::textured_scene("certified", {72, 60}, texture, 11, 20);
-  use_method(scene, find_method(method), 20);
-  return scene;
-}
-
 /// Candidates nearly tie everywhere, and no two neighbours in a row have one modulus. Where all have, a
 /// compiler with -ffast-math takes the ratio out of the sums and is left with d_s - 2 d_t + d_u: that is no
 /// other order but the expanded form, which cancels.
 Scene make_tie_rich_scene() {
-  Scene scene = make_scene(Texture::tie_rich);
+  Scene scene = test::textured_scene("certified", {72, 60}, Texture::tie_rich, 11, 20);
   for_each_site(scene.extent(), [&](int x, int y) {
     scene.full.modulus.values[scene.extent().index(x, y)] = (x + y) % 2 == 0 ? 1.0F : 2.0F;
   });
@@ -95,25 +87,9 @@ TEST_P(FreeBackend, LandsInTheThirdTierWhereCandidatesNearlyTie) {
   }
 }
 
-TEST_P(FreeBackend, LandsInTheThirdTierWithEveryMethod) {
-  for (const Method& method : methods()) {
-    Scene scene = make_scene(Texture::smooth, method.name);
-    if (scene.full.update == Update::sequential || scene.schedule.rule == Rule::annealing) {
-      continue;
-    }
-    for (const Comparison& comparison : test::verified(scene, *backend_)) {
-      EXPECT_EQ(comparison.uncertified, 0) << method.name << ", " << name_of(comparison.mode);
-      EXPECT_EQ(comparison.counts_differing, 0) << method.name;
-      if (scene.schedule.rule == Rule::closed_form) {
-        EXPECT_EQ(comparison.verdict, Verdict::certified) << method.name;
-      }
-    }
-  }
-}
-
 TEST_P(FreeBackend, HasTheBitsOfScalarWhereAllIsExact) {
   std::vector<Scene> scenes = test::exact_scenes();
-  scenes.push_back(make_scene(Texture::dyadic));
+  scenes.push_back(test::textured_scene("dyadic", {72, 60}, Texture::dyadic, 11, 20));
   for (Scene& scene : scenes) {
     scene.schedule.iterations = std::min(scene.schedule.iterations, 8);
     for (const Comparison& comparison : test::verified(scene, *backend_)) {
@@ -131,37 +107,6 @@ TEST_P(FreeBackend, DiffersFromScalarInTheTableOfCases) {
   for (const test::Group group : {test::Group::sizes, test::Group::rules, test::Group::candidates}) {
     EXPECT_NE(test::ExpectedBits(cases_of(group)).differences(*backend_->open({})), "")
         << test::group_names.at(static_cast<std::size_t>(group));
-  }
-}
-
-/// At an endless temperature every candidate is taken: what is compared is which one was drawn.
-TEST_P(FreeBackend, DrawsTheSameRandomNumbers) {
-  test::BitCase drawn =
-      test::random_bit_case({301, 101}, Texture::dyadic, 33,
-                            StepSet::parse("0,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15"), Rule::annealing);
-  drawn.problem.level.strengths = {0.0F};
-  EXPECT_EQ(test::ExpectedBits({drawn}).differences(*backend_->open({})), "");
-}
-
-TEST_P(FreeBackend, DisagreesOnASceneThatIsDeclaredExactAndIsNot) {
-  Scene scene = make_scene(Texture::tie_rich);
-  scene.exact = true;
-  for (const Comparison& comparison : test::verified(scene, *backend_)) {
-    EXPECT_EQ(comparison.verdict, Verdict::disagree);
-  }
-}
-
-TEST_P(FreeBackend, WithAnotherFaultOnTopDisagrees) {
-  // Late, so that certified differences come first.
-  const faults::FaultyBackend faulty(*backend_,
-                                     {.name = "one_site", .in_read = [reads = 0](VectorField& field) mutable {
-                                        field.x.back() += ++reads > 15 ? 0.1F : 0.0F;
-                                      }});
-  for (const Comparison& comparison : test::verified(make_scene(Texture::tie_rich), faulty)) {
-    EXPECT_EQ(comparison.verdict, Verdict::disagree);
-    EXPECT_GT(comparison.certified_ties, 0);
-    ASSERT_TRUE(comparison.first.has_value());
-    EXPECT_FALSE(comparison.first->certificate.holds) << "the first one without an explanation is shown";
   }
 }
 

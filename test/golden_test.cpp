@@ -28,24 +28,6 @@ using faults::FaultyBackend;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-TEST(StateHash, IsFnv1aOfTheLittleEndianBytes) {
-  StateHash hash;
-  EXPECT_EQ(hash.value(), 0xcbf29ce484222325);
-  hash.add(0x626f6f66); // the bytes "foob", of which the authors of FNV publish the hash
-  EXPECT_EQ(hash.value(), 0xdd120e790c2512af);
-}
-
-TEST(StateHash, OfAFieldIsItsExtentAllXAndAllY) {
-  VectorField field({2, 1});
-  field.x = {1.0F, -0.5F};
-  field.y = {0.1F, 300.0F};
-  StateHash by_hand;
-  for (const unsigned word : {2U, 1U, 0x3f800000U, 0xbf000000U, 0x3dcccccdU, 0x43960000U}) {
-    by_hand.add(static_cast<int>(word));
-  }
-  EXPECT_EQ(state_hash(field), by_hand.value());
-}
-
 TEST(StateHash, SeesEveryBitButTheSignOfZero) {
   const VectorField zero({3, 2});
   VectorField field({3, 2}, -0.0F);
@@ -56,15 +38,6 @@ TEST(StateHash, SeesEveryBitButTheSignOfZero) {
   VectorField swapped = field;
   std::swap(swapped.x, swapped.y);
   EXPECT_NE(state_hash(swapped), state_hash(field));
-}
-
-TEST(StateHash, WhatIsNotFiniteIsAnError) {
-  for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
-                          -std::numeric_limits<float>::infinity()}) {
-    VectorField field({3, 2});
-    field.y[4] = bad;
-    EXPECT_THAT(test::refusal<NotFinite>([&] { (void)state_hash(field); }), HasSubstr("y at (1, 1) is"));
-  }
 }
 
 TEST(StateHash, OfALevelSeesAllThatIsLoaded) {
@@ -88,18 +61,6 @@ TEST(StateHash, OfALevelSeesAllThatIsLoaded) {
   EXPECT_TRUE(differs([](Level& level) { set_inverse_curvature(level); }));
   EXPECT_TRUE(differs([](Level& level) { level.strengths.push_back(1.0F); }));
   EXPECT_TRUE(differs([](Level& level) { ++level.seed; }));
-}
-
-TEST(GoldenFile, IsReadAsItWasWritten) {
-  const std::vector<GoldenEntry>& committed = committed_golden();
-  const std::string text = golden_text(committed);
-  const std::vector<GoldenEntry> again = read_golden(text, "again");
-  ASSERT_EQ(again.size(), committed.size());
-  for (std::size_t i = 0; i < again.size(); ++i) {
-    EXPECT_EQ(again[i].problem, committed[i].problem);
-    EXPECT_EQ(again[i].levels, committed[i].levels);
-    EXPECT_THAT(inputs_difference(committed[i].inputs, again[i].inputs), IsEmpty());
-  }
 }
 
 TEST(GoldenFile, ADamagedOneIsRefused) {
@@ -163,20 +124,9 @@ GoldenResult check(const GoldenEntry& golden, const Scene& scene, const Backend&
   return check_golden(scene, solvers, &golden, test::silent());
 }
 
-TEST(Golden, AnyNumberOfThreadsAndEveryRepetition) {
-  const Backend& openmp = test::find("openmp");
-  const GoldenEntry& simultaneous = entry_of("random", "icm-thesis-steps");
-  const GoldenEntry& coloured = entry_of("random", "coloured");
-  const Scene simultaneous_scene = scene_of(simultaneous);
-  const Scene coloured_scene = scene_of(coloured);
-  for (int threads = 1; threads <= 8; ++threads) {
-    GoldenSolver solver(openmp, {.device = "", .threads = threads});
-    EXPECT_EQ(solver.solve(simultaneous_scene, test::silent()), simultaneous.levels) << threads << " threads";
-    EXPECT_EQ(solver.solve(coloured_scene, test::silent()), coloured.levels) << threads << " threads";
-    EXPECT_EQ(solver.solve(simultaneous_scene, test::silent()), simultaneous.levels)
-        << threads << " threads, again";
-  }
-}
+/// One unit in the last place of one number.
+const Fault one_ulp{.name = "one_ulp",
+                    .in_read = [](VectorField& field) { field.x[0] = std::nextafter(field.x[0], 100.0F); }};
 
 TEST(Golden, PlantedFaultsAreSeenAtTheirLevel) {
   std::vector<Fault> faults;
@@ -199,30 +149,6 @@ TEST(Golden, PlantedFaultsAreSeenAtTheirLevel) {
   }
 }
 
-TEST(Golden, AFaultInOnePieceOnlyIsSeen) {
-  const GoldenEntry& entry = entry_of("circular", "icm");
-  for (const Fault& fault : faults::one_piece_faults()) {
-    if (fault.in_changed || fault.name == "pyramid-begins-with-its-end") { // of counts and second solutions
-      continue;
-    }
-    const GoldenResult result = check(entry, scene_of(entry), FaultyBackend(test::scalar(), fault));
-    EXPECT_EQ(result.outcomes.at(0).verdict, Verdict::agree);
-    EXPECT_EQ(result.outcomes.at(1).verdict, Verdict::disagree) << fault.name;
-    EXPECT_THAT(result.outcomes.at(1).reason, HasSubstr("in one piece"));
-    EXPECT_THAT(doubt_about(result), HasSubstr("in one piece"));
-  }
-}
-
-TEST(Golden, NotANumberIsNamedWithItsPlace) {
-  const FaultyBackend faulty(test::scalar(), {.name = "not_a_number", .in_read = [](VectorField& field) {
-                                                field.y[0] = std::numeric_limits<float>::quiet_NaN();
-                                              }});
-  const GoldenEntry& entry = entry_of("tie-rich", "icm");
-  const GoldenOutcome outcome = check(entry, scene_of(entry), faulty).outcomes.at(1);
-  EXPECT_EQ(outcome.verdict, Verdict::disagree);
-  EXPECT_THAT(outcome.reason, HasSubstr("level 0: y at (0, 0) is nan"));
-}
-
 TEST(Golden, OtherInputsAreNotBlamedOnTheSweep) {
   const GoldenEntry& entry = entry_of("circular", "icm");
   Scene scene = scene_of(entry);
@@ -232,9 +158,7 @@ TEST(Golden, OtherInputsAreNotBlamedOnTheSweep) {
   for (const GoldenOutcome& outcome : result.outcomes) {
     EXPECT_EQ(outcome.verdict, Verdict::mistrusted) << outcome.reason;
   }
-  const FaultyBackend faulty(test::scalar(), {.name = "one_ulp", .in_read = [](VectorField& field) {
-                                                field.x[0] = std::nextafter(field.x[0], 100.0F);
-                                              }});
+  const FaultyBackend faulty(test::scalar(), one_ulp);
   EXPECT_EQ(check(entry, scene, faulty).outcomes.at(1).verdict, Verdict::disagree);
 }
 
@@ -264,34 +188,8 @@ TEST(Golden, OnlyWhatAllAgreeOnBecomesGolden) {
   outdated.levels.back().hash ^= 1;
   const Scene scene = scene_of(entry);
   EXPECT_THAT(doubt_about(check(outdated, scene, test::find("openmp"))), IsEmpty());
-  const FaultyBackend faulty(test::scalar(), {.name = "one_ulp", .in_read = [](VectorField& field) {
-                                                field.x[0] = std::nextafter(field.x[0], 100.0F);
-                                              }});
+  const FaultyBackend faulty(test::scalar(), one_ulp);
   EXPECT_THAT(doubt_about(check(entry, scene, faulty)), HasSubstr("one_ulp and scalar disagree"));
-}
-
-TEST(GoldenCommand, WritesItsResults) {
-  const test::TemporaryFolder folder;
-  const auto file = folder.path() / "results.json";
-  test::expect_run(0, "golden tie-rich --backends openmp --threads 3 --json " + file.string());
-  const nlohmann::json rows = test::read_json(file)["results"];
-  ASSERT_EQ(rows.size(), 2U);
-  EXPECT_EQ(rows[1]["backend"], "openmp");
-  EXPECT_EQ(rows[1]["verdict"], "agree");
-  EXPECT_EQ(rows[1]["levels"].size(), 1U);
-  EXPECT_EQ(rows[1]["levels"][0]["hash"],
-            fmt::format("{:016x}", entry_of("tie-rich", "icm").levels.back().hash));
-}
-
-TEST(GoldenCommand, RefusesWhatIsNotGolden) {
-  for (const auto& [arguments, message] : {std::pair{"golden nowhere", "of the shipped scenes only"},
-                                           {"golden square --write a.json", "leave out the scenes"},
-                                           {"golden --backends openmp --write a.json", "excludes"},
-                                           {"golden --backends none", "no backend \"none\""},
-                                           {"golden --json /no/such/folder/a.json", "/no/such/folder"},
-                                           {"golden --write /no/such/folder/a.json", "/no/such/folder"}}) {
-    test::expect_run(2, arguments, HasSubstr(message));
-  }
 }
 
 TEST(GoldenCommand, KeepsHashesOfScenesOfTheUser) {
@@ -312,14 +210,6 @@ TEST(GoldenCommand, KeepsHashesOfScenesOfTheUser) {
   test::expect_run(1, fmt::format("golden {} --golden {} --backends openmp", scene(2), golden),
                    HasSubstr("the inputs are not golden"));
   test::expect_run(2, fmt::format("golden {0} --golden {0}", scene(1)), HasSubstr("mine.toml"));
-}
-
-TEST(Golden, AnAbsentBackendIsSkippedWithItsReason) {
-  const GoldenEntry& entry = entry_of("tie-rich", "icm");
-  const GoldenOutcome outcome =
-      check(entry, scene_of(entry), test::find("openmp"), {.device = "Voodoo2", .threads = 0}).outcomes.at(1);
-  EXPECT_EQ(outcome.verdict, Verdict::skipped);
-  EXPECT_THAT(outcome.reason, HasSubstr("Voodoo2"));
 }
 
 } // namespace

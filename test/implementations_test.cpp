@@ -75,13 +75,6 @@ TEST(DriverTrial, ADriverThatAbortsIsNotThereAndAllElseGoesOn) {
                    aborting);
 }
 
-/// Here a driver that is asked ends the program.
-TEST(DriverTrial, RunAsksOnlyTheDriverOfItsBackend) {
-  const test::TemporaryFolder folder;
-  test::expect_run(0, "run square --size 20 --backend scalar --output " + folder.path().string(), testing::_,
-                   only_driver("driver_aborts") + " HDMBENCH_ASK_IN_PROCESS=1");
-}
-
 TEST(DriverTrial, HasLimitsOfTimeAndMemory) {
   for (const auto& [library, backend, words] :
        {std::tuple{"driver_hangs", "vulkan-compute", "gave no answer within 1 s"},
@@ -143,18 +136,6 @@ TEST(Implementations, WhatAnEarlierOneHasShownIsNotRunAgain) {
   EXPECT_GT(rows[0].sites_compared, 0);
 }
 
-TEST(Implementations, EveryOneThatIsNotThereIsARow) {
-  const Implementation none = with_driver("no_such_file");
-  const auto rows = rows_of({{"as installed", {}}, {"first", none.environment}, {"second", none.environment}},
-                            {"tie-rich", "--sizes", "8"}, {"vulkan-compute"});
-  ASSERT_EQ(rows.size(), 3U);
-  EXPECT_EQ(rows[1].implementation, "first");
-  EXPECT_EQ(rows[1].outcome, Outcome::absent);
-  EXPECT_EQ(rows[2].outcome, Outcome::absent);
-  const auto as_installed = rows_of({none, {"again", none.environment}}, {}, {"vulkan-compute"});
-  EXPECT_EQ(as_installed.size(), 1U) << "what is missing as installed is said once";
-}
-
 TEST(Implementations, ARunThatFailsSaysWhereAndIsRepeatable) {
   const auto failed =
       rows_of({{"as installed", {}}}, {"square", "--size", "9", "--steps", "0"}); // nothing moves
@@ -167,45 +148,6 @@ TEST(Implementations, ARunThatFailsSaysWhereAndIsRepeatable) {
   ASSERT_EQ(refused.size(), 1U);
   EXPECT_EQ(refused[0].outcome, Outcome::refused);
   EXPECT_THAT(refused[0].reason, HasSubstr("no-such-scene"));
-}
-
-TEST(Implementations, NothingComparedIsNoPass) {
-  const auto rows = rows_of({{"as installed", {}}}, {"tie-rich", "--sizes", "8", "--update", "sequential"});
-  ASSERT_EQ(rows.size(), 1U);
-  EXPECT_EQ(rows[0].outcome, Outcome::refused);
-}
-
-TEST(Implementations, EveryVulkanDriverFileIsKnownAlsoUnderZink) {
-  std::size_t drivers = 0;
-  std::size_t zinks = 0;
-  for (const Implementation& known : known_implementations()) {
-    const bool zink = known.name.starts_with("zink on ");
-    drivers += !zink && !known.environment.empty() && known.environment[0].first == "VK_DRIVER_FILES";
-    zinks += zink;
-  }
-  EXPECT_EQ(drivers, zinks);
-}
-
-TEST(Subprocess, EnvironmentAndLimits) {
-  const test::TemporaryFolder folder;
-  const std::filesystem::path output = folder.path() / "output";
-  const std::filesystem::path errors = folder.path() / "errors";
-  EXPECT_TRUE(run_process({"sh", "-c", "echo $HOME $HDMBENCH_NEW"}, output, errors,
-                          {.environment = {{"HOME", "here"}, {"HDMBENCH_NEW", "there"}}})
-                  .good());
-  EXPECT_EQ(file_text(output), "here there\n");
-
-  const ProcessEnd slow = run_process({"sleep", "60"}, output, errors, {.seconds = 0.2});
-  EXPECT_TRUE(slow.out_of_time);
-  EXPECT_FALSE(slow.out_of_memory);
-  EXPECT_FALSE(slow.good());
-  EXPECT_LT(slow.seconds, 30.0);
-
-  const ProcessEnd quick =
-      run_process({"true"}, output, errors, {.seconds = 60.0, .resident_bytes = 1 << 30});
-  EXPECT_TRUE(quick.good());
-  EXPECT_FALSE(quick.out_of_time);
-  EXPECT_GT(quick.peak_bytes, 0);
 }
 
 } // namespace

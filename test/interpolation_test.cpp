@@ -49,19 +49,6 @@ TEST(Interpolation, LinearFieldsAreMet) {
   }
 }
 
-TEST(Interpolation, ObservedSitesKeepTheirTargets) {
-  const Level level = test::random_problem({37, 29}, test::Texture::smooth, 3).level;
-  const ReferenceField field = interpolate_conditions(level);
-  for (std::size_t i = 0; i < level.extent.sites(); ++i) {
-    if (level.confidence.x[i] > 0.0F) {
-      EXPECT_EQ(field.x[i], static_cast<double>(level.target.x[i]));
-    }
-    if (level.confidence.y[i] > 0.0F) {
-      EXPECT_EQ(field.y[i], static_cast<double>(level.target.y[i]));
-    }
-  }
-}
-
 TEST(Interpolation, RowAndColumnAreBlendedByTheDistanceToTheirNearerEnds) {
   // Row 2 has 10 at both ends, 1 and 4 sites away; column 1 has 40 at both ends, 2 sites away.
   const auto where = [](int x, int y) {
@@ -71,22 +58,6 @@ TEST(Interpolation, RowAndColumnAreBlendedByTheDistanceToTheirNearerEnds) {
       {6, 5}, [](int x, int) { return x == 1 ? 40.0F : 10.0F; }, where);
   const ReferenceField field = interpolate_conditions(level);
   EXPECT_NEAR(field.x[level.extent.index(1, 2)], (10.0 / 1.0 + 40.0 / 2.0) / (1.0 / 1.0 + 1.0 / 2.0), 1e-13);
-}
-
-TEST(Interpolation, OneEndGivesItsValueAndNoneGivesZero) {
-  // A single observed site: its row and its column have its value, all others nothing.
-  const auto where = [](int x, int y) { return x == 2 && y == 1; };
-  const Extent extent{5, 4};
-  const ReferenceField field = interpolate_conditions(level_of(
-      extent, [](int, int) { return 7.0F; }, where));
-  for_each_site(extent,
-                [&](int x, int y) { EXPECT_EQ(field.x[extent.index(x, y)], x == 2 || y == 1 ? 7.0 : 0.0); });
-}
-
-TEST(Interpolation, BadInputIsRefused) {
-  Level level = level_of({5, 4}, linear, [](int, int) { return true; });
-  level.target.x.pop_back();
-  EXPECT_THROW((void)interpolate_conditions(level), InputError);
 }
 
 } // namespace

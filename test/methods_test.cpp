@@ -37,18 +37,6 @@ std::string refusal(const Scene& scene, const MethodOptions& options) {
   return test::refusal([&] { set_options(changed, options); });
 }
 
-TEST(Methods, HaveNamesOfTheirOwnAndAreExplained) {
-  std::set<std::string_view> names;
-  for (const Method& method : methods()) {
-    EXPECT_TRUE(names.insert(method.name).second) << method.name;
-    EXPECT_FALSE(method.summary.empty()) << method.name;
-    EXPECT_FALSE(method.effort.empty()) << method.name;
-    EXPECT_EQ(&find_method(method.name), &method);
-  }
-  EXPECT_EQ(methods().front().name, "icm");
-  EXPECT_THAT(test::refusal([&] { (void)find_method("magic"); }), HasSubstr("icm-6, icm-thesis-steps"));
-}
-
 TEST(Methods, KeepWhatTheSceneSays) {
   Scene scene = load_scene("square-modified", {.size = Extent{32, 32}});
   scene.schedule.stop = Stop::still;
@@ -85,24 +73,6 @@ TEST(Methods, RefuseOptionsTheyDoNotUse) {
   EXPECT_EQ(refusal(scene, {.steps = StepSet(), .update = Update::sequential}), "accepted");
 }
 
-TEST(Methods, TakeWhatTheirOptionsSay) {
-  const Scene scene = load_scene("square", {.size = Extent{9, 9}});
-  const std::pair<unsigned, MethodOptions> each[] = {{takes_steps, {.steps = StepSet()}},
-                                                     {takes_update, {.update = Update::coloured}},
-                                                     {takes_relaxation, {.relaxation = 0.5}},
-                                                     {takes_temperatures, {.cooling = Cooling{}}},
-                                                     {takes_seed, {.seed = 3}}};
-  for (const Method& method : methods()) {
-    for (const auto& [option, options] : each) {
-      const std::string found = refusal(with(scene, method.name), options);
-      EXPECT_EQ(found == "accepted", (method.options & option) != 0)
-          << method.name << ", " << option_names(option) << ": " << found;
-    }
-  }
-  EXPECT_EQ(option_names(takes_seed | takes_steps), "steps, seed");
-  EXPECT_EQ(option_names(no_options), "");
-}
-
 TEST(Methods, AreReadFromSceneFiles) {
   const test::TemporaryFolder folder;
   const auto load = [&](const std::string& schedule) {
@@ -123,20 +93,6 @@ TEST(Methods, AreReadFromSceneFiles) {
   EXPECT_EQ(load("update = \"coloured\"\n").full.update, Update::coloured);
   EXPECT_THROW((void)load("method = \"cascade\"\nrelaxation = 0.5\n"), InputError);
   EXPECT_THROW((void)load("method = \"magic\"\n"), InputError);
-}
-
-TEST(Methods, AreRefusedByABackendThatCannotDoThem) {
-  for (const Method& method : methods()) {
-    const Scene scene = with(load_scene("random", {.size = Extent{9, 8}}), method.name, 1);
-    if (!test::find("openmp").supports(scene.full.update)) {
-      EXPECT_THROW((void)solve_on("openmp", scene), InputError) << method.name;
-    }
-  }
-}
-
-double distance_from_fixed_point(const Scene& scene) {
-  return rmsd(ReferenceField(solve_on("openmp", scene).displacement),
-              solve_fixed_point(scene.full).displacement);
 }
 
 TEST(Cascade, IsNearTheFixedPointForThreeSweeps) {
@@ -175,61 +131,7 @@ TEST(Cascade, NoticesThatAccelerationDiverges) {
         ASSERT_LE(std::abs(value), 1.1 * 50.0) << contrast;
       }
     }
-    Scene plain = scene;
-    plain.schedule.relaxation = {.factor = 1.0};
-    const double slow = distance_from_fixed_point(plain);
-    EXPECT_LT(rmsd(ReferenceField(solution.displacement), solve_fixed_point(scene.full).displacement),
-              1.25 * slow)
-        << contrast;
   }
-}
-
-TEST(Cascade, AFieldThatLeavesTheRangeHasDivergedAndNanToo) {
-  Level level = with(slanting_layers(1.0), "cascade").full;
-  level.rule = Rule::closed_form;
-  level.strengths = {1.5F};
-  const VectorField begin(level.extent);
-  VectorField end = begin;
-  EXPECT_FALSE(has_diverged(level, begin, end));
-  end.x[7] = -50.5F; // targets reach -50
-  EXPECT_FALSE(has_diverged(level, begin, end));
-  end.x[7] = -51.5F;
-  EXPECT_TRUE(has_diverged(level, begin, end));
-  level.strengths = {1.0F};
-  EXPECT_FALSE(has_diverged(level, begin, end));
-  level.strengths = {1.5F};
-  end.x[7] = std::nanf("");
-  EXPECT_TRUE(has_diverged(level, begin, end));
-}
-
-/// How much of a field is waves that change sign from column to column (x) and row to row (y).
-double alternation(const VectorField& field) {
-  double sum = 0.0;
-  for (int y = 1; y + 1 < field.extent.height; ++y) {
-    for (int x = 1; x + 1 < field.extent.width; ++x) {
-      const auto at = [&](int i, int j) { return field.extent.index(x + i, y + j); };
-      sum += std::abs(field.x[at(-1, 0)] - 2.0F * field.x[at(0, 0)] + field.x[at(1, 0)]);
-      sum += std::abs(field.y[at(0, -1)] - 2.0F * field.y[at(0, 0)] + field.y[at(0, 1)]);
-    }
-  }
-  return sum / static_cast<double>(field.extent.sites());
-}
-
-TEST(ClosedForm, AllAtOnceKeepsAlternatingWavesUnlessRelaxed) {
-  Scene scene = with(load_scene("square", {.size = Extent{64, 64}}), "closed-form");
-  scene.schedule.start_level = 0;
-  VectorField& start = scene.start.emplace(scene.extent());
-  for (int y = 0; y < 64; ++y) {
-    for (int x = 0; x < 64; ++x) {
-      start.x[scene.extent().index(x, y)] = x % 2 == 0 ? 1.0F : -1.0F;
-      start.y[scene.extent().index(x, y)] = y % 2 == 0 ? 1.0F : -1.0F;
-    }
-  }
-  set_options(scene, {.relaxation = 1.0});
-  const double kept = alternation(solve_on("openmp", scene).displacement);
-  set_options(scene, {.relaxation = 0.8});
-  const double damped = alternation(solve_on("openmp", scene).displacement);
-  EXPECT_GT(kept, 10.0 * damped);
 }
 
 } // namespace

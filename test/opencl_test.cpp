@@ -85,12 +85,5 @@ TEST_F(OpenClTest, AnImageThatNoBufferHoldsIsCutIntoPieces) {
   EXPECT_EQ(test::ExpectedBits({large}).differences(session), "");
 }
 
-TEST(OpenClErrors, AreToldByTheirNames) {
-  EXPECT_EQ(error_of([] { opencl::require(CL_OUT_OF_RESOURCES, "clFinish"); }),
-            "clFinish: CL_OUT_OF_RESOURCES");
-  EXPECT_EQ(error_of([] { opencl::require(-9999, "clFinish"); }), "clFinish: error -9999");
-  EXPECT_EQ(error_of([] { opencl::require(CL_SUCCESS, "clFinish"); }), "");
-}
-
 } // namespace
 } // namespace hdmbench

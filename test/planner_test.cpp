@@ -1,59 +1,118 @@
-// What `run --accuracy` promises: a field near enough and a cost that follows the request; images that sample
-// a scene.
+// What `run --accuracy` promises: a field near enough at a cost that follows the request, an estimate that is
+// honest, and no promise where float ends: weak springs, extreme contrasts and units, holes. promise_test has
+// more tissues.
 
 #include "harness/judge/truths.hpp"
+#include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/scene/method.hpp"
-#include "harness/solve/methods/sampled_image.hpp"
+#include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/planner.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/finite_elements.hpp"
 #include "test/sessions.hpp"
 
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 namespace hdmbench {
 namespace {
 
+using test::elastic_level;
+using test::Held;
+using test::Tissue;
+
 Plan plan(const Scene& scene, const Request& request) {
   return solve_as_needed(scene, request, test::find("openmp"), {}, test::silent());
+}
+
+Solution solved(const Scene& scene) {
+  return solve_elastic(scene, *test::find("openmp").open_elastic({}), test::silent());
 }
 
 ReferenceField truth_of(const Scene& scene) {
   return solve_finite_elements(elastic_problem(scene.full), ElementRule::plane_stress(scene.poisson));
 }
 
-double distance(const Plan& plan, const ReferenceField& truth) {
-  return rmsd(ReferenceField(plan.solution.displacement), truth);
+/// Pixels from the truth.
+double error_of(const Solution& solution, const ReferenceField& truth) {
+  return rmsd(ReferenceField(solution.displacement), truth);
 }
 
-Scene scene_at(const char* name, int size) {
+Scene shipped(const char* name, int size) {
   Scene scene = load_scene(name, {.size = Extent{size, size}});
   use_method(scene, usual_method(EnergyModel::elastic));
   return scene;
 }
 
+Scene scene_of(Level level, std::string_view method, int effort, double poisson = 0.3) {
+  Scene scene;
+  scene.name = "test";
+  scene.full = std::move(level);
+  scene.poisson = poisson;
+  use_method(scene, find_method(method, EnergyModel::elastic), effort);
+  return scene;
+}
+
+/// An estimate may be a few times too low, and no field is nearer than rounding.
+void expect_honest(const Solution& solution, const ReferenceField& truth, const std::string& what) {
+  if (solution.estimated_error) {
+    EXPECT_LE(error_of(solution, truth), 4.0 * *solution.estimated_error + 1e-5) << what;
+  }
+}
+
+/// A plan that says it is met is, and its estimate is honest; so is that of the scene's method.
+void expect_kept(const Scene& scene, const ReferenceField& truth, const std::string& what) {
+  for (const double asked : {0.1, 0.001}) {
+    const Plan made = plan(scene, {.accuracy = asked});
+    EXPECT_TRUE(!made.met || error_of(made.solution, truth) <= asked) << what << ": " << made.outcome;
+    expect_honest(made.solution, truth, what);
+  }
+  expect_honest(solved(scene), truth, what + ", method");
+}
+
+/// Every observation of `level` as a spring of so many pixels.
+void weaken(Level& level, double deviation) {
+  for (std::vector<float>* const confidences : {&level.confidence.x, &level.confidence.y}) {
+    for (float& confidence : *confidences) {
+      confidence = confidence > 0.0F ? confidence_of_deviation(deviation) : 0.0F;
+    }
+  }
+}
+
+void scale_moduli(Scene& scene, float factor) {
+  for (float& modulus : scene.full.modulus.values) {
+    modulus *= factor;
+  }
+  set_inverse_modulus(scene.full);
+}
+
 TEST(Planner, GivesWhatIsAskedForAndCostsMoreTheMoreIsAsked) {
   for (const char* name : {"square", "circular", "circular-radial", "square-modified"}) {
-    const Scene scene = scene_at(name, 150);
+    const Scene scene = shipped(name, 150);
     const ReferenceField truth = truth_of(scene);
     double cost_before = 0.0;
     for (const double asked : {2.0, 0.5, 0.1, 0.02, 0.002}) {
       const Plan found = plan(scene, {.accuracy = asked});
       EXPECT_TRUE(found.met) << name << ", " << asked << ": " << found.outcome;
       EXPECT_LE(*found.solution.estimated_error, asked) << name;
-      EXPECT_LE(distance(found, truth), asked) << name << ": " << found.outcome;
+      EXPECT_LE(error_of(found.solution, truth), asked) << name << ": " << found.outcome;
       EXPECT_GE(fine_sweep_equivalents(found), cost_before) << name << ", " << asked;
       cost_before = fine_sweep_equivalents(found);
     }
+    const Plan best = plan(scene, {.seconds = 100.0}); // as many steps as a plan takes
+    EXPECT_LT(error_of(best.solution, truth), 1e-4) << name << ": " << best.outcome;
   }
 }
 
 TEST(Planner, AConditionOnOnePixelIsNotLost) {
-  Scene scene = scene_at("square", 200);
+  Scene scene = shipped("square", 200);
   const std::size_t lonely = scene.full.extent.index(101, 67); // on no sampled image
   scene.full.target.x[lonely] = 30.0F;
   scene.full.confidence.x[lonely] = 1.0F;
@@ -61,105 +120,133 @@ TEST(Planner, AConditionOnOnePixelIsNotLost) {
   for (const double asked : {2.0, 0.1}) {
     const Plan found = plan(scene, {.accuracy = asked});
     EXPECT_TRUE(found.met) << found.outcome;
-    EXPECT_LE(distance(found, truth), asked);
+    EXPECT_LE(error_of(found.solution, truth), asked);
     EXPECT_EQ(found.solution.displacement.x[lonely], 30.0F);
   }
 }
 
 TEST(Planner, SaysWhenItCannot) {
-  const Plan found = plan(scene_at("circular", 100), {.accuracy = 1e-9});
+  const Plan found = plan(shipped("circular", 100), {.accuracy = 1e-9});
   EXPECT_FALSE(found.met);
-  EXPECT_NE(found.outcome.find("NOT met"), std::string::npos) << found.outcome;
+  EXPECT_THAT(found.outcome, testing::HasSubstr("NOT met"));
 }
 
 TEST(Planner, LittleTimeGivesACoarseField) {
-  const Scene scene = scene_at("circular", 300);
+  const Scene scene = shipped("circular", 300);
   const Plan hasty = plan(scene, {.seconds = 1e-6});
   EXPECT_FALSE(hasty.met);
   EXPECT_EQ(hasty.solution.displacement.extent, scene.extent());
   EXPECT_LT(fine_sweep_equivalents(hasty), fine_sweep_equivalents(plan(scene, {.accuracy = 1e-3})) / 5.0);
 }
 
-TEST(Planner, RefusesNonsense) {
-  const Scene scene = scene_at("square", 32);
-  EXPECT_THROW((void)plan(scene, {.accuracy = 0.0}), InputError);
-  EXPECT_THROW((void)plan(scene, {.accuracy = -1.0}), InputError);
-  EXPECT_THROW((void)plan(scene, {.seconds = 0.0}), InputError);
-  EXPECT_THROW((void)plan(load_scene("square"), {.accuracy = 1.0}), InputError); // the thesis's energy
-}
-
-/// In one pass what prolongate() and a look at every site do.
-TEST(SampledImage, IsInterpolatedAndPutOnTheTargets) {
-  for (const Extent extent : {Extent{1, 1}, Extent{67, 5}, Extent{300, 170}}) {
-    Scene scene = load_scene("random", {.size = extent});
-    Level& full = scene.full;
-    const VectorField coarse = sample_field(full.target, sampled_extent(extent, 4), Alignment::corner);
-    VectorField expected = prolongate(coarse, extent, Alignment::corner);
-    Level sampled = sample_level(full, coarse.extent, Alignment::corner);
-    std::ranges::fill(sampled.confidence.y, 0.0F); // so nothing of y is known
-    double squares = 0.0;
-    double count = 0.0;
-    double unknown_of_y = 0.0;
-    const auto impose = [&](std::vector<float>& values, const std::vector<float>& target,
-                            const std::vector<float>& confidence) {
-      double largest = 0.0;
-      for (std::size_t i = 0; i < values.size(); ++i) {
-        if (confidence[i] > 0.0F) {
-          const auto gap = static_cast<double>(std::abs(target[i] - values[i]));
-          squares += gap * gap;
-          count += 1.0;
-          largest = std::max(largest, gap);
-          values[i] = target[i];
+/// Nothing but springs holds the sheet, and hardly.
+TEST(Planner, WeakSpringsAreEstimatedOrSolved) {
+  for (const double deviation : {30.0, 300.0, 1000.0, 2500.0}) {
+    for (const auto& [tissue, contrast] : {std::pair{Tissue::inclusion, 3.0}, std::pair{Tissue::noise, 100.0},
+                                           std::pair{Tissue::inclusion, 1e4}}) {
+      for (const Held held : {Held::border, Held::scattered, Held::supports}) {
+        Scene scene = scene_of(elastic_level({71, 38}, tissue, held, contrast, 21),
+                               elastic_conjugate_gradients, 20, tissue == Tissue::noise ? 0.45 : 0.3);
+        weaken(scene.full, deviation);
+        try {
+          expect_kept(
+              scene, truth_of(scene),
+              fmt::format("deviation {}, contrast {}, held {}", deviation, contrast, static_cast<int>(held)));
+        } catch (const InputError&) { // held so weakly that a factorisation in double finds no truth
+          EXPECT_GE(deviation, 1000.0);
         }
       }
-      return largest;
-    };
-    const double largest_of_x = impose(expected.x, full.target.x, full.confidence.x);
-    unknown_of_y = impose(expected.y, full.target.y, full.confidence.y);
-    const Interpolated found = interpolate_to_image(coarse, sampled, full, Alignment::corner);
-    EXPECT_EQ(found.field.x, expected.x);
-    EXPECT_EQ(found.field.y, expected.y);
-    EXPECT_NEAR(found.gap, std::sqrt(2.0 * squares / count), 1e-6 * found.gap); // sums of 64 are in float
-    EXPECT_GE(found.largest_unknown_gap, unknown_of_y);
-    EXPECT_LE(found.largest_unknown_gap, std::max(unknown_of_y, largest_of_x));
-    EXPECT_EQ(found.has_springs, has_springs(full));
+    }
   }
 }
 
-/// An interface has its place to a fraction of a pixel, a layer its share, in both means.
-TEST(SampledImage, HasMeansOfItsBlocks) {
-  const Extent extent{13, 9};
-  Level full{.extent = extent, .modulus = ScalarField(extent, 1.0F)};
-  for (int y = 0; y < extent.height; ++y) {
-    full.modulus.values[extent.index(6, y)] = 5.0F; // a layer of one pixel
-  }
-  set_inverse_modulus(full);
-  const BlockModuli blocks = block_moduli(full.modulus, full.inverse_modulus, {4, 3}, Alignment::corner);
-  // Cells of 4 pixels: site 1 stands for 2 ... 6 on the axis, half of pixel 6 among them.
-  const Extent sites = blocks.mean.extent;
-  EXPECT_FLOAT_EQ(blocks.mean.values[sites.index(0, 1)], 1.0F);
-  EXPECT_FLOAT_EQ(blocks.mean.values[sites.index(1, 1)], (3.5F + 0.5F * 5.0F) / 4.0F);
-  EXPECT_FLOAT_EQ(blocks.mean.values[sites.index(2, 0)], (3.5F + 0.5F * 5.0F) / 4.0F);
-  EXPECT_FLOAT_EQ(blocks.inverse_mean.values[sites.index(1, 1)], (3.5F + 0.5F / 5.0F) / 4.0F);
-  EXPECT_FLOAT_EQ(blocks.mean.values[sites.index(3, 2)], 1.0F);
-  EXPECT_NEAR(largest_mixture(blocks), (3.5 + 2.5) / 4.0 * (3.5 + 0.1) / 4.0, 1e-5);
-  // Means of an image that is as large are its moduli.
-  // Of pixels' areas: site 1 of 5 stands for 2.6 ... 5.2 pixel widths, site 2 to 7.8, so it has the layer.
-  const BlockModuli areas = block_moduli(full.modulus, full.inverse_modulus, {5, 9}, Alignment::center);
-  EXPECT_FLOAT_EQ(areas.mean.values[1], 1.0F);
-  EXPECT_FLOAT_EQ(areas.mean.values[2], (1.6F + 5.0F) / 2.6F);
-  for (const Alignment alignment : {Alignment::corner, Alignment::center}) {
-    EXPECT_EQ(block_moduli(full.modulus, full.inverse_modulus, extent, alignment).mean.values,
-              full.modulus.values);
-    EXPECT_FLOAT_EQ(block_moduli(full.modulus, full.inverse_modulus, {1, 1}, alignment).mean.values[0],
-                    (12.0F + 5.0F) / 13.0F);
+TEST(Planner, ExtremeContrastsAreNotPromised) {
+  for (const double contrast : {1e3, 1e5, 1e10}) {
+    for (const Held held : {Held::border, Held::scattered, Held::springs, Held::supports}) {
+      const Scene scene =
+          scene_of(elastic_level({53, 60}, Tissue::noise, held, contrast, 31), elastic_full_multigrid, 3);
+      expect_kept(scene, truth_of(scene),
+                  fmt::format("contrast {}, held {}", contrast, static_cast<int>(held)));
+    }
   }
 }
 
-TEST(SampledImage, HasSquareCells) {
-  EXPECT_EQ(sampled_extent({300, 300}, 4), (Extent{76, 76}));
-  EXPECT_EQ(sampled_extent({257, 130}, 8), (Extent{33, 17}));
-  EXPECT_EQ(sampled_extent({5, 1}, 1), (Extent{5, 1}));
+/// A hole is filled by what is around it, however soft it is: until float no longer tells how.
+TEST(Planner, HolesAreFilledOrNotPromised) {
+  const auto with_hole = [](float modulus) {
+    Scene scene = shipped("circular", 100);
+    for (std::size_t site = 0; site < scene.extent().sites(); ++site) {
+      float& own = scene.full.modulus.values[site];
+      own = scene.labels.values[site] == 2 ? modulus : own;
+    }
+    set_inverse_modulus(scene.full);
+    return scene;
+  };
+  const ReferenceField truth = truth_of(with_hole(1e-5F));
+  for (const float modulus : {1e-6F, 1e-25F, 1e-35F}) {
+    const Scene scene = with_hole(modulus);
+    const Plan made = plan(scene, {.accuracy = 0.01});
+    EXPECT_EQ(made.met, modulus > 1e-30F) << modulus << ": " << made.outcome;
+    EXPECT_EQ(solved(scene).estimated_error.has_value(), modulus > 1e-30F) << modulus;
+    if (made.met) {
+      EXPECT_LT(error_of(made.solution, truth), 0.01) << modulus;
+    }
+  }
+}
+
+TEST(Planner, OnlyRatiosOfModuliMatter) {
+  for (const std::string_view method :
+       {elastic_conjugate_gradients, elastic_full_multigrid, elastic_sweeps}) {
+    const Scene scene = scene_of(elastic_level({50, 47}, Tissue::noise, Held::springs, 100.0, 51), method, 4);
+    const Solution usual = solved(scene);
+    for (const int exponent : {-100, -30, 7, 100}) {
+      Scene scaled = scene;
+      scale_moduli(scaled, std::ldexp(1.0F, exponent));
+      const Solution found = solved(scaled);
+      EXPECT_EQ(found.displacement.x, usual.displacement.x) << method << ", 2^" << exponent;
+      EXPECT_EQ(found.displacement.y, usual.displacement.y) << method << ", 2^" << exponent;
+      EXPECT_EQ(found.estimated_error, usual.estimated_error) << method << ", 2^" << exponent;
+    }
+  }
+}
+
+TEST(Planner, AFieldThatCannotBeOneMeetsNothing) {
+  const Scene scene = shipped("square", 40);
+  Plan made;
+  made.solution.displacement = VectorField(scene.extent());
+  const Request request{.accuracy = 0.1, .seconds = 10.0};
+  made.solution.estimated_error = 0.01;
+  conclude(made, scene, request, 1.0);
+  EXPECT_TRUE(made.met);
+  for (const float value :
+       {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN(), 1e18F}) {
+    made.solution.displacement.x[70] = value;
+    made.solution.estimated_error = 0.01;
+    conclude(made, scene, request, 1.0);
+    EXPECT_FALSE(made.met) << value;
+    EXPECT_THAT(made.outcome, testing::HasSubstr("(the field ")) << value;
+    const std::vector<Warning> warnings = diagnose(scene, made.solution);
+    EXPECT_EQ(
+        std::ranges::count(warnings, std::isfinite(value) ? "divergence" : "not-finite", &Warning::kind), 1)
+        << value;
+  }
+}
+
+/// Nothing is left to be done, so the field is as near as float can be.
+TEST(Planner, FieldsWithoutStrainAreKnown) {
+  for (const bool sprung : {false, true}) {
+    Scene scene = scene_of(elastic_level({40, 33}, Tissue::inclusion, Held::border, 5.0, 61),
+                           elastic_full_multigrid, 8);
+    std::ranges::fill(scene.full.target.x, 3.0F);
+    std::ranges::fill(scene.full.target.y, -3.0F);
+    if (sprung) {
+      weaken(scene.full, 1.0);
+    }
+    const Solution solution = solved(scene);
+    ASSERT_TRUE(solution.estimated_error);
+    EXPECT_LT(*solution.estimated_error, 1e-5);
+    EXPECT_TRUE(plan(scene, {.accuracy = 0.001}).met);
+  }
 }
 
 } // namespace

@@ -124,15 +124,6 @@ TEST(Symmetry, ATransposedLevelMovesAsTheTransposedImage) {
   expect_symmetric(transposed, Update::coloured); // columns for x, rows for y
 }
 
-TEST(Symmetry, ATurnedLevelIsNoMirrorImage) { // the measure itself
-  const auto problem = test::random_problem({8, 8}, Texture::dyadic, 1, dyadic_steps());
-  EXPECT_GT(compare(swept(problem, 1), swept(seen(left_to_right, problem), 1)).sites, 30);
-  View exchanged_only = left_to_right;
-  exchanged_only.exchanges = true;
-  EXPECT_GT(compare(seen(exchanged_only, swept(problem, 1)), swept(seen(exchanged_only, problem), 1)).sites,
-            5);
-}
-
 // ---- Other numbers for the same thing
 
 void scale(std::vector<float>& values, float factor) {
@@ -195,16 +186,6 @@ TEST(Units, OnlyRatiosOfModuliCount) {
           expect_equal(swept(problem, sweeps_of_all_colours), swept(other, sweeps_of_all_colours));
         });
   }
-}
-
-TEST(Units, OnlyThePenaltyTimesTheConfidenceCounts) {
-  for_every_rule_and_update(
-      {Texture::smooth, Texture::tie_rich, Texture::extreme}, [&](const Problem& problem) {
-        Problem other = problem;
-        other.level.penalty *= 16.0F;
-        scale(other.level.confidence, 1.0F / 16.0F);
-        expect_equal(swept(problem, sweeps_of_all_colours), swept(other, sweeps_of_all_colours));
-      });
 }
 
 TEST(Units, TheOriginOfDisplacementsDoesNotMatter) {

@@ -76,30 +76,6 @@ TEST(RobustObservations, SettleAtTheMinimum) {
   EXPECT_LT(rmsd(ReferenceField(field), again), 0.01 * *scene.robust);
 }
 
-/// The derivative of forgiven^2 (sqrt(1 + (r / forgiven)^2) - 1), by differences.
-TEST(RobustObservations, PullAsTheirEnergySays) {
-  Level level;
-  level.extent = {2, 1};
-  level.target = level.confidence = VectorField(level.extent);
-  level.confidence.x = {0.3F, 1.0F};
-  level.confidence.y = {0.0F, 1.0F};
-  const double forgiven = 0.7;
-  const auto energy = [&](double r) {
-    return forgiven * forgiven * (std::sqrt(1.0 + r * r / (forgiven * forgiven)) - 1.0);
-  };
-  for (const float way : {0.01F, 0.5F, 0.7F, 3.0F, 40.0F}) {
-    level.target.x = {way, way};
-    const Level weighed = reweighted(level, VectorField(level.extent), forgiven);
-    const double stiffness =
-        spring_stiffness(1.0F, weighed.confidence.x[0]) / spring_stiffness(1.0F, level.confidence.x[0]);
-    const double r = static_cast<double>(way);
-    const double slope = (energy(r + 1e-4) - energy(r - 1e-4)) / 2e-4;
-    EXPECT_NEAR(stiffness * r / slope, 1.0, 1e-4) << way;
-    EXPECT_EQ(weighed.confidence.x[1], 1.0F) << "prescribed";
-    EXPECT_EQ(weighed.confidence.y[0], 0.0F) << "not observed";
-  }
-}
-
 TEST(RobustObservations, AreTheSameBitsOnEveryBackend) {
   Observed observed(5);
   observed.scene.robust = 0.3;
@@ -125,13 +101,6 @@ TEST(RobustObservations, ArePlanned) {
   EXPECT_TRUE(plan.met) << plan.outcome;
   EXPECT_EQ(plan.steps.front().action, "observations");
   EXPECT_LT(rmsd(ReferenceField(plan.solution.displacement), ReferenceField(observed.truth)), 0.25);
-}
-
-TEST(RobustObservations, NeedSome) {
-  Scene scene = load_scene("square", {.size = Extent{33, 33}});
-  use_method(scene, usual_method(EnergyModel::elastic));
-  scene.robust = 0.5;
-  EXPECT_THROW((void)Solver(test::scalar(), {}).solve(scene, test::silent()), InputError);
 }
 
 } // namespace

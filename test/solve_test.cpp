@@ -61,38 +61,5 @@ TEST(Solve, EveryStopRuleGivesTheSameFieldAndIterationsOnEveryBackend) {
   }
 }
 
-TEST(Solve, SequentialLowersTheEnergyLikeSimultaneous) {
-  Scene scene = load_scene("square", {.size = Extent{48, 48}});
-  const double at_rest = mean_energy(scene.full, scene.start_field());
-  for (const Update update : {Update::simultaneous, Update::sequential}) {
-    scene.full.update = update;
-    EXPECT_LT(mean_energy(scene.full, solved(scene).displacement), 0.01 * at_rest);
-  }
-}
-
-TEST(Solve, StartLevelSkipsCoarseLevels) {
-  Scene scene = load_scene("square", {.size = Extent{64, 64}});
-  scene.schedule.start_level = 2;
-  const Solution solution = solved(scene);
-  ASSERT_EQ(solution.levels.size(), 3U);
-  EXPECT_EQ(solution.levels.front().extent, (Extent{16, 16}));
-  scene.schedule.start_level = 99;
-  EXPECT_EQ(solved(scene).levels.size(), 7U);
-}
-
-TEST(Solve, SiteUpdatesAreCounted) {
-  Scene scene = load_scene("square", {.size = Extent{8, 8}});
-  scene.schedule.iterations = 3;
-  EXPECT_EQ(site_updates(scene), 3.0 * (64 + 16 + 4 + 1));
-  EXPECT_EQ(site_updates(scene, 2), 2.0 * (64 + 16 + 4 + 1));
-}
-
-TEST(Bench, MediansAreOfRawSamples) {
-  const std::vector<Timings> samples{{.compute = 5.0}, {.compute = 1.0}, {.compute = 2.0}, {.compute = 9.0}};
-  EXPECT_EQ(median_seconds(samples, &Timings::compute), 3.5);
-  EXPECT_EQ(median_seconds(std::span(samples).first(3), &Timings::compute), 2.0);
-  EXPECT_EQ(median_seconds({}, &Timings::compute), 0.0);
-}
-
 } // namespace
 } // namespace hdmbench

@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -63,6 +64,17 @@ test::Problem problem_of(const Kind& kind, int size) {
   return problem;
 }
 
+/// Calls `call` once before, as it may compile, and then times it.
+template <typename Call>
+void time(benchmark::State& state, const Call& call) {
+  call();
+  for (auto _ : state) {
+    const auto start = std::chrono::steady_clock::now();
+    call();
+    state.SetIterationTime(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  }
+}
+
 void iterate(benchmark::State& state, const Backend& backend, const Kind& kind, int size) {
   auto [level, start_field] = problem_of(kind, size);
   level.rule = kind.rule;
@@ -73,12 +85,7 @@ void iterate(benchmark::State& state, const Backend& backend, const Kind& kind, 
   const auto session = backend.open({});
   session->load(level);
   session->write(start_field);
-  session->step(2 * sweeps); // compiles
-  for (auto _ : state) {
-    const auto start = std::chrono::steady_clock::now();
-    session->step(sweeps);
-    state.SetIterationTime(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-  }
+  time(state, [&] { session->step(sweeps); });
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(level.extent.sites()));
 }
 
@@ -89,17 +96,11 @@ void solve_square(benchmark::State& state, const Backend& backend, Work work, in
   const auto pyramid = levels.pyramid();
   const auto session = backend.open({.device = {}, .work = work});
   VectorField field;
-  const auto solution = [&] {
+  time(state, [&] {
     session->load(pyramid.value());
     session->solve();
     session->read(field);
-  };
-  solution(); // compiles
-  for (auto _ : state) {
-    const auto start = std::chrono::steady_clock::now();
-    solution();
-    state.SetIterationTime(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-  }
+  });
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(site_updates(scene)));
 }
 
@@ -118,24 +119,21 @@ int main(int argc, char** argv) {
       std::fprintf(stderr, "%s is skipped: %s\n", std::string(backend->name()).c_str(), error.what());
       continue;
     }
-    for (const Kind& kind : kinds) {
+    const auto add = [&](const std::string& name, const auto& measured) {
       for (const int size : {300, 600, 1200}) {
-        benchmark::RegisterBenchmark(
-            fmt::format("{}/{}/{}", backend->name(), kind.name, size).c_str(),
-            [&backend, &kind, size](benchmark::State& state) { iterate(state, *backend, kind, size); })
+        benchmark::RegisterBenchmark(fmt::format("{}/{}/{}", backend->name(), name, size).c_str(),
+                                     [measured, size](benchmark::State& state) { measured(state, size); })
             ->UseManualTime()
             ->Unit(benchmark::kMillisecond);
       }
+    };
+    for (const Kind& kind : kinds) {
+      add(std::string(kind.name),
+          [&](benchmark::State& state, int size) { iterate(state, *backend, kind, size); });
     }
     for (const Work work : {Work::dense, Work::active}) {
-      for (const int size : {300, 600, 1200}) {
-        benchmark::RegisterBenchmark(
-            fmt::format("{}/solve-{}/{}", backend->name(), work_names[static_cast<std::size_t>(work)], size)
-                .c_str(),
-            [&backend, work, size](benchmark::State& state) { solve_square(state, *backend, work, size); })
-            ->UseManualTime()
-            ->Unit(benchmark::kMillisecond);
-      }
+      add(fmt::format("solve-{}", work_names[static_cast<std::size_t>(work)]),
+          [&backend, work](benchmark::State& state, int size) { solve_square(state, *backend, work, size); });
     }
   }
   benchmark::Initialize(&argc, argv);

@@ -2,6 +2,7 @@
 // search, a sweep in place, statistics. That all backends do the same is backends_test's affair.
 
 #include "kernels/data/gather.hpp"
+#include "reference/thesis_energy.hpp"
 #include "test/sessions.hpp"
 
 #include <gtest/gtest.h>
@@ -17,21 +18,6 @@ namespace {
 
 using test::swept;
 
-/// U_t of one component as (4.7)-(4.17) print it, in double, with the centre displaced to d.
-double energy_of_x(const HdmInFloat::Site& site, double d) {
-  const auto triple = [&](double ds, double du, double inverse_s, double inverse_u) {
-    const double forward = site.modulus * inverse_u * (d - ds) - (du - d);
-    const double backward = site.modulus * inverse_s * (d - du) - (ds - d);
-    return forward * forward + backward * backward;
-  };
-  const HdmInFloat::Neighbours& n = site.dx;
-  const HdmInFloat::Neighbours& i = site.inverse_modulus;
-  return triple(n.north_west, n.south_east, i.north_west, i.south_east) +
-         triple(n.south_west, n.north_east, i.south_west, i.north_east) +
-         triple(n.west, n.east, i.west, i.east) +
-         static_cast<double>(site.penalty) * site.confidence_x * std::abs(site.target_x - d);
-}
-
 /// Where a convex function is lowest between low and high, to about 1e-7 of their distance.
 double golden_section_search(const std::function<double(double)>& function, double low, double high) {
   const double ratio = (std::sqrt(5.0) - 1.0) / 2.0;
@@ -43,10 +29,6 @@ double golden_section_search(const std::function<double(double)>& function, doub
   return (low + high) / 2.0;
 }
 
-bool is_inside(Extent extent, int x, int y) {
-  return x > 0 && y > 0 && x + 1 < extent.width && y + 1 < extent.height;
-}
-
 TEST(ClosedForm, LandsOnTheMinimiserOrAsFarFromItAsTheRelaxationSays) {
   auto problem = test::random_problem({24, 24}, test::Texture::smooth, 41, {}, Rule::closed_form);
   for (const float penalty : {1.0F, 300.0F, 1e6F}) {
@@ -55,13 +37,18 @@ TEST(ClosedForm, LandsOnTheMinimiserOrAsFarFromItAsTheRelaxationSays) {
     const VectorField minimal = swept(problem, 1);
     problem.level.strengths = {0.25F, 1.0F};
     const VectorField quarter = swept(problem, 1);
+    const ThesisEnergy energy(problem.level, problem.start);
     int pulled = 0;
     for (int y = 1; y < 23; ++y) {
       for (int x = 1; x < 23; ++x) {
         const HdmInFloat::Site site = gather<HdmInFloat>(problem.level, problem.start, x, y);
         const std::size_t at = problem.level.extent.index(x, y);
         // Between the outermost neighbours and the target lies the minimiser.
-        const double lowest = golden_section_search([&](double d) { return energy_of_x(site, d); }, -11, 11);
+        const double lowest = golden_section_search(
+            [&](double d) {
+              return energy.at(x, y, {d, 0.0}).x;
+            },
+            -11, 11);
         EXPECT_NEAR(minimal.x[at], lowest, 2e-5) << "K = " << penalty << ", " << x << ", " << y;
         pulled += site.confidence_x > 0.0F && minimal.x[at] != site.target_x ? 1 : 0;
         if (site.confidence_x == 0.0F) {
@@ -115,26 +102,6 @@ TEST(Colours, WhatMovesDoesNotSeeWhatElseMoves) {
     }
     const VectorField expected = swept(problem, sweeps_per_iteration(problem.level));
     EXPECT_EQ(field.x == expected.x && field.y == expected.y, update != Update::simultaneous);
-  }
-}
-
-TEST(Colours, XTakesTurnsByColumnsAndYByRowsAndFourColoursByBoth) {
-  for (const Update update : {Update::coloured, Update::four_coloured}) {
-    auto problem = test::random_problem({12, 13}, test::Texture::smooth, 45, {}, Rule::closed_form, update);
-    std::fill(problem.level.confidence.x.begin(), problem.level.confidence.x.end(), 0.0F);
-    std::fill(problem.level.confidence.y.begin(), problem.level.confidence.y.end(), 0.0F);
-    const VectorField before = swept(problem, 1);
-    const VectorField after = swept(problem, 2); // the second sweep is colour 1
-    for (int y = 0; y < 13; ++y) {
-      for (int x = 0; x < 12; ++x) {
-        const std::size_t at = problem.level.extent.index(x, y);
-        const bool four = update == Update::four_coloured;
-        EXPECT_EQ(after.x[at] != before.x[at], four ? x % 2 == 1 && y % 2 == 0 : x % 2 == 1)
-            << x << ", " << y;
-        EXPECT_EQ(after.y[at] != before.y[at], four ? x % 2 == 1 && y % 2 == 0 : y % 2 == 1)
-            << x << ", " << y;
-      }
-    }
   }
 }
 
@@ -225,43 +192,6 @@ TEST(Annealing, TakesACandidateWithTheProbabilityOfItsEnergy) {
     EXPECT_NEAR(taken / draws, probability, five_sigma + probability * exponent * exponent / 512.0)
         << inverse_temperature;
   }
-}
-
-TEST(Annealing, GoesDownOnlyWhereItIsCold) {
-  auto problem =
-      test::random_problem({40, 40}, test::Texture::smooth, 47, {}, Rule::annealing, Update::four_coloured);
-  problem.level.strengths = {1e30F};
-  int moved = 0;
-  for (int number = 0; number < 40; ++number) {
-    const VectorField next = swept(problem, 1); // always sweep 0: the seed makes the difference
-    problem.level.seed = number + 1;
-    for (int y = 1; y < 39; ++y) {
-      for (int x = 1; x < 39; ++x) {
-        const std::size_t at = problem.level.extent.index(x, y);
-        const HdmInFloat::Site site = gather<HdmInFloat>(problem.level, problem.start, x, y);
-        const double before = energy_of_x(site, problem.start.x[at]);
-        ASSERT_LE(energy_of_x(site, next.x[at]), before * (1.0 + 1e-5) + 1e-5);
-        moved += next.x[at] != problem.start.x[at] ? 1 : 0;
-      }
-    }
-    problem.start = next;
-  }
-  EXPECT_GT(moved, 100);
-}
-
-TEST(Annealing, TheSeedAndTheSweepMakeTheDifference) {
-  const auto steps = StepSet::parse("0,1,2,3");
-  const VectorField field = swept(flat_problem(steps, 0.0F, 1), 1);
-  EXPECT_EQ(field.x, swept(flat_problem(steps, 0.0F, 1), 1).x);
-  EXPECT_NE(field.x, swept(flat_problem(steps, 0.0F, 2), 1).x);
-  EXPECT_NE(field.x, field.y);
-  // At an endless temperature the second sweep adds numbers of its own, not the first ones again.
-  const VectorField twice = swept(flat_problem(steps, 0.0F, 1), 2);
-  int doubled = 0;
-  for (std::size_t i = 0; i < field.x.size(); ++i) {
-    doubled += twice.x[i] == 2.0F * field.x[i] ? 1 : 0;
-  }
-  EXPECT_NEAR(doubled, side * side / 4.0, 5.0 * side / 2.0);
 }
 
 } // namespace

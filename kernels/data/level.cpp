@@ -14,7 +14,7 @@ namespace energies::Hdm {
 extern const EnergyOnHost on_host;
 }
 
-// test/cost_test.cpp counts the operations in the texts.
+// Operations of a site, counted in the texts.
 const Energy thesis_energy{.name = "hdm",
                            .inputs = HdmInFloat::input_count,
                            .couples = HdmInFloat::couples,
