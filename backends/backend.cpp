@@ -2,6 +2,7 @@
 
 #include "backends/shared/cut_session.hpp"
 #include "backends/shared/elastic_session.hpp"
+#include "backends/shared/energy_programs.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,6 +12,14 @@
 #include <span>
 
 namespace hdmbench {
+
+namespace energies::Hdm {
+extern const EnergyPrograms programs;
+}
+
+const EnergyPrograms& programs_of(const Energy& energy) {
+  return energy.programs != nullptr ? *energy.programs : energies::Hdm::programs;
+}
 
 namespace {
 

@@ -44,64 +44,43 @@ private:
   std::string_view option_;
 };
 
-[[maybe_unused]] std::unique_ptr<Backend> not_built(std::string_view name, std::string_view option) {
-  return std::make_unique<NotBuilt>(name, option);
-}
-
-std::unique_ptr<Backend> gl_fragment() {
-#ifdef HDMBENCH_WITH_EGL
-  return gl::make_fragment("gl-fragment",
-                           "GLSL 1.20 fragment shader, OpenGL through EGL: the thesis's design",
-                           gl::make_egl_platform());
-#else
-  return not_built("gl-fragment", "HDMBENCH_EGL");
-#endif
-}
-
-std::unique_ptr<Backend> gl_fragment_osmesa() {
-#ifdef HDMBENCH_WITH_OSMESA
-  return gl::make_fragment("gl-fragment-osmesa", "the same shader, OpenGL through OSMesa",
-                           gl::make_osmesa_platform());
-#else
-  return not_built("gl-fragment-osmesa", "HDMBENCH_OSMESA");
-#endif
-}
-
-std::unique_ptr<Backend> gl_compute() {
-#ifdef HDMBENCH_WITH_EGL
-  return gl::make_compute(gl::make_egl_platform());
-#else
-  return not_built("gl-compute", "HDMBENCH_EGL");
-#endif
-}
-
-std::unique_ptr<Backend> vulkan_compute() {
-#ifdef HDMBENCH_WITH_VULKAN
-  return make_vulkan_compute();
-#else
-  return not_built("vulkan-compute", "HDMBENCH_VULKAN");
-#endif
-}
-
-std::unique_ptr<Backend> opencl() {
-#ifdef HDMBENCH_WITH_OPENCL
-  return make_opencl();
-#else
-  return not_built("opencl", "HDMBENCH_OPENCL");
-#endif
-}
-
 } // namespace
 
 std::vector<std::unique_ptr<Backend>> make_backends() {
   std::vector<std::unique_ptr<Backend>> backends;
+  [[maybe_unused]] const auto add_not_built = [&](std::string_view name, std::string_view option) {
+    backends.push_back(std::make_unique<NotBuilt>(name, option));
+  };
   backends.push_back(make_scalar());
   backends.push_back(make_openmp());
-  backends.push_back(gl_fragment());
-  backends.push_back(gl_fragment_osmesa());
-  backends.push_back(gl_compute());
-  backends.push_back(vulkan_compute());
-  backends.push_back(opencl());
+#ifdef HDMBENCH_WITH_EGL
+  backends.push_back(gl::make_fragment("gl-fragment",
+                                       "GLSL 1.20 fragment shader, OpenGL through EGL: the thesis's design",
+                                       gl::make_egl_platform()));
+#else
+  add_not_built("gl-fragment", "HDMBENCH_EGL");
+#endif
+#ifdef HDMBENCH_WITH_OSMESA
+  backends.push_back(gl::make_fragment("gl-fragment-osmesa", "the same shader, OpenGL through OSMesa",
+                                       gl::make_osmesa_platform()));
+#else
+  add_not_built("gl-fragment-osmesa", "HDMBENCH_OSMESA");
+#endif
+#ifdef HDMBENCH_WITH_EGL
+  backends.push_back(gl::make_compute(gl::make_egl_platform()));
+#else
+  add_not_built("gl-compute", "HDMBENCH_EGL");
+#endif
+#ifdef HDMBENCH_WITH_VULKAN
+  backends.push_back(make_vulkan_compute());
+#else
+  add_not_built("vulkan-compute", "HDMBENCH_VULKAN");
+#endif
+#ifdef HDMBENCH_WITH_OPENCL
+  backends.push_back(make_opencl());
+#else
+  add_not_built("opencl", "HDMBENCH_OPENCL");
+#endif
   return backends;
 }
 

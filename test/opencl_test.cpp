@@ -1,7 +1,7 @@
 // What no run of verify sees of the OpenCL backend: the shape of groups that is for other devices than this
 // one, a compiler that refuses, a device with little memory.
 
-#include "backends/opencl/device.hpp"
+#include "backends/opencl/opencl.hpp"
 #include "backends/session/device_session.hpp"
 #include "backends/shared/cut_session.hpp"
 #include "backends/shared/driver_trial.hpp"

@@ -2,25 +2,17 @@
 
 #include "backends/gl/compute.hpp"
 #include "backends/gl/context.hpp"
-#include "backends/gl/elastic_fragment.hpp"
+#include "backends/gl/fragment.hpp"
 #include "backends/gl/fragment_programs.hpp"
 #include "backends/shared/tiles.hpp"
 #include "test/files.hpp"
 
 #include <gtest/gtest.h>
-#include <shaders/coarse_levels_compute.hpp>
 #include <shaders/coarse_levels_vulkan.hpp>
-#include <shaders/count_compute.hpp>
-#include <shaders/count_fragment.hpp>
-#include <shaders/elastic_coarse_compute.hpp>
 #include <shaders/elastic_coarse_vulkan.hpp>
-#include <shaders/elastic_compute.hpp>
 #include <shaders/elastic_vulkan.hpp>
-#include <shaders/project_compute.hpp>
-#include <shaders/project_fragment.hpp>
+#include <shaders/passes_fragment.hpp>
 #include <shaders/quad_vertex.hpp>
-#include <shaders/sample_compute.hpp>
-#include <shaders/sample_fragment.hpp>
 #include <shaders/sweep_vulkan.hpp>
 #include <shaders/tiles_vertex.hpp>
 
@@ -66,40 +58,49 @@ TEST(Shaders, AreStrictGlsl) {
     GTEST_SKIP() << "glslangValidator is not installed";
   }
   std::vector<std::pair<const char*, std::string>> texts{
-      {"sample.comp", gl::assemble(sources::sample_compute, "")},
-      {"project.comp", gl::assemble(sources::project_compute, "")},
-      {"count.comp", gl::assemble(sources::count_compute, "")},
-      {"coarse_levels.comp",
-       gl::assemble(sources::coarse_levels_compute,
-                    "#define INVOCATIONS 64\n#define STEP_COUNT 5\n#define STOPS_AT_REST 1\n")},
-      {"elastic_coarse.comp", gl::assemble(sources::elastic_coarse_compute,
-                                           "#define LANES 16\n#define ROWS 4\n#define IN_SHARED 1\n")},
       {"quad.vert", std::string(sources::quad_vertex)},
       {"tiles.vert", gl::assemble(sources::tiles_vertex, "#define POINTS 16\n#define ACTIVE\n")}};
-  for (const char* const pairs : {"", "#define PAIRS\n"}) {
-    texts.emplace_back("count.frag", gl::assemble(sources::count_fragment, pairs));
-    texts.emplace_back("sample.frag", gl::assemble(sources::sample_fragment, pairs));
-    texts.emplace_back("project.frag", gl::assemble(sources::project_fragment, pairs));
+  for (const char* const pass :
+       {"CELL 16", "CELLS 4", "COUNTS", "SAMPLES", "PROJECTS", "LOOP 0", "LOOP 1", "LOOP 2"}) {
+    for (const char* const pairs : {"", "#define PAIRS\n"}) {
+      texts.emplace_back("passes.frag", gl::assemble(sources::passes_fragment,
+                                                     "#define " + std::string(pass) + "\n" + pairs));
+    }
+  }
+  std::vector<ProgramKind> kinds{
+      {.kernel = Kernel::coarse_levels,
+       .constants = {{"INVOCATIONS", 64}, {"STEP_COUNT", 5}, {"STOPS_AT_REST", 1}}},
+      {.kernel = Kernel::elastic_coarse, .constants = {{"LANES", 16}, {"ROWS", 4}, {"IN_SHARED", 1}}}};
+  for (int number = 0; number < 3; ++number) {
+    kinds.push_back({.kernel = Kernel::levels, .constants = {{"PASS", number}}});
+    kinds.push_back({.kernel = Kernel::loops, .constants = {{"LOOP", number}}});
   }
   for (const ShaderConstants constants : {ShaderConstants{0, 1, 5}, ShaderConstants{0, 2, 16},
                                           ShaderConstants{1, 2, 1}, ShaderConstants{3, 4, 5}}) {
     for (const std::size_t tile_class : {std::size_t{0}, general_class}) {
       texts.emplace_back("sweep.frag", gl::sweep_text(constants, tile_class));
-      texts.emplace_back("pairs.frag", gl::sweep_pairs_text(constants, StepSet().padded(), tile_class));
+      texts.emplace_back("pairs.frag", gl::sweep_text(constants, tile_class, StepSet().padded()));
       texts.emplace_back("sweep.comp", gl::compute_text(sweep_kind(constants, tile_class, tile_class == 0)));
     }
   }
   for (int step = 0; step <= static_cast<int>(ElasticStep::squares); ++step) {
-    for (const auto masks : {ElasticMasks::none, ElasticMasks::anyhow, ElasticMasks::by_list}) {
+    for (const bool is_image : {false, true}) {
       const ElasticKernel kernel{.step = static_cast<ElasticStep>(step),
                                  .has_load = step % 2 == 0,
-                                 .is_image = masks == ElasticMasks::none,
-                                 .masks = masks};
+                                 .is_image = is_image,
+                                 .has_masked = !is_image};
       texts.emplace_back("elastic.frag", gl::elastic_fragment_text(kernel));
-      texts.emplace_back("elastic.comp",
-                         gl::assemble(sources::elastic_compute,
-                                      elastic_definitions(kernel) + "#define LANES 16\n#define ROWS 4\n"));
+      kinds.push_back({.kernel = Kernel::elastic,
+                       .constants = {{"STEP", step},
+                                     {"HAS_LOAD", step % 2},
+                                     {"IS_IMAGE", is_image},
+                                     {"BY_LIST", !is_image},
+                                     {"LANES", 16},
+                                     {"ROWS", 4}}});
     }
+  }
+  for (const ProgramKind& kind : kinds) {
+    texts.emplace_back("kernel.comp", gl::compute_text(kind));
   }
   const test::TemporaryFolder folder;
   for (const auto& [name, text] : texts) {

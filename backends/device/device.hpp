@@ -2,7 +2,7 @@
 
 #include "backends/backend.hpp"
 #include "backends/device/bindings.hpp"
-#include "backends/shared/sweep_shapes.hpp"
+#include "backends/session/ways.hpp"
 #include "kernels/data/energy.hpp"
 #include "kernels/data/level.hpp"
 
@@ -54,18 +54,7 @@ private:
 
 /// The texts of kernels/shaders, by what they do. A folder of an API knows which text of its language that
 /// is.
-enum class Kernel {
-  sweep,
-  count,
-  sample,
-  project,
-  coarse_levels,
-  elastic,
-  elastic_coarse,
-  probe,
-  copy,
-  multiply_add
-};
+enum class Kernel { sweep, levels, coarse_levels, elastic, elastic_coarse, loops };
 
 /// What a program is compiled for.
 struct ProgramKind {
@@ -168,6 +157,18 @@ public:
   ComputeDevice& operator=(const ComputeDevice&) = delete;
   virtual ~ComputeDevice() = default;
 
+  /// Makes a device the thread's own, where its API wants that (OpenGL's current context).
+  class Use {
+  public:
+    explicit Use(ComputeDevice& device) : device_(device) { device_.enter(); }
+    Use(const Use&) = delete;
+    Use& operator=(const Use&) = delete;
+    ~Use() { device_.leave(); }
+
+  private:
+    ComputeDevice& device_;
+  };
+
   [[nodiscard]] virtual const Device& description() const = 0;
   [[nodiscard]] virtual const DeviceLimits& limits() const = 0;
   /// How it may lay out sweeps, by SessionOptions::shape.
@@ -197,7 +198,6 @@ public:
 
 private:
   friend class Array;
-  friend class Use;
   [[nodiscard]] virtual std::unique_ptr<Array> make(std::size_t count, Kind kind) = 0;
   virtual void enter() {}
   virtual void leave() noexcept {}
@@ -205,49 +205,37 @@ private:
   std::size_t allocated_ = 0; ///< bytes
 };
 
-/// Makes a device the thread's own, where its API wants that (OpenGL's current context).
-class Use {
-public:
-  explicit Use(ComputeDevice& device) : device_(device) { device_.enter(); }
-  Use(const Use&) = delete;
-  Use& operator=(const Use&) = delete;
-  ~Use() { device_.leave(); }
-
-private:
-  ComputeDevice& device_;
-};
-
-/// A device and `Work`, which is made of it and owns arrays and programs of it.
-template <typename Work>
+/// `Work`, which is made of a ComputeDevice or a gl::Context and owns what only lives with it: makes this the
+/// thread's own around every call, and around the construction and the destruction of the work.
+template <typename Owner, typename Work>
 class OnDevice {
 public:
   template <typename... Arguments>
-  explicit OnDevice(std::unique_ptr<ComputeDevice> device, Arguments... arguments)
-      : device_(std::move(device)) {
-    const Use use(*device_);
-    work_.emplace(*device_, arguments...);
+  explicit OnDevice(std::unique_ptr<Owner> owner, Arguments... arguments) : owner_(std::move(owner)) {
+    const typename Owner::Use use(*owner_);
+    work_.emplace(*owner_, arguments...);
   }
   OnDevice(const OnDevice&) = delete;
   OnDevice& operator=(const OnDevice&) = delete;
   ~OnDevice() {
     try {
-      const Use use(*device_);
-      device_->settle(); // an error may have left work behind
+      const typename Owner::Use use(*owner_);
+      owner_->settle(); // an error may have left work behind
       work_.reset();
     } catch (const DeviceError&) {
-      device_->abandon();
+      owner_->abandon();
     }
   }
 
   /// call(work), while the device is used.
   template <typename Call>
   decltype(auto) operator()(const Call& call) {
-    const Use use(*device_);
+    const typename Owner::Use use(*owner_);
     return call(*work_);
   }
 
 private:
-  std::unique_ptr<ComputeDevice> device_;
+  std::unique_ptr<Owner> owner_;
   std::optional<Work> work_;
 };
 

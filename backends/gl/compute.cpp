@@ -4,17 +4,14 @@
 #include "backends/session/device_backend.hpp"
 
 #include <fmt/format.h>
-#include <shaders/ceiling_copy.hpp>
-#include <shaders/ceiling_multiply_add.hpp>
 #include <shaders/coarse_levels_compute.hpp>
-#include <shaders/count_compute.hpp>
 #include <shaders/elastic_coarse_compute.hpp>
 #include <shaders/elastic_compute.hpp>
-#include <shaders/probe_compute.hpp>
-#include <shaders/project_compute.hpp>
-#include <shaders/sample_compute.hpp>
+#include <shaders/levels_compute.hpp>
+#include <shaders/loops_compute.hpp>
 #include <shaders/sweep_compute.hpp>
 
+#include <array>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -33,31 +30,10 @@ GLenum format_of(Kind kind) {
   return kind == Kind::pairs ? GL_RG32F : GL_RGBA32F;
 }
 
-std::string_view text_of(Kernel kernel) {
-  switch (kernel) {
-  case Kernel::sweep:
-    return sources::sweep_compute;
-  case Kernel::count:
-    return sources::count_compute;
-  case Kernel::sample:
-    return sources::sample_compute;
-  case Kernel::project:
-    return sources::project_compute;
-  case Kernel::coarse_levels:
-    return sources::coarse_levels_compute;
-  case Kernel::elastic:
-    return sources::elastic_compute;
-  case Kernel::elastic_coarse:
-    return sources::elastic_coarse_compute;
-  case Kernel::probe:
-    return sources::probe_compute;
-  case Kernel::copy:
-    return sources::ceiling_copy;
-  case Kernel::multiply_add:
-    return sources::ceiling_multiply_add;
-  }
-  return {};
-}
+/// In the order of Kernel.
+constexpr std::array texts{sources::sweep_compute,          sources::levels_compute,
+                           sources::coarse_levels_compute,  sources::elastic_compute,
+                           sources::elastic_coarse_compute, sources::loops_compute};
 
 /// What a context has bound, by backends/device/bindings.hpp.
 using Bound = std::array<const Array*, binding::count>;
@@ -237,7 +213,7 @@ std::string compute_text(const ProgramKind& kind) {
   if (kind.steps) {
     definitions += steps_definition(*kind.steps);
   }
-  return assemble(text_of(kind.kernel), definitions, *kind.energy);
+  return assemble(texts.at(static_cast<std::size_t>(kind.kernel)), definitions, *kind.energy);
 }
 
 std::unique_ptr<Backend> make_compute(std::unique_ptr<Platform> platform) {

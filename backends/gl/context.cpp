@@ -35,6 +35,31 @@ bool is_software(std::string_view renderer) {
 
 } // namespace
 
+void throw_pending_error(const char* name, GLenum (*get_error)()) {
+  static constexpr std::array names{"GL_INVALID_ENUM",
+                                    "GL_INVALID_VALUE",
+                                    "GL_INVALID_OPERATION",
+                                    "GL_STACK_OVERFLOW",
+                                    "GL_STACK_UNDERFLOW",
+                                    "GL_OUT_OF_MEMORY",
+                                    "GL_INVALID_FRAMEBUFFER_OPERATION",
+                                    "GL_CONTEXT_LOST"};
+  const GLenum error = get_error();
+  if (error != GL_NO_ERROR) {
+    const GLenum number = error - GL_INVALID_ENUM;
+    throw DeviceError(fmt::format("{}: {} (0x{:04x})", name,
+                                  number < names.size() ? names.at(number) : "unknown OpenGL error", error));
+  }
+}
+
+void throw_missing(const char* name) {
+  throw DeviceError(fmt::format("the OpenGL driver has no {}", name));
+}
+
+void throw_made_nothing(const char* name) {
+  throw DeviceError(fmt::format("{} made nothing, and gave no error", name));
+}
+
 Device describe(Context& context, Version version) {
   const Context::Current current(context);
   const std::string renderer = text(context.api(), GL_RENDERER);

@@ -33,9 +33,12 @@ public:
   private:
     Context& context_;
   };
+  using Use = Current; ///< OnDevice
 
   /// Only while current.
   [[nodiscard]] virtual const Api& api() const = 0;
+  /// Waits, without an error: OSMesa does not wait for drawing when a context goes.
+  void settle() noexcept { api().quietly(api().Finish); }
   /// It cannot be made current any more: what destroys its objects calls nothing from now on.
   virtual void abandon() noexcept = 0;
 

@@ -14,32 +14,13 @@ namespace hdmbench::gl {
 namespace {
 
 const char* error_name(EGLint error) {
-  switch (error) {
-  case EGL_SUCCESS:
-    return "EGL_SUCCESS";
-  case EGL_NOT_INITIALIZED:
-    return "EGL_NOT_INITIALIZED";
-  case EGL_BAD_ACCESS:
-    return "EGL_BAD_ACCESS";
-  case EGL_BAD_ALLOC:
-    return "EGL_BAD_ALLOC";
-  case EGL_BAD_ATTRIBUTE:
-    return "EGL_BAD_ATTRIBUTE";
-  case EGL_BAD_CONFIG:
-    return "EGL_BAD_CONFIG";
-  case EGL_BAD_CONTEXT:
-    return "EGL_BAD_CONTEXT";
-  case EGL_BAD_DISPLAY:
-    return "EGL_BAD_DISPLAY";
-  case EGL_BAD_MATCH:
-    return "EGL_BAD_MATCH";
-  case EGL_BAD_PARAMETER:
-    return "EGL_BAD_PARAMETER";
-  case EGL_CONTEXT_LOST:
-    return "EGL_CONTEXT_LOST";
-  default:
-    return "unknown EGL error";
-  }
+  static constexpr std::array names{"EGL_SUCCESS",       "EGL_NOT_INITIALIZED",     "EGL_BAD_ACCESS",
+                                    "EGL_BAD_ALLOC",     "EGL_BAD_ATTRIBUTE",       "EGL_BAD_CONFIG",
+                                    "EGL_BAD_CONTEXT",   "EGL_BAD_CURRENT_SURFACE", "EGL_BAD_DISPLAY",
+                                    "EGL_BAD_MATCH",     "EGL_BAD_NATIVE_PIXMAP",   "EGL_BAD_NATIVE_WINDOW",
+                                    "EGL_BAD_PARAMETER", "EGL_BAD_SURFACE",         "EGL_CONTEXT_LOST"};
+  const auto number = static_cast<std::size_t>(error - EGL_SUCCESS);
+  return number < names.size() ? names.at(number) : "unknown EGL error";
 }
 
 bool has_word(std::string_view all, std::string_view word) {

@@ -1,7 +1,6 @@
-#include "backends/gl/elastic_fragment.hpp"
-
-#include "backends/gl/elastic_context.hpp"
+#include "backends/gl/fragment.hpp"
 #include "backends/gl/fragment_level.hpp"
+#include "backends/session/elastic_level_session.hpp"
 
 #include <fmt/format.h>
 #include <shaders/elastic_fragment.hpp>
@@ -59,11 +58,9 @@ class ElasticFragment {
 public:
   static constexpr int block = 2;
 
-  explicit ElasticFragment(const Api& api) : gl_(api), corners_(api) {
-    constexpr std::array<GLfloat, 8> quad{-1, -1, 1, -1, -1, 1, 1, 1};
-    gl_.BindBuffer(GL_ARRAY_BUFFER, corners_.name());
-    gl_.BufferData(GL_ARRAY_BUFFER, sizeof(quad), quad.data(), GL_STATIC_DRAW);
-  }
+  explicit ElasticFragment(const Context& context) : gl_(context.api()), quad_(gl_) {}
+
+  static std::int64_t coarse_size() { return 0; }
 
   void load(const ElasticHierarchy& hierarchy, const ElasticLayout& layout) {
     const std::vector<float> table = elastic_matrices(hierarchy);
@@ -119,6 +116,13 @@ public:
     return pixel.front();
   }
 
+  void run(std::span<const ElasticWork> work) {
+    for (const ElasticWork& piece : work) {
+      run(std::get<ElasticCall>(piece));
+    }
+  }
+
+private:
   void run(const ElasticCall& call) {
     const ElasticProgram& kernel = compiled(call.kernel);
     const ElasticParameters& p = call.parameters;
@@ -137,15 +141,9 @@ public:
     constants.response.bind(response);
     (call.kernel.step == ElasticStep::solve ? *inverse_ : *matrices_).bind(matrices);
     texture(call.to).draw_into();
-    const GLint origin = call.to.slot < elastic_slots ? 1 : 0;
-    gl_.Viewport(origin, origin, p.width, p.height);
-    gl_.BindBuffer(GL_ARRAY_BUFFER, corners_.name());
-    gl_.EnableVertexAttribArray(0);
-    gl_.VertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, 0, nullptr);
-    gl_.DrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+    quad_.draw(call.to.slot < elastic_slots ? 1 : 0, {p.width, p.height});
   }
 
-private:
   [[nodiscard]] Target& texture(ElasticArray array) {
     return array.slot < elastic_slots ? levels_.at(static_cast<std::size_t>(array.level))
                                             .fields.at(static_cast<std::size_t>(array.slot))
@@ -184,7 +182,7 @@ private:
   }
 
   const Api& gl_;
-  Buffer corners_; ///< of the quad
+  Quad quad_;
   ElasticLayout layout_;
   std::vector<LevelTextures> levels_;
   std::vector<Target> sums_;
@@ -196,12 +194,16 @@ private:
 
 } // namespace
 
-std::unique_ptr<ElasticDevice> make_elastic_fragment(std::unique_ptr<Context> context) {
-  return std::make_unique<ContextElastic<ElasticFragment>>(std::move(context));
+std::unique_ptr<ElasticSession> make_elastic_fragment(std::string name, std::unique_ptr<Context> context) {
+  return std::make_unique<ElasticLevelSession<Context, ElasticFragment>>(std::move(name), std::move(context));
 }
 
 std::string elastic_fragment_text(const ElasticKernel& kernel) {
-  return assemble(sources::elastic_fragment, elastic_definitions(kernel));
+  return assemble(sources::elastic_fragment,
+                  fmt::format("#define STEP {:d}\n#define HAS_LOAD {:d}\n#define IS_IMAGE {:d}\n"
+                              "#define HAS_MASKED {:d}\n",
+                              static_cast<int>(kernel.step), kernel.has_load, kernel.is_image,
+                              kernel.has_masked));
 }
 
 } // namespace hdmbench::gl

@@ -1,18 +1,16 @@
 #include "backends/gl/fragment.hpp"
 
-#include "backends/gl/arithmetic.hpp"
-#include "backends/gl/ceilings.hpp"
-#include "backends/gl/context_session.hpp"
-#include "backends/gl/elastic_fragment.hpp"
-#include "backends/gl/fragment_level.hpp"
 #include "backends/gl/fragment_programs.hpp"
-#include "backends/gl/interleave.hpp"
-#include "backends/shared/resampling_entries.hpp"
+#include "backends/session/device_loops.hpp"
+#include "backends/session/level_session.hpp"
+#include "backends/shared/driver_trial.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <numeric>
 #include <optional>
 
 namespace hdmbench::gl {
@@ -48,27 +46,19 @@ Target entry_table(const Api& gl, Extent extent, const std::array<float, 4>* fir
   return {gl, table, texels.front().data()};
 }
 
-/// Everything that lives in the context, so that it can be destroyed while the context is current.
-class FragmentSweep {
+/// The levels of a session.
+class FragmentLevels {
 public:
-  /// With texels of two sites; with texels of one it is more.
-  static double bytes_per_update(SiteKind kind) { return hdmbench::bytes_per_update(kind, classes_inside); }
-  static Ceilings ceilings(const Api& api) { return fragment_ceilings(api); }
-  static std::unique_ptr<ElasticDevice> elastic(std::unique_ptr<Context> context) {
-    return make_elastic_fragment(std::move(context));
-  }
-  static constexpr std::string_view language = "GLSL 1.20, fragments";
-  static std::vector<float> evaluate(const Api& api, std::span<const ArithmeticCase> cases) {
-    return evaluate_in_fragments(api, cases);
+  static constexpr bool has_shapes = false;
+  static bool has_variants() { return false; }
+
+  FragmentLevels(const Context& context, Work work)
+      : gl_(context.api()), count_framebuffer_(gl_), count_target_(gl_), query_(gl_), programs_(gl_),
+        vertex_textures_(has_vertex_textures(gl_)), leaves_out_(work == Work::active && vertex_textures_) {
+    require_points(gl_);
   }
 
-  FragmentSweep(const Api& api, Work work)
-      : gl_(api), count_framebuffer_(api), count_target_(api), query_(api), programs_(api),
-        vertex_textures_(has_vertex_textures(api)), leaves_out_(work == Work::active && vertex_textures_) {
-    require_points(api);
-  }
-
-  void load(const Level& level) {
+  void load(const Level& level, std::size_t /*shape*/) {
     require_fits(level.extent);
     levels_.clear();
     tables_.clear();
@@ -78,7 +68,7 @@ public:
     gl_.Finish();
   }
 
-  void load(const Pyramid& pyramid) {
+  void load(const Pyramid& pyramid, int /*coarse_group*/, std::size_t /*shape*/) {
     const Level& full = *pyramid.full;
     require_fits(full.extent);
     levels_.clear();
@@ -109,10 +99,9 @@ public:
   void write(const VectorField& displacement) {
     FragmentLevel& level = levels_.back();
     if (level.texels.columns == 2) {
-      interleave_pairs(displacement.x, displacement.y, displacement.extent, pixels_);
+      pixels_ = interleaved_pairs(displacement.x, displacement.y, displacement.extent);
     } else { // b is what thesis Tab. 6.2 leaves free
-      interleave<4>({displacement.x.data(), displacement.y.data(), inverse_modulus_.data(), nullptr},
-                    displacement.extent.sites(), pixels_);
+      pixels_ = interleaved({displacement.x, displacement.y, inverse_modulus_, {}});
     }
     level.now().upload(pixels_.data());
     level.wake_all();
@@ -164,7 +153,7 @@ public:
   std::int64_t changed() {
     FragmentLevel& level = levels_.back();
     level.bind_vertices();
-    programs_.count(level.texels).use();
+    programs_.use_pass("COUNTS", level.texels);
     level.now().bind(image_unit);
     level.other().bind(previous_unit);
     gl_.BindFramebufferEXT(GL_FRAMEBUFFER_EXT, count_framebuffer_.name());
@@ -201,19 +190,12 @@ private:
     const Texels texels = texels_of(full);
     std::vector<GLfloat> second;
     if (texels.columns == 2) {
-      interleave<4>(
-          {full.target.x.data(), full.target.y.data(), full.confidence.x.data(), full.confidence.y.data()},
-          full.extent.sites(), pixels_);
-      interleave_pairs(full.inverse_modulus.values, full.modulus.values, full.extent, second);
+      pixels_ = interleaved({full.target.x, full.target.y, full.confidence.x, full.confidence.y});
+      second = interleaved_pairs(full.inverse_modulus.values, full.modulus.values, full.extent);
     } else {
-      interleave<4>({full.target.x.data(), full.target.y.data(), full.modulus.values.data(),
-                     full.inverse_modulus.values.data()},
-                    full.extent.sites(), pixels_);
-      const bool curvature = needs_inverse_curvature(full.rule);
-      interleave<4>({full.confidence.x.data(), full.confidence.y.data(),
-                     curvature ? full.inverse_curvature.x.data() : nullptr,
-                     curvature ? full.inverse_curvature.y.data() : nullptr},
-                    full.extent.sites(), second);
+      pixels_ = interleaved({full.target.x, full.target.y, full.modulus.values, full.inverse_modulus.values});
+      second = interleaved({full.confidence.x, full.confidence.y, full.inverse_curvature.x,
+                            full.inverse_curvature.y}); // empty where the rule needs none
     }
     levels_.emplace_back(gl_, std::move(header), full, Alignment::corner, texels, pixels_.data(),
                          second.data(), leaves_out(full, full.extent));
@@ -225,20 +207,20 @@ private:
     full.bind_vertices();
     for (std::size_t i = 0; i + 1 < levels_.size(); ++i) {
       tables_[i].bind(table_unit);
-      const auto draw = [&](const Program& program, const Target& from, Target& into) {
-        program.use();
+      const auto draw = [&](Texels texels, const Target& from, Target& into) {
+        programs_.use_pass("SAMPLES", texels);
         from.bind(image_unit);
         into.make_drawable();
         full.draw_quad(into.extent());
       };
       Constants& constants = levels_[i].constants;
-      draw(programs_.sample(), full.constants.observation, constants.observation);
-      draw(programs_.sample(full.texels), full.constants.second, constants.second);
+      draw({}, full.constants.observation, constants.observation);
+      draw(full.texels, full.constants.second, constants.second);
     }
   }
 
   void project(const Target& before, const Target& table, FragmentLevel& level) {
-    programs_.project(level.texels).use();
+    programs_.use_pass("PROJECTS", level.texels);
     before.bind(image_unit);
     level.constants.observation.bind(observation_unit);
     table.bind(table_unit);
@@ -252,7 +234,7 @@ private:
     if (level.constants.inputs) {
       level.constants.inputs->bind(inputs_unit);
     }
-    std::vector<const SweepProgram*> programs;
+    std::vector<const FragmentPrograms::Sweep*> programs;
     for (const FragmentLevel::Draw& draw : level.draws) {
       programs.push_back(&programs_.sweep(level, draw));
     }
@@ -266,7 +248,10 @@ private:
       level.prepare_tiles(FragmentLevel::tile_side);
       for (std::size_t i = 0; i < programs.size(); ++i) {
         programs[i]->program.use();
-        programs[i]->set_turn(gl_, sweep_state(level.header, number));
+        if (programs[i]->turn >= 0) {
+          const SweepState turn = sweep_state(level.header, number);
+          gl_.Uniform4f(programs[i]->turn, turn.colour, turn.strength, turn.number, turn.seed);
+        }
         level.draw_points(level.draws[i]);
       }
       level.swap();
@@ -278,13 +263,13 @@ private:
 
   /// Which tiles the next sweep has to visit. Those that slept have not touched their cells.
   void find_awake(FragmentLevel& level) {
-    programs_.cells(level).use();
+    programs_.use_cells(level);
     level.now().bind(image_unit);
     level.other().bind(previous_unit);
     level.activity->cells.draw_into();
     level.prepare_tiles(FragmentLevel::cells_along_a_tile);
     level.draw_all_tiles(FragmentLevel::cells_along_a_tile);
-    programs_.wake().use();
+    (void)programs_.pass(fmt::format("#define CELLS {}\n", FragmentLevel::cells_along_a_tile));
     level.activity->cells.bind(image_unit);
     level.activity->awake.draw_into();
     level.draw_quad(level.grid);
@@ -315,11 +300,109 @@ private:
   std::vector<GLfloat> pixels_; ///< RGBA staging
 };
 
+/// Quads into float rectangle textures, texel after texel in rows.
+class FragmentLoops final : public Loops {
+public:
+  explicit FragmentLoops(const Context& context) : gl_(context.api()), quad_(gl_), programs_(gl_) {}
+
+private:
+  static constexpr int widest = 4096;
+
+  [[nodiscard]] int most_columns() const {
+    GLint limit = 0;
+    gl_.GetIntegerv(GL_MAX_RECTANGLE_TEXTURE_SIZE_ARB, &limit);
+    return std::min(widest, static_cast<int>(std::bit_floor(static_cast<unsigned>(limit))));
+  }
+  std::size_t most_texels() const override {
+    return static_cast<std::size_t>(most_columns()) * static_cast<std::size_t>(most_columns());
+  }
+  void load(std::span<const float> source, std::size_t texels) override {
+    const auto count = static_cast<int>(texels);
+    const auto fetched = static_cast<int>(source.size() / 4) / count; // texels for each
+    const int columns = std::gcd(count, most_columns() / fetched);
+    source_.emplace(gl_, Extent{fetched * columns, count / columns}, source.data());
+    targets_.clear();
+    for (int i = 0; i < 2; ++i) {
+      targets_.emplace_back(gl_, Extent{columns, count / columns}, nullptr).make_drawable();
+    }
+  }
+  /// Into both targets in turn, as sweeps are: of several opaque drawings into one, a driver that draws tile
+  /// by tile does only the last.
+  void run(int loop, std::size_t texels, int times) override {
+    (void)programs_.pass(fmt::format("#define LOOP {}\n", loop));
+    source_->bind(image_unit);
+    for (int i = 0; i < times; ++i) {
+      targets_[static_cast<std::size_t>(i % 2)].draw_into();
+      quad_.draw(0, rows_of(texels));
+    }
+    gl_.Finish();
+  }
+  std::vector<float> result(std::size_t texels) override {
+    std::vector<float> values(4 * texels);
+    const Extent rows = rows_of(texels);
+    gl_.ReadPixels(0, 0, rows.width, rows.height, GL_RGBA, GL_FLOAT, values.data());
+    return values;
+  }
+
+  [[nodiscard]] Extent rows_of(std::size_t texels) const {
+    const int columns = targets_.front().extent().width;
+    return {columns, static_cast<int>(texels) / columns};
+  }
+
+  const Api& gl_;
+  Quad quad_;
+  FragmentPrograms programs_;
+  std::optional<Target> source_;
+  std::vector<Target> targets_;
+};
+
+class FragmentBackend final : public Backend, public ArithmeticProgram {
+public:
+  FragmentBackend(std::string_view name, std::string_view description, std::unique_ptr<Platform> platform)
+      : name_(name), description_(description), platform_(std::move(platform)) {}
+
+  std::string_view name() const override { return name_; }
+  std::string_view description() const override { return description_; }
+  std::vector<Device> devices() const override {
+    require_answer(name_);
+    return platform_->devices(required);
+  }
+  /// With texels of two sites; with texels of one it is more.
+  double bytes_per_update(SiteKind kind, int /*sweeps*/) const override {
+    return hdmbench::bytes_per_update(kind, classes_inside);
+  }
+  bool has_elastic() const override { return true; }
+  std::string_view language() const override { return "GLSL 1.20, fragments"; }
+  std::vector<float> evaluate(std::size_t device, std::span<const ArithmeticCase> cases) const override {
+    OnDevice<Context, FragmentLoops> loops(platform_->open(device, required));
+    return loops([&](FragmentLoops& on_device) { return on_device.evaluate(cases); });
+  }
+
+private:
+  std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions& options) const override {
+    return std::make_unique<LevelSession<Context, FragmentLevels>>(platform_->open(index, required),
+                                                                   options.work);
+  }
+  std::unique_ptr<ElasticSession> do_open_elastic(std::size_t index,
+                                                  const SessionOptions& /*options*/) const override {
+    return make_elastic_fragment(name_, platform_->open(index, required));
+  }
+  std::optional<Ceilings> do_measure_ceilings(std::size_t index,
+                                              const SessionOptions& /*options*/) const override {
+    OnDevice<Context, FragmentLoops> loops(platform_->open(index, required));
+    return loops([](FragmentLoops& on_device) { return on_device.ceilings(); });
+  }
+
+  std::string name_;
+  std::string description_;
+  std::unique_ptr<Platform> platform_;
+};
+
 } // namespace
 
 std::unique_ptr<Backend> make_fragment(std::string_view name, std::string_view description,
                                        std::unique_ptr<Platform> platform) {
-  return std::make_unique<ContextBackend<FragmentSweep>>(name, description, std::move(platform), required);
+  return std::make_unique<FragmentBackend>(name, description, std::move(platform));
 }
 
 } // namespace hdmbench::gl

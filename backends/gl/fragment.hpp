@@ -2,8 +2,10 @@
 
 #include "backends/backend.hpp"
 #include "backends/gl/context.hpp"
+#include "backends/session/elastic_steps.hpp"
 
 #include <memory>
+#include <string>
 #include <string_view>
 
 namespace hdmbench::gl {
@@ -16,5 +18,11 @@ namespace hdmbench::gl {
 /// that fetch for Work::active, which is dense without them.
 [[nodiscard]] std::unique_ptr<Backend> make_fragment(std::string_view name, std::string_view description,
                                                      std::unique_ptr<Platform> platform);
+
+/// The elastic energy there: kernels/shaders/elastic.frag. `name`: of the backend, for errors.
+[[nodiscard]] std::unique_ptr<ElasticSession> make_elastic_fragment(std::string name,
+                                                                    std::unique_ptr<Context> context);
+/// elastic.frag as the driver wants it.
+[[nodiscard]] std::string elastic_fragment_text(const ElasticKernel& kernel);
 
 } // namespace hdmbench::gl

@@ -1,7 +1,5 @@
 #include "backends/gl/fragment_level.hpp"
 
-#include "backends/gl/interleave.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -86,13 +84,10 @@ std::optional<Target> make_inputs(const Api& api, const Level& full, Extent exte
   if (full.inputs.empty()) {
     return std::nullopt;
   }
-  const std::vector<ScalarField> inputs = sample_inputs(full, extent, alignment);
-  std::array<const float*, 4> planes{};
-  std::ranges::transform(inputs, planes.begin(),
-                         [](const ScalarField& input) { return input.values.data(); });
-  std::vector<GLfloat> texels;
-  interleave<4>(planes, extent.sites(), texels);
-  return Target(api, extent, texels.data());
+  std::vector<ScalarField> inputs = sample_inputs(full, extent, alignment);
+  inputs.resize(4);
+  return Target(api, extent,
+                interleaved({inputs[0].values, inputs[1].values, inputs[2].values, inputs[3].values}).data());
 }
 
 Activity make_activity(const Api& api, Extent grid) {
@@ -159,6 +154,34 @@ void Target::upload(const GLfloat* pixels) const {
   api_->BindTexture(GL_TEXTURE_RECTANGLE_ARB, texture_.name());
   api_->TexSubImage2D(GL_TEXTURE_RECTANGLE_ARB, 0, 0, 0, extent_.width, extent_.height, GL_RGBA, GL_FLOAT,
                       pixels);
+}
+
+Quad::Quad(const Api& api) : api_(&api), corners_(api) {
+  static constexpr std::array<GLfloat, 8> corners{-1, -1, 1, -1, -1, 1, 1, 1};
+  api.BindBuffer(GL_ARRAY_BUFFER, corners_.name());
+  api.BufferData(GL_ARRAY_BUFFER, sizeof(corners), corners.data(), GL_STATIC_DRAW);
+}
+
+void Quad::draw(GLint origin, Extent pixels) const {
+  api_->Viewport(origin, origin, pixels.width, pixels.height);
+  api_->BindBuffer(GL_ARRAY_BUFFER, corners_.name());
+  api_->EnableVertexAttribArray(0);
+  api_->VertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, 0, nullptr);
+  api_->DrawArrays(GL_TRIANGLE_STRIP, 0, quad_vertices);
+}
+
+std::vector<float> interleaved_pairs(const std::vector<float>& first, const std::vector<float>& second,
+                                     Extent extent) {
+  const std::size_t pitch = 4 * static_cast<std::size_t>((extent.width + 1) / 2);
+  std::vector<float> texels(pitch * static_cast<std::size_t>(extent.height));
+  for (int y = 0; y < extent.height; ++y) {
+    std::size_t at = static_cast<std::size_t>(y) * pitch;
+    for (std::size_t i = extent.index(0, y); i < extent.index(0, y + 1); ++i) {
+      texels[at++] = first[i];
+      texels[at++] = second[i];
+    }
+  }
+  return texels;
 }
 
 FragmentLevel::FragmentLevel(const Api& api, Level header_, const Level& full, Alignment alignment,

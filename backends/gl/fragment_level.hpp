@@ -1,8 +1,8 @@
 #pragma once
 
 #include "backends/gl/objects.hpp"
+#include "backends/session/level_arrays.hpp"
 #include "backends/shared/tiles.hpp"
-#include "kernels/data/pyramid.hpp"
 
 #include <array>
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace hdmbench::gl {
 
-/// A float RGBA rectangle texture that can be fetched from and, once require_target() was called, drawn into.
+/// A float RGBA rectangle texture that can be fetched from and, once make_drawable() was called, drawn into.
 class Target {
 public:
   /// `pixels`: 4 floats each, or null.
@@ -34,6 +34,23 @@ private:
 /// Throws DeviceError unless the framebuffer that is bound can be drawn into.
 void require_complete(const Api& api);
 
+/// A quad, for passes over whole textures.
+class Quad {
+public:
+  explicit Quad(const Api& api);
+  /// One fragment per pixel from (origin, origin) on. Attribute 0 is then the quad's.
+  void draw(GLint origin, Extent pixels) const;
+
+private:
+  const Api* api_;
+  Buffer corners_;
+};
+
+/// Two planar fields of `extent` as texels of two sites: first[i], second[i], first[i + 1], second[i + 1]. Of
+/// an odd width a row's last texel has zeros for the site beyond.
+[[nodiscard]] std::vector<float> interleaved_pairs(const std::vector<float>& first,
+                                                   const std::vector<float>& second, Extent extent);
+
 /// What lets a level's sweeps leave out the tiles in which nothing can change, all of it on the device. Which
 /// ones, is found out after sweeps 1, 2, 4, 8, 16, 24 ...: a tile is swept at most twice as often as needed.
 struct Activity {
@@ -50,7 +67,7 @@ struct Activity {
 /// What a level's fields are as textures. Texels of one site are the thesis's (Tab. 6.1, 6.2): for rules
 /// other than the candidates', whose programs need more of a site, and on devices like its own.
 struct Texels {
-  int columns = 1; ///< sites side by side in a texel of the image: 1 (sweep.frag) or 2 (sweep_pairs.frag)
+  int columns = 1; ///< sites side by side in a texel of the image: 1 or 2
 
   /// Texels of an image of so many sites; the last column's second site may be beyond it.
   [[nodiscard]] constexpr Extent of(Extent sites) const {
@@ -61,7 +78,7 @@ struct Texels {
 /// The constants of a level's sites, as the samplers of its sweep have them.
 struct Constants {
   Target observation;           ///< a texel per site
-  Target second;                ///< texels: sweep.frag's confidence or sweep_pairs.frag's material
+  Target second;                ///< texels: confidence, or of pairs material
   std::optional<Target> inputs; ///< a texel per site; none where the energy has none
 };
 

@@ -1,37 +1,21 @@
 #include "backends/gl/fragment_programs.hpp"
 
 #include <fmt/format.h>
-#include <shaders/cells_fragment.hpp>
-#include <shaders/count_fragment.hpp>
-#include <shaders/project_fragment.hpp>
+#include <shaders/passes_fragment.hpp>
 #include <shaders/quad_vertex.hpp>
-#include <shaders/sample_fragment.hpp>
 #include <shaders/sweep_fragment.hpp>
-#include <shaders/sweep_pairs_fragment.hpp>
 #include <shaders/tiles_vertex.hpp>
-#include <shaders/wake_fragment.hpp>
 
-#include <initializer_list>
 #include <utility>
 
 namespace hdmbench::gl {
 
 namespace {
 
-/// A sampler and the unit it fetches from.
-using Sampler = std::pair<const char*, GLint>;
-
-/// The text with lines of definitions after the #version line.
-std::string defining(std::string text, const std::string& lines) {
-  text.insert(text.find('\n') + 1, lines);
-  return text;
-}
-
 /// tiles.vert for points of `side` texels.
 std::string tiles_text(int side, bool active) {
-  return defining(std::string(sources::tiles_vertex),
-                  fmt::format("#define POINTS {}\n{}", FragmentLevel::tile_side / side,
-                              active ? "#define ACTIVE\n" : ""));
+  return assemble(sources::tiles_vertex, fmt::format("#define POINTS {}\n{}", FragmentLevel::tile_side / side,
+                                                     active ? "#define ACTIVE\n" : ""));
 }
 
 /// What programs of tiles of a class may take for granted.
@@ -42,32 +26,18 @@ std::string class_definitions(std::size_t tile_class) {
                      may_be(tile_class::observed_bit) ? "" : "#define UNOBSERVED\n");
 }
 
-std::string pairs_definition(Texels texels) {
-  return texels.columns == 2 ? "#define PAIRS\n" : "";
-}
-
-/// Compiled now, if it is not yet.
-const Program& made(const Api& gl, std::optional<Program>& program, const std::string& vertex,
-                    const std::string& fragment, std::initializer_list<Sampler> samplers) {
-  if (!program) {
-    program.emplace(gl, std::initializer_list<Program::Stage>{{GL_VERTEX_SHADER, vertex},
-                                                              {GL_FRAGMENT_SHADER, fragment}});
-    try {
-      program->use();
-      for (const auto& [name, unit] : samplers) {
-        gl.Uniform1i(program->uniform(name), unit);
-      }
-    } catch (...) { // half of a program must not be taken for a whole one the next time
-      program.reset();
-      throw;
-    }
-  }
-  return *program;
-}
-
 } // namespace
 
-const SweepProgram& FragmentPrograms::sweep(const FragmentLevel& level, const FragmentLevel::Draw& draw) {
+std::string sweep_text(const ShaderConstants& constants, std::size_t tile_class,
+                       const std::optional<std::array<float, 16>>& steps) {
+  return assemble(sources::sweep_fragment,
+                  definitions(constants) + class_definitions(tile_class) +
+                      (steps ? steps_definition(*steps) + "#define PAIRS\n" : ""),
+                  *constants.energy);
+}
+
+const FragmentPrograms::Sweep& FragmentPrograms::sweep(const FragmentLevel& level,
+                                                       const FragmentLevel::Draw& draw) {
   const Level& header = level.header;
   Key key{.constants = shader_constants(header),
           .tile_class = draw.tile_class,
@@ -77,14 +47,10 @@ const SweepProgram& FragmentPrograms::sweep(const FragmentLevel& level, const Fr
   }
   auto found = sweeps_.find(key);
   if (found == sweeps_.end()) {
-    const std::string text = key.steps ? sweep_pairs_text(key.constants, *key.steps, draw.tile_class)
-                                       : sweep_text(key.constants, draw.tile_class);
-    found = sweeps_
-                .try_emplace(
-                    key, gl_,
-                    std::initializer_list<Program::Stage>{
-                        {GL_VERTEX_SHADER, tiles_text(draw.side, key.active)}, {GL_FRAGMENT_SHADER, text}})
-                .first;
+    Program made(gl_, {{GL_VERTEX_SHADER, tiles_text(draw.side, key.active)},
+                       {GL_FRAGMENT_SHADER, sweep_text(key.constants, draw.tile_class, key.steps)}});
+    const GLint turn = made.uniform("turn");
+    found = sweeps_.emplace(key, Sweep{std::move(made), turn}).first;
   }
   const Program& program = found->second.program;
   program.use();
@@ -102,42 +68,35 @@ const SweepProgram& FragmentPrograms::sweep(const FragmentLevel& level, const Fr
   return found->second;
 }
 
-const Program& FragmentPrograms::cells(const FragmentLevel& level) {
-  const Program& program =
-      made(gl_, cells_, tiles_text(FragmentLevel::tile_side, true),
-           defining(std::string(sources::cells_fragment),
-                    fmt::format("#define CELL {}\n",
-                                FragmentLevel::tile_side / FragmentLevel::cells_along_a_tile)),
-           {{"image", image_unit}, {"previous", previous_unit}});
-  program.use();
-  set_tiles(program, level);
-  return program;
+const Program& FragmentPrograms::pass(const std::string& vertices, const std::string& definitions) {
+  std::unique_ptr<Program>& known = passes_[definitions];
+  if (known == nullptr) {
+    auto made = std::make_unique<Program>(
+        gl_, std::initializer_list<Program::Stage>{
+                 {GL_VERTEX_SHADER, vertices},
+                 {GL_FRAGMENT_SHADER, assemble(sources::passes_fragment, definitions)}});
+    made->use();
+    gl_.Uniform1i(made->uniform("image"), image_unit); // -1, ignored, where the pass has no such sampler
+    gl_.Uniform1i(made->uniform("previous"), previous_unit);
+    gl_.Uniform1i(made->uniform("observation"), observation_unit);
+    gl_.Uniform1i(made->uniform("table"), table_unit);
+    known = std::move(made);
+  }
+  known->use();
+  return *known;
 }
 
-const Program& FragmentPrograms::wake() {
-  return made(gl_, wake_, std::string(sources::quad_vertex),
-              defining(std::string(sources::wake_fragment),
-                       fmt::format("#define CELLS {}\n", FragmentLevel::cells_along_a_tile)),
-              {{"cells", image_unit}});
+const Program& FragmentPrograms::pass(const std::string& definitions) {
+  return pass(std::string(sources::quad_vertex), definitions);
 }
 
-const Program& FragmentPrograms::count(Texels texels) {
-  return made(gl_, count_.at(static_cast<std::size_t>(texels.columns - 1)), std::string(sources::quad_vertex),
-              assemble(sources::count_fragment, pairs_definition(texels)),
-              {{"image", image_unit}, {"previous", previous_unit}});
+void FragmentPrograms::use_pass(const char* name, Texels texels) {
+  (void)pass(fmt::format("#define {}\n{}", name, texels.columns == 2 ? "#define PAIRS\n" : ""));
 }
 
-const Program& FragmentPrograms::sample(Texels texels) {
-  return made(gl_, sample_.at(static_cast<std::size_t>(texels.columns - 1)),
-              std::string(sources::quad_vertex), assemble(sources::sample_fragment, pairs_definition(texels)),
-              {{"full", image_unit}, {"table", table_unit}});
-}
-
-const Program& FragmentPrograms::project(Texels texels) {
-  return made(gl_, project_.at(static_cast<std::size_t>(texels.columns - 1)),
-              std::string(sources::quad_vertex),
-              assemble(sources::project_fragment, pairs_definition(texels)),
-              {{"coarse", image_unit}, {"observation", observation_unit}, {"table", table_unit}});
+void FragmentPrograms::use_cells(const FragmentLevel& level) {
+  constexpr int cell = FragmentLevel::tile_side / FragmentLevel::cells_along_a_tile;
+  set_tiles(pass(tiles_text(FragmentLevel::tile_side, true), fmt::format("#define CELL {}\n", cell)), level);
 }
 
 void FragmentPrograms::set_tiles(const Program& program, const FragmentLevel& level) const {
@@ -146,18 +105,6 @@ void FragmentPrograms::set_tiles(const Program& program, const FragmentLevel& le
   if (level.activity) {
     gl_.Uniform1i(program.uniform("awake"), awake_unit);
   }
-}
-
-std::string sweep_text(const ShaderConstants& constants, std::size_t tile_class) {
-  return defining(assemble(sources::sweep_fragment, constants), class_definitions(tile_class));
-}
-
-std::string sweep_pairs_text(const ShaderConstants& constants, const std::array<float, 16>& steps,
-                             std::size_t tile_class) {
-  return assemble(sources::sweep_pairs_fragment,
-                  definitions(constants) + steps_definition(steps) + "#define PAIRS\n" +
-                      class_definitions(tile_class),
-                  *constants.energy);
 }
 
 } // namespace hdmbench::gl

@@ -2,8 +2,10 @@
 
 #include "backends/gl/fragment_level.hpp"
 
+#include <array>
 #include <compare>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -18,11 +20,9 @@ constexpr GLint table_unit = 4;
 constexpr GLint inputs_unit = 5;
 constexpr GLint previous_unit = observation_unit; ///< the image before the last sweep
 
-/// sweep.frag for the tiles of a class.
-[[nodiscard]] std::string sweep_text(const ShaderConstants& constants, std::size_t tile_class);
-/// sweep_pairs.frag likewise, for these candidates.
-[[nodiscard]] std::string sweep_pairs_text(const ShaderConstants& constants,
-                                           const std::array<float, 16>& steps, std::size_t tile_class);
+/// sweep.frag for the tiles of a class, in pairs for these candidates, or without them in texels of one site.
+[[nodiscard]] std::string sweep_text(const ShaderConstants& constants, std::size_t tile_class,
+                                     const std::optional<std::array<float, 16>>& steps = {});
 
 /// The fragment path's programs, each compiled when it is asked for the first time. Throws DeviceError with
 /// the driver's log.
@@ -30,37 +30,36 @@ class FragmentPrograms {
 public:
   explicit FragmentPrograms(const Api& api) : gl_(api) {}
 
+  struct Sweep {
+    Program program;
+    GLint turn; ///< location of the uniform that changes from sweep to sweep, -1 where the rule has none
+  };
   /// What draws `draw` of the level, its uniforms set, but for the turn.
-  [[nodiscard]] const SweepProgram& sweep(const FragmentLevel& level, const FragmentLevel::Draw& draw);
-  /// Which cells the last sweep changed; for the level's grid.
-  [[nodiscard]] const Program& cells(const FragmentLevel& level);
-  [[nodiscard]] const Program& wake();
-  [[nodiscard]] const Program& count(Texels texels);
-  /// From a texture of whole texels, or, by default, of one pixel per site.
-  [[nodiscard]] const Program& sample(Texels texels = {});
-  [[nodiscard]] const Program& project(Texels texels);
+  [[nodiscard]] const Sweep& sweep(const FragmentLevel& level, const FragmentLevel::Draw& draw);
+  /// What passes.frag is with these definitions, on a quad, in use.
+  [[nodiscard]] const Program& pass(const std::string& definitions);
+  /// Its pass on texels of a level.
+  void use_pass(const char* name, Texels texels);
+  /// That which finds out which cells the last sweep changed; for the level's grid.
+  void use_cells(const FragmentLevel& level);
 
 private:
   /// What a sweep's program is compiled for.
   struct Key {
     ShaderConstants constants;
-    std::optional<std::array<float, 16>> steps{}; ///< of sweep_pairs.frag, none: sweep.frag
+    std::optional<std::array<float, 16>> steps{}; ///< of pairs
     std::size_t tile_class;
     bool active = false; ///< sleeping tiles are left out
 
     auto operator<=>(const Key&) const = default;
   };
 
+  const Program& pass(const std::string& vertices, const std::string& definitions);
   void set_tiles(const Program& program, const FragmentLevel& level) const;
 
   const Api& gl_;
-  std::map<Key, SweepProgram> sweeps_;
-  std::optional<Program> cells_;
-  std::optional<Program> wake_;
-  /// By the number of columns of a texel, less one.
-  std::array<std::optional<Program>, 2> count_;
-  std::array<std::optional<Program>, 2> sample_;
-  std::array<std::optional<Program>, 2> project_;
+  std::map<Key, Sweep> sweeps_;
+  std::map<std::string, std::unique_ptr<Program>> passes_; ///< by their definitions
 };
 
 } // namespace hdmbench::gl

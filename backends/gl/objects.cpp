@@ -1,27 +1,6 @@
 #include "backends/gl/objects.hpp"
 
-#include "backends/shared/energy_programs.hpp"
-
 #include <fmt/format.h>
-#include <shaders/elastic.hpp>
-#include <shaders/elastic_cell.hpp>
-#include <shaders/elastic_site.hpp>
-#include <shaders/elastic_sites.hpp>
-#include <shaders/elastic_steps.hpp>
-#include <shaders/fields.hpp>
-#include <shaders/gather.hpp>
-#include <shaders/probe.hpp>
-#include <shaders/projection.hpp>
-#include <shaders/projection_of_site.hpp>
-#include <shaders/resampling.hpp>
-#include <shaders/site.hpp>
-#include <shaders/tile.hpp>
-#include <shaders/tile_class.hpp>
-#include <shaders/two_sites.hpp>
-#include <shaders/update.hpp>
-#include <shaders/wake.hpp>
-
-#include <string_view>
 
 namespace hdmbench::gl {
 
@@ -62,15 +41,8 @@ public:
   [[nodiscard]] GLuint name() const { return shader_.name(); }
 
 private:
-  CreatedObject<&Api::CreateShader, &Api::DeleteShader> shader_;
+  Object<&Api::CreateShader, &Api::DeleteShader> shader_;
 };
-
-void replace(std::string& text, std::string_view what, std::string_view by) {
-  const auto at = text.find(what);
-  if (at != std::string::npos) {
-    text.replace(at, what.size(), by);
-  }
-}
 
 } // namespace
 
@@ -100,33 +72,13 @@ GLint Program::uniform(const char* name) const {
   return api_->GetUniformLocation(program_.name(), name);
 }
 
-void SweepProgram::set_turn(const Api& api, const SweepState& state) const {
-  if (turn >= 0) {
-    api.Uniform4f(turn, state.colour, state.strength, state.number, state.seed);
-  }
-}
-
 std::string assemble(std::string_view shader, std::string_view definitions, const Energy& energy) {
   std::string text(shader);
-  replace(text, "#extension GL_GOOGLE_include_directive : require\n", "");    // this does what it stands for
-  replace(text, "#include \"projection.glsl\"", sources::projection_of_site); // these two first: they
-  replace(text, "#include \"resampling.glsl\"", sources::resampling);         // include others
-  replace(text, "#include \"fields.glsl\"", sources::fields);
-  replace(text, "#include \"elastic_steps.h\"", sources::elastic_steps);
-  replace(text, "#include \"elastic/cell.inc\"", sources::elastic_cell);
-  replace(text, "#include \"elastic/site.inc\"", sources::elastic_site);
-  replace(text, "#include \"elastic.glsl\"", sources::elastic);
-  replace(text, "#include \"elastic_sites.glsl\"", sources::elastic_sites);
-  replace(text, "#include \"site.inc\"", sources::site);
-  replace(text, "#include \"energy.inc\"", programs_of(energy).text);
-  replace(text, "#include \"update.inc\"", sources::update);
-  replace(text, "#include \"gather.glsl\"", sources::gather);
-  replace(text, "#include \"projection.inc\"", sources::projection);
-  replace(text, "#include \"probe.inc\"", sources::probe);
-  replace(text, "#include \"tile.glsl\"", sources::tile);
-  replace(text, "#include \"tile_class.inc\"", sources::tile_class);
-  replace(text, "#include \"two_sites.glsl\"", sources::two_sites);
-  replace(text, "#include \"wake.glsl\"", sources::wake);
+  constexpr std::string_view include = "#include \"energy.inc\"";
+  const auto at = text.find(include);
+  if (at != std::string::npos) {
+    text.replace(at, include.size(), programs_of(energy).text);
+  }
   text.insert(text.find('\n') + 1, fmt::format("#define HDM_INPUTS {}\n{}", energy.inputs, definitions));
   return text;
 }

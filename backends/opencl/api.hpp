@@ -44,10 +44,8 @@ struct Api {
 #undef HDMBENCH_OPENCL
 };
 
-/// "CL_OUT_OF_RESOURCES", or "error -1234" for a code that OpenCL 1.2 does not have.
-[[nodiscard]] std::string error_name(cl_int error);
-
-/// Throws DeviceError with both names unless the call succeeded.
+/// Throws DeviceError unless the call succeeded: "clFinish: CL_OUT_OF_RESOURCES", or "error -1234" for a code
+/// that OpenCL 1.2 does not have.
 void require(cl_int error, const char* call);
 
 /// An object of OpenCL, released at the end: Handle<cl_mem>.

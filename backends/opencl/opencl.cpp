@@ -1,28 +1,19 @@
 #include "backends/opencl/opencl.hpp"
 
-#include "backends/opencl/device.hpp"
 #include "backends/session/device_backend.hpp"
 #include "backends/shared/energy_programs.hpp"
 #include "kernels/shaders/elastic_steps.h"
 
 #include <fmt/format.h>
-#include <shaders/ceilings_opencl.hpp>
-#include <shaders/count_opencl.hpp>
-#include <shaders/elastic_cell.hpp>
 #include <shaders/elastic_opencl.hpp>
-#include <shaders/elastic_site.hpp>
-#include <shaders/elastic_steps.hpp>
-#include <shaders/language_opencl.hpp>
-#include <shaders/probe.hpp>
-#include <shaders/probe_opencl.hpp>
-#include <shaders/projection.hpp>
-#include <shaders/resample_opencl.hpp>
-#include <shaders/site.hpp>
+#include <shaders/levels_opencl.hpp>
+#include <shaders/loops_opencl.hpp>
 #include <shaders/sweep_opencl.hpp>
-#include <shaders/update.hpp>
 
 #include <algorithm>
 #include <array>
+#include <cstring>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -34,143 +25,302 @@ namespace {
 /// because some drivers print warnings, whether asked or not.
 constexpr const char* build_options = "-cl-std=CL1.2 -cl-single-precision-constant -w";
 
-/// What is a kernel's in the texts: its name, its arguments by backends/device/bindings.hpp, and its texts.
+constexpr cl_int no_platform = -1001; // of the loader, where it does not count none
+
+/// Of OpenCL 1.2 without "CL_", from -1 and from -30 downwards.
+constexpr std::array first_errors{"DEVICE_NOT_FOUND",
+                                  "DEVICE_NOT_AVAILABLE",
+                                  "COMPILER_NOT_AVAILABLE",
+                                  "MEM_OBJECT_ALLOCATION_FAILURE",
+                                  "OUT_OF_RESOURCES",
+                                  "OUT_OF_HOST_MEMORY",
+                                  "PROFILING_INFO_NOT_AVAILABLE",
+                                  "MEM_COPY_OVERLAP",
+                                  "IMAGE_FORMAT_MISMATCH",
+                                  "IMAGE_FORMAT_NOT_SUPPORTED",
+                                  "BUILD_PROGRAM_FAILURE",
+                                  "MAP_FAILURE",
+                                  "MISALIGNED_SUB_BUFFER_OFFSET",
+                                  "EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST",
+                                  "COMPILE_PROGRAM_FAILURE",
+                                  "LINKER_NOT_AVAILABLE",
+                                  "LINK_PROGRAM_FAILURE",
+                                  "DEVICE_PARTITION_FAILED",
+                                  "KERNEL_ARG_INFO_NOT_AVAILABLE"};
+constexpr std::array further_errors{"INVALID_VALUE",
+                                    "INVALID_DEVICE_TYPE",
+                                    "INVALID_PLATFORM",
+                                    "INVALID_DEVICE",
+                                    "INVALID_CONTEXT",
+                                    "INVALID_QUEUE_PROPERTIES",
+                                    "INVALID_COMMAND_QUEUE",
+                                    "INVALID_HOST_PTR",
+                                    "INVALID_MEM_OBJECT",
+                                    "INVALID_IMAGE_FORMAT_DESCRIPTOR",
+                                    "INVALID_IMAGE_SIZE",
+                                    "INVALID_SAMPLER",
+                                    "INVALID_BINARY",
+                                    "INVALID_BUILD_OPTIONS",
+                                    "INVALID_PROGRAM",
+                                    "INVALID_PROGRAM_EXECUTABLE",
+                                    "INVALID_KERNEL_NAME",
+                                    "INVALID_KERNEL_DEFINITION",
+                                    "INVALID_KERNEL",
+                                    "INVALID_ARG_INDEX",
+                                    "INVALID_ARG_VALUE",
+                                    "INVALID_ARG_SIZE",
+                                    "INVALID_KERNEL_ARGS",
+                                    "INVALID_WORK_DIMENSION",
+                                    "INVALID_WORK_GROUP_SIZE",
+                                    "INVALID_WORK_ITEM_SIZE",
+                                    "INVALID_GLOBAL_OFFSET",
+                                    "INVALID_EVENT_WAIT_LIST",
+                                    "INVALID_EVENT",
+                                    "INVALID_OPERATION",
+                                    "INVALID_GL_OBJECT",
+                                    "INVALID_BUFFER_SIZE",
+                                    "INVALID_MIP_LEVEL",
+                                    "INVALID_GLOBAL_WORK_SIZE",
+                                    "INVALID_PROPERTY",
+                                    "INVALID_IMAGE_DESCRIPTOR",
+                                    "INVALID_COMPILER_OPTIONS",
+                                    "INVALID_LINKER_OPTIONS",
+                                    "INVALID_DEVICE_PARTITION_COUNT"};
+
+/// "CL_OUT_OF_RESOURCES".
+std::string error_name(cl_int error) {
+  const auto first = static_cast<std::size_t>(-1 - error);
+  const auto further = static_cast<std::size_t>(-30 - error);
+  return error == no_platform              ? "CL_PLATFORM_NOT_FOUND_KHR"
+         : first < first_errors.size()     ? fmt::format("CL_{}", first_errors.at(first))
+         : further < further_errors.size() ? fmt::format("CL_{}", further_errors.at(further))
+                                           : fmt::format("error {}", error);
+}
+
+/// The text that get(bytes, room, bytes needed) has to tell.
+template <typename Get>
+std::string text_of(const char* call, const Get& get) {
+  std::size_t bytes = 0;
+  require(get(0, nullptr, &bytes), call);
+  std::string text(bytes, '\0');
+  require(get(bytes, text.data(), nullptr), call);
+  while (!text.empty() && (text.back() == '\0' || text.back() == '\n' || text.back() == ' ')) {
+    text.pop_back();
+  }
+  return text;
+}
+
+std::string text_of(const Api& api, cl_device_id device, cl_device_info what) {
+  return text_of("clGetDeviceInfo", [&](std::size_t bytes, void* room, std::size_t* needed) {
+    return api.clGetDeviceInfo(device, what, bytes, room, needed);
+  });
+}
+
+template <typename Value>
+Value value_of(const Api& api, cl_device_id device, cl_device_info what) {
+  Value value{};
+  require(api.clGetDeviceInfo(device, what, sizeof(value), &value, nullptr), "clGetDeviceInfo");
+  return value;
+}
+
+std::vector<cl_platform_id> platforms(const Api& api) {
+  cl_uint count = 0;
+  const cl_int error = api.clGetPlatformIDs(0, nullptr, &count);
+  if (error == no_platform || (error == CL_SUCCESS && count == 0)) {
+    throw DeviceError("the OpenCL loader finds no driver (none is listed in /etc/OpenCL/vendors)");
+  }
+  require(error, "clGetPlatformIDs");
+  std::vector<cl_platform_id> found(count);
+  require(api.clGetPlatformIDs(count, found.data(), nullptr), "clGetPlatformIDs");
+  return found;
+}
+
+std::vector<cl_device_id> devices_of(const Api& api, cl_platform_id platform) {
+  cl_uint count = 0;
+  const cl_int error = api.clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, 0, nullptr, &count);
+  if (error == CL_DEVICE_NOT_FOUND || (error == CL_SUCCESS && count == 0)) {
+    return {};
+  }
+  require(error, "clGetDeviceIDs");
+  std::vector<cl_device_id> found(count);
+  require(api.clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, count, found.data(), nullptr), "clGetDeviceIDs");
+  return found;
+}
+
+FoundDevice describe(const Api& api, cl_device_id id) {
+  const auto type = value_of<cl_device_type>(api, id, CL_DEVICE_TYPE);
+  return {.id = id,
+          .description = {.name = text_of(api, id, CL_DEVICE_NAME),
+                          .driver = fmt::format("{}, driver {}", text_of(api, id, CL_DEVICE_VERSION),
+                                                text_of(api, id, CL_DRIVER_VERSION)),
+                          .is_software = (type & cl_device_type{CL_DEVICE_TYPE_CPU}) != 0},
+          .largest_buffer = value_of<cl_ulong>(api, id, CL_DEVICE_MAX_MEM_ALLOC_SIZE),
+          .memory = value_of<cl_ulong>(api, id, CL_DEVICE_GLOBAL_MEM_SIZE),
+          .largest_group = value_of<std::size_t>(api, id, CL_DEVICE_MAX_WORK_GROUP_SIZE)};
+}
+
+/// An object that create(..., &error) makes.
+template <typename Object, typename Create, typename... Arguments>
+Handle<Object> made(const char* call, Create create, cl_int (*release)(Object), Arguments... arguments) {
+  cl_int error = CL_SUCCESS;
+  Handle<Object> object(create(arguments..., &error), release);
+  require(error, call);
+  return object;
+}
+
+/// What is a kernel's in the texts: its name, its arguments by backends/device/bindings.hpp, and its text.
 struct Source {
   const char* name = "";
   std::vector<std::size_t> arguments;
-  std::vector<std::string_view> texts;
+  std::string_view text;
 };
 
-Source source_of(const ProgramKind& kind) {
+Source source_of(Kernel kernel) {
   using namespace binding;
-  switch (kind.kernel) {
-  case Kernel::sweep:
-    return {"sweep",
-            {displacement, improved, material, observation, inverse_curvature, inputs, tiles, lengths},
-            {sources::language_opencl, sources::site, programs_of(*kind.energy).text, sources::update,
-             sources::sweep_opencl}};
-  case Kernel::count:
-    return {"count_changes", {displacement, improved, counter}, {sources::count_opencl}};
-  case Kernel::sample:
-    return {"sample_level",
-            {material, observation, sampled_material, sampled_observation, entries},
-            {sources::language_opencl, sources::projection, sources::resample_opencl}};
-  case Kernel::project:
-    return {"project",
-            {displacement, improved, entries},
-            {sources::language_opencl, sources::projection, sources::resample_opencl}};
-  case Kernel::elastic:
-    return {"elastic_step",
-            {ELASTIC_FROM, ELASTIC_SECOND, ELASTIC_STORED, ELASTIC_MOMENTS, ELASTIC_RESPONSE, ELASTIC_TOUCHED,
-             ELASTIC_MORE, ELASTIC_MATRICES, ELASTIC_INVERSE},
-            {sources::language_opencl, sources::elastic_steps, sources::elastic_cell, sources::elastic_site,
-             sources::elastic_opencl}};
-  case Kernel::probe:
-    return {"probe", {source, target}, {sources::language_opencl, sources::probe, sources::probe_opencl}};
-  case Kernel::copy:
-    return {"copy", {source, target}, {sources::ceilings_opencl}};
-  case Kernel::multiply_add:
-    return {"multiply_add", {source, target}, {sources::ceilings_opencl}};
-  case Kernel::coarse_levels:
-  case Kernel::elastic_coarse:
-    break; // of devices with shared memory
-  }
-  return {};
+  static const std::map<Kernel, Source> all{
+      // the others are for devices with shared memory
+      {Kernel::sweep,
+       {"sweep",
+        {displacement, improved, material, observation, inverse_curvature, inputs, tiles, lengths},
+        sources::sweep_opencl}},
+      {Kernel::levels,
+       {"level_pass",
+        {displacement, improved, material, observation, sampled_material, sampled_observation, entries,
+         counter},
+        sources::levels_opencl}},
+      {Kernel::elastic,
+       {"elastic_step",
+        {ELASTIC_FROM, ELASTIC_SECOND, ELASTIC_STORED, ELASTIC_MOMENTS, ELASTIC_RESPONSE, ELASTIC_TOUCHED,
+         ELASTIC_MORE, ELASTIC_MATRICES, ELASTIC_INVERSE},
+        sources::elastic_opencl}},
+      {Kernel::loops, {"loop", {source, target}, sources::loops_opencl}}};
+  return all.at(kernel);
 }
 
 class ClArray final : public Array {
 public:
-  ClArray(ComputeDevice& device, const Queue& queue, std::size_t count, Kind kind)
-      : Array(device, count, kind), buffer(queue.make_buffer(bytes())) {}
+  ClArray(ComputeDevice& device, const Api& api, cl_context context, std::size_t count, Kind kind)
+      : Array(device, count, kind), memory(made("clCreateBuffer", api.clCreateBuffer, api.clReleaseMemObject,
+                                                context, cl_mem_flags{CL_MEM_READ_WRITE}, bytes(), nullptr)) {
+  }
 
-  Buffer buffer;
+  Handle<cl_mem> memory;
 };
 
-const Buffer& of(const Array& array) {
-  return static_cast<const ClArray&>(array).buffer;
+cl_mem of(const Array& array) {
+  return static_cast<const ClArray&>(array).memory.get();
 }
 
 class ClProgram final : public Program {
 public:
-  ClProgram(const Queue& queue, const ProgramKind& kind, std::size_t usual_lanes)
-      : ClProgram(queue, kind, usual_lanes, source_of(kind)) {}
-
-  std::vector<std::size_t> arguments;
-  std::size_t lanes; ///< work items of a group
-  BuiltKernel kernel;
-
-private:
-  ClProgram(const Queue& queue, const ProgramKind& kind, std::size_t usual_lanes, const Source& source)
-      : arguments(source.arguments), lanes(usual_lanes),
-        kernel(queue.make_kernel(text(kind, source, lanes), build_options, source.name)) {}
-
-  static std::string text(const ProgramKind& kind, const Source& source, std::size_t& lanes) {
-    std::string all = fmt::format("#define HDM_INPUTS {}\n", kind.energy->inputs);
+  /// `lanes`: work items of a group, where the kind does not say. Throws DeviceError with the compiler's
+  /// words.
+  ClProgram(const Api& api, cl_context context, cl_device_id device, const ProgramKind& kind,
+            std::size_t lanes_)
+      : arguments(source_of(kind.kernel).arguments), lanes(lanes_) {
+    std::string text = fmt::format("#define HDM_INPUTS {}\n", kind.energy->inputs);
     for (const ProgramKind::Constant& constant : kind.constants) {
-      all += fmt::format("#define {} {}\n", constant.name, constant.value);
+      text += fmt::format("#define {} {}\n", constant.name, constant.value);
       if (constant.name == "LANES") {
         lanes = static_cast<std::size_t>(constant.value);
       }
     }
-    for (const std::string_view part : source.texts) {
-      all += part;
+    const Source source = source_of(kind.kernel);
+    text += source.text;
+    constexpr std::string_view include = "#include \"energy.inc\"";
+    const auto at = text.find(include);
+    if (at != std::string::npos) {
+      text.replace(at, include.size(), programs_of(*kind.energy).text);
     }
-    return all;
+    const char* start = text.c_str();
+    program = made("clCreateProgramWithSource", api.clCreateProgramWithSource, api.clReleaseProgram, context,
+                   cl_uint{1}, &start, nullptr);
+    const cl_int error = api.clBuildProgram(program.get(), 1, &device, build_options, nullptr, nullptr);
+    if (error == CL_BUILD_PROGRAM_FAILURE) {
+      throw DeviceError(fmt::format(
+          "clBuildProgram: {}",
+          text_of("clGetProgramBuildInfo", [&](std::size_t bytes, void* room, std::size_t* needed) {
+            return api.clGetProgramBuildInfo(program.get(), device, CL_PROGRAM_BUILD_LOG, bytes, room,
+                                             needed);
+          })));
+    }
+    require(error, "clBuildProgram");
+    kernel = made("clCreateKernel", api.clCreateKernel, api.clReleaseKernel, program.get(), source.name);
   }
+
+  std::vector<std::size_t> arguments;
+  std::size_t lanes; ///< work items of a group
+  Handle<cl_program> program{nullptr, nullptr};
+  Handle<cl_kernel> kernel{nullptr, nullptr};
 };
 
+/// With a queue of its own, in order.
 class ClDevice final : public ComputeDevice {
 public:
-  ClDevice(Queue queue, std::vector<SweepShape> shapes)
-      : queue_(std::move(queue)), shapes_(std::move(shapes)) {
-    const FoundDevice& device = queue_.device();
+  ClDevice(std::shared_ptr<const Api> api, FoundDevice device, std::vector<SweepShape> shapes)
+      : api_(std::move(api)), device_(std::move(device)),
+        context_(made("clCreateContext", api_->clCreateContext, api_->clReleaseContext, nullptr, cl_uint{1},
+                      &device_.id, nullptr, nullptr)),
+        queue_(made("clCreateCommandQueue", api_->clCreateCommandQueue, api_->clReleaseCommandQueue,
+                    context_.get(), device_.id, cl_command_queue_properties{0})),
+        shapes_(std::move(shapes)) {
     constexpr std::size_t indexable = std::size_t{1} << 35; // four planes of 2^31 floats
     limits_ = {.elements = indexable,
-               .array_bytes = std::min(device.largest_buffer, indexable),
-               .memory = device.memory,
+               .array_bytes = std::min(device_.largest_buffer, indexable),
+               .memory = device_.memory,
                .groups_x = indexable,
                .groups_y = indexable,
-               .group = static_cast<int>(std::min<std::size_t>(device.largest_group, 1024)),
+               .group = static_cast<int>(std::min<std::size_t>(device_.largest_group, 1024)),
                .shared_bytes = 0,
                .has_planes = true};
     const auto fits = [&](const SweepShape& shape) { return shape.invocations() <= limits_.group; };
     if (shapes_.empty()) {
-      const bool is_cpu = device.is_cpu || !std::ranges::all_of(sweep_shapes_of_rows, fits);
+      const bool is_cpu = device_.description.is_software || !std::ranges::all_of(sweep_shapes_of_rows, fits);
       const auto& all = is_cpu ? sweep_shapes_of_simd : sweep_shapes_of_rows;
       shapes_.assign(all.begin(), all.end());
     }
   }
 
-  const Device& description() const override { return queue_.device().description; }
+  const Device& description() const override { return device_.description; }
   const DeviceLimits& limits() const override { return limits_; }
   std::span<const SweepShape> shapes() const override { return shapes_; }
 
   void write(const Array& to, std::size_t first, std::span<const std::byte> values) override {
-    queue_.write(of(to), first, values);
+    require(api_->clEnqueueWriteBuffer(queue_.get(), of(to), CL_TRUE, first, values.size(), values.data(), 0,
+                                       nullptr, nullptr),
+            "clEnqueueWriteBuffer");
   }
   void read(const Array& from, std::size_t first, std::span<std::byte> values) override {
-    queue_.read(of(from), first, values);
+    require(api_->clEnqueueReadBuffer(queue_.get(), of(from), CL_TRUE, first, values.size(), values.data(), 0,
+                                      nullptr, nullptr),
+            "clEnqueueReadBuffer");
   }
   std::unique_ptr<Program> compile(const ProgramKind& kind) override {
-    return std::make_unique<ClProgram>(queue_, kind, static_cast<std::size_t>(shapes_.front().invocations()));
+    return std::make_unique<ClProgram>(*api_, context_.get(), device_.id, kind,
+                                       static_cast<std::size_t>(shapes_.front().invocations()));
   }
   void run(std::span<const Commands::value_type> commands) override {
     for (const auto& command : commands) {
       std::visit([&](const auto& one) { run(one); }, command);
     }
   }
-  void finish() override { queue_.finish(); }
+  void finish() override { require(api_->clFinish(queue_.get()), "clFinish"); }
 
 private:
   std::unique_ptr<Array> make(std::size_t count, Kind kind) override {
-    return std::make_unique<ClArray>(*this, queue_, count, kind);
+    return std::make_unique<ClArray>(*this, *api_, context_.get(), count, kind);
   }
 
   void run(const Dispatch& dispatch) const {
     const auto& program = static_cast<const ClProgram&>(*dispatch.program);
     cl_uint index = 0;
+    const auto tell = [&](std::size_t bytes, const void* value) {
+      require(api_->clSetKernelArg(program.kernel.get(), index++, bytes, value), "clSetKernelArg");
+    };
     for (const std::size_t number : program.arguments) {
-      program.kernel.set(index++, of(*dispatch.arrays.at(number)));
+      const Array* const array = dispatch.arrays.at(number);
+      const cl_mem memory = array == nullptr ? nullptr : of(*array);
+      tell(sizeof(memory), &memory);
     }
     if (dispatch.word_count > 0) {
       std::array<std::int32_t, 48> told{};
@@ -180,13 +330,24 @@ private:
         std::memcpy(&told.at(dispatch.word_count), dispatch.steps.data(), sizeof dispatch.steps);
         bytes += sizeof dispatch.steps;
       }
-      program.kernel.set_bytes(index, bytes, told.data());
+      tell(bytes, told.data());
     }
-    queue_.run(program.kernel, dispatch.groups.sites(), program.lanes);
+    const std::size_t items = dispatch.groups.sites() * program.lanes;
+    require(api_->clEnqueueNDRangeKernel(queue_.get(), program.kernel.get(), 1, nullptr, &items,
+                                         &program.lanes, 0, nullptr, nullptr),
+            "clEnqueueNDRangeKernel");
   }
-  void run(const Fill& fill) const { queue_.clear(of(*fill.array), fill.first, fill.bytes); }
+  void run(const Fill& fill) const {
+    const cl_uint zero = 0;
+    require(api_->clEnqueueFillBuffer(queue_.get(), of(*fill.array), &zero, sizeof(zero), fill.first,
+                                      fill.bytes, 0, nullptr, nullptr),
+            "clEnqueueFillBuffer");
+  }
 
-  Queue queue_;
+  std::shared_ptr<const Api> api_;
+  FoundDevice device_;
+  Handle<cl_context> context_;
+  Handle<cl_command_queue> queue_;
   DeviceLimits limits_;
   std::vector<SweepShape> shapes_;
 };
@@ -213,9 +374,38 @@ public:
 
 } // namespace
 
+Api::Api() : library("libOpenCL.so.1") {}
+
+void require(cl_int error, const char* call) {
+  if (error != CL_SUCCESS) {
+    throw DeviceError(fmt::format("{}: {}", call, error_name(error)));
+  }
+}
+
+std::vector<FoundDevice> find_devices(const Api& api) {
+  std::vector<FoundDevice> found;
+  std::string refused;
+  for (const cl_platform_id platform : platforms(api)) {
+    for (const cl_device_id id : devices_of(api, platform)) {
+      FoundDevice device = describe(api, id);
+      const std::string& driver = device.description.driver;
+      const bool is_old = driver.starts_with("OpenCL 1.0") || driver.starts_with("OpenCL 1.1");
+      if (!is_old && value_of<cl_bool>(api, id, CL_DEVICE_COMPILER_AVAILABLE) != CL_FALSE) {
+        found.push_back(std::move(device));
+      } else {
+        refused += fmt::format("; {} ({}) has no compiler or no OpenCL 1.2", device.description.name, driver);
+      }
+    }
+  }
+  if (found.empty()) {
+    throw DeviceError("the OpenCL drivers have no device" + refused);
+  }
+  return found;
+}
+
 std::unique_ptr<ComputeDevice> open(std::shared_ptr<const Api> api, FoundDevice device,
                                     std::vector<SweepShape> shapes) {
-  return std::make_unique<ClDevice>(Queue(std::move(api), std::move(device)), std::move(shapes));
+  return std::make_unique<ClDevice>(std::move(api), std::move(device), std::move(shapes));
 }
 
 } // namespace hdmbench::opencl

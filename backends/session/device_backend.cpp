@@ -2,8 +2,6 @@
 
 #include "backends/session/device_loops.hpp"
 #include "backends/session/device_session.hpp"
-#include "backends/session/elastic_on_device.hpp"
-#include "backends/shared/coarse_levels.hpp"
 #include "backends/shared/driver_trial.hpp"
 #include "backends/shared/tiles.hpp"
 
@@ -30,7 +28,7 @@ public:
   bool has_elastic() const override { return true; }
   std::string_view language() const override { return name_.language; }
   std::vector<float> evaluate(std::size_t index, std::span<const ArithmeticCase> cases) const override {
-    OnDevice<DeviceLoops> loops(api_->open(index));
+    OnDevice<ComputeDevice, DeviceLoops> loops(api_->open(index));
     return loops([&](DeviceLoops& on_device) { return on_device.evaluate(cases); });
   }
 
@@ -40,7 +38,7 @@ private:
   }
   std::unique_ptr<ElasticSession> do_open_elastic(std::size_t index,
                                                   const SessionOptions& /*options*/) const override {
-    return make_elastic_session(name_.name, make_elastic_on_device(api_->open(index)));
+    return make_elastic_session(name_.name, api_->open(index));
   }
   Variants do_variants(std::size_t index) const override {
     const auto device = api_->open(index);
@@ -52,7 +50,7 @@ private:
   Variants do_shapes(std::size_t index) const override { return sweep_variants(api_->open(index)->shapes()); }
   std::optional<Ceilings> do_measure_ceilings(std::size_t index,
                                               const SessionOptions& /*options*/) const override {
-    OnDevice<DeviceLoops> loops(api_->open(index));
+    OnDevice<ComputeDevice, DeviceLoops> loops(api_->open(index));
     return loops([](DeviceLoops& on_device) { return on_device.ceilings(); });
   }
 

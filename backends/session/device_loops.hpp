@@ -9,10 +9,13 @@
 
 namespace hdmbench {
 
-/// Programs that measure and probe a device. Throws DeviceError.
-class DeviceLoops {
+/// Loops that probe and measure a device (kernels/shaders/loops.comp and its twins). All throw DeviceError.
+class Loops {
 public:
-  explicit DeviceLoops(ComputeDevice& device) : device_(device), programs_(device) {}
+  Loops() = default;
+  Loops(const Loops&) = delete;
+  Loops& operator=(const Loops&) = delete;
+  virtual ~Loops() = default;
 
   /// kernels/specification/probe.inc, as ArithmeticProgram::evaluate().
   [[nodiscard]] std::vector<float> evaluate(std::span<const ArithmeticCase> cases);
@@ -20,11 +23,31 @@ public:
   [[nodiscard]] Ceilings ceilings();
 
 private:
-  /// `kernel` on two arrays, so many times, to its end.
-  void run(Kernel kernel, const Array& source, const Array& target, Extent groups, int times);
+  /// Texels of four floats that an array can have.
+  [[nodiscard]] virtual std::size_t most_texels() const = 0;
+  /// Makes the texels that are read, and room for so many that are computed.
+  virtual void load(std::span<const float> source, std::size_t texels) = 0;
+  /// `loop` of kernels/shaders/level_passes.h for the first texels, so many times, to its end.
+  virtual void run(int loop, std::size_t texels, int times) = 0;
+  /// The first texels that were computed.
+  [[nodiscard]] virtual std::vector<float> result(std::size_t texels) = 0;
+};
+
+/// On a device with kernels.
+class DeviceLoops final : public Loops {
+public:
+  explicit DeviceLoops(ComputeDevice& device) : device_(device), programs_(device) {}
+
+private:
+  [[nodiscard]] std::size_t most_texels() const override;
+  void load(std::span<const float> source, std::size_t texels) override;
+  void run(int loop, std::size_t texels, int times) override;
+  [[nodiscard]] std::vector<float> result(std::size_t texels) override;
 
   ComputeDevice& device_;
   Programs programs_;
+  std::unique_ptr<Array> source_;
+  std::unique_ptr<Array> target_;
 };
 
 } // namespace hdmbench

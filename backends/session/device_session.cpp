@@ -1,9 +1,8 @@
 #include "backends/session/device_session.hpp"
 
+#include "backends/session/level_session.hpp"
 #include "backends/session/sweeps.hpp"
-#include "backends/shared/coarse_levels.hpp"
-#include "backends/shared/input_texels.hpp"
-#include "backends/shared/resampling_entries.hpp"
+#include "kernels/shaders/level_passes.h"
 
 #include <fmt/format.h>
 
@@ -22,8 +21,8 @@ constexpr std::size_t least_updates_of_sweep = std::size_t{1} << 15;
 /// Of the shaders that visit each site once: groups of 64 along x. In OpenCL C a group takes a row.
 constexpr int group_width = 64;
 
-/// Words of kernels/shaders/resampling.glsl and resample.cl.
-struct Resampling {
+/// Words of kernels/shaders/levels.comp and levels.cl.
+struct LevelPass {
   std::int32_t width = 0;
   std::uint32_t origin = 0;
   std::uint32_t plane = 0;
@@ -32,13 +31,6 @@ struct Resampling {
   std::uint32_t from_plane = 0;
   std::int32_t first_column = 0; ///< of the level's entries
   std::int32_t first_row = 0;
-};
-
-/// Words of kernels/shaders/count.comp, of which it has the first only, and of count.cl.
-struct CountedSites {
-  std::int32_t width = 0;
-  std::uint32_t origin = 0;
-  std::uint32_t plane = 0;
 };
 
 /// Words of kernels/shaders/coarse_levels.comp.
@@ -53,16 +45,16 @@ struct CoarseLevels {
 class DeviceLevels {
 public:
   DeviceLevels(ComputeDevice& device, Work work)
-      : device_(device), work_(work), programs_(device), counter_(device.allocate(1, Kind::words)),
-        count_program_(programs_({.kernel = Kernel::count})) {}
+      : device_(device), work_(work), programs_(device), counter_(device.allocate(1, Kind::words)) {}
 
   /// Whether the device can compute coarse levels together.
   [[nodiscard]] bool has_variants() const { return device_.limits().shared_bytes >= coarse_shared_bytes; }
+  static constexpr bool has_shapes = true;
 
   /// `shape` of ComputeDevice::shapes().
   void load(const Level& level, std::size_t shape) {
     upload_full(level);
-    upload_inputs(InputTexels(level), {level.extent});
+    upload_inputs(level, Alignment::corner, {level.extent});
     sweeps_ = make_sweeps(device_, programs_,
                           {.full = level,
                            .extent = level.extent,
@@ -97,13 +89,10 @@ public:
 
   std::int64_t changed() {
     Commands commands{Fill{.array = counter_.get(), .bytes = counter_->bytes()}};
-    Dispatch count{.program = &count_program_, .groups = groups_of(layout_.extent)};
+    Dispatch count = level_pass(LEVEL_COUNT, layout_, layout_);
     count.arrays[binding::displacement] = displacements_.field();
     count.arrays[binding::improved] = displacements_.other();
     count.arrays[binding::counter] = counter_.get();
-    count.tell(CountedSites{.width = layout_.extent.width,
-                            .origin = static_cast<std::uint32_t>(layout_.origin),
-                            .plane = static_cast<std::uint32_t>(layout_.plane)});
     commands.emplace_back(count);
     device_.run(commands);
     std::array<std::uint32_t, 1> changed{};
@@ -111,13 +100,12 @@ public:
     return changed.front();
   }
 
-  /// `coarse_group` of coarse_groups.
+  /// `coarse_group` of coarse_groups, or 0.
   void load(const Pyramid& pyramid, int coarse_group, std::size_t shape) {
     const Level& full = *pyramid.full;
     upload_full(full);
     const ResamplingEntries entries(pyramid);
     entries_ = upload(device_, Kind::fours, entries.texels);
-    const InputTexels inputs(pyramid);
     std::vector<Extent> extents;
     Extent sampled{};
     for (const PyramidLevel& level : pyramid.levels) {
@@ -126,7 +114,7 @@ public:
         sampled = level.extent;
       }
     }
-    upload_inputs(inputs, extents);
+    upload_inputs(full, pyramid.alignment, extents);
     if (sampled.sites() > 0) {
       make_room(sampled_, layout_of(sampled), false);
     }
@@ -216,35 +204,27 @@ private:
     }
   }
 
-  /// Of levels of these extents.
-  void upload_inputs(const InputTexels& inputs, const std::vector<Extent>& extents) {
-    const bool has_planes = device_.limits().has_planes;
+  /// The energy's own numbers, of the full level first and then of those that sample it: four a site, those
+  /// that it does not have 0.
+  void upload_inputs(const Level& full, Alignment alignment, const std::vector<Extent>& extents) {
     first_inputs_.assign(extents.size(), 0);
-    if (inputs.count() == 0) {
+    if (full.inputs.empty()) {
       hdmbench::make_room(device_, inputs_, 1, layout_.kind(4));
       return;
     }
-    const auto planes_of = [&](std::size_t first, std::size_t count) {
-      const auto part = [&](std::size_t number) {
-        return std::span<const float>(inputs.planes.at(number)).subspan(first, count);
-      };
-      return std::vector{part(0), part(1), part(2), part(3)};
-    };
-    if (!has_planes) {
-      hdmbench::make_room(device_, inputs_, inputs.count(), Kind::fours);
-      write_sites(device_, *inputs_, 0, layout_, planes_of(0, inputs.count()));
-      first_inputs_ = inputs.first;
-      return;
-    }
-    std::size_t floats = 0;
+    std::size_t count = layout_.count(4);
     for (std::size_t i = 0; i < extents.size(); ++i) {
-      first_inputs_[i] = static_cast<std::int32_t>(floats);
-      floats += layout_of(extents[i]).count(4);
+      if (extents[i] != full.extent) {
+        first_inputs_[i] = static_cast<std::int32_t>(count);
+        count += layout_of(extents[i]).count(4);
+      }
     }
-    hdmbench::make_room(device_, inputs_, floats, Kind::words);
+    hdmbench::make_room(device_, inputs_, count, layout_.kind(4));
     for (std::size_t i = 0; i < extents.size(); ++i) {
+      std::vector<ScalarField> inputs = sample_inputs(full, extents[i], alignment);
+      inputs.resize(4, ScalarField(extents[i]));
       write_sites(device_, *inputs_, static_cast<std::size_t>(first_inputs_[i]), layout_of(extents[i]),
-                  planes_of(static_cast<std::size_t>(inputs.first[i]), extents[i].sites()));
+                  {inputs[0].values, inputs[1].values, inputs[2].values, inputs[3].values});
     }
   }
 
@@ -264,7 +244,9 @@ private:
     if (together > 0) {
       commands.emplace_back(coarse_levels(pyramid, entries, together, coarse_group));
       displacements_.swap();
-      updates += coarse_site_updates(pyramid, together);
+      for (std::size_t i = 0; i < together; ++i) {
+        updates += static_cast<double>(pyramid.levels[i].extent.sites()) * pyramid.levels[i].sweeps;
+      }
       cost = updates_at_once / 2; // at most about half a second
     } else {
       const SiteLayout first = layout_of(pyramid.levels.front().extent);
@@ -322,23 +304,25 @@ private:
     return dispatch;
   }
 
-  [[nodiscard]] Dispatch resampling(Kernel kernel, const SiteLayout& from, const SiteLayout& to,
-                                    std::int32_t first) {
-    Dispatch dispatch{.program = &programs_({.kernel = kernel}), .groups = groups_of(to.extent)};
-    dispatch.arrays[binding::entries] = entries_.get();
-    dispatch.tell(Resampling{.width = to.extent.width,
-                             .origin = static_cast<std::uint32_t>(to.origin),
-                             .plane = static_cast<std::uint32_t>(to.plane),
-                             .from_width = from.extent.width,
-                             .from_origin = static_cast<std::uint32_t>(from.origin),
-                             .from_plane = static_cast<std::uint32_t>(from.plane),
-                             .first_column = first,
-                             .first_row = first + to.extent.width});
+  /// `pass` of kernels/shaders/level_passes.h. Entries of `to` begin at `first`.
+  [[nodiscard]] Dispatch level_pass(int pass, const SiteLayout& from, const SiteLayout& to,
+                                    std::int32_t first = 0) {
+    Dispatch dispatch{.program = &programs_({.kernel = Kernel::levels, .constants = {{"PASS", pass}}}),
+                      .groups = groups_of(to.extent)};
+    dispatch.tell(LevelPass{.width = to.extent.width,
+                            .origin = static_cast<std::uint32_t>(to.origin),
+                            .plane = static_cast<std::uint32_t>(to.plane),
+                            .from_width = from.extent.width,
+                            .from_origin = static_cast<std::uint32_t>(from.origin),
+                            .from_plane = static_cast<std::uint32_t>(from.plane),
+                            .first_column = first,
+                            .first_row = first + to.extent.width});
     return dispatch;
   }
 
   void sample(Commands& commands, const SiteLayout& layout, std::int32_t first) {
-    Dispatch dispatch = resampling(Kernel::sample, layout_, layout, first);
+    Dispatch dispatch = level_pass(LEVEL_SAMPLE, layout_, layout, first);
+    dispatch.arrays[binding::entries] = entries_.get();
     dispatch.arrays[binding::material] = full_.material.get();
     dispatch.arrays[binding::observation] = full_.observation.get();
     dispatch.arrays[binding::sampled_material] = sampled_.material.get();
@@ -347,7 +331,8 @@ private:
   }
 
   void project(Commands& commands, const SiteLayout& above, const SiteLayout& layout, std::int32_t first) {
-    Dispatch dispatch = resampling(Kernel::project, above, layout, first);
+    Dispatch dispatch = level_pass(LEVEL_PROJECT, above, layout, first);
+    dispatch.arrays[binding::entries] = entries_.get();
     dispatch.arrays[binding::displacement] = displacements_.field();
     dispatch.arrays[binding::improved] = displacements_.other();
     dispatch.beside = layout.extent != layout_.extent; // the level is sampled beside it
@@ -359,12 +344,11 @@ private:
   Work work_;
   Programs programs_;
   std::unique_ptr<Array> counter_;
-  const Program& count_program_;
   SiteLayout layout_; ///< of the full level
   Displacements displacements_;
   LevelArrays full_;
   LevelArrays sampled_;                         ///< of the level of a pyramid that is swept
-  std::unique_ptr<Array> inputs_;               ///< InputTexels
+  std::unique_ptr<Array> inputs_;               ///< the energy's own
   std::vector<std::int32_t> first_inputs_;      ///< per level, where its elements of them begin
   std::unique_ptr<Array> entries_;              ///< of a pyramid's levels: ResamplingEntries
   std::unique_ptr<Sweeps> sweeps_;              ///< where load(level) was the last
@@ -373,47 +357,10 @@ private:
   std::size_t newest_of_pyramid_ = 0;
 };
 
-class DeviceSession final : public Session {
-public:
-  DeviceSession(std::unique_ptr<ComputeDevice> device, Work work)
-      : levels_(std::move(device), work),
-        has_variants_(levels_([](const DeviceLevels& levels) { return levels.has_variants(); })) {}
-
-private:
-  // What may measure, in a session of its own, is asked before the device is used.
-  void do_load(const Level& level) override {
-    const std::size_t taken = shape(level.extent);
-    levels_([&](DeviceLevels& levels) { levels.load(level, taken); });
-  }
-  void do_write(const VectorField& displacement) override {
-    levels_([&](DeviceLevels& levels) { levels.write(displacement); });
-  }
-  void do_step(int first, int sweeps) override {
-    levels_([&](DeviceLevels& levels) { levels.step(first, sweeps); });
-  }
-  void do_read(VectorField& displacement) override {
-    levels_([&](DeviceLevels& levels) { levels.read(displacement); });
-  }
-  std::int64_t do_changed() override {
-    return levels_([&](DeviceLevels& levels) { return levels.changed(); });
-  }
-  void do_load_pyramid(const Pyramid& pyramid) override {
-    const int group = has_variants_ && has_coarse_levels(pyramid) ? coarse_groups.at(variant()) : 0;
-    const std::size_t taken = shape(pyramid.full->extent);
-    levels_([&](DeviceLevels& levels) { levels.load(pyramid, group, taken); });
-  }
-  void do_solve(const Advance& advance) override {
-    levels_([&](DeviceLevels& levels) { levels.solve(advance); });
-  }
-
-  OnDevice<DeviceLevels> levels_;
-  bool has_variants_; ///< else there is one way only, and SessionOptions::variant says nothing
-};
-
 } // namespace
 
 std::unique_ptr<Session> make_device_session(std::unique_ptr<ComputeDevice> device, Work work) {
-  return std::make_unique<DeviceSession>(std::move(device), work);
+  return std::make_unique<LevelSession<ComputeDevice, DeviceLevels>>(std::move(device), work);
 }
 
 } // namespace hdmbench

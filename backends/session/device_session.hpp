@@ -2,12 +2,19 @@
 
 #include "backends/backend.hpp"
 #include "backends/device/device.hpp"
+#include "backends/shared/elastic_session.hpp"
 
 #include <memory>
+#include <string>
 
 namespace hdmbench {
 
 /// A session whose levels, sweeps and pyramids are on a device.
 [[nodiscard]] std::unique_ptr<Session> make_device_session(std::unique_ptr<ComputeDevice> device, Work work);
+
+/// The steps of the elastic energy as dispatches: kernels/shaders/elastic.comp and elastic_coarse.comp, or
+/// elastic.cl where arrays are planes. `name`: of the backend, for errors.
+[[nodiscard]] std::unique_ptr<ElasticSession> make_elastic_session(std::string name,
+                                                                   std::unique_ptr<ComputeDevice> device);
 
 } // namespace hdmbench

@@ -1,11 +1,10 @@
-#include "backends/session/elastic_on_device.hpp"
+#include "backends/session/device_session.hpp"
+#include "backends/session/elastic_level_session.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
-#include <map>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -16,56 +15,47 @@ namespace {
 /// Sites that are computed before the host waits, so that no driver takes the work for hung.
 constexpr double most_in_flight = 2e8;
 
-/// Of elastic.cl: a site beside masked cells, and the numbers of the matrices of its cells in reading order.
-struct TouchedSite {
-  std::int32_t x = 0;
-  std::array<std::int32_t, 4> masked{-1, -1, -1, -1};
+/// How the sites of a level are shared out in elastic.comp: invocations of a group, and sites of an
+/// invocation, one below the other. A rasterizer on the CPU has one thread a group and pays for each of them;
+/// a GPU wants many.
+struct ElasticShape {
+  int lanes;
+  int rows;
 };
+constexpr ElasticShape elastic_shape(bool is_software) {
+  return is_software ? ElasticShape{.lanes = 16, .rows = 16} : ElasticShape{.lanes = 64, .rows = 4};
+}
+/// Of elastic_coarse.comp, which has its fields in shared memory on a GPU only.
+constexpr ElasticShape elastic_coarse_shape(bool is_software) {
+  return is_software ? ElasticShape{.lanes = 8, .rows = 10} : ElasticShape{.lanes = 256, .rows = 1};
+}
 
-/// Those of all levels, row by row, and where a row begins.
-struct TouchedSites {
-  explicit TouchedSites(const ElasticHierarchy& hierarchy) {
-    std::int32_t first_matrix = 0;
-    for (const ElasticLevel& level : hierarchy.levels) {
-      first_row.push_back(static_cast<std::int32_t>(row_begin.size()));
-      for (int y = 0; y < level.grid.sites.height; ++y) {
-        row_begin.push_back(static_cast<std::int32_t>(sites.size()));
-        std::map<int, TouchedSite> row;
-        for (const int below : {0, 1}) {
-          const auto [first, last] = level.masked.row(y - 1 + below);
-          for (std::size_t i = first; i < last; ++i) {
-            const int x = level.masked.cells[i].x;
-            const std::int32_t number = first_matrix + static_cast<std::int32_t>(i);
-            row[x].masked.at(static_cast<std::size_t>(2 * below + 1)) = number;
-            row[x + 1].masked.at(static_cast<std::size_t>(2 * below)) = number;
-          }
-        }
-        for (auto& [x, site] : row) {
-          site.x = x;
-          sites.push_back(site);
-        }
-      }
-      row_begin.push_back(static_cast<std::int32_t>(sites.size()));
-      first_matrix += static_cast<std::int32_t>(level.masked.cells.size());
-    }
+/// Work groups of elastic.comp for a call, or for the sites of its list.
+Extent elastic_groups(const ElasticCall& call, bool by_list, const ElasticShape& shape) {
+  const auto groups = [](int items, int together) { return (items + together - 1) / together; };
+  if (by_list) {
+    const int all = groups(call.parameters.listed, shape.lanes);
+    return {std::min(all, ELASTIC_LIST_GROUPS), groups(all, ELASTIC_LIST_GROUPS)};
   }
-
-  std::vector<TouchedSite> sites;
-  std::vector<std::int32_t> row_begin;
-  std::vector<std::int32_t> first_row; ///< per level, in row_begin
-};
+  const ElasticStep step = call.kernel.step;
+  const bool sweeps = step == ElasticStep::relax || step == ElasticStep::residual;
+  const bool corrects = step == ElasticStep::interpolate || step == ElasticStep::correct;
+  const int columns = shape.lanes * (sweeps ? ELASTIC_COLUMNS : corrects ? 2 : 1);
+  return {groups(call.parameters.width, columns), groups(call.parameters.height, shape.rows)};
+}
 
 class ElasticArrays {
 public:
   explicit ElasticArrays(ComputeDevice& device) : device_(device), programs_(device) {}
 
-  [[nodiscard]] bool has_planes() const { return device_.limits().has_planes; }
+  static constexpr int block = 8; ///< three levels of the tree of 2 x 2 squares
+
   [[nodiscard]] std::int64_t coarse_size() const {
     const DeviceLimits& limits = device_.limits();
     const bool fits =
         limits.shared_bytes >= elastic_slots_on_levels * ELASTIC_SHARED_SITES * bytes_of(Kind::pairs) &&
         limits.group >= elastic_coarse_shape(is_software()).lanes;
-    return fits ? elastic_coarse_size(is_software()) : 0;
+    return !fits ? 0 : is_software() ? ELASTIC_COARSE_SITES : ELASTIC_SHARED_SITES;
   }
 
   void load(const ElasticHierarchy& hierarchy, const ElasticLayout& layout) {
@@ -133,9 +123,14 @@ public:
     Commands commands;
     double in_flight = 0.0;
     for (const ElasticWork& piece : work) {
-      std::visit([&](const auto& one) { commands.emplace_back(dispatch_of(one)); }, piece);
       if (const auto* const call = std::get_if<ElasticCall>(&piece)) {
+        commands.emplace_back(dispatch_of(*call, false));
+        if (call->kernel.has_masked && !has_planes()) {
+          commands.emplace_back(dispatch_of(*call, true));
+        }
         in_flight += static_cast<double>(call->parameters.width) * call->parameters.height;
+      } else {
+        commands.emplace_back(dispatch_of(std::get<ElasticCoarse>(piece)));
       }
       if (in_flight > most_in_flight) {
         device_.run(std::exchange(commands, {}));
@@ -147,6 +142,7 @@ public:
   }
 
 private:
+  [[nodiscard]] bool has_planes() const { return device_.limits().has_planes; }
   [[nodiscard]] bool is_software() const { return device_.description().is_software; }
   [[nodiscard]] const ElasticLayout::Part& part_of(ElasticArray array) const {
     return layout_.levels.at(static_cast<std::size_t>(array.level));
@@ -187,8 +183,31 @@ private:
     fixed_[ELASTIC_RESPONSE] = upload(device_, Kind::fours, texels.response);
     fixed_[ELASTIC_MATRICES] = upload(device_, Kind::fours, elastic_matrices(hierarchy));
     fixed_[ELASTIC_INVERSE] = upload(device_, Kind::pairs, hierarchy.coarsest_inverse);
-    fixed_[ELASTIC_TOUCHED] = upload(device_, Kind::pairs, ElasticTouched(hierarchy).texels);
+    fixed_[ELASTIC_TOUCHED] = upload(device_, Kind::pairs, listed_sites(hierarchy));
     fixed_[ELASTIC_KEPT] = device_.allocate(elastic_slots_on_levels * ELASTIC_COARSE_SITES, Kind::pairs);
+  }
+
+  /// Texels of two floats: for each level where its touched sites begin and how many they are, then x and y
+  /// of each.
+  std::vector<float> listed_sites(const ElasticHierarchy& hierarchy) {
+    std::vector<float> texels(2 * hierarchy.levels.size());
+    lists_.clear();
+    for (const std::vector<TouchedSite>& sites : touched_sites(hierarchy)) {
+      const std::size_t number = lists_.size();
+      lists_.push_back(
+          {static_cast<std::int32_t>(texels.size() / 2), static_cast<std::int32_t>(sites.size())});
+      texels[2 * number] = static_cast<float>(lists_.back().first);
+      texels[2 * number + 1] = static_cast<float>(lists_.back().count);
+      for (const TouchedSite& site : sites) {
+        texels.insert(texels.end(), {static_cast<float>(site.x), static_cast<float>(site.y)});
+      }
+    }
+    constexpr std::size_t most = std::size_t{1} << 24; // whole numbers in a float
+    if (texels.size() / 2 > most) {
+      throw TooLarge(
+          fmt::format("{} sites lie beside conditions, {} may be listed", texels.size() / 2, most));
+    }
+    return texels;
   }
 
   void upload_planes(const ElasticHierarchy& hierarchy) {
@@ -209,14 +228,25 @@ private:
         matrices.insert(matrices.end(), cell.stiffness.begin(), cell.stiffness.end());
       }
     }
-    TouchedSites touched(hierarchy);
-    first_row_ = std::move(touched.first_row);
+    std::vector<TouchedSite> touched;
+    std::vector<std::int32_t> row_begin; // of each row in `touched`, and the end of each level
+    lists_.clear();
+    for (const std::vector<TouchedSite>& sites : touched_sites(hierarchy)) {
+      const int rows = hierarchy.levels[lists_.size()].grid.sites.height;
+      lists_.push_back({.first = static_cast<std::int32_t>(row_begin.size())});
+      for (int y = 0; y <= rows; ++y) {
+        const auto begin = std::ranges::lower_bound(sites, y, {}, &TouchedSite::y);
+        row_begin.push_back(static_cast<std::int32_t>(touched.size()) +
+                            static_cast<std::int32_t>(begin - sites.begin()));
+      }
+      touched.insert(touched.end(), sites.begin(), sites.end());
+    }
     fixed_[ELASTIC_MOMENTS] = upload(device_, Kind::words, moments);
     fixed_[ELASTIC_RESPONSE] = upload(device_, Kind::words, response);
     fixed_[ELASTIC_MATRICES] = upload(device_, Kind::words, matrices);
     fixed_[ELASTIC_INVERSE] = upload(device_, Kind::words, hierarchy.coarsest_inverse);
-    fixed_[ELASTIC_TOUCHED] = upload(device_, Kind::words, touched.sites);
-    fixed_[ELASTIC_MORE] = upload(device_, Kind::words, touched.row_begin);
+    fixed_[ELASTIC_TOUCHED] = upload(device_, Kind::words, touched);
+    fixed_[ELASTIC_MORE] = upload(device_, Kind::words, row_begin);
   }
 
   [[nodiscard]] Dispatch dispatch_on(const Program& program) const {
@@ -225,40 +255,35 @@ private:
     return dispatch;
   }
 
-  Dispatch dispatch_of(const ElasticCall& call) {
+  Dispatch dispatch_of(ElasticCall call, bool by_list) {
     const ElasticKernel& kernel = call.kernel;
     const ElasticShape shape = elastic_shape(is_software());
     // In the order of elastic.comp's constants; HAS_MASKED is for elastic.cl, which branches by it.
-    ProgramKind kind{
-        .kernel = Kernel::elastic,
-        .constants = {{"STEP", static_cast<std::int32_t>(kernel.step)},
-                      {"HAS_LOAD", kernel.has_load ? 1 : 0},
-                      {"IS_IMAGE", kernel.is_image ? 1 : 0},
-                      {"BY_LIST", kernel.masks == ElasticMasks::by_list ? 1 : 0},
-                      {"LANES", has_planes() ? device_.shapes().front().invocations() : shape.lanes},
-                      {"ROWS", shape.rows},
-                      {"HAS_MASKED", kernel.masks == ElasticMasks::none ? 0 : 1}}};
-    Dispatch dispatch = dispatch_on(programs_(kind));
+    Dispatch dispatch = dispatch_on(programs_(
+        {.kernel = Kernel::elastic,
+         .constants = {{"STEP", static_cast<std::int32_t>(kernel.step)},
+                       {"HAS_LOAD", kernel.has_load ? 1 : 0},
+                       {"IS_IMAGE", kernel.is_image ? 1 : 0},
+                       {"BY_LIST", by_list ? 1 : 0},
+                       {"LANES", has_planes() ? device_.shapes().front().invocations() : shape.lanes},
+                       {"ROWS", shape.rows},
+                       {"HAS_MASKED", has_planes() && kernel.has_masked ? 1 : 0}}}));
     dispatch.arrays[ELASTIC_FROM] = &slot(call.from);
     dispatch.arrays[ELASTIC_SECOND] = &slot(call.second);
     dispatch.arrays[ELASTIC_STORED] = &slot(call.to);
-    Told told{.parameters = call.parameters, .plane = static_cast<std::int32_t>(layout_.size)};
-    dispatch.groups = elastic_groups(call, shape);
-    if (has_planes()) {
-      told.parameters.listed_first = first_row_.at(static_cast<std::size_t>(call.from.level));
-      dispatch.groups = {1, call.parameters.height};
-    }
-    dispatch.tell(told);
+    const List& list = lists_.at(static_cast<std::size_t>(call.from.level));
+    call.parameters.listed_first = list.first;
+    call.parameters.listed = list.count;
+    dispatch.groups = has_planes() ? Extent{1, call.parameters.height} : elastic_groups(call, by_list, shape);
+    dispatch.tell(call.parameters);
     return dispatch;
   }
 
   Dispatch dispatch_of(const ElasticCoarse& coarse) {
     const ElasticShape shape = elastic_coarse_shape(is_software());
-    Dispatch dispatch =
-        dispatch_on(programs_({.kernel = Kernel::elastic_coarse,
-                               .constants = {{"LANES", shape.lanes},
-                                             {"ROWS", shape.rows},
-                                             {"IN_SHARED", elastic_in_shared(is_software())}}}));
+    Dispatch dispatch = dispatch_on(programs_(
+        {.kernel = Kernel::elastic_coarse,
+         .constants = {{"LANES", shape.lanes}, {"ROWS", shape.rows}, {"IN_SHARED", is_software() ? 0 : 1}}}));
     for (std::size_t i = 0; i < elastic_slots_on_levels; ++i) {
       dispatch.arrays[ELASTIC_FROM + i] = slots_[i].get();
       dispatch.arrays[ELASTIC_STORED + i] = slots_[i].get();
@@ -267,10 +292,10 @@ private:
     return dispatch;
   }
 
-  /// Words of elastic.comp and elastic.cl.
-  struct Told {
-    ElasticParameters parameters;
-    std::int32_t plane = 0; ///< floats from a plane to the next
+  /// Of the touched sites of a level: where it begins in the list of sites, or, of planes, in that of rows.
+  struct List {
+    std::int32_t first = 0;
+    std::int32_t count = 0;
   };
 
   ComputeDevice& device_;
@@ -278,46 +303,15 @@ private:
   ElasticLayout layout_;
   std::array<std::unique_ptr<Array>, elastic_slots + 2> slots_; ///< x and y of all levels, and sums
   std::array<std::unique_ptr<Array>, binding::count> fixed_;    ///< what does not change, by its binding
-  std::vector<std::int32_t> first_row_;                         ///< TouchedSites, where arrays are planes
-};
-
-class ElasticOnDevice final : public ElasticDevice {
-public:
-  explicit ElasticOnDevice(std::unique_ptr<ComputeDevice> device) : arrays_(std::move(device)) {
-    arrays_([&](const ElasticArrays& arrays) {
-      has_lists_ = !arrays.has_planes();
-      coarse_size_ = arrays.coarse_size();
-    });
-  }
-
-  bool has_lists() const override { return has_lists_; }
-  std::int64_t coarse_size() const override { return coarse_size_; }
-  void load(const ElasticHierarchy& hierarchy, const ElasticLayout& layout) override {
-    arrays_([&](ElasticArrays& arrays) { arrays.load(hierarchy, layout); });
-  }
-  void write(ElasticArray to, const VectorField& values) override {
-    arrays_([&](ElasticArrays& arrays) { arrays.write(to, values); });
-  }
-  void read(ElasticArray from, VectorField& values) override {
-    arrays_([&](ElasticArrays& arrays) { arrays.read(from, values); });
-  }
-  float read_sum(ElasticArray from) override {
-    return arrays_([&](ElasticArrays& arrays) { return arrays.read_sum(from); });
-  }
-  void run(std::span<const ElasticWork> work) override {
-    arrays_([&](ElasticArrays& arrays) { arrays.run(work); });
-  }
-
-private:
-  OnDevice<ElasticArrays> arrays_;
-  bool has_lists_ = false;
-  std::int64_t coarse_size_ = 0;
+  std::vector<List> lists_;                                     ///< per level
 };
 
 } // namespace
 
-std::unique_ptr<ElasticDevice> make_elastic_on_device(std::unique_ptr<ComputeDevice> device) {
-  return std::make_unique<ElasticOnDevice>(std::move(device));
+std::unique_ptr<ElasticSession> make_elastic_session(std::string name,
+                                                     std::unique_ptr<ComputeDevice> device) {
+  return std::make_unique<ElasticLevelSession<ComputeDevice, ElasticArrays>>(std::move(name),
+                                                                             std::move(device));
 }
 
 } // namespace hdmbench

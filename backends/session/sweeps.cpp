@@ -1,6 +1,6 @@
 #include "backends/session/sweeps.hpp"
 
-#include "backends/shared/shader_constants.hpp"
+#include "backends/shared/energy_programs.hpp"
 #include "backends/shared/tiles.hpp"
 
 #include <algorithm>

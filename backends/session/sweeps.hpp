@@ -1,7 +1,6 @@
 #pragma once
 
-#include "backends/session/site_layout.hpp"
-#include "backends/shared/sweep_shapes.hpp"
+#include "backends/session/level_arrays.hpp"
 #include "kernels/data/pyramid.hpp"
 
 #include <array>

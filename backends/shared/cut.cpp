@@ -1,7 +1,5 @@
 #include "backends/shared/cut.hpp"
 
-#include "backends/shared/cut_rows.hpp"
-
 #include <algorithm>
 #include <iterator>
 #include <limits>

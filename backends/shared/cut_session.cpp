@@ -1,6 +1,6 @@
 #include "backends/shared/cut_session.hpp"
 
-#include "backends/shared/cut_rows.hpp"
+#include "backends/shared/cut.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,9 @@
 #pragma once
 
-#include <memory>
+#include "backends/backend.hpp"
+
+#include <dlfcn.h>
+
 #include <string>
 
 namespace hdmbench {
@@ -10,17 +13,24 @@ namespace hdmbench {
 class Library {
 public:
   /// Throws DeviceError with the dynamic linker's words.
-  explicit Library(const std::string& name);
+  explicit Library(const std::string& name)
+      : name_(name), handle_(dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE)) {
+    if (handle_ == nullptr) {
+      throw DeviceError(dlerror());
+    }
+  }
 
   /// Throws DeviceError where the symbol is missing.
   template <typename Function>
   [[nodiscard]] Function function(const char* symbol) const {
-    return reinterpret_cast<Function>(address(symbol));
+    void* const found = dlsym(handle_, symbol);
+    if (found == nullptr) {
+      throw DeviceError(name_ + " has no " + symbol);
+    }
+    return reinterpret_cast<Function>(found);
   }
 
 private:
-  [[nodiscard]] void* address(const char* symbol) const;
-
   std::string name_;
   void* handle_;
 };

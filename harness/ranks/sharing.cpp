@@ -1,6 +1,6 @@
 #include "harness/ranks/sharing.hpp"
 
-#include "backends/shared/cut_rows.hpp"
+#include "backends/shared/cut.hpp"
 
 #include <algorithm>
 #include <utility>

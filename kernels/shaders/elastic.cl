@@ -1,10 +1,13 @@
-// A step of the elastic energy for all sites of a level as OpenCL C 1.2, a group for each row. Compiled after language.cl,
-// elastic_steps.h, cell.inc and site.inc of the elastic energy. The host supplies STEP, HAS_LOAD, IS_IMAGE and HAS_MASKED
-// (backends/shared/elastic_device.hpp, ElasticKernel) and LANES as sweep.cl has them.
+// A step of the elastic energy for all sites of a level as OpenCL C 1.2, a group for each row. The host
+// supplies STEP, HAS_LOAD, IS_IMAGE and HAS_MASKED (backends/session/elastic_steps.hpp, ElasticKernel) and LANES as
+// sweep.cl has it.
 //
 // Arrays over sites and cells are planes of one number each, as ElasticLayout says.
 
-#undef for
+#include "language.cl"
+#include "elastic_steps.h"
+#include "elastic/cell.inc"
+#include "elastic/site.inc"
 
 // 16: PoCL takes 8 of its own accord.
 #if defined(__clang__) && LANES == 1
@@ -13,7 +16,7 @@
 #define SITES_SIDE_BY_SIDE
 #endif
 
-// ElasticParameters of backends/shared/elastic_device.hpp.
+// ElasticParameters of backends/session/elastic_steps.hpp.
 typedef struct {
   int width;
   int height;
@@ -33,103 +36,99 @@ typedef struct {
   int plane; // from a plane to the next
 } Parameters;
 
+// x and y of the sites of a level.
 typedef struct {
   global const float* x;
   global const float* y;
 } Field;
 
-HDM_FUNCTION Field field_at(global const float* planes, uint plane) {
-  Field field;
-  field.x = planes;
-  field.y = planes + plane;
-  return field;
+HDM_FUNCTION Force pair_at(Field field, int at) {
+  Force pair = {field.x[at], field.y[at]};
+  return pair;
 }
 
+// What does not change of a level.
+typedef struct {
+  global const float* moments;
+  global const float* response;
+  global const float* matrices; // of masked cells, 64 numbers each, column by column
+  size_t plane;
+} Fixed;
+
 HDM_FUNCTION CellCorners corners_at(global const float* values, int at, int pitch) {
-  CellCorners corners;
-  corners.top_left = values[at];
-  corners.top_right = values[at + 1];
-  corners.bottom_left = values[at + pitch];
-  corners.bottom_right = values[at + pitch + 1];
+  CellCorners corners = {values[at], values[at + 1], values[at + pitch], values[at + pitch + 1]};
   return corners;
 }
 
-HDM_FUNCTION CellTension tension_at(Field from, global const float* moments, size_t plane, int at, Parameters p) {
-  CellMoments cell;
-  cell.m = moments[at];
-  cell.mr = moments[plane + at];
-  cell.ms = moments[2 * plane + at];
-  cell.mrr = moments[3 * plane + at];
-  cell.mss = moments[4 * plane + at];
-  cell.mrs = moments[5 * plane + at];
-  PoissonRatio ratio;
-  ratio.nu = p.nu;
-  ratio.shear = p.shear;
+HDM_FUNCTION CellTension tension_at(Field from, Fixed fixed, int at, Parameters p) {
+  global const float* moments = fixed.moments + at;
+  size_t plane = fixed.plane;
+  CellMoments cell = {moments[0], moments[plane], moments[2 * plane], moments[3 * plane], moments[4 * plane],
+                      moments[5 * plane]};
+  PoissonRatio ratio = {p.nu, p.shear};
   return cell_tension(cell, corners_at(from.x, at, p.from_pitch), corners_at(from.y, at, p.from_pitch), ratio);
 }
 
-HDM_FUNCTION Force force_on_site(Field from, global const float* moments, size_t plane, int at, Parameters p) {
+HDM_FUNCTION Force force_on_site(Field from, Fixed fixed, int at, Parameters p) {
   int north = at - p.from_pitch;
-  return sum_of_cells(force_on_bottom_right(tension_at(from, moments, plane, north - 1, p)),
-                      force_on_bottom_left(tension_at(from, moments, plane, north, p)),
-                      force_on_top_right(tension_at(from, moments, plane, at - 1, p)),
-                      force_on_top_left(tension_at(from, moments, plane, at, p)));
+  return sum_of_cells(force_on_bottom_right(tension_at(from, fixed, north - 1, p)),
+                      force_on_bottom_left(tension_at(from, fixed, north, p)),
+                      force_on_top_right(tension_at(from, fixed, at - 1, p)),
+                      force_on_top_left(tension_at(from, fixed, at, p)));
 }
 
-// Of a masked cell, 64 numbers column by column, on corner 0 ... 3 in reading order.
-HDM_FUNCTION Force force_of_masked(global const float* stiffness, int corner, CellCorners dx, CellCorners dy) {
-  float values[8] = {dx.top_left, dy.top_left, dx.top_right, dy.top_right,
-                     dx.bottom_left, dy.bottom_left, dx.bottom_right, dy.bottom_right};
-  Force force;
-  force.x = 0.0f;
-  force.y = 0.0f;
-  for (int column = 0; column < 8; ++column) {
-    force.x = masked_force(force.x, stiffness[8 * column + 2 * corner], values[column]);
-    force.y = masked_force(force.y, stiffness[8 * column + 2 * corner + 1], values[column]);
-  }
-  return force;
-}
-
-// What cell `at` does to a corner; `masked` is the number of its matrix, -1 where it has moments.
-HDM_FUNCTION Force force_of_cell(Field from, global const float* moments, size_t plane, int at, int corner, int masked,
-                                 global const float* matrices, Parameters p) {
+// What cell `at` does to a corner, 0 ... 3 in reading order; `masked` is the number of its matrix, -1 where it has moments.
+HDM_FUNCTION Force force_of_cell(Field from, Fixed fixed, int at, int corner, int masked, Parameters p) {
   if (masked >= 0) {
-    return force_of_masked(matrices + 64 * (size_t)masked, corner, corners_at(from.x, at, p.from_pitch),
-                           corners_at(from.y, at, p.from_pitch));
+    CellCorners dx = corners_at(from.x, at, p.from_pitch);
+    CellCorners dy = corners_at(from.y, at, p.from_pitch);
+    float values[8] = {dx.top_left, dy.top_left, dx.top_right, dy.top_right,
+                       dx.bottom_left, dy.bottom_left, dx.bottom_right, dy.bottom_right};
+    global const float* stiffness = fixed.matrices + 64 * (size_t)masked + 2 * corner;
+    Force force = {0.0f, 0.0f};
+    for (int column = 0; column < 8; ++column) {
+      force.x = masked_force(force.x, stiffness[8 * column], values[column]);
+      force.y = masked_force(force.y, stiffness[8 * column + 1], values[column]);
+    }
+    return force;
   }
-  CellTension tension = tension_at(from, moments, plane, at, p);
+  CellTension tension = tension_at(from, fixed, at, p);
   return corner == 0   ? force_on_top_left(tension)
          : corner == 1 ? force_on_top_right(tension)
          : corner == 2 ? force_on_bottom_left(tension)
                        : force_on_bottom_right(tension);
 }
 
-// The last thing that is done to a site.
-HDM_FUNCTION void finish_site(Field from, Field load, global float* to, global const float* response, size_t plane, int at,
-                              Force force) {
-#if HAS_LOAD
-  Force loaded;
-  loaded.x = load.x[at];
-  loaded.y = load.y[at];
-  force = residual_of(loaded, force);
-#endif
-#if STEP == ELASTIC_RELAX
-  float x = relaxed(from.x[at], response[at], force.x, response[plane + at], force.y);
-  float y = relaxed(from.y[at], response[2 * plane + at], force.y, response[plane + at], force.x);
-#elif IS_IMAGE
-  float x = free_part(force.x, response[at]);
-  float y = free_part(force.y, response[2 * plane + at]);
-#else
-  float x = force.x;
-  float y = force.y;
-#endif
-  to[at] = x;
-  to[plane + at] = y;
+HDM_FUNCTION Force relaxed_site(Force value, Fixed fixed, int at, Force residual) {
+  global const float* response = fixed.response + at; // xx, xy, yy
+  Force moved = {relaxed(value.x, response[0], residual.x, response[fixed.plane], residual.y),
+                 relaxed(value.y, response[2 * fixed.plane], residual.y, response[fixed.plane], residual.x)};
+  return moved;
 }
 
-// A site beside masked cells: its column, and the numbers of the matrices of its cells in reading order.
+HDM_FUNCTION void store(global float* to, size_t plane, int at, Force value) {
+  to[at] = value.x;
+  to[plane + at] = value.y;
+}
+
+// The last thing that is done to a site.
+HDM_FUNCTION void finish_site(Field from, Field load, global float* to, Fixed fixed, int at, Force force) {
+#if HAS_LOAD
+  force = residual_of(pair_at(load, at), force);
+#endif
+#if STEP == ELASTIC_RELAX
+  force = relaxed_site(pair_at(from, at), fixed, at, force);
+#elif IS_IMAGE
+  force.x = free_part(force.x, fixed.response[at]);
+  force.y = free_part(force.y, fixed.response[2 * fixed.plane + at]);
+#endif
+  store(to, fixed.plane, at, force);
+}
+
+// A site beside masked cells, and the numbers of the matrices of its cells in reading order.
 typedef struct {
   int x;
+  int y;
   int masked[4];
 } TouchedSite;
 
@@ -141,15 +140,16 @@ kernel void elastic_step(global const float* restrict f, global const float* res
   size_t plane = p.plane;
   int y = get_group_id(0);
   int lane = get_local_id(0);
-  Field from = field_at(f, p.plane);
-  Field second = field_at(s, p.plane);
+  Field from = {f, f + plane};
+  Field second = {s, s + plane};
+  Fixed fixed = {moments, response, matrices, plane};
 
 #if STEP == ELASTIC_RELAX || STEP == ELASTIC_RESIDUAL
   int start = p.from_first + y * p.from_pitch;
   SITES_SIDE_BY_SIDE
   for (int x = lane; x < p.width; x += LANES) {
     int at = start + x;
-    finish_site(from, second, to, response, plane, at, force_on_site(from, moments, plane, at, p));
+    finish_site(from, second, to, fixed, at, force_on_site(from, fixed, at, p));
   }
 #if HAS_MASKED
   barrier(CLK_GLOBAL_MEM_FENCE);
@@ -157,11 +157,11 @@ kernel void elastic_step(global const float* restrict f, global const float* res
     TouchedSite site = touched[i];
     int at = start + site.x;
     int north = at - p.from_pitch;
-    Force force = sum_of_cells(force_of_cell(from, moments, plane, north - 1, 3, site.masked[0], matrices, p),
-                               force_of_cell(from, moments, plane, north, 2, site.masked[1], matrices, p),
-                               force_of_cell(from, moments, plane, at - 1, 1, site.masked[2], matrices, p),
-                               force_of_cell(from, moments, plane, at, 0, site.masked[3], matrices, p));
-    finish_site(from, second, to, response, plane, at, force);
+    Force force = sum_of_cells(force_of_cell(from, fixed, north - 1, 3, site.masked[0], p),
+                               force_of_cell(from, fixed, north, 2, site.masked[1], p),
+                               force_of_cell(from, fixed, at - 1, 1, site.masked[2], p),
+                               force_of_cell(from, fixed, at, 0, site.masked[3], p));
+    finish_site(from, second, to, fixed, at, force);
   }
 #endif
 
@@ -170,10 +170,8 @@ kernel void elastic_step(global const float* restrict f, global const float* res
   SITES_SIDE_BY_SIDE
   for (int x = lane; x < p.width; x += LANES) {
     int at = start + x;
-    float load_x = from.x[at];
-    float load_y = from.y[at];
-    to[at] = relaxed(0.0f, response[at], load_x, response[plane + at], load_y);
-    to[plane + at] = relaxed(0.0f, response[2 * plane + at], load_y, response[plane + at], load_x);
+    Force nothing = {0.0f, 0.0f};
+    store(to, plane, at, relaxed_site(nothing, fixed, at, pair_at(from, at)));
   }
 
 #elif STEP == ELASTIC_RESTRICT

@@ -6,16 +6,9 @@
 // level is interpolated, and of one for the others. Or, of relax and residual, for the sites of a list, those beside masked
 // cells.
 
-#define real float
-#define HDM_FUNCTION
-#define HDM_PRECISE precise
-#define HDM_NUMBER(value) float(value)
+#include "elastic_arrays.glsl"
 
-#include "elastic_steps.h"
-
-// As ElasticKernel has them, and ElasticShape.
 #ifdef VULKAN
-#define samplerBuffer textureBuffer
 layout(constant_id = 0) const int work = 0;
 layout(constant_id = 1) const bool has_load = false;
 layout(constant_id = 2) const bool is_image = false;
@@ -32,24 +25,7 @@ const bool by_list = BY_LIST != 0;
 layout(local_size_x = LANES) in;
 layout(location = 0) uniform int parameters[16];
 #endif
-const int COLUMNS = ELASTIC_COLUMNS;
-
-layout(binding = ELASTIC_STORED, rg32f) uniform restrict writeonly imageBuffer stored;
-layout(binding = ELASTIC_FROM) uniform samplerBuffer from;
-layout(binding = ELASTIC_SECOND) uniform samplerBuffer second;
-layout(binding = ELASTIC_MOMENTS) uniform samplerBuffer moments;
-layout(binding = ELASTIC_MORE) uniform samplerBuffer more;
-layout(binding = ELASTIC_RESPONSE) uniform samplerBuffer response;
-layout(binding = ELASTIC_MATRICES) uniform samplerBuffer matrices;
-layout(binding = ELASTIC_INVERSE) uniform samplerBuffer inverse;
-layout(binding = ELASTIC_TOUCHED) uniform samplerBuffer touched; // ElasticTouched
-
-#include "elastic/cell.inc"
-#include "elastic/site.inc"
-
-vec4 matrix_at(float number, int i) { return texelFetch(matrices, int(number) * 16 + i); }
-
-#include "elastic.glsl"
+const int base = 0;
 
 // ElasticParameters.
 #define width parameters[0]
@@ -70,9 +46,6 @@ vec4 matrix_at(float number, int i) { return texelFetch(matrices, int(number) * 
 vec2 from_at(int i) { return texelFetch(from, i).xy; }
 vec2 second_at(int i) { return texelFetch(second, i).xy; }
 void store(int i, vec2 value) { imageStore(stored, i, vec4(value, 0.0, 0.0)); }
-vec4 moments_at(int i) { return texelFetch(moments, i); }
-vec4 more_at(int i) { return texelFetch(more, i); }
-vec4 response_at(int i) { return texelFetch(response, i); }
 
 #include "elastic_sites.glsl"
 

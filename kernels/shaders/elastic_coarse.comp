@@ -5,15 +5,9 @@
 // of a dispatch. Fields are in its shared memory, or in a buffer: rasterizers on the CPU have shared memory there, too, and
 // read buffers of texels faster.
 
-#define real float
-#define HDM_FUNCTION
-#define HDM_PRECISE precise
-#define HDM_NUMBER(value) float(value)
-
-#include "elastic_steps.h"
+#include "elastic_arrays.glsl"
 
 #ifdef VULKAN
-#define samplerBuffer textureBuffer
 layout(local_size_x_id = 0) in;
 layout(constant_id = 1) const int ROWS = 1;
 layout(constant_id = 2) const bool in_shared = true;
@@ -24,28 +18,11 @@ layout(local_size_x = LANES) in;
 const bool in_shared = IN_SHARED != 0;
 layout(location = 0) uniform int parameters[32];
 #endif
-const int COLUMNS = ELASTIC_COLUMNS;
 
-layout(binding = ELASTIC_STORED, rg32f) uniform restrict writeonly imageBuffer stored;
 layout(binding = ELASTIC_STORED_SECOND, rg32f) uniform restrict writeonly imageBuffer stored_second;
 layout(binding = ELASTIC_STORED_THIRD, rg32f) uniform restrict writeonly imageBuffer stored_third;
 layout(binding = ELASTIC_KEPT, rg32f) uniform coherent imageBuffer kept; // three fields, where they are not in shared memory
-layout(binding = ELASTIC_FROM) uniform samplerBuffer from; // the three arrays of these levels
-layout(binding = ELASTIC_SECOND) uniform samplerBuffer second;
 layout(binding = ELASTIC_THIRD) uniform samplerBuffer third;
-layout(binding = ELASTIC_MOMENTS) uniform samplerBuffer moments;
-layout(binding = ELASTIC_MORE) uniform samplerBuffer more;
-layout(binding = ELASTIC_RESPONSE) uniform samplerBuffer response;
-layout(binding = ELASTIC_MATRICES) uniform samplerBuffer matrices;
-layout(binding = ELASTIC_INVERSE) uniform samplerBuffer inverse;
-layout(binding = ELASTIC_TOUCHED) uniform samplerBuffer touched; // ElasticTouched
-
-#include "elastic/cell.inc"
-#include "elastic/site.inc"
-
-vec4 matrix_at(float number, int i) { return texelFetch(matrices, int(number) * 16 + i); }
-
-#include "elastic.glsl"
 
 // ElasticCoarse. Arrays here begin with the level `finest`, at `base` of the device's.
 #define base parameters[0]
@@ -88,9 +65,6 @@ const bool is_image = false;
 vec2 from_at(int i) { return field_at(from_array + i); }
 vec2 second_at(int i) { return field_at(second_array + i); }
 void store(int i, vec2 value) { keep(stored_array + i, value); }
-vec4 moments_at(int i) { return texelFetch(moments, base + i); }
-vec4 more_at(int i) { return texelFetch(more, base + i); }
-vec4 response_at(int i) { return texelFetch(response, base + i); }
 
 #include "elastic_sites.glsl"
 

@@ -1,13 +1,15 @@
-// What is done to sites of a level, for compute shaders on buffers: arrays lie as backends/shared/elastic_device.hpp says.
-// Compiled after elastic.glsl; the includer supplies
+// What compute shaders do to sites of a level. Compiled after elastic_arrays.glsl; the includer supplies
 //
 //   work, has_load, is_image       the step and the rest of ElasticKernel
 //   width ... ratio                ElasticParameters
 //   from_at(i), second_at(i)       vec2: a site's x and y
 //   store(i, value)
-//   moments_at(i), more_at(i), response_at(i)  vec4: ElasticTexels
-//   inverse                        ElasticHierarchy::coarsest_inverse: x and y of a column, a texel a site
-//   COLUMNS                        constant
+//   base                           where the levels begin in what does not change (elastic_arrays.glsl)
+
+// ElasticTexels.
+vec4 moments_at(int i) { return texelFetch(moments, base + i); }
+vec4 more_at(int i) { return texelFetch(more, base + i); }
+vec4 response_at(int i) { return texelFetch(response, base + i); }
 
 // The last thing that is done to a site.
 void finish_site(int at, int to, vec2 value, Force force) {
@@ -158,6 +160,7 @@ void correct_block(int x, int y) {
                        corrected_by_four(value.y, nw.y, ne.y, sw.y, se.y)));
 }
 
+// By ElasticHierarchy::coarsest_inverse: x and y of a column, a texel a site.
 vec2 solved_at(int x, int y) {
   int sites = width * height;
   int coefficient = y * width + x;

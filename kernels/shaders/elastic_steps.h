@@ -1,5 +1,5 @@
 // What a device does to all sites of a level in one go: steps of elastic.comp, elastic.frag and elastic.cl,
-// and of backends/shared/elastic_device.hpp, which says what each reads and writes.
+// and of backends/session/elastic_steps.hpp, which says what each reads and writes.
 
 #define ELASTIC_RELAX 0
 #define ELASTIC_RELAX_FROM_ZERO 1

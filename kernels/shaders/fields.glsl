@@ -24,5 +24,5 @@ layout(binding = 0, rg32f) uniform restrict imageBuffer improved;
 layout(binding = 7) uniform samplerBuffer displacement;
 layout(binding = 8) uniform samplerBuffer material;    // modulus, 1 / modulus
 layout(binding = 9) uniform samplerBuffer observation; // target x, y, confidence x, y
-layout(binding = 11) uniform samplerBuffer entries;    // backends/shared/resampling_entries.hpp
+layout(binding = 11) uniform samplerBuffer entries;    // backends/session/level_arrays.hpp
 layout(binding = 12) uniform samplerBuffer inputs;     // the energy's own, of all levels one after the other

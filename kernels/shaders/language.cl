@@ -31,8 +31,8 @@ typedef struct CellTension CellTension;
 typedef struct Force Force;
 typedef struct SiteResponse SiteResponse;
 
-// A hint that changes no result. PoCL (LLVM 14) leaves the loop over the candidates as it is unless it is told, and no loop
-// around a loop becomes SIMD. Kernels that want none of it undefine this.
+// A hint that changes no result: PoCL (LLVM 14) leaves the loop over the candidates as it is unless it is told, and no loop
+// around a loop becomes SIMD.
 #ifdef __clang__
-#define for _Pragma("unroll") for
+#define HDM_UNROLLED _Pragma("unroll")
 #endif

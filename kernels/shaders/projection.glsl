@@ -1,4 +1,4 @@
-// projection.inc for both components of a site, from its entries of the table (backends/shared/resampling_entries.hpp).
+// projection.inc for both components of a site, from its entries of the table (backends/session/level_arrays.hpp).
 // The includer supplies displacement_at(i), a vec2 of the coarse level.
 
 #include "projection.inc"

@@ -1,5 +1,5 @@
-// One sweep over the tiles of a level as OpenCL C 1.2, or several over a small one. Compiled after language.cl, site.inc, the
-// energy and update.inc. The host supplies
+// One sweep over the tiles of a level as OpenCL C 1.2, or several over a small one. The host
+// supplies
 //
 //   RULE, COLOURS, STEP_COUNT  as update.inc has them
 //   TILE_WIDTH, TILE_HEIGHT    sites
@@ -15,7 +15,10 @@
 // Arrays over the sites are planes, one number each, so that neighbours in a row are neighbours in memory. Around each there
 // is room: neighbours beyond the border are read before they are replaced.
 
-#undef for
+#include "language.cl"
+#include "site.inc"
+#include "energy.inc"
+#include "update.inc"
 
 // What is stored in a row is not what is read next.
 #define PRAGMA(text) _Pragma(#text)
@@ -53,10 +56,7 @@ typedef struct {
 } Rows;
 
 HDM_FUNCTION Rows rows_at(global const float* middle, int width) {
-  Rows rows;
-  rows.north = middle - width;
-  rows.middle = middle;
-  rows.south = middle + width;
+  Rows rows = {middle - width, middle, middle + width};
   return rows;
 }
 
@@ -67,16 +67,9 @@ typedef struct {
 
 // What a site sees of a plane: itself where a neighbour is outside (thesis 6.2.6).
 HDM_FUNCTION Neighbours around(Rows rows, int x, bool border, Outside outside) {
-  Neighbours seen;
-  seen.north_west = rows.north[x - 1];
-  seen.north = rows.north[x];
-  seen.north_east = rows.north[x + 1];
-  seen.west = rows.middle[x - 1];
-  seen.centre = rows.middle[x];
-  seen.east = rows.middle[x + 1];
-  seen.south_west = rows.south[x - 1];
-  seen.south = rows.south[x];
-  seen.south_east = rows.south[x + 1];
+  Neighbours seen = {rows.north[x - 1],  rows.north[x],  rows.north[x + 1],
+                     rows.middle[x - 1], rows.middle[x], rows.middle[x + 1],
+                     rows.south[x - 1],  rows.south[x],  rows.south[x + 1]};
   if (border) {
     seen.north_west = (outside.north | outside.west) ? seen.centre : seen.north_west;
     seen.north = outside.north ? seen.centre : seen.north;
@@ -111,11 +104,7 @@ HDM_FUNCTION int sweep_tile(bool border, bool observed, bool elastic, int tile_x
   int top = tile_y * TILE_HEIGHT;
   int columns = border ? min(TILE_WIDTH, p.width - left) : TILE_WIDTH;
   int rows = border ? min(TILE_HEIGHT, p.height - top) : TILE_HEIGHT;
-  Sweep sweep;
-  sweep.colour = p.colour;
-  sweep.strength = p.strength;
-  sweep.number = p.number;
-  sweep.seed = p.seed;
+  Sweep sweep = {p.colour, p.strength, p.number, p.seed};
   int first_outside = left == 0 ? 0 : -1; // columns of the tile whose west, whose east is outside
   int last_outside = p.width - 1 - left;
 
@@ -165,9 +154,7 @@ HDM_FUNCTION int sweep_tile(bool border, bool observed, bool elastic, int tile_x
 #if HDM_INPUTS > 3
       site.fourth_input = around(rows_at(inputs + 3 * plane, p.width), x, border, outside);
 #endif
-      Position at;
-      at.column = (float)(left + x);
-      at.row = (float)y;
+      Position at = {(float)(left + x), (float)y};
       Displacement next = swept_displacement(RULE, COLOURS, observed, site, at, sweep, p.steps, STEP_COUNT);
       next_x[x] = next.x;
       next_y[x] = next.y;

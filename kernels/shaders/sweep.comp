@@ -48,7 +48,7 @@ const bool elastic = (tile_class & elastic_bit) != 0u;
 #include "energy.inc"
 #include "update.inc"
 
-// ListedSweeps::Parameters of backends/session/listed_sweeps.cpp: penalty, width, height; colour, strength, number and seed
+// ListedSweeps::Parameters of backends/session/sweeps.cpp: penalty, width, height; colour, strength, number and seed
 // of update.inc's Sweep; then
 #define tiles_across parameters[7]
 #define tile_count parameters[8]

@@ -1,27 +1,77 @@
 #version 120
 #extension GL_ARB_texture_rectangle : require
 // One sweep as the thesis ran its iterations: GLSL 1.20, float rectangle textures, two of them swapped (Tab. 6.1, 6.2,
-// Alg. 4). GLSL 1.20 has no `precise`: the order in energy.inc must be one that compilers keep.
+// Alg. 4). Or, where PAIRS is defined, by candidates that are constants in texels of two sites, columns 2i and 2i + 1: two
+// displacements fill a texel, and a fetch costs a rasterizer that runs on the CPU as much as thirty operations. GLSL 1.20
+// has no `precise`: the order in energy.inc must be one that compilers keep.
 
 #define real float
 #define HDM_FUNCTION
 #define HDM_CONSTANT const
 #define HDM_PRECISE
-#define POSITION vec2
 
-uniform sampler2DRect image;       // rg: displacement, b: 1 / modulus, handed on: a neighbour costs one fetch
-uniform sampler2DRect observation; // rg: target, b: modulus
-uniform sampler2DRect confidence;  // rg, ba: 1 / curvature where the rule needs it
-uniform vec2 dimension;
+uniform sampler2DRect image;       // rg: displacement, b: 1 / modulus, handed on: a neighbour costs one fetch.
+                                   // Of pairs rg, ba: displacement of the first and the second site
+uniform sampler2DRect observation; // a texel per site. rg: target, b: modulus. Of pairs ba: confidence
+uniform vec2 dimension;            // in sites
 uniform float penalty;
-uniform float steps[16];
-uniform vec4 turn;                 // colour, strength, number, seed of update.inc's Sweep
-const int rule = RULE;             // this and the next two are supplied after #version
+uniform vec4 turn;     // colour, strength, number, seed of update.inc's Sweep
+const int rule = RULE; // this and the next two are supplied after #version
 const int colours = COLOURS;
 const int step_count = STEP_COUNT;
 
 // Tiles of the image of which more is known (tile_class.inc) are drawn with a constant defined for
 // it, and fetch less: INTERIOR (gather.glsl, not border), HOMOGENEOUS (not elastic), UNOBSERVED (not observed).
+#ifdef UNOBSERVED
+const bool observed = false;
+#else
+const bool observed = true;
+#endif
+
+#ifdef PAIRS
+uniform sampler2DRect material; // rg, ba: 1 / modulus and modulus of the first and the second site
+const float steps[16] = float[16](STEPS);
+
+#include "two_sites.glsl"
+
+vec2 first_site() { return vec2(2.0 * floor(gl_FragCoord.x) + 0.5, gl_FragCoord.y); }
+
+#ifdef INTERIOR
+#define POSITION ivec2 // in a window of 4 x 3 sites, the two in the middle
+vec2 displacements[12];
+vec2 materials[12];
+vec2 displacement_at(ivec2 p) { return displacements[4 * p.y + p.x]; }
+vec2 material_at(ivec2 p) { return materials[4 * p.y + p.x]; }
+vec2 pixel_of(ivec2 p) { return first_site() + vec2(p - ivec2(1)); }
+ivec2 site(int k) { return ivec2(1 + k, 1); }
+#else
+#define POSITION vec2 // the pixel: its neighbour may be itself
+vec2 displacement_at(vec2 p) { return site_in(image, p); }
+vec2 material_at(vec2 p) { return site_in(material, p); }
+vec2 pixel_of(vec2 p) { return p; }
+vec2 site(int k) { return first_site() + vec2(float(k), 0.0); }
+#endif
+#ifdef HOMOGENEOUS
+float inverse_modulus_at(POSITION p) { return 1.0; }
+float modulus_at(POSITION p) { return 1.0; }
+#else
+float inverse_modulus_at(POSITION p) { return material_at(p).x; }
+float modulus_at(POSITION p) { return material_at(p).y; }
+#endif
+#ifdef UNOBSERVED
+vec4 observed_at(POSITION p) { return vec4(0.0); }
+#else
+vec4 observed_at(POSITION p) { return texture2DRect(observation, pixel_of(p)); }
+#endif
+vec3 observation_at(POSITION p) { return vec3(observed_at(p).rg, modulus_at(p)); }
+vec4 confidence_at(POSITION p) { return vec4(observed_at(p).ba, 0.0, 0.0); }
+
+#else
+#define POSITION vec2
+uniform sampler2DRect confidence; // rg, ba: 1 / curvature where the rule needs it
+uniform float steps[16];
+
+vec2 pixel_of(vec2 p) { return p; }
 vec2 displacement_at(vec2 p) { return texture2DRect(image, p).rg; }
 #ifdef HOMOGENEOUS
 float inverse_modulus_at(vec2 p) { return 1.0; }
@@ -36,16 +86,15 @@ vec3 observation_at(vec2 p) { return vec3(texture2DRect(observation, p).rg, 1.0)
 vec3 observation_at(vec2 p) { return texture2DRect(observation, p).rgb; }
 #endif
 #ifdef UNOBSERVED
-const bool observed = false;
 vec4 confidence_at(vec2 p) { return vec4(0.0); }
 #else
-const bool observed = true;
 vec4 confidence_at(vec2 p) { return texture2DRect(confidence, p); }
+#endif
 #endif
 
 #if HDM_INPUTS > 0
-uniform sampler2DRect inputs; // the energy's own
-vec4 inputs_at(vec2 p) { return texture2DRect(inputs, p); }
+uniform sampler2DRect inputs; // the energy's own, a texel per site
+vec4 inputs_at(POSITION p) { return texture2DRect(inputs, pixel_of(p)); }
 #endif
 
 #include "site.inc"
@@ -53,9 +102,49 @@ vec4 inputs_at(vec2 p) { return texture2DRect(inputs, p); }
 #include "update.inc"
 #include "gather.glsl"
 
+Displacement swept(POSITION p) {
+  vec2 pixel = pixel_of(p);
+  return swept_displacement(rule, colours, observed, gather(p, POSITION(dimension), penalty),
+                            Position(floor(pixel.x), floor(pixel.y)), Sweep(turn.x, turn.y, turn.z, turn.w), steps,
+                            step_count);
+}
+
+#if defined(PAIRS) && defined(INTERIOR)
+// Fetches a row of the window: 4 sites, of three texels.
+void fetch_row(int row, float offset) {
+  vec4 middle = texture2DRect(image, gl_FragCoord.xy + vec2(0.0, offset));
+  displacements[4 * row] = texture2DRect(image, gl_FragCoord.xy + vec2(-1.0, offset)).ba;
+  displacements[4 * row + 1] = middle.rg;
+  displacements[4 * row + 2] = middle.ba;
+  displacements[4 * row + 3] = texture2DRect(image, gl_FragCoord.xy + vec2(1.0, offset)).rg;
+#ifndef HOMOGENEOUS
+  middle = texture2DRect(material, gl_FragCoord.xy + vec2(0.0, offset));
+  materials[4 * row] = texture2DRect(material, gl_FragCoord.xy + vec2(-1.0, offset)).ba;
+  materials[4 * row + 1] = middle.rg;
+  materials[4 * row + 2] = middle.ba;
+  materials[4 * row + 3] = texture2DRect(material, gl_FragCoord.xy + vec2(1.0, offset)).rg;
+#endif
+}
+#endif
+
 void main() {
-  Displacement next = swept_displacement(rule, colours, observed, gather(gl_FragCoord.xy, dimension, penalty),
-                                         Position(floor(gl_FragCoord.x), floor(gl_FragCoord.y)),
-                                         Sweep(turn.x, turn.y, turn.z, turn.w), steps, step_count);
-  gl_FragColor = vec4(next.x, next.y, texture2DRect(image, gl_FragCoord.xy).b, 0.0);
+#ifdef PAIRS
+#ifdef INTERIOR
+  fetch_row(0, -1.0);
+  fetch_row(1, 0.0);
+  fetch_row(2, 1.0);
+#endif
+  Displacement next = swept(site(0));
+  Displacement second = swept(site(1));
+  vec2 rest = vec2(second.x, second.y);
+#ifndef INTERIOR // of an odd width the last texel's second site is beyond the image: it is handed on and never changes
+  if (first_site().x + 1.0 > dimension.x) {
+    rest = texture2DRect(image, gl_FragCoord.xy).ba;
+  }
+#endif
+#else
+  Displacement next = swept(gl_FragCoord.xy);
+  vec2 rest = vec2(texture2DRect(image, gl_FragCoord.xy).b, 0.0);
+#endif
+  gl_FragColor = vec4(next.x, next.y, rest);
 }

@@ -21,14 +21,7 @@
 // the neighbour at x, y in tiles. This one is the tile itself.
 const int seen_here = 16;
 
-// What the window keeps of a site.
-struct Seen {
-  vec2 displacement;
-  vec2 material;
-#if HDM_INPUTS > 0
-  vec4 inputs;
-#endif
-};
+#include "seen.glsl"
 
 Seen seen_at(int index) {
   Seen seen;
@@ -71,42 +64,11 @@ bool sweep_site(int k, int left, int y, int start, ivec2 size, Seen north[WINDOW
   Seen s = neighbour_or(c, no_south, south[k + 1]);
   Seen se = neighbour_or(c, no_south || no_east, south[k + 2]);
 
-  Site site;
-  site.dx = Neighbours(nw.displacement.x, n.displacement.x, ne.displacement.x, w.displacement.x, c.displacement.x,
-                       e.displacement.x, sw.displacement.x, s.displacement.x, se.displacement.x);
-  site.dy = Neighbours(nw.displacement.y, n.displacement.y, ne.displacement.y, w.displacement.y, c.displacement.y,
-                       e.displacement.y, sw.displacement.y, s.displacement.y, se.displacement.y);
-  site.inverse_modulus = Neighbours(nw.material.y, n.material.y, ne.material.y, w.material.y, c.material.y,
-                                    e.material.y, sw.material.y, s.material.y, se.material.y);
-  site.modulus = c.material.x;
-#if HDM_INPUTS > 0
-  site.first_input = Neighbours(nw.inputs.x, n.inputs.x, ne.inputs.x, w.inputs.x, c.inputs.x,
-                                e.inputs.x, sw.inputs.x, s.inputs.x, se.inputs.x);
-#endif
-#if HDM_INPUTS > 1
-  site.second_input = Neighbours(nw.inputs.y, n.inputs.y, ne.inputs.y, w.inputs.y, c.inputs.y,
-                                 e.inputs.y, sw.inputs.y, s.inputs.y, se.inputs.y);
-#endif
-#if HDM_INPUTS > 2
-  site.third_input = Neighbours(nw.inputs.z, n.inputs.z, ne.inputs.z, w.inputs.z, c.inputs.z,
-                                e.inputs.z, sw.inputs.z, s.inputs.z, se.inputs.z);
-#endif
-#if HDM_INPUTS > 3
-  site.fourth_input = Neighbours(nw.inputs.w, n.inputs.w, ne.inputs.w, w.inputs.w, c.inputs.w,
-                                 e.inputs.w, sw.inputs.w, s.inputs.w, se.inputs.w);
-#endif
-  site.penalty = penalty;
-
   int index = start + (inside ? x : 0);
   vec4 observation = observed ? observation_at(index) : vec4(0.0);
-  vec2 confidence = observation.zw;
   vec2 inverse_curvature = rule == rule_steps ? vec2(0.0) : inverse_curvature_at(index);
-  site.target_x = observation.x;
-  site.target_y = observation.y;
-  site.confidence_x = confidence.x;
-  site.confidence_y = confidence.y;
-  site.inverse_curvature_x = inverse_curvature.x;
-  site.inverse_curvature_y = inverse_curvature.y;
+  Site site = site_of(nw, n, ne, w, c, e, sw, s, se, c.material.x, observation.xy, observation.zw, inverse_curvature,
+                      penalty);
   Displacement next = swept_displacement(rule, colours, observed, site, Position(float(x), float(y)), sweep, steps,
                                          step_count);
   if (inside) {

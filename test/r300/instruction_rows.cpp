@@ -1,11 +1,11 @@
 #include "test/r300/instruction_rows.hpp"
 
-#include "backends/gl/elastic_fragment.hpp"
+#include "backends/gl/fragment.hpp"
 #include "backends/gl/objects.hpp"
 #include "harness/scene/method.hpp"
 
 #include <fmt/format.h>
-#include <shaders/count_fragment.hpp>
+#include <shaders/passes_fragment.hpp>
 #include <shaders/sweep_fragment.hpp>
 
 #include <algorithm>
@@ -60,11 +60,10 @@ const std::vector<std::pair<const char*, std::string>>& other_passes() {
   using enum ElasticStep;
   const auto pass = [](const ElasticKernel& kernel) { return gl::elastic_fragment_text(kernel); };
   static const std::vector<std::pair<const char*, std::string>> passes{
-      {"the count of changed sites", gl::assemble(sources::count_fragment, "")},
+      {"the count of changed sites", gl::assemble(sources::passes_fragment, "#define COUNTS\n")},
       {"elastic, a sweep of the displacement", pass({.step = relax})},
       {"elastic, a sweep of a correction", pass({.step = relax, .has_load = true})},
-      {"elastic, the same beside conditions",
-       pass({.step = relax, .has_load = true, .masks = ElasticMasks::anyhow})},
+      {"elastic, the same beside conditions", pass({.step = relax, .has_load = true, .has_masked = true})},
       {"elastic, the first sweep of a correction", pass({.step = relax_from_zero})},
       {"elastic, residuals of the image", pass({.step = residual, .has_load = true, .is_image = true})},
       {"elastic, restriction", pass({.step = restrict_sites})},

@@ -1,6 +1,6 @@
 #include "harness/check/faults/trial.hpp"
 
-#include "backends/shared/coarse_levels.hpp"
+#include "backends/session/ways.hpp"
 #include "harness/check/cases.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"

@@ -2,8 +2,11 @@
 
 #include "backends/device/device.hpp"
 #include "kernels/data/field.hpp"
+#include "kernels/data/pyramid.hpp"
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -35,5 +38,23 @@ struct SiteLayout {
 void write_sites(ComputeDevice& device, const Array& to, std::size_t first, const SiteLayout& layout,
                  const std::vector<std::span<const float>>& components);
 void read_sites(ComputeDevice& device, const Array& from, const SiteLayout& layout, VectorField& to);
+
+/// Planes of numbers as texels, one after the other: number k of texel i is planes[k][i], 0 where a plane
+/// that is not the first is empty.
+[[nodiscard]] std::vector<float> interleaved(const std::vector<std::span<const float>>& planes);
+
+/// How the sites of all levels of a pyramid lie in the full image and in the level before, as shaders read it
+/// (kernels/shaders/levels.comp, coarse_levels.comp, passes.frag): texels of four floats, whole numbers below
+/// 2^24 but for the weight.
+struct ResamplingEntries {
+  explicit ResamplingEntries(const Pyramid& pyramid);
+
+  /// Per column, then per row, of each level: the two coarse sites around, the weight of the second, the site
+  /// sampled of the full image; the first level lies in one of a single site. Then per level: width, height,
+  /// sweeps, where its columns begin.
+  std::vector<std::array<float, 4>> texels;
+  std::vector<std::int32_t> begins; ///< per level where its columns begin; its rows come after them
+  std::int32_t levels_begin = 0;    ///< where the entries of the levels themselves begin
+};
 
 } // namespace hdmbench

@@ -1,14 +1,9 @@
-// How fast a device copies, and how fast it calculates: nothing but multiply-adds, apart as the specification has them.
-// backends/shared/ceiling_shaders.cpp knows what comes out. An item has eight texels, so that a CPU has wide vectors and
-// enough of them under way.
+// Loops that probe and measure a device; backends/session/device_loops.cpp knows what comes out. An item that measures has
+// eight texels, so that a CPU has wide vectors and enough of them under way.
 
-#pragma OPENCL FP_CONTRACT OFF
-
-kernel void copy(global const float16* source, global float16* target) {
-  size_t i = 2 * get_global_id(0);
-  target[i] = source[i];
-  target[i + 1] = source[i + 1];
-}
+#include "language.cl"
+#include "level_passes.h"
+#include "probe.inc"
 
 // What the components of four texels begin with.
 float16 begin(float16 given) {
@@ -19,8 +14,16 @@ float16 begin(float16 given) {
 #define STEP(chain) chain = chain * factor + term;
 #define ROUND STEP(a) STEP(b) STEP(c) STEP(d) STEP(e) STEP(f)
 
-kernel void multiply_add(global const float16* source, global float16* target) {
+kernel void loop(global const float16* source, global float16* target) {
   size_t i = 2 * get_global_id(0);
+#if LOOP == LOOP_PROBE
+  float8 given = ((global const float8*)source)[get_global_id(0)]; // a, b, c, d; e, operation
+  float result = probed(given.s5, given.s0, given.s1, given.s2, given.s3, given.s4);
+  ((global float4*)target)[get_global_id(0)] = (float4)(result, 0.0f, 0.0f, 0.0f);
+#elif LOOP == LOOP_COPY
+  target[i] = source[i];
+  target[i + 1] = source[i + 1];
+#else
   float factor = source[i].s2;
   float term = source[i].s3;
   float16 a = begin(source[i]);
@@ -35,4 +38,5 @@ kernel void multiply_add(global const float16* source, global float16* target) {
   ROUND
   target[i] = a + b + c;
   target[i + 1] = d + e + f;
+#endif
 }

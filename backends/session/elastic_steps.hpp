@@ -6,14 +6,11 @@
 #include <array>
 #include <compare>
 #include <cstdint>
-#include <memory>
-#include <span>
 #include <string>
 #include <variant>
 #include <vector>
 
-/// What sessions of the elastic energy on devices have in common: which kernels a step takes, on which
-/// arrays, and how these lie.
+/// What a step of the elastic energy is on a device: kernels on arrays, and how these lie.
 namespace hdmbench {
 
 /// Where the numbers of sites and cells lie in arrays of a device. A level lies row by row, with one 0 before
@@ -44,17 +41,16 @@ struct ElasticLayout {
 void lay_out(const RingedGrid& grid, const std::vector<float>& values, const ElasticLayout::Part& part,
              float* to, std::size_t stride);
 
-/// What does not change of levels, as GLSL has it: texels of arrays in this layout.
+/// What does not change of levels, as GLSL has it: texels of four in arrays of this layout.
 struct ElasticTexels {
   /// All 0.
   explicit ElasticTexels(std::size_t size);
   /// Levels in their order.
   void add(const ElasticLevel& level, const ElasticLayout::Part& part);
 
-  std::vector<float> moments; ///< 4: m, mr, ms, mrr of a cell
-  std::vector<float>
-      more; ///< 4: mss, mrs; of a masked cell 1 + the number of its matrix, else 0; one to spare
-  std::vector<float> response; ///< 4: xx, xy, yy of a site, one to spare
+  std::vector<float> moments; ///< m, mr, ms, mrr of a cell
+  std::vector<float> more; ///< mss, mrs; of a masked cell 1 + the number of its matrix, else 0; one to spare
+  std::vector<float> response; ///< xx, xy, yy of a site, one to spare
   std::size_t matrices = 0;    ///< of the levels added
 };
 
@@ -65,22 +61,15 @@ struct ElasticTexels {
 constexpr std::size_t elastic_matrices_across = 64;
 constexpr std::size_t elastic_matrix_texels = 16;
 
-/// The sites beside masked cells, texels of two floats: x and y of each, level by level. Before them, for
-/// each level, where its sites begin and how many they are.
-struct ElasticTouched {
-  ElasticTouched() = default;
-  explicit ElasticTouched(const ElasticHierarchy& hierarchy);
-
-  [[nodiscard]] std::int32_t first(int level) const { return number(level, 0); }
-  [[nodiscard]] std::int32_t count(int level) const { return number(level, 1); }
-
-  std::vector<float> texels;
-
-private:
-  [[nodiscard]] std::int32_t number(int level, std::size_t component) const {
-    return static_cast<std::int32_t>(texels.at(2 * static_cast<std::size_t>(level) + component));
-  }
+/// A site beside masked cells, and the numbers of the matrices of its cells in reading order, -1 where there
+/// is none.
+struct TouchedSite {
+  std::int32_t x = 0;
+  std::int32_t y = 0;
+  std::array<std::int32_t, 4> masked{-1, -1, -1, -1};
 };
+/// Of each level, in reading order. Matrices are numbered through all levels.
+[[nodiscard]] std::vector<std::vector<TouchedSite>> touched_sites(const ElasticHierarchy& hierarchy);
 
 /// An array of a device: x and y of the sites of a level.
 struct ElasticArray {
@@ -107,19 +96,12 @@ enum class ElasticStep {
   squares = ELASTIC_SQUARES                  ///< sums of blocks of sums
 };
 
-/// How a kernel finds masked cells, of relax and residual.
-enum class ElasticMasks {
-  none,    ///< there are none, or what it says of the sites beside them is replaced
-  anyhow,  ///< by itself
-  by_list, ///< it is for the sites beside them only
-};
-
 /// What a kernel is compiled for.
 struct ElasticKernel {
   ElasticStep step = ElasticStep::relax;
-  bool has_load = false; ///< relax, residual: s is there, else `second` is `from`
-  bool is_image = false; ///< residual, interpolate, correct, restrict_sites: components may be prescribed
-  ElasticMasks masks = ElasticMasks::none;
+  bool has_load = false;   ///< relax, residual: s is there, else `second` is `from`
+  bool is_image = false;   ///< residual, interpolate, correct, restrict_sites: components may be prescribed
+  bool has_masked = false; ///< relax, residual: the level has masked cells
 
   auto operator<=>(const ElasticKernel&) const = default;
 };
@@ -137,11 +119,12 @@ struct ElasticParameters {
   std::int32_t from_height = 0;
   std::int32_t second_first = 0;
   std::int32_t second_pitch = 0;
-  std::int32_t listed_first = 0; ///< ElasticTouched of the level
+  std::int32_t listed_first = 0; ///< of the level in the list of touched sites, or of planes in that of rows
   std::int32_t listed = 0;
   float nu = 0.0F;
   float shear = 0.0F;
   float factor = 0.0F;
+  std::int32_t plane = 0; ///< floats from a plane to the next
 };
 
 struct ElasticCall {
@@ -170,62 +153,5 @@ struct ElasticCoarse {
 
 /// ElasticCoarse only where a device has a coarse_size().
 using ElasticWork = std::variant<ElasticCall, ElasticCoarse>;
-
-/// How the sites of a level are shared out in elastic.comp.
-struct ElasticShape {
-  int lanes; ///< invocations of a group
-  int rows;  ///< sites of an invocation, one below the other
-};
-
-/// A rasterizer on the CPU has one thread a group and pays for each of them; a GPU wants many.
-[[nodiscard]] constexpr ElasticShape elastic_shape(bool is_software) {
-  return is_software ? ElasticShape{.lanes = 16, .rows = 16} : ElasticShape{.lanes = 64, .rows = 4};
-}
-[[nodiscard]] constexpr ElasticShape elastic_coarse_shape(bool is_software) {
-  return is_software ? ElasticShape{.lanes = 8, .rows = 10} : ElasticShape{.lanes = 256, .rows = 1};
-}
-/// Whether elastic_coarse.comp has its fields in shared memory.
-[[nodiscard]] constexpr bool elastic_in_shared(bool is_software) {
-  return !is_software;
-}
-[[nodiscard]] constexpr std::int64_t elastic_coarse_size(bool is_software) {
-  return elastic_in_shared(is_software) ? ELASTIC_SHARED_SITES : ELASTIC_COARSE_SITES;
-}
-
-/// A device with its arrays. Throws DeviceError.
-class ElasticDevice {
-public:
-  ElasticDevice() = default;
-  ElasticDevice(const ElasticDevice&) = delete;
-  ElasticDevice& operator=(const ElasticDevice&) = delete;
-  virtual ~ElasticDevice() = default;
-
-  /// Sites a side of the blocks that one kernel sums up: 8 are three levels of the tree of 2 x 2 squares.
-  [[nodiscard]] virtual int block() const { return 8; }
-
-  /// Whether it has kernels for sites by list: then it gets such calls, else ElasticMasks::anyhow.
-  [[nodiscard]] virtual bool has_lists() const { return false; }
-  /// How long the arrays of levels may be that an ElasticCoarse has; 0: it takes none.
-  [[nodiscard]] virtual std::int64_t coarse_size() const { return 0; }
-
-  /// Makes the arrays, all 0, and uploads what does not change. Throws TooLarge.
-  virtual void load(const ElasticHierarchy& hierarchy, const ElasticLayout& layout) = 0;
-  virtual void write(ElasticArray to, const VectorField& values) = 0;
-  /// After everything that was run.
-  virtual void read(ElasticArray from, VectorField& values) = 0;
-  [[nodiscard]] virtual float read_sum(ElasticArray from) = 0;
-  /// In their order. Need not wait until it is done.
-  virtual void run(std::span<const ElasticWork> work) = 0;
-};
-
-/// A session that computes there. `name`: of the backend, for errors.
-[[nodiscard]] std::unique_ptr<ElasticSession> make_elastic_session(std::string name,
-                                                                   std::unique_ptr<ElasticDevice> device);
-
-/// Work groups of elastic.comp for a call.
-[[nodiscard]] Extent elastic_groups(const ElasticCall& call, const ElasticShape& shape);
-
-/// "#define STEP 3" and so on, a line each: what kernels that are compiled at run time want to know.
-[[nodiscard]] std::string elastic_definitions(const ElasticKernel& kernel);
 
 } // namespace hdmbench

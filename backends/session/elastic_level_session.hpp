@@ -1,0 +1,241 @@
+#pragma once
+
+#include "backends/device/device.hpp"
+#include "backends/session/elastic_steps.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <span>
+#include <string>
+#include <utility>
+
+namespace hdmbench {
+
+/// A session of the elastic energy over `Steps`, which is made of an Owner (OnDevice) and has arrays and
+/// kernels: load(hierarchy, layout), write(), read() and read_sum() of an ElasticArray, and run(), which need
+/// not wait until the work is done. Steps::block: sites a side of the blocks that one kernel sums up;
+/// coarse_size(): how long the arrays of levels may be that an ElasticCoarse has, 0 where there is none.
+/// Every step writes an array that is to spare, which then takes the field's place.
+template <typename Owner, typename Steps>
+class ElasticLevelSession final : public ElasticSession {
+public:
+  /// `name`: of the backend, for errors.
+  ElasticLevelSession(std::string name, std::unique_ptr<Owner> owner)
+      : name_(std::move(name)), steps_(std::move(owner)) {}
+
+  void load(const ElasticHierarchy& hierarchy) override {
+    std::int64_t most_coarse = 0;
+    on_device([&](Steps& steps) {
+      layout_ = ElasticLayout(hierarchy, Steps::block);
+      steps.load(hierarchy, layout_);
+      most_coarse = steps.coarse_size();
+    });
+    hierarchy_ = &hierarchy;
+    slots_.assign(hierarchy.levels.size(), initial_slots);
+    calls_.clear();
+    coarse_ = 1;
+    while (coarse_ < levels() && coarse_size() > most_coarse) {
+      ++coarse_;
+    }
+  }
+  void write(int level, ElasticField field, const VectorField& values) override {
+    on_device([&](Steps& steps) {
+      run_all(steps);
+      steps.write(array(level, field), values);
+    });
+  }
+  void read(int level, ElasticField field, VectorField& values) const override {
+    values = VectorField(part(array(level, field)).sites);
+    on_device([&](Steps& steps) {
+      run_all(steps);
+      steps.read(array(level, field), values);
+    });
+  }
+
+  void relax(int level, ElasticField field) override {
+    const bool has_load = field == ElasticField::correction;
+    replace(level, field, {.step = ElasticStep::relax, .has_load = has_load, .has_masked = has_masked(level)},
+            array(level, field), array(level, has_load ? ElasticField::load : field));
+  }
+  void relax_from_zero(int level) override {
+    const ElasticArray load = array(level, ElasticField::load);
+    replace(level, ElasticField::correction, {.step = ElasticStep::relax_from_zero}, load, load);
+  }
+  void forces(ElasticField of, ElasticField to) override {
+    replace(0, to, {.step = ElasticStep::residual, .is_image = true, .has_masked = has_masked(0)},
+            array(0, of), array(0, of));
+  }
+  void restrict_residual(int level, ElasticField of) override {
+    const bool has_load = of == ElasticField::correction;
+    const ElasticArray residual = spare(level);
+    run({.step = ElasticStep::residual,
+         .has_load = has_load,
+         .is_image = level == 0,
+         .has_masked = has_masked(level)},
+        array(level, of), array(level, has_load ? ElasticField::load : of), residual);
+    run({.step = ElasticStep::restrict_sites}, residual, residual, array(level + 1, ElasticField::load));
+  }
+  void restrict_load(int level) override {
+    const ElasticArray load = array(level, ElasticField::load);
+    run({.step = ElasticStep::restrict_sites, .is_image = level == 0}, load, load,
+        array(level + 1, ElasticField::load));
+  }
+  void interpolate(int level) override {
+    replace(level, ElasticField::correction, {.step = ElasticStep::interpolate, .is_image = level == 0},
+            array(level, ElasticField::correction), array(level + 1, ElasticField::correction));
+  }
+  void correct(int level, ElasticField field) override {
+    replace(level, field, {.step = ElasticStep::correct, .is_image = level == 0}, array(level, field),
+            array(level + 1, ElasticField::correction));
+  }
+  void solve_coarsest() override {
+    const ElasticArray load = array(levels() - 1, ElasticField::load);
+    replace(levels() - 1, ElasticField::correction, {.step = ElasticStep::solve}, load, load);
+  }
+  void advance(ElasticField to, ElasticField value, float factor, ElasticField direction) override {
+    replace(0, to, {.step = ElasticStep::advance}, array(0, value), array(0, direction), factor);
+  }
+
+  float dot(ElasticField first, ElasticField second) const override {
+    ElasticArray sums{.slot = elastic_sums};
+    Extent extent = layout_.levels.front().sites;
+    Extent blocks = layout_.sums.sites;
+    run({.step = ElasticStep::products}, array(0, first), array(0, second), sums, extent, blocks);
+    while (blocks.sites() > 1) {
+      extent = blocks;
+      blocks = {(extent.width + Steps::block - 1) / Steps::block,
+                (extent.height + Steps::block - 1) / Steps::block};
+      const ElasticArray from =
+          std::exchange(sums, {.slot = sums.slot == elastic_sums ? elastic_sums + 1 : elastic_sums});
+      run({.step = ElasticStep::squares}, from, from, sums, extent, blocks);
+    }
+    return on_device([&](Steps& steps) {
+      run_all(steps);
+      return steps.read_sum(sums);
+    });
+  }
+
+private:
+  /// The slot of each field, and the one to spare.
+  using Slots = std::array<int, elastic_fields + 1>;
+  static constexpr std::size_t spare_slot = elastic_fields;
+  static constexpr Slots initial_slots{3, 0, 1, 4, 5, 2};
+
+  template <typename Call>
+  auto on_device(const Call& call) const {
+    try {
+      return steps_(call);
+    } catch (const TooLarge& error) {
+      throw TooLarge(fmt::format("{}: {}", name_, error.what()));
+    } catch (const DeviceError& error) {
+      throw DeviceError(fmt::format("{}: {}", name_, error.what()));
+    }
+  }
+
+  [[nodiscard]] const Slots& slots(int level) const { return slots_.at(static_cast<std::size_t>(level)); }
+  [[nodiscard]] ElasticArray array(int level, ElasticField field) const {
+    return {.level = level, .slot = slots(level)[static_cast<std::size_t>(field)]};
+  }
+  [[nodiscard]] ElasticArray spare(int level) const {
+    return {.level = level, .slot = slots(level)[spare_slot]};
+  }
+  [[nodiscard]] const ElasticLayout::Part& part(ElasticArray of) const {
+    return of.slot < elastic_slots ? layout_.levels[static_cast<std::size_t>(of.level)] : layout_.sums;
+  }
+  [[nodiscard]] int levels() const { return static_cast<int>(slots_.size()); }
+  [[nodiscard]] bool has_masked(int level) const {
+    return !hierarchy_->levels[static_cast<std::size_t>(level)].masked.cells.empty();
+  }
+
+  /// field = what `kernel` makes of the arrays.
+  void replace(int level, ElasticField field, const ElasticKernel& kernel, ElasticArray from,
+               ElasticArray second, float factor = 0.0F) {
+    run(kernel, from, second, spare(level), factor);
+    Slots& here = slots_[static_cast<std::size_t>(level)];
+    std::swap(here[static_cast<std::size_t>(field)], here[spare_slot]);
+  }
+  void run(const ElasticKernel& kernel, ElasticArray from, ElasticArray second, ElasticArray to,
+           float factor = 0.0F) const {
+    run(kernel, from, second, to, part(from).sites, part(to).sites, factor);
+  }
+  void run(const ElasticKernel& kernel, ElasticArray from, ElasticArray second, ElasticArray to,
+           Extent from_sites, Extent sites, float factor = 0.0F) const {
+    const auto whole = [](std::int64_t number) { return static_cast<std::int32_t>(number); };
+    const ElasticParameters parameters{.width = sites.width,
+                                       .height = sites.height,
+                                       .first = whole(part(to).first),
+                                       .pitch = whole(part(to).pitch),
+                                       .from_first = whole(part(from).first),
+                                       .from_pitch = whole(part(from).pitch),
+                                       .from_width = from_sites.width,
+                                       .from_height = from_sites.height,
+                                       .second_first = whole(part(second).first),
+                                       .second_pitch = whole(part(second).pitch),
+                                       .nu = hierarchy_->ratio.nu,
+                                       .shear = hierarchy_->ratio.shear,
+                                       .factor = factor,
+                                       .plane = whole(layout_.size)};
+    calls_.push_back({kernel, from, second, to, parameters});
+    constexpr std::size_t most = 1024;
+    if (calls_.size() == most) {
+      on_device([&](Steps& steps) { run_all(steps); });
+    }
+  }
+
+  /// Hands over what has been asked for, steps on the coarsest levels together.
+  void run_all(Steps& steps) const {
+    const std::vector<ElasticCall> calls = std::exchange(calls_, {});
+    std::vector<ElasticWork> work;
+    for (auto call = calls.begin(); call != calls.end();) {
+      auto end = call;
+      while (end != calls.end() && is_coarse(*end) && end - call < ELASTIC_COARSE_STEPS) {
+        ++end;
+      }
+      constexpr int worth_it = 3;
+      if (end - call >= worth_it) {
+        work.emplace_back(together({call, end}));
+        call = end;
+      } else {
+        work.emplace_back(*call++);
+      }
+    }
+    steps.run(work);
+  }
+
+  [[nodiscard]] bool is_coarse(const ElasticCall& call) const {
+    return call.from.level >= coarse_ && call.kernel.step <= ElasticStep::solve;
+  }
+  /// Of the arrays of levels from coarse_ on.
+  [[nodiscard]] std::int64_t coarse_size() const { return layout_.size - coarse_base(); }
+  [[nodiscard]] std::int64_t coarse_base() const {
+    const ElasticLayout::Part& finest = layout_.levels[static_cast<std::size_t>(coarse_)];
+    return finest.first - ElasticLayout::alone(finest.sites).first;
+  }
+  [[nodiscard]] ElasticCoarse together(std::span<const ElasticCall> calls) const {
+    const ElasticLayout::Part& finest = layout_.levels[static_cast<std::size_t>(coarse_)];
+    ElasticCoarse coarse{.base = static_cast<std::int32_t>(coarse_base()),
+                         .size = static_cast<std::int32_t>(coarse_size()),
+                         .finest = coarse_,
+                         .width = finest.sites.width,
+                         .height = finest.sites.height,
+                         .steps = static_cast<std::int32_t>(calls.size()),
+                         .nu = hierarchy_->ratio.nu,
+                         .shear = hierarchy_->ratio.shear};
+    std::ranges::transform(calls, coarse.codes.begin(), [&](const ElasticCall& call) {
+      return static_cast<std::int32_t>(call.kernel.step) | call.from.slot << 4 | call.second.slot << 6 |
+             call.to.slot << 8 | (call.from.level - coarse_) << 10;
+    });
+    return coarse;
+  }
+
+  std::string name_;
+  mutable OnDevice<Owner, Steps> steps_;
+  const ElasticHierarchy* hierarchy_ = nullptr;
+  ElasticLayout layout_;
+  std::vector<Slots> slots_;               ///< per level
+  int coarse_ = 1;                         ///< the first of the levels that are computed together
+  mutable std::vector<ElasticCall> calls_; ///< not handed over yet
+};
+
+} // namespace hdmbench

@@ -1,0 +1,96 @@
+#include "backends/session/elastic_steps.hpp"
+
+#include <map>
+
+namespace hdmbench {
+
+ElasticLayout::ElasticLayout(const ElasticHierarchy& hierarchy, int block) {
+  for (const ElasticLevel& level : hierarchy.levels) {
+    levels.push_back(alone(level.grid.sites));
+    levels.back().first += size;
+    size += static_cast<std::int64_t>(padded(level.grid.sites).sites());
+  }
+  const Extent sites = levels.front().sites;
+  const Extent blocks{(sites.width + block - 1) / block, (sites.height + block - 1) / block};
+  sums = {.sites = blocks, .first = 0, .pitch = blocks.width};
+  sums_size = static_cast<std::int64_t>(blocks.sites());
+}
+
+ElasticLayout::Part ElasticLayout::alone(Extent sites) {
+  const std::int64_t pitch = padded(sites).width;
+  return {.sites = sites, .first = pitch + 1, .pitch = pitch};
+}
+
+void lay_out(const RingedGrid& grid, const std::vector<float>& values, const ElasticLayout::Part& part,
+             float* to, std::size_t stride) {
+  for (int y = 0; y < grid.sites.height; ++y) {
+    float* at = to + static_cast<std::size_t>(part.first + y * part.pitch) * stride;
+    const float* const row = values.data() + grid.index(0, y);
+    for (int x = 0; x < grid.sites.width; ++x, at += stride) {
+      *at = row[x];
+    }
+  }
+}
+
+ElasticTexels::ElasticTexels(std::size_t size) : moments(4 * size), more(4 * size), response(4 * size) {}
+
+void ElasticTexels::add(const ElasticLevel& level, const ElasticLayout::Part& part) {
+  for (std::size_t i = 0; i < level.moments.size(); ++i) {
+    lay_out(level.grid, level.moments[i], part, (i < 4 ? moments : more).data() + i % 4, 4);
+  }
+  for (std::size_t i = 0; i < level.response.size(); ++i) {
+    lay_out(level.grid, level.response[i], part, response.data() + i, 4);
+  }
+  for (int y = 0; y < level.grid.sites.height; ++y) {
+    const auto [first, last] = level.masked.row(y);
+    for (std::size_t i = first; i < last; ++i) {
+      const std::int64_t at = part.first + y * part.pitch + level.masked.cells[i].x;
+      more[4 * static_cast<std::size_t>(at) + 2] = static_cast<float>(matrices + i + 1);
+    }
+  }
+  matrices += level.masked.cells.size();
+}
+
+std::vector<float> elastic_matrices(const ElasticHierarchy& hierarchy) {
+  std::vector<float> texels;
+  for (const ElasticLevel& level : hierarchy.levels) {
+    for (const MaskedCell& cell : level.masked.cells) {
+      for (std::size_t corner = 0; corner < 4; ++corner) {
+        for (std::size_t column = 0; column < 8; ++column) {
+          texels.push_back(cell.stiffness[8 * column + 2 * corner]);
+          texels.push_back(cell.stiffness[8 * column + 2 * corner + 1]);
+        }
+      }
+    }
+  }
+  constexpr std::size_t row = 4 * elastic_matrix_texels * elastic_matrices_across;
+  texels.resize((texels.size() / row + 1) * row);
+  return texels;
+}
+
+std::vector<std::vector<TouchedSite>> touched_sites(const ElasticHierarchy& hierarchy) {
+  std::vector<std::vector<TouchedSite>> levels;
+  std::int32_t first_matrix = 0;
+  for (const ElasticLevel& level : hierarchy.levels) {
+    std::vector<TouchedSite>& sites = levels.emplace_back();
+    for (int y = 0; y < level.grid.sites.height; ++y) {
+      std::map<int, TouchedSite> row;
+      for (const int below : {0, 1}) {
+        const auto [first, last] = level.masked.row(y - 1 + below);
+        for (std::size_t i = first; i < last; ++i) {
+          const int x = level.masked.cells[i].x;
+          const std::int32_t number = first_matrix + static_cast<std::int32_t>(i);
+          row[x].masked.at(static_cast<std::size_t>(2 * below + 1)) = number;
+          row[x + 1].masked.at(static_cast<std::size_t>(2 * below)) = number;
+        }
+      }
+      for (const auto& [x, site] : row) {
+        sites.push_back({.x = x, .y = y, .masked = site.masked});
+      }
+    }
+    first_matrix += static_cast<std::int32_t>(level.masked.cells.size());
+  }
+  return levels;
+}
+
+} // namespace hdmbench
