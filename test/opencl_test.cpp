@@ -2,7 +2,7 @@
 // one, a compiler that refuses, a device with little memory.
 
 #include "backends/opencl/opencl.hpp"
-#include "backends/session/device_session.hpp"
+#include "backends/session/device_backend.hpp"
 #include "backends/shared/cut_session.hpp"
 #include "backends/shared/driver_trial.hpp"
 #include "backends/shared/energy_programs.hpp"

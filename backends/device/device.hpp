@@ -3,6 +3,7 @@
 #include "backends/backend.hpp"
 #include "backends/device/bindings.hpp"
 #include "backends/session/ways.hpp"
+#include "backends/shared/interface.hpp"
 #include "kernels/data/energy.hpp"
 #include "kernels/data/level.hpp"
 
@@ -35,12 +36,10 @@ enum class Kind { pairs, fours, words };
 }
 
 /// An array of a device, which must outlive it.
-class Array {
+class Array : public Interface {
 public:
   Array(ComputeDevice& device, std::size_t count, Kind kind);
-  Array(const Array&) = delete;
-  Array& operator=(const Array&) = delete;
-  virtual ~Array();
+  ~Array() override;
 
   [[nodiscard]] std::size_t count() const { return count_; }
   [[nodiscard]] Kind kind() const { return kind_; }
@@ -76,13 +75,7 @@ struct ProgramKind {
 };
 
 /// A compiled program of a device, which must outlive it.
-class Program {
-public:
-  Program() = default;
-  Program(const Program&) = delete;
-  Program& operator=(const Program&) = delete;
-  virtual ~Program() = default;
-};
+class Program : public Interface {};
 
 /// A program on arrays.
 struct Dispatch {
@@ -120,12 +113,9 @@ struct Fill {
 using Commands = std::vector<std::variant<Dispatch, Fill>>;
 
 /// Commands that a device keeps.
-class Recording {
+class Recording : public Interface {
 public:
   explicit Recording(Commands commands) : commands_(std::move(commands)) {}
-  Recording(const Recording&) = delete;
-  Recording& operator=(const Recording&) = delete;
-  virtual ~Recording() = default;
 
   [[nodiscard]] const Commands& commands() const { return commands_; }
 
@@ -150,13 +140,8 @@ struct DeviceLimits {
 
 /// The verbs. All throw DeviceError that names the call of the API which failed; after that what arrays hold
 /// is lost, and everything can be called again. Only while a Use of it lives.
-class ComputeDevice {
+class ComputeDevice : public Interface {
 public:
-  ComputeDevice() = default;
-  ComputeDevice(const ComputeDevice&) = delete;
-  ComputeDevice& operator=(const ComputeDevice&) = delete;
-  virtual ~ComputeDevice() = default;
-
   /// Makes a device the thread's own, where its API wants that (OpenGL's current context).
   class Use {
   public:
@@ -267,13 +252,8 @@ template <typename Value>
 }
 
 /// Devices of an API.
-class ComputeApi {
+class ComputeApi : public Interface {
 public:
-  ComputeApi() = default;
-  ComputeApi(const ComputeApi&) = delete;
-  ComputeApi& operator=(const ComputeApi&) = delete;
-  virtual ~ComputeApi() = default;
-
   /// As Backend::devices().
   [[nodiscard]] virtual std::vector<Device> devices() const = 0;
   /// `index` into devices(). Throws DeviceError.

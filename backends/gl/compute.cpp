@@ -52,8 +52,6 @@ public:
       bound_ = {}; // this texture has taken a unit
     }
   }
-  GlArray(const GlArray&) = delete;
-  GlArray& operator=(const GlArray&) = delete;
   ~GlArray() override { std::ranges::replace(bound_, static_cast<const Array*>(this), nullptr); }
 
   [[nodiscard]] GLenum target() const {

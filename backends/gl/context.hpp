@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backends/gl/api.hpp"
+#include "backends/shared/interface.hpp"
 
 #include <memory>
 #include <string>
@@ -16,13 +17,8 @@ struct Version {
 
 /// An OpenGL context without a window. It is current only while a Current lives: EGL's and OSMesa's libraries
 /// may share the thread's dispatch table, so a context of one must not stay behind while the other works.
-class Context {
+class Context : public Interface {
 public:
-  Context() = default;
-  Context(const Context&) = delete;
-  Context& operator=(const Context&) = delete;
-  virtual ~Context() = default;
-
   class Current {
   public:
     explicit Current(Context& context) : context_(context) { context_.bind(); }
@@ -48,13 +44,8 @@ private:
 };
 
 /// Where contexts come from: EGL or OSMesa.
-class Platform {
+class Platform : public Interface {
 public:
-  Platform() = default;
-  Platform(const Platform&) = delete;
-  Platform& operator=(const Platform&) = delete;
-  virtual ~Platform() = default;
-
   /// Everything that offers `version`. Throws DeviceError with the reason where nothing does.
   [[nodiscard]] virtual std::vector<Device> devices(Version version) const = 0;
   /// `index` into devices(version). Throws DeviceError.

@@ -24,13 +24,7 @@ const char* error_name(EGLint error) {
 }
 
 bool has_word(std::string_view all, std::string_view word) {
-  for (auto at = all.find(word); at != std::string_view::npos; at = all.find(word, at + 1)) {
-    const auto end = at + word.size();
-    if ((at == 0 || all[at - 1] == ' ') && (end == all.size() || all[end] == ' ')) {
-      return true;
-    }
-  }
-  return false;
+  return fmt::format(" {} ", all).find(fmt::format(" {} ", word)) != std::string::npos;
 }
 
 struct Egl {
@@ -108,8 +102,6 @@ public:
       : egl_(std::move(egl)), display_(initialise(*egl_, device)), context_(create(version)),
         api_([this](const char* name) { return egl_->eglGetProcAddress(name); }) {}
 
-  EglContext(const EglContext&) = delete;
-  EglContext& operator=(const EglContext&) = delete;
   ~EglContext() override { egl_->eglDestroyContext(display_, context_); }
 
   const Api& api() const override { return api_; }

@@ -35,8 +35,6 @@ public:
       : context_(create(version)),
         api_([this](const char* name) { return mesa_.OSMesaGetProcAddress(name); }) {}
 
-  OsMesaContext(const OsMesaContext&) = delete;
-  OsMesaContext& operator=(const OsMesaContext&) = delete;
   ~OsMesaContext() override { mesa_.OSMesaDestroyContext(context_); }
 
   const Api& api() const override { return api_; }

@@ -1,7 +1,6 @@
 #include "backends/session/device_backend.hpp"
 
 #include "backends/session/device_loops.hpp"
-#include "backends/session/device_session.hpp"
 #include "backends/shared/driver_trial.hpp"
 #include "backends/shared/tiles.hpp"
 

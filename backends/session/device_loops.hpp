@@ -3,6 +3,7 @@
 #include "backends/device/device.hpp"
 #include "backends/shared/arithmetic.hpp"
 #include "backends/shared/ceilings.hpp"
+#include "backends/shared/interface.hpp"
 
 #include <span>
 #include <vector>
@@ -10,13 +11,8 @@
 namespace hdmbench {
 
 /// Loops that probe and measure a device (kernels/shaders/loops.comp and its twins). All throw DeviceError.
-class Loops {
+class Loops : public Interface {
 public:
-  Loops() = default;
-  Loops(const Loops&) = delete;
-  Loops& operator=(const Loops&) = delete;
-  virtual ~Loops() = default;
-
   /// kernels/specification/probe.inc, as ArithmeticProgram::evaluate().
   [[nodiscard]] std::vector<float> evaluate(std::span<const ArithmeticCase> cases);
   /// Takes about a second. Throws TooLarge where the device's arrays are too small to measure.

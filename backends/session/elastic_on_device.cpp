@@ -1,4 +1,4 @@
-#include "backends/session/device_session.hpp"
+#include "backends/session/device_backend.hpp"
 #include "backends/session/elastic_level_session.hpp"
 
 #include <fmt/format.h>

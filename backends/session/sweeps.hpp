@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backends/session/level_arrays.hpp"
+#include "backends/shared/interface.hpp"
 #include "kernels/data/pyramid.hpp"
 
 #include <array>
@@ -40,13 +41,8 @@ struct SweptLevel {
 };
 
 /// The sweeps of one level: which tiles in which programs, and which of them can see a change.
-class Sweeps {
+class Sweeps : public Interface {
 public:
-  Sweeps() = default;
-  Sweeps(const Sweeps&) = delete;
-  Sweeps& operator=(const Sweeps&) = delete;
-  virtual ~Sweeps() = default;
-
   /// All tiles are to be visited in the next sweep.
   virtual void wake_all(Commands& commands) = 0;
   /// Appends sweeps first ... first + count - 1 of the level.

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "backends/shared/interface.hpp"
+
 #include <array>
 #include <cstddef>
 #include <span>
@@ -34,13 +36,8 @@ inline constexpr std::size_t cases_at_once = 64; ///< evaluate() takes whole mul
 }
 
 /// A backend that has probe.inc as a program of its own.
-class ArithmeticProgram {
+class ArithmeticProgram : public Interface {
 public:
-  ArithmeticProgram() = default;
-  ArithmeticProgram(const ArithmeticProgram&) = delete;
-  ArithmeticProgram& operator=(const ArithmeticProgram&) = delete;
-  virtual ~ArithmeticProgram() = default;
-
   /// "GLSL 1.20 fragment shader".
   [[nodiscard]] virtual std::string_view language() const = 0;
   /// A number for each case, from `device` of Backend::devices(). Throws DeviceError.

@@ -1,4 +1,4 @@
-#include "backends/shared/cut.hpp"
+#include "backends/shared/piece_sweeps.hpp"
 
 #include <algorithm>
 #include <iterator>

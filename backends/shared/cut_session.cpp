@@ -1,7 +1,5 @@
 #include "backends/shared/cut_session.hpp"
 
-#include "backends/shared/cut.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -2,6 +2,7 @@
 
 #include "backends/backend.hpp"
 #include "backends/shared/cut.hpp"
+#include "backends/shared/interface.hpp"
 
 #include <cstdint>
 #include <span>
@@ -16,6 +17,13 @@ namespace hdmbench {
   return part;
 }
 
+/// cut_image() in whole rows, one piece below the other.
+[[nodiscard]] Cut cut_rows(Extent extent, int count, int halo = 0);
+
+/// Level::seed of the rows from `row` on of what has this seed: it carries the row, modulo 4093, so that
+/// whole rows of an image have its random numbers (kernels/specification/update.inc).
+[[nodiscard]] int seed_from_row(int seed, int row);
+
 /// What goes from one piece to another: some arrays at the sites of a transfer, one after the other.
 struct Parcel {
   Transfer way;
@@ -23,13 +31,8 @@ struct Parcel {
 };
 
 /// How pieces of an image get at what others hold: within a process, or between ranks.
-class Exchange {
+class Exchange : public Interface {
 public:
-  Exchange() = default;
-  Exchange(const Exchange&) = delete;
-  Exchange& operator=(const Exchange&) = delete;
-  virtual ~Exchange() = default;
-
   /// Whether the piece of this number is computed in this process.
   [[nodiscard]] virtual bool is_here(std::size_t piece) const = 0;
   /// Delivers parcels. `ways` are all transfers, the same in every process; `leaving` has a parcel for each

@@ -312,8 +312,6 @@ class VulkanDevice;
 class VulkanArray final : public Array {
 public:
   VulkanArray(VulkanDevice& device, std::size_t count, Kind kind);
-  VulkanArray(const VulkanArray&) = delete;
-  VulkanArray& operator=(const VulkanArray&) = delete;
   ~VulkanArray() override;
 
   Buffer buffer;

@@ -1,6 +1,6 @@
 #include "harness/ranks/rank_backend.hpp"
 
-#include "backends/shared/cut.hpp"
+#include "backends/shared/piece_sweeps.hpp"
 #include "harness/ranks/rank_devices.hpp"
 #include "harness/ranks/rank_elastic.hpp"
 #include "harness/ranks/redistribution.hpp"

@@ -1,6 +1,6 @@
 #include "harness/ranks/rank_faults.hpp"
 
-#include "backends/shared/cut.hpp"
+#include "backends/shared/piece_sweeps.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/check/resting_tiles.hpp"
 #include "harness/ranks/rank_backend.hpp"

@@ -1,6 +1,6 @@
 #include "harness/ranks/sharing.hpp"
 
-#include "backends/shared/cut.hpp"
+#include "backends/shared/piece_sweeps.hpp"
 
 #include <algorithm>
 #include <utility>
