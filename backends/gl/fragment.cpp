@@ -308,13 +308,15 @@ public:
 private:
   static constexpr int widest = 4096;
 
-  [[nodiscard]] int most_columns() const {
+  /// Texels a side of a texture, as a power of two.
+  [[nodiscard]] int longest_side() const {
     GLint limit = 0;
     gl_.GetIntegerv(GL_MAX_RECTANGLE_TEXTURE_SIZE_ARB, &limit);
-    return std::min(widest, static_cast<int>(std::bit_floor(static_cast<unsigned>(limit))));
+    return static_cast<int>(std::bit_floor(static_cast<unsigned>(limit)));
   }
+  [[nodiscard]] int most_columns() const { return std::min(widest, longest_side()); }
   std::size_t most_texels() const override {
-    return static_cast<std::size_t>(most_columns()) * static_cast<std::size_t>(most_columns());
+    return static_cast<std::size_t>(most_columns()) * static_cast<std::size_t>(longest_side());
   }
   void load(std::span<const float> source, std::size_t texels) override {
     const auto count = static_cast<int>(texels);
