@@ -127,16 +127,6 @@ TEST(Accuracy, OfAnElasticFieldWithOtherBitsIsNotValid) {
   EXPECT_EQ(seen, 3);
 }
 
-TEST(Accuracy, OfASceneInWhichEverythingIsPrescribed) {
-  const SceneAccuracy accuracy = measure(load_scene("square", {.size = Extent{2, 2}}), true);
-  EXPECT_EQ(std::ranges::count(accuracy.truths.elsewhere, 1), 0);
-  for (const Judged& row : accuracy.rows) {
-    if (row.method == "fixed-point" || row.method == "fem") {
-      EXPECT_EQ(row.deviations.to_fem, 0.0) << row.method;
-    }
-  }
-}
-
 /// The bars: RMSD in pixels of the fixed point and of ICM to finite elements without Poisson effect, at
 /// 300 x 300.
 struct Bar {

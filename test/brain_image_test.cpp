@@ -61,15 +61,6 @@ TEST_F(ImageFiles, EveryOrientationIsTurnedByItsHeader) {
       "no sagittal slice -1, it has the slices 0 ... 4 from the patient's right");
 }
 
-TEST_F(ImageFiles, WithoutASliceItIsTheOneThatShowsMostOfTheBrain) {
-  const auto file = write_nrrd("most.nrrd", "float", "3 2 3",
-                               "0 0 0 0 0 4 "
-                               "5 4 0 3 5 0 "
-                               "7 7 7 0 0 0");
-  const auto brain = read_brain(file, std::nullopt, 1, 0.0, {2, 2});
-  EXPECT_EQ(brain.picture.values, (std::vector<float>{255.0F, 204.0F, 153.0F, 255.0F}));
-}
-
 TEST_F(ImageFiles, BrainIsOnePartWithoutHoles) {
   const auto file = write_nrrd("b.nrrd", "float", "8 5 1",
                                "0 0 0 0 0 0 0 0 "

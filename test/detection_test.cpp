@@ -86,28 +86,6 @@ TEST(Detection, TheDiscHasTheSignOfWhatIsHidden) {
   EXPECT_GE(right, 14) << "of 16\n" << told;
 }
 
-TEST(InclusionScan, AFitKeepsTheSignItBeginsWith) {
-  const Scene scene = small_brain(96);
-  const auto session = test::find("openmp").open_elastic({});
-  const PlantedField field = plant(
-      scene, PlantedInclusion{.radius = 7.0, .contrast = 4.0, .noise = 0.0, .amplitude = 8.0, .seed = seed});
-  const RegionSheet sheet(field.region, scene, *session);
-  const VectorField observed = sheet.part_of(field.observed);
-  const InclusionScan scan(sheet, observed);
-  const VectorField unexplained = scan.unexplained(observed);
-  const std::size_t corner = sheet.site_of_image(0);
-  const auto start = [&](double logarithm) {
-    return Inclusion{.x = field.x - static_cast<double>(corner % 96),
-                     .y = field.y - static_cast<double>(corner / 96),
-                     .radius = 7.0,
-                     .logarithm = logarithm};
-  };
-  const Inclusion stiff = scan.fit(start(0.5), unexplained, 0.05);
-  const Inclusion soft = scan.fit(start(-0.5), unexplained, 0.05);
-  EXPECT_GT(stiff.logarithm, 0.7);
-  EXPECT_LE(soft.logarithm, 0.0);
-}
-
 TEST(LabelDoubt, ThePictureTellsAWrongLabelFromHiddenTissue) {
   const Scene scene = small_brain(96);
   ScalarField picture(scene.extent());

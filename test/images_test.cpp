@@ -7,10 +7,8 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <map>
-#include <set>
 #include <utility>
 
 namespace hdmbench {
@@ -167,20 +165,6 @@ TEST_F(ImageFiles, PicturesAreRoundedAndClampedAndMagnitudesGetBrighter) {
     EXPECT_GT(brightness(x), brightness(x - 1)) << x;
   }
   EXPECT_EQ(brightness(101), brightness(100));
-}
-
-TEST_F(ImageFiles, SlicesOfARealPersonAreRead) {
-  const char* const data = std::getenv("HDMBENCH_TEST_DATA");
-  if (data == nullptr || !fs::exists(fs::path(data) / "n2m_axial70_label.nrrd")) {
-    GTEST_SKIP() << "HDMBENCH_TEST_DATA names no folder with n2m_axial70_label.nrrd";
-  }
-  const std::set<int> tissues{0, 1, 2, 3};
-  for (const auto& [size, spacing] : {std::pair{192, 1.0}, std::pair{64, 3.0}}) {
-    const auto labels =
-        read_labels(fs::path(data) / "n2m_axial70_label.nrrd", {.slice = {}, .size = Extent{size, size}});
-    EXPECT_EQ(labels.spacing, spacing);
-    EXPECT_EQ(std::set<int>(labels.pixels.values.begin(), labels.pixels.values.end()), tissues);
-  }
 }
 
 // ---- Damage

@@ -67,23 +67,6 @@ TEST(MeshImage, AnAffineFieldIsMetInADistortedMesh) {
   }
 }
 
-TEST(MeshImage, ABilinearFieldIsMetInRectangles) {
-  const auto u = [](double x, double y) { return 0.01 * x * y - 0.3 * x + 2.0; };
-  const auto v = [](double x, double y) { return -0.02 * x * y + 0.1 * y; };
-  Mesh mesh = distorted_mesh(7, 5, 60.0, 40.0, 0.0, u, v);
-  std::erase_if(mesh.elements, [](const MeshElement& element) { return element.corners == 3; });
-  const MeshImage image = element_image(mesh, {.extent = {61, 41}});
-  EXPECT_GT(image.undefined, 100U) << "where the triangles were";
-  EXPECT_LT(image.undefined, 61U * 41U / 2U);
-  for (std::size_t site = 0; site < image.mask.values.size(); ++site) {
-    const double x = static_cast<double>(site % 61);
-    const double y = static_cast<double>(site / 61);
-    const bool defined = image.mask.values[site] != 0.0F;
-    ASSERT_NEAR(image.displacement.x[site], defined ? u(x, y) : 0.0, 1e-5) << x << "," << y;
-    ASSERT_NEAR(image.displacement.y[site], defined ? v(x, y) : 0.0, 1e-5) << x << "," << y;
-  }
-}
-
 /// The displacement is r and s themselves, so the image shows the inverse of (A.5).
 TEST(MeshImage, TheInverseMapIsFoundInAnyConvexElement) {
   std::mt19937_64 random(11);

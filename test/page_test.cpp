@@ -192,16 +192,6 @@ TEST_F(Page, VerdictsAreTheWorstThatWasFound) {
   EXPECT_THAT(verdict().sentence, HasSubstr("there are no results of hdmbench verify"));
 }
 
-TEST_F(Page, ANewerRowReplacesTheOlderOneOfTheSameComputation) {
-  write("b.json", "verify",
-        json::array({verify_row("openmp", {{"verdict", "disagree"}}), verify_row("opencl")}));
-  write("a.json", "verify", json::array({verify_row("openmp")}), {{"date", "2026-11-24T01:02:03Z"}});
-  EXPECT_EQ(verdict().sentence, "All 2 backends agree with scalar in 2 of 2 comparisons, to the last bit.");
-  write("a.json", "verify", json::array({verify_row("openmp")}),
-        {{"date", "2026-11-24T01:02:03Z"}, {"machine", "another"}});
-  EXPECT_THAT(verdict().sentence, HasSubstr("1 of 3 comparisons disagree"));
-}
-
 TEST_F(Page, RefusesWhatIsNoResultFile) {
   const Path target = page();
   const auto refused = [&](const std::string& text, const std::string& says) {

@@ -102,26 +102,6 @@ TEST(SiteSprings, HoldAsFiniteElementsSay) {
   EXPECT_LT(rmsd(back.to_float(), found), 2e-3);
 }
 
-TEST(GrayValues, AreThoseOfTheOtherPicture) {
-  const ScalarField picture = textured({80, 70});
-  ScalarField other = picture;
-  for (float& gray : other.values) {
-    gray = 0.8F * gray + 30.0F;
-  }
-  const ScalarField mapped = with_values_of(picture, other, {});
-  EXPECT_LT(similarity(mapped, other).mean_squares, 0.01 * similarity(picture, other).mean_squares);
-  EXPECT_GT(similarity(picture, other).mean_squares, 25.0);
-}
-
-TEST(Picture, TheNoiseOfAPictureIsFound) {
-  ScalarField picture = textured({100, 100});
-  GaussianNoise random(seed);
-  for (float& gray : picture.values) {
-    gray += static_cast<float>(7.0 * random());
-  }
-  EXPECT_NEAR(noise_of(picture), 7.0, 0.7);
-}
-
 TEST(IteratedRegistration, FindsWhatFiniteElementsDid) {
   const Scene scene = small_brain(128);
   const PlantedPair pair = plant(scene, PlantedOptions{.amplitude = 5.0, .seed = seed});

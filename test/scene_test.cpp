@@ -93,14 +93,6 @@ TEST(ShippedScenes, TheRadialExpansionFallsLinearlyFromTheOutlineToTheImageBorde
   EXPECT_EQ(full.target.x[full.extent.index(299, 150)], 0.0F);
 }
 
-TEST(ShippedScenes, TieRichIsOnItsGrid) {
-  const Scene scene = load_scene("tie-rich", {.size = Extent{40, 40}});
-  for (const float value : scene.start.value().x) {
-    EXPECT_EQ(value, static_cast<float>(0.1 * std::round(value * 10.0)));
-  }
-  EXPECT_TRUE(std::ranges::all_of(scene.full.modulus.values, [](float m) { return m == 1.0F; }));
-}
-
 /// In a process of its own, which ends with status 0 if loading took no more than 24.5 bytes a site.
 TEST(LargeScenes, Take24BytesASite) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)

@@ -105,12 +105,6 @@ TEST(Strains, AndChangeOfAreaAreOneText) {
   }
 }
 
-TEST(Strains, OfAThinImageAreZero) {
-  const Extent line{5, 1};
-  const Strains strains = strains_of(VectorField(line), ScalarField(line, 1.0F), 0.3);
-  EXPECT_EQ(strains.von_mises.values, std::vector<float>(5, 0.0F));
-}
-
 TEST(Strains, AreWrittenOnRequest) {
   if (!have_images()) {
     test::expect_run(2, "run square --size 20 --strains", HasSubstr("needs image support"));
