@@ -80,7 +80,6 @@ TEST_F(ImageFiles, ResamplingKeepsTheAspectRatio) {
   const auto halved = read_scalar(file, {.slice = {}, .size = Extent{2, 1}});
   EXPECT_EQ(halved.spacing, 2.0);
   EXPECT_EQ(halved.pixels.values, (std::vector<float>{3.5F, 5.5F}));
-  expect_refusal([&] { (void)read_scalar(file, {.slice = {}, .size = Extent{0, 3}}); }, "0 x 3");
 }
 
 TEST_F(ImageFiles, PixelsMustBeSquareAndUpright) {
@@ -171,7 +170,7 @@ TEST_F(ImageFiles, PicturesAreRoundedAndClampedAndMagnitudesGetBrighter) {
 
 TEST_F(ImageFiles, WhatIsNoImageIsRefused) {
   expect_refusal([&] { (void)read_scalar(path("gone.png")); }, "there is no such file");
-  expect_refusal([&] { (void)read_scalar(path("")); }, "not a file");
+  expect_refusal([&] { (void)read_scalar(path("")); }, "it is a folder");
   for (const auto* name : {"a.png", "a.nrrd", "a.nii", "a.nii.gz", "a.mha", "a.jpg", "a.tif", "a"}) {
     for (const auto* text : {"This is no image.\n", ""}) {
       const auto file = write(name, text);

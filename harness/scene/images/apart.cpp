@@ -2,6 +2,7 @@
 #include "harness/scene/images/pixels.hpp"
 
 #include "backends/shared/subprocess.hpp"
+#include "harness/scene/file_input.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -41,19 +43,6 @@ std::atomic<bool>& reads_apart() {
 /// Copied from one process to the other as it is.
 static_assert(std::is_trivially_copyable_v<Geometry>);
 
-/// Writes all `bytes`. False where that is impossible.
-bool write_all(int descriptor, const char* bytes, std::size_t count) {
-  while (count > 0) {
-    const ssize_t written = write(descriptor, bytes, count);
-    if (written <= 0) {
-      return false;
-    }
-    bytes += written;
-    count -= static_cast<std::size_t>(written);
-  }
-  return true;
-}
-
 /// How long reading this file may keep a processor busy. The time that others take on the machine does not
 /// count.
 rlim_t processor_seconds(const std::filesystem::path& file) {
@@ -64,25 +53,24 @@ rlim_t processor_seconds(const std::filesystem::path& file) {
 
 /// The process that was started to read `file`.
 [[noreturn]] void answer(const std::filesystem::path& file) {
-  const int output = dup(STDOUT_FILENO);
+  std::FILE* const output = fdopen(dup(STDOUT_FILENO), "wb");
   dup2(STDERR_FILENO, STDOUT_FILENO); // what libraries print
-  if (ftruncate(STDERR_FILENO, 0) != 0 || lseek(STDERR_FILENO, 0, SEEK_SET) != 0) {
+  if (output == nullptr || ftruncate(STDERR_FILENO, 0) != 0 || lseek(STDERR_FILENO, 0, SEEK_SET) != 0) {
     std::_Exit(EXIT_FAILURE); // what was printed before this is not about the file
   }
   const rlim_t seconds = processor_seconds(file);
   const rlimit limit{seconds, seconds + 1};
   setrlimit(RLIMIT_CPU, &limit);
+  int status = has_read;
   try {
     const Pixels pixels = images::read_pixels_here(file);
-    const bool written =
-        write_all(output, reinterpret_cast<const char*>(&pixels.geometry), sizeof pixels.geometry) &&
-        write_all(output, reinterpret_cast<const char*>(pixels.values.data()),
-                  pixels.values.size() * sizeof(float));
-    std::_Exit(written ? has_read : EXIT_FAILURE);
+    std::fwrite(&pixels.geometry, sizeof pixels.geometry, 1, output);
+    std::fwrite(pixels.values.data(), sizeof(float), pixels.values.size(), output);
   } catch (const std::exception& error) {
-    const std::string_view words = error.what();
-    std::_Exit(write_all(output, words.data(), words.size()) ? has_refused : EXIT_FAILURE);
+    std::fputs(error.what(), output);
+    status = has_refused;
   }
+  std::_Exit(std::ferror(output) == 0 && std::fclose(output) == 0 ? status : EXIT_FAILURE);
 }
 
 /// What libraries printed about the file, the beginning of it, as one line of printable characters. libtiff
@@ -100,22 +88,6 @@ std::string complaint_of(const std::string& text) {
   std::ranges::replace_if(
       all, [](char c) { return c < ' ' || c > '~'; }, '?');
   return all.substr(0, most);
-}
-
-/// ITK reports a folder and a missing file as an unknown format.
-void require_file(const std::filesystem::path& file) {
-  std::error_code error;
-  const auto status = std::filesystem::status(file, error);
-  if (!std::filesystem::exists(status)) {
-    throw MissingFile(fmt::format("cannot read the image {}: there is no such file", file.string()));
-  }
-  if (!std::filesystem::is_regular_file(status)) {
-    throw InputError(fmt::format("cannot read the image {}: it is not a file", file.string()));
-  }
-  if (!std::ifstream(file)) {
-    throw InputError(
-        fmt::format("cannot read the image {}: it may not be opened (permission denied)", file.string()));
-  }
 }
 
 Pixels read_apart(const std::filesystem::path& file) {
@@ -163,7 +135,7 @@ void read_images_apart(int argc, const char* const* argv) {
 }
 
 Pixels images::read_pixels(const std::filesystem::path& file) {
-  require_file(file);
+  require_regular_file(file); // ITK reports a folder and a missing file as an unknown format
   return reads_apart() ? read_apart(file) : read_pixels_here(file);
 }
 

@@ -5,6 +5,8 @@
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
+#include <itkBinaryFillholeImageFilter.h>
+#include <itkBinaryShapeKeepNObjectsImageFilter.h>
 #include <itkHistogram.h>
 #include <itkOrientImageFilter.h>
 #include <itkOtsuMultipleThresholdsCalculator.h>
@@ -13,14 +15,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <utility>
+#include <span>
 #include <vector>
 
 namespace hdmbench {
 
 namespace {
-
-constexpr int most_classes = 4; // multi-Otsu tries every combination of thresholds
 
 InputError unusable(const std::filesystem::path& file, std::string_view why) {
   return InputError(fmt::format("cannot take a brain from the image {}: {}", file.string(), why));
@@ -36,8 +36,8 @@ struct Native {
 
 using Volume = itk::Image<float, 3>;
 
-/// Right to left, anterior to posterior, inferior to superior.
-Volume::Pointer read_volume(const std::filesystem::path& file) {
+/// Columns, rows and slices follow each other as `orientation` has them.
+Volume::Pointer read_volume(const std::filesystem::path& file, Orientation orientation) {
   const auto [geometry, values] = images::read_pixels(file);
   if (geometry.components != 1) {
     throw unusable(file, fmt::format("it has {} components per pixel, 1 is expected", geometry.components));
@@ -57,92 +57,61 @@ Volume::Pointer read_volume(const std::filesystem::path& file) {
   volume->SetDirection(direction);
   volume->Allocate();
   std::ranges::copy(values, volume->GetBufferPointer());
+  using Order = itk::SpatialOrientation::ValidCoordinateOrientationFlags; // from right, front, below, ...
+  constexpr std::array orders{Order::ITK_COORDINATE_ORIENTATION_RAI, Order::ITK_COORDINATE_ORIENTATION_RSA,
+                              Order::ITK_COORDINATE_ORIENTATION_ASR};
   const auto orient = itk::OrientImageFilter<Volume, Volume>::New();
   orient->SetInput(volume);
   orient->UseImageDirectionOn();
-  orient->SetDesiredCoordinateOrientationToAxial();
+  orient->SetDesiredCoordinateOrientation(orders.at(static_cast<std::size_t>(orientation)));
   orient->Update();
   return orient->GetOutput();
 }
 
-/// Axes of a volume as read_volume gives it: of columns, of rows (the third of them from above) and of
-/// slices.
-std::array<unsigned, 3> axes_of(Orientation orientation) {
-  switch (orientation) {
-  case Orientation::coronal:
-    return {0, 2, 1};
-  case Orientation::sagittal:
-    return {1, 2, 0};
-  default:
-    return {0, 1, 2};
-  }
-}
-
-Placement placement_of(const Volume& volume, Orientation orientation, int slice) {
-  const auto axes = axes_of(orientation);
-  Volume::IndexType at = volume.GetLargestPossibleRegion().GetIndex();
-  at[axes[2]] += slice;
-  const bool from_above = axes[1] == 2;
-  if (from_above) {
-    at[2] += static_cast<itk::IndexValueType>(volume.GetLargestPossibleRegion().GetSize()[2]) - 1;
-  }
-  const auto origin = volume.TransformIndexToPhysicalPoint<double>(at);
-  Placement placement{.thickness = volume.GetSpacing()[axes[2]]};
-  for (unsigned row = 0; row < 3; ++row) {
-    placement.origin[row] = origin[row];
-    for (unsigned axis = 0; axis < 3; ++axis) {
-      const double component = volume.GetDirection()(row, axes[axis]);
-      placement.axes[axis][row] = axis == 1 && from_above ? -component : component;
-    }
-  }
-  return placement;
-}
-
-Native slice_of(const Volume& volume, Orientation orientation, int slice) {
-  const auto size = volume.GetLargestPossibleRegion().GetSize();
-  const auto [across, down, through] = axes_of(orientation);
-  Native native;
-  native.intensity = ScalarField({static_cast<int>(size[across]), static_cast<int>(size[down])});
-  native.spacing_x = volume.GetSpacing()[across];
-  native.spacing_y = volume.GetSpacing()[down];
-  native.placement = placement_of(volume, orientation, slice);
-  const Extent extent = native.intensity.extent;
-  for_each_site(extent, [&](int x, int y) {
-    Volume::IndexType at = volume.GetLargestPossibleRegion().GetIndex();
-    at[across] += x;
-    at[down] += down == 2 ? extent.height - 1 - y : y;
-    at[through] += slice;
-    native.intensity.values[extent.index(x, y)] = volume.GetPixel(at);
-  });
-  return native;
-}
-
-/// The slice with the most pixels above 0.
-int fullest_slice(const Volume& volume, Orientation orientation, int slices) {
-  std::vector<std::ptrdiff_t> counts;
-  for (int slice = 0; slice < slices; ++slice) {
-    counts.push_back(std::ranges::count_if(slice_of(volume, orientation, slice).intensity.values,
-                                           [](float value) { return value > 0.0F; }));
-  }
-  return static_cast<int>(std::ranges::max_element(counts) - counts.begin());
-}
-
+/// Without `wanted`, the slice with the most pixels above 0.
 Native read_slice(const std::filesystem::path& file, Orientation orientation, std::optional<int> wanted) {
-  const auto volume = read_volume(file);
+  const auto volume = read_volume(file, orientation);
+  const auto region = volume->GetLargestPossibleRegion();
+  const Extent extent{static_cast<int>(region.GetSize()[0]), static_cast<int>(region.GetSize()[1])};
+  const auto slices = static_cast<int>(region.GetSize()[2]);
+  const auto values_of = [&](int slice) {
+    return std::span(volume->GetBufferPointer() + static_cast<std::size_t>(slice) * extent.sites(),
+                     extent.sites());
+  };
+  const auto is_tissue = [](float value) { return value > 0.0F; };
+  int slice = wanted.value_or(0);
+  if (!wanted) {
+    std::vector<std::ptrdiff_t> counts;
+    for (int at = 0; at < slices; ++at) {
+      counts.push_back(std::ranges::count_if(values_of(at), is_tissue));
+    }
+    slice = static_cast<int>(std::ranges::max_element(counts) - counts.begin());
+  }
   const auto name = orientation_names[static_cast<std::size_t>(orientation)];
-  const auto slices = static_cast<int>(volume->GetLargestPossibleRegion().GetSize()[axes_of(orientation)[2]]);
-  const int slice = wanted ? *wanted : fullest_slice(*volume, orientation, slices);
   if (slice < 0 || slice >= slices) {
     constexpr std::array first{"below", "the front", "the patient's right"};
     throw unusable(file, fmt::format("there is no {} slice {}, it has the slices 0 ... {} from {}", name,
                                      slice, slices - 1, first[static_cast<std::size_t>(orientation)]));
   }
-  Native native = slice_of(*volume, orientation, slice);
+  Native native{.intensity = ScalarField(extent),
+                .spacing_x = volume->GetSpacing()[0],
+                .spacing_y = volume->GetSpacing()[1],
+                .placement = {.thickness = volume->GetSpacing()[2]}};
+  std::ranges::copy(values_of(slice), native.intensity.values.begin());
   if (!std::ranges::all_of(native.intensity.values, [](float value) { return std::isfinite(value); })) {
     throw unusable(file, fmt::format("{} slice {} has values that are not finite", name, slice));
   }
-  if (std::ranges::none_of(native.intensity.values, [](float value) { return value > 0.0F; })) {
+  if (std::ranges::none_of(native.intensity.values, is_tissue)) {
     throw unusable(file, fmt::format("{} slice {} has no pixel > 0", name, slice));
+  }
+  Volume::IndexType at = region.GetIndex();
+  at[2] += slice;
+  const auto origin = volume->TransformIndexToPhysicalPoint<double>(at);
+  for (unsigned row = 0; row < 3; ++row) {
+    native.placement.origin[row] = origin[row];
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      native.placement.axes[axis][row] = volume->GetDirection()(row, axis);
+    }
   }
   return native;
 }
@@ -150,49 +119,24 @@ Native read_slice(const std::filesystem::path& file, Orientation orientation, st
 /// The largest part of what is > `threshold`, connected by sides, its holes filled: 1 inside, 0 outside. All
 /// 0 if there is none.
 ScalarField largest_part(const ScalarField& field, float threshold) {
-  const Extent extent = field.extent;
-  std::vector<bool> seen(extent.sites());
-  const auto part_from = [&](std::size_t first, const auto& belongs) {
-    std::vector<std::size_t> part{first};
-    seen[first] = true;
-    for (std::size_t next = 0; next < part.size(); ++next) {
-      const int x = static_cast<int>(part[next] % static_cast<std::size_t>(extent.width));
-      const int y = static_cast<int>(part[next] / static_cast<std::size_t>(extent.width));
-      for (const auto& [dx, dy] : {std::pair{1, 0}, std::pair{-1, 0}, std::pair{0, 1}, std::pair{0, -1}}) {
-        const bool is_site = x + dx >= 0 && x + dx < extent.width && y + dy >= 0 && y + dy < extent.height;
-        const std::size_t site = is_site ? extent.index(x + dx, y + dy) : first;
-        if (!seen[site] && belongs(site)) {
-          seen[site] = true;
-          part.push_back(site);
-        }
-      }
-    }
-    return part;
-  };
-  std::vector<std::size_t> largest;
-  for (std::size_t site = 0; site < extent.sites(); ++site) {
-    const auto is_above = [&](std::size_t other) { return field.values[other] > threshold; };
-    if (!seen[site] && is_above(site)) {
-      std::vector<std::size_t> part = part_from(site, is_above);
-      if (part.size() > largest.size()) {
-        largest = std::move(part);
-      }
-    }
-  }
-  // Outside is what is connected with the border of the image beside it; the rest are holes.
-  seen.assign(extent.sites(), false);
-  for (const std::size_t site : largest) {
-    seen[site] = true;
-  }
-  ScalarField result(extent, 1.0F);
-  for_each_site(extent, [&](int x, int y) {
-    const bool at_border = x == 0 || y == 0 || x == extent.width - 1 || y == extent.height - 1;
-    if (at_border && !seen[extent.index(x, y)]) {
-      for (const std::size_t site : part_from(extent.index(x, y), [](std::size_t) { return true; })) {
-        result.values[site] = 0.0F;
-      }
-    }
-  });
+  using Mask = itk::Image<unsigned char, 2>;
+  const auto mask = Mask::New();
+  mask->SetRegions(Mask::SizeType{static_cast<itk::SizeValueType>(field.extent.width),
+                                  static_cast<itk::SizeValueType>(field.extent.height)});
+  mask->Allocate();
+  std::ranges::transform(field.values, mask->GetBufferPointer(),
+                         [threshold](float value) -> unsigned char { return value > threshold ? 1 : 0; });
+  const auto largest = itk::BinaryShapeKeepNObjectsImageFilter<Mask>::New();
+  largest->SetInput(mask);
+  largest->SetForegroundValue(1);
+  largest->SetNumberOfObjects(1);
+  largest->SetAttribute("NumberOfPixels");
+  const auto filled = itk::BinaryFillholeImageFilter<Mask>::New();
+  filled->SetInput(largest->GetOutput());
+  filled->SetForegroundValue(1);
+  filled->Update();
+  ScalarField result(field.extent);
+  std::copy_n(filled->GetOutput()->GetBufferPointer(), result.values.size(), result.values.begin());
   return result;
 }
 
@@ -256,16 +200,6 @@ std::vector<double> otsu_thresholds(const ScalarField& intensity, const ScalarFi
 
 BrainSlice read_brain(const std::filesystem::path& file, std::optional<int> slice, int classes, double margin,
                       Extent size, Orientation orientation) {
-  if (classes < 1 || classes > most_classes) {
-    throw unusable(file, fmt::format("{} tissue classes, there may be 1 to {}", classes, most_classes));
-  }
-  if (!(margin >= 0.0 && margin < 0.5)) {
-    throw unusable(file,
-                   fmt::format("a margin of {} of the shorter side, it must be >= 0 and < 0.5", margin));
-  }
-  if (size.width < 1 || size.height < 1) {
-    throw unusable(file, fmt::format("a grid of {} x {} pixels", size.width, size.height));
-  }
   try {
     const Native native = read_slice(file, orientation, slice);
     const ScalarField native_mask = largest_part(native.intensity, 0.0F);
@@ -288,13 +222,9 @@ BrainSlice read_brain(const std::filesystem::path& file, std::optional<int> slic
     brain.placement = native.placement.moved(native_x(0) * native.spacing_x, native_y(0) * native.spacing_y);
     const auto sample = [&](const ScalarField& field) {
       ScalarField result(size);
-      for (int row = 0; row < size.height; ++row) {
-        const double y = native_y(row);
-        for (int column = 0; column < size.width; ++column) {
-          const double x = native_x(column);
-          result.values[size.index(column, row)] = images::linear_at(field, x, y);
-        }
-      }
+      for_each_site(size, [&](int column, int row) {
+        result.values[size.index(column, row)] = images::linear_at(field, native_x(column), native_y(row));
+      });
       return result;
     };
     const ScalarField mask = largest_part(sample(native_mask), 0.5F);

@@ -1,11 +1,13 @@
 #include "harness/scene/images/pixels.hpp"
 
 #include "harness/scene/file_input.hpp"
+#include "harness/scene/file_output.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 #include <itkImageFileReader.h>
 #include <itkJPEGImageIO.h>
+#include <itkMetaDataObject.h>
 #include <itkMetaImageIO.h>
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
@@ -13,12 +15,10 @@
 #include <itkTIFFImageIO.h>
 #include <itkVectorImage.h>
 #include <nifti1_io.h>
+#include <sys/resource.h>
 #include <zlib.h>
 
-#include <algorithm>
 #include <fstream>
-#include <iterator>
-#include <memory>
 #include <new>
 #include <sstream>
 #include <string_view>
@@ -36,58 +36,23 @@ InputError damaged(const std::filesystem::path& file, std::string_view how) {
   return unreadable(file, fmt::format("it is damaged or cut short: {}", how));
 }
 
+InputError unwritable(const std::filesystem::path& file, std::string_view why) {
+  return InputError(fmt::format("cannot write the image {}: {}", file.string(), why));
+}
+
 /// Whether a NRRD header says that the pixels are in other files. Throws InputError where this header or that
 /// of a MetaImage names a pipe: opening it would wait for someone who writes to it.
 bool has_pixels_apart(const std::filesystem::path& file) {
-  constexpr std::streamsize longest_header = 1 << 16;
-  std::string header(longest_header, '\0');
-  std::ifstream stream(file, std::ios::binary);
-  stream.read(header.data(), longest_header);
-  header.resize(static_cast<std::size_t>(stream.gcount()));
-  std::istringstream lines(header);
-  bool apart = false;
-  for (std::string line; std::getline(lines, line);) {
-    line.erase(line.find_last_not_of(" \t\r") + 1);
-    const auto name = line.find_first_not_of(" \t", line.find_first_of(":=") + 1);
+  std::string header(1U << 13U, '\0');
+  std::ifstream(file, std::ios::binary).read(header.data(), static_cast<std::streamsize>(header.size()));
+  std::istringstream words(header);
+  for (std::string word; words >> word;) {
     std::error_code ignored;
-    if (name != std::string::npos &&
-        std::filesystem::is_fifo(file.parent_path() / line.substr(name), ignored)) {
-      throw unreadable(file, fmt::format("{} with its pixels is a pipe", line.substr(name)));
-    }
-    apart = apart || line.starts_with("data file:") || line.starts_with("datafile:");
-  }
-  return apart;
-}
-
-bool is_whole_gzip(const std::filesystem::path& file) {
-  const std::unique_ptr<gzFile_s, int (*)(gzFile)> stream(gzopen(file.c_str(), "rb"), gzclose);
-  std::vector<char> block(std::size_t{1} << 20U);
-  int length = 0;
-  do { // to the end, where the checksum stands
-    length = gzread(stream.get(), block.data(), static_cast<unsigned>(block.size()));
-  } while (length > 0);
-  int status = Z_OK;
-  (void)gzerror(stream.get(), &status);
-  return length == 0 && status == Z_OK;
-}
-
-/// For the readers that do not look: NIfTI's for the checksum of a compressed file, and JPEG's, which makes
-/// grey pixels of those that are missing, for the mark at the end.
-void require_whole(const std::filesystem::path& file) {
-  std::array<char, 2> first{};
-  std::ifstream(file, std::ios::binary).read(first.data(), first.size());
-  const std::string_view signature(first.data(), first.size());
-  if (signature == "\x1f\x8b" && !is_whole_gzip(file)) {
-    throw damaged(file, "its compressed bytes cannot be decoded");
-  }
-  if (signature == "\xff\xd8") {
-    const std::string bytes = read_file(file);
-    const auto end = bytes.rfind("\xff\xd9");
-    const auto scan = bytes.rfind("\xff\xda"); // in the bytes of pixels neither of them occurs
-    if (end == std::string::npos || (scan != std::string::npos && scan > end)) {
-      throw damaged(file, "the mark at the end of a JPEG image is missing");
+    if (std::filesystem::is_fifo(file.parent_path() / word, ignored)) {
+      throw unreadable(file, fmt::format("{} with its pixels is a pipe", word));
     }
   }
+  return header.find("\ndata file:") != std::string::npos || header.find("\ndatafile:") != std::string::npos;
 }
 
 /// How many bytes a zlib or gzip stream gives; 0 where it is damaged or ends too early.
@@ -111,6 +76,26 @@ std::uintmax_t inflated_length(std::istream& compressed) {
   }
   inflateEnd(&zlib);
   return status == Z_STREAM_END ? length : 0;
+}
+
+/// For the readers that do not look: NIfTI's for the checksum of a compressed file, and JPEG's, which makes
+/// grey pixels of those that are missing, for the mark at the end.
+void require_whole(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  const int first = stream.get();
+  const int second = stream.get();
+  stream.seekg(0);
+  if (first == 0x1f && second == 0x8b && inflated_length(stream) == 0) {
+    throw damaged(file, "its compressed bytes cannot be decoded");
+  }
+  if (first == 0xff && second == 0xd8) {
+    const std::string bytes = read_file(file);
+    const auto end = bytes.rfind("\xff\xd9");
+    const auto scan = bytes.rfind("\xff\xda"); // in the bytes of pixels neither of them occurs
+    if (end == std::string::npos || (scan != std::string::npos && scan > end)) {
+      throw damaged(file, "the mark at the end of a JPEG image is missing");
+    }
+  }
 }
 
 /// MetaIO does not notice that compressed pixels cannot be decoded, or that pixels in words are missing.
@@ -191,9 +176,9 @@ void require_reasonable(const std::filesystem::path& file, const itk::ImageIOBas
   // More than any of their compressions makes of nothing but zeros. ITK would fill the memory first.
   constexpr double most_values_per_byte = 50000.0;
   const auto bytes = std::filesystem::file_size(file);
-  if ((dynamic_cast<const itk::TIFFImageIO*>(&format) != nullptr ||
-       dynamic_cast<const itk::NrrdImageIO*>(&format) != nullptr) &&
-      !apart && values > most_values_per_byte * static_cast<double>(bytes)) {
+  const bool may_be_short = dynamic_cast<const itk::TIFFImageIO*>(&format) != nullptr ||
+                            dynamic_cast<const itk::NrrdImageIO*>(&format) != nullptr;
+  if (may_be_short && values > most_values_per_byte * static_cast<double>(bytes) && !apart) {
     throw damaged(file, fmt::format("{} bytes for {} values", bytes, values));
   }
 }
@@ -215,6 +200,38 @@ Pixels pixels_of(const Image& image, unsigned axes) {
   }
   pixels.values.assign(image.GetBufferPointer(), image.GetBufferPointer() + pixels.geometry.values());
   return pixels;
+}
+
+itk::ImageIOBase::Pointer format_to_write(const std::filesystem::path& file, bool is_picture) {
+  const std::string extension = file.extension();
+  if (is_picture && extension == ".png") {
+    return itk::PNGImageIO::New().GetPointer();
+  }
+  if (!is_picture && extension == ".nrrd") {
+    return itk::NrrdImageIO::New().GetPointer();
+  }
+  if (!is_picture && extension == ".mha") {
+    return itk::MetaImageIO::New().GetPointer();
+  }
+  throw unwritable(file, is_picture ? "the name of a picture must end in .png"
+                                    : "the name of a field must end in .nrrd or .mha");
+}
+
+/// Where the disk is full, or a file may not be that large, ITK 5.2 frees memory twice, or reports success.
+void require_space(const std::filesystem::path& file, std::uintmax_t pixel_bytes) {
+  constexpr std::uintmax_t header = 1U << 16U;
+  const std::uintmax_t needed =
+      pixel_bytes + pixel_bytes / 8 + header; // what cannot be compressed grows a little
+  std::error_code error;
+  const auto space = std::filesystem::space(file.parent_path(), error);
+  rlimit limit{};
+  const bool is_limited = getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur < needed;
+  if (is_limited || (!error && space.available < needed)) {
+    throw unwritable(
+        file, fmt::format("{} bytes {}, {} may be needed", is_limited ? limit.rlim_cur : space.available,
+                          is_limited ? "are all that a file may have (ulimit -f)" : "are free on the disk",
+                          needed));
+  }
 }
 
 } // namespace
@@ -257,6 +274,48 @@ Pixels read_pixels_here(const std::filesystem::path& file) {
   } catch (const std::bad_alloc&) {
     throw unreadable(file, "it does not fit into memory");
   }
+}
+
+void write_pixels(const std::filesystem::path& file, const Geometry& geometry, const Values& values,
+                  const Keys& keys) {
+  const bool is_picture = std::holds_alternative<std::vector<unsigned char>>(values);
+  const auto format = format_to_write(file, is_picture);
+  const auto write = [&]<typename Value>(const std::filesystem::path& partial,
+                                         const std::vector<Value>& stored) {
+    require_space(partial, stored.size() * sizeof(Value));
+    const unsigned axes = is_picture ? 2 : 3;
+    format->SetNumberOfDimensions(axes);
+    itk::ImageIORegion region(axes);
+    for (unsigned axis = 0; axis < axes; ++axis) {
+      const auto size = static_cast<itk::SizeValueType>(geometry.size[axis]);
+      const auto& direction = geometry.axes[axis];
+      format->SetDimensions(axis, size);
+      format->SetSpacing(axis, geometry.spacing[axis]);
+      format->SetOrigin(axis, geometry.origin[axis]);
+      format->SetDirection(axis, std::vector(direction.begin(), direction.begin() + axes));
+      region.SetSize(axis, size);
+    }
+    format->SetIORegion(region);
+    format->SetNumberOfComponents(static_cast<unsigned>(geometry.components));
+    format->SetPixelType(geometry.components == 1 ? itk::IOPixelEnum::SCALAR
+                         : is_picture             ? itk::IOPixelEnum::RGB
+                                                  : itk::IOPixelEnum::VECTOR);
+    format->SetComponentType(itk::ImageIOBase::MapPixelType<Value>::CType);
+    for (const auto& [key, text] : keys) {
+      itk::EncapsulateMetaData<std::string>(format->GetMetaDataDictionary(), key, text);
+    }
+    format->SetUseCompression(keys.empty());
+    format->SetFileName(partial.string());
+    format->WriteImageInformation();
+    format->Write(stored.data());
+  };
+  write_atomically(file, [&](const std::filesystem::path& partial) {
+    try {
+      std::visit([&](const auto& stored) { write(partial, stored); }, values);
+    } catch (const itk::ExceptionObject& error) {
+      throw unwritable(file, own_words(error));
+    }
+  });
 }
 
 } // namespace hdmbench::images

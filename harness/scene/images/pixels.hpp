@@ -7,14 +7,18 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string>
+#include <utility>
+#include <variant>
 #include <vector>
 
 namespace itk {
 class ExceptionObject;
 }
 
+/// What needs ITK, and what it gives the rest of this folder.
 namespace hdmbench::images {
 
 /// Where the pixels of a file lie. Up to three axes; a missing one has one pixel, as deep as it is wide.
@@ -48,6 +52,15 @@ struct Pixels {
 /// InputError.
 [[nodiscard]] Pixels read_pixels_here(const std::filesystem::path& file);
 
+/// A picture, labels or numbers: the components of a pixel, then the next pixel of the row.
+using Values = std::variant<std::vector<unsigned char>, std::vector<std::int16_t>, std::vector<float>>;
+using Keys = std::vector<std::pair<std::string, std::string>>;
+
+/// Writes a picture as PNG, everything else as .nrrd or .mha by the file's extension. A file whose header
+/// tells `keys` is not compressed. Written beside the target and renamed. Throws InputError.
+void write_pixels(const std::filesystem::path& file, const Geometry& geometry, const Values& values,
+                  const Keys& keys = {});
+
 /// ITK's message on one line, without the class, the address and the empty lines around it.
 [[nodiscard]] std::string own_words(const itk::ExceptionObject& error);
 
@@ -66,13 +79,6 @@ struct Pixels {
   const double upper = std::lerp(value(left, top), value(right, top), inside_x - left);
   const double lower = std::lerp(value(left, bottom), value(right, bottom), inside_x - left);
   return static_cast<float>(std::lerp(upper, lower, inside_y - top));
-}
-
-/// The pixel whose area a finite position lies in, or the nearest one of the border.
-[[nodiscard]] inline float nearest_at(const ScalarField& field, double x, double y) {
-  const double column = std::clamp(std::floor(x + 0.5), 0.0, field.extent.width - 1.0);
-  const double row = std::clamp(std::floor(y + 0.5), 0.0, field.extent.height - 1.0);
-  return field.values[field.extent.index(static_cast<int>(column), static_cast<int>(row))];
 }
 
 } // namespace hdmbench::images

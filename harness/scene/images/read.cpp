@@ -1,5 +1,6 @@
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/images/pixels.hpp"
+#include "harness/scene/sites.hpp"
 
 #include "kernels/data/input_error.hpp"
 
@@ -24,11 +25,16 @@ InputError unreadable(const std::filesystem::path& file, std::string_view why) {
   return InputError(fmt::format("cannot read the image {}: {}", file.string(), why));
 }
 
-/// One slice of a file, one field per component.
-Image<std::vector<ScalarField>> read_slice(const std::filesystem::path& file, const ReadOptions& options) {
+/// One slice of a file, one field per component: one, or of a vector two or three.
+Image<std::vector<ScalarField>> read_slice(const std::filesystem::path& file, const ReadOptions& options,
+                                           bool is_vector) {
   const std::optional<int> slice = options.slice;
   const images::Pixels pixels = images::read_pixels(file);
   const auto& [size, spacing, origin, axes, components] = pixels.geometry;
+  if (is_vector ? components != 2 && components != 3 : components != 1) {
+    throw unreadable(file, fmt::format("it has {} components per pixel, {} expected", components,
+                                       is_vector ? "2 or 3 are" : "1 is"));
+  }
   const int slices = size[2];
   if (!slice && slices > 1) {
     throw unreadable(file, fmt::format("it is 3-D, choose one of its slices 0 ... {}", slices - 1));
@@ -41,27 +47,26 @@ Image<std::vector<ScalarField>> read_slice(const std::filesystem::path& file, co
     throw unreadable(file, fmt::format("its pixels are {} mm x {} mm, they must be square; resample it",
                                        spacing[0], spacing[1]));
   }
-  Placement placement{.origin = origin, .axes = axes};
-  const auto& [along, down, through] = placement.axes;
-  if (const double cosine = std::inner_product(along.begin(), along.end(), down.begin(), 0.0);
+  if (const double cosine = std::inner_product(axes[0].begin(), axes[0].end(), axes[1].begin(), 0.0);
       !(std::abs(cosine) <= square_tolerance)) {
     throw unreadable(file,
                      fmt::format("its rows and columns are not perpendicular, the cosine between them is "
                                  "{:.3g}; resample it",
                                  cosine));
   }
+  Placement placement{.origin = origin, .axes = axes};
   if (slices > 1 || spacing[2] != spacing[0]) { // else a pixel without a depth of its own
     placement.thickness = spacing[2];
   }
   placement = placement.moved(0.0, 0.0, slice.value_or(0) * spacing[2]);
   const Extent extent{size[0], size[1]};
-  const float* const first =
+  const float* value =
       pixels.values.data() + static_cast<std::size_t>(slice.value_or(0)) * extent.sites() * components;
   Image<std::vector<ScalarField>> result{std::vector(components, ScalarField(extent)),
                                          options.spacing.value_or(spacing[0]), placement};
-  for (std::size_t component = 0; component < components; ++component) {
-    for (std::size_t site = 0; site < extent.sites(); ++site) {
-      result.pixels[component].values[site] = first[site * components + component];
+  for (std::size_t site = 0; site < extent.sites(); ++site) {
+    for (ScalarField& component : result.pixels) {
+      component.values[site] = *value++;
     }
   }
   return result;
@@ -69,14 +74,18 @@ Image<std::vector<ScalarField>> read_slice(const std::filesystem::path& file, co
 
 using Sampler = float (*)(const ScalarField&, double, double);
 
+/// The pixel whose area a finite position lies in, or the nearest one of the border.
+float nearest_at(const ScalarField& field, double x, double y) {
+  const double column = std::clamp(std::floor(x + 0.5), 0.0, field.extent.width - 1.0);
+  const double row = std::clamp(std::floor(y + 0.5), 0.0, field.extent.height - 1.0);
+  return field.values[field.extent.index(static_cast<int>(column), static_cast<int>(row))];
+}
+
 /// Resamples every component to `size`, if it is given.
 void fit(Image<std::vector<ScalarField>>& image, std::optional<Extent> size, Sampler sample_at) {
   const Extent from = image.pixels.front().extent;
   if (!size || *size == from) {
     return;
-  }
-  if (size->width < 1 || size->height < 1) {
-    throw InputError(fmt::format("cannot resample an image to {} x {} pixels", size->width, size->height));
   }
   const double step = std::max(double(from.width) / size->width, double(from.height) / size->height);
   const auto position = [step](int pixel, int count, int of) {
@@ -84,17 +93,15 @@ void fit(Image<std::vector<ScalarField>>& image, std::optional<Extent> size, Sam
   };
   for (ScalarField& component : image.pixels) {
     ScalarField resampled(*size);
-    for (int row = 0; row < size->height; ++row) {
+    for_each_site(*size, [&](int column, int row) {
+      const double x = position(column, size->width, from.width);
       const double y = position(row, size->height, from.height);
-      for (int column = 0; column < size->width; ++column) {
-        const double x = position(column, size->width, from.width);
-        if (x >= -0.5 && x <= from.width - 0.5 && y >= -0.5 && y <= from.height - 0.5) {
-          resampled.values[size->index(column, row)] = sample_at(component, x, y);
-        } else {
-          image.padded = true;
-        }
+      if (x >= -0.5 && x <= from.width - 0.5 && y >= -0.5 && y <= from.height - 0.5) {
+        resampled.values[size->index(column, row)] = sample_at(component, x, y);
+      } else {
+        image.padded = true;
       }
-    }
+    });
     component = std::move(resampled);
   }
   image.placement = image.placement.moved(image.spacing * position(0, size->width, from.width),
@@ -102,24 +109,10 @@ void fit(Image<std::vector<ScalarField>>& image, std::optional<Extent> size, Sam
   image.spacing *= step;
 }
 
-void require_one_component(const std::filesystem::path& file, std::size_t components) {
-  if (components != 1) {
-    throw unreadable(file,
-                     fmt::format("it has {} components per pixel (colour?), 1 is expected", components));
-  }
-}
-
-void require_vectors(const std::filesystem::path& file, std::size_t components) {
-  if (components != 2 && components != 3) {
-    throw unreadable(file, fmt::format("it has {} component(s) per pixel, a vector has 2 or 3", components));
-  }
-}
-
 } // namespace
 
 Image<LabelField> read_labels(const std::filesystem::path& file, const ReadOptions& options) {
-  auto image = read_slice(file, options);
-  require_one_component(file, image.pixels.size());
+  auto image = read_slice(file, options, false);
   const ScalarField& stored = image.pixels.front();
   const auto wrong = std::ranges::find_if_not(stored.values, [](float value) {
     return std::abs(value) <= largest_label && value == std::floor(value);
@@ -130,7 +123,7 @@ Image<LabelField> read_labels(const std::filesystem::path& file, const ReadOptio
         file, fmt::format("the pixel at x = {}, y = {} is {}, labels are integers of magnitude up to {}",
                           site % stored.extent.width, site / stored.extent.width, *wrong, largest_label));
   }
-  fit(image, options.size, images::nearest_at);
+  fit(image, options.size, nearest_at);
   const ScalarField& fitted = image.pixels.front();
   LabelField labels{fitted.extent, std::vector<int>(fitted.values.size())};
   std::ranges::transform(fitted.values, labels.values.begin(),
@@ -139,15 +132,13 @@ Image<LabelField> read_labels(const std::filesystem::path& file, const ReadOptio
 }
 
 Image<ScalarField> read_scalar(const std::filesystem::path& file, const ReadOptions& options) {
-  auto image = read_slice(file, options);
-  require_one_component(file, image.pixels.size());
+  auto image = read_slice(file, options, false);
   fit(image, options.size, images::linear_at);
   return {std::move(image.pixels.front()), image.spacing, image.placement, image.padded};
 }
 
 Image<VectorField> read_vector(const std::filesystem::path& file, const ReadOptions& options) {
-  auto image = read_slice(file, options);
-  require_vectors(file, image.pixels.size());
+  auto image = read_slice(file, options, true);
   fit(image, options.size, images::linear_at);
   VectorField field;
   field.extent = image.pixels[0].extent;
@@ -157,8 +148,7 @@ Image<VectorField> read_vector(const std::filesystem::path& file, const ReadOpti
 }
 
 Image<VectorField> read_displacement(const std::filesystem::path& file) {
-  auto image = read_slice(file, {});
-  require_vectors(file, image.pixels.size());
+  const auto image = read_slice(file, {}, true);
   Image<VectorField> result{VectorField(image.pixels[0].extent), image.spacing, image.placement};
   const auto& axes = image.placement.axes;
   for (std::size_t site = 0; site < result.pixels.x.size(); ++site) {
