@@ -420,7 +420,7 @@ labels.nrrd" -> labels.nrrd"\ntarget = "target.nrrd" | give both images or none
 labels.nrrd" -> labels.nrrd"\nlabel = 3 | label is not a key of scene files here; did you mean labels?
 labels.nrrd" -> labels.nrrd"\ntargets = "target.nrrd"\nconfidence = "confidence.nrrd" | did you mean target?
 labels.nrrd" -> labels.nrrd"\ntarget = "target.nrrd"\ndeviation = "confidence.nrrd" | deviation has no effect
-[[tissue]] -> spacing = 0\n[[tissue]] | spacing must be positive
+[[tissue]] -> spacing = 0\n[[tissue]] | spacing is 0, it must be positive
 )",
                        "run scene.toml", "scene.toml",
                        R"([[tissue]]

@@ -1,8 +1,8 @@
 #include "harness/scene/scene_content.hpp"
 
 #include "harness/scene/outline.hpp"
+#include "harness/scene/sites.hpp"
 #include "kernels/data/elastic/springs.hpp"
-#include "kernels/data/input_error.hpp"
 
 #include <algorithm>
 #include <array>
@@ -17,45 +17,38 @@ enum class Where { left, right, top, bottom, border, outside };
 constexpr std::array<std::string_view, 6> places{"left", "right", "top", "bottom", "border", "outside"};
 
 struct Condition {
-  Where where;
-  std::optional<double> dx;
-  std::optional<double> dy;
-  std::optional<double> outward;
+  Where where{};
+  std::optional<double> dx{};
+  std::optional<double> dy{};
+  std::optional<double> outward{};
   double closing = 0.0; ///< fraction of the image's shorter side
-  float confidence = 1.0F;
+  double confidence = 1.0;
 };
 
 Condition read_condition(TomlReader& table, EnergyModel energy) {
+  Condition condition;
   if (!table.has("where")) {
     table.fail("where", "is missing: left, right, top, bottom, border or outside");
   }
-  Condition condition{.where = static_cast<Where>(table.choice("where", places, 0)),
-                      .dx = table.optional_number("dx"),
-                      .dy = table.optional_number("dy"),
-                      .outward = table.optional_number("outward"),
-                      .closing = table.number("closing", 0.0),
-                      .confidence = static_cast<float>(table.number("confidence", 1.0))};
-  table.refuse_unless(energy == EnergyModel::elastic, "deviation");
-  if (const std::optional<double> deviation = table.optional_number("deviation")) {
-    if (table.has("confidence")) {
+  table.read("where", places, condition.where);
+  for (const auto& [key, value] : {std::pair{"dx", &condition.dx}, std::pair{"dy", &condition.dy},
+                                   std::pair{"outward", &condition.outward}}) {
+    table.read(key, *value);
+    require_possible_displacement(table, key, value->value_or(0.0));
+  }
+  table.read("confidence", condition.confidence);
+  if (condition.where == Where::outside) {
+    table.read("closing", condition.closing);
+  }
+  if (std::optional<double> deviation; energy == EnergyModel::elastic) {
+    table.read("deviation", deviation);
+    if (deviation && table.has("confidence")) {
       table.fail("deviation", "cannot stand beside confidence");
     }
-    if (!(*deviation >= 0.0)) {
-      table.fail("deviation", "must be at least 0 (pixels)");
-    }
-    condition.confidence = confidence_of_deviation(*deviation);
+    condition.confidence =
+        deviation ? static_cast<double>(confidence_of_deviation(*deviation)) : condition.confidence;
   }
   table.finish();
-  require_possible_displacement(table, "dx", condition.dx.value_or(0.0));
-  require_possible_displacement(table, "dy", condition.dy.value_or(0.0));
-  require_possible_displacement(table, "outward", condition.outward.value_or(0.0));
-  if (!(condition.confidence >= 0.0F && condition.confidence <= 1.0F)) {
-    table.fail("confidence", "must be within 0 ... 1");
-  }
-  if (!(condition.closing >= 0.0 && condition.closing < 1.0)) {
-    table.fail("closing", "must be at least 0 and below 1 (a fraction of the image)");
-  }
-  table.refuse_unless(condition.where == Where::outside, "closing");
   if (!condition.dx && !condition.dy && !condition.outward) {
     table.fail("where", "has no displacement beside it: give dx, dy or outward");
   }
@@ -67,36 +60,15 @@ Condition read_condition(TomlReader& table, EnergyModel energy) {
 
 void set(const Condition& condition, std::size_t site, std::optional<double> dx, std::optional<double> dy,
          Level& level) {
+  const auto confidence = static_cast<float>(condition.confidence);
   if (dx) {
     level.target.x[site] = static_cast<float>(*dx);
-    level.confidence.x[site] = condition.confidence;
+    level.confidence.x[site] = confidence;
   }
   if (dy) {
     level.target.y[site] = static_cast<float>(*dy);
-    level.confidence.y[site] = condition.confidence;
+    level.confidence.y[site] = confidence;
   }
-}
-
-bool is_at(Where where, int x, int y, Extent extent) {
-  const bool left = x == 0;
-  const bool right = x == extent.width - 1;
-  const bool top = y == 0;
-  const bool bottom = y == extent.height - 1;
-  switch (where) {
-  case Where::left:
-    return left;
-  case Where::right:
-    return right;
-  case Where::top:
-    return top;
-  case Where::bottom:
-    return bottom;
-  case Where::border:
-    return left || right || top || bottom;
-  case Where::outside:
-    return false;
-  }
-  return false;
 }
 
 /// On one side, or away from the image centre by `outward` pixels.
@@ -104,22 +76,28 @@ void apply_on_border(const Condition& condition, Level& level) {
   const Extent extent = level.extent;
   const double centre_x = 0.5 * (extent.width - 1);
   const double centre_y = 0.5 * (extent.height - 1);
-  for (int y = 0; y < extent.height; ++y) {
-    const bool whole_row = y == 0 || y == extent.height - 1;
-    for (int x = 0; x < extent.width; ++x) {
-      if (!is_at(condition.where, x, y, extent)) {
-        x = whole_row ? x : std::max(x, extent.width - 2);
-        continue;
-      }
-      const std::size_t site = extent.index(x, y);
-      if (condition.outward) {
-        const double distance = std::hypot(x - centre_x, y - centre_y);
-        const double scale = distance > 0.0 ? *condition.outward / distance : 0.0;
-        set(condition, site, (x - centre_x) * scale, (y - centre_y) * scale, level);
-      } else {
-        set(condition, site, condition.dx, condition.dy, level);
-      }
+  const auto apply = [&](int x, int y) {
+    const std::size_t site = extent.index(x, y);
+    if (condition.outward) {
+      const double distance = std::hypot(x - centre_x, y - centre_y);
+      const double scale = distance > 0.0 ? *condition.outward / distance : 0.0;
+      set(condition, site, (x - centre_x) * scale, (y - centre_y) * scale, level);
+    } else {
+      set(condition, site, condition.dx, condition.dy, level);
     }
+  };
+  const auto is_at = [&](Where side) { return condition.where == side || condition.where == Where::border; };
+  for (int y = 0; y < extent.height && is_at(Where::left); ++y) {
+    apply(0, y);
+  }
+  for (int y = 0; y < extent.height && is_at(Where::right); ++y) {
+    apply(extent.width - 1, y);
+  }
+  for (int x = 0; x < extent.width && is_at(Where::top); ++x) {
+    apply(x, 0);
+  }
+  for (int x = 0; x < extent.width && is_at(Where::bottom); ++x) {
+    apply(x, extent.height - 1);
   }
 }
 
@@ -159,21 +137,19 @@ void apply_outside(TomlReader& scene, const Condition& condition, const LabelFie
                "where = \"outside\": every pixel has label 0, so there is no outline to move outward");
   }
   const Outline outline = find_outline(inside, extent);
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      const auto site = extent.index(x, y);
-      if (inside[site]) {
-        continue;
-      }
-      const double nx = static_cast<double>(outline.normal.x[site]);
-      const double ny = static_cast<double>(outline.normal.y[site]);
-      const double from_outline = std::max(0.0, static_cast<double>(outline.distance.values[site]));
-      const double to_border = distance_to_border(x, y, nx, ny, extent);
-      const double path = from_outline + to_border;
-      const double length = path > 0.0 ? *condition.outward * to_border / path : 0.0;
-      set(condition, site, nx * length, ny * length, level);
+  for_each_site(extent, [&](int x, int y) {
+    const auto site = extent.index(x, y);
+    if (inside[site]) {
+      return;
     }
-  }
+    const double nx = static_cast<double>(outline.normal.x[site]);
+    const double ny = static_cast<double>(outline.normal.y[site]);
+    const double from_outline = std::max(0.0, static_cast<double>(outline.distance.values[site]));
+    const double to_border = distance_to_border(x, y, nx, ny, extent);
+    const double path = from_outline + to_border;
+    const double length = path > 0.0 ? *condition.outward * to_border / path : 0.0;
+    set(condition, site, nx * length, ny * length, level);
+  });
 }
 
 } // namespace

@@ -3,7 +3,6 @@
 #include "harness/scene/sites.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -11,80 +10,56 @@ namespace hdmbench {
 
 namespace {
 
-/// Walks one row or column of a planar array.
-struct Line {
-  double* first;
-  std::ptrdiff_t stride;
-  int count;
-
-  double& operator[](int i) const { return first[stride * i]; }
-};
-
 /// Replaces f by the lower envelope of the parabolas f(q) + (p - q)^2.
-class LowerEnvelope {
-public:
-  void apply(const Line& line) {
-    const auto count = static_cast<std::size_t>(line.count);
-    values_.resize(count);
-    apex_.resize(count);
-    from_.resize(count + 1);
-    for (int q = 0; q < line.count; ++q) {
-      values_[static_cast<std::size_t>(q)] = line[q];
+void take_lower_envelope(std::vector<double>& f) {
+  const auto crossing = [&](std::size_t q, std::size_t r) {
+    const auto p = static_cast<double>(q);
+    const auto o = static_cast<double>(r);
+    return ((f[q] + p * p) - (f[r] + o * o)) / (2.0 * (p - o));
+  };
+  std::vector<std::size_t> apexes{0};
+  std::vector<double> from{-std::numeric_limits<double>::infinity()};
+  for (std::size_t q = 1; q < f.size(); ++q) {
+    while (apexes.size() > 1 && crossing(q, apexes.back()) <= from.back()) {
+      apexes.pop_back();
+      from.pop_back();
     }
-    std::size_t last = 0;
-    apex_[0] = 0;
-    from_[0] = -std::numeric_limits<double>::infinity();
-    for (int q = 1; q < line.count; ++q) {
-      double crossing = intersect(q, apex_[last]);
-      while (last > 0 && crossing <= from_[last]) {
-        --last;
-        crossing = intersect(q, apex_[last]);
-      }
-      ++last;
-      apex_[last] = q;
-      from_[last] = crossing;
-    }
-    const std::size_t parabolas = last + 1;
-    std::size_t k = 0;
-    for (int p = 0; p < line.count; ++p) {
-      while (k + 1 < parabolas && from_[k + 1] < p) {
-        ++k;
-      }
-      const double offset = p - apex_[k];
-      line[p] = values_[static_cast<std::size_t>(apex_[k])] + offset * offset;
-    }
+    from.push_back(crossing(q, apexes.back()));
+    apexes.push_back(q);
   }
-
-private:
-  [[nodiscard]] double intersect(int q, int r) const {
-    const double fq = values_[static_cast<std::size_t>(q)] + static_cast<double>(q) * q;
-    const double fr = values_[static_cast<std::size_t>(r)] + static_cast<double>(r) * r;
-    return (fq - fr) / (2.0 * (q - r));
+  const std::vector<double> values = f;
+  std::size_t k = 0;
+  for (std::size_t p = 0; p < f.size(); ++p) {
+    while (k + 1 < from.size() && from[k + 1] < static_cast<double>(p)) {
+      ++k;
+    }
+    const double offset = static_cast<double>(p) - static_cast<double>(apexes[k]);
+    f[p] = values[apexes[k]] + offset * offset;
   }
-
-  std::vector<double> values_;
-  std::vector<int> apex_;
-  std::vector<double> from_;
-};
+}
 
 /// Squared distance of every site to the nearest one with the flag `wanted`.
 std::vector<double> squared_distance(const std::vector<bool>& flags, bool wanted, Extent extent) {
   // Far beyond any distance in an image, small enough to be squared and added to without loss that matters.
   constexpr double far = 1e12;
   std::vector<double> distance(extent.sites());
-  for (std::size_t i = 0; i < distance.size(); ++i) {
-    distance[i] = flags[i] == wanted ? 0.0 : far;
+  std::ranges::transform(flags, distance.begin(), [&](bool flag) { return flag == wanted ? 0.0 : far; });
+#pragma omp parallel for
+  for (int y = 0; y < extent.height; ++y) {
+    const auto row = distance.begin() + static_cast<std::ptrdiff_t>(extent.index(0, y));
+    std::vector<double> line(row, row + extent.width);
+    take_lower_envelope(line);
+    std::ranges::copy(line, row);
   }
-#pragma omp parallel
-  {
-    LowerEnvelope envelope;
-#pragma omp for
-    for (int y = 0; y < extent.height; ++y) {
-      envelope.apply({distance.data() + extent.index(0, y), 1, extent.width});
+#pragma omp parallel for
+  for (int x = 0; x < extent.width; ++x) {
+    std::vector<double> line(static_cast<std::size_t>(extent.height));
+    for (std::size_t y = 0; y < line.size(); ++y) {
+      line[y] = distance[extent.index(x, static_cast<int>(y))];
     }
-#pragma omp for
-    for (int x = 0; x < extent.width; ++x) {
-      envelope.apply({distance.data() + x, extent.width, extent.height});
+    take_lower_envelope(line);
+    for (std::size_t y = 0; y < line.size(); ++y) {
+      distance[extent.index(x, static_cast<int>(y))] = line[y];
     }
   }
   return distance;
@@ -95,27 +70,19 @@ std::vector<double> smooth(const std::vector<double>& values, Extent extent) {
   std::vector<double> result(values.size());
 #pragma omp parallel for
   for (int y = 0; y < extent.height; ++y) {
-    const auto row = [&](int of) {
-      return values.data() + extent.index(0, std::clamp(of, 0, extent.height - 1));
-    };
-    const std::array<const double*, 3> rows{row(y - 1), row(y), row(y + 1)};
-    double* const to = result.data() + extent.index(0, y);
-    const auto smooth_site = [&](int left, int x, int right) {
+    for (int x = 0; x < extent.width; ++x) {
+      const int left = std::max(x - 1, 0);
+      const int right = std::min(x + 1, extent.width - 1);
       double sum = 0.0;
-      for (std::size_t i = 0; i < 3; ++i) {
-        const double weight = (i == 1 ? 2.0 : 1.0) / 16.0;
-        sum += weight * rows[i][left];
-        sum += 2.0 * weight * rows[i][x];
-        sum += weight * rows[i][right];
+      for (int dy = -1; dy <= 1; ++dy) {
+        const double weight = (dy == 0 ? 2.0 : 1.0) / 16.0;
+        const double* const row = values.data() + extent.index(0, std::clamp(y + dy, 0, extent.height - 1));
+        sum += weight * row[left];
+        sum += 2.0 * weight * row[x];
+        sum += weight * row[right];
       }
-      to[x] = sum;
-    };
-    const int last = extent.width - 1;
-    smooth_site(0, 0, std::min(1, last));
-    for (int x = 1; x < last; ++x) {
-      smooth_site(x - 1, x, x + 1);
+      result[extent.index(x, y)] = sum;
     }
-    smooth_site(std::max(0, last - 1), last, last);
   }
   return result;
 }
@@ -140,16 +107,15 @@ Outline find_outline(const std::vector<bool>& inside, Extent extent) {
     signed_distance = smooth(signed_distance, extent);
   }
   outline.normal = VectorField(extent); // not before: there is less memory in use now
+  const auto at = [&](int x, int y) {
+    return signed_distance[extent.index(std::clamp(x, 0, extent.width - 1),
+                                        std::clamp(y, 0, extent.height - 1))];
+  };
 #pragma omp parallel for
   for (int y = 0; y < extent.height; ++y) {
     for (int x = 0; x < extent.width; ++x) {
-      const auto difference = [&](int dx, int dy) {
-        return signed_distance[extent.index(std::min(x + dx, extent.width - 1),
-                                            std::min(y + dy, extent.height - 1))] -
-               signed_distance[extent.index(std::max(x - dx, 0), std::max(y - dy, 0))];
-      };
-      const double gx = difference(1, 0);
-      const double gy = difference(0, 1);
+      const double gx = at(x + 1, y) - at(x - 1, y);
+      const double gy = at(x, y + 1) - at(x, y - 1);
       const double length = std::hypot(gx, gy);
       if (length > 0.0) {
         const auto i = extent.index(x, y);

@@ -1,11 +1,9 @@
 #include "harness/scene/scene.hpp"
 
-#include "harness/scene/images/images.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/scene_content.hpp"
 #include "harness/scene/toml_reader.hpp"
-#include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -27,27 +25,21 @@ int coarsest_level(const Scene& scene) {
 /// The method with its options, of which it refuses those it does not take.
 void read_method(TomlReader& table, std::optional<StepSet> steps, Scene& scene) {
   MethodOptions options{.steps = std::move(steps)};
-  if (table.has("iterations")) {
-    options.iterations = table.integer("iterations");
+  table.read("iterations", options.iterations);
+  table.read("update", update_names, options.update);
+  table.read("relaxation", options.relaxation);
+  table.read("seed", options.seed);
+  std::optional<std::array<double, 2>> temperatures;
+  table.read("temperatures", temperatures);
+  if (temperatures) {
+    options.cooling = Cooling{.highest = (*temperatures)[0], .lowest = (*temperatures)[1]};
   }
-  if (table.has("update")) {
-    options.update = static_cast<Update>(table.choice("update", update_names, 0));
-  }
-  options.relaxation = table.optional_number("relaxation");
-  if (table.has("temperatures")) {
-    const auto [highest, lowest] = table.pair("temperatures");
-    options.cooling = Cooling{.highest = highest, .lowest = lowest};
-  }
-  if (table.has("seed")) {
-    options.seed = table.integer("seed");
-  }
-  const std::string name = table.text("method", usual_method(scene.energy).name);
-  try {
+  std::string name(usual_method(scene.energy).name);
+  table.read("method", name);
+  table.blame(table.has("method") ? "method" : "iterations", [&] {
     use_method(scene, find_method(name, scene.energy));
     set_options(scene, options);
-  } catch (const InputError& error) {
-    table.fail(table.has("method") ? "method" : "iterations", fmt::format("is wrong: {}", error.what()));
-  }
+  });
 }
 
 /// At another size than the file's own there may be fewer levels: then the coarsest one stands for a start
@@ -55,111 +47,52 @@ void read_method(TomlReader& table, std::optional<StepSet> steps, Scene& scene) 
 void read_schedule(TomlReader& table, std::optional<StepSet> steps, bool at_own_size, Scene& scene) {
   Schedule& schedule = scene.schedule;
   read_method(table, std::move(steps), scene);
-  if (scene.energy == EnergyModel::elastic) { // has no other keys
-    table.finish();
-    return;
-  }
-  schedule.stop = static_cast<Stop>(table.choice("stop", stop_names, 0));
-  table.refuse_unless(schedule.stop == Stop::energy, "epsilon");
-  schedule.epsilon = table.number("epsilon", schedule.epsilon);
-  if (table.has("start_level")) {
-    const int level = table.integer("start_level");
-    try {
-      set_start_level(scene, at_own_size ? level : std::min(level, coarsest_level(scene)));
-    } catch (const InputError& error) {
-      table.fail("start_level", error.what());
+  if (scene.energy == EnergyModel::hdm) { // the other one has no other keys
+    table.read("stop", stop_names, schedule.stop);
+    table.read("alignment", alignment_names, schedule.alignment);
+    std::optional<int> level;
+    table.read("start_level", level);
+    if (level) {
+      table.blame("start_level", [&] {
+        set_start_level(scene, at_own_size ? *level : std::min(*level, coarsest_level(scene)));
+      });
+    }
+    if (schedule.stop == Stop::energy) {
+      table.read("epsilon", schedule.epsilon);
     }
   }
-  schedule.alignment = static_cast<Alignment>(table.choice("alignment", alignment_names, 0));
   table.finish();
 }
 
-std::optional<StepSet> read_steps(TomlReader& scene) {
-  if (!scene.has("steps")) {
-    return std::nullopt;
-  }
-  try {
-    return scene.is_text("steps") ? StepSet::parse(scene.text("steps")) : StepSet(scene.numbers("steps"));
-  } catch (const InputError& error) {
-    scene.fail("steps", error.what());
-  }
-}
-
-void read_weight(TomlReader& reader, Scene& scene) {
+/// Candidates and weights, which the thesis's energy has alone. Returns the candidates.
+std::optional<StepSet> read_numbers_of_hdm(TomlReader& reader, Scene& scene) {
+  std::optional<StepSet> steps;
   ObservationWeight weight;
-  weight.penalty = reader.number("penalty", weight.penalty);
-  weight.prior_weight = reader.number("prior_weight", weight.prior_weight);
-  try {
-    set_weight(scene, weight);
-  } catch (const InputError& error) {
-    reader.fail(reader.has("prior_weight") ? "prior_weight" : "penalty", error.what());
+  std::string_view key = "penalty";
+  if (scene.energy == EnergyModel::hdm) {
+    reader.read("penalty", weight.penalty);
+    reader.read("prior_weight", weight.prior_weight);
+    key = reader.has("prior_weight") ? "prior_weight" : key;
+    if (reader.is_text("steps")) {
+      const auto text = reader.get<std::string>("steps");
+      reader.blame("steps", [&] { steps = StepSet::parse(text); });
+    } else if (reader.has("steps")) {
+      const auto numbers = reader.get<std::vector<float>>("steps");
+      reader.blame("steps", [&] { steps = StepSet(numbers); });
+    }
   }
+  reader.blame(key, [&] { set_weight(scene, weight); });
+  return steps;
 }
 
+/// The file's own where `options` have none.
 std::optional<Extent> read_size(TomlReader& scene, const SceneOptions& options) {
-  std::optional<Extent> size = options.size;
-  if (scene.has("size")) {
-    const auto pair = scene.pair("size");
-    const bool valid = std::ranges::all_of(pair, [](double side) {
-      return side >= 1.0 && side <= 1e6 && side == static_cast<double>(static_cast<int>(side));
-    });
-    if (!valid) {
-      scene.fail("size", "must be two whole numbers >= 1, [width, height]");
-    }
-    if (!size) {
-      size = Extent{static_cast<int>(pair[0]), static_cast<int>(pair[1])};
-    }
+  std::optional<std::array<double, 2>> own;
+  scene.read("size", own);
+  if (options.size || !own) {
+    return options.size;
   }
-  return size;
-}
-
-/// Optional images of target displacement (pixels) and confidence, before the built-in conditions, and of the
-/// displacement to begin with.
-void read_vector_images(TomlReader& image, const Files& file, std::optional<Extent> size, Scene& scene) {
-  Level& full = scene.full;
-  const bool is_elastic = scene.energy == EnergyModel::elastic;
-  const auto read = [&](std::string_view key, VectorField& into) {
-    if (image.has(key)) {
-      Image<VectorField> found = read_vector(file(image.text(key)), {.size = size});
-      require_filled(image, key, found.padded && key == "deviation",
-                     found.pixels.extent); // 0 would be certain
-      into = std::move(found.pixels);
-      require_extent(image, key, into.extent, full.extent);
-    }
-  };
-  image.refuse_unless(is_elastic, "deviation");
-  image.refuse_unless(!is_elastic, "start");
-  const auto require_possible = [&](std::string_view key, const VectorField& displacement) {
-    for (const std::vector<float>* const values : {&displacement.x, &displacement.y}) {
-      for (const float value : *values) {
-        require_possible_displacement(image, key, static_cast<double>(value));
-      }
-    }
-  };
-  if (image.has("target") != (image.has("confidence") || image.has("deviation"))) {
-    image.fail("target", "and confidence (or deviation): give both images or none");
-  }
-  if (image.has("confidence") && image.has("deviation")) {
-    image.fail("deviation", "cannot stand beside confidence");
-  }
-  read("target", full.target);
-  require_possible("target", full.target);
-  read("confidence", full.confidence);
-  if (image.has("deviation")) {
-    read("deviation", full.confidence);
-    for (std::vector<float>* const values : {&full.confidence.x, &full.confidence.y}) {
-      std::ranges::transform(*values, values->begin(), [&](float deviation) {
-        if (deviation < 0.0F || std::isnan(deviation)) {
-          image.fail("deviation", "has a value below 0 (pixels)");
-        }
-        return confidence_of_deviation(static_cast<double>(deviation)); // 0 of an infinite one
-      });
-    }
-  }
-  if (image.has("start")) {
-    read("start", scene.start.emplace());
-    require_possible("start", *scene.start);
-  }
+  return Extent{static_cast<int>((*own)[0]), static_cast<int>((*own)[1])};
 }
 
 /// Whether interpolation between the levels keeps displacements on dyadic grids: all weights are quarters.
@@ -182,7 +115,9 @@ bool interpolates_dyadically(const Scene& scene) {
 /// scene.schedule is there already. At a size that is not the file's own the pyramid may not be exact: then
 /// nothing is declared.
 void read_exact(TomlReader& reader, const SceneOptions& options, Scene& scene) {
-  if (!reader.boolean("exact", false)) {
+  bool is_exact = false;
+  reader.read("exact", is_exact);
+  if (!is_exact) {
     return;
   }
   if (scene.schedule.rule != Rule::steps || scene.full.update == Update::sequential ||
@@ -198,20 +133,14 @@ void read_exact(TomlReader& reader, const SceneOptions& options, Scene& scene) {
   }
 }
 
-Scene build(const toml::table& root, const std::string& name, const std::string& file_name, const Files& file,
-            const SceneOptions& options) {
-  TomlReader reader(root, file_name, "");
+Scene build(const toml::table& root, const SceneText& file, const SceneOptions& options) {
+  TomlReader reader(root, file.file_name, "");
   Scene scene;
-  scene.name = name;
-  scene.title = reader.text("title", name);
-  if (reader.has("energy")) {
-    scene.energy = static_cast<EnergyModel>(reader.choice("energy", energy_names, 0));
-    scene.stated_energy = scene.energy;
-  }
-  reader.refuse_unless(scene.energy == EnergyModel::elastic, "robust");
-  for (const std::string_view key : {"penalty", "prior_weight", "steps"}) {
-    reader.refuse_unless(scene.energy == EnergyModel::hdm, key);
-  }
+  scene.name = file.name;
+  scene.title = file.name;
+  reader.read("title", scene.title);
+  reader.read("energy", energy_names, scene.stated_energy);
+  scene.energy = scene.stated_energy.value_or(EnergyModel::hdm);
   const std::optional<Extent> size = read_size(reader, options);
   if (size) {
     require_memory(*size);
@@ -222,65 +151,51 @@ Scene build(const toml::table& root, const std::string& name, const std::string&
     reader.fail("shape", "tables, [image], [brain] or [random]: a scene needs exactly one of these");
   }
   if (!options.orientation.empty() && !reader.has("brain")) {
-    throw InputError(fmt::format("the scene {} is no [brain]: it has no other orientation", name));
+    throw InputError(fmt::format("the scene {} is no [brain]: it has no other orientation", file.name));
+  }
+  if (!size && !reader.has("image")) {
+    reader.fail("size", "is missing: [width, height]");
   }
   TomlReader image = reader.table("image");
   TomlReader brain = reader.table("brain");
+  TomlReader random = reader.table("random");
+  Level& full = scene.full;
   Content content;
   if (reader.has("image")) {
-    content = read_image_content(image, reader, file, size);
-  } else {
-    if (!size) {
-      reader.fail("size", "is missing: [width, height]");
-    }
-    if (reader.has("brain")) {
-      content = read_brain_content(brain, reader, file, *size, options);
-      if (!options.orientation.empty()) {
-        scene.name += fmt::format(", {}", options.orientation);
-      }
-    } else if (reader.has("random")) {
-      content.labels = {*size, std::vector<int>(size->sites(), 1)};
-      content.modulus = ScalarField(*size);
-    } else {
-      content = read_shapes_content(reader, *size);
-    }
+    content = read_image_content(image, reader, file.folder, size);
+  } else if (reader.has("brain")) {
+    content = read_brain_content(brain, reader, file.folder, *size, options);
+    scene.name += options.orientation.empty() ? "" : ", " + options.orientation;
+  } else if (reader.has("shape")) {
+    content = read_shapes_content(reader, *size);
   }
-
-  const Extent extent = content.modulus.extent;
-  Level& full = scene.full;
-  full.extent = extent;
-  full.target = VectorField(extent);
-  full.confidence = VectorField(extent);
+  full.extent = content.modulus.values.empty() ? *size : content.modulus.extent;
+  full.target = VectorField(full.extent);
+  full.confidence = VectorField(full.extent);
   full.modulus = std::move(content.modulus);
   if (reader.has("random")) {
-    TomlReader random = reader.table("random");
-    fill_randomly(random, full, scene.start.emplace(extent));
-    if (is_inspected(extent)) {
-      content.picture = full.modulus;
-      stretch(content.picture);
-    }
+    full.modulus = ScalarField(full.extent);
+    content = read_random_content(random, full, scene.start.emplace(full.extent));
   }
-  read_vector_images(image, file, size, scene);
+  read_vector_images(image, file.folder, size, scene);
   image.finish();
   apply_conditions(reader, content.labels, scene.energy, full);
-  if (content.segmented && is_inspected(extent)) {
+  if (content.segmented && is_inspected(full.extent)) {
     scene.labels = std::move(content.labels);
   }
   content.labels = {}; // before there is more
-  read_weight(reader, scene);
-  const std::optional<double> spacing = read_spacing(reader);
-  scene.spacing = spacing && !reader.has("image") ? *spacing : content.spacing; // an image has seen it
+  scene.spacing = content.spacing;
+  if (!reader.has("image")) { // an image has seen it
+    reader.read("spacing", scene.spacing);
+  }
   scene.placement = content.placement;
-  scene.poisson = reader.number("poisson", scene.poisson);
-  if (!(scene.poisson > -1.0 && scene.poisson <= 0.5)) {
-    reader.fail("poisson", "must lie in (-1, 0.5]");
+  reader.read("poisson", scene.poisson);
+  if (scene.energy == EnergyModel::elastic) {
+    reader.read("robust", scene.robust);
   }
-  scene.robust = reader.optional_number("robust");
-  if (scene.robust && !(*scene.robust > 0.0)) {
-    reader.fail("robust", "must be above 0 (pixels)");
-  }
+  std::optional<StepSet> steps = read_numbers_of_hdm(reader, scene);
   TomlReader schedule = reader.table("schedule");
-  read_schedule(schedule, read_steps(reader), !options.size, scene);
+  read_schedule(schedule, std::move(steps), !options.size, scene);
   read_exact(reader, options, scene);
   reader.finish();
   set_inverse_modulus(full);
@@ -355,7 +270,7 @@ Scene load_scene(const std::string& scene, const SceneOptions& options) {
   const SceneText file = text_of(scene);
   try {
     const toml::table root = toml::parse(file.text, file.file_name);
-    Scene result = build(root, file.name, file.file_name, Files(file.folder), options);
+    Scene result = build(root, file, options);
     result.source = scene;
     return result;
   } catch (const toml::parse_error& error) {

@@ -2,21 +2,24 @@
 
 #include "harness/scene/file_input.hpp"
 #include "harness/scene/images/images.hpp"
-#include "kernels/data/input_error.hpp"
+#include "kernels/data/elastic/springs.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <scene_texts.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
+#include <random>
 #include <utility>
-#include <vector>
 
 namespace hdmbench {
 
 namespace {
+
+using Pair = std::array<double, 2>;
 
 struct Tissue {
   float modulus = 0.0F;
@@ -27,18 +30,13 @@ struct Tissue {
 std::map<int, Tissue> read_tissues(TomlReader& scene, bool shown) {
   std::map<int, Tissue> tissues;
   for (TomlReader& table : scene.tables("tissue")) {
-    const int label = table.integer("label");
-    const double modulus = table.number("modulus");
-    if (!(modulus > 0.0)) {
-      table.fail("modulus", fmt::format("is {}, it must be positive (MPa)", modulus));
+    Tissue tissue{.modulus = static_cast<float>(table.get<double>("modulus"))};
+    (void)table.has("name");
+    if (double gray = 0.0; shown) {
+      table.read("gray", gray);
+      tissue.gray = static_cast<float>(gray);
     }
-    const auto stored = static_cast<float>(modulus);
-    if (!std::isfinite(stored) || !std::isfinite(1.0F / stored)) {
-      table.fail("modulus", fmt::format("is {}, too {} (MPa): a 32-bit float must hold it and its inverse",
-                                        modulus, modulus > 1.0 ? "large" : "small"));
-    }
-    (void)table.text("name", "");
-    const Tissue tissue{stored, shown ? static_cast<float>(table.number("gray", 0.0)) : 0.0F};
+    const int label = table.get<int>("label");
     table.finish();
     if (!tissues.emplace(label, tissue).second) {
       table.fail("label", fmt::format("{} has a tissue already", label));
@@ -49,20 +47,23 @@ std::map<int, Tissue> read_tissues(TomlReader& scene, bool shown) {
 
 void assign_tissues(TomlReader& scene, const std::map<int, Tissue>& tissues, Content& content,
                     bool needs_picture) {
-  content.modulus = ScalarField(content.labels.extent);
-  needs_picture = needs_picture && is_inspected(content.labels.extent);
+  const Extent extent = content.labels.extent;
+  content.segmented = true;
+  content.modulus = ScalarField(extent);
+  needs_picture = needs_picture && is_inspected(extent);
   if (needs_picture) {
-    content.picture = ScalarField(content.labels.extent);
+    content.picture = ScalarField(extent);
   }
   auto tissue = tissues.end();
   for (std::size_t i = 0; i < content.labels.values.size(); ++i) {
-    if (tissue == tissues.end() || tissue->first != content.labels.values[i]) {
-      tissue = tissues.find(content.labels.values[i]);
+    const int label = content.labels.values[i];
+    if (tissue == tissues.end() || tissue->first != label) {
+      tissue = tissues.find(label);
     }
     if (tissue == tissues.end()) {
-      const auto width = static_cast<std::size_t>(content.labels.extent.width);
-      scene.fail("tissue", fmt::format("none has the label {} of the pixel x = {}, y = {}",
-                                       content.labels.values[i], i % width, i / width));
+      const auto width = static_cast<std::size_t>(extent.width);
+      scene.fail("tissue", fmt::format("none has the label {} of the pixel x = {}, y = {}", label, i % width,
+                                       i / width));
     }
     content.modulus.values[i] = tissue->second.modulus;
     if (needs_picture) {
@@ -71,37 +72,110 @@ void assign_tissues(TomlReader& scene, const std::map<int, Tissue>& tissues, Con
   }
 }
 
-/// Gray values low ... high stretched to 0 ... 255.
-void stretch(ScalarField& picture, float offset, float high) {
-  const float scale = high > offset ? 255.0F / (high - offset) : 0.0F;
+/// Gray values black ... white stretched to 0 ... 255; without `range` from the darkest to the brightest one,
+/// so that any modality can be looked at.
+void stretch(ScalarField& picture, std::optional<Pair> range = std::nullopt) {
+  const auto [darkest, brightest] = std::ranges::minmax_element(picture.values);
+  const float black = range ? static_cast<float>((*range)[0]) : *darkest;
+  const float white = range ? static_cast<float>((*range)[1]) : *brightest;
+  const float scale = white > black ? 255.0F / (white - black) : 0.0F;
   for (float& value : picture.values) {
-    value = (value - offset) * scale;
+    value = (value - black) * scale;
   }
 }
 
-ScalarField read_picture(TomlReader& image, const Files& file, const ReadOptions& options) {
-  ScalarField picture = read_scalar(file(image.text("picture")), options).pixels;
-  if (!image.has("picture_range")) {
-    stretch(picture);
-    return picture;
+/// Of moduli without labels.
+void show_moduli(const ScalarField& modulus, Content& content) {
+  content.labels = {modulus.extent, std::vector<int>(modulus.extent.sites(), 1)};
+  if (is_inspected(modulus.extent)) {
+    content.picture = modulus;
+    stretch(content.picture);
   }
-  const auto range = image.pair("picture_range");
-  if (!(range[0] < range[1])) {
-    image.fail("picture_range", "must be [black, white] with black < white");
+}
+
+/// Fails where the image that `key` names leaves pixels free of a scene of that size, although 0 is no value.
+void require_filled(const TomlReader& image, std::string_view key, bool is_padded, Extent size) {
+  if (is_padded) {
+    image.fail(key,
+               fmt::format("does not fill {} x {} pixels, which have another aspect, and beside the image 0 "
+                           "means nothing; give a size with the image's own aspect",
+                           size.width, size.height));
   }
-  stretch(picture, static_cast<float>(range[0]), static_cast<float>(range[1]));
-  return picture;
+}
+
+void require_extent(const TomlReader& table, std::string_view key, Extent found, Extent wanted) {
+  if (found != wanted) {
+    table.fail(key, fmt::format("is {} x {}, the scene is {} x {}", found.width, found.height, wanted.width,
+                                wanted.height));
+  }
+}
+
+/// What a [[shape]] is painted with, and where.
+struct Shape {
+  enum class Kind { everything, rectangle, ellipse };
+
+  Kind kind = Kind::everything;
+  int label = 0;
+  Pair centre{0.5, 0.5};
+  Pair size{1.0, 1.0};
+
+  /// Distance from the centre along an axis (0: x, 1: y) for each of its pixels, 1 on the outline.
+  [[nodiscard]] std::vector<double> distances(std::size_t axis, int count) const {
+    std::vector<double> result;
+    for (int i = 0; i < count; ++i) {
+      const double fraction = count > 1 ? static_cast<double>(i) / (count - 1) : 0.5;
+      result.push_back(2.0 * std::abs(fraction - centre[axis]) / size[axis]);
+    }
+    return result;
+  }
+
+  /// At these distances along x and y.
+  [[nodiscard]] bool contains(double u, double v) const {
+    // A hair more than 1, so that an outline through pixel centres is not decided by rounding.
+    constexpr double outline = 1.0 + 1e-9;
+    return kind == Kind::everything ||
+           (kind == Kind::rectangle ? u <= outline && v <= outline : u * u + v * v <= outline);
+  }
+};
+
+Shape read_shape(TomlReader& table) {
+  Shape shape{.label = table.get<int>("label")};
+  table.read("kind", std::array<std::string_view, 3>{"everything", "rectangle", "ellipse"}, shape.kind);
+  if (shape.kind != Shape::Kind::everything) {
+    shape.centre = table.get<Pair>("centre");
+    shape.size = table.get<Pair>("size");
+  }
+  table.finish();
+  return shape;
+}
+
+/// Random numbers that are the same on every machine.
+class Source {
+public:
+  explicit Source(int seed) : engine_(static_cast<std::uint64_t>(seed)) {}
+
+  /// In [0, 1), a multiple of 2^-53.
+  double uniform() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
+
+  float one_of(const std::vector<float>& values) {
+    return values[static_cast<std::size_t>(uniform() * static_cast<double>(values.size()))];
+  }
+
+private:
+  std::mt19937_64 engine_;
+};
+
+/// Values to draw from; empty where the key is absent.
+std::vector<float> read_list(TomlReader& table, std::string_view key) {
+  std::vector<float> values;
+  table.read(key, values);
+  if (values.empty() && table.has(key)) {
+    table.fail(key, "must have a value to draw");
+  }
+  return values;
 }
 
 } // namespace
-
-std::optional<double> read_spacing(TomlReader& scene) {
-  const std::optional<double> spacing = scene.optional_number("spacing");
-  if (spacing && !(*spacing > 0.0 && std::isfinite(*spacing))) {
-    scene.fail("spacing", "must be positive (millimetres per pixel)");
-  }
-  return spacing;
-}
 
 void require_possible_displacement(const TomlReader& table, std::string_view key, double displacement) {
   constexpr double largest = 1e9;
@@ -148,62 +222,44 @@ std::vector<std::filesystem::path> files_of_scene(const std::string& scene) {
   return files;
 }
 
-void require_filled(const TomlReader& image, std::string_view key, bool is_padded, Extent size) {
-  if (is_padded) {
-    image.fail(key,
-               fmt::format("does not fill {} x {} pixels, which have another aspect, and beside the image 0 "
-                           "means nothing; give a size with the image's own aspect",
-                           size.width, size.height));
-  }
-}
-
-void require_extent(TomlReader& table, std::string_view key, Extent found, Extent wanted) {
-  if (found != wanted) {
-    table.fail(key, fmt::format("is {} x {}, the scene is {} x {}", found.width, found.height, wanted.width,
-                                wanted.height));
-  }
-}
-
-void stretch(ScalarField& picture) {
-  const auto [low, high] = std::ranges::minmax_element(picture.values);
-  stretch(picture, *low, *high);
-}
-
-Content read_image_content(TomlReader& image, TomlReader& scene, const Files& file,
+Content read_image_content(TomlReader& image, TomlReader& scene, const std::filesystem::path& folder,
                            std::optional<Extent> size) {
   Content content;
-  ReadOptions options{.size = size, .spacing = read_spacing(scene)};
-  if (image.has("slice")) {
-    options.slice = image.integer("slice");
-  }
+  ReadOptions options{.size = size};
+  scene.read("spacing", options.spacing);
+  image.read("slice", options.slice);
+  const auto file = [&](std::string_view key) { return folder / image.get<std::string>(key); };
+  const auto take_place = [&](const auto& found) {
+    content.spacing = found.spacing;
+    content.placement = found.placement;
+  };
   if (image.has("labels") == image.has("modulus")) {
     image.fail("labels", "or modulus: give exactly one of the two images");
   }
   if (image.has("labels")) {
-    auto labels = read_labels(file(image.text("labels")), options);
+    auto labels = read_labels(file("labels"), options);
+    take_place(labels);
     const bool shown = !image.has("picture");
     const auto tissues = read_tissues(scene, shown);
     require_filled(image, "labels", labels.padded && !tissues.contains(0), labels.pixels.extent);
     content.labels = std::move(labels.pixels);
-    content.spacing = labels.spacing;
-    content.placement = labels.placement;
-    content.segmented = true;
     assign_tissues(scene, tissues, content, shown);
   } else {
-    auto modulus = read_scalar(file(image.text("modulus")), options);
+    auto modulus = read_scalar(file("modulus"), options);
+    take_place(modulus);
     require_filled(image, "modulus", modulus.padded, modulus.pixels.extent);
     content.modulus = std::move(modulus.pixels);
-    content.spacing = modulus.spacing;
-    content.placement = modulus.placement;
-    content.labels = {content.modulus.extent, std::vector<int>(content.modulus.extent.sites(), 1)};
-    if (is_inspected(content.modulus.extent)) {
-      content.picture = content.modulus;
-      stretch(content.picture);
-    }
+    show_moduli(content.modulus, content);
   }
   if (image.has("picture")) {
-    content.picture = read_picture(image, file, options);
+    content.picture = read_scalar(file("picture"), options).pixels;
     require_extent(image, "picture", content.picture.extent, content.modulus.extent);
+    std::optional<Pair> range;
+    image.read("picture_range", range);
+    if (range && !((*range)[0] < (*range)[1])) {
+      image.fail("picture_range", "must be [black, white] with black < white");
+    }
+    stretch(content.picture, range);
     if (!is_inspected(content.picture.extent)) {
       content.picture = {};
     }
@@ -211,12 +267,13 @@ Content read_image_content(TomlReader& image, TomlReader& scene, const Files& fi
   return content;
 }
 
-Content read_brain_content(TomlReader& brain, TomlReader& scene, const Files& file, Extent size,
-                           const SceneOptions& options) {
+Content read_brain_content(TomlReader& brain, TomlReader& scene, const std::filesystem::path& folder,
+                           Extent size, const SceneOptions& options) {
   const auto tissues = read_tissues(scene, false);
-  const std::string name = brain.text("file");
-  auto orientation = static_cast<Orientation>(brain.choice("orientation", orientation_names, 0));
-  std::optional<int> slice = brain.integer("slice");
+  const auto name = brain.get<std::string>("file");
+  Orientation orientation{};
+  brain.read("orientation", orientation_names, orientation);
+  std::optional<int> slice = brain.get<int>("slice");
   if (!options.orientation.empty()) {
     const auto* const found = std::ranges::find(orientation_names, options.orientation);
     if (found == orientation_names.end()) {
@@ -226,30 +283,130 @@ Content read_brain_content(TomlReader& brain, TomlReader& scene, const Files& fi
     orientation = static_cast<Orientation>(found - orientation_names.begin());
     slice = options.slice;
   }
-  const int classes = brain.integer("classes");
-  const double margin = brain.number("margin");
-  if (classes < 1 || classes > 8) {
-    brain.fail("classes", "must be 1 ... 8");
-  }
-  if (!(margin >= 0.0 && margin < 0.5)) {
-    brain.fail("margin", "must be at least 0 and below 0.5");
-  }
+  const int classes = brain.get<int>("classes");
+  const double margin = brain.get<double>("margin");
   brain.finish();
-  BrainSlice found = read_brain(file(name), slice, classes, margin, size, orientation);
+  BrainSlice found = read_brain(folder / name, slice, classes, margin, size, orientation);
   Content content{.labels = std::move(found.tissue),
                   .modulus = {},
                   .picture = std::move(found.picture),
                   .spacing = found.spacing,
-                  .placement = found.placement,
-                  .segmented = true};
+                  .placement = found.placement};
   assign_tissues(scene, tissues, content, false);
   return content;
 }
 
 Content read_shapes_content(TomlReader& scene, Extent size) {
-  Content content{.labels = paint_shapes(scene, size), .modulus = {}, .picture = {}, .segmented = true};
+  constexpr int unpainted = -1;
+  Content content{.labels = {size, std::vector<int>(size.sites(), unpainted)}, .modulus = {}, .picture = {}};
+  std::vector<int>& labels = content.labels.values;
+  for (TomlReader& table : scene.tables("shape")) {
+    const Shape shape = read_shape(table);
+    const std::vector<double> columns = shape.distances(0, size.width);
+    auto label = labels.begin();
+    for (const double row : shape.distances(1, size.height)) {
+      for (const double column : columns) {
+        *label = shape.contains(column, row) ? shape.label : *label;
+        ++label;
+      }
+    }
+  }
+  if (const auto found = std::ranges::find(labels, unpainted); found != labels.end()) {
+    const auto site = found - labels.begin();
+    scene.fail(
+        "shape",
+        fmt::format("tables leave the pixel x = {}, y = {} unpainted; begin with kind = \"everything\"",
+                    site % size.width, site / size.width));
+  }
   assign_tissues(scene, read_tissues(scene, true), content, true);
   return content;
+}
+
+Content read_random_content(TomlReader& table, Level& level, VectorField& start) {
+  Source source(table.get<int>("seed"));
+  if (table.has("modulus") == table.has("moduli")) {
+    table.fail("modulus", "or moduli: give a range or a list of values (MPa)");
+  }
+  const std::vector<float> moduli = read_list(table, "moduli");
+  const std::vector<float> confidences = read_list(table, "confidences");
+  Pair modulus{1.0, 1.0};
+  table.read("modulus", modulus);
+  if (modulus[1] < modulus[0]) {
+    table.fail("modulus", "must be [low, high] with 0 < low <= high (MPa)");
+  }
+  const double largest = table.get<double>("displacement");
+  const double observed = table.get<double>("observed");
+  double grid = 0.0;
+  table.read("grid", grid);
+  table.finish();
+
+  const auto displacement = [&] {
+    const double value = largest * (2.0 * source.uniform() - 1.0);
+    return static_cast<float>(grid > 0.0 ? grid * std::round(value / grid) : value);
+  };
+  // Without a list a third of the observed components are certain, the others anything between.
+  const auto confidence = [&] {
+    const double draw = source.uniform();
+    if (!confidences.empty()) {
+      const float certainty = source.one_of(confidences);
+      return draw >= observed ? 0.0F : certainty;
+    }
+    return static_cast<float>(draw >= observed ? 0.0 : draw < observed / 3.0 ? 1.0 : source.uniform());
+  };
+  for (std::size_t i = 0; i < level.extent.sites(); ++i) { // the order of the draws is the scene's
+    level.modulus.values[i] =
+        moduli.empty() ? static_cast<float>(modulus[0] + (modulus[1] - modulus[0]) * source.uniform())
+                       : source.one_of(moduli);
+    level.target.x[i] = displacement();
+    level.target.y[i] = displacement();
+    level.confidence.x[i] = confidence();
+    level.confidence.y[i] = confidence();
+    start.x[i] = displacement();
+    start.y[i] = displacement();
+  }
+  Content content;
+  show_moduli(level.modulus, content);
+  return content;
+}
+
+void read_vector_images(TomlReader& image, const std::filesystem::path& folder, std::optional<Extent> size,
+                        Scene& scene) {
+  Level& full = scene.full;
+  const bool is_elastic = scene.energy == EnergyModel::elastic;
+  const auto read = [&](std::string_view key, VectorField& into, const auto& check) {
+    if (!image.has(key)) {
+      return;
+    }
+    Image<VectorField> found = read_vector(folder / image.get<std::string>(key), {.size = size});
+    require_filled(image, key, found.padded && key == "deviation", found.pixels.extent); // 0 would be certain
+    into = std::move(found.pixels);
+    require_extent(image, key, into.extent, full.extent);
+    std::ranges::for_each(into.x, check);
+    std::ranges::for_each(into.y, check);
+  };
+  image.refuse_unless(is_elastic, "deviation");
+  image.refuse_unless(!is_elastic, "start");
+  if (image.has("target") != (image.has("confidence") || image.has("deviation"))) {
+    image.fail("target", "and confidence (or deviation): give both images or none");
+  }
+  if (image.has("confidence") && image.has("deviation")) {
+    image.fail("deviation", "cannot stand beside confidence");
+  }
+  const auto possible = [&](std::string_view key) {
+    return
+        [&image, key](float value) { require_possible_displacement(image, key, static_cast<double>(value)); };
+  };
+  read("target", full.target, possible("target"));
+  read("confidence", full.confidence, [](float /*value*/) {});
+  read("deviation", full.confidence, [&](float& value) {
+    if (value < 0.0F || std::isnan(value)) {
+      image.fail("deviation", "has a value below 0 (pixels)");
+    }
+    value = confidence_of_deviation(static_cast<double>(value)); // 0 of an infinite one
+  });
+  if (image.has("start")) {
+    read("start", scene.start.emplace(), possible("start"));
+  }
 }
 
 } // namespace hdmbench

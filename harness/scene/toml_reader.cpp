@@ -1,14 +1,12 @@
 #include "harness/scene/toml_reader.hpp"
 
 #include "harness/scene/nearest_name.hpp"
-#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 namespace hdmbench {
 
@@ -16,65 +14,132 @@ namespace {
 
 const toml::table empty_table;
 
-using Names = std::vector<std::string_view>;
-
-/// The keys of each table, as harness/scene/scenes/README.md explains them; "" are those above all tables.
-const std::map<std::string_view, Names> known_keys{
-    {"",
-     {"title", "size", "penalty", "prior_weight", "steps", "poisson", "energy", "robust", "spacing", "exact",
-      "schedule", "image", "brain", "random", "shape", "tissue", "condition"}},
-    {"schedule",
-     {"method", "iterations", "stop", "epsilon", "start_level", "alignment", "update", "relaxation",
-      "temperatures", "seed"}},
-    {"image",
-     {"labels", "modulus", "slice", "picture", "picture_range", "target", "confidence", "deviation",
-      "start"}},
-    {"brain", {"file", "slice", "orientation", "classes", "margin"}},
-    {"random", {"seed", "modulus", "moduli", "displacement", "grid", "observed", "confidences"}},
-    {"shape", {"kind", "label", "centre", "size"}},
-    {"tissue", {"label", "name", "modulus", "gray"}},
-    {"condition", {"where", "dx", "dy", "outward", "closing", "confidence", "deviation"}},
+/// A key, as harness/scene/scenes/README.md explains it.
+struct Key {
+  std::string_view table; ///< that has it; "": above all tables
+  std::string_view name;
+  std::string_view belongs{}; ///< where it has an effect, if only somewhere
+  bool (*is_right)(double) = nullptr;
+  std::string_view must_be{}; ///< the end of "it must be ..." where a number is not right
 };
 
 constexpr std::string_view of_hdm = "it belongs to energy = \"hdm\", which is the usual one";
 constexpr std::string_view of_elastic = "it belongs to energy = \"elastic\"";
 
-/// Where a key has an effect that has one only somewhere.
-const std::map<std::string_view, std::string_view> only{
-    {"penalty", of_hdm},
-    {"prior_weight", of_hdm},
-    {"steps", of_hdm},
-    {"stop", of_hdm},
-    {"start_level", of_hdm},
-    {"alignment", of_hdm},
-    {"start", of_hdm},
-    {"robust", of_elastic},
-    {"deviation", of_elastic},
-    {"epsilon", "it belongs to stop = \"energy\""},
-    {"closing", "it belongs to where = \"outside\""},
-    {"picture_range", "it belongs to a picture"},
-    {"tissue", "moduli of tissues belong to labels"},
-    {"gray", "it belongs to [[shape]], or to labels without a picture"},
-    {"centre", "everything has no centre"},
-    {"size", "everything has no size"},
+constexpr bool is_positive(double value) {
+  return value > 0.0;
+}
+constexpr bool is_not_negative(double value) {
+  return value >= 0.0;
+}
+constexpr bool is_share(double value) {
+  return value >= 0.0 && value <= 1.0;
+}
+bool is_side(double value) {
+  return value >= 1.0 && value <= 1e6 && value == std::floor(value);
+}
+
+bool is_modulus(double value) {
+  const auto stored = static_cast<float>(value);
+  return value > 0.0 && std::isfinite(stored) && std::isfinite(1.0F / stored);
+}
+
+const std::array keys{
+    Key{"", "title"},
+    Key{"", "size", {}, is_side, "whole numbers >= 1, [width, height]"},
+    Key{"", "penalty", of_hdm},
+    Key{"", "prior_weight", of_hdm},
+    Key{"", "steps", of_hdm},
+    Key{"", "poisson", {}, [](double value) { return value > -1.0 && value <= 0.5; }, "in (-1, 0.5]"},
+    Key{"", "energy"},
+    Key{"", "robust", of_elastic, is_positive, "above 0 (pixels)"},
+    Key{"", "spacing", {}, is_positive, "positive (millimetres per pixel)"},
+    Key{"", "exact"},
+    Key{"", "schedule"},
+    Key{"", "image"},
+    Key{"", "brain"},
+    Key{"", "random"},
+    Key{"", "shape"},
+    Key{"", "tissue", "moduli of tissues belong to labels"},
+    Key{"", "condition"},
+    Key{"schedule", "method"},
+    Key{"schedule", "iterations"},
+    Key{"schedule", "stop", of_hdm},
+    Key{"schedule", "epsilon", "it belongs to stop = \"energy\""},
+    Key{"schedule", "start_level", of_hdm},
+    Key{"schedule", "alignment", of_hdm},
+    Key{"schedule", "update"},
+    Key{"schedule", "relaxation"},
+    Key{"schedule", "temperatures"},
+    Key{"schedule", "seed"},
+    Key{"image", "labels"},
+    Key{"image", "modulus"},
+    Key{"image", "slice"},
+    Key{"image", "picture"},
+    Key{"image", "picture_range", "it belongs to a picture"},
+    Key{"image", "target"},
+    Key{"image", "confidence"},
+    Key{"image", "deviation", of_elastic},
+    Key{"image", "start", of_hdm},
+    Key{"brain", "file"},
+    Key{"brain", "slice"},
+    Key{"brain", "orientation"},
+    // ITK's multi-Otsu tries every combination of thresholds.
+    Key{"brain", "classes", {}, [](double value) { return value >= 1.0 && value <= 4.0; }, "1 ... 4"},
+    Key{"brain", "margin", {}, [](double value) { return value >= 0.0 && value < 0.5; }, "in [0, 0.5)"},
+    Key{"random", "seed"},
+    Key{"random", "modulus", {}, is_positive, "positive (MPa)"},
+    Key{"random", "moduli", {}, is_positive, "positive (MPa)"},
+    Key{"random", "displacement"},
+    Key{"random", "grid", {}, is_not_negative, "at least 0 (pixels)"},
+    Key{"random", "observed", {}, is_share, "within 0 ... 1"},
+    Key{"random", "confidences", {}, [](double value) { return value > 0.0 && value <= 1.0; }, "in (0, 1]"},
+    Key{"shape", "kind"},
+    Key{"shape", "label", {}, is_not_negative, "at least 0"},
+    Key{"shape", "centre", "everything has no centre"},
+    Key{"shape", "size", "everything has no size", is_positive, "positive (fractions of the image)"},
+    Key{"tissue", "label"},
+    Key{"tissue", "name"},
+    Key{"tissue",
+        "modulus",
+        {},
+        is_modulus,
+        "positive (MPa), and a 32-bit float must hold it and its inverse"},
+    Key{"tissue", "gray", "it belongs to [[shape]], or to labels without a picture"},
+    Key{"condition", "where"},
+    Key{"condition", "dx"},
+    Key{"condition", "dy"},
+    Key{"condition", "outward"},
+    Key{"condition", "closing", "it belongs to where = \"outside\"",
+        [](double value) { return value >= 0.0 && value < 1.0; }, "in [0, 1) (a fraction of the image)"},
+    Key{"condition", "confidence", {}, is_share, "within 0 ... 1"},
+    Key{"condition", "deviation", of_elastic, is_not_negative, "at least 0 (pixels)"},
 };
 
-/// `where` is the name of a table in errors: "[schedule]", "[[tissue]]", "".
-const Names& keys_of(std::string_view where) {
+/// Null where the table that `where` names in errors ("[schedule]", "[[tissue]]", "") has no such key.
+const Key* find_key(std::string_view where, std::string_view name) {
   const std::size_t first = std::min(where.find_first_not_of('['), where.size());
-  return known_keys.at(where.substr(first, where.find(']') - first));
+  const std::string_view table = where.substr(first, where.find(']') - first);
+  const auto found =
+      std::ranges::find_if(keys, [&](const Key& key) { return key.table == table && key.name == name; });
+  return found == keys.end() ? nullptr : &*found;
 }
 
 } // namespace
 
 TomlReader::TomlReader(const toml::table& table, std::string file, std::string where)
     : table_(table), file_(std::move(file)), where_(std::move(where)) {
-  const Names& names = keys_of(where_);
-  for (const auto& [key, node] : table_) {
-    if (std::ranges::find(names, key.str()) == names.end()) {
-      const std::string all = fmt::format("those understood are {}", fmt::join(names, ", "));
-      fail(key.str(),
-           fmt::format("is not a key of scene files here; {}", did_you_mean(key.str(), names, all)));
+  for (const auto& [name, node] : table_) {
+    if (find_key(where_, name.str()) == nullptr) {
+      std::vector<std::string_view> known;
+      for (const Key& key : keys) {
+        if (find_key(where_, key.name) == &key) {
+          known.push_back(key.name);
+        }
+      }
+      const std::string all = fmt::format("those understood are {}", fmt::join(known, ", "));
+      fail(name.str(),
+           fmt::format("is not a key of scene files here; {}", did_you_mean(name.str(), known, all)));
     }
   }
 }
@@ -92,7 +157,7 @@ const toml::node& TomlReader::require(std::string_view key) {
   return *node;
 }
 
-double TomlReader::as_number(std::string_view key, const toml::node& node) const {
+double TomlReader::number(std::string_view key, const toml::node& node) const {
   const auto value = node.value<double>();
   if (!value || !(node.is_floating_point() || node.is_integer())) {
     fail(key, "must be a number");
@@ -100,10 +165,27 @@ double TomlReader::as_number(std::string_view key, const toml::node& node) const
   if (!std::isfinite(*value)) {
     fail(key, fmt::format("is {}, it must be finite", *value));
   }
+  if (const Key& known = *find_key(where_, key); known.is_right != nullptr && !known.is_right(*value)) {
+    fail(key, fmt::format("is {}, it must be {}", *value, known.must_be));
+  }
   return *value;
 }
 
-std::string TomlReader::text(std::string_view key) {
+/// `count` 0: any number of them.
+std::vector<double> TomlReader::numbers(std::string_view key, std::size_t count) {
+  const toml::array* array = require(key).as_array();
+  if (array == nullptr || (count > 0 && array->size() != count)) {
+    fail(key, count > 0 ? "must be two numbers, [x, y]" : "must be a list of numbers");
+  }
+  std::vector<double> values;
+  for (const toml::node& node : *array) {
+    values.push_back(number(key, node));
+  }
+  return values;
+}
+
+template <>
+std::string TomlReader::get(std::string_view key) {
   const toml::node& node = require(key);
   if (!node.is_string()) {
     fail(key, "must be a text in quotes");
@@ -111,14 +193,13 @@ std::string TomlReader::text(std::string_view key) {
   return *node.value<std::string>();
 }
 
-double TomlReader::number(std::string_view key) {
-  return as_number(key, require(key));
+template <>
+double TomlReader::get(std::string_view key) {
+  return number(key, require(key));
 }
 
-bool TomlReader::boolean(std::string_view key, bool fallback) {
-  if (!has(key)) {
-    return fallback;
-  }
+template <>
+bool TomlReader::get(std::string_view key) {
   const auto value = require(key).value_exact<bool>();
   if (!value) {
     fail(key, "must be true or false");
@@ -126,44 +207,32 @@ bool TomlReader::boolean(std::string_view key, bool fallback) {
   return *value;
 }
 
-int TomlReader::integer(std::string_view key) {
-  const toml::node& node = require(key);
-  if (!node.is_integer()) {
+template <>
+int TomlReader::get(std::string_view key) {
+  if (!require(key).is_integer()) {
     fail(key, "must be a whole number");
   }
-  const auto value = *node.value<std::int64_t>();
-  if (value < -1'000'000'000 || value > 1'000'000'000) {
+  const double value = get<double>(key);
+  if (std::abs(value) > 1e9) {
     fail(key, fmt::format("is {}, out of range", value));
   }
   return static_cast<int>(value);
 }
 
-std::array<double, 2> TomlReader::pair(std::string_view key) {
-  const toml::array* array = require(key).as_array();
-  if (array == nullptr || array->size() != 2) {
-    fail(key, "must be two numbers, [x, y]");
-  }
-  return {as_number(key, *array->get(0)), as_number(key, *array->get(1))};
+template <>
+std::array<double, 2> TomlReader::get(std::string_view key) {
+  const std::vector<double> values = numbers(key, 2);
+  return {values[0], values[1]};
 }
 
-std::vector<float> TomlReader::numbers(std::string_view key) {
-  const toml::array* array = require(key).as_array();
-  if (array == nullptr) {
-    fail(key, "must be a list of numbers");
-  }
-  std::vector<float> values;
-  for (const toml::node& node : *array) {
-    values.push_back(static_cast<float>(as_number(key, node)));
-  }
-  return values;
+template <>
+std::vector<float> TomlReader::get(std::string_view key) {
+  const std::vector<double> values = numbers(key, 0);
+  return {values.begin(), values.end()};
 }
 
-std::size_t TomlReader::choice(std::string_view key, std::span<const std::string_view> choices,
-                               std::size_t fallback) {
-  if (!has(key)) {
-    return fallback;
-  }
-  const std::string value = text(key);
+std::size_t TomlReader::choice(std::string_view key, std::span<const std::string_view> choices) {
+  const auto value = get<std::string>(key);
   if (const auto found = std::ranges::find(choices, value); found != choices.end()) {
     return static_cast<std::size_t>(found - choices.begin());
   }
@@ -172,13 +241,10 @@ std::size_t TomlReader::choice(std::string_view key, std::span<const std::string
 
 TomlReader TomlReader::table(std::string_view key) {
   const toml::node* node = find(key);
-  if (node == nullptr) {
-    return {empty_table, file_, fmt::format("[{}]", key)};
-  }
-  if (!node->is_table()) {
+  if (node != nullptr && !node->is_table()) {
     fail(key, "must be a table");
   }
-  return {*node->as_table(), file_, fmt::format("[{}]", key)};
+  return {node == nullptr ? empty_table : *node->as_table(), file_, fmt::format("[{}]", key)};
 }
 
 std::vector<TomlReader> TomlReader::tables(std::string_view key) {
@@ -198,9 +264,9 @@ std::vector<TomlReader> TomlReader::tables(std::string_view key) {
 
 void TomlReader::refuse_unless(bool has_effect, std::string_view key) const {
   if (!has_effect && table_.contains(key)) {
-    const auto found = only.find(key);
-    fail(key, fmt::format("has no effect in this scene{}{}; leave it out", found == only.end() ? "" : ": ",
-                          found == only.end() ? "" : found->second));
+    const std::string_view belongs = find_key(where_, key)->belongs;
+    fail(key,
+         fmt::format("has no effect in this scene{}{}; leave it out", belongs.empty() ? "" : ": ", belongs));
   }
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "kernels/data/input_error.hpp"
+
 #include <toml++/toml.h>
 
 #include <array>
@@ -14,7 +16,8 @@ namespace hdmbench {
 
 /// Typed access to one table of a scene file. Every error is an InputError with file and line. No key is
 /// silently ignored: one that the table cannot have is refused at once, and finish() refuses one that nobody
-/// asked for, because it has no effect in this scene.
+/// asked for, because it has no effect in this scene. Numbers are checked by the table of keys in
+/// toml_reader.cpp.
 class TomlReader {
 public:
   /// `where` names the table in errors: "[schedule]". The table must outlive the reader. Throws InputError
@@ -25,24 +28,48 @@ public:
   [[nodiscard]] bool has(std::string_view key) { return find(key) != nullptr; }
   [[nodiscard]] bool is_text(std::string_view key) { return has(key) && find(key)->is_string(); }
 
-  [[nodiscard]] std::string text(std::string_view key);
-  [[nodiscard]] std::string text(std::string_view key, std::string_view fallback) {
-    return has(key) ? text(key) : std::string(fallback);
+  /// The value of a key that must be there: a double, int, bool, std::string, std::array<double, 2> or
+  /// std::vector<float>.
+  template <typename Value>
+  [[nodiscard]] Value get(std::string_view key);
+
+  /// Leaves `into` as it is where the key is not there.
+  template <typename Value>
+  void read(std::string_view key, Value& into) {
+    if (has(key)) {
+      into = get<Value>(key);
+    }
   }
-  [[nodiscard]] double number(std::string_view key);
-  [[nodiscard]] double number(std::string_view key, double fallback) {
-    return has(key) ? number(key) : fallback;
+  template <typename Value>
+  void read(std::string_view key, std::optional<Value>& into) {
+    if (has(key)) {
+      into = get<Value>(key);
+    }
   }
-  [[nodiscard]] std::optional<double> optional_number(std::string_view key) {
-    return has(key) ? std::optional(number(key)) : std::nullopt;
+  /// One of `choices`, the names of the enumerators.
+  template <typename Enumeration>
+  void read(std::string_view key, std::span<const std::string_view> choices, Enumeration& into) {
+    if (has(key)) {
+      into = static_cast<Enumeration>(choice(key, choices));
+    }
   }
-  [[nodiscard]] bool boolean(std::string_view key, bool fallback);
-  [[nodiscard]] int integer(std::string_view key);
-  [[nodiscard]] std::array<double, 2> pair(std::string_view key);
-  [[nodiscard]] std::vector<float> numbers(std::string_view key);
-  /// One of `choices`; returns its index.
-  [[nodiscard]] std::size_t choice(std::string_view key, std::span<const std::string_view> choices,
-                                   std::size_t fallback);
+  template <typename Enumeration>
+  void read(std::string_view key, std::span<const std::string_view> choices,
+            std::optional<Enumeration>& into) {
+    if (has(key)) {
+      into = static_cast<Enumeration>(choice(key, choices));
+    }
+  }
+
+  /// Calls `use`; what it refuses is the fault of `key`.
+  template <typename Use>
+  void blame(std::string_view key, const Use& use) const {
+    try {
+      use();
+    } catch (const InputError& error) {
+      fail(key, std::string("is wrong: ") + error.what());
+    }
+  }
 
   /// A table inside this one; an empty one if it is absent.
   [[nodiscard]] TomlReader table(std::string_view key);
@@ -54,13 +81,15 @@ public:
   /// Does the same for every key that nobody asked for.
   void finish() const;
 
-  /// Throws InputError("FILE:LINE: WHERE key: message").
+  /// Throws InputError("FILE:LINE: WHERE key message").
   [[noreturn]] void fail(std::string_view key, std::string_view message) const;
 
 private:
   [[nodiscard]] const toml::node* find(std::string_view key);
   [[nodiscard]] const toml::node& require(std::string_view key);
-  [[nodiscard]] double as_number(std::string_view key, const toml::node& node) const;
+  [[nodiscard]] double number(std::string_view key, const toml::node& node) const;
+  [[nodiscard]] std::vector<double> numbers(std::string_view key, std::size_t count);
+  [[nodiscard]] std::size_t choice(std::string_view key, std::span<const std::string_view> choices);
 
   const toml::table& table_;
   std::string file_;
