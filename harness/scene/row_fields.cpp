@@ -49,32 +49,25 @@ void require_samples(const std::vector<double>& seconds, const std::optional<dou
 
 namespace json_value {
 
-void fail_type(const nlohmann::json& found, const JsonPlace& place, const std::string& wanted) {
-  place.fail(fmt::format("must be {}, but is {}", wanted, found.type_name()));
-}
-
-void require_count(const nlohmann::json& found, const JsonPlace& place, std::uint64_t most) {
-  if (!found.is_number_unsigned() && found.get<std::int64_t>() < 0) {
-    place.fail(fmt::format("is {}, but must not be negative", found.dump()));
-  }
-  if (found.get<std::uint64_t>() > most) {
-    place.fail(fmt::format("is {}, but must be at most {}", found.dump(), most));
-  }
-}
-
-std::size_t require_name(const nlohmann::json& found, const JsonPlace& place,
-                         std::span<const std::string_view> names) {
-  const auto text = found.get<std::string_view>();
-  const auto name = std::ranges::find(names, text);
+std::size_t read_name(const nlohmann::json& found, const JsonPlace& place,
+                      std::span<const std::string_view> names) {
+  const auto name = std::ranges::find(names, found.is_string() ? found.get<std::string_view>() : "");
   if (name == names.end()) {
-    place.fail(fmt::format("is \"{}\", but must be one of: {}", text, fmt::join(names, ", ")));
+    place.fail(fmt::format("must be one of {}, but is {}", fmt::join(names, ", "), found.dump()));
   }
   return static_cast<std::size_t>(name - names.begin());
 }
 
-void require_size(const nlohmann::json& found, const JsonPlace& place, std::size_t size) {
-  if (found.size() != size) {
-    place.fail(fmt::format("must have {} values, but has {}", size, found.size()));
+std::int64_t read_count(const nlohmann::json& found, const JsonPlace& place, std::int64_t most) {
+  if (!found.is_number_integer() || found < 0 || found > most) {
+    place.fail(fmt::format("must be an integer of 0 ... {}, but is {}", most, found.dump()));
+  }
+  return found.get<std::int64_t>();
+}
+
+void require_array(const nlohmann::json& found, const JsonPlace& place) {
+  if (!found.is_array()) {
+    place.fail(fmt::format("must be an array, but is {}", found.type_name()));
   }
 }
 

@@ -159,166 +159,120 @@ void read_json_row(const nlohmann::json& object, const JsonPlace& place, Row& ro
 /// Of a row with samples: at least one, all greater than 0, the median between them. Throws Contradiction.
 void require_samples(const std::vector<double>& seconds, const std::optional<double>& median);
 
-/// What a type of value is in JSON: its name in messages, whether a value is one, and the value.
+/// How values are read: each throws InputError that names the place.
 namespace json_value {
 
-/// Throws InputError that says what was wanted and what is there.
-[[noreturn]] void fail_type(const nlohmann::json& found, const JsonPlace& place, const std::string& wanted);
-/// Throws InputError unless it is 0 to `most`.
-void require_count(const nlohmann::json& found, const JsonPlace& place, std::uint64_t most);
-/// Index of the text among `names`; throws InputError that lists them.
-std::size_t require_name(const nlohmann::json& found, const JsonPlace& place,
-                         std::span<const std::string_view> names);
-void require_size(const nlohmann::json& found, const JsonPlace& place, std::size_t size);
-
-template <typename Value>
-concept Optional = std::same_as<Value, std::optional<typename Value::value_type>>;
-template <typename Value>
-concept List = std::ranges::sized_range<Value> && !std::same_as<Value, std::string>;
 template <typename Value>
 concept Struct = requires(Fields& fields, Value& value) {
   list_fields(fields, value);
 };
-
 template <typename Value>
-std::string name() {
-  if constexpr (Struct<Value>) {
-    return "an object";
-  } else if constexpr (Optional<Value>) {
-    return name<typename Value::value_type>() + " or null";
-  } else if constexpr (List<Value>) {
-    return "an array, each " + name<typename Value::value_type>();
-  } else if constexpr (std::same_as<Value, bool>) {
-    return "true or false";
-  } else if constexpr (std::integral<Value>) {
-    return "an integer";
-  } else {
-    return std::floating_point<Value> ? "a number" : "a string";
-  }
-}
+concept List = std::ranges::sized_range<Value> && !std::same_as<Value, std::string>;
 
-/// Structs in a list tell each for itself.
-template <typename Value>
-bool is(const nlohmann::json& found) {
-  if constexpr (Struct<Value>) {
-    return found.is_object();
-  } else if constexpr (Optional<Value>) {
-    return found.is_null() || is<typename Value::value_type>(found);
-  } else if constexpr (List<Value>) {
-    return found.is_array() &&
-           (Struct<typename Value::value_type> || std::ranges::all_of(found, is<typename Value::value_type>));
-  } else if constexpr (std::same_as<Value, bool>) {
-    return found.is_boolean();
-  } else if constexpr (std::integral<Value>) {
-    return found.is_number_integer();
-  } else {
-    return std::floating_point<Value> ? found.is_number() : found.is_string();
-  }
-}
+/// Index of the text among `names`.
+std::size_t read_name(const nlohmann::json& found, const JsonPlace& place,
+                      std::span<const std::string_view> names);
+/// 0 ... `most`.
+std::int64_t read_count(const nlohmann::json& found, const JsonPlace& place, std::int64_t most);
+void require_array(const nlohmann::json& found, const JsonPlace& place);
 
 template <typename Value>
 void read(const nlohmann::json& found, const JsonPlace& place, Value& value);
-template <typename Numbers>
-void read(const nlohmann::json& found, const JsonPlace& place, NullIsNan<Numbers>& value);
-
-template <typename Values>
-void resize_as(const nlohmann::json& found, const JsonPlace& place, Values& values) {
-  if constexpr (requires { values.resize(found.size()); }) {
-    values.resize(found.size());
-  }
-  require_size(found, place, values.size());
-}
 
 template <typename Value>
-void read(const nlohmann::json& found, const JsonPlace& place, Value& value) {
-  if (!is<Value>(found)) {
-    fail_type(found, place, name<Value>());
+void read(const nlohmann::json& found, const JsonPlace& place, std::optional<Value>& value) {
+  value.reset();
+  if (!found.is_null()) {
+    read(found, place, value.emplace());
   }
-  if constexpr (Struct<Value>) {
-    read_json_row(found, place, value);
-  } else if constexpr (Optional<Value>) {
-    value.reset();
-    if (!found.is_null()) {
-      read(found, place, value.emplace());
-    }
-  } else if constexpr (List<Value>) {
-    resize_as(found, place, value);
-    for (std::size_t i = 0; i < found.size(); ++i) {
-      read(found[i], Struct<typename Value::value_type> ? place.element(i) : place, value[i]);
-    }
-  } else if constexpr (std::is_enum_v<Value>) {
-    value = static_cast<Value>(require_name(found, place, names_of(Value())));
-  } else {
-    if constexpr (std::integral<Value> && !std::same_as<Value, bool>) {
-      require_count(found, place, static_cast<std::uint64_t>(std::numeric_limits<Value>::max()));
-    }
-    value = found.get<Value>();
+}
+
+/// `read_element` reads an element into a reference.
+template <typename Values, typename Read>
+void read_list(const nlohmann::json& found, const JsonPlace& place, Values& values,
+               const Read& read_element) {
+  require_array(found, place);
+  if constexpr (requires { values.resize(found.size()); }) {
+    values.resize(found.size());
+  } else if (values.size() != found.size()) {
+    place.fail(fmt::format("must have {} values, but has {}", values.size(), found.size()));
+  }
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    read_element(found[i], place.element(i), values[i]);
   }
 }
 
 template <typename Numbers>
 void read(const nlohmann::json& found, const JsonPlace& place, NullIsNan<Numbers>& value) {
   if constexpr (List<Numbers>) {
-    if (!is<std::vector<std::optional<double>>>(found)) {
-      fail_type(found, place, name<std::vector<std::optional<double>>>());
-    }
-    resize_as(found, place, value.value);
-    for (std::size_t i = 0; i < found.size(); ++i) {
-      value.value[i] = found[i].is_null() ? std::nanf("") : found[i].get<typename Numbers::value_type>();
-    }
+    read_list(found, place, value.value, [](const auto& element, const JsonPlace& at, auto& number) {
+      NullIsNan own{number};
+      read(element, at, own);
+    });
+  } else if (found.is_null()) {
+    value.value = std::nanf("");
   } else {
-    std::optional<Numbers> number;
-    read(found, place, number);
-    value.value = number.value_or(std::nanf(""));
+    read(found, place, value.value);
   }
 }
 
 template <typename Value>
-nlohmann::json write(Value& value) {
-  if constexpr (requires { value.value; } && !Optional<Value>) { // one of the wrappers
-    return write(value.value);
-  } else if constexpr (Struct<Value>) {
-    return to_json_row(value);
-  } else if constexpr (Optional<Value>) {
-    return value ? write(*value) : nlohmann::json();
+void read(const nlohmann::json& found, const JsonPlace& place, Value& value) {
+  if constexpr (Struct<Value>) {
+    read_json_row(found, place, value);
   } else if constexpr (List<Value>) {
-    nlohmann::json list = nlohmann::json::array();
-    for (auto& element : value) {
-      list.push_back(write(element));
-    }
-    return list;
+    read_list(found, place, value,
+              [](const auto& element, const JsonPlace& at, auto& own) { read(element, at, own); });
   } else if constexpr (std::is_enum_v<Value>) {
-    return names_of(value).at(static_cast<std::size_t>(value));
+    value = static_cast<Value>(read_name(found, place, names_of(Value())));
+  } else if constexpr (std::integral<Value> && !std::same_as<Value, bool>) {
+    constexpr auto most = static_cast<std::int64_t>(
+        std::min<std::uint64_t>(std::numeric_limits<Value>::max(), std::numeric_limits<std::int64_t>::max()));
+    value = static_cast<Value>(read_count(found, place, most));
   } else {
-    return value;
-  }
-}
-
-template <typename Value>
-bool is_nothing(const Value& value) {
-  if constexpr (requires { value.value; } && !Optional<Value>) {
-    return is_nothing(value.value);
-  } else if constexpr (Optional<Value>) {
-    return !value;
-  } else {
-    return value.empty();
+    try {
+      found.get_to(value);
+    } catch (const nlohmann::json::exception&) {
+      place.fail(fmt::format("must be {}, but is {}",
+                             std::same_as<Value, bool>    ? "true or false"
+                             : std::floating_point<Value> ? "a number"
+                                                          : "a string",
+                             found.type_name()));
+    }
   }
 }
 
 } // namespace json_value
+
+template <json_value::Struct Row>
+void to_json(nlohmann::json& written, const Row& row) {
+  written = to_json_row(row);
+}
+template <typename Enumeration>
+requires std::is_enum_v<Enumeration> && requires {
+  names_of(Enumeration());
+}
+void to_json(nlohmann::json& written, const Enumeration& value) {
+  written = names_of(value).at(static_cast<std::size_t>(value));
+}
+template <typename Numbers>
+void to_json(nlohmann::json& written, const NullIsNan<Numbers>& numbers) {
+  written = numbers.value;
+}
 
 template <typename Value>
 void Fields::operator()(std::string_view key, Value&& value) {
   if (reading()) {
     json_value::read(required(key), place_.key(key), value);
   } else {
-    (*written_)[std::string(key)] = json_value::write(value);
+    (*written_)[std::string(key)] = value;
   }
 }
 
 template <typename Value>
 void Fields::if_any(std::string_view key, Value&& value) {
-  if (reading() ? has(key) : !json_value::is_nothing(value)) {
+  const nlohmann::json found = reading() ? nlohmann::json() : nlohmann::json(value);
+  if (reading() ? has(key) : !found.empty() && found != "") {
     (*this)(key, value);
   }
 }
