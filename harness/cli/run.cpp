@@ -317,9 +317,8 @@ int run_scene(const Arguments& arguments, const CLI::App& command, const std::st
              .seconds = solution.timings.total(),
              .levels = std::ssize(solution.levels),
              .iterations = total_iterations(solution.levels),
-             .mean_energy = std::isfinite(largest_found(solution.displacement))
-                                ? mean_energy_of(scene, solution.displacement)
-                                : std::numeric_limits<double>::quiet_NaN(),
+             .mean_energy = absurd.empty() ? mean_energy_of(scene, solution.displacement)
+                                           : std::numeric_limits<double>::quiet_NaN(),
              .largest_displacement = largest_magnitude(solution.displacement),
              .spacing = scene.spacing,
              .placement = scene.placement,

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace hdmbench {
 
@@ -18,12 +19,13 @@ namespace hdmbench {
   return std::sqrt(squares / static_cast<double>(a.x.size()));
 }
 
-/// |component|, pixels; 0 of an empty field.
+/// The largest |component|, pixels; infinite where one is not a number, 0 of an empty field.
 [[nodiscard]] inline double largest_component(const VectorField& field) {
   float largest = 0.0F;
   for (const auto* const component : {&field.x, &field.y}) {
     for (const float value : *component) {
-      largest = std::max(largest, std::abs(value));
+      largest =
+          std::isnan(value) ? std::numeric_limits<float>::infinity() : std::max(largest, std::abs(value));
     }
   }
   return static_cast<double>(largest);

@@ -30,9 +30,6 @@ constexpr int most_steps = 100;
 /// A sampled image has more sites a side than this.
 constexpr int fewest_sites = 16;
 
-/// Sites a side by which a sampled image is judged; a sampled image of a large one takes no longer.
-constexpr int looked_at = 33;
-
 /// The interpolation of a sampled image is taken when this many times its expected error is within the
 /// request: between two levels there is one difference, and it can be small by chance.
 constexpr double caution_before_interpolation = 2.0;
@@ -55,41 +52,33 @@ std::vector<Extent> sampled_extents(Extent full) {
 /// First and last sites coincide on all sampled images: conditions are on borders.
 constexpr Alignment alignment = Alignment::corner;
 
-/// Indices spread evenly over an axis, both ends among them.
-std::vector<int> spread(int sites, int most) {
-  const int count = std::min(sites, most);
-  std::vector<int> indices(static_cast<std::size_t>(count), 0);
-  for (int i = 0; i < count && count > 1; ++i) {
-    indices[static_cast<std::size_t>(i)] =
-        static_cast<int>(static_cast<long long>(i) * (sites - 1) / (count - 1));
+/// Indices spread evenly over a fine axis, both ends among them, each with that which stands for it on the
+/// coarse one.
+std::vector<std::pair<int, int>> looked_at(int coarse, int fine) {
+  constexpr int most = 33; // so that to judge a sampled image of a large one takes no longer
+  const int count = std::min(fine, most);
+  std::vector<std::pair<int, int>> indices;
+  for (int i = 0; i < count; ++i) {
+    const int index = count > 1 ? static_cast<int>(static_cast<long long>(i) * (fine - 1) / (count - 1)) : 0;
+    const double position = fine > 1 ? static_cast<double>(index) * (coarse - 1) / (fine - 1) : 0.0;
+    indices.emplace_back(index,
+                         sampled_index(static_cast<int>(std::lround(position)), coarse, fine, alignment));
   }
   return indices;
-}
-
-/// For each of the fine indices the fine index that stands for it on a coarse axis.
-std::vector<int> representatives(const std::vector<int>& indices, int coarse, int fine) {
-  std::vector<int> result;
-  for (const int index : indices) {
-    const double position = fine > 1 ? static_cast<double>(index) * (coarse - 1) / (fine - 1) : 0.0;
-    result.push_back(sampled_index(static_cast<int>(std::lround(position)), coarse, fine, alignment));
-  }
-  return result;
 }
 
 /// Whether a solution of a sampled image is a fair start for finer ones (thesis 9.4): the nearest sampled
 /// site has the modulus of nine in ten sites, and observes half of the observed components.
 bool is_fair_start(const Level& full, Extent extent) {
-  const std::vector<int> columns = spread(full.extent.width, looked_at);
-  const std::vector<int> rows = spread(full.extent.height, looked_at);
-  const std::vector<int> to_columns = representatives(columns, extent.width, full.extent.width);
-  const std::vector<int> to_rows = representatives(rows, extent.height, full.extent.height);
+  std::size_t sites = 0;
   std::size_t same_modulus = 0;
   std::size_t observed = 0;
   std::size_t still_observed = 0;
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    for (std::size_t column = 0; column < columns.size(); ++column) {
-      const std::size_t at = full.extent.index(columns[column], rows[row]);
-      const std::size_t there = full.extent.index(to_columns[column], to_rows[row]);
+  for (const auto& [row, to_row] : looked_at(extent.height, full.extent.height)) {
+    for (const auto& [column, to_column] : looked_at(extent.width, full.extent.width)) {
+      const std::size_t at = full.extent.index(column, row);
+      const std::size_t there = full.extent.index(to_column, to_row);
+      ++sites;
       same_modulus += full.modulus.values[at] == full.modulus.values[there] ? 1 : 0;
       for (const auto* confidence : {&full.confidence.x, &full.confidence.y}) {
         observed += (*confidence)[at] > 0.0F ? 1 : 0;
@@ -97,17 +86,7 @@ bool is_fair_start(const Level& full, Extent extent) {
       }
     }
   }
-  return 10 * same_modulus >= 9 * columns.size() * rows.size() && 2 * still_observed >= observed;
-}
-
-/// Returns the position in `extents`, which begin with the full image, of the coarsest that is a fair start,
-/// all finer ones being fair too.
-std::size_t fair_start(const Level& full, const std::vector<Extent>& extents) {
-  std::size_t fair = 0;
-  while (fair + 1 < extents.size() && is_fair_start(full, extents[fair + 1])) {
-    ++fair;
-  }
-  return fair;
+  return 10 * same_modulus >= 9 * sites && 2 * still_observed >= observed;
 }
 
 void require_positive(const std::optional<double>& value, const char* what) {
@@ -170,7 +149,10 @@ private:
   /// their differences say that the next finer one would not move the field by more than what is asked for.
   /// False where none is good enough.
   bool solve_sampled() {
-    const std::size_t fair = fair_start(scene_.full, extents_);
+    std::size_t fair = 0; // the coarsest that is a fair start, all finer ones being fair too
+    while (fair + 1 < extents_.size() && is_fair_start(scene_.full, extents_[fair + 1])) {
+      ++fair;
+    }
     if (fair == 0) {
       return false;
     }
@@ -239,16 +221,8 @@ private:
   /// until what is left matters little to the request.
   VectorField solve(const Level& sampled) {
     ElasticSolver solver(sampled, scene_.poisson, session_);
-    solver.full_multigrid();
-    RemainingError left(contrast_of(sampled.modulus));
     const double enough = request_.accuracy ? share_of_steps * *request_.accuracy : unknown;
-    for (int i = 0; i < most_steps && !left.is_within(enough); ++i) {
-      const ElasticSolver::Step step = solver.conjugate_gradients();
-      if (step.ended) {
-        break;
-      }
-      left.add(distance_of(step));
-    }
+    solve_within(enough, most_steps, contrast_of(sampled.modulus), solver);
     add_work(solver);
     return solver.displacement();
   }

@@ -1,13 +1,13 @@
 #include "harness/solve/solve.hpp"
 
 #include "harness/scene/level_sequence.hpp"
+#include "harness/solve/field_norms.hpp"
 #include "harness/solve/stopwatch.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 namespace hdmbench {
@@ -134,47 +134,24 @@ Solution solve(const Scene& scene, Session& session, Progress& progress, const S
   return solution;
 }
 
-double largest_given(const Level& level, const std::optional<VectorField>& start) {
-  double largest = 0.0;
-  const auto add = [&](const std::vector<float>& target, const std::vector<float>& confidence,
-                       const std::vector<float>* from) {
-    for (std::size_t i = 0; i < target.size(); ++i) {
-      const float given = confidence[i] > 0.0F ? target[i] : 0.0F;
-      const float begun = from != nullptr ? (*from)[i] : 0.0F;
-      largest =
-          std::max({largest, std::abs(static_cast<double>(given)), std::abs(static_cast<double>(begun))});
-    }
-  };
-  add(level.target.x, level.confidence.x, start ? &start->x : nullptr);
-  add(level.target.y, level.confidence.y, start ? &start->y : nullptr);
-  return largest;
-}
-
-double largest_found(const VectorField& field) {
-  double largest = 0.0;
-  for (const auto* const component : {&field.x, &field.y}) {
-    for (const float value : *component) {
-      const auto size = std::abs(static_cast<double>(value));
-      largest = std::isnan(size) ? std::numeric_limits<double>::infinity() : std::max(largest, size);
-    }
-  }
-  return largest;
-}
-
-std::string why_absurd(Extent image, double given, double found) {
+std::string why_absurd(const Scene& scene, const VectorField& field) {
+  const double found = largest_component(field);
   if (!std::isfinite(found)) {
     return "the field has components that are infinite or not a number";
   }
-  const double sides = static_cast<double>(image.width) + static_cast<double>(image.height);
+  const Level& full = scene.full;
+  double given = scene.start ? largest_component(*scene.start) : 0.0; // what drives a field, pixels
+  for (std::size_t i = 0; i < full.extent.sites(); ++i) {
+    given =
+        std::max({given, full.confidence.x[i] > 0.0F ? std::abs(static_cast<double>(full.target.x[i])) : 0.0,
+                  full.confidence.y[i] > 0.0F ? std::abs(static_cast<double>(full.target.y[i])) : 0.0});
+  }
+  const double sides = static_cast<double>(full.extent.width) + static_cast<double>(full.extent.height);
   const bool is_absurd = found > 100.0 * sides * std::max(given, 1.0);
   return is_absurd
              ? fmt::format("the field reaches {:.3g} px, where conditions and start give {:.3g} px at most",
                            found, given)
              : "";
-}
-
-std::string why_absurd(const Scene& scene, const VectorField& field) {
-  return why_absurd(scene.extent(), largest_given(scene.full, scene.start), largest_found(field));
 }
 
 std::int64_t total_iterations(std::span<const LevelResult> levels) {

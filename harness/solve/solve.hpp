@@ -64,15 +64,8 @@ struct SolveOptions {
 [[nodiscard]] Solution solve(const Scene& scene, Session& session, Progress& progress,
                              const SolveOptions& options = {});
 
-/// Returns the largest |component| that conditions and the start give, pixels: what drives a field.
-[[nodiscard]] double largest_given(const Level& level, const std::optional<VectorField>& start);
-
-/// Returns the largest |component|, pixels; infinite where one is not a number.
-[[nodiscard]] double largest_found(const VectorField& field);
-
-/// Says why no energy can have a field with largest_found() `found` of an image whose largest_given() is
-/// `given`; empty: it can. The limit is far beyond any lever that an image has room for.
-[[nodiscard]] std::string why_absurd(Extent image, double given, double found);
+/// Says why no energy can have this field; empty: it can. The limit is far beyond any lever that the image
+/// has room for.
 [[nodiscard]] std::string why_absurd(const Scene& scene, const VectorField& field);
 
 /// Iterations over all levels.

@@ -2,6 +2,7 @@
 
 #include "harness/scene/joined.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/scene/sites.hpp"
 #include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/methods/robust_observations.hpp"
@@ -13,6 +14,7 @@
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/modulus.hpp"
 
+#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -265,6 +267,71 @@ VectorField ElasticSolver::displacement() const {
   return field;
 }
 
+double ElasticSolver::settle(const Level& full, const std::vector<RigidMotion>& motions) {
+  if (!sprung_ || motions.empty()) {
+    return 0.0;
+  }
+  const Stopwatch watch(timings_.compute);
+  const auto spring = [&](const std::vector<float>& confidence, std::size_t at) {
+    return is_spring(confidence[at]) ? spring_stiffness(full.modulus.values[at], confidence[at]) : 0.0;
+  };
+  // What the springs do about a way.
+  const auto pulled = [&](VectorField way) {
+    for (std::size_t at = 0; at < full.extent.sites(); ++at) {
+      way.x[at] = static_cast<float>(spring(full.confidence.x, at) * way.x[at]);
+      way.y[at] = static_cast<float>(spring(full.confidence.y, at) * way.y[at]);
+    }
+    return way;
+  };
+  const auto product = [&](const VectorField& force, const VectorField& way) {
+    session_.write(0, ElasticField::image, force);
+    session_.write(0, ElasticField::direction, way);
+    return static_cast<double>(session_.dot(ElasticField::image, ElasticField::direction));
+  };
+  // The sum of the motions, so much of each.
+  const auto moved_by = [&](const Eigen::VectorXd& amounts) {
+    VectorField field(full.extent);
+    for_each_site(full.extent, [&](int column, int row) {
+      double x = 0.0;
+      double y = 0.0;
+      for (Eigen::Index i = 0; i < amounts.size(); ++i) {
+        const RigidMotion& motion = motions[static_cast<std::size_t>(i)];
+        x += amounts[i] * motion.x_at(row);
+        y += amounts[i] * motion.y_at(column);
+      }
+      const std::size_t at = full.extent.index(column, row);
+      field.x[at] = static_cast<float>(x);
+      field.y[at] = static_cast<float>(y);
+    });
+    return field;
+  };
+  VectorField missing = full.target;
+  const VectorField field = displacement();
+  std::ranges::transform(missing.x, field.x, missing.x.begin(), std::minus<>());
+  std::ranges::transform(missing.y, field.y, missing.y.begin(), std::minus<>());
+  const VectorField pull = pulled(std::move(missing));
+  const auto count = static_cast<Eigen::Index>(motions.size());
+  Eigen::MatrixXd matrix(count, count);
+  Eigen::VectorXd forces(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const VectorField way = moved_by(Eigen::VectorXd::Unit(count, i));
+    forces[i] = product(pull, way);
+    const VectorField resistance = pulled(way);
+    for (Eigen::Index j = 0; j < count; ++j) {
+      matrix(i, j) = product(resistance, moved_by(Eigen::VectorXd::Unit(count, j)));
+    }
+  }
+  const Eigen::VectorXd amounts = matrix.ldlt().solve(forces);
+  if (!amounts.allFinite()) {
+    return 0.0;
+  }
+  const VectorField moved = moved_by(amounts);
+  std::ranges::transform(start_.x, moved.x, start_.x.begin(), std::plus<>());
+  std::ranges::transform(start_.y, moved.y, start_.y.begin(), std::plus<>());
+  session_.write(0, ElasticField::direction, moved);
+  return std::sqrt(2.0) * root_mean_square(session_.dot(ElasticField::direction, ElasticField::direction));
+}
+
 double ElasticSolver::rounding(double largest, double contrast) const {
   if (contrast > most_contrast) {
     return std::numeric_limits<double>::infinity();
@@ -273,32 +340,47 @@ double ElasticSolver::rounding(double largest, double contrast) const {
   return largest * std::numeric_limits<float>::epsilon() * of_springs;
 }
 
-ElasticMethod elastic_method(const Schedule& schedule, double largest) {
-  return {.name = schedule.method, .effort = schedule.iterations, .largest = largest};
+void solve_within(double accuracy, int most_steps, double contrast, ElasticSolver& solver) {
+  solver.full_multigrid();
+  RemainingError error(contrast);
+  for (int done = 0; done < most_steps && !error.is_within(accuracy); ++done) {
+    const ElasticSolver::Step step = solver.conjugate_gradients();
+    if (step.ended) {
+      return;
+    }
+    error.add(std::sqrt(2.0) * step.change); // of sites, from that of components
+  }
 }
 
-std::optional<double> follow(const ElasticMethod& method, ElasticSolver& solver, double sites,
-                             Progress& progress) {
-  if (method.name == elastic_sweeps) {
-    for (int done = 0; done < method.effort; ++done) {
+namespace {
+
+/// Takes the steps of the schedule's method, each of `sites` of progress. `largest`: component of the
+/// targets, pixels; `contrast`: contrast_of() the sheet. Returns the error that is left, pixels, where the
+/// method tells.
+std::optional<double> follow(const Schedule& schedule, double largest, double contrast, double sites,
+                             ElasticSolver& solver, Progress& progress) {
+  if (schedule.method == elastic_sweeps) {
+    for (int done = 0; done < schedule.iterations; ++done) {
       solver.sweep();
       progress.advance(sites);
     }
     return std::nullopt;
   }
-  const bool gradients = method.name == elastic_conjugate_gradients;
-  solver.full_multigrid(gradients || method.effort > 0);
-  const int steps = gradients ? method.effort : method.effort - 1; // the first cycle is full multigrid's own
-  const double rounding = solver.rounding(method.largest, method.contrast);
-  const double least = 0.01 * method.largest * std::numeric_limits<float>::epsilon(); // it changes nothing
-  RemainingError error(method.contrast);
-  CyclesError of_cycles(method.contrast, rounding);
+  const bool gradients = schedule.method == elastic_conjugate_gradients;
+  solver.full_multigrid(gradients || schedule.iterations > 0);
+  const int steps = schedule.iterations - (gradients ? 0 : 1); // the first cycle is full multigrid's own
+  const double rounding = solver.rounding(largest, contrast);
+  const double least = 0.01 * largest * std::numeric_limits<float>::epsilon(); // it changes nothing
+  RemainingError error(contrast);
+  CyclesError of_cycles(contrast, rounding);
   for (int done = 0; done < steps; ++done) {
     const ElasticSolver::Step step = gradients ? solver.conjugate_gradients() : solver.cycle();
     progress.advance(sites);
+    if (step.ended && !step.at_rest) {
+      return std::nullopt;
+    }
     if (step.ended) {
-      return step.at_rest ? std::optional(std::hypot(error.is_known() ? error.estimate() : 0.0, rounding))
-                          : std::nullopt;
+      return std::hypot(error.is_known() ? error.estimate() : 0.0, rounding);
     }
     const double moved = std::sqrt(2.0) * step.change; // of sites, from that of components
     error.add(moved);
@@ -312,8 +394,6 @@ std::optional<double> follow(const ElasticMethod& method, ElasticSolver& solver,
   }
   return std::hypot(gradients ? error.estimate() : of_cycles.estimate(), rounding);
 }
-
-namespace {
 
 /// By the scene's method on a sampled image. What its cells cost is not known: no error is estimated.
 Solution solve_sampled(const Scene& scene, ElasticSession& session, Progress& progress) {
@@ -342,8 +422,8 @@ Solution solve_sampled(const Scene& scene, ElasticSession& session, Progress& pr
   });
   require_prescribed(has_springs(sampled));
   ElasticSolver solver(sampled, scene.poisson, session);
-  (void)follow(elastic_method(scene.schedule, largest_component(sampled.target)), solver,
-               static_cast<double>(scene.extent().sites()), progress);
+  (void)follow(scene.schedule, largest_component(sampled.target), 1.0,
+               static_cast<double>(scene.extent().sites()), solver, progress);
   add_work(solution.levels, solver.work());
   solution.timings.add(solver.timings());
   const VectorField coarse = timed(solution.timings.readback, [&] { return solver.displacement(); });
@@ -362,10 +442,9 @@ Solution solve_whole(const Scene& scene, ElasticSession& session, Progress& prog
     robust = find_robust_observations(scene, session, progress);
   }
   ElasticSolver solver(robust ? robust->level : scene.full, scene.poisson, session);
-  ElasticMethod method = elastic_method(scene.schedule, largest_component(scene.full.target));
-  method.contrast = contrast_of(scene.full.modulus);
   const std::optional<double> error =
-      follow(method, solver, static_cast<double>(scene.extent().sites()), progress);
+      follow(scene.schedule, largest_component(scene.full.target), contrast_of(scene.full.modulus),
+             static_cast<double>(scene.extent().sites()), solver, progress);
   solver.settle(robust ? robust->level : scene.full, free_motions(scene.full));
   Solution solution;
   if (robust) {

@@ -94,18 +94,9 @@ private:
   double least_change_ = 0.0; ///< of conjugate gradients: what moves a component by no bit, pixels
 };
 
-/// The method that a schedule names.
-struct ElasticMethod {
-  std::string name;
-  int effort = 0;        ///< Schedule::iterations
-  double largest = 0.0;  ///< component of the targets, pixels
-  double contrast = 1.0; ///< contrast_of() the sheet: of what is stated, not of what is done
-};
-/// `largest`: of the targets, pixels.
-[[nodiscard]] ElasticMethod elastic_method(const Schedule& schedule, double largest);
-/// Takes its steps, each of `sites` of progress. The error that is left, pixels, where the method tells.
-std::optional<double> follow(const ElasticMethod& method, ElasticSolver& solver, double sites,
-                             Progress& progress);
+/// Full multigrid, then conjugate gradients until what is left is within `accuracy`, pixels, at most so many
+/// steps. `contrast`: contrast_of() the sheet.
+void solve_within(double accuracy, int most_steps, double contrast, ElasticSolver& solver);
 
 /// The scene by the method that its schedule names. Throws as ElasticSolver does.
 [[nodiscard]] Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& progress,

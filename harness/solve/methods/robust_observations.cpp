@@ -2,7 +2,6 @@
 
 #include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/elastic.hpp"
-#include "harness/solve/methods/remaining_error.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/modulus.hpp"
@@ -73,15 +72,7 @@ RobustObservations find_robust_observations(const Scene& scene, ElasticSession& 
   VectorField before;
   for (;;) {
     ElasticSolver solver(result.level, scene.poisson, session);
-    solver.full_multigrid();
-    RemainingError error(contrast_of(result.level.modulus));
-    for (int step = 0; step < most_steps && !error.is_within(known_within * forgiven); ++step) {
-      const ElasticSolver::Step done = solver.conjugate_gradients();
-      if (done.ended) {
-        break;
-      }
-      error.add(std::sqrt(2.0) * done.change); // of sites, from that of components
-    }
+    solve_within(known_within * forgiven, most_steps, contrast_of(result.level.modulus), solver);
     ++result.rounds;
     const VectorField field = solver.displacement();
     result.timings.add(solver.timings());

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
-#include <span>
 
 namespace hdmbench {
 
@@ -18,95 +16,7 @@ struct Imposed {
   std::size_t count = 0;            ///< components
   float largest_unknown_gap = 0.0F; ///< pixels
   bool has_springs = false;         ///< a confidence is below 1
-
-  void add(const Imposed& other) {
-    squares += other.squares;
-    count += other.count;
-    largest_unknown_gap = std::max(largest_unknown_gap, other.largest_unknown_gap);
-    has_springs = has_springs || other.has_springs;
-  }
 };
-
-/// Few sites are observed, and the rest need not be looked at one by one.
-constexpr std::size_t block = 64;
-
-/// Pixels: no smaller gap is worth asking whether it was known.
-constexpr float smallest_gap = 1e-3F;
-
-/// What a coarse field knew of a component around a row of the image: the confidences of the two coarse rows
-/// beside it.
-struct KnownAround {
-  const float* north = nullptr;
-  const float* south = nullptr;
-  std::span<const Interpolation> columns{};
-
-  [[nodiscard]] bool knows(int coarse) const { return north[coarse] > 0.0F || south[coarse] > 0.0F; }
-  /// An observation next to site x.
-  [[nodiscard]] bool is_known(std::size_t x) const {
-    return knows(columns[x].first) || knows(columns[x].second);
-  }
-  /// Observations next to all sites from `first` to `last`; false may be wrong.
-  [[nodiscard]] bool is_all_known(std::size_t first, std::size_t last) const {
-    for (int coarse = columns[first].first; coarse <= columns[last].second; ++coarse) {
-      if (!knows(coarse)) {
-        return false;
-      }
-    }
-    return true;
-  }
-};
-
-/// A row of one component.
-Imposed put_on_targets(std::span<float> values, const float* target, const float* confidence,
-                       const KnownAround& known) {
-  Imposed result{.largest_unknown_gap = smallest_gap};
-  std::array<float, block> gaps{};
-  for (std::size_t first = 0; first < values.size(); first += block) {
-    const std::size_t count = std::min(block, values.size() - first);
-    float* const value = values.data() + first;
-    const float* const wanted = target + first;
-    const float* const sure = confidence + first;
-    std::int32_t any = 0;
-#pragma omp simd reduction(| : any)
-    for (std::size_t i = 0; i < count; ++i) {
-      any |= ordered_bits(sure[i]);
-    }
-    if (any == 0) {
-      continue;
-    }
-    float squares = 0.0F;
-    std::int32_t observed = 0;
-    std::int32_t least = ordered_bits(1.0F);
-    std::int32_t largest = 0;
-#pragma omp simd reduction(+ : squares, observed) reduction(min : least) reduction(max : largest)
-    for (std::size_t i = 0; i < count; ++i) {
-      const bool is_observed = sure[i] > 0.0F;
-      const float own = value[i];
-      const float other = wanted[i];
-      const float to = is_observed ? other : own;
-      const float gap = std::abs(to - own);
-      const std::int32_t confidence_bits = is_observed ? ordered_bits(sure[i]) : ordered_bits(1.0F);
-      gaps[i] = gap;
-      squares += gap * gap;
-      observed += is_observed ? 1 : 0;
-      least = confidence_bits < least ? confidence_bits : least;
-      largest = ordered_bits(gap) > largest ? ordered_bits(gap) : largest;
-      value[i] = to;
-    }
-    result.squares += static_cast<double>(squares);
-    result.count += static_cast<std::size_t>(observed);
-    result.has_springs = result.has_springs || least < ordered_bits(1.0F);
-    if (largest <= ordered_bits(result.largest_unknown_gap) || known.is_all_known(first, first + count - 1)) {
-      continue;
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      if (gaps[i] > result.largest_unknown_gap && !known.is_known(first + i)) {
-        result.largest_unknown_gap = gaps[i];
-      }
-    }
-  }
-  return result;
-}
 
 /// The pixels of an axis that a sampled site stands for: first ... last, of the outer two a part only.
 struct Share {
@@ -225,7 +135,6 @@ Interpolated interpolate_to_image(const VectorField& coarse, const Level& sample
   const Projection projection(sites, extent, alignment);
   const std::vector<Interpolation> columns = interpolations(sites.width, extent.width, alignment);
   const std::vector<Interpolation> rows = interpolations(sites.height, extent.height, alignment);
-  const auto width = static_cast<std::size_t>(extent.width);
   Interpolated result;
   result.field.extent = extent;
   const std::array components{&result.field.x, &result.field.y};
@@ -242,16 +151,30 @@ Interpolated interpolate_to_image(const VectorField& coarse, const Level& sample
 #pragma omp for schedule(static)
     for (int y = 0; y < extent.height; ++y) {
       Imposed& own = of_rows[static_cast<std::size_t>(y)];
-      const std::size_t first = extent.index(0, y);
       const Interpolation& row = rows[static_cast<std::size_t>(y)];
       const auto component = [&](const std::vector<float>& from, Projection::CoarseRows& of_component,
                                  const std::vector<float>& target, const std::vector<float>& confidence,
                                  const std::vector<float>& known, std::vector<float>& to) {
+        const std::size_t first = extent.index(0, y);
         projection.row(from.data(), y, of_component, to.data() + first);
-        own.add(put_on_targets({to.data() + first, width}, target.data() + first, confidence.data() + first,
-                               {.north = known.data() + sites.index(0, row.first),
-                                .south = known.data() + sites.index(0, row.second),
-                                .columns = columns}));
+        const auto is_known = [&](int column) {
+          return known[sites.index(column, row.first)] > 0.0F ||
+                 known[sites.index(column, row.second)] > 0.0F;
+        };
+        for (std::size_t x = 0; x < columns.size(); ++x) {
+          const std::size_t site = first + x;
+          if (confidence[site] > 0.0F) {
+            const float gap = std::abs(target[site] - to[site]);
+            own.squares += static_cast<double>(gap) * static_cast<double>(gap);
+            ++own.count;
+            own.has_springs = own.has_springs || confidence[site] < 1.0F;
+            if (gap > own.largest_unknown_gap && !is_known(columns[x].first) &&
+                !is_known(columns[x].second)) {
+              own.largest_unknown_gap = gap;
+            }
+            to[site] = target[site];
+          }
+        }
       };
       component(coarse.x, rows_of_x, full.target.x, full.confidence.x, sampled.confidence.x, result.field.x);
       component(coarse.y, rows_of_y, full.target.y, full.confidence.y, sampled.confidence.y, result.field.y);
@@ -259,14 +182,15 @@ Interpolated interpolate_to_image(const VectorField& coarse, const Level& sample
   }
   Imposed imposed;
   for (const Imposed& row : of_rows) {
-    imposed.add(row);
+    imposed.squares += row.squares;
+    imposed.count += row.count;
+    imposed.largest_unknown_gap = std::max(imposed.largest_unknown_gap, row.largest_unknown_gap);
+    imposed.has_springs = imposed.has_springs || row.has_springs;
   }
   if (imposed.count > 0) {
     result.gap = std::sqrt(2.0 * imposed.squares / static_cast<double>(imposed.count)); // two a site
   }
-  if (imposed.largest_unknown_gap > smallest_gap) {
-    result.largest_unknown_gap = static_cast<double>(imposed.largest_unknown_gap);
-  }
+  result.largest_unknown_gap = static_cast<double>(imposed.largest_unknown_gap);
   result.has_springs = imposed.has_springs;
   return result;
 }
