@@ -99,7 +99,7 @@ int run_bench(BenchArguments& arguments, const std::string& line) {
     return !scene;
   });
   Progress progress;
-  progress.set_total(work, WorkUnit::site_updates);
+  progress.set_total(work);
   fmt::print("Seconds are medians of {} samples of a whole solution without set-up{}.\n", arguments.repeats,
              arguments.quick ? " (quick: sizes 300 and 600 only unless others were asked for)" : "");
 

@@ -163,7 +163,7 @@ std::vector<GoldenResult> check(const std::vector<Problem>& problems, std::span<
           }));
     }
   }
-  progress.set_total(total, WorkUnit::site_updates);
+  progress.set_total(total);
   std::vector<GoldenResult> results;
   for (const Problem& one : problems) {
     const auto* const scene = std::get_if<Scene>(&one.scene);

@@ -287,7 +287,7 @@ int run_scene(const Arguments& arguments, const CLI::App& command, const std::st
                    files_of_scene(arguments.scene.scene));
   }
 
-  progress.set_total(site_updates(scene), WorkUnit::site_updates);
+  progress.set_total(site_updates(scene));
   progress.describe(fmt::format("run {} on {}", scene.name, backend.name()));
   std::optional<Plan> plan;
   Solution solution;

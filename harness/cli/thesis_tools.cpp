@@ -177,7 +177,7 @@ VectorField displacement_of(const Scene& scene, const EnergyArguments& arguments
   const auto registry = make_backends();
   const Backend& backend = arguments.scene.choose(registry, scene);
   Progress progress;
-  progress.set_total(site_updates(scene), WorkUnit::site_updates);
+  progress.set_total(site_updates(scene));
   progress.describe(fmt::format("solving {} on {}", scene.name, backend.name()));
   return solve(scene, *backend.open(arguments.scene.session), progress).displacement;
 }

@@ -227,7 +227,7 @@ int verify_scenes(const VerifyArguments& arguments, const std::string& line,
   for (const Scene& scene : scenes) {
     total += site_updates(scene, options.iteration_limit);
   }
-  progress.set_total(total, WorkUnit::site_updates);
+  progress.set_total(total);
 
   json rows = json::array();
   std::vector<Comparison> all;
