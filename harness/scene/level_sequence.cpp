@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <numbers>
 
 namespace hdmbench {
@@ -37,48 +36,20 @@ std::vector<float> chebyshev_factors(const Relaxation& relaxation, int sweeps, d
   return factors;
 }
 
-/// Level::strengths of the schedule on a level.
-std::vector<float> sweep_strengths(const Scene& scene, int iterations, Extent extent) {
-  const Schedule& schedule = scene.schedule;
-  const int sweeps = sweeps_per_iteration(scene.full);
-  if (schedule.rule == Rule::annealing) {
-    std::vector<float> inverse_temperatures;
-    for (int i = 0; i < iterations; ++i) {
-      const double done = iterations > 1 ? static_cast<double>(i) / (iterations - 1) : 1.0;
-      const double temperature =
-          schedule.cooling.highest * std::pow(schedule.cooling.lowest / schedule.cooling.highest, done);
-      inverse_temperatures.insert(inverse_temperatures.end(), static_cast<std::size_t>(sweeps),
-                                  static_cast<float>(1.0 / temperature));
-    }
-    return inverse_temperatures;
-  }
-  if (schedule.rule == Rule::closed_form && schedule.relaxation.reach > 0.0) {
-    return chebyshev_factors(schedule.relaxation, std::max(1, iterations) * sweeps, longer_side(extent));
-  }
-  return schedule.rule == Rule::steps ? std::vector<float>{}
-                                      : std::vector{static_cast<float>(schedule.relaxation.factor)};
-}
-
-/// Widens a range by what a component begins with and by its targets.
-void widen(const std::vector<float>& begin, const std::vector<float>& target,
-           const std::vector<float>& confidence, double& least, double& most) {
-  const auto take = [&](float value) {
-    least = std::min(least, static_cast<double>(value));
-    most = std::max(most, static_cast<double>(value));
-  };
-  std::ranges::for_each(begin, take);
+/// Whether a component has a value that is not a number, or by more than 2 % of the range outside those it
+/// began with and its targets.
+bool has_left_range(const std::vector<float>& begin, const std::vector<float>& target,
+                    const std::vector<float>& confidence, const std::vector<float>& end) {
+  auto [least, most] = std::ranges::minmax(begin);
   for (std::size_t i = 0; i < target.size(); ++i) {
     if (confidence[i] > 0.0F) {
-      take(target[i]);
+      least = std::min(least, target[i]);
+      most = std::max(most, target[i]);
     }
   }
-}
-
-bool is_within(double least, double most, const std::vector<float>& values) {
-  constexpr double tolerance = 0.02; // of the range
-  const double margin = tolerance * (most - least);
-  return std::ranges::all_of(values, [low = least - margin, high = most + margin](double value) {
-    return low <= value && value <= high; // false for NaN
+  const double margin = 0.02 * (static_cast<double>(most) - static_cast<double>(least));
+  return !std::ranges::all_of(end, [low = least - margin, high = most + margin](double value) {
+    return low <= value && value <= high;
   });
 }
 
@@ -108,7 +79,26 @@ int LevelSequence::iterations(int level) const {
 }
 
 std::vector<float> LevelSequence::strengths(int level) const {
-  return sweep_strengths(scene_, iterations(level), extent(level));
+  const Schedule& schedule = scene_.schedule;
+  const int sweeps = sweeps_per_iteration(scene_.full);
+  const int iterations = this->iterations(level);
+  if (schedule.rule == Rule::annealing) {
+    std::vector<float> inverse_temperatures;
+    for (int i = 0; i < iterations; ++i) {
+      const double done = iterations > 1 ? static_cast<double>(i) / (iterations - 1) : 1.0;
+      const double temperature =
+          schedule.cooling.highest * std::pow(schedule.cooling.lowest / schedule.cooling.highest, done);
+      inverse_temperatures.insert(inverse_temperatures.end(), static_cast<std::size_t>(sweeps),
+                                  static_cast<float>(1.0 / temperature));
+    }
+    return inverse_temperatures;
+  }
+  if (schedule.rule == Rule::closed_form && schedule.relaxation.reach > 0.0) {
+    return chebyshev_factors(schedule.relaxation, std::max(1, iterations) * sweeps,
+                             longer_side(extent(level)));
+  }
+  return schedule.rule == Rule::steps ? std::vector<float>{}
+                                      : std::vector{static_cast<float>(schedule.relaxation.factor)};
 }
 
 std::optional<Pyramid> LevelSequence::pyramid() const {
@@ -126,14 +116,6 @@ std::optional<Pyramid> LevelSequence::pyramid() const {
   return pyramid;
 }
 
-void LevelSequence::prepare(int level, Level& sampled) const {
-  sampled.rule = scene_.schedule.rule;
-  if (needs_inverse_curvature(sampled.rule)) {
-    set_inverse_curvature(sampled);
-  }
-  sampled.strengths = strengths(level);
-}
-
 const Level& LevelSequence::sample(int level) {
   if (level == 0 && scene_.schedule.rule == Rule::steps) {
     sampled_ = {}; // a quarter of level 0, which no one needs beside it
@@ -142,7 +124,11 @@ const Level& LevelSequence::sample(int level) {
   sampled_ = level == 0 ? scene_.full
                         : sample_level(scene_.full, extent(level), scene_.schedule.alignment,
                                        scene_.schedule.mean_modulus ? Material::mean : Material::nearest);
-  prepare(level, sampled_);
+  sampled_.rule = scene_.schedule.rule;
+  if (needs_inverse_curvature(sampled_.rule)) {
+    set_inverse_curvature(sampled_);
+  }
+  sampled_.strengths = strengths(level);
   return sampled_;
 }
 
@@ -177,29 +163,15 @@ VectorField LevelSequence::begin(int level, const VectorField& computed_before) 
   return moved;
 }
 
-LevelRange range_of(const Level& level, const VectorField& begin) {
-  constexpr double none = std::numeric_limits<double>::infinity();
-  LevelRange range{.least = {none, none}, .most = {-none, -none}};
-  widen(begin.x, level.target.x, level.confidence.x, range.least[0], range.most[0]);
-  widen(begin.y, level.target.y, level.confidence.y, range.least[1], range.most[1]);
-  return range;
-}
-
 /// A minimiser of a site's energy is a mean of its neighbours and its target, so no field of minimisers has a
 /// value outside those it began with and the targets. Over-relaxation passes them by a little even where it
 /// converges.
-bool is_within(const LevelRange& range, const VectorField& field) {
-  return is_within(range.least[0], range.most[0], field.x) &&
-         is_within(range.least[1], range.most[1], field.y);
-}
-
-bool is_accelerated(const Level& level) {
-  return level.rule == Rule::closed_form &&
-         std::ranges::any_of(level.strengths, [](float strength) { return strength > 1.0F; });
-}
-
 bool has_diverged(const Level& level, const VectorField& begin, const VectorField& end) {
-  return is_accelerated(level) && !is_within(range_of(level, begin), end);
+  const bool is_accelerated =
+      level.rule == Rule::closed_form &&
+      std::ranges::any_of(level.strengths, [](float strength) { return strength > 1.0F; });
+  return is_accelerated && (has_left_range(begin.x, level.target.x, level.confidence.x, end.x) ||
+                            has_left_range(begin.y, level.target.y, level.confidence.y, end.y));
 }
 
 void StopRule::report(std::int64_t changed, const Level& level, const VectorField& displacement) {

@@ -2,7 +2,6 @@
 
 #include "harness/scene/scene.hpp"
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -38,26 +37,12 @@ public:
   [[nodiscard]] VectorField begin(int level, const VectorField& computed_before) const;
 
 private:
-  void prepare(int level, Level& sampled) const;
-
   const Scene& scene_;
   std::vector<Extent> extents_;
   std::vector<int> order_;
   Level sampled_;
   bool has_start_ = false; ///< whether it is not the null field
 };
-
-/// Least and greatest of what a level begins with and of its targets, in x and y.
-struct LevelRange {
-  std::array<double, 2> least{};
-  std::array<double, 2> most{};
-};
-[[nodiscard]] LevelRange range_of(const Level& level, const VectorField& begin);
-/// Of sites of that level: by 2 % of the range more, at most. False for NaN.
-[[nodiscard]] bool is_within(const LevelRange& range, const VectorField& field);
-
-/// Whether any sweep has a factor above 1.
-[[nodiscard]] bool is_accelerated(const Level& level);
 
 /// Whether sweeps with factors above 1 carried a level's field out of the range of the conditions and of what
 /// it began with, by more than 2 % of the range: the system is not symmetric, and strong contrasts give it
