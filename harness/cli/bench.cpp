@@ -176,21 +176,19 @@ void add_bench(CLI::App& program, Call& call) {
   command->add_option(
       "--benchmark-json", own->benchmark_json,
       "Write the samples to this file as Google Benchmark's JSON, too, for its compare.py and for CI");
-  const auto* const group =
-      "Compare with before (exit status 1: slower, inconclusive, missing, other device)";
-  CLI::Option* const before =
-      command
-          ->add_option("--compare", own->before,
-                       "Measure again what this result file has, and compare; nothing else is run")
-          ->group(group);
-  command->add_option("--with", own->after, "Compare with this result file in place of measuring")
-      ->needs(before)
-      ->excludes("--json")
-      ->group(group);
-  command->add_option("--tolerance", own->tolerance, "Percent by which a time may grow")
-      ->needs(before)
-      ->check(CLI::Range(0.1, 1000.0))
-      ->group(group);
+  {
+    const OptionGroup group(
+        *command, "Compare with before (exit status 1: slower, inconclusive, missing, other device)");
+    CLI::Option* const before =
+        command->add_option("--compare", own->before,
+                            "Measure again what this result file has, and compare; nothing else is run");
+    command->add_option("--with", own->after, "Compare with this result file in place of measuring")
+        ->needs(before)
+        ->excludes("--json");
+    command->add_option("--tolerance", own->tolerance, "Percent by which a time may grow")
+        ->needs(before)
+        ->check(CLI::Range(0.1, 1000.0));
+  }
   const auto gates = std::make_shared<Gates>();
   gates->add_to(*command);
   command->callback([own, gates, command, &call] {

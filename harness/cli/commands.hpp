@@ -22,6 +22,20 @@ struct Call {
   int status = success;   ///< an ExitStatus
 };
 
+/// Options that a command declares while this lives stand under a heading of their own in its help.
+class OptionGroup {
+public:
+  OptionGroup(CLI::App& command, const std::string& heading) : command_(command) {
+    command_.option_defaults()->group(heading);
+  }
+  OptionGroup(const OptionGroup&) = delete;
+  OptionGroup& operator=(const OptionGroup&) = delete;
+  ~OptionGroup() { command_.option_defaults()->group("Options"); }
+
+private:
+  CLI::App& command_;
+};
+
 void add_devices(CLI::App& program, Call& call);
 void add_methods(CLI::App& program, Call& call);
 void add_run(CLI::App& program, Call& call);

@@ -5,9 +5,6 @@
 
 #include <fmt/ranges.h>
 
-#include <cstdio>
-#include <variant>
-
 namespace hdmbench::commands {
 
 namespace {
@@ -22,12 +19,6 @@ struct Arguments : CommonArguments {
     return std::ranges::any_of(
         scenes, [&](const std::string& scene) { return std::ranges::find(shipped, scene) == shipped.end(); });
   }
-};
-
-/// A case with its scene, or why that is not there.
-struct Problem {
-  Case problem;
-  std::variant<Scene, std::string> scene;
 };
 
 json outcome_text(const GoldenOutcome& outcome) {
@@ -55,11 +46,9 @@ void print_table(const std::vector<GoldenResult>& results, std::span<const Golde
                                        {"width", result.problem.size->width},
                                        {"height", result.problem.size->height},
                                        {"method", result.problem.method}});
-    if (result.absence.empty()) {
-      const std::vector<GoldenLevel>& levels = result.outcomes.front().levels;
-      row["hash"] = levels.empty() ? "-" : fmt::format("{:016x}", levels.back().hash);
-      row["inputs"] = result.inputs_reason.empty() ? "✓" : "✗";
-    }
+    const std::vector<GoldenLevel>& levels = result.outcomes.front().levels;
+    row["hash"] = levels.empty() ? "-" : fmt::format("{:016x}", levels.back().hash);
+    row["inputs"] = result.inputs_reason.empty() ? "✓" : "✗";
     for (const GoldenOutcome& outcome : result.outcomes) {
       row[outcome.backend] = outcome_text(outcome);
     }
@@ -76,9 +65,6 @@ void print_remarks(const std::vector<GoldenResult>& results, std::span<const Gol
     }
   }
   for (const GoldenResult& result : results) {
-    if (!result.absence.empty()) {
-      fmt::print("  {}: skipped: {}\n", result.problem.name(), result.absence);
-    }
     if (result.known && !result.inputs_reason.empty()) {
       fmt::print("  {}: the inputs are not golden: {}\n", result.problem.name(), result.inputs_reason);
     }
@@ -90,8 +76,7 @@ void print_remarks(const std::vector<GoldenResult>& results, std::span<const Gol
       }
     }
   }
-  const auto unknown = std::ranges::count_if(
-      results, [](const GoldenResult& result) { return !result.known && result.absence.empty(); });
+  const auto unknown = std::ranges::count(results, false, &GoldenResult::known);
   if (unknown > 0) {
     fmt::print("  {} cases are new, and compared with scalar only: hdmbench golden {}\n", unknown,
                arguments.has_own_scenes() ? "SCENES --write FILE, then SCENES --golden FILE"
@@ -99,24 +84,24 @@ void print_remarks(const std::vector<GoldenResult>& results, std::span<const Gol
   }
 }
 
-/// The user's own scenes, each a case. Throws InputError.
-std::vector<Problem> load_own_problems(const Arguments& arguments) {
-  std::vector<Problem> problems;
-  for (Scene& scene : arguments.load_scenes({})) {
-    const Case problem = case_of(scene);
-    if (std::ranges::find(problems, problem, &Problem::problem) != problems.end()) {
+/// The user's own scenes, of which no two may be the same case. Throws InputError.
+std::vector<Scene> load_own_scenes(const Arguments& arguments) {
+  std::vector<Scene> scenes = arguments.load_scenes({});
+  for (auto scene = scenes.begin(); scene != scenes.end(); ++scene) {
+    const Case problem = case_of(*scene);
+    if (std::any_of(scenes.begin(), scene, [&](const Scene& other) { return case_of(other) == problem; })) {
       throw InputError(fmt::format("two scenes are {}; give one of them another name", problem.name()));
     }
-    problems.push_back({problem, std::move(scene)});
   }
-  return problems;
+  return scenes;
 }
 
-/// The cases of the scenes that were asked for, with their scenes. Throws InputError for a name that is no
-/// shipped scene, and MissingFile where the files of one that was named are not on this machine.
-std::vector<Problem> load_problems(const std::vector<std::string>& scenes) {
+/// The cases of the scenes that were asked for. Throws InputError for a name that is no shipped scene; where
+/// files are not on this machine, MissingFile for one that was named or that a golden file would lose, else
+/// the scene is left out, which is printed.
+std::vector<Scene> load_golden_scenes(const Arguments& arguments) {
   const std::vector<Case> cases = golden_cases();
-  for (const std::string& name : scenes) {
+  for (const std::string& name : arguments.scenes) {
     if (std::ranges::find(cases, name, &Case::scene) == cases.end()) {
       throw InputError(
           fmt::format("there are golden hashes of the shipped scenes only, which are {}; not of \"{}\". Of "
@@ -124,57 +109,24 @@ std::vector<Problem> load_problems(const std::vector<std::string>& scenes) {
                       fmt::join(shipped_scenes(), ", "), name));
     }
   }
-  std::vector<Problem> problems;
+  std::vector<Scene> scenes;
   for (const Case& problem : cases) {
-    if (!scenes.empty() && std::ranges::find(scenes, problem.scene) == scenes.end()) {
-      continue;
-    }
+    const bool is_named = std::ranges::find(arguments.scenes, problem.scene) != arguments.scenes.end();
     try {
-      Scene scene = load_case(problem);
-      problems.push_back({case_of(scene), std::move(scene)});
+      if (is_named || arguments.scenes.empty()) {
+        scenes.push_back(load_case(problem));
+      }
     } catch (const MissingFile& error) {
-      if (!scenes.empty()) {
+      if (is_named || !arguments.write.empty()) {
         throw;
       }
-      problems.push_back({problem, error.what()});
+      fmt::print("{} is left out: {}\n", problem.name(), error.what());
     }
   }
-  return problems;
+  return scenes;
 }
 
-/// Throws InputError where a scene is not there, because the file would lose it.
-void require_all(const std::vector<Problem>& problems, const std::filesystem::path& file) {
-  for (const Problem& one : problems) {
-    if (const auto* const absence = std::get_if<std::string>(&one.scene)) {
-      throw InputError(fmt::format("{} would lose {}: {}", file.string(), one.problem.name(), *absence));
-    }
-  }
-}
-
-std::vector<GoldenResult> check(const std::vector<Problem>& problems, std::span<GoldenSolver> solvers,
-                                const std::vector<GoldenEntry>& golden) {
-  Progress progress;
-  double total = 0.0;
-  for (const Problem& one : problems) {
-    if (const auto* const scene = std::get_if<Scene>(&one.scene)) {
-      total +=
-          site_updates(*scene) * static_cast<double>(std::ranges::count_if(solvers, [&](const auto& solver) {
-            return solver.absence(*scene).empty();
-          }));
-    }
-  }
-  progress.set_total(total);
-  std::vector<GoldenResult> results;
-  for (const Problem& one : problems) {
-    const auto* const scene = std::get_if<Scene>(&one.scene);
-    results.push_back(
-        scene != nullptr ? check_golden(*scene, solvers, find_golden(golden, one.problem), progress)
-                         : GoldenResult{.problem = one.problem, .absence = std::get<std::string>(one.scene)});
-  }
-  return results;
-}
-
-/// A new file, of what all backends agree on; no scene is absent.
+/// A new file, of what all backends agree on.
 ExitStatus write_golden(const std::vector<GoldenResult>& results, const std::vector<GoldenEntry>& before,
                         const std::filesystem::path& file) {
   std::vector<GoldenEntry> entries;
@@ -210,43 +162,44 @@ ExitStatus run_golden(const Arguments& arguments, const std::string& line) {
     throw InputError(fmt::format("--write {}: leave out the scenes, because the file has all shipped ones",
                                  arguments.write.string()));
   }
-  const std::vector<Problem> problems =
-      own_scenes ? load_own_problems(arguments) : load_problems(arguments.scenes);
-  if (!arguments.write.empty()) {
-    require_all(problems, arguments.write);
-  }
+  const std::vector<Scene> scenes = own_scenes ? load_own_scenes(arguments) : load_golden_scenes(arguments);
   std::vector<GoldenEntry> given;
   if (!arguments.golden.empty()) {
-    const std::string name = arguments.golden.string();
-    given = read_golden(read_file(arguments.golden), name);
+    given = read_golden(read_file(arguments.golden), arguments.golden.string());
   }
   const std::vector<GoldenEntry>& golden =
       own_scenes || !arguments.golden.empty() ? given : committed_golden();
-  const std::vector<GoldenResult> results = check(problems, solvers, golden);
+  Progress progress;
+  double total = 0.0;
+  for (const Scene& scene : scenes) {
+    total += site_updates(scene) * static_cast<double>(solvers.size());
+  }
+  progress.set_total(total);
+  std::vector<GoldenResult> results;
+  json rows = json::array();
+  for (const Scene& scene : scenes) {
+    results.push_back(check_golden(scene, solvers, find_golden(golden, case_of(scene)), progress));
+    for (const GoldenOutcome& outcome : results.back().outcomes) {
+      rows.push_back(golden_row(results.back(), outcome));
+    }
+  }
+  progress.clear();
   fmt::print("Displacements of all levels, hashed, against those {}; the last one also made in one piece:\n",
              arguments.golden.empty() ? "committed" : "of " + arguments.golden.string());
   print_table(results, solvers);
   print_remarks(results, solvers, arguments);
-
-  json rows = json::array();
-  std::array<int, 5> counts{}; // by verdict
-  for (const GoldenResult& result : results) {
-    for (const GoldenOutcome& outcome : result.outcomes) {
-      rows.push_back(golden_row(result, outcome));
-      ++counts.at(static_cast<std::size_t>(outcome.verdict));
-    }
-  }
-  const auto count = [&](Verdict verdict) { return counts.at(static_cast<std::size_t>(verdict)); };
-  const auto absent =
-      std::ranges::count_if(results, [](const GoldenResult& result) { return !result.absence.empty(); });
-  fmt::print("\n{} solutions are golden, {} are not, {} have nothing to be compared with, {} skipped{}\n",
+  const auto count = [&](Verdict verdict) {
+    return std::ranges::count_if(rows, [&](const json& row) { return row["verdict"] == name_of(verdict); });
+  };
+  const auto wrong = count(Verdict::disagree) + count(Verdict::mistrusted);
+  fmt::print("\n{} solutions are golden, {} are not, {} have nothing to be compared with, {} skipped\n",
              count(Verdict::agree), count(Verdict::disagree), count(Verdict::mistrusted),
-             count(Verdict::skipped), absent > 0 ? fmt::format("; {} scenes are not there", absent) : "");
+             count(Verdict::skipped));
   write_results(arguments.json, "golden", run_context(line, false), std::move(rows));
   if (!arguments.write.empty()) {
     return write_golden(results, golden, arguments.write);
   }
-  return count(Verdict::disagree) + count(Verdict::mistrusted) > 0 ? disagreement : success;
+  return wrong > 0 ? disagreement : success;
 }
 
 } // namespace

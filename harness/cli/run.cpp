@@ -378,37 +378,33 @@ void add_run(CLI::App& program, Call& call) {
   command->add_flag("--strains", own->strains,
                     "Write strains, von Mises stress and change of area as well, as NRRD and PNG");
   command->add_option("--json", own->json, "Write the result to this file");
-  const auto* const group = "No more than the scene needs";
+  {
+    const OptionGroup group(*command, "No more than the scene needs");
+    command->add_option("--accuracy", own->accuracy,
+                        "Distance from finite elements that is good enough, RMS, as 0.2px or 0.1mm: with the "
+                        "elastic energy, and "
+                        "levels and steps that follow from the scene; exit status 1 where the estimate is "
+                        "above it, or cannot be "
+                        "trusted");
+    command->add_option(
+        "--within", own->within,
+        "The time there is, as 10ms or 2s: the best field of the elastic energy and its error");
+    command->add_flag("--explain", own->explain, "Print the plan, step by step, and why");
+  }
+  const OptionGroup group(*command, "Several processes (mpirun -n 4 hdmbench run ...)");
+  command->add_option("--sites-per-rank", own->sites_per_rank,
+                      "With mpirun: a level goes to as many ranks as get so many sites each, 0: 16384, of "
+                      "the elastic energy 4096; "
+                      "--backend is then one for all, or as openmp+vulkan-compute each rank's in turn, and "
+                      "--device may be by-rank");
   command
-      ->add_option(
-          "--accuracy", own->accuracy,
-          "Distance from finite elements that is good enough, RMS, as 0.2px or 0.1mm: with the elastic "
-          "energy, and levels and steps that follow from the scene; exit status 1 where the estimate is "
-          "above "
-          "it, or cannot be trusted")
-      ->group(group);
-  command
-      ->add_option("--within", own->within,
-                   "The time there is, as 10ms or 2s: the best field of the elastic energy and its error")
-      ->group(group);
-  command->add_flag("--explain", own->explain, "Print the plan, step by step, and why")->group(group);
-  const auto* const several = "Several processes (mpirun -n 4 hdmbench run ...)";
-  constexpr int widest_halo = 1024;
-  command
-      ->add_option(
-          "--sites-per-rank", own->sites_per_rank,
-          "With mpirun: a level goes to as many ranks as get so many sites each, 0: 16384, of the elastic "
-          "energy 4096; --backend is then one for all, or as openmp+vulkan-compute each rank's in turn, and "
-          "--device may be by-rank")
-      ->group(several);
-  command
-      ->add_option(
-          "--halo", own->halo,
-          "With mpirun: sites that a rank computes beyond its own, a multiple of 4, on every level; 0: "
-          "an eighth of the shortest piece, 4 ... 64. Of the elastic energy those of the "
-          "coarsest level that is cut, even; 0: 4. The bits are the same")
-      ->check(CLI::Range(0, widest_halo))
-      ->group(several);
+      ->add_option("--halo", own->halo,
+                   "With mpirun: sites that a rank computes beyond its own, a multiple of 4, on every level; "
+                   "0: an eighth of "
+                   "the shortest piece, 4 ... 64. Of the elastic energy those of the coarsest level that is "
+                   "cut, even; 0: 4. "
+                   "The bits are the same")
+      ->check(CLI::Range(0, 1024));
   command->callback(
       [own, command, &call] { call.status = run_scene(*own, *command, call.line, call.ranks); });
 }

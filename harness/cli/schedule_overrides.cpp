@@ -14,8 +14,9 @@ namespace hdmbench::commands {
 
 void ScheduleOverrides::add_to(CLI::App& command) {
   command_ = &command;
+  const OptionGroup group(command, schedule_group);
   const auto add = [&](const char* name, auto& value, const char* help) {
-    return command.add_option(name, value, help)->group(schedule_group);
+    return command.add_option(name, value, help);
   };
   const auto add_choice = [&]<typename Value>(const char* name, std::optional<Value>& value,
                                               const auto& names, const char* help) {
@@ -23,7 +24,6 @@ void ScheduleOverrides::add_to(CLI::App& command) {
       value = static_cast<Value>(std::ranges::find(names, word) - names.begin());
     };
     command.add_option_function<std::string>(name, take, help)
-        ->group(schedule_group)
         ->check(CLI::IsMember(std::vector<std::string>(names.begin(), names.end())));
   };
   if (takes_elastic) {

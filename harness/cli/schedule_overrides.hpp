@@ -1,8 +1,7 @@
 #pragma once
 
+#include "harness/cli/commands.hpp"
 #include "harness/scene/scene.hpp"
-
-#include <CLI/CLI.hpp>
 
 #include <optional>
 #include <string>

@@ -78,14 +78,14 @@ function head(machine, files) {
   const [first, last] = [dates[0], dates.at(-1)].map((date) => date?.slice(0, 10));
   const where = [first === last ? dates.at(-1) : `${first} to ${last}`, newest.operating_system, newest.compiler,
     newest.commit && `commit ${newest.commit}`];
-  const list = (notes) => notes.length > 0 && el("ul", {}, notes.map((note) => el("li", {}, with_times(note.text))));
+  const list = (notes) => notes.length > 0 && el("ul", {}, notes.map((note) => el("li", {}, with_times(note.sentence))));
   const others = machine.notes.filter((note) => note.state === "good");
   return [
     el("h1", {}, machine.name),
     el("p", { class: "soft" }, where.filter(Boolean).join(" · ")),
     el("div", { class: `verdict ${machine.state}` }, el("p", { class: "sentence" }, with_times(machine.sentence)),
       list(machine.notes.filter((note) => note.state !== "good"))),
-    el("div", { class: "numbers" }, machine.numbers.map((one) =>
+    el("div", { class: "numbers" }, machine.figures.map((one) =>
       el("div", { class: one.state }, el("b", {}, with_times(one.value)), el("span", {}, with_times(one.text))))),
     others.length > 0 && fold("What else was found", list(others)),
   ];

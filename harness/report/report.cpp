@@ -31,6 +31,15 @@
 
 namespace hdmbench {
 
+static void to_json(nlohmann::json& nlohmann_json_j, const PublishedTiming& nlohmann_json_t) {
+  NLOHMANN_JSON_EXPAND(
+      NLOHMANN_JSON_PASTE(NLOHMANN_JSON_TO, table, scene, size, gpu_seconds, cpu_seconds, speed_up))
+}
+static void to_json(nlohmann::json& nlohmann_json_j, const PublishedAccuracy& nlohmann_json_t) {
+  NLOHMANN_JSON_EXPAND(
+      NLOHMANN_JSON_PASTE(NLOHMANN_JSON_TO, table, scene, method, rmsd, mean_energy, iterations, seconds))
+}
+
 namespace {
 
 using nlohmann::json;
@@ -157,44 +166,13 @@ private:
 };
 
 json published() {
-  json timings = json::array();
-  for (const PublishedTiming& row : published_timings()) {
-    timings.push_back({{"table", row.table},
-                       {"scene", row.scene},
-                       {"size", row.size},
-                       {"gpu_seconds", row.gpu_seconds},
-                       {"cpu_seconds", row.cpu_seconds},
-                       {"speed_up", row.speed_up}});
-  }
-  const auto or_null = [](const auto& value) { return value ? json(*value) : json(); };
-  json accuracy = json::array();
-  for (const PublishedAccuracy& row : published_accuracy()) {
-    accuracy.push_back({{"table", row.table},
-                        {"scene", row.scene},
-                        {"method", row.method},
-                        {"rmsd", or_null(row.rmsd)},
-                        {"mean_energy", or_null(row.mean_energy)},
-                        {"iterations", or_null(row.iterations)},
-                        {"seconds", row.seconds}});
-  }
-  return {{"timings", timings}, {"accuracy", accuracy}};
+  return {{"timings", published_timings()}, {"accuracy", published_accuracy()}};
 }
 
 json machine_json(const report::Results& results, const std::string& machine) {
-  const report::Verdict verdict = report::verdict_of(results, machine);
-  json notes = json::array();
-  for (const report::Finding& note : verdict.notes) {
-    notes.push_back({{"state", name_of(note.state)}, {"text", note.sentence}});
-  }
-  json numbers = json::array();
-  for (const report::Figure& figure : verdict.figures) {
-    numbers.push_back({{"state", name_of(figure.state)}, {"value", figure.value}, {"text", figure.text}});
-  }
-  return {{"name", machine},
-          {"state", name_of(verdict.state)},
-          {"sentence", verdict.sentence},
-          {"notes", notes},
-          {"numbers", numbers}};
+  json written = report::verdict_of(results, machine);
+  written["name"] = machine;
+  return written;
 }
 
 json page_data(const report::Results& results) {
@@ -244,10 +222,11 @@ std::string page_html(const report::Results& results) {
         sources::report_script}) {
     scripts += fmt::format("<script nonce=\"{}\">{}</script>\n", nonce, script);
   }
-  return fmt::format(fmt::runtime(sources::report_text), fmt::arg("nonce", nonce),
-                     fmt::arg("title", report::escape("hdmbench on " + joined(machines_of(results), " and "))),
-                     fmt::arg("style", sources::page_style), fmt::arg("data", script_text(page_data(results))),
-                     fmt::arg("scripts", scripts));
+  return fmt::format(
+      fmt::runtime(sources::report_text), fmt::arg("nonce", nonce),
+      fmt::arg("title", report::escape("hdmbench on " + joined(machines_of(results), " and "))),
+      fmt::arg("style", sources::page_style), fmt::arg("data", script_text(page_data(results))),
+      fmt::arg("scripts", scripts));
 }
 
 std::string csv_word(std::string word) {

@@ -120,11 +120,13 @@ std::string speed_text(const Rows& rows) {
   for (const json* const row : rows) {
     list.push_back(*row);
   }
-  return rows.empty() ? ""
-                      : fmt::format("\n  {}, {}, a whole solution\n{}", text_of(*rows.front(), "scene"),
-                                    size_of(*rows.front()),
-                                    table_text(list, "backend|method|seconds_median:seconds|speed_up_over_scalar:over scalar|"
-"reason:not verified"));
+  return rows.empty()
+             ? ""
+             : fmt::format(
+                   "\n  {}, {}, a whole solution\n{}", text_of(*rows.front(), "scene"),
+                   size_of(*rows.front()),
+                   table_text(list, "backend|method|seconds_median:seconds|speed_up_over_scalar:over scalar|"
+                                    "reason:not verified"));
 }
 
 } // namespace

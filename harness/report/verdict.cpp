@@ -283,11 +283,6 @@ void find_in_verify(Findings& findings, const Results& results, std::string_view
 
 } // namespace
 
-std::string_view name_of(State state) {
-  static constexpr std::array<std::string_view, 3> names{"good", "unsure", "bad"};
-  return names.at(static_cast<std::size_t>(state));
-}
-
 Verdict verdict_of(const Results& results, std::string_view machine) {
   Findings findings;
   find_in_verify(findings, results, machine);

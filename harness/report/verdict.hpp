@@ -13,14 +13,19 @@ enum class State {
   unsure, ///< something was skipped, failed, cannot be trusted or does not reach what was asked
   bad,    ///< at least one result is wrong
 };
-/// As page.css has it: "good", "unsure", "bad".
-[[nodiscard]] std::string_view name_of(State state);
+/// As page.css has them.
+NLOHMANN_JSON_SERIALIZE_ENUM(State, {{State::good, "good"}, {State::unsure, "unsure"}, {State::bad, "bad"}})
+[[nodiscard]] inline std::string name_of(State state) {
+  return nlohmann::json(state);
+}
 
 /// A sentence about the rows of one command.
 struct Finding {
   State state = State::good;
   std::string sentence;
 };
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Finding, state, sentence)
 
 /// One of the numbers below the verdict: "366 x", "as fast as ...".
 struct Figure {
@@ -29,6 +34,8 @@ struct Figure {
   std::string text;
 };
 
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Figure, state, value, text)
+
 /// What the results of a machine come to, in plain text.
 struct Verdict {
   State state = State::unsure;
@@ -36,6 +43,8 @@ struct Verdict {
   std::vector<Finding> notes;  ///< all else, the worst first
   std::vector<Figure> figures; ///< as figures_of
 };
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Verdict, state, sentence, notes, figures)
 
 /// Comparisons that agree, the fastest and the nearest to finite elements, as far as they were measured.
 [[nodiscard]] std::vector<Figure> figures_of(const Results& results, std::string_view machine);
