@@ -2,7 +2,6 @@
 
 #include "harness/applications/detection.hpp"
 #include "harness/applications/inclusion_scan.hpp"
-#include "harness/applications/modulus_problem.hpp"
 #include "harness/applications/region_sheet.hpp"
 #include "harness/judge/registration/rivals.hpp"
 #include "test/files.hpp"

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "harness/applications/modulus_problem.hpp"
 #include "harness/applications/picture.hpp"
 #include "harness/applications/region_sheet.hpp"
 
