@@ -28,26 +28,26 @@ bool differs(const Field& a, const Field& b, std::size_t first, int count, std::
   return differing != 0;
 }
 
-/// Where a sweep stands, as one thread sees it.
-struct Standing {
-  int number;           ///< of the sweep, in the level
-  std::size_t from;     ///< which buffer
-  std::uint32_t visits; ///< sweeps since wake_all(), this one included
-  int lists;            ///< which are this sweep's
-
-  void advance() {
-    ++number;
-    ++visits;
-    from = 1 - from;
-    lists = 1 - lists;
-  }
-};
-
 } // namespace
 
 /// One thread's part of the sweeps of a call.
 class ActiveTiles::Turn {
 public:
+  /// Where a sweep stands, as one thread sees it.
+  struct Standing {
+    int number;           ///< of the sweep, in the level
+    std::size_t from;     ///< which buffer
+    std::uint32_t visits; ///< sweeps since wake_all(), this one included
+    int lists;            ///< which are this sweep's
+
+    void advance() {
+      ++number;
+      ++visits;
+      from = 1 - from;
+      lists = 1 - lists;
+    }
+  };
+
   Turn(ActiveTiles& tiles, const Sweeper& sweeper, Fields& fields, Standing begin)
       : at(begin), tiles_(tiles), tiling_(tiles.tiling_), sweeper_(sweeper), fields_(fields) {}
 
@@ -205,9 +205,10 @@ std::size_t ActiveTiles::awake(int lists) const {
 
 std::int64_t ActiveTiles::sweep(const Sweeper& sweeper, Fields& fields, int first, int sweeps,
                                 const FieldProjection* projection) {
-  const Standing begin{.number = first, .from = fields.newest, .visits = visits_ + 1, .lists = current_};
+  const Turn::Standing begin{
+      .number = first, .from = fields.newest, .visits = visits_ + 1, .lists = current_};
   const int end = first + sweeps;
-  Standing shared = begin; // where one thread went on alone, for the others
+  Turn::Standing shared = begin; // where one thread went on alone, for the others
   std::int64_t changed = 0;
 #pragma omp parallel num_threads(threads_) reduction(+ : changed)
   {
