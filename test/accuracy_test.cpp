@@ -3,7 +3,7 @@
 
 #include "harness/judge/accuracy.hpp"
 
-#include "harness/check/faults/session_faults.hpp"
+#include "harness/check/faults/faulty_backend.hpp"
 #include "harness/scene/method.hpp"
 #include "kernels/data/input_error.hpp"
 #include "test/sessions.hpp"

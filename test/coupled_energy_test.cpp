@@ -3,8 +3,8 @@
 
 #include "test/coupled/coupled.hpp"
 
-#include "harness/check/energy_proofs.hpp"
-#include "harness/check/faults/fused_backend.hpp"
+#include "harness/check/certificate.hpp"
+#include "harness/check/faults/faulty_backend.hpp"
 #include "harness/check/faults/trial.hpp"
 #include "harness/scene/method.hpp"
 #include "test/scenes.hpp"

@@ -1,10 +1,10 @@
 // The hash, the golden file, and that a check against it turns red: per planted fault, per part of the
 // hashes.
 
-#include "harness/check/golden_file.hpp"
+#include "harness/check/golden.hpp"
 #include "harness/check/state_hash.hpp"
 
-#include "harness/check/faults/session_faults.hpp"
+#include "harness/check/faults/faulty_backend.hpp"
 #include "kernels/data/input_error.hpp"
 #include "test/files.hpp"
 #include "test/program.hpp"

@@ -4,7 +4,6 @@
 
 #include "backends/registry.hpp"
 #include "harness/check/faults/faulty_backend.hpp"
-#include "harness/check/faults/fused_backend.hpp"
 #include "harness/check/fused_real.hpp"
 #include "kernels/specification/language.hpp"
 

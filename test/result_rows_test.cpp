@@ -1,7 +1,7 @@
 // Rows of result files: what is read back is written again without losing a key, and what is wrong is refused
 // by file, row and key.
 
-#include "harness/check/verify_row.hpp"
+#include "harness/check/verify.hpp"
 #include "harness/measure/choices.hpp"
 #include "harness/measure/result_file.hpp"
 #include "test/files.hpp"

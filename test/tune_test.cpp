@@ -84,9 +84,6 @@ TEST_F(Tune, WhatHoldsTheConditionsIsAsGood) {
   const Tuning tuning = tune_prior_weight(step, {.method = SearchMethod::annealing, .evaluations = 40});
   EXPECT_TRUE(tuning.matters());
   EXPECT_NEAR(tuning.evaluations[tuning.best].prior_weight, 0.5, 1e-12) << "of equals the nearest to 0.5";
-  EXPECT_EQ(tuning.plateau().low, tuning.evaluations[0].prior_weight);
-  EXPECT_GE(tuning.plateau().high, 0.5);
-  EXPECT_EQ(tuning.plateau().scanned, 3U);
 }
 
 TEST_F(Tune, TheRmsdCountsWhereTheTruthIsDefined) {

@@ -3,7 +3,10 @@
 #include "kernels/data/gather.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <compare>
+#include <cstdint>
 #include <limits>
 
 /// A scalar to compile an energy and update.inc with that knows how far a float32 device may be from exact
@@ -17,6 +20,25 @@
 ///
 /// What is exact is known to be: a number is a whole multiple of its quantum, a power of two, and of 24 bits
 /// of quanta none is rounded, in whatever order they are added. So on small dyadic numbers the error is 0.
+namespace hdmbench {
+
+/// The lowest set bit of a float, the largest power of two that it is a multiple of; infinite for 0, and 0
+/// for what is not finite.
+inline double lowest_bit(float value) {
+  const auto bits = std::bit_cast<std::uint32_t>(value);
+  const std::uint32_t exponent = bits >> 23 & 0xFFU;
+  const std::uint32_t fraction = bits & 0x7FFFFFU;
+  const std::uint32_t significand = exponent > 0 ? fraction | 0x800000U : fraction;
+  if (significand == 0 || exponent == 0xFFU) {
+    return significand == 0 ? std::numeric_limits<double>::infinity() : 0.0;
+  }
+  const auto power = static_cast<std::uint64_t>(1023 - 150 + static_cast<int>(std::max(exponent, 1U)) +
+                                                std::countr_zero(significand));
+  return std::bit_cast<double>(power << 52);
+}
+
+} // namespace hdmbench
+
 namespace hdmbench::bounded {
 
 /// Of float32, and half the spacing of its subnormal numbers: what an underflow may lose.
@@ -85,10 +107,7 @@ public:
     return product;
   }
   // Of the exact values: code that branches on these must allow for the error.
-  friend bool operator<(const real& a, const real& b) { return a.exact_ < b.exact_; }
-  friend bool operator>(const real& a, const real& b) { return a.exact_ > b.exact_; }
-  friend bool operator<=(const real& a, const real& b) { return a.exact_ <= b.exact_; }
-  friend bool operator>=(const real& a, const real& b) { return a.exact_ >= b.exact_; }
+  friend auto operator<=>(const real& a, const real& b) { return a.exact_ <=> b.exact_; }
   friend bool operator==(const real& a, const real& b) { return a.exact_ == b.exact_; }
   friend real abs(const real& a) {
     real result = a.result();
@@ -98,16 +117,6 @@ public:
   friend real floor(const real& a) { return {static_cast<float>(std::floor(a.exact_)), a.error()}; }
 
 private:
-  /// The largest power of two that `value` is a multiple of; infinite for 0, 0 for what is not finite.
-  static double lowest_bit(float value) {
-    if (value == 0.0F || !std::isfinite(value)) {
-      return value == 0.0F ? std::numeric_limits<double>::infinity() : 0.0;
-    }
-    int exponent = 0;
-    const auto mantissa = static_cast<int>(std::frexp(std::abs(value), &exponent) * 0x1p24F);
-    return std::ldexp(static_cast<double>(mantissa & -mantissa), exponent - 24);
-  }
-
   /// One more addition in the chain that one of both is.
   static real chain(const real& a, const real& b) {
     real sum;

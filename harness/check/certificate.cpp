@@ -1,6 +1,5 @@
 #include "harness/check/certificate.hpp"
 
-#include "harness/check/energy_proofs.hpp"
 #include "harness/check/proven_real.hpp"
 
 #include <fmt/format.h>

@@ -1,5 +1,7 @@
 #include "harness/check/compare.hpp"
 
+#include "harness/scene/sites.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -12,7 +14,7 @@ FieldDifference compare(const VectorField& expected, const VectorField& found) {
   }
   FieldDifference result;
   for (std::size_t i = 0; i < expected.x.size(); ++i) {
-    if (expected.x[i] == found.x[i] && expected.y[i] == found.y[i]) {
+    if (!differs(expected, found, i)) {
       continue;
     }
     ++result.sites;
@@ -33,6 +35,28 @@ double largest_magnitude(const VectorField& field) {
     largest = std::max(largest, std::hypot(static_cast<double>(field.x[i]), field.y[i]));
   }
   return largest;
+}
+
+void RestingTiles::begin_level(Extent extent) {
+  extent_ = extent;
+  tiles_ = {(extent.width + side - 1) / side, (extent.height + side - 1) / side};
+  awake_.assign(tiles_.sites(), 1);
+}
+
+std::int64_t RestingTiles::sweep(const VectorField& before, const VectorField& after) {
+  std::int64_t at_rest = 0;
+  for_each_site(extent_, [&](int x, int y) { at_rest += rests(x, y) ? 1 : 0; });
+  std::ranges::fill(awake_, 0);
+  for_each_site(extent_, [&](int x, int y) {
+    if (differs(before, after, extent_.index(x, y))) { // then all tiles that the site belongs to or touches
+      for (const int row : {std::max(y - 1, 0), std::min(y + 1, extent_.height - 1)}) {
+        for (const int column : {std::max(x - 1, 0), std::min(x + 1, extent_.width - 1)}) {
+          awake_[tiles_.index(column / side, row / side)] = 1;
+        }
+      }
+    }
+  });
+  return at_rest;
 }
 
 } // namespace hdmbench

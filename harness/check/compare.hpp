@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 namespace hdmbench {
 
@@ -17,8 +18,30 @@ struct FieldDifference {
 
 /// Both fields have the same extent.
 [[nodiscard]] FieldDifference compare(const VectorField& expected, const VectorField& found);
+/// Whether a component of the site does.
+[[nodiscard]] inline bool differs(const VectorField& expected, const VectorField& found, std::size_t site) {
+  return !(expected.x[site] == found.x[site] && expected.y[site] == found.y[site]);
+}
 
 /// The length of the longest vector; 0 for an empty field.
 [[nodiscard]] double largest_magnitude(const VectorField& field);
+
+/// How much of a level Work::active may leave out, were its tiles 16 x 16: in a sweep, a tile in which, and
+/// next to which, no site changed in the sweep before. Backends may have other tiles.
+class RestingTiles {
+public:
+  /// Before the first sweep over a level none is at rest.
+  void begin_level(Extent extent);
+  /// Returns the number of sites in tiles that were at rest during this sweep.
+  std::int64_t sweep(const VectorField& before, const VectorField& after);
+  /// Whether the tile of this site will be at rest in the next sweep.
+  [[nodiscard]] bool rests(int x, int y) const { return awake_[tiles_.index(x / side, y / side)] == 0; }
+
+private:
+  static constexpr int side = 16;
+  Extent extent_;
+  Extent tiles_;
+  std::vector<char> awake_; ///< in the next sweep, per tile
+};
 
 } // namespace hdmbench

@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <string_view>
+#include <vector>
 
 namespace hdmbench {
 
@@ -14,25 +15,31 @@ using BoundedElastic = ElasticAnswers<bounded::real>;
 
 /// One step of a method of the elastic energy, as a value that any session can take.
 struct ElasticStep {
+  /// A field of level `at`, which the step reads up to `reach` sites around each site of that level.
+  struct Read {
+    ElasticField field;
+    int reach;
+  };
+
   std::string_view name;
   int level; ///< and field: what the step makes
   ElasticField field;
   std::function<void(ElasticSession&)> take;
   /// What the step has to make of a site; of the fields before the step.
   std::function<BoundedElastic::Answer(const BoundedElastic&, int x, int y)> answer;
+  int at; ///< the level that it works on: `level`, or the next finer one, which it restricts
+  std::vector<Read> reads{}; ///< in the order in which they are wanted
+  bool interpolates = false; ///< reads the correction of level + 1
 };
 
-// What mistakes are made in by name (harness/check/faults).
+// What mistakes are made in, by name (harness/check/faults).
 inline constexpr std::string_view sweep_step = "sweep";
-inline constexpr std::string_view sweep_from_zero_step = "sweep from zero";
-inline constexpr std::string_view restricted_load_step = "restricted load";
 inline constexpr std::string_view correction_step = "correction";
-inline constexpr std::string_view advance_step = "advance";
 
 /// A session whose calls, but load(), read() and dot(), all arrive at one function.
 class SteppedElasticSession : public ElasticSession {
 public:
-  void write(int level, ElasticField field, const VectorField& values) final;
+  void write(int level, ElasticField field, const VectorField& values) override;
   void relax(int level, ElasticField field) final;
   void relax_from_zero(int level) final;
   void forces(ElasticField of, ElasticField to) final;
@@ -44,8 +51,8 @@ public:
   void advance(ElasticField to, ElasticField value, float factor, ElasticField direction) final;
 
 private:
-  /// That was loaded last.
-  [[nodiscard]] virtual const ElasticHierarchy& hierarchy() const = 0;
+  /// Of the hierarchy that was loaded last.
+  [[nodiscard]] virtual int coarsest() const = 0;
   virtual void take(const ElasticStep& step) = 0;
 };
 

@@ -1,8 +1,7 @@
 // Built once per energy (kernels/specification/built_energy.hpp): what is proven of its arithmetic.
 
-#include "harness/check/energy_proofs.hpp"
-
 #include "harness/check/bounded_real.hpp"
+#include "harness/check/certificate.hpp"
 #include "harness/check/fused_real.hpp"
 #include "harness/check/proven_real.hpp"
 #include "kernels/data/gather.hpp"
@@ -196,15 +195,11 @@ std::optional<InexactOperation> inexact_operation(const Level& level, const Vect
         (void)swept_site<Proven>(level, before, number, x, y);
       }
     }
-  } catch (const proven::Inexact& found) {
-    return InexactOperation{.x = x,
-                            .y = y,
-                            .sweep = number,
-                            .operation = found.operation,
-                            .left = found.left,
-                            .right = found.right,
-                            .magnitude = found.magnitude,
-                            .quantum = found.quantum};
+  } catch (InexactOperation& found) {
+    found.x = x;
+    found.y = y;
+    found.sweep = number;
+    return found;
   }
   return std::nullopt;
 }

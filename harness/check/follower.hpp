@@ -2,24 +2,42 @@
 
 #include "harness/check/compare.hpp"
 #include "harness/check/verify.hpp"
-#include "harness/scene/level_sequence.hpp"
+#include "harness/solve/methods/solver.hpp"
 
 #include <functional>
-#include <memory>
 #include <string>
 
+/// What it takes to lead a backend along a reference, whatever the energy.
 namespace hdmbench {
 
-/// What the reference did in one sweep of one level.
-struct ReferenceStep {
-  const Level& level;
-  int level_index;
-  int iteration; ///< 1 is the first
-  int number;    ///< of the sweep, since the level was loaded
-  const VectorField& before;
-  const VectorField& after;
-  std::int64_t changed; ///< sites that differ between the two
-};
+/// Calls open(), which throws DeviceError, unless the backend is not there or cannot solve the scene; then
+/// the comparison has the reason.
+template <typename Open>
+Comparison begun(const Scene& scene, const Backend& backend, const SessionOptions& options, Mode mode,
+                 const Open& open) {
+  Comparison comparison{.backend = std::string(backend.name()), .device = {}, .mode = mode};
+  try {
+    comparison.device = backend.device(options);
+    comparison.reason = why_not_solved(scene, backend);
+    if (comparison.reason.empty()) {
+      open();
+    }
+  } catch (const DeviceError& error) {
+    comparison.reason = error.what();
+  }
+  return comparison;
+}
+
+/// Counts one more field of the reference's extent, and by how much it is not the reference's.
+void count_field(Comparison& comparison, const VectorField& reference, const FieldDifference& drift);
+
+/// Judges every site in which a step made `found` in place of `expected`. `place`: level, iteration, step.
+void judge_step(Comparison& comparison, const VectorField& expected, const VectorField& found,
+                const FirstDifference& place, const std::function<Certificate(int x, int y)>& certify);
+
+/// The same of the end of a method, of which no step is known. `explained`: rounding made the difference.
+void judge_end(Comparison& comparison, const VectorField& expected, const VectorField& found,
+               const FirstDifference& place, bool explained);
 
 /// What a comparison is worth.
 struct Conditions {
@@ -34,65 +52,9 @@ struct Conditions {
 /// Gives the comparison its verdict and tier.
 void conclude(Comparison& comparison, const Conditions& conditions);
 
-/// What differs at a site, without energies and certificate.
-[[nodiscard]] FirstDifference difference_at(std::size_t site, const VectorField& expected,
-                                            const VectorField& found);
-
-/// Counts a site that differs; describe() says what is kept of it where it is the first of its kind.
-void count_site(Comparison& comparison, const Certificate& certificate,
-                const std::function<FirstDifference()>& describe);
-
-/// Counts what differs at the end of a method, of which only a field of so many sites is known;
-/// describe(site) says what is kept of the first site. `explained`: rounding made the difference.
-void count_end(Comparison& comparison, const FieldDifference& difference, Extent extent, bool explained,
-               const std::function<FirstDifference(std::size_t site)>& describe);
-
-/// What differs at a site, the energies with all else as in `before`.
-[[nodiscard]] FirstDifference describe_difference(const ReferenceStep& step, const VectorField& before,
-                                                  const VectorField& expected, const VectorField& found,
-                                                  std::size_t site);
-
-/// One backend that follows the reference sweep by sweep in one mode, and all that is found about it. In free
-/// and active it is on its own.
-class Follower {
-public:
-  /// A backend that cannot be opened, or cannot update as the scene wants, is skipped with the reason.
-  /// `options` but for the work, which goes by the mode.
-  Follower(const Backend& backend, SessionOptions options, const Scene& scene, Mode mode);
-
-  void begin_level(const LevelSequence& levels, const Level& level, int index);
-  /// From the field that the level began with.
-  void begin_again(const Level& level);
-  void follow(const ReferenceStep& step);
-  /// A level without iterations still hands its field on.
-  void end_level();
-
-  [[nodiscard]] Comparison finish(const Conditions& conditions);
-
-  /// Null where the backend is skipped.
-  [[nodiscard]] Session* session() { return session_.get(); }
-  /// So far.
-  [[nodiscard]] const Comparison& comparison() const { return comparison_; }
-  /// What the backend itself has, and how many sites its last sweep on this level really changed.
-  [[nodiscard]] const VectorField& displacement() const { return displacement_; }
-  [[nodiscard]] std::int64_t last_changed() const { return last_changed_; }
-
-private:
-  [[nodiscard]] bool is_on_its_own() const { return comparison_.mode != Mode::resync; }
-  /// The specification's answer to what this backend had before the sweep.
-  [[nodiscard]] const VectorField& specified(const ReferenceStep& step, const VectorField& before);
-  void judge_site(const ReferenceStep& step, const VectorField& before, const VectorField& expected,
-                  std::size_t site);
-
-  std::unique_ptr<Session> session_; ///< null: skipped
-  bool exact_;                       ///< Scene::exact
-  bool drifted_ = false; ///< on its own: whether displacement_ is another field than the reference's
-  VectorField displacement_;
-  std::int64_t last_changed_ = 0;
-  VectorField before_; ///< on its own: displacement_ of the sweep before
-  VectorField answer_; ///< of the specification, where it is not the reference's
-  VectorField begin_;  ///< of the level
-  Comparison comparison_;
-};
+/// verify() of a scene with the elastic energy.
+[[nodiscard]] std::vector<Comparison> verify_elastic(const Scene& scene, const Backend& reference,
+                                                     std::span<const Backend* const> backends,
+                                                     const VerifyOptions& options, Progress& progress);
 
 } // namespace hdmbench

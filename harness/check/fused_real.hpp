@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <compare>
 
 /// A scalar to compile an energy and update.inc with that fuses every product into the sum that follows it,
 /// as a compiler may that nobody asked not to.
@@ -26,10 +27,7 @@ struct real {
   friend real operator-(real a, real b) { return a.value - b.value; }
   friend real operator-(real a) { return -a.value; }
   friend Product operator*(real a, real b) { return {a.value, b.value}; }
-  friend bool operator<(real a, real b) { return a.value < b.value; }
-  friend bool operator>(real a, real b) { return a.value > b.value; }
-  friend bool operator<=(real a, real b) { return a.value <= b.value; }
-  friend bool operator>=(real a, real b) { return a.value >= b.value; }
+  friend auto operator<=>(real a, real b) { return a.value <=> b.value; }
   friend bool operator==(real a, real b) { return a.value == b.value; }
 };
 

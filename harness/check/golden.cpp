@@ -3,58 +3,41 @@
 #include "harness/check/state_hash.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "kernels/data/elastic/hierarchy.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
+#include <golden_text.hpp>
 
 #include <algorithm>
+#include <charconv>
 
 namespace hdmbench {
 
 namespace {
 
-/// The first level in which they differ.
-std::optional<GoldenLevel> first_difference(std::span<const GoldenLevel> expected,
-                                            std::span<const GoldenLevel> found) {
-  for (std::size_t i = 0; i < expected.size(); ++i) {
-    if (i >= found.size() || found[i] != expected[i]) {
-      return expected[i];
+/// The first level in which they differ, and how; none: they do not.
+std::optional<std::pair<int, std::string>> first_difference(std::span<const GoldenLevel> expected,
+                                                            std::span<const GoldenLevel> found) {
+  for (std::size_t i = 0; i < std::max(expected.size(), found.size()); ++i) {
+    const int level = (i < expected.size() ? expected : found)[i].level;
+    const auto different = [&](std::string how) {
+      return std::pair(level, fmt::format("level {}{}", level, how));
+    };
+    if (i >= expected.size()) {
+      return different(" should not be there");
+    }
+    if (i >= found.size() || found[i].level != level) {
+      return different(" is missing");
+    }
+    if (found[i].iterations != expected[i].iterations) {
+      return different(
+          fmt::format(": {} iterations in place of {}", found[i].iterations, expected[i].iterations));
+    }
+    if (found[i].hash != expected[i].hash) {
+      return different(fmt::format(": {:016x} in place of {:016x}", found[i].hash, expected[i].hash));
     }
   }
-  return found.size() > expected.size() ? std::optional(found[expected.size()]) : std::nullopt;
-}
-
-std::string describe(const GoldenLevel& expected, std::span<const GoldenLevel> found) {
-  const auto same = std::ranges::find(found, expected.level, &GoldenLevel::level);
-  if (same == found.end()) {
-    return fmt::format("level {} is missing", expected.level);
-  }
-  if (same->iterations != expected.iterations) {
-    return fmt::format("level {}: {} iterations in place of {}", expected.level, same->iterations,
-                       expected.iterations);
-  }
-  if (same->hash == expected.hash) {
-    return fmt::format("level {} should not be there", expected.level);
-  }
-  return fmt::format("level {}: {:016x} in place of {:016x}", expected.level, same->hash, expected.hash);
-}
-
-GoldenOutcome solve(const Scene& scene, GoldenSolver& solver, Progress& progress) {
-  GoldenOutcome outcome{.backend = std::string(solver.backend().name()),
-                        .device = solver.device(),
-                        .reason = solver.absence(scene)};
-  if (outcome.reason.empty()) {
-    progress.describe(fmt::format("golden {}, {} x {}, {} on {}", scene.name, scene.extent().width,
-                                  scene.extent().height, scene.schedule.method, outcome.backend));
-    outcome.verdict = Verdict::agree; // until compared
-    try {
-      outcome.levels = solver.solve(scene, progress);
-      outcome.in_one_piece = solver.solve_in_one_piece(scene);
-    } catch (const NotFinite& error) {
-      outcome.verdict = Verdict::disagree;
-      outcome.reason = error.what();
-    }
-  }
-  return outcome;
+  return std::nullopt;
 }
 
 /// Whether the last field is the same level by level and in one piece, where it was made in one.
@@ -67,8 +50,8 @@ bool is_the_same_in_one_piece(const GoldenOutcome& outcome) {
 void judge(GoldenOutcome& outcome, std::span<const GoldenLevel> expected, bool is_golden) {
   if (const auto first = first_difference(expected, outcome.levels)) {
     outcome.verdict = Verdict::disagree;
-    outcome.first_difference = first->level;
-    outcome.reason = describe(*first, outcome.levels) + (is_golden ? "" : " (scalar's)");
+    outcome.first_difference = first->first;
+    outcome.reason = first->second + (is_golden ? "" : " (scalar's)");
   } else if (!is_the_same_in_one_piece(outcome)) {
     outcome.verdict = Verdict::disagree;
     outcome.first_difference = outcome.levels.back().level;
@@ -78,6 +61,50 @@ void judge(GoldenOutcome& outcome, std::span<const GoldenLevel> expected, bool i
     outcome.verdict = Verdict::mistrusted;
     outcome.reason = "as scalar, but there is nothing golden to compare with";
   }
+}
+
+constexpr int schema = 1; // of a golden file
+
+std::uint64_t parse_hash(const std::string& text) {
+  std::uint64_t hash = 0;
+  const char* const end = text.data() + text.size();
+  const auto result = std::from_chars(text.data(), end, hash, 16);
+  if (text.size() != 16 || result.ec != std::errc{} || result.ptr != end) {
+    throw InputError(fmt::format("\"{}\" is no hash of 16 hexadecimal digits", text));
+  }
+  return hash;
+}
+
+GoldenEntry read_entry(const nlohmann::json& json) {
+  GoldenEntry entry;
+  entry.problem = {.scene = json.at("scene"),
+                   .size = Extent{json.at("width"), json.at("height")},
+                   .method = json.at("method")};
+  entry.inputs.scene = parse_hash(json.at("inputs"));
+  for (const nlohmann::json& level : json.at("levels")) {
+    entry.levels.push_back({level.at("level"), level.at("iterations"), parse_hash(level.at("hash"))});
+    if (level.contains("loaded")) {
+      entry.inputs.levels.push_back(parse_hash(level.at("loaded")));
+    }
+  }
+  return entry;
+}
+
+std::string entry_text(const GoldenEntry& entry) {
+  std::string levels;
+  for (std::size_t i = 0; i < entry.levels.size(); ++i) {
+    const GoldenLevel& level = entry.levels[i];
+    levels += fmt::format("{}    {{\"level\": {}, \"iterations\": {}, {}\"hash\": \"{:016x}\"}}",
+                          i > 0 ? ",\n" : "\n", level.level, level.iterations,
+                          entry.inputs.levels.empty()
+                              ? ""
+                              : fmt::format("\"loaded\": \"{:016x}\", ", entry.inputs.levels.at(i)),
+                          level.hash);
+  }
+  return fmt::format("  {{\"scene\": {}, \"width\": {}, \"height\": {}, \"method\": \"{}\", \"inputs\": "
+                     "\"{:016x}\", \"levels\": [{}]}}",
+                     nlohmann::json(entry.problem.scene).dump(), entry.problem.size->width,
+                     entry.problem.size->height, entry.problem.method, entry.inputs.scene, levels);
 }
 
 } // namespace
@@ -133,29 +160,32 @@ std::string GoldenSolver::absence(const Scene& scene) const {
   return absence_.empty() ? why_not_solved(scene, *backend_) : absence_;
 }
 
-std::vector<GoldenLevel> GoldenSolver::solve(const Scene& scene, Progress& progress) {
-  std::vector<GoldenLevel> levels;
-  const auto add = [&](const LevelResult& result, const VectorField& displacement) {
-    try {
-      levels.push_back({result.level, result.iterations, state_hash(displacement)});
-    } catch (const NotFinite& error) {
-      throw NotFinite(fmt::format("level {}: {}", result.level, error.what()));
-    }
-  };
-  (void)solver_->solve(scene, progress, {.level_done = add});
-  return levels;
-}
-
-std::optional<std::uint64_t> GoldenSolver::solve_in_one_piece(const Scene& scene) {
-  if (scene.energy == EnergyModel::elastic || !LevelSequence(scene).pyramid()) {
-    return std::nullopt;
+GoldenOutcome GoldenSolver::solve(const Scene& scene, Progress& progress) {
+  GoldenOutcome outcome{
+      .backend = std::string(backend_->name()), .device = device_, .reason = absence(scene)};
+  if (!outcome.reason.empty()) {
+    return outcome;
   }
-  Progress silent(false);
+  progress.describe(fmt::format("golden {}, {} x {}, {} on {}", scene.name, scene.extent().width,
+                                scene.extent().height, scene.schedule.method, outcome.backend));
+  outcome.verdict = Verdict::agree;
+  std::string where;
   try {
-    return state_hash(solver_->solve(scene, silent).displacement);
+    (void)solver_->solve(
+        scene, progress, {.level_done = [&](const LevelResult& result, const VectorField& displacement) {
+          where = fmt::format("level {}", result.level);
+          outcome.levels.push_back({result.level, result.iterations, state_hash(displacement)});
+        }});
+    if (scene.energy != EnergyModel::elastic && LevelSequence(scene).pyramid()) {
+      where = "in one piece";
+      Progress silent(false);
+      outcome.in_one_piece = state_hash(solver_->solve(scene, silent).displacement);
+    }
   } catch (const NotFinite& error) {
-    throw NotFinite(fmt::format("in one piece: {}", error.what()));
+    outcome.verdict = Verdict::disagree;
+    outcome.reason = fmt::format("{}: {}", where, error.what());
   }
+  return outcome;
 }
 
 GoldenResult check_golden(const Scene& scene, std::span<GoldenSolver> solvers, const GoldenEntry* golden,
@@ -164,7 +194,7 @@ GoldenResult check_golden(const Scene& scene, std::span<GoldenSolver> solvers, c
   result.inputs_reason =
       result.known ? inputs_difference(golden->inputs, result.inputs) : "there are no golden hashes";
   for (GoldenSolver& solver : solvers) {
-    result.outcomes.push_back(solve(scene, solver, progress));
+    result.outcomes.push_back(solver.solve(scene, progress));
   }
   const bool is_golden = golden != nullptr && result.inputs_reason.empty();
   const std::vector<GoldenLevel> expected = is_golden ? golden->levels : result.outcomes.front().levels;
@@ -187,6 +217,69 @@ std::string doubt_about(const GoldenResult& result) {
     }
   }
   return {};
+}
+
+std::string golden_text(const std::vector<GoldenEntry>& entries) {
+  std::string text = fmt::format("{{\"schema\": {}, \"cases\": [", schema);
+  for (const GoldenEntry& entry : entries) {
+    text += (&entry == entries.data() ? "\n" : ",\n") + entry_text(entry);
+  }
+  return text + "]}\n";
+}
+
+std::vector<GoldenEntry> read_golden(std::string_view text, std::string_view name) {
+  try {
+    const nlohmann::json json = nlohmann::json::parse(text);
+    if (json.at("schema") != schema) {
+      throw InputError(fmt::format("this program reads schema {}", schema));
+    }
+    std::vector<GoldenEntry> entries;
+    for (const nlohmann::json& entry : json.at("cases")) {
+      entries.push_back(read_entry(entry));
+    }
+    return entries;
+  } catch (const std::exception& error) { // of nlohmann, too
+    throw InputError(fmt::format("{}: {}", name, error.what()));
+  }
+}
+
+const std::vector<GoldenEntry>& committed_golden() {
+  static const std::vector<GoldenEntry> entries = read_golden(sources::golden_text, "golden.json");
+  return entries;
+}
+
+const GoldenEntry* find_golden(const std::vector<GoldenEntry>& entries, const Case& problem) {
+  const auto found = std::ranges::find(entries, problem, &GoldenEntry::problem);
+  return found != entries.end() ? &*found : nullptr;
+}
+
+nlohmann::json golden_row(const GoldenResult& result, const GoldenOutcome& outcome) {
+  nlohmann::json levels = nlohmann::json::array();
+  for (const GoldenLevel& level : outcome.levels) {
+    levels.push_back({{"level", level.level},
+                      {"iterations", level.iterations},
+                      {"hash", fmt::format("{:016x}", level.hash)}});
+  }
+  nlohmann::json row{{"scene", result.problem.scene},
+                     {"width", result.problem.size->width},
+                     {"height", result.problem.size->height},
+                     {"method", result.problem.method},
+                     {"inputs", fmt::format("{:016x}", result.inputs.scene)},
+                     {"inputs_reason", result.inputs_reason},
+                     {"backend", outcome.backend},
+                     {"device", outcome.device.name},
+                     {"levels", levels},
+                     {"in_one_piece", nullptr},
+                     {"first_difference", nullptr},
+                     {"verdict", name_of(outcome.verdict)},
+                     {"reason", outcome.reason}};
+  if (outcome.in_one_piece) {
+    row["in_one_piece"] = fmt::format("{:016x}", *outcome.in_one_piece);
+  }
+  if (outcome.first_difference) {
+    row["first_difference"] = *outcome.first_difference;
+  }
+  return row;
 }
 
 } // namespace hdmbench

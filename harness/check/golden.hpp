@@ -4,6 +4,8 @@
 #include "harness/check/verify.hpp"
 #include "harness/solve/methods/solver.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -44,31 +46,6 @@ struct GoldenEntry {
 /// One sentence about the first hash that differs; empty: none.
 [[nodiscard]] std::string inputs_difference(const GoldenInputs& golden, const GoldenInputs& found);
 
-/// One backend, kept open from case to case.
-class GoldenSolver {
-public:
-  /// `backend` must outlive this object. One that is not there, or cannot be opened, says so in absence().
-  GoldenSolver(const Backend& backend, const SessionOptions& options);
-
-  [[nodiscard]] const Backend& backend() const { return *backend_; }
-  [[nodiscard]] const Device& device() const { return device_; }
-  /// Why the backend is not there; empty: it is.
-  [[nodiscard]] const std::string& absence() const { return absence_; }
-  /// Why it cannot solve the scene; empty: it can.
-  [[nodiscard]] std::string absence(const Scene& scene) const;
-  /// Level by level. Throws NotFinite naming level and site, and what Session throws.
-  [[nodiscard]] std::vector<GoldenLevel> solve(const Scene& scene, Progress& progress);
-  /// state_hash() of the last field, made in one piece; none where the schedule wants the host on the way
-  /// (LevelSequence::pyramid()). Throws the same.
-  [[nodiscard]] std::optional<std::uint64_t> solve_in_one_piece(const Scene& scene);
-
-private:
-  const Backend* backend_;
-  Device device_;
-  std::string absence_;
-  std::unique_ptr<Solver> solver_; ///< null: absent
-};
-
 /// How one backend did on one case.
 struct GoldenOutcome {
   std::string backend;
@@ -79,6 +56,29 @@ struct GoldenOutcome {
   std::optional<std::uint64_t> in_one_piece{}; ///< hash of the last level, all levels made by one call
   std::optional<int> first_difference{};       ///< level
   std::string reason{};                        ///< where it is not `agree`
+};
+
+/// One backend, kept open from case to case.
+class GoldenSolver {
+public:
+  /// `backend` must outlive this object. One that is not there, or cannot be opened, says so in absence().
+  GoldenSolver(const Backend& backend, const SessionOptions& options);
+
+  [[nodiscard]] const Backend& backend() const { return *backend_; }
+  /// Why the backend is not there; empty: it is.
+  [[nodiscard]] const std::string& absence() const { return absence_; }
+  /// Why it cannot solve the scene; empty: it can.
+  [[nodiscard]] std::string absence(const Scene& scene) const;
+  /// Level by level, and in one piece but where the schedule wants the host on the way
+  /// (LevelSequence::pyramid()). Not yet compared: skipped, disagree with level and site where a number is
+  /// not finite, else agree. Throws what Session throws.
+  [[nodiscard]] GoldenOutcome solve(const Scene& scene, Progress& progress);
+
+private:
+  const Backend* backend_;
+  Device device_;
+  std::string absence_;
+  std::unique_ptr<Solver> solver_; ///< null: absent
 };
 
 struct GoldenResult {
@@ -98,5 +98,24 @@ struct GoldenResult {
 /// Why the hashes of a case cannot become golden: scalar has none, or another backend has others. Empty: they
 /// can.
 [[nodiscard]] std::string doubt_about(const GoldenResult& result);
+
+/// A golden file: {"schema": 1, "cases": [{"scene", "width", "height", "method", "inputs", "levels":
+/// [{"level", "iterations", "loaded", "hash"}]}]}, hashes as 16 hexadecimal digits, levels coarsest first,
+/// one to a line; "loaded" is missing where GoldenInputs has no levels.
+[[nodiscard]] std::string golden_text(const std::vector<GoldenEntry>& entries);
+
+/// `name` is what errors call the text. Throws InputError.
+[[nodiscard]] std::vector<GoldenEntry> read_golden(std::string_view text, std::string_view name);
+
+/// Of harness/check/golden.json, as it was when the program was built.
+[[nodiscard]] const std::vector<GoldenEntry>& committed_golden();
+
+/// Null where there is none.
+[[nodiscard]] const GoldenEntry* find_golden(const std::vector<GoldenEntry>& entries, const Case& problem);
+
+/// One row of `golden`'s results, a case on a backend: {"scene", "width", "height", "method", "inputs",
+/// "inputs_reason", "backend", "device", "levels": [{"level", "iterations", "hash"}], "in_one_piece",
+/// "first_difference", "verdict", "reason"}; hashes as above.
+[[nodiscard]] nlohmann::json golden_row(const GoldenResult& result, const GoldenOutcome& outcome);
 
 } // namespace hdmbench

@@ -1,12 +1,13 @@
 #include "harness/check/probe.hpp"
 
-#include "harness/check/energy_proofs.hpp"
+#include "harness/check/certificate.hpp"
 #include "harness/scene/row_fields.hpp"
 #include "harness/scene/sites.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -16,25 +17,35 @@ namespace hdmbench {
 
 namespace {
 
-constexpr Extent extent{32, 32};
+constexpr float infinity = std::numeric_limits<float>::infinity();
+constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+constexpr Extent extent{32, 32}; // of sweeps
+
+/// What a component, or a case of an operation, can come to.
+struct Answers {
+  float specified;
+  float other;             ///< of questions with two answers
+  long double exact = 0.0; ///< of those about rounding
+};
 
 struct Question {
-  std::string text;
-  std::string as_specified;
-  std::string otherwise;
-  Level level;
-  VectorField before;
-  /// The other case's answer where the specification's is `specified`.
-  std::function<SiteAnswer(const Question& question, SiteAnswer specified, int x, int y)> other;
-  bool agreement_needs_it = true;
+  ProbeRow row{}; ///< the question, and both answers in words
+  bool about_rounding = false;
+  // Of a sweep: what the other case makes of a site where the specification makes `specified`.
+  Level level{};
+  VectorField before{};
+  std::function<SiteAnswer(const Question& question, SiteAnswer specified, int x, int y)> other{};
+  // Of an operation.
+  std::vector<ArithmeticCase> cases{};
+  std::vector<Answers> answers{};
 };
 
 /// One modulus, nothing observed, the displacements of `value` drawn at every site.
 template <typename Value>
-Question question_of(const StepSet& steps, Rule rule, Value value) {
+Question of_sweep(ProbeRow row, const StepSet& steps, Rule rule, Value value) {
   std::mt19937_64 engine(1);
   const auto uniform = [&] { return static_cast<double>(engine() >> 11) * 0x1p-53; }; // the same everywhere
-  Question question;
+  Question question{.row = std::move(row)};
   Level& level = question.level;
   level.extent = extent;
   level.target = level.confidence = question.before = VectorField(extent);
@@ -53,12 +64,13 @@ Question question_of(const StepSet& steps, Rule rule, Value value) {
 
 /// A tenth of the components observed. What a candidate comes to shows only where two nearly tie: everything
 /// on a grid of 0.1 with one modulus. A minimiser shows every rounding.
-Question fusing(std::string_view text, Rule rule) {
+Question fused_sweep(std::string text, Rule rule) {
   const bool ties = rule != Rule::closed_form;
   const double grid = ties ? 0.1 : 0.001;
   const double reach = ties ? 0.5 : 10.0; // pixels
-  Question question = question_of(
-      StepSet(), rule, [=](double draw) { return grid * std::round(reach * (2.0 * draw - 1.0) / grid); });
+  Question question = of_sweep(
+      {.question = std::move(text), .as_specified = "rounded twice", .otherwise = "fused"}, StepSet(), rule,
+      [=](double draw) { return grid * std::round(reach * (2.0 * draw - 1.0) / grid); });
   std::mt19937_64 engine(2);
   Level& level = question.level;
   for (std::size_t i = 0; i < extent.sites(); ++i) {
@@ -66,100 +78,277 @@ Question fusing(std::string_view text, Rule rule) {
     level.target.x[i] = static_cast<float>(grid * static_cast<double>(engine() % 10));
     level.confidence.x[i] = engine() % 10 == 0 ? 0.7F : 0.0F;
   }
-  question.text = fmt::format("a * b + c, {}", text);
-  question.as_specified = "rounded twice";
-  question.otherwise = "fused";
   question.other = [](const Question& asked, SiteAnswer, int x, int y) {
     return proofs_of(*asked.level.energy).fused_answer(asked.level, asked.before, 0, x, y);
   };
   return question;
 }
 
-float without_subnormal(float value) {
-  return std::fpclassify(value) == FP_SUBNORMAL ? std::copysign(0.0F, value) : value;
-}
-
-const StepSet& stay() {
-  static const StepSet steps{std::array{0.0F}};
-  return steps;
-}
-
 /// A sweep whose only candidate is 0 hands every component on.
-Question passing(std::string text, float value, std::string as_specified, float other,
-                 std::string otherwise) {
-  Question question = question_of(stay(), Rule::steps, [=](double) { return value; });
-  question.text = std::move(text);
-  question.as_specified = std::move(as_specified);
-  question.otherwise = std::move(otherwise);
+Question passing_sweep(ProbeRow row, float value, float other) {
+  row.agreement_needs_it = false;
+  Question question =
+      of_sweep(std::move(row), StepSet(std::array{0.0F}), Rule::steps, [=](double) { return value; });
   question.other = [=](const Question&, SiteAnswer, int, int) { return SiteAnswer{other, other}; };
-  question.agreement_needs_it = false;
   return question;
 }
 
 /// The minimiser between neighbours of opposite signs, all near the smallest normal number.
-Question small_results(std::string as_specified, std::string otherwise) {
-  Question question =
-      question_of(stay(), Rule::closed_form, [](double draw) { return (1.5 + draw) * 0x1p-126; });
-  question.text = "subnormal result";
-  question.as_specified = std::move(as_specified);
-  question.otherwise = std::move(otherwise);
+Question small_results() {
+  Question question = of_sweep({.question = "subnormal result",
+                                .as_specified = "kept",
+                                .otherwise = "flushed to 0",
+                                .agreement_needs_it = false},
+                               StepSet(std::array{0.0F}), Rule::closed_form,
+                               [](double draw) { return (1.5 + draw) * 0x1p-126; });
   question.other = [](const Question&, SiteAnswer specified, int, int) {
-    return SiteAnswer{without_subnormal(specified.x), without_subnormal(specified.y)};
+    const auto flushed = [](float value) { return std::fpclassify(value) == FP_SUBNORMAL ? 0.0F : value; };
+    return SiteAnswer{flushed(specified.x), flushed(specified.y)};
   };
   for_each_site(extent, [&](int x, int y) {
     const float sign = (x + y) % 2 == 0 ? 1.0F : -1.0F;
     question.before.x[extent.index(x, y)] *= sign;
     question.before.y[extent.index(x, y)] *= sign;
   });
-  question.agreement_needs_it = false;
   return question;
 }
 
-std::vector<Question> questions() {
-  return {fusing("candidates", Rule::steps), fusing("closed form", Rule::closed_form),
-          passing("subnormal + 0", 3e-40F, "kept", 0.0F, "flushed to 0"),
-          small_results("kept", "flushed to 0"),
-          passing("infinity + 0", std::numeric_limits<float>::infinity(), "infinity", 0.0F, "0")};
+std::vector<Question> questions_of_sweeps() {
+  return {fused_sweep("a * b + c, candidates", Rule::steps),
+          fused_sweep("a * b + c, closed form", Rule::closed_form),
+          passing_sweep({.question = "subnormal + 0", .as_specified = "kept", .otherwise = "flushed to 0"},
+                        3e-40F, 0.0F),
+          small_results(),
+          passing_sweep({.question = "infinity + 0", .as_specified = "infinity", .otherwise = "0"}, infinity,
+                        0.0F)};
 }
 
-/// -0 equals 0, as everywhere here.
-bool same(float a, float b) {
-  return a == b || (std::isnan(a) && std::isnan(b));
+/// Numbers with drawn significands, seeded, the same everywhere.
+class Numbers {
+public:
+  /// 1 <= x < 2, every bit drawn.
+  float significand() {
+    return std::bit_cast<float>(0x3f800000U | static_cast<std::uint32_t>(engine_() >> 41));
+  }
+  /// The same times a power of two.
+  float of_any_size() {
+    constexpr int exponents = 20;
+    const auto exponent = static_cast<int>(engine_() % (2 * exponents + 1)) - exponents;
+    return std::ldexp(significand(), exponent);
+  }
+
+private:
+  std::mt19937_64 engine_{3};
+};
+
+/// `make` gives each case and what it can come to.
+Question of_operation(ProbeRow row, int cases,
+                      const std::function<std::pair<ArithmeticCase, Answers>(Numbers&)>& make) {
+  Question question{.row = std::move(row)};
+  Numbers draw;
+  for (int i = 0; i < cases; ++i) {
+    const auto [one, its] = make(draw);
+    question.cases.push_back(one);
+    question.answers.push_back(its);
+  }
+  return question;
 }
 
-void judge(const Question& question, const VectorField& found, ProbeRow& row) {
+constexpr int many = 256; // cases
+
+/// What is subtracted is the rounded product: 0, or what rounding took away from it.
+Question fusing(std::string text, Operation operation, bool agreement_needs_it) {
+  return of_operation(
+      {.question = std::move(text),
+       .as_specified = "rounded twice",
+       .otherwise = "fused",
+       .agreement_needs_it = agreement_needs_it},
+      many, [=](Numbers& draw) {
+        const float a = draw.significand();
+        const float b = draw.significand();
+        const float product = a * b;
+        return std::pair{arithmetic_case(operation, a, b, -product), Answers{0.0F, std::fma(a, b, -product)}};
+      });
+}
+
+Question reordering(std::string text, Operation operation) {
+  return of_operation(
+      {.question = std::move(text),
+       .as_specified = "in this order",
+       .otherwise = "(a * b + e) + c * d",
+       .agreement_needs_it = false},
+      many, [=](Numbers& draw) {
+        const float a = draw.significand();
+        const float b = draw.significand();
+        const float c = 0.01F * draw.significand();
+        const float d = draw.significand();
+        const float first = a * b;
+        const float second = c * d;
+        const float sum = first + second;
+        return std::pair{arithmetic_case(operation, a, b, c, d, -first), Answers{sum - first, second}};
+      });
+}
+
+/// `exact` is the result as near as a long double has it; of two numbers of any size, or of one up to `most`.
+Question rounding(std::string text, Operation operation, long double (*exact)(long double, long double),
+                  float most = 0.0F) {
+  Question question =
+      of_operation({.question = std::move(text),
+                    .as_specified = "correctly rounded",
+                    .otherwise = "rounded otherwise",
+                    .agreement_needs_it = false},
+                   many, [=](Numbers& draw) {
+                     const float a =
+                         most > 0.0F ? 2.0F * most * (draw.significand() - 1.5F) : draw.of_any_size();
+                     const float b = most > 0.0F ? 0.0F : draw.of_any_size();
+                     const long double result = exact(a, b);
+                     const auto rounded = static_cast<float>(result);
+                     return std::pair{arithmetic_case(operation, a, b), Answers{rounded, rounded, result}};
+                   });
+  question.about_rounding = true;
+  return question;
+}
+
+/// One number of a kind, sixteen times with other significands where it has one: a and b of the operation,
+/// and both answers.
+Question special(std::string text, std::string as_specified, std::string otherwise, Operation operation,
+                 std::array<float, 4> (*make)(float significand)) {
+  return of_operation({.question = std::move(text),
+                       .as_specified = std::move(as_specified),
+                       .otherwise = std::move(otherwise),
+                       .agreement_needs_it = false},
+                      16, [=](Numbers& draw) {
+                        const auto [a, b, specified, other] = make(draw.significand());
+                        return std::pair{arithmetic_case(operation, a, b), Answers{specified, other}};
+                      });
+}
+
+std::vector<Question> questions_of_operations() {
+  using Numbers4 = std::array<float, 4>;
+  return {
+      fusing("a * b + c", Operation::multiply_add, false),
+      fusing("a * b + c, precise", Operation::precise_chain, true),
+      reordering("(a * b + c * d) + e", Operation::sum_of_products),
+      reordering("(a * b + c * d) + e, precise", Operation::precise_sum),
+      rounding("a / b", Operation::divide, [](long double a, long double b) { return a / b; }),
+      rounding("1 / a", Operation::reciprocal, [](long double a, long double) { return 1.0L / a; }),
+      rounding("sqrt(a)", Operation::square_root, [](long double a, long double) { return std::sqrt(a); }),
+      rounding(
+          "exp(a), -8 ... 8", Operation::exponential, [](long double a, long double) { return std::exp(a); },
+          8.0F),
+      special("subnormal operand", "kept", "taken for 0", Operation::multiply,
+              [](float x) {
+                const float a = x * 0x1p-130F;
+                return Numbers4{a, 0x1p+30F, a * 0x1p+30F, 0.0F};
+              }),
+      special("subnormal result", "kept", "flushed to 0", Operation::multiply,
+              [](float x) {
+                const float a = x * 0x1p-100F;
+                return Numbers4{a, 0x1p-30F, a * 0x1p-30F, 0.0F};
+              }),
+      special("subnormal handed on", "kept", "flushed to 0", Operation::hand_on,
+              [](float x) {
+                const float a = x * 0x1p-130F;
+                return Numbers4{a, 0.0F, a, 0.0F};
+              }),
+      special("-0 * a", "-0", "+0", Operation::multiply,
+              [](float x) {
+                return Numbers4{-0.0F, x, -0.0F, 0.0F};
+              }),
+      special("infinity + a", "infinity", "the largest number", Operation::add,
+              [](float x) {
+                return Numbers4{infinity, x, infinity, std::numeric_limits<float>::max()};
+              }),
+      special("NaN + a", "NaN", "a", Operation::add,
+              [](float x) {
+                return Numbers4{nan, x, nan, x};
+              }),
+      special("infinity - infinity", "NaN", "0", Operation::add,
+              [](float) {
+                return Numbers4{infinity, -infinity, nan, 0.0F};
+              }),
+      special("a loop of 100,000 turns", "all of them", "left after 65,535", Operation::turns, [](float) {
+        return Numbers4{100'000.0F, 1.0F, 100'000.0F, 65'535.0F};
+      })};
+}
+
+/// Any NaN is like another. -0 is 0 in a sweep, as everywhere else, but not where an operation is asked for:
+/// there only bits are compared, because this program is built without signed zeros.
+bool same(float a, float b, bool zero_has_sign) {
+  return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b) || (!zero_has_sign && a == b) ||
+         (std::isnan(a) && std::isnan(b));
+}
+
+/// Units in the last place of the correctly rounded number.
+double error_of(const Answers& its, float found) {
+  if (!std::isfinite(found)) {
+    return std::numeric_limits<double>::infinity();
+  }
+  const long double unit = std::ldexp(1.0L, std::ilogb(its.specified) - 23);
+  return static_cast<double>(std::abs(static_cast<long double>(found) - its.exact) / unit);
+}
+
+ProbeRow judged(const Question& question, std::span<const float> found) {
+  ProbeRow row = question.row;
+  const bool about_rounding = question.about_rounding;
+  const bool signs = !question.cases.empty();
   std::int64_t strange = 0;
-  const auto judge_component = [&](float specified, float other, float answer) {
-    strange += same(answer, specified) || same(answer, other) ? 0 : 1;
-    if (!same(specified, other)) {
+  double worst = 0.0;
+  for (std::size_t i = 0; i < question.answers.size(); ++i) {
+    const Answers& its = question.answers[i];
+    const bool right = same(found[i], its.specified, signs);
+    const bool other = about_rounding ? !right : same(found[i], its.other, signs);
+    strange += right || other ? 0 : 1;
+    if (about_rounding || !same(its.specified, its.other, signs)) {
       ++row.telling;
-      row.specified += same(answer, specified) ? 1 : 0;
-      row.other += same(answer, other) ? 1 : 0;
+      row.specified += right ? 1 : 0;
+      row.other += other ? 1 : 0;
+      worst = about_rounding ? std::max(worst, error_of(its, found[i])) : worst;
     }
+  }
+  if (about_rounding && std::isfinite(worst)) {
+    row.ulp = worst;
+  }
+  row.answer = row.telling == 0                              ? ProbeAnswer::untold
+               : strange > 0 || !std::isfinite(worst)        ? ProbeAnswer::neither
+               : row.specified == row.telling                ? ProbeAnswer::as_specified
+               : row.other == row.telling && !about_rounding ? ProbeAnswer::otherwise
+                                                             : ProbeAnswer::mixed;
+  return row;
+}
+
+ProbeRow judged_by_sweep(Question question, Session& session) {
+  Level& level = question.level;
+  set_inverse_modulus(level);
+  if (needs_inverse_curvature(level.rule)) {
+    set_inverse_curvature(level);
+  }
+  VectorField swept;
+  session.load(level);
+  session.write(question.before);
+  session.step(1);
+  session.read(swept);
+  std::vector<float> found;
+  const auto add = [&](float specified, float other, float component) {
+    question.answers.push_back({specified, other});
+    found.push_back(component);
   };
   for_each_site(extent, [&](int x, int y) {
-    const std::size_t at = extent.index(x, y);
-    const SiteAnswer specified = specified_answer(question.level, question.before, 0, x, y);
+    const SiteAnswer specified = specified_answer(level, question.before, 0, x, y);
     const SiteAnswer other = question.other(question, specified, x, y);
-    judge_component(specified.x, other.x, found.x[at]);
-    judge_component(specified.y, other.y, found.y[at]);
+    add(specified.x, other.x, swept.x[extent.index(x, y)]);
+    add(specified.y, other.y, swept.y[extent.index(x, y)]);
   });
-  row.answer = row.telling == 0               ? ProbeAnswer::untold
-               : strange > 0                  ? ProbeAnswer::neither
-               : row.specified == row.telling ? ProbeAnswer::as_specified
-               : row.other == row.telling     ? ProbeAnswer::otherwise
-                                              : ProbeAnswer::mixed;
-}
-
-std::size_t index_of(const Device& device, const std::vector<Device>& all) {
-  const auto same = [&](const Device& one) { return one.name == device.name && one.driver == device.driver; };
-  return static_cast<std::size_t>(std::ranges::find_if(all, same) - all.begin());
+  return judged(question, found);
 }
 
 /// A driver that refuses the program has still answered by its sweep.
-std::vector<ProbeRow> arithmetic_rows(const ArithmeticProgram& program, std::size_t device) {
+std::vector<ProbeRow> arithmetic_rows(const ArithmeticProgram& program, const Device& device,
+                                      const std::vector<Device>& all) {
   try {
-    return probe_arithmetic(program, device);
+    const auto index = std::ranges::find_if(
+        all, [&](const Device& one) { return one.name == device.name && one.driver == device.driver; });
+    return probe_arithmetic(program, static_cast<std::size_t>(index - all.begin()));
   } catch (const DeviceError& error) {
     return {{.program = std::string(program.language()),
              .question = "a program of its own",
@@ -167,7 +356,6 @@ std::vector<ProbeRow> arithmetic_rows(const ArithmeticProgram& program, std::siz
              .otherwise = error.what(),
              .answer = ProbeAnswer::otherwise,
              .telling = 1,
-             .specified = 0,
              .other = 1,
              .agreement_needs_it = false}};
   }
@@ -191,37 +379,39 @@ void list_fields(Fields& fields, ProbeRow& row) {
   fields("agreement_needs_it", row.agreement_needs_it);
 }
 
+std::vector<ProbeRow> probe_arithmetic(const ArithmeticProgram& program, std::size_t device) {
+  const std::vector<Question> all = questions_of_operations();
+  std::vector<ArithmeticCase> cases;
+  for (const Question& question : all) {
+    cases.insert(cases.end(), question.cases.begin(), question.cases.end());
+  }
+  cases.resize((cases.size() + cases_at_once - 1) / cases_at_once * cases_at_once,
+               arithmetic_case(Operation::hand_on, 0.0F));
+  const std::vector<float> found = program.evaluate(device, cases);
+  std::vector<ProbeRow> rows;
+  std::size_t begin = 0;
+  for (const Question& question : all) {
+    rows.push_back(judged(question, std::span(found).subspan(begin, question.cases.size())));
+    rows.back().program = program.language();
+    begin += question.cases.size();
+  }
+  return rows;
+}
+
 std::vector<ProbeRow> probe(const Backend& backend, const SessionOptions& options) {
   const Device device = backend.device(options);
   const std::unique_ptr<Session> session = backend.open(options);
   std::vector<ProbeRow> rows;
-  for (Question& question : questions()) {
-    set_inverse_modulus(question.level);
-    if (needs_inverse_curvature(question.level.rule)) {
-      set_inverse_curvature(question.level);
-    }
-    ProbeRow row{.backend = std::string(backend.name()),
-                 .device = device.name,
-                 .driver = device.driver,
-                 .question = question.text,
-                 .as_specified = question.as_specified,
-                 .otherwise = question.otherwise,
-                 .agreement_needs_it = question.agreement_needs_it};
-    VectorField found;
-    session->load(question.level);
-    session->write(question.before);
-    session->step(1);
-    session->read(found);
-    judge(question, found, row);
-    rows.push_back(std::move(row));
+  for (const Question& question : questions_of_sweeps()) {
+    rows.push_back(judged_by_sweep(question, *session));
   }
   if (const auto* const program = dynamic_cast<const ArithmeticProgram*>(&backend)) {
-    for (ProbeRow& row : arithmetic_rows(*program, index_of(device, backend.devices()))) {
-      row.backend = backend.name();
-      row.device = device.name;
-      row.driver = device.driver;
-      rows.push_back(std::move(row));
-    }
+    std::ranges::move(arithmetic_rows(*program, device, backend.devices()), std::back_inserter(rows));
+  }
+  for (ProbeRow& row : rows) {
+    row.backend = backend.name();
+    row.device = device.name;
+    row.driver = device.driver;
   }
   return rows;
 }

@@ -1,36 +1,15 @@
 #pragma once
 
+#include "harness/check/bounded_real.hpp"
+#include "harness/check/certificate.hpp"
+
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstdint>
-#include <limits>
+#include <compare>
 
 /// A scalar to compile an energy and update.inc with that proves every operation exact (certificate.hpp).
+/// The first one that is not throws InexactOperation without its place: no cost where all are.
 namespace hdmbench::proven {
-
-/// Thrown by the first operation that is not exact: no cost where all are.
-struct Inexact {
-  char operation;
-  float left;
-  float right;
-  double magnitude;
-  double quantum;
-};
-
-/// The lowest set bit of a finite float; infinite for 0, which is a multiple of everything.
-inline double lowest_bit(float value) {
-  const auto bits = std::bit_cast<std::uint32_t>(value);
-  const std::uint32_t exponent = bits >> 23 & 0xFFU;
-  const std::uint32_t fraction = bits & 0x7FFFFFU;
-  const std::uint32_t significand = exponent > 0 ? fraction | 0x800000U : fraction;
-  if (significand == 0) {
-    return std::numeric_limits<double>::infinity();
-  }
-  const auto power = static_cast<std::uint64_t>(1023 - 150 + static_cast<int>(std::max(exponent, 1U)) +
-                                                std::countr_zero(significand));
-  return std::bit_cast<double>(power << 52);
-}
 
 /// False for NaN.
 inline bool is_in_range(double magnitude, double quantum) {
@@ -53,7 +32,7 @@ struct real {
   real(float value_)
       : value(value_), magnitude(std::abs(static_cast<double>(value_))), quantum(lowest_bit(value_)) {
     if (!is_in_range(magnitude, quantum)) {
-      throw Inexact{'=', value, value, magnitude, quantum};
+      throw InexactOperation{0, 0, 0, '=', value, value, magnitude, quantum};
     }
   }
   real(int constant) : real(static_cast<float>(constant)) {}
@@ -70,10 +49,7 @@ struct real {
     result.quantum = a.quantum * b.quantum;
     return checked('*', a, b, result, a.wide() * b.wide());
   }
-  friend bool operator<(real a, real b) { return compared(a, b).value < 0.0F; }
-  friend bool operator>(real a, real b) { return compared(a, b).value > 0.0F; }
-  friend bool operator<=(real a, real b) { return compared(a, b).value <= 0.0F; }
-  friend bool operator>=(real a, real b) { return compared(a, b).value >= 0.0F; }
+  friend std::partial_ordering operator<=>(real a, real b) { return compared(a, b).value <=> 0.0F; }
   friend bool operator==(real a, real b) { return compared(a, b).value == 0.0F; }
 
 private:
@@ -87,7 +63,7 @@ private:
   }
   static real checked(char operation, real a, real b, real result, double exact) {
     if (!fits(result.magnitude, result.quantum) || result.wide() != exact) {
-      throw Inexact{operation, a.value, b.value, result.magnitude, result.quantum};
+      throw InexactOperation{0, 0, 0, operation, a.value, b.value, result.magnitude, result.quantum};
     }
     return result;
   }
@@ -105,7 +81,8 @@ inline real floor(real a) {
 /// That the host's inverse is the quotient itself.
 inline void require_exact_inverse(float modulus, float inverse) {
   if (static_cast<double>(modulus) * static_cast<double>(inverse) != 1.0) {
-    throw Inexact{'/', 1.0F, modulus, std::abs(static_cast<double>(inverse)), lowest_bit(inverse)};
+    throw InexactOperation{
+        0, 0, 0, '/', 1.0F, modulus, std::abs(static_cast<double>(inverse)), lowest_bit(inverse)};
   }
 }
 

@@ -81,7 +81,7 @@ std::uint64_t level_hash(const Level& level) {
   hash.add(level.penalty);
   hash.add(level.steps.values());
   hash.add(static_cast<int>(level.update));
-  hash.add(static_cast<int>(level.rule));
+  hash.add(level.rule == Rule::annealing ? 3 : static_cast<int>(level.rule)); // as it was numbered once
   hash.add(level.inverse_curvature);
   hash.add(level.strengths);
   hash.add(level.seed);

@@ -1,13 +1,9 @@
 #include "harness/check/verify.hpp"
 
-#include "harness/check/compare.hpp"
 #include "harness/check/follower.hpp"
-#include "harness/check/one_piece.hpp"
-#include "harness/check/resting_tiles.hpp"
-#include "harness/check/verify_elastic.hpp"
 #include "harness/scene/level_sequence.hpp"
+#include "harness/scene/sites.hpp"
 #include "harness/solve/solve.hpp"
-#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
@@ -19,74 +15,140 @@ namespace hdmbench {
 
 namespace {
 
-/// Those that go sweep by sweep and are not left out.
-std::vector<Mode> followed_modes(const Scene& scene) {
-  std::vector<Mode> modes{Mode::resync, Mode::free};
-  if (why_left_out(Mode::active, scene).empty()) {
-    modes.push_back(Mode::active);
-  }
-  return modes;
+constexpr std::size_t plain = 0; // of SessionOptions::variant
+
+/// What the reference did in one sweep of one level.
+struct ReferenceStep {
+  const Level& level;
+  FirstDifference place;
+  int number; ///< of the sweep, since the level was loaded
+  const VectorField& before;
+  const VectorField& after;
+  std::int64_t changed; ///< sites that differ between the two
+};
+
+/// The specification's answer to `before`.
+VectorField specified(const ReferenceStep& step, const VectorField& before) {
+  VectorField answers(before.extent);
+  for_each_site(before.extent, [&](int x, int y) {
+    const SiteAnswer answer = specified_answer(step.level, before, step.number, x, y);
+    answers.x[before.extent.index(x, y)] = answer.x;
+    answers.y[before.extent.index(x, y)] = answer.y;
+  });
+  return answers;
 }
+
+/// One backend that follows the reference sweep by sweep in one mode, and all that is found about it. In free
+/// and active it is on its own.
+struct Follower {
+  std::unique_ptr<Session> session{}; ///< null: skipped
+  Comparison comparison{};
+  VectorField field{};           ///< what the backend has
+  std::int64_t last_changed = 0; ///< sites that its last sweep on this level really changed
+  VectorField begin{};           ///< of the level
+  bool drifted = false;          ///< on its own: `field` is another one than the reference's
+
+  /// From `begin`.
+  void begin_level(const Level& level) {
+    try {
+      session->load(level);
+    } catch (const TooLarge& error) { // what was compared on smaller levels is no verdict on the scene
+      session.reset();
+      comparison = {.backend = comparison.backend,
+                    .device = comparison.device,
+                    .mode = comparison.mode,
+                    .reason = error.what()};
+      return;
+    }
+    session->write(begin);
+    field = begin;
+    last_changed = 0;
+    drifted = comparison.mode != Mode::resync && comparison.sites_drifted > 0;
+  }
+
+  void follow(const ReferenceStep& step, bool exact) {
+    const bool alone = comparison.mode != Mode::resync;
+    if (!alone) {
+      session->write(step.before);
+    }
+    const VectorField before = alone ? field : step.before;
+    session->step(1);
+    session->read(field);
+    const FieldDifference drift = compare(step.after, field);
+    const bool as_reference = !drifted && drift.sites == 0;
+    if (!as_reference) {
+      judge_step(comparison, drifted ? specified(step, before) : step.after, field, step.place,
+                 [&](int x, int y) {
+                   const std::size_t at = field.extent.index(x, y);
+                   Certificate certificate =
+                       certify(step.level, before, step.number, x, y, {field.x[at], field.y[at]});
+                   certificate.holds = certificate.holds && !exact; // there is no rounding to explain it
+                   return certificate;
+                 });
+    }
+    drifted = alone && drift.sites > 0;
+    last_changed = as_reference ? step.changed : compare(before, field).sites;
+    ++comparison.sweeps;
+    comparison.iterations = comparison.sweeps / sweeps_per_iteration(step.level);
+    comparison.counts_differing += session->changed() == last_changed ? 0 : 1;
+    count_field(comparison, field, drift);
+  }
+};
 
 /// The reference and all that follow it.
 class ReferenceRun {
 public:
   ReferenceRun(const Scene& scene, const Backend& reference, std::span<const Backend* const> backends,
                const VerifyOptions& options, Progress& progress)
-      : scene_(scene), schedule_(scene.schedule), backends_(backends), options_(options.session),
+      : scene_(scene), levels_(scene), backends_(backends), options_(options.session),
         limit_(options.iteration_limit), session_(reference.open(options.session)), progress_(progress) {
-    SessionOptions of_followers = options_;
-    of_followers.variant = options_.variant.value_or(0); // nothing is measured
+    for (const Mode mode : {Mode::resync, Mode::free, Mode::active}) {
+      if (why_left_out(mode, scene).empty()) {
+        modes_.push_back(mode);
+      }
+    }
     for (const Backend* backend : backends) {
-      for (const Mode mode : followed_modes(scene)) {
-        followers_.emplace_back(*backend, of_followers, scene, mode);
+      for (const Mode mode : modes_) {
+        Follower& follower = followers_.emplace_back();
+        const SessionOptions of_mode = options_of(mode, options_.variant.value_or(plain));
+        follower.comparison =
+            begun(scene, *backend, of_mode, mode, [&] { follower.session = backend->open(of_mode); });
       }
     }
   }
 
-  void compute(LevelSequence& levels, int index) {
-    const Level& level = levels.sample(index);
-    const VectorField begin = levels.begin(index, field_);
-    iterations_ = 0;
-    last_changed_ = 0;
-    for (Follower& follower : followers_) {
-      follower.begin_level(levels, level, index);
+  std::vector<Comparison> compare_all() {
+    for (const int index : levels_.order()) {
+      progress_.describe(fmt::format("verify {}, {}: level {} of {}, {} x {}", scene_.name,
+                                     method_name(scene_), index, levels_.order().size(),
+                                     levels_.extent(index).width, levels_.extent(index).height));
+      compute(index);
     }
-    const int iterations = levels.iterations(index);
-    const int limit = std::min(iterations, limit_.value_or(iterations));
-    iterate(level, index, begin, limit);
-    if (has_diverged(level, begin, field_)) {
-      const Level& slower = levels.sample_without_acceleration(index);
-      for (Follower& follower : followers_) {
-        follower.begin_again(slower);
-      }
-      iterate(slower, index, begin, limit);
-    }
-    for (Follower& follower : followers_) {
-      follower.end_level();
-    }
-  }
-
-  /// Of each backend its modes; `levels` have all been computed.
-  [[nodiscard]] std::vector<Comparison> finish(LevelSequence& levels) {
     const Conditions conditions{
-        .exact = scene_.exact, .why_mistrusted = why_nothing_is_shown(), .sites_at_rest = sites_at_rest_};
-    std::optional<Pyramid> pyramid = levels.pyramid();
-    if (pyramid) {
-      cap_sweeps(*pyramid);
+        .exact = scene_.exact,
+        .why_mistrusted = inexact_.empty() ? why_mistrusted(scene_, changes_ > 0)
+                                           : fmt::format("the scene is declared exact, but {}", inexact_),
+        .sites_at_rest = sites_at_rest_};
+    std::optional<Pyramid> pyramid = levels_.pyramid();
+    for (std::size_t i = 0; pyramid && i < pyramid->levels.size(); ++i) { // as the levels were computed
+      const int sweeps = sweeps_per_iteration(scene_.full);
+      int& planned = pyramid->levels[i].sweeps;
+      planned = std::min(planned, limit_.value_or(planned / sweeps) * sweeps);
     }
     std::vector<Comparison> comparisons;
-    const std::size_t modes = followed_modes(scene_).size();
-    for (std::size_t i = 0; i < followers_.size(); i += modes) {
-      const std::span<Follower> of_backend = std::span(followers_).subspan(i, modes);
-      for (Follower& follower : of_backend) {
-        comparisons.push_back(follower.finish(conditions));
+    for (std::size_t i = 0; i < backends_.size(); ++i) {
+      const std::span<Follower> modes = std::span(followers_).subspan(i * modes_.size(), modes_.size());
+      for (Follower& follower : modes) {
+        if (follower.session != nullptr) {
+          conclude(follower.comparison, conditions);
+        }
+        comparisons.push_back(follower.comparison);
       }
       if (pyramid) {
         progress_.describe(fmt::format("verify {}, {}: in one piece on {}", scene_.name, method_name(scene_),
-                                       comparisons.back().backend));
-        comparisons.push_back(in_one_piece(levels, *pyramid, of_backend.subspan(1), *backends_[i / modes]));
-        if (of_backend.front().session() != nullptr) {
+                                       backends_[i]->name()));
+        comparisons.push_back(in_one_piece(*pyramid, modes.subspan(1), *backends_[i]));
+        if (modes.front().session != nullptr) {
           conclude(comparisons.back(), conditions);
         }
       }
@@ -95,53 +157,66 @@ public:
   }
 
 private:
-  [[nodiscard]] std::string why_nothing_is_shown() const {
-    return inexact_.empty() ? why_mistrusted(scene_, changes_ > 0)
-                            : fmt::format("the scene is declared exact, but {}", inexact_);
+  [[nodiscard]] SessionOptions options_of(Mode mode, std::size_t variant) const {
+    SessionOptions options = options_;
+    options.variant = variant;
+    options.work = mode == Mode::active ? Work::active : Work::dense;
+    return options;
   }
 
-  /// As the levels were computed.
-  void cap_sweeps(Pyramid& pyramid) const {
-    const int sweeps = sweeps_per_iteration(*pyramid.full);
-    for (PyramidLevel& level : pyramid.levels) {
-      level.sweeps = std::min(level.sweeps, limit_.value_or(level.sweeps / sweeps) * sweeps);
+  /// call(follower) of all that are not skipped.
+  template <typename Call>
+  void each_follower(const Call& call) {
+    for (Follower& follower : followers_) {
+      if (follower.session != nullptr) {
+        call(follower);
+      }
     }
   }
 
-  [[nodiscard]] Comparison in_one_piece(LevelSequence& levels, const Pyramid& pyramid,
-                                        std::span<Follower> followers, const Backend& backend) {
-    const int index = levels.order().back();
-    const ReferenceStep end{.level = levels.sample(index),
-                            .level_index = index,
-                            .iteration = iterations_,
-                            .number = pyramid.levels.back().sweeps - 1,
-                            .before = field_,
-                            .after = field_,
-                            .changed = last_changed_};
-    return compare_in_one_piece(pyramid, end, followers, backend, options_);
+  void compute(int index) {
+    const Level& level = levels_.sample(index);
+    const VectorField begin = levels_.begin(index, field_);
+    iterations_ = 0;
+    last_changed_ = 0;
+    each_follower([&](Follower& follower) {
+      follower.begin = levels_.begin(index, follower.field);
+      ++follower.comparison.levels;
+    });
+    iterate(level, index, begin);
+    if (has_diverged(level, begin, field_)) {
+      iterate(levels_.sample_without_acceleration(index), index, begin);
+    }
   }
 
-  void iterate(const Level& level, int index, const VectorField& begin, int limit) {
+  void iterate(const Level& level, int index, const VectorField& begin) {
     session_->load(level);
     session_->write(begin);
     field_ = begin;
     tiles_.begin_level(level.extent);
+    each_follower([&](Follower& follower) { follower.begin_level(level); });
     int number = 0;
-    StopRule rule(schedule_, limit);
+    StopRule rule(scene_.schedule,
+                  std::min(levels_.iterations(index), limit_.value_or(levels_.iterations(index))));
     for (int iteration = 1; rule.may_continue(iteration - 1); ++iteration) {
       std::int64_t changed_by_iteration = 0;
-      for (int sweep = 0; sweep < sweeps_per_iteration(level); ++sweep) {
-        require_exact(level, index, number);
-        session_->step(1);
-        session_->read(after_);
-        last_changed_ = compare(field_, after_).sites;
-        changed_by_iteration += last_changed_;
-        sites_at_rest_ += tiles_.sweep(field_, after_);
-        for (Follower& follower : followers_) {
-          follower.follow({level, index, iteration, number, field_, after_, last_changed_});
+      for (int sweep = 0; sweep < sweeps_per_iteration(level); ++sweep, ++number) {
+        if (scene_.exact && inexact_.empty()) {
+          if (const auto found = first_inexact(level, field_, number)) {
+            inexact_ = fmt::format("level {}, {}", index, found->text());
+          }
         }
-        std::swap(field_, after_);
-        ++number;
+        VectorField after;
+        session_->step(1);
+        session_->read(after);
+        last_changed_ = compare(field_, after).sites;
+        changed_by_iteration += last_changed_;
+        sites_at_rest_ += tiles_.sweep(field_, after);
+        const FirstDifference place{.level = index, .iteration = iteration};
+        each_follower([&](Follower& follower) {
+          follower.follow({level, place, number, field_, after, last_changed_}, scene_.exact);
+        });
+        field_ = std::move(after);
       }
       iterations_ = iteration;
       changes_ += changed_by_iteration;
@@ -150,25 +225,75 @@ private:
     }
   }
 
-  /// What a scene declares of every sweep.
-  void require_exact(const Level& level, int index, int number) {
-    if (scene_.exact && inexact_.empty()) {
-      if (const auto found = first_inexact(level, field_, number)) {
-        inexact_ = fmt::format("level {}, {}", index, found->text());
+  /// Mode::pyramid, after all levels have been followed: by the sessions of `followers`, one backend's free
+  /// one and, where active is not left out, its active one, and by further ones for every variant that is
+  /// worth trying (Backend::variants()) unless the options name one. Without a verdict as yet, or skipped.
+  [[nodiscard]] Comparison in_one_piece(const Pyramid& pyramid, std::span<Follower> followers,
+                                        const Backend& backend) const {
+    const Comparison& followed = followers.front().comparison;
+    Comparison comparison{.backend = followed.backend,
+                          .device = followed.device,
+                          .mode = Mode::pyramid,
+                          .levels = followed.levels,
+                          .iterations = followed.iterations,
+                          .sweeps = followed.sweeps,
+                          .reason = followed.reason};
+    if (followers.front().session == nullptr) {
+      return comparison;
+    }
+    for (Follower& follower : followers) {
+      solve(pyramid, *follower.session, follower, comparison, &follower == &followers.back() ? 2 : 1);
+    }
+    const Variants variants = options_.variant ? Variants{} : backend.variants(options_);
+    for (std::size_t variant = plain + 1; variant < variants.worth_trying; ++variant) {
+      if (variants.concerns != nullptr && !variants.concerns(pyramid, variant)) {
+        continue;
       }
+      if (comparison.coarse_levels.empty()) {
+        comparison.coarse_levels.push_back(
+            variants.names[plain]); // which is what the followers' sessions did
+      }
+      comparison.coarse_levels.push_back(variants.names[variant]);
+      for (const Follower& follower : followers) {
+        solve(pyramid, *backend.open(options_of(follower.comparison.mode, variant)), follower, comparison);
+      }
+    }
+    return comparison;
+  }
+
+  void solve(const Pyramid& pyramid, Session& session, const Follower& follower, Comparison& comparison,
+             int solutions = 1) const {
+    VectorField found;
+    session.load(pyramid);
+    for (int i = 0; i < solutions; ++i) {
+      session.solve();
+      session.read(found);
+      const bool is_other = compare(field_, found).sites > 0;
+      const bool explained = is_other && follower.comparison.uncertified == 0 &&
+                             follower.comparison.not_finite == 0 && compare(follower.field, found).sites == 0;
+      if (explained) {
+        comparison.largest_gap_over_bound =
+            std::max(comparison.largest_gap_over_bound, follower.comparison.largest_gap_over_bound);
+      }
+      if (explained || !is_other) {
+        const std::int64_t expected = explained ? follower.last_changed : last_changed_;
+        comparison.counts_differing += session.changed() == expected ? 0 : 1;
+      }
+      judge_end(comparison, field_, found, {.level = levels_.order().back(), .iteration = iterations_},
+                explained);
     }
   }
 
   const Scene& scene_;
-  const Schedule& schedule_;
+  LevelSequence levels_;
   std::span<const Backend* const> backends_;
   SessionOptions options_;
   std::optional<int> limit_;
   std::unique_ptr<Session> session_;
   Progress& progress_;
+  std::vector<Mode> modes_; ///< that go sweep by sweep and are not left out
   std::vector<Follower> followers_;
-  VectorField field_; ///< the reference's newest
-  VectorField after_;
+  VectorField field_;             ///< the reference's newest
   std::string inexact_;           ///< the first operation that is not, of a scene that is declared exact
   std::int64_t changes_ = 0;      ///< by the reference, over all sweeps
   int iterations_ = 0;            ///< of this level
@@ -210,18 +335,9 @@ void excuse_nothing(Comparison& comparison) {
 std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
                                std::span<const Backend* const> backends, const VerifyOptions& options,
                                Progress& progress) {
-  if (scene.energy == EnergyModel::elastic) {
-    return verify_elastic(scene, reference, backends, options, progress);
-  }
-  ReferenceRun run(scene, reference, backends, options, progress);
-  LevelSequence levels(scene);
-  for (const int index : levels.order()) {
-    progress.describe(fmt::format("verify {}, {}: level {} of {}, {} x {}", scene.name, method_name(scene),
-                                  index, levels.order().size(), levels.extent(index).width,
-                                  levels.extent(index).height));
-    run.compute(levels, index);
-  }
-  return run.finish(levels);
+  return scene.energy == EnergyModel::elastic
+             ? verify_elastic(scene, reference, backends, options, progress)
+             : ReferenceRun(scene, reference, backends, options, progress).compare_all();
 }
 
 } // namespace hdmbench

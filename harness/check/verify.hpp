@@ -15,6 +15,8 @@
 
 namespace hdmbench {
 
+class Fields;
+
 /// How a backend is compared with the reference.
 enum class Mode {
   resync, ///< every iteration starts from the reference's field: errors of one iteration
@@ -56,14 +58,12 @@ inline constexpr std::array<std::string_view, 4> tier_names{"none", "certified",
 [[nodiscard]] constexpr const auto& names_of(Tier) {
   return tier_names;
 }
-[[nodiscard]] constexpr std::string_view name_of(Mode mode) {
-  return mode_names[static_cast<std::size_t>(mode)];
+template <typename Enumerator>
+requires requires(Enumerator one) {
+  names_of(one);
 }
-[[nodiscard]] constexpr std::string_view name_of(Verdict verdict) {
-  return verdict_names[static_cast<std::size_t>(verdict)];
-}
-[[nodiscard]] constexpr std::string_view name_of(Tier tier) {
-  return tier_names[static_cast<std::size_t>(tier)];
+[[nodiscard]] constexpr std::string_view name_of(Enumerator one) {
+  return names_of(one)[static_cast<std::size_t>(one)];
 }
 
 /// The first site that differs without an explanation; where all have one, the first that differs.
@@ -74,11 +74,6 @@ struct FirstDifference {
   int y = 0;
   std::array<float, 2> expected{NAN, NAN}; ///< displacement (x, y), pixels; NaN: not recorded
   std::array<float, 2> found{NAN, NAN};
-  // U_t of that site in double: before the iteration, and with either answer as the centre's displacement;
-  // NaN: not recorded. In pyramid all else is as the reference ended.
-  double energy_before = NAN;
-  double energy_expected = NAN;
-  double energy_found = NAN;
   Certificate certificate{};
   std::string step{}; ///< of the elastic energy: what the method did, "sweep"; iteration counts these steps
 };
@@ -101,7 +96,7 @@ struct Comparison {
   double largest_gap_over_bound = 0.0; ///< over the certified sites, at most 1
   std::int64_t counts_differing = 0;   ///< sweeps after which changed() was wrong
   double largest_difference = 0.0;     ///< from the reference's field, pixels
-  /// Of active: site updates that could be left out, in whole tiles of 16 x 16 (resting_tiles.hpp).
+  /// Of active: site updates that could be left out (RestingTiles).
   std::int64_t sites_at_rest = 0;
   std::vector<std::string> coarse_levels{}; ///< of pyramid: the variants compared, where there are several
   std::optional<FirstDifference> first{};
@@ -115,6 +110,37 @@ struct VerifyOptions {
   std::optional<int> iteration_limit; ///< per level, for a shorter run
 };
 
+/// One row of `verify`'s results: what was compared, on what.
+struct VerifyRow : Comparison {
+  std::string scene;
+  std::int64_t width = 0;
+  std::int64_t height = 0;
+  std::string method{};                ///< method_name(); empty in files of before
+  std::optional<std::int64_t> ranks{}; ///< that computed it together; none: one process
+  std::string reference{};             ///< what it was compared with; empty: scalar
+  std::string repeat{};                ///< the command line that repeats the comparison
+};
+
+void list_fields(Fields& fields, VerifyRow& row);
+void require_consistent(const VerifyRow& row);
+
+[[nodiscard]] VerifyRow verify_row(const Scene& scene, const Comparison& comparison);
+
+/// What a backend's comparisons come to over all scenes and all modes.
+struct BackendTier {
+  std::string backend;
+  Tier tier = Tier::none;       ///< the lowest of its comparisons; none where all were skipped
+  std::int64_t comparisons = 0; ///< not skipped
+  std::int64_t exact = 0;       ///< of them, those that reached Tier::exact
+  std::int64_t sites_compared = 0;
+  std::int64_t sites_differing = 0;
+  std::int64_t certified_ties = 0;
+  std::int64_t uncertified = 0;
+};
+
+/// In the order in which the backends first appear.
+[[nodiscard]] std::vector<BackendTier> tiers_reached(std::span<const Comparison> comparisons);
+
 /// Of a backend that has to have the reference's bits: what rounding explains is wrong all the same.
 void excuse_nothing(Comparison& comparison);
 
@@ -126,13 +152,21 @@ void excuse_nothing(Comparison& comparison);
 /// Runs the scene's schedule on `reference` and on all `backends` side by side and compares the whole field
 /// and the count of changed sites after every sweep of every level. A site that differs is judged by
 /// certificate.hpp: in resync against the reference's answer, in free against the specification's answer to
-/// what the backend itself had before the sweep. In pyramid
-/// only the end is known: a field that is not the reference's is certified if it is, to the bit, what the
-/// same backend made level by level and every difference of that is certified. On a scene that is declared
-/// exact (Scene::exact) no difference is explained, and a step that is not exact makes the comparison
-/// mistrusted. A backend whose devices() or open() throws DeviceError is skipped with that reason; an error
-/// later is not caught. Of the elastic energy: verify_elastic.hpp. Active is skipped where it agrees and no
-/// tile was ever at rest. Returns a comparison per backend and mode that is not left out, in their orders.
+/// what the backend itself had before the sweep. In pyramid only the end is known: a field that is not the
+/// reference's is certified if it is, to the bit, what the same backend made level by level and every
+/// difference of that is certified. On a scene that is declared exact (Scene::exact) no difference is
+/// explained, and a step that is not exact makes the comparison mistrusted. Active is skipped where it agrees
+/// and no tile was ever at rest. A backend whose devices() or open() throws DeviceError is skipped with that
+/// reason; an error later is not caught.
+///
+/// Of the elastic energy every step of the method (sweep, residual, transfer, sum) is taken by all sessions
+/// at the same time. resync: what a step made is compared on all sites, and mended where it differs; a
+/// difference is certified within the bound of rounding (bounded_real.hpp) of what the step was made from;
+/// Comparison::counts_differing are sums over the image (ElasticSession::dot) beyond their bound. pyramid:
+/// the method runs on the backend alone; a result that differs is certified if it is, to the bit, what the
+/// backend makes when every step is waited for, and all steps of resync were certified.
+///
+/// Returns a comparison per backend and mode that is not left out, in their orders.
 [[nodiscard]] std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
                                              std::span<const Backend* const> backends,
                                              const VerifyOptions& options, Progress& progress);

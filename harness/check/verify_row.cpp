@@ -1,4 +1,4 @@
-#include "harness/check/verify_row.hpp"
+#include "harness/check/verify.hpp"
 
 #include "harness/scene/row_fields.hpp"
 #include "harness/solve/solve.hpp"
@@ -15,9 +15,6 @@ static void list_fields(Fields& fields, FirstDifference& first) {
   fields("y", first.y);
   fields.newer("expected", NullIsNan{first.expected});
   fields.newer("found", NullIsNan{first.found});
-  fields.newer("energy_before", NullIsNan{first.energy_before});
-  fields.newer("energy_expected", NullIsNan{first.energy_expected});
-  fields.newer("energy_found", NullIsNan{first.energy_found});
   fields.newer("certified", first.certificate.holds);
   fields.newer("gap_over_bound", NullIsNan{first.certificate.gap_over_bound});
   fields.newer("step", first.step);

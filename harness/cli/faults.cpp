@@ -1,7 +1,7 @@
 #include "harness/check/faults/trial.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/ranks/rank_faults.hpp"
-#include "harness/ranks/sleeping_pieces.hpp"
+#include "harness/ranks/rank_backend.hpp"
 
 #include <optional>
 #include <set>

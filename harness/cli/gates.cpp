@@ -1,6 +1,6 @@
 #include "harness/cli/gates.hpp"
 
-#include "harness/check/verify_row.hpp"
+#include "harness/check/verify.hpp"
 
 #include <vector>
 

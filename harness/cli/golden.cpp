@@ -1,4 +1,4 @@
-#include "harness/check/golden_file.hpp"
+#include "harness/check/golden.hpp"
 #include "harness/cli/gates.hpp"
 #include "harness/scene/file_input.hpp"
 #include "harness/scene/file_output.hpp"

@@ -3,7 +3,7 @@
 #include "harness/cli/arguments.hpp"
 #include "harness/judge/run_row.hpp"
 #include "harness/measure/choices.hpp"
-#include "harness/ranks/rank_devices.hpp"
+#include "harness/ranks/rank_backend.hpp"
 #include "harness/scene/method.hpp"
 
 namespace hdmbench::commands {

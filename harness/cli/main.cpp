@@ -2,7 +2,6 @@
 #include "backends/cpu/processor.hpp"
 #include "backends/registry.hpp"
 #include "harness/cli/arguments.hpp"
-#include "harness/ranks/launch.hpp"
 #include "harness/ranks/message_passing.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/nearest_name.hpp"

@@ -88,11 +88,6 @@ void tune(const Arguments& arguments, const CLI::App& command) {
   if (tuning.matters()) {
     fmt::print("\n  alpha = {:.5f}: RMSD {:.5f} px (the largest seen is {:.3g} px above)\n",
                best.prior_weight, best.rmsd, tuning.spread());
-    const Tuning::Range plateau = tuning.plateau();
-    if (plateau.scanned > 1) {
-      fmt::print("  From {:.5f} to {:.5f} alpha does not matter: the RMSD is within {:.0e} px of the best\n",
-                 plateau.low, plateau.high, Tuning::flat);
-    }
   } else {
     fmt::print(
         "\n  alpha does not matter here: from {} to {} the RMSD changes by {:.2g} px, less than {:.0e}\n",

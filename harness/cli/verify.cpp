@@ -2,10 +2,8 @@
 
 #include "harness/check/cases.hpp"
 #include "harness/check/probe.hpp"
-#include "harness/check/verify_row.hpp"
 #include "harness/cli/gates.hpp"
 #include "harness/ranks/rank_backend.hpp"
-#include "harness/ranks/sleeping_pieces.hpp"
 #include "harness/report/ci_files.hpp"
 #include "harness/report/grouped.hpp"
 #include "harness/scene/method.hpp"
@@ -98,10 +96,6 @@ void explain_disagreement(const Scene& scene, const Comparison& comparison, cons
                                                 : fmt::format("step {}, {}", first.iteration, first.step);
     fmt::print("    first: level {}, {}, x = {}, y = {}: expected ({}, {}), found ({}, {})\n", first.level,
                when, first.x, first.y, first.expected[0], first.expected[1], first.found[0], first.found[1]);
-    if (first.step.empty() && !std::isnan(first.energy_before)) {
-      fmt::print("    energy of that site (double): {} before, {} expected, {} found\n", first.energy_before,
-                 first.energy_expected, first.energy_found);
-    }
   }
   if (comparison.counts_differing > 0) {
     fmt::print("    {} {}\n", grouped(comparison.counts_differing),

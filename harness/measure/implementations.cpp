@@ -2,7 +2,7 @@
 
 #include "backends/registry.hpp"
 #include "backends/shared/subprocess.hpp"
-#include "harness/check/verify_row.hpp"
+#include "harness/check/verify.hpp"
 #include "harness/measure/choices.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/scene/temporary_directory.hpp"

@@ -1,4 +1,4 @@
-#include "harness/ranks/launch.hpp"
+#include "harness/ranks/message_passing.hpp"
 
 #include <fmt/format.h>
 #include <sys/prctl.h>
@@ -76,5 +76,15 @@ void watch_over_rank(char** argv, int status) {
   }
   std::_Exit(WEXITSTATUS(ended));
 }
+
+#ifndef HDMBENCH_WITH_MPI
+std::unique_ptr<Ranks> Ranks::of_this_process() {
+  if (launched_together() > 1) {
+    throw InputError("mpirun started several processes, but this build has no MPI, so that each would do the "
+                     "whole work (-DHDMBENCH_MPI=ON, with libopenmpi-dev)");
+  }
+  return nullptr;
+}
+#endif
 
 } // namespace hdmbench

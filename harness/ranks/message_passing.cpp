@@ -1,6 +1,5 @@
 #include "harness/ranks/message_passing.hpp"
 
-#include "harness/ranks/launch.hpp"
 #include "harness/solve/stopwatch.hpp"
 
 #include <fmt/format.h>

@@ -1,12 +1,13 @@
 #include "harness/ranks/rank_backend.hpp"
 
+#include "backends/registry.hpp"
 #include "backends/shared/piece_sweeps.hpp"
-#include "harness/ranks/rank_devices.hpp"
-#include "harness/ranks/rank_elastic.hpp"
-#include "harness/ranks/redistribution.hpp"
 
 #include <fmt/format.h>
+#include <sched.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -81,6 +82,13 @@ private:
   std::optional<PieceSweeps> sweeps_; ///< of the level that was loaded
 };
 
+/// Processors that this process may run on; 0 where the system does not tell.
+int own_processors() {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  return sched_getaffinity(0, sizeof set, &set) == 0 ? CPU_COUNT(&set) : 0;
+}
+
 } // namespace
 
 RankBackend::RankBackend(Ranks& ranks, const std::vector<std::unique_ptr<Backend>>& registry,
@@ -114,7 +122,7 @@ std::unique_ptr<Session> RankBackend::do_open(std::size_t /*index*/, const Sessi
   own.work = options.work;
   std::unique_ptr<Session> session = ended_by_error_of_one([&] { return own_.open(own); });
   if (fault_.in_active_session && options.work == Work::active) {
-    session = fault_.in_active_session(std::move(session));
+    session = faults::spoilt(std::move(session), *fault_.in_active_session);
   }
   return std::make_unique<RankSession>(ranks_, sharing_, fault_, std::move(session));
 }
@@ -122,6 +130,54 @@ std::unique_ptr<Session> RankBackend::do_open(std::size_t /*index*/, const Sessi
 std::unique_ptr<ElasticSession> RankBackend::do_open_elastic(std::size_t /*index*/,
                                                              const SessionOptions& /*options*/) const {
   return open_elastic_on_ranks(ranks_, sharing_, fault_, [this] { return own_.open_elastic(asked_); });
+}
+
+SessionOptions options_of_rank(SessionOptions asked, const Backend& backend, const Ranks& ranks) {
+  if (asked.device == "by-rank") {
+    const std::size_t devices = backend.devices().size();
+    asked.device = std::to_string(static_cast<std::size_t>(ranks.rank_on_machine()) % devices);
+  }
+  if (asked.threads == 0) {
+    const int online = static_cast<int>(sysconf(_SC_NPROCESSORS_ONLN));
+    const int own = own_processors();
+    const int share = online / ranks.size_on_machine();
+    asked.threads = std::max(1, own > 0 ? std::min(own, share) : share);
+  }
+  return asked;
+}
+
+const Backend& backend_of_rank(const std::vector<std::unique_ptr<Backend>>& registry, std::string_view names,
+                               int rank) {
+  std::vector<const Backend*> found;
+  for (std::size_t first = 0; first <= names.size();) {
+    const std::size_t end = std::min(names.find('+', first), names.size());
+    found.push_back(&find_backend(registry, names.substr(first, end - first)));
+    first = end + 1;
+  }
+  return *found[static_cast<std::size_t>(rank) % found.size()];
+}
+
+Scene sleeping_pieces(int ranks) {
+  constexpr Extent extent{124, 120};
+  constexpr float pull = 1000.0F; // pixels: further than the iterations get
+  Scene scene = load_scene("square", {.size = extent});
+  scene.name = "sleeping-pieces";
+  scene.source.clear();
+  Level& level = scene.full;
+  level.target = level.confidence = VectorField(extent);
+  level.modulus = ScalarField(extent, 1.0F);
+  set_inverse_modulus(level);
+  // A neighbour of what has moved is best moved by a quarter as far: a front that goes on by a site a sweep.
+  level.steps = StepSet::parse("0,-16,16,-4,4,-1,1,-0.25,0.25,-0.0625,0.0625,-0.015625,0.015625");
+  scene.schedule.start_level = 0;
+  scene.schedule.iterations = 12; // three renewals
+
+  const Cut cut = Sharing{.ranks = ranks, .pieces = ranks, .fewest_sites = 1}.level(extent, false).cut;
+  const Rectangle& first = cut.pieces.front().owned;
+  const std::size_t site = extent.index(first.width - cut.halo - 1, first.height - cut.halo - 1);
+  level.target.x[site] = level.target.y[site] = pull;
+  level.confidence.x[site] = level.confidence.y[site] = 1.0F;
+  return scene;
 }
 
 } // namespace hdmbench

@@ -1,12 +1,16 @@
 #pragma once
 
 #include "backends/backend.hpp"
+#include "backends/shared/elastic_session.hpp"
 #include "harness/ranks/message_passing.hpp"
 #include "harness/ranks/rank_faults.hpp"
 #include "harness/ranks/sharing.hpp"
+#include "harness/scene/scene.hpp"
 
+#include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace hdmbench {
@@ -56,5 +60,35 @@ private:
   std::string absence_; ///< why a rank has no device; empty: each has
   bool has_elastic_ = false;
 };
+
+/// Which device a rank opens: "by-rank" is the one that has the rank's number among the ranks of its machine,
+/// from the first one on again where there are fewer. Threads that nobody asked for: the machine's, shared
+/// out. Throws DeviceError.
+[[nodiscard]] SessionOptions options_of_rank(SessionOptions asked, const Backend& backend,
+                                             const Ranks& ranks);
+
+/// "openmp", or "openmp+vulkan-compute": the backend of each rank in turn, from the first one on again.
+/// Throws InputError where one is unknown.
+[[nodiscard]] const Backend& backend_of_rank(const std::vector<std::unique_ptr<Backend>>& registry,
+                                             std::string_view names, int rank);
+
+/// One level, for `ranks` >= 2 of them: every piece but the first sleeps, until a renewal brings a change
+/// that it has to wake for. One site is pulled, just outside the halos of the other pieces, and what it pulls
+/// along crosses into the halo before the first renewal and into a piece's own sites soon after. So a check
+/// with Work::active sees tiles that sleep through a renewal. 124 x 120 sites: renewals are as frequent as
+/// they can be, and on up to 4 ranks all backends but the fragment path, which visits small levels whole,
+/// leave tiles out.
+[[nodiscard]] Scene sleeping_pieces(int ranks);
+
+/// Opens a session that all ranks have together: every rank makes the same calls, with the same hierarchy and
+/// the same fields. Levels that are cut are computed by every rank with a piece, with its halo: each step
+/// makes the rim of what it writes wrong, and a halo is renewed when what is left of it is too narrow for the
+/// next step. Coarse levels are computed by the first rank. The bits of one session. `open` is called as
+/// often as a rank needs a session of its own: once for its piece, once on the first rank. It and `ranks`
+/// must outlive the session. Calls throw what Ranks throw, and InputError in the words of a session of one
+/// rank: no other one could go on.
+[[nodiscard]] std::unique_ptr<ElasticSession>
+open_elastic_on_ranks(Ranks& ranks, const Sharing& sharing, const faults::RankFault& fault,
+                      std::function<std::unique_ptr<ElasticSession>()> open);
 
 } // namespace hdmbench

@@ -1,6 +1,6 @@
-#include "harness/ranks/rank_elastic.hpp"
+#include "harness/ranks/rank_backend.hpp"
 
-#include "harness/ranks/redistribution.hpp"
+#include "harness/check/elastic_step.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <algorithm>
@@ -43,7 +43,7 @@ ElasticLevel part_of(const ElasticLevel& level, const Rectangle& part) {
   return result;
 }
 
-class RankElasticSession final : public ElasticSession {
+class RankElasticSession final : public SteppedElasticSession {
 public:
   using Open = std::function<std::unique_ptr<ElasticSession>()>;
 
@@ -51,21 +51,132 @@ public:
       : ranks_(ranks), rank_(static_cast<std::size_t>(ranks.rank())), sharing_(sharing), fault_(fault),
         halos_(ranks, fault, rank_), open_(std::move(open)) {}
 
-  void load(const ElasticHierarchy& hierarchy) override;
-  void write(int level, ElasticField field, const VectorField& values) override;
-  void read(int level, ElasticField field, VectorField& values) const override;
-  void relax(int level, ElasticField field) override;
-  void relax_from_zero(int level) override;
-  void forces(ElasticField of, ElasticField to) override;
-  void restrict_residual(int level, ElasticField of) override;
-  void restrict_load(int level) override;
-  void interpolate(int level) override;
-  void correct(int level, ElasticField field) override;
-  void solve_coarsest() override;
-  void advance(ElasticField to, ElasticField value, float factor, ElasticField direction) override;
-  [[nodiscard]] float dot(ElasticField first, ElasticField second) const override;
+  void load(const ElasticHierarchy& hierarchy) override {
+    std::vector<Extent> levels;
+    std::ranges::transform(hierarchy.levels, std::back_inserter(levels),
+                           [](const ElasticLevel& level) { return level.grid.sites; });
+    share_ = sharing_.elastic(std::move(levels));
+    const int cut_levels = share_.cut_levels();
+    ways_.clear();
+    valid_.clear();
+    for (int level = 0; level < cut_levels; ++level) {
+      ways_.push_back(halo_transfers(share_.share(level).cut));
+      valid_.emplace_back().fill(halo(level)); // fields are 0 everywhere
+    }
+    const auto load_into = [&](std::unique_ptr<ElasticSession>& session, const ElasticHierarchy& sheet) {
+      ended_by_error_of_one([&] {
+        session = session != nullptr ? std::move(session) : open_();
+        session->load(sheet);
+      });
+    };
+    if (cut_levels > 0 && rank_ < share_.image().cut.pieces.size()) {
+      // A level without stiffness ends it, so that it is a hierarchy as any other.
+      constexpr Extent least{2, 2};
+      piece_sheet_ = {.ratio = hierarchy.ratio, .levels = {}, .coarsest_inverse = {}};
+      piece_sheet_.coarsest_inverse.resize(4 * least.sites() * least.sites());
+      for (int level = 0; level <= cut_levels; ++level) {
+        piece_sheet_.levels.push_back(
+            part_of(hierarchy.levels[static_cast<std::size_t>(level)], share_.share(level).loaded[rank_]));
+      }
+      piece_sheet_.levels.push_back(empty_level(least));
+      if (fault_.in_sheet) {
+        fault_.in_sheet(piece_sheet_, rank_);
+      }
+      load_into(piece_, piece_sheet_);
+    } else {
+      piece_.reset();
+    }
+    if (ranks_.is_first() && cut_levels > 0) { // nothing is asked of the levels before
+      const auto first = hierarchy.levels.begin() + cut_levels;
+      coarse_sheet_ = {
+          .ratio = hierarchy.ratio, .levels = {}, .coarsest_inverse = hierarchy.coarsest_inverse};
+      coarse_sheet_.levels.assign(static_cast<std::size_t>(cut_levels),
+                                  empty_level({first->grid.sites.width, 2}));
+      coarse_sheet_.levels.insert(coarse_sheet_.levels.end(), first, hierarchy.levels.end());
+    }
+    if (ranks_.is_first()) {
+      load_into(coarse_, cut_levels > 0 ? coarse_sheet_ : hierarchy);
+    }
+  }
+
+  void write(int level, ElasticField field, const VectorField& values) override {
+    if (share_.is_cut(level)) {
+      valid(level, field) = halo(level);
+    }
+    compute(level, [&](ElasticSession& session) {
+      session.write(level, field,
+                    share_.is_cut(level) ? hdmbench::part_of(values, share_.share(level).loaded[rank_])
+                                         : values);
+    });
+  }
+
+  void read(int level, ElasticField field, VectorField& values) const override {
+    const std::vector<Rectangle> held = owned(level);
+    VectorField own(held[rank_].extent());
+    compute(level, [&](const ElasticSession& session) {
+      session.read_part(level, field, share_.is_cut(level) ? in_piece(level, held[rank_]) : held[rank_], own);
+    });
+    values = redistribute(ranks_, rank_, held, all_on_each(sites(level), ranks_.size()), own);
+  }
+
+  /// The tree of one rank: its squares of 2^cut_levels sites a side lie within pieces, and the first rank
+  /// adds up the rest.
+  [[nodiscard]] float dot(ElasticField first, ElasticField second) const override {
+    const int height = share_.cut_levels();
+    float sum = 0.0F;
+    if (height == 0) {
+      on(coarse_.get(), [&](const ElasticSession& coarse) { sum = coarse.dot(first, second); });
+      return value_of_first(sum);
+    }
+    const auto squares = [&](const Rectangle& part) {
+      const auto up = [&](int side) { return (side + (1 << height) - 1) >> height; };
+      return Rectangle{.left = part.left >> height,
+                       .top = part.top >> height,
+                       .width = up(part.width),
+                       .height = up(part.height)};
+    };
+    std::vector<Rectangle> held;
+    std::ranges::transform(share_.image().owned, std::back_inserter(held), squares);
+    const Extent all = squares(all_of(sites(0))).extent();
+    ScalarField own;
+    on(piece_.get(), [&](const ElasticSession& piece) {
+      own = hdmbench::part_of(piece.dot_squares(first, second, height),
+                              squares(in_piece(0, share_.image().owned[rank_])));
+    });
+    ScalarField sums;
+    sums.extent = all;
+    sums.values = redistribute(halos_, rank_, held, all_on_first(all, ranks_.size()), own.values);
+    while (ranks_.is_first() && sums.extent.sites() > 1) {
+      sums = square_sums(sums);
+    }
+    return value_of_first(ranks_.is_first() ? sums.values.front() : 0.0F);
+  }
 
 private:
+  [[nodiscard]] int coarsest() const override { return static_cast<int>(share_.levels.size()) - 1; }
+  /// Renews the halos that the step needs, and notes how far what it makes is right beyond what is owned. A
+  /// coarse site takes what is around a fine one, so restricting wants one site more.
+  void take(const ElasticStep& step) override {
+    const bool is_cut = share_.is_cut(step.at);
+    const int more = step.level > step.at ? 1 : 0;
+    int right = is_cut ? halo(step.at) - more : 0;
+    if (is_cut && step.interpolates) {
+      right = bring_correction(step.at);
+    }
+    for (const ElasticStep::Read& read : step.reads) {
+      if (is_cut) {
+        want(step.at, read.field, read.reach + more);
+        right = std::min(right, valid(step.at, read.field) - read.reach);
+      }
+    }
+    compute(step.at, step.take);
+    if (share_.is_cut(step.level)) {
+      valid(step.level, step.field) = more > 0 ? (right - 1) / 2 : right;
+    } else if (is_cut) {
+      send_load();
+    }
+  }
+
   /// How far beyond what a rank owns a field of a level is right, in sites.
   [[nodiscard]] int& valid(int level, ElasticField field) {
     return valid_.at(static_cast<std::size_t>(level)).at(static_cast<std::size_t>(field));
@@ -96,13 +207,63 @@ private:
     on(share_.is_cut(level) ? piece_.get() : coarse_.get(), call);
   }
   /// Renews the halo unless it is right that far.
-  void want(int level, ElasticField field, int sites);
-  /// What was restricted to the next level was right `sites` sites beyond what is owned.
-  void restricted(int level, int sites);
-  void send_load();
+  void want(int level, ElasticField field, int sites) {
+    if (valid(level, field) >= sites) {
+      return;
+    }
+    valid(level, field) = halo(level);
+    const std::vector<Transfer>& ways = ways_[static_cast<std::size_t>(level)];
+    std::vector<Parcel> leaving;
+    on(piece_.get(), [&](const ElasticSession& piece) {
+      for (const Transfer& way : ways) {
+        if (way.from == rank_) {
+          VectorField rim;
+          piece.read_part(level, field, in_piece(level, way.sites), rim);
+          leaving.push_back({way, one_after_the_other(rim)});
+        }
+      }
+    });
+    const std::vector<Parcel> arrived = halos_.exchange(ways, std::move(leaving), 2);
+    on(piece_.get(), [&](ElasticSession& piece) {
+      for (const Parcel& parcel : arrived) {
+        piece.write_part(level, field, in_piece(level, parcel.way.sites),
+                         field_of(parcel.values, parcel.way.sites.extent()));
+      }
+    });
+  }
+
+  void send_load() {
+    const int level = share_.cut_levels();
+    const std::vector<Rectangle>& held = share_.share(level).owned;
+    VectorField own(held[rank_].extent());
+    on(piece_.get(), [&](const ElasticSession& piece) {
+      piece.read_part(level, ElasticField::load, in_piece(level, held[rank_]), own);
+    });
+    const VectorField whole =
+        redistribute(halos_, rank_, held, all_on_first(sites(level), ranks_.size()), own);
+    on(coarse_.get(), [&](ElasticSession& coarse) { coarse.write(level, ElasticField::load, whole); });
+  }
+
   /// How far corrections of the next level hold on this one.
-  [[nodiscard]] int bring_correction(int level);
-  [[nodiscard]] float value_of_first(float value) const;
+  [[nodiscard]] int bring_correction(int level) {
+    if (share_.is_cut(level + 1)) {
+      want(level + 1, ElasticField::correction, 1);
+      return 2 * valid(level + 1, ElasticField::correction) - 1;
+    }
+    const LevelShare& share = share_.share(level + 1);
+    VectorField whole;
+    on(coarse_.get(),
+       [&](const ElasticSession& coarse) { coarse.read(level + 1, ElasticField::correction, whole); });
+    const VectorField part =
+        redistribute(halos_, rank_, all_on_first(sites(level + 1), ranks_.size()), share.loaded, whole);
+    on(piece_.get(), [&](ElasticSession& piece) { piece.write(level + 1, ElasticField::correction, part); });
+    return 2 * share.cut.halo - 1;
+  }
+
+  [[nodiscard]] float value_of_first(float value) const {
+    const std::int64_t bits = ranks_.is_first() ? std::bit_cast<std::uint32_t>(value) : 0;
+    return std::bit_cast<float>(static_cast<std::uint32_t>(halos_.sum(bits)));
+  }
 
   Ranks& ranks_;
   std::size_t rank_;
@@ -118,244 +279,6 @@ private:
   std::vector<std::array<int, elastic_fields>> valid_; ///< of cut levels
   std::vector<std::vector<Transfer>> ways_;            ///< of halos
 };
-
-void RankElasticSession::load(const ElasticHierarchy& hierarchy) {
-  std::vector<Extent> levels;
-  std::ranges::transform(hierarchy.levels, std::back_inserter(levels),
-                         [](const ElasticLevel& level) { return level.grid.sites; });
-  share_ = sharing_.elastic(std::move(levels));
-  const int cut_levels = share_.cut_levels();
-  ways_.clear();
-  valid_.clear();
-  for (int level = 0; level < cut_levels; ++level) {
-    ways_.push_back(halo_transfers(share_.share(level).cut));
-    valid_.emplace_back().fill(halo(level)); // fields are 0 everywhere
-  }
-  const auto load_into = [&](std::unique_ptr<ElasticSession>& session, const ElasticHierarchy& sheet) {
-    ended_by_error_of_one([&] {
-      session = session != nullptr ? std::move(session) : open_();
-      session->load(sheet);
-    });
-  };
-  if (cut_levels > 0 && rank_ < share_.image().cut.pieces.size()) {
-    constexpr Extent least{2, 2}; // a level without stiffness ends it, so that it is a hierarchy as any other
-    piece_sheet_ = {.ratio = hierarchy.ratio, .levels = {}, .coarsest_inverse = {}};
-    piece_sheet_.coarsest_inverse.resize(4 * least.sites() * least.sites());
-    for (int level = 0; level <= cut_levels; ++level) {
-      piece_sheet_.levels.push_back(
-          part_of(hierarchy.levels[static_cast<std::size_t>(level)], share_.share(level).loaded[rank_]));
-    }
-    piece_sheet_.levels.push_back(empty_level(least));
-    if (fault_.in_sheet) {
-      fault_.in_sheet(piece_sheet_, rank_);
-    }
-    load_into(piece_, piece_sheet_);
-  } else {
-    piece_.reset();
-  }
-  if (ranks_.is_first() && cut_levels > 0) { // nothing is asked of the levels before
-    const auto first = hierarchy.levels.begin() + cut_levels;
-    coarse_sheet_ = {.ratio = hierarchy.ratio, .levels = {}, .coarsest_inverse = hierarchy.coarsest_inverse};
-    coarse_sheet_.levels.assign(static_cast<std::size_t>(cut_levels),
-                                empty_level({first->grid.sites.width, 2}));
-    coarse_sheet_.levels.insert(coarse_sheet_.levels.end(), first, hierarchy.levels.end());
-  }
-  if (ranks_.is_first()) {
-    load_into(coarse_, cut_levels > 0 ? coarse_sheet_ : hierarchy);
-  }
-}
-
-void RankElasticSession::want(int level, ElasticField field, int sites) {
-  if (valid(level, field) >= sites) {
-    return;
-  }
-  valid(level, field) = halo(level);
-  const std::vector<Transfer>& ways = ways_[static_cast<std::size_t>(level)];
-  std::vector<Parcel> leaving;
-  on(piece_.get(), [&](const ElasticSession& piece) {
-    for (const Transfer& way : ways) {
-      if (way.from == rank_) {
-        VectorField rim;
-        piece.read_part(level, field, in_piece(level, way.sites), rim);
-        leaving.push_back({way, one_after_the_other(rim)});
-      }
-    }
-  });
-  const std::vector<Parcel> arrived = halos_.exchange(ways, std::move(leaving), 2);
-  on(piece_.get(), [&](ElasticSession& piece) {
-    for (const Parcel& parcel : arrived) {
-      piece.write_part(level, field, in_piece(level, parcel.way.sites),
-                       field_of(parcel.values, parcel.way.sites.extent()));
-    }
-  });
-}
-
-void RankElasticSession::write(int level, ElasticField field, const VectorField& values) {
-  if (share_.is_cut(level)) {
-    valid(level, field) = halo(level);
-  }
-  compute(level, [&](ElasticSession& session) {
-    session.write(level, field,
-                  share_.is_cut(level) ? hdmbench::part_of(values, share_.share(level).loaded[rank_])
-                                       : values);
-  });
-}
-
-void RankElasticSession::read(int level, ElasticField field, VectorField& values) const {
-  const std::vector<Rectangle> held = owned(level);
-  VectorField own(held[rank_].extent());
-  compute(level, [&](const ElasticSession& session) {
-    session.read_part(level, field, share_.is_cut(level) ? in_piece(level, held[rank_]) : held[rank_], own);
-  });
-  values = redistribute(ranks_, rank_, held, all_on_each(sites(level), ranks_.size()), own);
-}
-
-void RankElasticSession::relax(int level, ElasticField field) {
-  if (share_.is_cut(level)) {
-    want(level, field, 1);
-    int& now = valid(level, field);
-    now = field == ElasticField::correction ? std::min(now - 1, valid(level, ElasticField::load)) : now - 1;
-  }
-  compute(level, [&](ElasticSession& session) { session.relax(level, field); });
-}
-
-void RankElasticSession::relax_from_zero(int level) {
-  if (share_.is_cut(level)) {
-    valid(level, ElasticField::correction) = valid(level, ElasticField::load);
-  }
-  compute(level, [&](ElasticSession& session) { session.relax_from_zero(level); });
-}
-
-void RankElasticSession::forces(ElasticField of, ElasticField to) {
-  if (share_.is_cut(0)) {
-    want(0, of, 1);
-    valid(0, to) = valid(0, of) - 1;
-  }
-  compute(0, [&](ElasticSession& session) { session.forces(of, to); });
-}
-
-void RankElasticSession::restrict_residual(int level, ElasticField of) {
-  int residual = 0;
-  if (share_.is_cut(level)) {
-    // A coarse site takes the residual of the sites around it, which takes the field around these.
-    want(level, of, 2);
-    residual = valid(level, of) - 1;
-    if (of == ElasticField::correction) {
-      want(level, ElasticField::load, 1);
-      residual = std::min(residual, valid(level, ElasticField::load));
-    }
-  }
-  compute(level, [&](ElasticSession& session) { session.restrict_residual(level, of); });
-  restricted(level, residual);
-}
-
-void RankElasticSession::restrict_load(int level) {
-  int load = 0;
-  if (share_.is_cut(level)) {
-    want(level, ElasticField::load, 1);
-    load = std::min(valid(level, ElasticField::load), halo(level) - 1);
-  }
-  compute(level, [&](ElasticSession& session) { session.restrict_load(level); });
-  restricted(level, load);
-}
-
-void RankElasticSession::restricted(int level, int sites) {
-  if (share_.is_cut(level + 1)) {
-    valid(level + 1, ElasticField::load) = (sites - 1) / 2;
-  } else if (share_.is_cut(level)) {
-    send_load();
-  }
-}
-
-void RankElasticSession::send_load() {
-  const int level = share_.cut_levels();
-  const std::vector<Rectangle>& held = share_.share(level).owned;
-  VectorField own(held[rank_].extent());
-  on(piece_.get(), [&](const ElasticSession& piece) {
-    piece.read_part(level, ElasticField::load, in_piece(level, held[rank_]), own);
-  });
-  const VectorField whole = redistribute(halos_, rank_, held, all_on_first(sites(level), ranks_.size()), own);
-  on(coarse_.get(), [&](ElasticSession& coarse) { coarse.write(level, ElasticField::load, whole); });
-}
-
-int RankElasticSession::bring_correction(int level) {
-  if (share_.is_cut(level + 1)) {
-    want(level + 1, ElasticField::correction, 1);
-    return 2 * valid(level + 1, ElasticField::correction) - 1;
-  }
-  const LevelShare& share = share_.share(level + 1);
-  VectorField whole;
-  on(coarse_.get(),
-     [&](const ElasticSession& coarse) { coarse.read(level + 1, ElasticField::correction, whole); });
-  const VectorField part =
-      redistribute(halos_, rank_, all_on_first(sites(level + 1), ranks_.size()), share.loaded, whole);
-  on(piece_.get(), [&](ElasticSession& piece) { piece.write(level + 1, ElasticField::correction, part); });
-  return 2 * share.cut.halo - 1;
-}
-
-void RankElasticSession::interpolate(int level) {
-  if (share_.is_cut(level)) {
-    valid(level, ElasticField::correction) = bring_correction(level);
-  }
-  compute(level, [&](ElasticSession& session) { session.interpolate(level); });
-}
-
-void RankElasticSession::correct(int level, ElasticField field) {
-  if (share_.is_cut(level)) {
-    const int brought = bring_correction(level);
-    valid(level, field) = std::min(valid(level, field), brought);
-  }
-  compute(level, [&](ElasticSession& session) { session.correct(level, field); });
-}
-
-void RankElasticSession::solve_coarsest() {
-  on(coarse_.get(), [](ElasticSession& coarse) { coarse.solve_coarsest(); });
-}
-
-void RankElasticSession::advance(ElasticField to, ElasticField value, float factor, ElasticField direction) {
-  if (share_.is_cut(0)) {
-    valid(0, to) = std::min(valid(0, value), valid(0, direction));
-  }
-  compute(0, [&](ElasticSession& session) { session.advance(to, value, factor, direction); });
-}
-
-/// The tree of one rank: its squares of 2^cut_levels sites a side lie within pieces, and the first rank adds
-/// up the rest.
-float RankElasticSession::dot(ElasticField first, ElasticField second) const {
-  const int height = share_.cut_levels();
-  float sum = 0.0F;
-  if (height == 0) {
-    on(coarse_.get(), [&](const ElasticSession& coarse) { sum = coarse.dot(first, second); });
-    return value_of_first(sum);
-  }
-  const auto squares = [&](const Rectangle& part) {
-    const auto up = [&](int side) { return (side + (1 << height) - 1) >> height; };
-    return Rectangle{.left = part.left >> height,
-                     .top = part.top >> height,
-                     .width = up(part.width),
-                     .height = up(part.height)};
-  };
-  std::vector<Rectangle> held;
-  std::ranges::transform(share_.image().owned, std::back_inserter(held), squares);
-  const Extent all = squares(all_of(sites(0))).extent();
-  ScalarField own;
-  on(piece_.get(), [&](const ElasticSession& piece) {
-    own = hdmbench::part_of(piece.dot_squares(first, second, height),
-                            squares(in_piece(0, share_.image().owned[rank_])));
-  });
-  ScalarField sums;
-  sums.extent = all;
-  sums.values = redistribute(halos_, rank_, held, all_on_first(all, ranks_.size()), own.values);
-  while (ranks_.is_first() && sums.extent.sites() > 1) {
-    sums = square_sums(sums);
-  }
-  return value_of_first(ranks_.is_first() ? sums.values.front() : 0.0F);
-}
-
-float RankElasticSession::value_of_first(float value) const {
-  const std::int64_t bits = ranks_.is_first() ? std::bit_cast<std::uint32_t>(value) : 0;
-  return std::bit_cast<float>(static_cast<std::uint32_t>(halos_.sum(bits)));
-}
 
 } // namespace
 

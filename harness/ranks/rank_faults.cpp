@@ -2,9 +2,7 @@
 
 #include "backends/shared/piece_sweeps.hpp"
 #include "harness/check/compare.hpp"
-#include "harness/check/resting_tiles.hpp"
 #include "harness/ranks/rank_backend.hpp"
-#include "harness/ranks/rank_devices.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
 
@@ -100,44 +98,22 @@ void add_up(std::vector<Parcel>& arrived) {
   }
 }
 
-/// Sound, but that a tile of 16 x 16 at rest is not woken by a halo that write_parts() renews in it.
-class UnwokenTiles final : public Session {
-public:
-  explicit UnwokenTiles(std::unique_ptr<Session> sound) : sound_(std::move(sound)) {}
-
-private:
-  void do_load(const Level& level) override { sound_->load(level); }
-  void do_write(const VectorField& displacement) override {
-    sound_->write(displacement);
-    tiles_.begin_level(displacement.extent);
-  }
-  void do_step(int /*first*/, int sweeps) override {
-    for (int i = 0; i < sweeps; ++i) {
-      sound_->read(before_);
-      sound_->step(1);
-      sound_->read(after_);
-      for_each_site(after_.extent, [&](int x, int y) {
-        if (tiles_.rests(x, y)) {
-          const std::size_t site = after_.extent.index(x, y);
-          after_.x[site] = before_.x[site];
-          after_.y[site] = before_.y[site];
-        }
-      });
-      sound_->write(after_);
-      changed_ = compare(before_, after_).sites;
-      (void)tiles_.sweep(before_, after_);
-    }
-  }
-  void do_read(VectorField& displacement) override { sound_->read(displacement); }
-  void do_write_parts(std::span<const FieldPart> parts) override { sound_->write_parts(parts); }
-  std::int64_t do_changed() override { return changed_; }
-
-  std::unique_ptr<Session> sound_;
-  RestingTiles tiles_;
-  VectorField before_; ///< the last sweep
-  VectorField after_;
-  std::int64_t changed_ = 0;
-};
+/// A tile of 16 x 16 at rest is not woken by a halo that write_parts() renews in it.
+Fault unwoken_tiles() {
+  const auto tiles = std::make_shared<RestingTiles>();
+  return {.in_write = [tiles](const VectorField& field) { tiles->begin_level(field.extent); },
+          .in_sweep =
+              [tiles](VectorField& after, const VectorField& before) {
+                for_each_site(after.extent, [&](int x, int y) {
+                  if (tiles->rests(x, y)) {
+                    const std::size_t site = after.extent.index(x, y);
+                    after.x[site] = before.x[site];
+                    after.y[site] = before.y[site];
+                  }
+                });
+                (void)tiles->sweep(before, after);
+              }};
+}
 
 /// The same of the elastic energy.
 RankFault elastic(RankFault fault) {
@@ -164,12 +140,10 @@ std::vector<RankFault> rank_faults() {
   all.push_back({.name = "count-of-a-rank-missing",
                  .what = "the second rank's changed sites are not counted",
                  .in_count = [](std::int64_t count, std::size_t rank) { return rank == 1 ? 0 : count; }});
-  all.push_back(
-      {.name = "asleep-after-renewal",
-       .what = "active: a tile that sleeps is not woken by a halo that is renewed in it",
-       .in_active_session =
-           [](std::unique_ptr<Session> sound) { return std::make_unique<UnwokenTiles>(std::move(sound)); },
-       .part = Part::sleep});
+  all.push_back({.name = "asleep-after-renewal",
+                 .what = "active: a tile that sleeps is not woken by a halo that is renewed in it",
+                 .in_active_session = unwoken_tiles(),
+                 .part = Part::sleep});
   std::ranges::transform(in_halos, std::back_inserter(all), elastic);
   // Cycles renew a halo while a row of it is left; sweeps without springs use it up. Where several levels are
   // cut it is so wide on the image that a mistake on its rim rounds away.
@@ -228,7 +202,6 @@ std::vector<Planted> planted_on_ranks(Ranks& ranks, const std::vector<std::uniqu
                    .what = fault.what,
                    .backend = backends,
                    .layer = Layer::ranks,
-                   .on_cpu = on_cpu,
                    .expected = expected,
                    .method = fault.method,
                    .bitwise = on_cpu,

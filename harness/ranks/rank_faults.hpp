@@ -1,12 +1,14 @@
 #pragma once
 
 #include "backends/shared/piece_sweeps.hpp"
-#include "harness/check/faults/planted.hpp"
+#include "harness/check/faults/faulty_backend.hpp"
+#include "harness/check/faults/trial.hpp"
 #include "harness/ranks/message_passing.hpp"
 #include "kernels/data/elastic/hierarchy.hpp"
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -31,8 +33,8 @@ struct RankFault {
   /// Spoils the piece of a level that this rank loads, or of a sheet.
   std::function<void(Level&, std::size_t rank)> in_level{};
   std::function<void(ElasticHierarchy&, std::size_t rank)> in_sheet{};
-  /// A session with Work::active, the mistake around a sound one.
-  std::function<std::unique_ptr<Session>(std::unique_ptr<Session>)> in_active_session{};
+  /// Of this rank's own session with Work::active.
+  std::optional<Fault> in_active_session{};
   std::string method = "icm";   ///< that it concerns
   std::size_t fewest_sites = 1; ///< Sharing::fewest_sites that it is tried with
   Part part = Part::sweep;

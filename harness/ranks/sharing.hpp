@@ -1,6 +1,6 @@
 #pragma once
 
-#include "backends/shared/cut.hpp"
+#include "backends/shared/piece_sweeps.hpp"
 
 #include <cstddef>
 #include <span>
@@ -56,5 +56,22 @@ struct Sharing {
 [[nodiscard]] std::vector<Rectangle> all_on_first(Extent extent, int ranks);
 /// Who holds what where every rank has all sites.
 [[nodiscard]] std::vector<Rectangle> all_on_each(Extent extent, int ranks);
+
+/// Arrays whose sites are shared out alike: rank r holds held[r] of each and gets wanted[r]. `own`: what this
+/// rank holds, one array after the other. One message from a rank to another. Collective. Throws as Exchange
+/// does.
+[[nodiscard]] std::vector<float> redistribute(Exchange& exchange, std::size_t rank,
+                                              std::span<const Rectangle> held,
+                                              std::span<const Rectangle> wanted, std::span<const float> own,
+                                              int arrays = 1);
+
+/// The same for both components of a field.
+[[nodiscard]] VectorField redistribute(Exchange& exchange, std::size_t rank, std::span<const Rectangle> held,
+                                       std::span<const Rectangle> wanted, const VectorField& own);
+
+/// x of all sites, then y.
+[[nodiscard]] std::vector<float> one_after_the_other(const VectorField& field);
+/// The field that these were.
+[[nodiscard]] VectorField field_of(std::span<const float> values, Extent extent);
 
 } // namespace hdmbench

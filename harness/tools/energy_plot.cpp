@@ -19,11 +19,6 @@ constexpr double top = 56.0;
 constexpr double side = 520.0; ///< of the square that is drawn
 constexpr int bands = 24;      ///< of energy, which stand for contour lines
 
-std::string axis_title(SiteIndex site, Component component) {
-  return fmt::format("{} displacement of site {},{} [px]", component == Component::x ? 'x' : 'y', site.x,
-                     site.y);
-}
-
 /// Bands lie denser towards the lowest energy: a trough is flat, the rim steep.
 std::string colour_of(int band) {
   constexpr std::array<std::array<double, 3>, 5> palette{
@@ -46,22 +41,17 @@ std::string rectangle(double x, double y, double width, double height, int band)
 std::string cells(const EnergyPlane& plane, double lowest, double highest) {
   const auto count = plane.values.size();
   const double cell = side / static_cast<double>(count);
-  const auto band_of = [&](std::size_t first, std::size_t second) {
-    const double share = highest > lowest ? (plane.at(first, second) - lowest) / (highest - lowest) : 0.0;
-    return std::min(bands - 1, static_cast<int>(std::sqrt(share) * bands));
-  };
   std::string svg = "<g shape-rendering=\"crispEdges\">\n";
   for (std::size_t second = 0; second < count; ++second) {
-    for (std::size_t first = 0; first < count;) {
-      const int band = band_of(first, second);
-      std::size_t end = first;
-      while (end < count && band_of(end, second) == band) {
-        ++end;
+    int band_before = -1;
+    for (std::size_t first = count; first-- > 0;) { // each is drawn from the left side on, over those before
+      const double share = highest > lowest ? (plane.at(first, second) - lowest) / (highest - lowest) : 0.0;
+      const int band = std::min(bands - 1, static_cast<int>(std::sqrt(share) * bands));
+      if (band != band_before) {
+        svg += rectangle(left, top + side - cell * static_cast<double>(second + 1),
+                         cell * static_cast<double>(first + 1), cell, band);
       }
-      svg += rectangle(left + cell * static_cast<double>(first),
-                       top + side - cell * static_cast<double>(second + 1),
-                       cell * static_cast<double>(end - first), cell, band);
-      first = end;
+      band_before = band;
     }
   }
   return svg + "</g>\n";
@@ -80,6 +70,10 @@ std::string energy_plot_svg(const EnergyPlane& plane, const EnergyPlaneOptions& 
   const double high = static_cast<double>(plane.values.back());
   const double cell = side / static_cast<double>(plane.values.size());
   const auto along = [&](double value) { return cell / 2.0 + (value - low) / (high - low) * (side - cell); };
+  const auto axis = [&](SiteIndex site) {
+    return fmt::format("{} displacement of site {},{} [px]", options.component == Component::x ? 'x' : 'y',
+                       site.x, site.y);
+  };
   const double lowest = plane.energy[plane.lowest];
   const double highest = std::ranges::max(plane.energy);
   std::string svg =
@@ -91,10 +85,9 @@ std::string energy_plot_svg(const EnergyPlane& plane, const EnergyPlaneOptions& 
     svg += words(left + along(value), top + side + 18.0, "middle", fmt::format("{:.4g}", value)) +
            words(left - 6.0, top + side - along(value) + 5.0, "end", fmt::format("{:.4g}", value));
   }
-  svg +=
-      words(left + side / 2.0, top + side + 42.0, "middle", axis_title(options.sites[0], options.component));
+  svg += words(left + side / 2.0, top + side + 42.0, "middle", axis(options.sites[0]));
   svg += fmt::format("<g transform=\"translate(22 {}) rotate(-90)\">{}</g>\n", top + side / 2.0,
-                     words(0.0, 0.0, "middle", axis_title(options.sites[1], options.component)));
+                     words(0.0, 0.0, "middle", axis(options.sites[1])));
   for (int band = 0; band < bands; ++band) {
     svg += rectangle(left + side + 24.0, top + side * (bands - 1 - band) / bands, 20.0, side / bands + 0.5,
                      band);

@@ -49,15 +49,16 @@ void FieldLines::split(std::string_view line) {
   if (line.empty()) {
     return;
   }
-  const char separator =
-      line.find(';') != std::string_view::npos ? ';' : (line.find(',') != std::string_view::npos ? ',' : ' ');
+  const bool by_semicolon = line.find(';') != std::string_view::npos;
+  const bool by_comma = line.find(',') != std::string_view::npos;
+  const std::string_view separators = by_semicolon ? ";" : by_comma ? "," : white_space;
   while (true) {
-    const auto end = separator == ' ' ? line.find_first_of(white_space) : line.find(separator);
+    const auto end = line.find_first_of(separators);
     fields_.push_back(trimmed(line.substr(0, end)));
     if (end == std::string_view::npos) {
       return;
     }
-    line = separator == ' ' ? trimmed(line.substr(end)) : line.substr(end + 1);
+    line = separators == white_space ? trimmed(line.substr(end)) : line.substr(end + 1);
   }
 }
 
@@ -79,36 +80,32 @@ bool FieldLines::is_title() const {
   return std::ranges::none_of(fields_, [](std::string_view text) { return parse<double>(text).has_value(); });
 }
 
-std::string_view FieldLines::field(std::size_t index, std::string_view what) const {
+template <typename Number>
+Number FieldLines::value(std::size_t index, std::string_view what, std::string_view kind) const {
   if (index >= fields_.size()) {
     fail(fmt::format("the {} is missing", what));
   }
-  return fields_[index];
+  const auto value = parse<Number>(fields_[index]);
+  if (!value) {
+    fail(fmt::format("the {} is \"{}\", which is not a {}", what, fields_[index], kind));
+  }
+  return *value;
 }
 
 double FieldLines::number(std::size_t index, std::string_view what) const {
-  const std::string_view text = field(index, what);
-  const auto value = parse<double>(text);
-  if (!value) {
-    fail(fmt::format("the {} is \"{}\", which is not a number", what, text));
+  const double number = value<double>(index, what, "number");
+  if (!std::isfinite(number)) {
+    fail(fmt::format("the {} is {}, it must be finite", what, fields_[index]));
   }
-  if (!std::isfinite(*value)) {
-    fail(fmt::format("the {} is {}, it must be finite", what, text));
-  }
-  return *value;
+  return number;
 }
 
 std::int64_t FieldLines::integer(std::size_t index, std::string_view what) const {
-  const std::string_view text = field(index, what);
-  const auto value = parse<std::int64_t>(text);
-  if (!value) {
-    fail(fmt::format("the {} is \"{}\", which is not a whole number", what, text));
-  }
-  return *value;
+  return value<std::int64_t>(index, what, "whole number");
 }
 
-void FieldLines::fail_at(int line, std::string_view message) const {
-  throw InputError(fmt::format("{}:{}: {}", file_, line, message));
+void FieldLines::fail(std::string_view message) const {
+  throw InputError(fmt::format("{}:{}: {}", file_, line_, message));
 }
 
 void FieldLines::fail_file(std::string_view message) const {

@@ -28,14 +28,14 @@ public:
   [[nodiscard]] double number(std::size_t index, std::string_view what) const;
   [[nodiscard]] std::int64_t integer(std::size_t index, std::string_view what) const;
 
-  [[noreturn]] void fail(std::string_view message) const { fail_at(line_, message); }
-  [[noreturn]] void fail_at(int line, std::string_view message) const;
+  [[noreturn]] void fail(std::string_view message) const;
   /// For what is wrong with the file as a whole.
   [[noreturn]] void fail_file(std::string_view message) const;
   [[nodiscard]] std::size_t size() const { return text_.size(); } ///< of the file in bytes
 
 private:
-  [[nodiscard]] std::string_view field(std::size_t index, std::string_view what) const;
+  template <typename Number>
+  [[nodiscard]] Number value(std::size_t index, std::string_view what, std::string_view kind) const;
   void split(std::string_view line);
 
   std::string file_;

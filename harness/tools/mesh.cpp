@@ -1,4 +1,4 @@
-#include "harness/tools/mesh.hpp"
+#include "harness/tools/mesh_image.hpp"
 
 #include "harness/tools/field_lines.hpp"
 

@@ -185,14 +185,12 @@ private:
     double error = distance(found, x, y);
     double damping = 1.0;
     for (int step = 0; step < most_steps && error > good && damping > 1e-12; ++step) {
-      const double xr =
-          0.25 * ((1.0 - s) * (corner_[1].x - corner_[0].x) + (1.0 + s) * (corner_[2].x - corner_[3].x));
-      const double yr =
-          0.25 * ((1.0 - s) * (corner_[1].y - corner_[0].y) + (1.0 + s) * (corner_[2].y - corner_[3].y));
-      const double xs =
-          0.25 * ((1.0 - r) * (corner_[3].x - corner_[0].x) + (1.0 + r) * (corner_[2].x - corner_[1].x));
-      const double ys =
-          0.25 * ((1.0 - r) * (corner_[3].y - corner_[0].y) + (1.0 + r) * (corner_[2].y - corner_[1].y));
+      const Weights by_r{s - 1.0, 1.0 - s, 1.0 + s, -1.0 - s}; // four times the derivatives
+      const Weights by_s{r - 1.0, -1.0 - r, 1.0 + r, 1.0 - r};
+      const double xr = 0.25 * interpolate(by_r, &MeshNode::x);
+      const double yr = 0.25 * interpolate(by_r, &MeshNode::y);
+      const double xs = 0.25 * interpolate(by_s, &MeshNode::x);
+      const double ys = 0.25 * interpolate(by_s, &MeshNode::y);
       const double determinant = xr * ys - xs * yr;
       const double dx = x - interpolate(found, &MeshNode::x);
       const double dy = y - interpolate(found, &MeshNode::y);

@@ -27,97 +27,75 @@ namespace {
 
 using nlohmann::json;
 
-std::string base64_of(const std::vector<float>& values) {
-  return report::base64({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float)});
-}
-
-void append(std::vector<float>& all, std::initializer_list<const std::vector<float>*> arrays) {
+/// One array after the other.
+std::string base64_of(std::initializer_list<const std::vector<float>*> arrays) {
+  std::vector<float> all;
   for (const std::vector<float>* array : arrays) {
     all.insert(all.end(), array->begin(), array->end());
   }
+  return report::base64({reinterpret_cast<const char*>(all.data()), all.size() * sizeof(float)});
 }
 
-/// As scalar.cpp wants it: four floats an entry.
-std::vector<float> entries(int coarse, int fine, Alignment alignment) {
+/// As scalar.cpp wants it: four floats for each column, then each row.
+std::vector<float> entries(Extent coarse, Extent fine, Alignment alignment) {
   std::vector<float> all;
-  for (const Interpolation& entry : interpolations(coarse, fine, alignment)) {
-    all.insert(all.end(),
-               {static_cast<float>(entry.first), static_cast<float>(entry.second), entry.weight, 0.0F});
+  for (const auto& [from, to] : {std::pair{coarse.width, fine.width}, {coarse.height, fine.height}}) {
+    for (const Interpolation& entry : interpolations(from, to, alignment)) {
+      all.insert(all.end(),
+                 {static_cast<float>(entry.first), static_cast<float>(entry.second), entry.weight, 0.0F});
+    }
   }
   return all;
 }
 
 /// The levels as follow.js reads them, and the hash of the field that scalar ends with here.
-class SceneData {
-public:
-  explicit SceneData(const Scene& scene)
-      : scene_(scene), levels_(scene), backend_(make_scalar()), session_(backend_->open({})) {}
-
-  json data() {
-    const Level& full = scene_.full;
-    json levels = json::array();
-    VectorField field;
-    std::optional<Extent> before;
-    for (const int index : levels_.order()) {
-      const VectorField begin = levels_.begin(index, field);
-      const Level& level = levels_.sample(index);
-      const int sweeps = levels_.iterations(index) * sweeps_per_iteration(level);
-      levels.push_back(level_data(level, index, sweeps, before));
-      session_->load(level);
-      session_->write(begin);
-      session_->step(sweeps);
-      session_->read(field);
-      before = level.extent;
+json data_of(const Scene& scene) {
+  const Level& full = scene.full;
+  LevelSequence sequence(scene);
+  const std::unique_ptr<Backend> backend = make_scalar();
+  const std::unique_ptr<Session> session = backend->open({});
+  json levels = json::array();
+  VectorField field;
+  std::vector<float> projection; // onto the level
+  for (const int index : sequence.order()) {
+    const VectorField begin = sequence.begin(index, field);
+    const Level& level = sequence.sample(index);
+    const VectorField start = scene.start ? scene.start_at(level.extent) : VectorField();
+    const int sweeps = sequence.iterations(index) * sweeps_per_iteration(level);
+    if (field.extent != Extent{}) {
+      projection = entries(field.extent, level.extent, scene.schedule.alignment);
     }
-    return {{"name", scene_.name},
-            {"method", scene_.schedule.method},
-            {"width", full.extent.width},
-            {"height", full.extent.height},
-            {"exact", scene_.exact},
-            {"rule", static_cast<int>(scene_.schedule.rule)},
-            {"update", static_cast<int>(full.update)},
-            {"sweeps_per_iteration", sweeps_per_iteration(full)},
-            {"penalty", full.penalty},
-            {"seed", full.seed},
-            {"steps", full.steps.values()},
-            {"shader", gl::assemble(sources::sweep_webgl, shader_constants(levels_.sample(0)))},
-            {"hash", fmt::format("{:016x}", state_hash(field))},
-            {"levels", std::move(levels)}};
+    levels.push_back(
+        {{"index", index},
+         {"width", level.extent.width},
+         {"height", level.extent.height},
+         {"sweeps", sweeps},
+         {"strengths", level.strengths},
+         {"arrays", base64_of({&level.modulus.values, &level.inverse_modulus.values, &level.target.x,
+                               &level.target.y, &level.confidence.x, &level.confidence.y,
+                               &level.inverse_curvature.x, &level.inverse_curvature.y})},
+         {"start", base64_of({&start.x, &start.y})},
+         {"entries", base64_of({&projection})}});
+    session->load(level);
+    session->write(begin);
+    session->step(sweeps);
+    session->read(field);
   }
-
-private:
-  json level_data(const Level& level, int index, int sweeps, std::optional<Extent> before) const {
-    std::vector<float> arrays;
-    append(arrays, {&level.modulus.values, &level.inverse_modulus.values, &level.target.x, &level.target.y,
-                    &level.confidence.x, &level.confidence.y, &level.inverse_curvature.x,
-                    &level.inverse_curvature.y});
-    std::vector<float> start;
-    if (scene_.start) {
-      const VectorField at = scene_.start_at(level.extent);
-      append(start, {&at.x, &at.y});
-    }
-    const Extent extent = level.extent;
-    const Alignment alignment = scene_.schedule.alignment;
-    const auto table = [&](int coarse, int fine) {
-      return base64_of(before ? entries(coarse, fine, alignment) : std::vector<float>{});
-    };
-    const Extent coarse = before.value_or(extent);
-    return {{"index", index},
-            {"width", extent.width},
-            {"height", extent.height},
-            {"sweeps", sweeps},
-            {"strengths", level.strengths},
-            {"arrays", base64_of(arrays)},
-            {"start", base64_of(start)},
-            {"columns", table(coarse.width, extent.width)},
-            {"rows", table(coarse.height, extent.height)}};
-  }
-
-  const Scene& scene_;
-  LevelSequence levels_;
-  std::unique_ptr<Backend> backend_;
-  std::unique_ptr<Session> session_;
-};
+  return {{"name", scene.name},
+          {"method", scene.schedule.method},
+          {"width", full.extent.width},
+          {"height", full.extent.height},
+          {"exact", scene.exact},
+          {"rule", static_cast<int>(scene.schedule.rule)},
+          {"update", static_cast<int>(full.update)},
+          {"sweeps_per_iteration", sweeps_per_iteration(full)},
+          {"penalty", full.penalty},
+          {"seed", full.seed},
+          {"steps", full.steps.values()},
+          {"shader", gl::assemble(sources::sweep_webgl, shader_constants(sequence.sample(0)))},
+          {"hash", fmt::format("{:016x}", state_hash(field))},
+          {"levels", std::move(levels)}};
+}
 
 /// JSON inside a <script>: nothing in it may end the element.
 std::string script_text(const json& data) {
@@ -146,7 +124,7 @@ std::string browser_page(std::span<const Scene> scenes, const Context& context, 
                       scene.name, scene.schedule.method));
     }
     progress.describe(fmt::format("{}, {}", scene.name, scene.schedule.method));
-    data["scenes"].push_back(SceneData(scene).data());
+    data["scenes"].push_back(data_of(scene));
   }
   std::string page(sources::page_text);
   fill_in(page, "@STYLE@", sources::page_style);

@@ -20,27 +20,21 @@ class Scalar {
   load(scene, level) {
     const calls = this.calls;
     calls.load(level.width, level.height, scene.rule, scene.update, scene.penalty, scene.seed);
-    level.strengths.forEach((strength) => calls.add_strength(strength));
-    this.view(calls.scratch(), 16).set(scene.steps);
-    calls.set_steps(calls.scratch(), scene.steps.length);
+    calls.set_strengths(this.give(level.strengths), level.strengths.length);
+    calls.set_steps(this.give(scene.steps), scene.steps.length);
     const sites = level.width * level.height;
     for (let i = 0; i * sites < level.arrays.length; ++i) {
       this.view(calls.array(i), sites).set(level.arrays.subarray(i * sites, (i + 1) * sites));
     }
-    if (level.columns.length > 0) {
-      const room = level.columns.length + level.rows.length;
-      const table = this.table(room);
-      this.view(table, room).set(level.columns);
-      this.view(table + 4 * level.columns.length, level.rows.length).set(level.rows);
-      calls.project(table, table + 4 * level.columns.length);
-    }
+    if (level.entries.length > 0) { calls.project(this.give(level.entries)); }
     this.find(sites);
   }
 
-  /** Memory for `count` floats that the module does not use. */
-  table(count) {
-    const pages = Math.ceil((4 * count) / 65536);
-    return 65536 * this.calls.memory.grow(pages);
+  /** A pointer to a copy in the module's memory, good until the next call. */
+  give(values) {
+    const pointer = this.calls.scratch(values.length);
+    this.view(pointer, values.length).set(values);
+    return pointer;
   }
 
   /** The newest field: a sweep swaps two, and growing moves the memory. */

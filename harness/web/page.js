@@ -64,7 +64,7 @@ function level_to_time(size) {
     [modulus, 1 / modulus, held * 0.05 * x, 0, held, held].forEach((value, k) => { arrays[k * sites + i] = value; });
   }
   const none = new Float32Array(0);
-  return { index: 0, width: size, height: size, sweeps: 0, strengths: [], arrays, start: none, columns: none, rows: none };
+  return { index: 0, width: size, height: size, sweeps: 0, strengths: [], arrays, start: none, entries: none };
 }
 
 /** Sites a second, the median of three samples of a tenth of a second where that is not too many sweeps. */
@@ -169,7 +169,7 @@ async function run() {
         scene.shader = scene.shader.replace("best = change < lowest ?", "best = change <= lowest ?");
       }
       scene.levels.forEach((level) => {
-        ["arrays", "start", "columns", "rows"].forEach((name) => { level[name] = floats(level[name]); });
+        ["arrays", "start", "entries"].forEach((name) => { level[name] = floats(level[name]); });
       });
       for (const mode of ["resync", "free"]) {
         rows.push(await follow(scalar, gpu, scene, mode, async () => {

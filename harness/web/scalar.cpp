@@ -60,24 +60,26 @@ EXPORTED("array") float* array(int index) {
   return all[index]->data();
 }
 
-EXPORTED("add_strength") void add_strength(float strength) {
-  level.strengths.push_back(strength);
+/// Room for so many floats, which the calls below take as arguments; good until the next call of this.
+EXPORTED("scratch") float* scratch(int count) {
+  static std::vector<float> values;
+  values.resize(static_cast<std::size_t>(count));
+  return values.data();
 }
 
-/// The candidates, from scratch().
+EXPORTED("set_strengths") void set_strengths(const float* strengths, int count) {
+  level.strengths.assign(strengths, strengths + count);
+}
+
+/// The candidates.
 EXPORTED("set_steps") void set_steps(const float* steps, int count) {
   level.steps = StepSet(std::span(steps, static_cast<std::size_t>(count)));
 }
 
-/// A few floats for arguments.
-EXPORTED("scratch") float* scratch() {
-  static float values[16];
-  return values;
-}
-
 /// The displacement from the level before. Four floats for each column, then each row: the two coarse indices
 /// and the weight of the second, and one unused.
-EXPORTED("project") void project(const float* columns, const float* rows) {
+EXPORTED("project") void project(const float* columns) {
+  const float* const rows = columns + 4 * level.extent.width;
   for (int y = 0; y < level.extent.height; ++y) {
     const int north = static_cast<int>(rows[4 * y]);
     const int south = static_cast<int>(rows[4 * y + 1]);

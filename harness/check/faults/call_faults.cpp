@@ -1,8 +1,6 @@
-#include "backends/device/bindings.hpp"
 #include "harness/check/faults/device_faults.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <limits>
 #include <type_traits>
@@ -47,15 +45,7 @@ DeviceFault in_call(std::string_view name, std::string_view what, const Replacem
   return {.name = std::string(name), .what = std::string(what), .calls = {call}};
 }
 
-template <GLint format>
-Replacement textures_of_format() {
-  return HDMBENCH_CALL(
-      TexImage2D, (auto driver, auto target, auto level, auto /*format*/, auto... others) {
-        driver(target, level, format, others...);
-      });
-}
-
-/// Binds the image that is being drawn into, or stored to, as the one that is read. Whether there is one.
+/// Binds the image that is being drawn into as the one that is read. Whether there is one.
 bool read_what_is_drawn_into() {
   GLint type = 0;
   HDMBENCH_DRIVER(GetFramebufferAttachmentParameterivEXT)
@@ -71,28 +61,19 @@ bool read_what_is_drawn_into() {
   return true;
 }
 
-void read_what_is_stored_to() {
-  GLint name = 0;
-  HDMBENCH_DRIVER(GetIntegeri_v)(GL_IMAGE_BINDING_NAME, 0, &name);
-  HDMBENCH_DRIVER(ActiveTexture)(GL_TEXTURE0 + binding::displacement);
-  HDMBENCH_DRIVER(BindTexture)(GL_TEXTURE_BUFFER, static_cast<GLuint>(name));
-}
-
 std::vector<DeviceFault> fragment_faults() {
   return {
       in_call("penalty-uniform", "half the penalty K in the uniform",
               HDMBENCH_CALL(
                   Uniform1f, (auto driver, auto at, auto value) { driver(at, 0.5F * value); })),
-      in_call("half-float-textures", "textures of 16-bit floats", textures_of_format<GL_RGBA16F_ARB>()),
-      in_call("eight-bit-textures", "textures of 8 bits, clamped to 0 ... 1", textures_of_format<GL_RGBA8>()),
+      in_call("half-float-textures", "textures of 16-bit floats",
+              HDMBENCH_CALL(
+                  TexImage2D, (auto driver, auto target, auto level, auto /*format*/,
+                               auto... others) { driver(target, level, GL_RGBA16F_ARB, others...); })),
       in_call("viewport-narrow", "a viewport one column too narrow",
               HDMBENCH_CALL(
                   Viewport, (auto driver, auto x, auto y, auto width,
                              auto height) { driver(x, y, width - 1, height); })),
-      in_call("half-the-quad", "one of the two triangles is drawn",
-              HDMBENCH_CALL(
-                  DrawArrays,
-                  (auto driver, auto mode, auto first, auto count) { driver(mode, first, count - 1); })),
       in_call("upload-one-row-down", "the displacement uploaded one row too low",
               HDMBENCH_CALL(
                   TexSubImage2D,
@@ -101,17 +82,6 @@ std::vector<DeviceFault> fragment_faults() {
                     const GLint down = height > 1 ? 1 : 0;
                     driver(target, level, x, y + down, width, height - down, others...);
                   })),
-      in_call("read-back-one-row-down", "the result read one row too low",
-              HDMBENCH_CALL(
-                  ReadPixels,
-                  (auto driver, auto x, auto y, auto width, auto height, auto... others) {
-                    const GLint down = height > 1 ? 1 : 0;
-                    driver(x, y + down, width, height - down, others...);
-                  })),
-      in_call("dimension-uniform", "the image's width one too small in the uniform",
-              HDMBENCH_CALL(
-                  Uniform2f,
-                  (auto driver, auto at, auto width, auto height) { driver(at, width - 1.0F, height); })),
       in_call("feedback", "the texture drawn into is the one that is read",
               HDMBENCH_CALL(
                   DrawArrays,
@@ -126,23 +96,6 @@ std::vector<DeviceFault> fragment_faults() {
   };
 }
 
-/// One of the words that sweeps are told (kernels/shaders/sweep.comp), changed.
-template <std::size_t word, auto change>
-Replacement sweep_word() {
-  return HDMBENCH_CALL(
-      Uniform1iv, (auto driver, auto location, auto count, auto values) {
-        std::array<GLint, 13> words{};
-        if (static_cast<std::size_t>(count) != words.size()) { // another program's
-          driver(location, count, values);
-          return false;
-        }
-        std::copy_n(values, words.size(), words.begin());
-        words[word] = change(words[word]);
-        driver(location, count, words.data());
-        return true;
-      });
-}
-
 std::vector<DeviceFault> compute_faults() {
   DeviceFault no_barriers =
       in_call("no-barriers",
@@ -154,26 +107,17 @@ std::vector<DeviceFault> compute_faults() {
       in_call("dispatch-short", "one group too few",
               HDMBENCH_CALL(
                   DispatchCompute, (auto driver, auto x, auto y, auto z) { driver(x - 1, y, z); })),
-      in_call("upload-one-site-late", "the displacement uploaded one site too late",
+      in_call("penalty-uniform", "half the penalty K in the uniform",
               HDMBENCH_CALL(
-                  BufferSubData,
-                  (auto driver, auto target, auto offset, auto size, auto data) {
-                    constexpr GLsizeiptr site = 2 * sizeof(GLfloat);
-                    const GLintptr late = size > site ? site : 0;
-                    driver(target, offset + late, size - late, data);
-                  })),
-      in_call(
-          "penalty-uniform", "half the penalty K in the uniform",
-          sweep_word<0,
-                     [](GLint bits) { return std::bit_cast<GLint>(0.5F * std::bit_cast<float>(bits)); }>()),
-      in_call("dimension-uniform", "the image's width one too small in the uniform",
-              sweep_word<1, [](GLint width) { return width - 1; }>()),
-      in_call("feedback", "the buffer stored to is the one that is read",
-              HDMBENCH_CALL(
-                  DispatchCompute,
-                  (auto driver, auto... groups) {
-                    read_what_is_stored_to();
-                    driver(groups...);
+                  Uniform1iv,
+                  (auto driver, auto location, auto count, auto values) {
+                    constexpr GLsizei words_of_sweep = 13; // kernels/shaders/sweep.comp: K is the first
+                    std::vector<GLint> words(values, values + count);
+                    if (count == words_of_sweep) {
+                      words[0] = std::bit_cast<GLint>(0.5F * std::bit_cast<float>(words[0]));
+                    }
+                    driver(location, count, words.data());
+                    return count == words_of_sweep;
                   })),
   };
 }

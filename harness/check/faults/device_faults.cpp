@@ -7,10 +7,13 @@
 #endif
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <mutations_text.hpp>
 
 #include <algorithm>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 
 namespace hdmbench::faults {
@@ -162,7 +165,79 @@ std::unique_ptr<Backend> make_backend(Pipeline pipeline, const DeviceFault& faul
   return gl::make_fragment(backend_name(pipeline), "", std::move(platform));
 }
 
+/// The parts of `text`, which `separator` separates.
+std::vector<std::string> split(const std::string& text, std::string_view separator) {
+  std::vector<std::string> parts;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(separator, begin), text.size());
+    parts.push_back(text.substr(begin, end - begin));
+    begin = end + separator.size();
+  }
+  return parts;
+}
+
+/// \n is a new line and "" nothing.
+std::string meant_by(const std::string& part) {
+  return part == "\"\"" ? "" : fmt::format("{}", fmt::join(split(part, "\\n"), "\n"));
+}
+
+/// What a line in brackets says of the mistakes below it: a fault without a name, whose edit has the text of
+/// the shaders that are meant. None where the pipeline is another one.
+std::optional<DeviceFault> section_of(const std::vector<std::string>& parts, Pipeline pipeline) {
+  const auto has = [&](std::string_view word) { return parts[0].find(word) != std::string::npos; };
+  const bool levels = parts.size() == 4 && parts[2] == "levels";
+  const bool sleep = parts.size() == 4 && parts[2] == "sleep";
+  const bool coarse = parts.size() == 4 && parts[2] == "coarse levels";
+  if (parts.size() != 4 || !(levels || sleep || coarse || parts[2] == "sweep")) {
+    throw std::invalid_argument(fmt::format("no section of mutations: {}", fmt::join(parts, " | ")));
+  }
+  if (!has(pipeline == Pipeline::fragment ? "fragment" : "compute")) {
+    return std::nullopt;
+  }
+  return DeviceFault{.method = parts[1],
+                     .part = levels  ? Part::levels
+                             : sleep ? Part::sleep
+                                     : Part::sweep,
+                     .variant = coarse ? 1U : 0U,
+                     .expected = has("control") ? Expected::let_through : Expected::disagree,
+                     .edits = {{.shader = parts[3]}}};
+}
+
 } // namespace
+
+std::vector<DeviceFault> text_faults(Pipeline pipeline, std::string_view table) {
+  std::vector<DeviceFault> faults;
+  std::optional<DeviceFault> section;
+  bool has_section = false;
+  for (const std::string& line : split(std::string(table), "\n")) {
+    if (line.empty() || line.front() == '#') {
+      continue;
+    }
+    if (line.front() == '[' && line.back() == ']') {
+      section = section_of(split(line.substr(1, line.size() - 2), " | "), pipeline);
+      has_section = true;
+      continue;
+    }
+    const std::vector<std::string> parts = split(line, " | ");
+    if (!has_section || parts.size() < 4 || parts.size() % 2 != 0) {
+      throw std::invalid_argument(fmt::format("no line of a table of mutations: {}", line));
+    }
+    if (section) {
+      DeviceFault& fault = faults.emplace_back(*section);
+      fault.name = parts[0];
+      fault.what = parts[1];
+      fault.edits.clear();
+      for (std::size_t i = 2; i < parts.size(); i += 2) {
+        fault.edits.push_back({meant_by(parts[i]), meant_by(parts[i + 1]), section->edits.front().shader});
+      }
+    }
+  }
+  return faults;
+}
+
+std::vector<DeviceFault> text_faults(Pipeline pipeline) {
+  return text_faults(pipeline, sources::mutations_text);
+}
 
 std::vector<Pipeline> pipelines() {
 #ifdef HDMBENCH_WITH_EGL

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "backends/gl/context.hpp"
-#include "harness/check/faults/planted.hpp"
+#include "harness/check/faults/trial.hpp"
 
 #include <string>
 #include <string_view>
@@ -26,7 +26,7 @@ struct Replacement {
   gl::Address by = nullptr;
 };
 
-/// A mistake between a real backend and its driver, or a control (planted.hpp).
+/// A mistake between a real backend and its driver, or a control (trial.hpp).
 struct DeviceFault {
   std::string name{};
   std::string what{};         ///< one line for people

@@ -1,6 +1,11 @@
 #include "harness/check/faults/faulty_backend.hpp"
 
+#include "backends/cpu/elastic_serial.hpp"
+#include "backends/cpu/processor.hpp"
+#include "harness/check/certificate.hpp"
 #include "harness/check/compare.hpp"
+#include "harness/check/fused_real.hpp"
+#include "harness/scene/sites.hpp"
 
 namespace hdmbench::faults {
 
@@ -91,6 +96,8 @@ private:
     last_read_ = displacement;
   }
 
+  void do_write_parts(std::span<const FieldPart> parts) override { sound_->write_parts(parts); }
+
   std::int64_t do_changed() override {
     const std::int64_t changed = fault().in_sweep ? changed_ : sound_->changed();
     return fault().in_changed ? fault().in_changed(changed) : changed;
@@ -133,7 +140,7 @@ public:
   }
 
 private:
-  [[nodiscard]] const ElasticHierarchy& hierarchy() const override { return hierarchy_; }
+  [[nodiscard]] int coarsest() const override { return static_cast<int>(hierarchy_.levels.size()) - 1; }
   void take(const ElasticStep& step) override {
     if (fault_.in_elastic_step) {
       fault_.in_elastic_step(step, {*sound_, hierarchy_, is_waited_for_});
@@ -149,24 +156,65 @@ private:
   mutable bool is_waited_for_ = false;
 };
 
+class FusedSession final : public Session {
+  void do_load(const Level& level) override { level_ = level; }
+  void do_write(const VectorField& displacement) override { current_ = displacement; }
+  void do_read(VectorField& displacement) override { displacement = current_; }
+  std::int64_t do_changed() override { return changed_; }
+
+  void do_step(int first, int sweeps) override {
+    for (int number = first; number < first + sweeps; ++number) {
+      const VectorField before = current_;
+      for_each_site(level_.extent, [&](int x, int y) {
+        const SiteAnswer next = proofs_of(*level_.energy).fused_answer(level_, before, number, x, y);
+        const std::size_t at = level_.extent.index(x, y);
+        current_.x[at] = next.x;
+        current_.y[at] = next.y;
+      });
+      changed_ = compare(before, current_).sites;
+    }
+  }
+
+  Level level_;
+  VectorField current_;
+  std::int64_t changed_ = 0;
+};
+
+class Fused final : public Backend {
+public:
+  std::string_view name() const override { return "fused"; }
+  std::string_view description() const override { return "plain C++ with fused multiply-adds"; }
+  std::vector<Device> devices() const override { return {cpu_device("1 thread")}; }
+  bool has_elastic() const override { return true; }
+
+private:
+  std::unique_ptr<Session> do_open(std::size_t /*index*/, const SessionOptions& /*options*/) const override {
+    return std::make_unique<FusedSession>();
+  }
+  std::unique_ptr<ElasticSession> do_open_elastic(std::size_t /*index*/,
+                                                  const SessionOptions& /*options*/) const override {
+    return std::make_unique<ElasticSerial<fused::real>>();
+  }
+};
+
 } // namespace
 
-void AroundElasticStep::spoil(int level, ElasticField field,
-                              const std::function<void(VectorField&)>& change) const {
-  VectorField values;
-  sound.read(level, field, values);
-  change(values);
-  sound.write(level, field, values);
+std::unique_ptr<Session> spoilt(std::unique_ptr<Session> sound, Fault fault) {
+  return std::make_unique<FaultySession>(std::move(sound), std::move(fault));
 }
 
 std::unique_ptr<Session> FaultyBackend::do_open(std::size_t /*index*/, const SessionOptions& options) const {
   const bool is_sound = fault_.way == Way::active && options.work != Work::active;
-  return std::make_unique<FaultySession>(sound_.open(options), is_sound ? Fault{} : fault_);
+  return spoilt(sound_.open(options), is_sound ? Fault{} : fault_);
 }
 
 std::unique_ptr<ElasticSession> FaultyBackend::do_open_elastic(std::size_t /*index*/,
                                                                const SessionOptions& options) const {
   return std::make_unique<FaultyElasticSession>(sound_.open_elastic(options), fault_);
+}
+
+std::unique_ptr<Backend> make_fused() {
+  return std::make_unique<Fused>();
 }
 
 } // namespace hdmbench::faults

@@ -8,6 +8,7 @@
 #include <ostream>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace hdmbench::faults {
 
@@ -23,9 +24,6 @@ struct AroundElasticStep {
   ElasticSession& sound;
   const ElasticHierarchy& hierarchy;
   bool is_waited_for; ///< something was read since the step before
-
-  /// The values of a field that the sound session has just made become what `change` makes of them.
-  void spoil(int level, ElasticField field, const std::function<void(VectorField&)>& change) const;
 };
 
 /// A mistake that a backend could make, planted between the caller and a sound session: what each hook that
@@ -46,8 +44,8 @@ struct Fault {
   std::function<void(VectorField& after, const VectorField& before)> in_sweep{};
   std::function<void(VectorField&)> in_read{};            ///< spoils what read() returns
   std::function<std::int64_t(std::int64_t)> in_changed{}; ///< spoils the count
-  std::function<void(ElasticHierarchy&)>
-      in_hierarchy{}; ///< spoils what a session of the elastic energy loads
+  /// Spoils what a session of the elastic energy loads.
+  std::function<void(ElasticHierarchy&)> in_hierarchy{};
   /// Takes a step of the elastic energy on the sound session, or does something else.
   std::function<void(const ElasticStep&, const AroundElasticStep&)> in_elastic_step{};
   /// Sums first * second over the image in place of the sound session.
@@ -55,6 +53,9 @@ struct Fault {
 
   friend void PrintTo(const Fault& fault, std::ostream* stream) { *stream << fault.name; }
 };
+
+/// `sound` with the fault between it and the caller.
+[[nodiscard]] std::unique_ptr<Session> spoilt(std::unique_ptr<Session> sound, Fault fault);
 
 /// A sound backend with a fault; called by the fault's name. A fault in what happens on a level or between
 /// two is planted into a pyramid in one piece by computing that level by level; any other goes around the
@@ -77,5 +78,21 @@ private:
   const Backend& sound_;
   Fault fault_;
 };
+
+/// Mistakes in what a session is given, does and hands back, on any backend.
+[[nodiscard]] std::vector<Fault> session_faults();
+/// The same in a whole pyramid in one piece; level by level all is well.
+[[nodiscard]] std::vector<Fault> one_piece_faults();
+/// The same in leaving out what cannot change, whether the backend leaves out anything itself: every site is
+/// a tile, so that few sweeps over small images show them. Dense all is well.
+[[nodiscard]] std::vector<Fault> active_faults();
+/// The same of the elastic energy.
+[[nodiscard]] std::vector<Fault> elastic_faults();
+/// No mistakes, which verify has to let through.
+[[nodiscard]] std::vector<Fault> session_controls();
+
+/// A control, which rounding has to explain: the specification as a compiler gives it that fuses every
+/// product into the sum or difference that follows; one thread.
+[[nodiscard]] std::unique_ptr<Backend> make_fused();
 
 } // namespace hdmbench::faults

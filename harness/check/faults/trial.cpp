@@ -2,8 +2,13 @@
 
 #include "backends/session/ways.hpp"
 #include "harness/check/cases.hpp"
+#include "harness/check/faults/faulty_backend.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
+
+#ifdef HDMBENCH_WITH_GL
+#include "harness/check/faults/device_faults.hpp"
+#endif
 
 #include <fmt/format.h>
 
@@ -49,18 +54,6 @@ std::vector<Case> usual_cases() {
   return cases;
 }
 
-/// One level, on which what is free begins so small that only denormal numbers hold it, and mostly stays
-/// there. What a device makes of these is its own affair (llvmpipe's fragment shaders take them for 0).
-TrialScene with_denormals(Scene scene) {
-  VectorField start = scene.start_field();
-  for (std::size_t i = 0; i < scene.extent().sites(); ++i) {
-    start.x[i] = scene.full.confidence.x[i] > 0.0F ? start.x[i] : 1e-40F;
-  }
-  scene.start = std::move(start);
-  scene.schedule.start_level = 0;
-  return {.label = "denormal", .scene = std::move(scene), .only_on_cpu = true};
-}
-
 /// Pulled so little that coarse levels come to rest within a few iterations.
 TrialScene pulled_by_2_px(Scene scene) {
   for (auto* const values : {&scene.full.target.x, &scene.full.target.y}) {
@@ -98,19 +91,6 @@ bool has_coarse_levels(const Scene& scene) {
 bool has_levels(const Scene& scene) {
   const std::optional<Pyramid> pyramid = LevelSequence(scene).pyramid();
   return pyramid && pyramid->levels.size() > 1;
-}
-
-bool tells(const std::optional<Seen>& seen) {
-  return seen && seen->error.empty() && seen->verdict != Verdict::skipped &&
-         seen->verdict != Verdict::mistrusted;
-}
-
-bool is_mistrusted(const std::optional<Seen>& seen) {
-  return seen && seen->error.empty() && seen->verdict == Verdict::mistrusted;
-}
-
-bool disagrees(const std::optional<Seen>& seen) {
-  return tells(seen) && seen->verdict == Verdict::disagree;
 }
 
 } // namespace
@@ -158,10 +138,8 @@ std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names, std:
     for (const Case& one : usual_cases()) {
       scenes.push_back(load_trial(one, size));
     }
-    const Scene square = load_trial({.scene = "square"}, size).scene;
-    scenes.push_back(pulled_by_2_px(square));
+    scenes.push_back(pulled_by_2_px(load_trial({.scene = "square"}, size).scene));
     scenes.push_back(sleeping_tiles());
-    scenes.push_back(with_denormals(square));
   }
   return scenes;
 }
@@ -170,12 +148,9 @@ std::string_view text(const Seen& seen) {
   return seen.error.empty() ? name_of(seen.verdict) : "error";
 }
 
-bool Trial::ran() const {
-  return std::ranges::any_of(seen, tells);
-}
-
-bool Trial::caught() const {
-  return std::ranges::any_of(seen, disagrees);
+bool Trial::saw(Verdict verdict) const {
+  return std::ranges::any_of(
+      seen, [verdict](const auto& one) { return one && one->error.empty() && one->verdict == verdict; });
 }
 
 bool Trial::as_expected() const {
@@ -188,16 +163,15 @@ bool Trial::as_expected() const {
   case Expected::disagree:
     return caught() || (!ran() && !broke_off);
   case Expected::let_through:
-    return !caught() && !broke_off && std::ranges::none_of(seen, is_mistrusted);
-  case Expected::either:
+    return !caught() && !broke_off && !saw(Verdict::mistrusted);
+  default:
     return true;
   }
-  return false;
 }
 
 bool concerns(const Planted& planted, const TrialScene& scene) {
   return (planted.method.empty() || planted.method == scene.scene.schedule.method) &&
-         (planted.on_cpu || !scene.only_on_cpu) && scene.tiles_sleep == (planted.part == Part::sleep) &&
+         scene.tiles_sleep == (planted.part == Part::sleep) &&
          (planted.part != Part::levels || has_levels(scene.scene)) &&
          (planted.variant == 0 || has_coarse_levels(scene.scene));
 }
@@ -267,6 +241,43 @@ nlohmann::json json_row(const Trial& trial, std::span<const TrialScene> scenes) 
     }
   }
   return row;
+}
+
+std::vector<Planted> all_planted(const Backend& carrier) {
+  std::vector<Planted> list;
+  const auto add = [&](const std::vector<Fault>& faults, Expected expected) {
+    for (const Fault& fault : faults) {
+      if (fault.name != "in-place" || carrier.supports(Update::sequential)) {
+        list.push_back(
+            {.name = fault.name,
+             .what = fault.what,
+             .backend = std::string(carrier.name()),
+             .expected = expected,
+             .method = fault.method,
+             .make = [&carrier, fault] { return std::make_unique<FaultyBackend>(carrier, fault); }});
+      }
+    }
+  };
+  add(session_controls(), Expected::let_through);
+  list.push_back({.name = "fused",
+                  .what = "fused multiply-adds wherever there can be one",
+                  .backend = "fused C++",
+                  .expected = Expected::let_through,
+                  .method = "",
+                  .make = make_fused});
+  for (const auto& faults : {session_faults(), one_piece_faults(), active_faults(), elastic_faults()}) {
+    add(faults, Expected::disagree);
+  }
+#ifdef HDMBENCH_WITH_GL
+  for (const Pipeline pipeline : pipelines()) {
+    for (const auto& faults : {text_faults(pipeline), call_faults(pipeline)}) {
+      for (const DeviceFault& fault : faults) {
+        list.push_back(plant(pipeline, fault));
+      }
+    }
+  }
+#endif
+  return list;
 }
 
 } // namespace hdmbench::faults
