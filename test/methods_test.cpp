@@ -37,24 +37,6 @@ std::string refusal(const Scene& scene, const MethodOptions& options) {
   return test::refusal([&] { set_options(changed, options); });
 }
 
-TEST(Methods, KeepWhatTheSceneSays) {
-  Scene scene = load_scene("square-modified", {.size = Extent{32, 32}});
-  scene.schedule.stop = Stop::still;
-  scene.schedule.epsilon = 0.25;
-  scene.schedule.alignment = Alignment::center;
-  for (const Method& method : methods()) {
-    const Scene changed = with(scene, method.name);
-    EXPECT_EQ(changed.schedule.method, method.name);
-    EXPECT_EQ(changed.schedule.start_level, scene.schedule.start_level);
-    EXPECT_EQ(changed.schedule.stop, Stop::still);
-    EXPECT_EQ(changed.schedule.epsilon, 0.25);
-    EXPECT_EQ(changed.schedule.alignment, Alignment::center);
-    EXPECT_EQ(changed.schedule.iterations,
-              method.usual_effort > 0 ? method.usual_effort : scene.schedule.iterations);
-    EXPECT_EQ(with(changed, method.name, 7).schedule.iterations, 7);
-  }
-}
-
 TEST(Methods, RefuseOptionsTheyDoNotUse) {
   const Scene scene = load_scene("square", {.size = Extent{9, 9}});
   EXPECT_THAT(refusal(with(scene, "cascade"), {.steps = StepSet()}),

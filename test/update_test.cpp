@@ -77,17 +77,11 @@ TEST(ClosedForm, AHeldComponentTakesTheTargetItselfAtAnyRelaxation) {
 /// The sites of a sweep one after the other, in place, from last to first: the same only if nobody who moves
 /// sees another one who does.
 void sweep_in_place_backwards(const Level& level, int number, VectorField& field) {
-  const SweepState state = sweep_state(level, number);
-  const HdmInFloat::Sweep sweep{state.colour, state.strength, state.number, state.seed};
   for (int y = level.extent.height - 1; y >= 0; --y) {
     for (int x = level.extent.width - 1; x >= 0; --x) {
-      const HdmInFloat::Position at{static_cast<float>(x), static_cast<float>(y)};
-      const HdmInFloat::Displacement next =
-          HdmInFloat::swept_displacement(static_cast<int>(level.rule), sweeps_per_iteration(level), true,
-                                         gather<HdmInFloat>(level, field, x, y), at, sweep,
-                                         level.steps.padded().data(), level.steps.count());
-      field.x[level.extent.index(x, y)] = next.x;
-      field.y[level.extent.index(x, y)] = next.y;
+      const HdmInFloat::Displacement moved = swept_site<HdmInFloat>(level, field, number, x, y);
+      field.x[level.extent.index(x, y)] = moved.x;
+      field.y[level.extent.index(x, y)] = moved.y;
     }
   }
 }

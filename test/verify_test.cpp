@@ -21,18 +21,6 @@ Scene make_scene(Extent extent, test::Texture texture) {
   return test::textured_scene("planted", extent, texture, 21, 6);
 }
 
-TEST(Verify, ASoundBackendAgrees) {
-  for (const Comparison& comparison :
-       test::verified(make_scene({24, 19}, test::Texture::smooth), test::scalar())) {
-    EXPECT_EQ(comparison.verdict, Verdict::agree);
-    EXPECT_EQ(comparison.sites_differing, 0);
-    EXPECT_EQ(comparison.levels, 6);
-    EXPECT_EQ(comparison.iterations, 36);
-    EXPECT_EQ(comparison.sites_compared, 6 * (24 * 19 + 16 * 16 + 8 * 8 + 4 * 4 + 2 * 2 + 1));
-    EXPECT_FALSE(comparison.first.has_value());
-  }
-}
-
 std::vector<Mode> modes_of(const std::vector<Comparison>& comparisons) {
   std::vector<Mode> modes;
   for (const Comparison& comparison : comparisons) {
@@ -115,23 +103,6 @@ TEST(Verify, TheFirstDifferenceIsWhereItWasPlanted) {
     EXPECT_EQ(comparison.first->y, 7);
     EXPECT_FLOAT_EQ(comparison.first->found[0], comparison.first->expected[0] + 0.5F);
     EXPECT_EQ(comparison.first->found[1], comparison.first->expected[1]);
-  }
-}
-
-TEST(Verify, AnAbsentBackendIsSkippedWithItsReason) {
-  class Absent final : public Backend {
-  public:
-    std::string_view name() const override { return "absent"; }
-    std::string_view description() const override { return ""; }
-    std::vector<Device> devices() const override { throw DeviceError("the cat took it"); }
-
-  private:
-    std::unique_ptr<Session> do_open(std::size_t, const SessionOptions&) const override { return nullptr; }
-  };
-  for (const Comparison& comparison : test::verified(make_scene({8, 8}, test::Texture::smooth), Absent())) {
-    EXPECT_EQ(comparison.verdict, Verdict::skipped);
-    EXPECT_EQ(comparison.reason, "the cat took it");
-    EXPECT_EQ(comparison.sites_compared, 0);
   }
 }
 

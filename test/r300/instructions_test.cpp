@@ -24,7 +24,7 @@ TEST(Judgement, SilenceIsNoPass) {
   const std::vector<std::string> vertex_only{"VS shader: 1 inst, 0 tex, 1 temps, 0 consts"};
   EXPECT_THAT([&] { (void)judge(vertex_only, ""); }, ThrowsMessage<DeviceError>(HasSubstr("neither")));
   const std::vector<std::string> other_words{"FS shader: 128 instructions, 11 tex, 17 temps, 1 consts"};
-  EXPECT_THAT([&] { (void)judge(other_words, ""); }, ThrowsMessage<DeviceError>(HasSubstr("\"inst\"")));
+  EXPECT_THAT([&] { (void)judge(other_words, ""); }, ThrowsMessage<DeviceError>(HasSubstr("in other words")));
 }
 
 class Budget : public testing::Test {

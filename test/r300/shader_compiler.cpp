@@ -7,10 +7,10 @@
 #include <shaders/quad_vertex.hpp>
 
 #include <array>
-#include <charconv>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <regex>
 #include <string_view>
 
 namespace hdmbench::test {
@@ -19,19 +19,6 @@ namespace {
 
 constexpr gl::Version required{2, 1};
 constexpr std::string_view card_name = "RV515";
-
-/// The number before `unit` in "FS shader: 128 inst, 11 tex, ...". Throws DeviceError.
-int number_of(std::string_view line, std::string_view unit) {
-  const std::string what = fmt::format(" {},", unit);
-  const auto end = line.find(what);
-  const auto begin = end == std::string_view::npos ? end : line.rfind(' ', end - 1);
-  int number = 0;
-  if (begin == std::string_view::npos ||
-      std::from_chars(line.data() + begin + 1, line.data() + end, number).ptr != line.data() + end) {
-    throw DeviceError(fmt::format("the driver's statistics do not tell \"{}\": {}", unit, line));
-  }
-  return number;
-}
 
 void APIENTRY record(GLenum, GLenum, GLuint, GLenum, GLsizei, const GLchar* message, const void* messages) {
   static_cast<std::vector<std::string>*>(const_cast<void*>(messages))->emplace_back(message);
@@ -143,9 +130,14 @@ Compilation judge(std::span<const std::string> messages, const std::string& erro
   }
   for (auto message = messages.rbegin(); message != messages.rend(); ++message) {
     if (message->starts_with("FS shader: ")) {
-      return {Resources{number_of(*message, "inst"), number_of(*message, "tex"), number_of(*message, "temps"),
-                        number_of(*message, "flowcontrol")},
-              {}};
+      static const std::regex words(
+          "FS shader: (\\d+) inst,.* (\\d+) flowcontrol,.* (\\d+) tex,.* (\\d+) temps,");
+      std::smatch found;
+      if (!std::regex_search(*message, found, words)) {
+        throw DeviceError(fmt::format("the driver's statistics are in other words: {}", *message));
+      }
+      const auto number = [&](std::size_t i) { return std::stoi(found[i]); };
+      return {Resources{number(1), number(3), number(4), number(2)}, {}};
     }
   }
   throw DeviceError("the driver reported neither the statistics of the fragment shader nor an error");
