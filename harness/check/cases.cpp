@@ -122,11 +122,4 @@ std::vector<Case> golden_cases() {
   return cases;
 }
 
-std::vector<Case> cases_named(std::span<const Case> cases, std::string_view part) {
-  std::vector<Case> found;
-  std::ranges::copy_if(cases, std::back_inserter(found),
-                       [part](const Case& one) { return one.name().find(part) != std::string::npos; });
-  return found;
-}
-
 } // namespace hdmbench

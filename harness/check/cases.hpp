@@ -4,9 +4,7 @@
 
 #include <functional>
 #include <optional>
-#include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace hdmbench {
@@ -46,8 +44,5 @@ void limit_iterations(Scene& scene, const Case& one);
 /// What `golden` has hashes of, with few iterations: every shipped scene by its own method, `square` at a
 /// second size, and every other method of both energies on `random`; some scenes by conjugate gradients, too.
 [[nodiscard]] std::vector<Case> golden_cases();
-
-/// Those whose name contains `part`.
-[[nodiscard]] std::vector<Case> cases_named(std::span<const Case> cases, std::string_view part);
 
 } // namespace hdmbench

@@ -56,9 +56,4 @@ struct DeviceFault {
 /// Mistakes in the calls: sizes, formats, uniforms, bindings; and controls.
 [[nodiscard]] std::vector<DeviceFault> call_faults(Pipeline pipeline);
 
-/// For replacements: the driver's own function in the context that is current in this thread.
-[[nodiscard]] gl::Address driver_function(const char* name);
-/// For replacements: this call has been changed.
-void record_changed_call();
-
 } // namespace hdmbench::faults
