@@ -45,7 +45,9 @@ struct CoarseLevels {
 class DeviceLevels {
 public:
   DeviceLevels(ComputeDevice& device, Work work)
-      : device_(device), work_(work), programs_(device), counter_(device.allocate(1, Kind::words)) {}
+      : device_(device), work_(work), programs_(device), counter_(device.allocate(1, Kind::words)) {
+    (void)level_pass(LEVEL_COUNT, {}, {}); // compiles what every solution asks for at its end
+  }
 
   /// Whether the device can compute coarse levels together.
   [[nodiscard]] bool has_variants() const { return device_.limits().shared_bytes >= coarse_shared_bytes; }
