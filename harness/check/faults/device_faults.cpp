@@ -304,13 +304,7 @@ std::vector<DeviceFault> fragment_faults() {
 }
 
 std::vector<DeviceFault> compute_faults() {
-  DeviceFault no_barriers =
-      in_call("no-barriers",
-              "no glMemoryBarrier at all: a device that finishes one dispatch before the next shows nothing",
-              HDMBENCH_CALL(MemoryBarrier, (auto /*driver*/, auto /*bits*/){}));
-  no_barriers.expected = Expected::either;
   return {
-      no_barriers,
       in_call("dispatch-short", "one group too few",
               HDMBENCH_CALL(
                   DispatchCompute, (auto driver, auto x, auto y, auto z) { driver(x - 1, y, z); })),

@@ -80,19 +80,6 @@ Seen verdict_of(const std::vector<Comparison>& comparisons) {
   return seen;
 }
 
-/// Whether verify solves the scene in one piece, some levels of it by one work group.
-bool has_coarse_levels(const Scene& scene) {
-  const LevelSequence levels(scene);
-  const std::optional<Pyramid> pyramid = levels.pyramid();
-  return pyramid && has_coarse_levels(*pyramid);
-}
-
-/// In one piece, and more than one level.
-bool has_levels(const Scene& scene) {
-  const std::optional<Pyramid> pyramid = LevelSequence(scene).pyramid();
-  return pyramid && pyramid->levels.size() > 1;
-}
-
 } // namespace
 
 TrialScene sleeping_tiles() {
@@ -159,21 +146,20 @@ bool Trial::as_expected() const {
   if (!not_planted.empty()) {
     return false;
   }
-  switch (planted.expected) {
-  case Expected::disagree:
-    return caught() || (!ran() && !broke_off);
-  case Expected::let_through:
-    return !caught() && !broke_off && !saw(Verdict::mistrusted);
-  default:
-    return true;
-  }
+  return planted.expected == Expected::disagree ? caught() || (!ran() && !broke_off)
+                                                : !caught() && !broke_off && !saw(Verdict::mistrusted);
 }
 
 bool concerns(const Planted& planted, const TrialScene& scene) {
-  return (planted.method.empty() || planted.method == scene.scene.schedule.method) &&
-         scene.tiles_sleep == (planted.part == Part::sleep) &&
-         (planted.part != Part::levels || has_levels(scene.scene)) &&
-         (planted.variant == 0 || has_coarse_levels(scene.scene));
+  if ((!planted.method.empty() && planted.method != scene.scene.schedule.method) ||
+      scene.tiles_sleep != (planted.part == Part::sleep)) {
+    return false;
+  }
+  if (planted.part != Part::levels && planted.variant == 0) {
+    return true;
+  }
+  const std::optional<Pyramid> pyramid = LevelSequence(scene.scene).pyramid(); // in one piece
+  return pyramid && (planted.variant == 0 ? pyramid->levels.size() > 1 : has_coarse_levels(*pyramid));
 }
 
 Trial try_out(const Planted& planted, const Backend& reference, std::span<const TrialScene> scenes,

@@ -22,7 +22,6 @@ namespace hdmbench::faults {
 enum class Expected {
   disagree,    ///< on one scene at least
   let_through, ///< a control: agree or certified on every scene
-  either,      ///< a mistake that a device need not show; counts for nothing
 };
 
 /// Where a mistake is put in.
@@ -34,7 +33,7 @@ enum class Layer {
 };
 
 /// What results call them, in the order of the enumerators.
-inline constexpr std::array<std::string_view, 3> expected_names{"disagree", "let through", "either"};
+inline constexpr std::array<std::string_view, 2> expected_names{"disagree", "let through"};
 inline constexpr std::array<std::string_view, 4> layer_names{"session", "shader", "driver", "ranks"};
 
 /// In which part of the work a mistake is. It is tried only on scenes that have that part.
