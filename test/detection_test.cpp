@@ -5,15 +5,15 @@
 #include "harness/applications/region_sheet.hpp"
 #include "harness/judge/registration/rivals.hpp"
 #include "test/files.hpp"
+#include "test/person.hpp"
 #include "test/sessions.hpp"
-#include "test/small_brain.hpp"
 
 #include <fmt/format.h>
 
 namespace hdmbench {
 namespace {
 
-using test::seed;
+constexpr std::uint32_t seed = test::picture_seed;
 using test::small_brain;
 
 TEST(ModulusProblem, TheAdjointIsTheDerivative) {

@@ -11,8 +11,8 @@
 #include "harness/solve/methods/elastic.hpp"
 #include "reference/finite_elements.hpp"
 #include "test/files.hpp"
+#include "test/person.hpp"
 #include "test/sessions.hpp"
-#include "test/small_brain.hpp"
 
 #include <fmt/format.h>
 
@@ -22,7 +22,7 @@
 namespace hdmbench {
 namespace {
 
-using test::seed;
+constexpr std::uint32_t seed = test::picture_seed;
 using test::small_brain;
 using test::textured;
 

@@ -2,7 +2,6 @@
 // by file, row and key.
 
 #include "harness/check/verify.hpp"
-#include "harness/measure/choices.hpp"
 #include "harness/measure/result_file.hpp"
 #include "test/files.hpp"
 
@@ -10,10 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <filesystem>
-#include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -63,31 +59,6 @@ bool keeps(const json& after, const json& before) {
   json both = after;
   both.update(before, true);
   return both == after;
-}
-
-template <typename Row>
-void expect_nothing_lost(const ResultFile& file) {
-  for (std::size_t i = 0; i < file.results.size(); ++i) {
-    EXPECT_TRUE(keeps(to_json_row(file.row<Row>(i)), file.results[i])) << i;
-  }
-}
-
-TEST(ResultRows, WhatIsReadBackIsWrittenAgainWithoutALoss) {
-  const std::map<std::string, void (*)(const ResultFile&)> commands{
-      {"devices", expect_nothing_lost<DeviceRow>}, {"verify", expect_nothing_lost<VerifyRow>}};
-  std::set<std::string> seen;
-  const auto reports = std::filesystem::path(HDMBENCH_SOURCE) / "reports";
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(reports)) {
-    if (entry.path().extension() == ".json") {
-      SCOPED_TRACE(entry.path().string());
-      const ResultFile file = read_results(entry.path());
-      if (commands.contains(file.command)) {
-        commands.at(file.command)(file);
-        seen.insert(file.command);
-      }
-    }
-  }
-  EXPECT_EQ(seen.size(), commands.size());
 }
 
 json sample() {
