@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <filesystem>
 #include <optional>
-#include <span>
 #include <vector>
 
 namespace hdmbench {
@@ -24,8 +23,6 @@ struct MeshNode {
 struct MeshElement {
   std::array<std::size_t, 4> nodes{}; ///< indices into Mesh::nodes; the first `corners` count
   std::size_t corners = 4;
-
-  [[nodiscard]] std::span<const std::size_t> corner_nodes() const { return {nodes.data(), corners}; }
 };
 
 struct Mesh {

@@ -5,7 +5,6 @@
 
 #include <functional>
 #include <memory>
-#include <ostream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -50,8 +49,6 @@ struct Fault {
   std::function<void(const ElasticStep&, const AroundElasticStep&)> in_elastic_step{};
   /// Sums first * second over the image in place of the sound session.
   std::function<float(const VectorField& first, const VectorField& second)> in_dot{};
-
-  friend void PrintTo(const Fault& fault, std::ostream* stream) { *stream << fault.name; }
 };
 
 /// `sound` with the fault between it and the caller.
@@ -79,14 +76,12 @@ private:
   Fault fault_;
 };
 
-/// Mistakes in what a session is given, does and hands back, on any backend.
+/// Mistakes in what a session is given, does and hands back, on any backend; in a whole pyramid in one piece,
+/// where level by level all is well; in leaving out what cannot change, whether the backend leaves out
+/// anything itself: every site is a tile, so that few sweeps over small images show them, and dense all is
+/// well.
 [[nodiscard]] std::vector<Fault> session_faults();
-/// The same in a whole pyramid in one piece; level by level all is well.
-[[nodiscard]] std::vector<Fault> one_piece_faults();
-/// The same in leaving out what cannot change, whether the backend leaves out anything itself: every site is
-/// a tile, so that few sweeps over small images show them. Dense all is well.
-[[nodiscard]] std::vector<Fault> active_faults();
-/// The same of the elastic energy.
+/// Those of the elastic energy.
 [[nodiscard]] std::vector<Fault> elastic_faults();
 /// No mistakes, which verify has to let through.
 [[nodiscard]] std::vector<Fault> session_controls();

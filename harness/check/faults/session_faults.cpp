@@ -134,6 +134,10 @@ float& middle_of(std::vector<float>& values) {
 
 std::vector<Fault> session_faults() {
   const WithHook<&Fault::in_level> in_closed_form{.method = "closed-form"};
+  const WithHook<&Fault::in_begin> in_begin{.way = Way::one_piece};
+  const WithHook<&Fault::in_changed> in_last_count{.way = Way::one_piece};
+  const WithHook<&Fault::in_sweep> in_active_sweep{.way = Way::active};
+  const WithHook<&Fault::in_changed> in_active_count{.way = Way::active};
   return {
       in_read("one-site-one-ulp", "one ulp at one site",
               [](VectorField& field) {
@@ -188,13 +192,6 @@ std::vector<Fault> session_faults() {
                  [before = std::int64_t{0}](std::int64_t changed) mutable {
                    return std::exchange(before, changed);
                  }),
-  };
-}
-
-std::vector<Fault> one_piece_faults() {
-  const WithHook<&Fault::in_begin> in_begin{.way = Way::one_piece};
-  const WithHook<&Fault::in_changed> in_last_count{.way = Way::one_piece};
-  return {
       in_pyramid("wrong-alignment", "in one piece: levels sampled at pixel centres, not at corners",
                  [](Pyramid& pyramid) { pyramid.alignment = Alignment::center; }),
       in_pyramid("pyramid-level-skipped", "in one piece: the last level but one is left out",
@@ -216,13 +213,6 @@ std::vector<Fault> one_piece_faults() {
                }),
       in_last_count("pyramid-count-off-by-one", "in one piece: one site too many is counted",
                     [](std::int64_t changed) { return changed + 1; }),
-  };
-}
-
-std::vector<Fault> active_faults() {
-  const WithHook<&Fault::in_sweep> in_active_sweep{.way = Way::active};
-  const WithHook<&Fault::in_changed> in_active_count{.way = Way::active};
-  return {
       in_active_sweep("tile-never-wakes", "active: a tile that did not change is never looked at again",
                       asleep(0)),
       in_active_sweep("rim-not-passed-on",

@@ -251,7 +251,7 @@ std::vector<Planted> all_planted(const Backend& carrier) {
                   .expected = Expected::let_through,
                   .method = "",
                   .make = make_fused});
-  for (const auto& faults : {session_faults(), one_piece_faults(), active_faults(), elastic_faults()}) {
+  for (const auto& faults : {session_faults(), elastic_faults()}) {
     add(faults, Expected::disagree);
   }
 #ifdef HDMBENCH_WITH_GL
