@@ -132,29 +132,20 @@ void require_whole_meta_image(const std::filesystem::path& file, itk::MetaImageI
 
 /// Chosen by hand, not by ITK's factories: those are global state, and load what an environment variable
 /// names.
-template <typename... Formats>
-itk::ImageIOBase::Pointer first_that_can_read(const std::filesystem::path& file) {
-  itk::ImageIOBase::Pointer found;
-  const auto try_format = [&](itk::ImageIOBase::Pointer format) {
-    if (format->CanReadFile(file.c_str())) {
-      found = format;
-    }
-    return found.IsNotNull();
-  };
-  (try_format(Formats::New().GetPointer()) || ...);
-  return found;
-}
-
 itk::ImageIOBase::Pointer recognise(const std::filesystem::path& file) {
-  const auto format = first_that_can_read<itk::NrrdImageIO, itk::MetaImageIO, itk::NiftiImageIO,
-                                          itk::PNGImageIO, itk::JPEGImageIO, itk::TIFFImageIO>(file);
-  if (format.IsNull()) {
+  const std::array<itk::ImageIOBase::Pointer, 6> formats{
+      itk::NrrdImageIO::New().GetPointer(),  itk::MetaImageIO::New().GetPointer(),
+      itk::NiftiImageIO::New().GetPointer(), itk::PNGImageIO::New().GetPointer(),
+      itk::JPEGImageIO::New().GetPointer(),  itk::TIFFImageIO::New().GetPointer()};
+  const auto* const found = std::ranges::find_if(
+      formats, [&](const itk::ImageIOBase::Pointer& format) { return format->CanReadFile(file.c_str()); });
+  if (found == formats.end()) {
     throw unreadable(
         file, "its content or its name is not that of a NRRD, MetaImage, NIfTI, PNG, JPEG or TIFF image");
   }
-  format->SetFileName(file.string());
-  format->ReadImageInformation();
-  return format;
+  (*found)->SetFileName(file.string());
+  (*found)->ReadImageInformation();
+  return *found;
 }
 
 /// ImageFileReader would drop the axes past the third without a word.

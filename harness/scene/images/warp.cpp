@@ -36,23 +36,17 @@ void add_triangle(Arrivals& arrivals, const Corner& a, const Corner& b, const Co
   }
   const auto [left, right] = std::minmax({a.x, b.x, c.x});
   const auto [top, bottom] = std::minmax({a.y, b.y, c.y});
-  const auto clamp_x = [&](double x) {
-    return static_cast<int>(std::clamp(x, -1.0, double(arrivals.extent.width)));
-  };
-  const auto clamp_y = [&](double y) {
-    return static_cast<int>(std::clamp(y, -1.0, double(arrivals.extent.height)));
-  };
-  const int last_x = std::min(clamp_x(std::floor(right)), arrivals.extent.width - 1);
-  const int last_y = std::min(clamp_y(std::floor(bottom)), arrivals.extent.height - 1);
+  const double last_x = std::min(std::floor(right), arrivals.extent.width - 1.0);
+  const double last_y = std::min(std::floor(bottom), arrivals.extent.height - 1.0);
   // Rounding must not open cracks between neighbours.
   constexpr double outside = -1e-9;
-  for (int y = std::max(clamp_y(std::ceil(top)), 0); y <= last_y; ++y) {
-    for (int x = std::max(clamp_x(std::ceil(left)), 0); x <= last_x; ++x) {
+  for (double y = std::max(std::ceil(top), 0.0); y <= last_y; ++y) {
+    for (double x = std::max(std::ceil(left), 0.0); x <= last_x; ++x) {
       const double weight_b = ((x - a.x) * (c.y - a.y) - (c.x - a.x) * (y - a.y)) / twice_area;
       const double weight_c = ((b.x - a.x) * (y - a.y) - (x - a.x) * (b.y - a.y)) / twice_area;
       const double weight_a = 1.0 - weight_b - weight_c;
       if (weight_a >= outside && weight_b >= outside && weight_c >= outside) {
-        const std::size_t site = arrivals.extent.index(x, y);
+        const std::size_t site = arrivals.extent.index(static_cast<int>(x), static_cast<int>(y));
         arrivals.sum[site] += weight_a * a.value + weight_b * b.value + weight_c * c.value;
         ++arrivals.count[site];
       }
