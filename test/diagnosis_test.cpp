@@ -119,29 +119,6 @@ TEST(BeforeTheRun, ConditionsTravelOneSitePerIteration) {
   EXPECT_FALSE(has(diagnose(scene), "out-of-reach")) << "coarse levels bring it";
 }
 
-TEST(BeforeTheRun, CoarseLevelsStepOverALongThinRegion) {
-  Scene scene = pulled_scene({64, 64}, 1.0F);
-  scene.schedule.start_level.reset();
-  int skipped = 0; // a column that the 32 x 32 level does not sample
-  for (int i = 0; i < 10; ++i) {
-    skipped = std::max(skipped, sampled_index(i, 32, 64, Alignment::corner) + 1);
-  }
-  const auto paint = [&](int length) {
-    scene.full.modulus = ScalarField(scene.extent(), 1.0F);
-    for (int y = 0; y < length; ++y) {
-      scene.full.modulus.values[scene.extent().index(skipped, y)] = 5.0F;
-    }
-  };
-  paint(4);
-  EXPECT_EQ(sites_of(diagnose(scene), "lost-tissue"), 4U);
-  paint(3);
-  EXPECT_FALSE(has(diagnose(scene), "lost-tissue")) << "shorter than two sites of the level";
-  paint(40);
-  EXPECT_TRUE(has(diagnose(scene), "lost-tissue"));
-  scene.schedule.mean_modulus = true;
-  EXPECT_FALSE(has(diagnose(scene), "lost-tissue"));
-}
-
 TEST(BeforeTheRun, NeighbouringConditionsFoldFromOnePixelOn) {
   for (const auto& [second, conflicts] :
        {std::pair{-1.0F, true}, {-0.99F, false}, {1.0F, false}, {1.01F, true}}) {

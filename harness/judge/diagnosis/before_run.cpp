@@ -197,103 +197,6 @@ void check_lost_conditions(const Scene& scene, Warnings& warnings) {
   }
 }
 
-/// Sites of one modulus that are connected.
-struct Region {
-  int left = 0, right = 0, top = 0, bottom = 0; ///< the sites at its ends
-  std::size_t sites = 0;
-
-  [[nodiscard]] int longest_side() const { return std::max(right - left, bottom - top) + 1; }
-};
-
-struct Regions {
-  std::vector<Region> all;
-  std::vector<int> of_site; ///< index into `all`
-};
-
-/// Sites of one value that touch at their sides belong together.
-Regions find_regions(const ScalarField& field) {
-  const Extent extent = field.extent;
-  Regions regions{.all = {}, .of_site = std::vector<int>(extent.sites(), -1)};
-  struct Position {
-    int x, y;
-  };
-  std::vector<Position> waiting;
-  for_each_site(extent, [&](int x0, int y0) {
-    if (regions.of_site[extent.index(x0, y0)] >= 0) {
-      return;
-    }
-    const float value = field.values[extent.index(x0, y0)];
-    Region region{.left = x0, .right = x0, .top = y0, .bottom = y0};
-    const auto visit = [&](int x, int y) {
-      const bool is_inside = x >= 0 && y >= 0 && x < extent.width && y < extent.height;
-      if (is_inside && regions.of_site[extent.index(x, y)] < 0 && field.values[extent.index(x, y)] == value) {
-        regions.of_site[extent.index(x, y)] = static_cast<int>(regions.all.size());
-        waiting.push_back({x, y});
-      }
-    };
-    visit(x0, y0);
-    while (!waiting.empty()) {
-      const auto [x, y] = waiting.back();
-      waiting.pop_back();
-      region = {.left = std::min(region.left, x),
-                .right = std::max(region.right, x),
-                .top = std::min(region.top, y),
-                .bottom = std::max(region.bottom, y),
-                .sites = region.sites + 1};
-      visit(x - 1, y);
-      visit(x + 1, y);
-      visit(x, y - 1);
-      visit(x, y + 1);
-    }
-    regions.all.push_back(region);
-  });
-  return regions;
-}
-
-/// A region at least two sites of a level long shapes the field that the level computes; nearest neighbour
-/// sampling may still step over it where it is thin.
-void check_lost_tissue(const Scene& scene, Warnings& warnings) {
-  const LevelSequence levels(scene);
-  if (scene.schedule.mean_modulus || finest_coarse_level(levels, scene.extent()) < 0) {
-    return;
-  }
-  const Extent full = scene.extent();
-  const Regions regions = find_regions(scene.full.modulus);
-  std::vector<bool> lost(regions.all.size(), false);
-  Extent finest;
-  for (const int index : levels.order()) {
-    const Extent extent = levels.extent(index);
-    const double spacing = spacing_of(full, extent);
-    if (spacing < 2.0) {
-      continue;
-    }
-    std::vector<bool> sampled(regions.all.size(), false);
-    for_each_site(extent, [&](int x, int y) {
-      const int fine_x = sampled_index(x, extent.width, full.width, scene.schedule.alignment);
-      const int fine_y = sampled_index(y, extent.height, full.height, scene.schedule.alignment);
-      sampled[static_cast<std::size_t>(regions.of_site[full.index(fine_x, fine_y)])] = true;
-    });
-    for (std::size_t i = 0; i < lost.size(); ++i) {
-      if (!sampled[i] && regions.all[i].longest_side() >= 2.0 * spacing) {
-        lost[i] = true;
-        finest = extent;
-      }
-    }
-  }
-  std::size_t sites = 0;
-  for (std::size_t i = 0; i < lost.size(); ++i) {
-    sites += lost[i] ? regions.all[i].sites : 0;
-  }
-  if (sites > 0) {
-    warnings.push_back(
-        {"lost-tissue",
-         fmt::format("{} of {} regions of one modulus ({} sites) are stepped over by a level "
-                     "whose sites they are at least two of long; the finest is {} x {}",
-                     std::ranges::count(lost, true), lost.size(), sites, finest.width, finest.height),
-         "--method cascade: its coarse levels take the mean of the moduli they stand for", sites});
-  }
-}
-
 /// A value of size D is stored to ulp(D) / 2. A site's own minimum is a mean of its neighbours (the weights
 /// (1 + r) r + (1 + k) sum to A, so the contrast r drops out): it and the site are each off by ulp(D) / 2,
 /// together ulp(D). From half the smallest candidate on that decides where a site rests, and the field is no
@@ -426,8 +329,8 @@ Warnings diagnose(const Scene& scene) {
     check_undetermined(scene, component, warnings);
     check_weak_penalty(scene, component, warnings);
   }
-  for (const auto check : {check_conflicts, check_reach, check_lost_conditions, check_lost_tissue,
-                           check_offset, check_contrast, check_rest_candidate}) {
+  for (const auto check : {check_conflicts, check_reach, check_lost_conditions, check_offset, check_contrast,
+                           check_rest_candidate}) {
     check(scene, warnings);
   }
   return warnings;

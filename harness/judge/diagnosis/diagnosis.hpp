@@ -34,7 +34,6 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Warning, kind, message, advice, sites)
 ///   undetermined     no condition fixes a component, so no field is the only fixed point
 ///   out-of-reach     conditions cannot reach some sites in the iterations given
 ///   lost-condition   conditions that the coarse levels do not have
-///   lost-tissue      regions of one modulus that coarse levels step over
 ///   conflict         neighbouring conditions between which the image must fold or tear
 ///   weak-penalty     K so small that conditions will give way
 ///   offset           displacements so large that float32 cannot resolve the steps
