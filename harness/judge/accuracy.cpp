@@ -1,6 +1,7 @@
 #include "harness/judge/accuracy.hpp"
 
 #include "harness/applications/conventional_registration.hpp"
+#include "harness/check/compare.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
 
