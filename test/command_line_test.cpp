@@ -55,8 +55,7 @@ TEST(CommandLine, WritesRowsOfResults) {
             "method backend rmsd_to_fem rmsd_to_fixed_point seconds_median valid status rival"},
            {"accuracy square --size 32 --energy elastic --quick --backends openmp --repeat 1",
             "energy method"},
-           {"tradeoff square --size 12 --quick --backends openmp",
-            "method rival seconds_median fine_sweep_equivalents rmsd_to_fem"},
+           {"tradeoff square --size 12 --quick --backends openmp", "scene"},
            {"atlas alignment --quick", "entry"},
            {"continuum --sizes 8,12", "width contrast", 8},
            {"probe --backends openmp", "question"},
@@ -105,6 +104,9 @@ TEST(CommandLine, WritesRowsOfResults) {
   EXPECT_GT(seconds[0], 0.0);
   EXPECT_TRUE(read_json(folder.path() / "6.json")["results"][2]["speed_up_over_scalar"].is_null())
       << "openmp was the measure";
+  for (const char* key : {"rival", "seconds_median", "fine_sweep_equivalents", "rmsd_to_fem"}) {
+    EXPECT_TRUE(read_json(folder.path() / "9.json")["results"][0].contains(key)) << key;
+  }
   std::map<std::string, std::string> energies;
   for (const nlohmann::json& row : read_json(folder.path() / "8.json")["results"]) {
     energies[row["method"]] = row["energy"];
