@@ -2,7 +2,6 @@
 // hashes.
 
 #include "harness/check/golden.hpp"
-#include "harness/check/state_hash.hpp"
 
 #include "harness/check/faults/faulty_backend.hpp"
 #include "kernels/data/input_error.hpp"

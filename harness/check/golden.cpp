@@ -1,6 +1,5 @@
 #include "harness/check/golden.hpp"
 
-#include "harness/check/state_hash.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "kernels/data/elastic/hierarchy.hpp"
 #include "kernels/data/input_error.hpp"
@@ -9,11 +8,100 @@
 #include <golden_text.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <charconv>
+#include <cmath>
+#include <stdexcept>
 
 namespace hdmbench {
 
 namespace {
+
+/// A value is NaN or infinite; what() says which.
+class NotFinite : public std::runtime_error {
+public:
+  using std::runtime_error::runtime_error;
+};
+
+/// FNV-1a (Fowler, Noll and Vo; offset basis 0xcbf29ce484222325, prime 0x100000001b3) over bytes, low byte
+/// first, the same on every machine. Finds differences; no protection against people.
+class StateHash {
+public:
+  /// 4 bytes, two's complement.
+  void add(int number) {
+    auto word = static_cast<std::uint32_t>(number);
+    for (int byte = 0; byte < 4; ++byte, word >>= 8) {
+      hash_ = (hash_ ^ (word & 0xff)) * 0x100000001b3;
+    }
+  }
+  /// Its 4 bytes (IEEE 754), -0 as 0.
+  void add(float value) {
+    if (!std::isfinite(value)) {
+      throw NotFinite(fmt::format("a number is {}", value));
+    }
+    add(value == 0.0F ? 0 : std::bit_cast<int>(value));
+  }
+  /// Their number, then they.
+  void add(std::span<const float> values) {
+    add(static_cast<int>(values.size()));
+    std::ranges::for_each(values, [this](float value) { add(value); });
+  }
+  void add(std::string_view text) {
+    add(static_cast<int>(text.size()));
+    std::ranges::for_each(text, [this](unsigned char letter) { add(int{letter}); });
+  }
+  void add(Extent extent) {
+    add(extent.width);
+    add(extent.height);
+  }
+  /// Extent, then all values in raster order.
+  void add(const ScalarField& field) {
+    add(field.extent);
+    add_component("the value", field.values, field.extent);
+  }
+  /// Extent, then all x, then all y.
+  void add(const VectorField& field) {
+    add(field.extent);
+    add_component("x", field.x, field.extent);
+    add_component("y", field.y, field.extent);
+  }
+
+  [[nodiscard]] std::uint64_t value() const { return hash_; }
+
+private:
+  void add_component(const char* name, std::span<const float> values, Extent extent) {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (!std::isfinite(values[i])) {
+        const auto width = static_cast<std::size_t>(extent.width);
+        throw NotFinite(fmt::format("{} at ({}, {}) is {}", name, i % width, i / width, values[i]));
+      }
+      add(values[i]);
+    }
+  }
+
+  std::uint64_t hash_ = 0xcbf29ce484222325;
+};
+
+/// Of all that an elastic session is loaded with.
+std::uint64_t hierarchy_hash(const ElasticHierarchy& hierarchy) {
+  StateHash hash;
+  hash.add(hierarchy.ratio.nu);
+  for (const ElasticLevel& level : hierarchy.levels) {
+    hash.add(level.grid.sites);
+    for (const std::vector<float>& moment : level.moments) {
+      hash.add(moment);
+    }
+    for (const std::vector<float>& response : level.response) {
+      hash.add(response);
+    }
+    for (const MaskedCell& cell : level.masked.cells) {
+      hash.add(cell.x);
+      hash.add(std::span<const float>(cell.stiffness));
+    }
+  }
+  hash.add(hierarchy.coarsest_inverse);
+  return hash.value();
+}
 
 /// The first level in which they differ, and how; none: they do not.
 std::optional<std::pair<int, std::string>> first_difference(std::span<const GoldenLevel> expected,
@@ -107,8 +195,7 @@ std::string entry_text(const GoldenEntry& entry) {
                      entry.problem.size->height, entry.problem.method, entry.inputs.scene, levels);
 }
 
-} // namespace
-
+/// Throws NotFinite.
 GoldenInputs hash_inputs(const Scene& scene) {
   StateHash hash;
   hash.add(scene.full.target);
@@ -129,6 +216,7 @@ GoldenInputs hash_inputs(const Scene& scene) {
   return inputs;
 }
 
+/// One sentence about the first hash that differs; empty: none.
 std::string inputs_difference(const GoldenInputs& golden, const GoldenInputs& found) {
   if (found.scene != golden.scene) {
     return fmt::format("the scene itself is another one ({:016x} in place of {:016x}): libm, ITK or its file",
@@ -144,6 +232,37 @@ std::string inputs_difference(const GoldenInputs& golden, const GoldenInputs& fo
                        mine - found.levels.begin() + 1, found.levels.size(), *mine, *theirs);
   }
   return {};
+}
+
+} // namespace
+
+std::uint64_t state_hash(const VectorField& field) {
+  StateHash hash;
+  hash.add(field);
+  return hash.value();
+}
+
+std::uint64_t level_hash(const Level& level) {
+  StateHash hash;
+  hash.add(level.extent);
+  hash.add(level.modulus);
+  hash.add(level.inverse_modulus);
+  hash.add(level.target);
+  hash.add(level.confidence);
+  hash.add(level.penalty);
+  hash.add(level.steps.values());
+  hash.add(static_cast<int>(level.update));
+  hash.add(level.rule == Rule::annealing ? 3 : static_cast<int>(level.rule)); // as it was numbered once
+  hash.add(level.inverse_curvature);
+  hash.add(level.strengths);
+  hash.add(level.seed);
+  if (level.energy != &thesis_energy) { // whose hashes are older than there were others
+    hash.add(level.energy->name);
+    for (const ScalarField& input : level.inputs) {
+      hash.add(input);
+    }
+  }
+  return hash.value();
 }
 
 GoldenSolver::GoldenSolver(const Backend& backend, const SessionOptions& options) : backend_(&backend) {

@@ -16,6 +16,14 @@
 
 namespace hdmbench {
 
+/// 64 bits that stand for a field (extent, all x, all y; -0 is 0), the same on every machine. Throws
+/// std::runtime_error naming component and site where a number is not finite.
+[[nodiscard]] std::uint64_t state_hash(const VectorField& field);
+
+/// The same of all that a session is loaded with: extent, moduli, their inverses, targets, confidences, K,
+/// candidates, update, rule, inverse curvatures, strengths, seed.
+[[nodiscard]] std::uint64_t level_hash(const Level& level);
+
 /// Hashes of what the host makes for all backends, so that a difference in libm or ITK (scene), in sampling,
 /// 1/A or strengths (levels) and in the sweep are told apart.
 struct GoldenInputs {
@@ -39,12 +47,6 @@ struct GoldenEntry {
   GoldenInputs inputs;
   std::vector<GoldenLevel> levels; ///< coarsest first
 };
-
-/// Throws NotFinite.
-[[nodiscard]] GoldenInputs hash_inputs(const Scene& scene);
-
-/// One sentence about the first hash that differs; empty: none.
-[[nodiscard]] std::string inputs_difference(const GoldenInputs& golden, const GoldenInputs& found);
 
 /// How one backend did on one case.
 struct GoldenOutcome {

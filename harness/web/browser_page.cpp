@@ -2,7 +2,7 @@
 
 #include "backends/cpu/cpu.hpp"
 #include "backends/gl/objects.hpp"
-#include "harness/check/state_hash.hpp"
+#include "harness/check/golden.hpp"
 #include "harness/report/html.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/row_fields.hpp"

@@ -168,7 +168,7 @@ class Gpu {
   }
 }
 
-/** FNV-1a over extent, x, y, as harness/check/state_hash.cpp has it: sixteen hexadecimal digits. */
+/** FNV-1a over extent, x, y, as harness/check/golden.cpp has it: sixteen hexadecimal digits. */
 function state_hash(width, height, x, y) {
   let hash = 0xcbf29ce484222325n;
   const add = (word) => {
