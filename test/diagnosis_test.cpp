@@ -77,7 +77,7 @@ TEST(BeforeTheRun, WarnsFromTheseThresholdsOn) {
       {"lost-condition", 0, large, schedule(50, std::nullopt)},
       {"lost-condition", 120, large, schedule(50, std::nullopt, Alignment::center)},
       {"lost-condition", 0, large, schedule(50, 0, Alignment::center)}, // no level to be lost on
-      {"offset", some, pulled_scene({9, 9}, 0x1p19F), [](Scene&) {}}, // an ulp is more than half of 0.1 px
+      {"offset", some, pulled_scene({9, 9}, 0x1p19F), [](Scene&) {}},   // an ulp is more than half of 0.1 px
       {"offset", 0, pulled_scene({9, 9}, 0x1p18F), [](Scene&) {}},
       {"offset", some, pulled_scene({9, 9}, 0x1p16F), steps("fine")},
       {"offset", 0, pulled_scene({9, 9}, 0x1p15F), steps("fine")},

@@ -358,17 +358,6 @@ TEST(ItkFilterRefusals, HaveAReason) {
   }
 }
 
-TEST_F(ItkFilter, ProgressRisesToOne) {
-  std::vector<float> seen;
-  filter->AddObserver(itk::ProgressEvent(),
-                      [&](const itk::EventObject&) { seen.push_back(filter->GetProgress()); });
-  filter->Update();
-  EXPECT_GE(seen.size(), filter->GetLevels().size());
-  EXPECT_TRUE(std::ranges::is_sorted(seen));
-  EXPECT_EQ(seen.back(), 1.0F);
-  EXPECT_LT(seen.front(), 0.01F);
-}
-
 TEST_F(ItkFilter, AbortsBetweenLevelsAndCanBeRunAgain) {
   bool abort = true;
   int events = 0;
