@@ -334,7 +334,7 @@ private:
         {"--device", {"0"}},
         {"--method", methods_},
         {"--methods", methods_},
-        {"--sites", {"0,0", "0,1", "1,0", "3,2"}},
+        {"--sites", {"0", "1", "2", "3"}},
         {"--accuracy", {"0.5px", "0.01px", "3px"}},
         {"--truth", {"fem", inputs_.file("positions.nrrd")}},
     };

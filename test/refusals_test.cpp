@@ -184,7 +184,7 @@ export square --size 9 --output /proc/none | /proc/none
 energy-plot square --size 9 | --sites
 energy-plot square --size 9 --sites 1,1 9,1 | there is no site 9,1
 energy-plot square --size 9 --sites 1,1 1,1 | given twice
-energy-plot square --size 9 --sites 1,1 2 | the site "2" is not understood
+energy-plot square --size 9 --sites 1,1 2 | --sites
 energy-plot square --size 9 --sites 1,1 1,2 --component z | component
 energy-plot square --size 9 --sites 1,1 1,2 --points 1 | points
 energy-plot square --size 9 --sites 1,1 1,2 --range 2,1 | range

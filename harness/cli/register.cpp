@@ -144,13 +144,9 @@ Outcome register_iterated(const Arguments& arguments, const PictureData& data, c
 int run_register(const Arguments& arguments, const CLI::App& command, const std::string& line) {
   const ScheduleOverrides& schedule = arguments.pair.scene.schedule;
   if (arguments.iterate) {
-    std::vector<std::string> idle{"--conventional"};
-    for (const CLI::Option* const option : command.get_options()) {
-      const bool is_good = option->get_name() == "--energy" && schedule.energy != EnergyModel::hdm;
-      if (option->get_group() == schedule_group && !is_good) {
-        idle.push_back(option->get_name());
-      }
-    }
+    const bool is_thesis = schedule.energy == EnergyModel::hdm;
+    std::vector<std::string> idle = schedule_options(command, {is_thesis ? "" : "--energy"});
+    idle.emplace_back("--conventional");
     refuse_idle(command, idle,
                 "--iterate looks at the pictures itself, and solves the elastic energy its way");
   }

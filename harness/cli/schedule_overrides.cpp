@@ -12,6 +12,19 @@
 
 namespace hdmbench::commands {
 
+/// The heading of the options in a command's help.
+static constexpr const char* schedule_group = "Instead of what the scene says";
+
+std::vector<std::string> schedule_options(const CLI::App& command, const std::vector<std::string>& but) {
+  std::vector<std::string> names;
+  for (const CLI::Option* const option : command.get_options()) {
+    if (option->get_group() == schedule_group && std::ranges::find(but, option->get_name()) == but.end()) {
+      names.push_back(option->get_name());
+    }
+  }
+  return names;
+}
+
 void ScheduleOverrides::add_to(CLI::App& command) {
   command_ = &command;
   const OptionGroup group(command, schedule_group);
@@ -117,10 +130,9 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
 
 std::string ScheduleOverrides::text(const std::optional<std::string>& other_method) const {
   std::string result = other_method ? " --method " + *other_method : "";
-  for (const CLI::Option* const option : command_->get_options()) {
-    const bool is_ours = option->get_group() == schedule_group && option->count() > 0;
-    if (is_ours && !(other_method && option->get_name() == "--method")) {
-      result += fmt::format(" {} {}", option->get_name(), shell_word(joined(option->results(), ",")));
+  for (const std::string& name : schedule_options(*command_, {other_method ? "--method" : ""})) {
+    if (command_->count(name) > 0) {
+      result += fmt::format(" {} {}", name, shell_word(joined(command_->get_option(name)->results(), ",")));
     }
   }
   return result;

@@ -9,9 +9,6 @@
 
 namespace hdmbench::commands {
 
-/// The group of its options in a command's help.
-inline constexpr const char* schedule_group = "Instead of what the scene says";
-
 /// What the user may change about every scene's schedule.
 struct ScheduleOverrides {
   bool takes_elastic = false; ///< whether the command knows EnergyModel::elastic; say so before add_to()
@@ -43,5 +40,9 @@ struct ScheduleOverrides {
 private:
   CLI::App* command_ = nullptr; ///< of add_to
 };
+
+/// The names of the options of ScheduleOverrides that a command has, but those of `but`.
+[[nodiscard]] std::vector<std::string> schedule_options(const CLI::App& command,
+                                                        const std::vector<std::string>& but);
 
 } // namespace hdmbench::commands

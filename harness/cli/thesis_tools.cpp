@@ -13,8 +13,6 @@
 
 #include <fmt/ranges.h>
 
-#include <charconv>
-
 namespace hdmbench::commands {
 
 namespace {
@@ -132,26 +130,13 @@ void write_scene(const ExportArguments& arguments) {
 
 struct EnergyArguments {
   SceneArguments scene;
-  std::vector<std::string> sites;
+  std::vector<int> sites; ///< column and row of two
   std::string component = "x";
   std::vector<double> range;
   int points = 81;
   bool at_start = false;
   fs::path output;
 };
-
-SiteIndex parse_site(const std::string& text) {
-  SiteIndex site;
-  const char* const end = text.data() + text.size();
-  const auto x = std::from_chars(text.data(), end, site.x);
-  if (x.ec == std::errc{} && x.ptr != end && *x.ptr == ',') {
-    const auto y = std::from_chars(x.ptr + 1, end, site.y);
-    if (y.ec == std::errc{} && y.ptr == end) {
-      return site;
-    }
-  }
-  throw InputError(fmt::format("the site \"{}\" is not understood; give column,row such as 10,20", text));
-}
 
 /// The displacements of the two sites now and where they are drawn to, with some space around.
 std::array<double, 2> range_around(const Level& level, const std::array<std::size_t, 2>& indices,
@@ -184,18 +169,14 @@ VectorField displacement_of(const Scene& scene, const EnergyArguments& arguments
 
 void plot(const EnergyArguments& arguments, const CLI::App& command) {
   if (arguments.at_start) {
-    std::vector<std::string> idle{"--backend", "--device", "--threads"};
-    for (const CLI::Option* const option : command.get_options()) {
-      const std::string name = option->get_name();
-      if (option->get_group() == schedule_group && name != "--penalty" && name != "--prior-weight") {
-        idle.push_back(name);
-      }
-    }
+    std::vector<std::string> idle = schedule_options(command, {"--penalty", "--prior-weight"});
+    idle.insert(idle.end(), {"--backend", "--device", "--threads"});
     refuse_idle(command, idle, "with --start nothing is solved");
   }
   const Scene scene = arguments.scene.load();
   const Extent extent = scene.extent();
-  EnergyPlaneOptions options{.sites = {parse_site(arguments.sites[0]), parse_site(arguments.sites[1])},
+  EnergyPlaneOptions options{.sites = {SiteIndex{arguments.sites[0], arguments.sites[1]},
+                                       SiteIndex{arguments.sites[2], arguments.sites[3]}},
                              .component = arguments.component == "x" ? Component::x : Component::y,
                              .points = arguments.points};
   const auto output = arguments.output.empty() ? fs::path(scene.name + "-energy.svg") : arguments.output;
@@ -295,7 +276,8 @@ void add_energy_plot(CLI::App& program, Call& /*call*/) {
   own->scene.add_backend_to(*command);
   command->add_option("--sites", own->sites, "Two sites as column,row: --sites 10,20 11,20")
       ->required()
-      ->expected(2);
+      ->delimiter(',')
+      ->expected(4);
   command->add_option("--component", own->component, "Displacement along x or y")
       ->check(CLI::IsMember({"x", "y"}));
   command
