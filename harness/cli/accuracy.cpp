@@ -137,11 +137,10 @@ void add_accuracy(CLI::App& program, Call& call) {
   own->schedule.takes_elastic = true;
   own->add_to(*command);
   remove_options(*command, {"--method", "--methods", "--update", "--stop", "--epsilon"});
-  command->add_option("--repeat", own->repeats, "Samples of the seconds, fewer where they take long")
+  add_option(*command, "--repeat", own->repeats, "Samples of the seconds, fewer where they take long")
       ->check(CLI::Range(1, 1'000'000));
-  command
-      ->add_flag("--full", own->full,
-                 "Sizes 300, 600 and 1200, and every iteration against double: takes long")
+  add_flag(*command, "--full", own->full,
+           "Sizes 300, 600 and 1200, and every iteration against double: takes long")
       ->excludes("--quick");
   command->callback([own, &call] { call.status = run_accuracy(*own, call.line); });
 }

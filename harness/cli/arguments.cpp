@@ -27,8 +27,8 @@ bool has(const std::vector<std::string>& names, std::string_view name) {
 }
 
 void add_session_to(CLI::App& command, SessionOptions& session) {
-  command.add_option("--device", session.device, "Device by part of its name or by number (see devices)");
-  command.add_option("--threads", session.threads, "CPU threads (0: all)")->check(CLI::Range(0, 4096));
+  add_option(command, "--device", session.device, "Device by part of its name or by number (see devices)");
+  add_option(command, "--threads", session.threads, "CPU threads (0: all)")->check(CLI::Range(0, 4096));
   add_choice_cache_to(command, session);
 }
 
@@ -44,24 +44,23 @@ void add_choice_cache_to(CLI::App& command, SessionOptions& session) {
 }
 
 void SceneArguments::add_scene_to(CLI::App& command) {
-  command.add_option("scene", scene, "Scene by name or TOML file")->required();
-  command.add_option("--size", size, "Image size: 300 (square) or 257x130");
+  add_option(command, "scene", scene, "Scene by name or TOML file")->required();
+  add_option(command, "--size", size, "Image size: 300 (square) or 257x130");
   schedule.add_to(command);
 }
 
 void SceneArguments::add_backend_to(CLI::App& command) {
-  command.add_option("--backend", backend, "Backend that computes");
+  add_option(command, "--backend", backend, "Backend that computes");
   add_session_to(command, session);
 }
 
 void SceneArguments::add_orientation_to(CLI::App& command) {
   CLI::Option* const option =
-      command
-          .add_option("--orientation", orientation,
-                      "Of a [brain]: axial, coronal or sagittal, in place of the scene's own")
+      add_option(command, "--orientation", orientation,
+                 "Of a [brain]: axial, coronal or sagittal, in place of the scene's own")
           ->check(
               CLI::IsMember(std::vector<std::string>(orientation_names.begin(), orientation_names.end())));
-  command.add_option("--slice", slice, "Of that orientation; default: the one that shows most of the brain")
+  add_option(command, "--slice", slice, "Of that orientation; default: the one that shows most of the brain")
       ->needs(option);
 }
 
@@ -104,23 +103,22 @@ std::string CommonArguments::repeat(std::string_view command, const Scene& scene
 }
 
 void CommonArguments::add_backends_to(CLI::App& command) {
-  command
-      .add_option("--backends", backends, "Backends with commas (none: all; one that is named must be there)")
+  add_option(command, "--backends", backends,
+             "Backends with commas (none: all; one that is named must be there)")
       ->delimiter(',');
-  command.add_option("--require", required, "Backends that must be there, others may be skipped")
+  add_option(command, "--require", required, "Backends that must be there, others may be skipped")
       ->delimiter(',');
   add_session_to(command, session);
 }
 
 void CommonArguments::add_scenes_to(CLI::App& command) {
-  command.add_option("scenes", scenes,
-                     "Scenes by name or TOML file (none: all that the command is made for)");
-  command.add_option("--sizes,--size", sizes, "Image sizes: 300 (square) or 257x130, several with commas")
+  add_option(command, "scenes", scenes,
+             "Scenes by name or TOML file (none: all that the command is made for)");
+  add_option(command, "--sizes,--size", sizes, "Image sizes: 300 (square) or 257x130, several with commas")
       ->delimiter(',');
   schedule.add_to(command);
-  command
-      .add_option("--methods", methods,
-                  "Several methods with commas, or all of them, instead of --method (tradeoff: rivals too)")
+  add_option(command, "--methods", methods,
+             "Several methods with commas, or all of them, instead of --method (tradeoff: rivals too)")
       ->delimiter(',')
       ->excludes("--method");
 }
@@ -128,8 +126,8 @@ void CommonArguments::add_scenes_to(CLI::App& command) {
 void CommonArguments::add_to(CLI::App& command) {
   add_scenes_to(command);
   add_backends_to(command);
-  command.add_flag("--quick", quick, "A shorter run; the results say so");
-  command.add_option("--json", json, "Write the results to this file");
+  add_flag(command, "--quick", quick, "A shorter run; the results say so");
+  add_option(command, "--json", json, "Write the results to this file");
 }
 
 std::vector<SceneLoader> CommonArguments::scene_loaders(const std::vector<std::string>& by_default) const {

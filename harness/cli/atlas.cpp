@@ -106,12 +106,12 @@ void add_atlas(CLI::App& program, Call& call) {
       "atlas", "Where the methods fail: families of scenes along one knob each, from healthy to harmful, the "
                "error of every\nmethod, from where on it fails, how that shows, and what survives.");
   const auto own = std::make_shared<Arguments>();
-  CLI::Option* const list = command->add_flag("--list", own->list, "Name the entries and stop");
-  command->add_option("entries", own->entries, "Entries by name (none: all; see --list)")->excludes(list);
-  command->add_option("--backend", own->backend, "Where it is computed; the bits are the same everywhere")
+  CLI::Option* const list = add_flag(*command, "--list", own->list, "Name the entries and stop");
+  add_option(*command, "entries", own->entries, "Entries by name (none: all; see --list)")->excludes(list);
+  add_option(*command, "--backend", own->backend, "Where it is computed; the bits are the same everywhere")
       ->excludes(list);
-  command->add_flag("--quick", own->quick, "Fewer values of every knob; the results say so")->excludes(list);
-  command->add_option("--json", own->json, "Write the results to this file, pictures beside it")
+  add_flag(*command, "--quick", own->quick, "Fewer values of every knob; the results say so")->excludes(list);
+  add_option(*command, "--json", own->json, "Write the results to this file, pictures beside it")
       ->excludes(list);
   command->callback([own, &call] { run_atlas(*own, call.line); });
 }

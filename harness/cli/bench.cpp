@@ -156,36 +156,33 @@ void add_bench(CLI::App& program, Call& call) {
   const auto own = std::make_shared<BenchArguments>();
   own->schedule.takes_elastic = true;
   own->add_to(*command);
-  command->add_option("--repeat", own->repeats, "Samples per backend, scene and size")
+  add_option(*command, "--repeat", own->repeats, "Samples per backend, scene and size")
       ->check(CLI::Range(1, 1'000'000));
-  command
-      ->add_option("--work", own->work,
-                   "dense: every sweep visits all sites; active: it leaves out what cannot change, with the "
-                   "same bits, where the schedule allows it")
+  add_option(*command, "--work", own->work,
+             "dense: every sweep visits all sites; active: it leaves out what cannot change, with the "
+             "same bits, where the schedule allows it")
       ->delimiter(',')
       ->check(CLI::IsMember({"dense", "active"}));
-  command->add_flag(
-      "--scaling", own->scaling,
-      "Backends with threads of their own run with 1, 2, 4 ... of them, too; with mpirun, followed "
-      "by strong or weak: 1, 2, 4 ... ranks");
-  command->add_flag("--no-ceilings", own->no_ceilings,
-                    "Do not measure what the devices can do at most: a second or two less for each");
-  command->add_option("--reference", own->reference,
-                      "Backend whose field and time the others are compared with, or none (default: scalar, "
-                      "none for images larger than 4096 x 4096)");
-  command->add_option(
-      "--benchmark-json", own->benchmark_json,
-      "Write the samples to this file as Google Benchmark's JSON, too, for its compare.py and for CI");
+  add_flag(*command, "--scaling", own->scaling,
+           "Backends with threads of their own run with 1, 2, 4 ... of them, too; with mpirun, followed "
+           "by strong or weak: 1, 2, 4 ... ranks");
+  add_flag(*command, "--no-ceilings", own->no_ceilings,
+           "Do not measure what the devices can do at most: a second or two less for each");
+  add_option(*command, "--reference", own->reference,
+             "Backend whose field and time the others are compared with, or none (default: scalar, "
+             "none for images larger than 4096 x 4096)");
+  add_option(*command, "--benchmark-json", own->benchmark_json,
+             "Write the samples to this file as Google Benchmark's JSON, too, for its compare.py and for CI");
   {
     const OptionGroup group(
         *command, "Compare with before (exit status 1: slower, inconclusive, missing, other device)");
     CLI::Option* const before =
-        command->add_option("--compare", own->before,
-                            "Measure again what this result file has, and compare; nothing else is run");
-    command->add_option("--with", own->after, "Compare with this result file in place of measuring")
+        add_option(*command, "--compare", own->before,
+                   "Measure again what this result file has, and compare; nothing else is run");
+    add_option(*command, "--with", own->after, "Compare with this result file in place of measuring")
         ->needs(before)
         ->excludes("--json");
-    command->add_option("--tolerance", own->tolerance, "Percent by which a time may grow")
+    add_option(*command, "--tolerance", own->tolerance, "Percent by which a time may grow")
         ->needs(before)
         ->check(CLI::Range(0.1, 1000.0));
   }

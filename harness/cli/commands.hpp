@@ -22,6 +22,13 @@ struct Call {
   int status = success;   ///< an ExitStatus
 };
 
+/// CLI11's add_option and add_flag, compiled once, in commands.cpp: their templates take ten seconds in every
+/// file that instantiates them.
+template <typename Value>
+CLI::Option* add_option(CLI::App& command, const std::string& names, Value& variable,
+                        const std::string& help);
+CLI::Option* add_flag(CLI::App& command, const std::string& names, bool& variable, const std::string& help);
+
 /// Options that a command declares while this lives stand under a heading of their own in its help.
 class OptionGroup {
 public:

@@ -59,12 +59,12 @@ void add_continuum(CLI::App& program, Call& call) {
                    "of float32 apart.");
   const auto own = std::make_shared<Arguments>();
   CLI::Option* const sizes =
-      command->add_option("--sizes", own->sizes, "Sides of the images, several with commas")
+      add_option(*command, "--sizes", own->sizes, "Sides of the images, several with commas")
           ->delimiter(',')
           ->check(CLI::Range(8, 4096));
   own->place.add_backend_to(*command);
-  command->add_flag("--quick", own->quick, "Three sizes to 200; the results say so")->excludes(sizes);
-  command->add_option("--json", own->json, "Write the results to this file");
+  add_flag(*command, "--quick", own->quick, "Three sizes to 200; the results say so")->excludes(sizes);
+  add_option(*command, "--json", own->json, "Write the results to this file");
   command->callback([own, &call] { call.status = run_continuum(*own, call.line); });
 }
 

@@ -151,10 +151,9 @@ void add_detect(CLI::App& program, Call& call) {
       "DIR/modulus.nrrd and DIR/detection.nrrd.");
   const auto own = std::make_shared<Arguments>();
   own->add_to(*command, true);
-  command
-      ->add_option("--simulations", own->detection.pairs,
-                   "Pairs of pictures with nothing hidden that are registered too: what is found in them is "
-                   "chance")
+  add_option(*command, "--simulations", own->detection.pairs,
+             "Pairs of pictures with nothing hidden that are registered too: what is found in them is "
+             "chance")
       ->check(CLI::Range(3, 1000));
   command->callback([own, &call] { call.status = run_detect(*own, call.line); });
 }

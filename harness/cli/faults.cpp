@@ -1,7 +1,7 @@
 #include "harness/check/faults/trial.hpp"
 #include "harness/cli/arguments.hpp"
-#include "harness/ranks/rank_faults.hpp"
 #include "harness/ranks/rank_backend.hpp"
+#include "harness/ranks/rank_faults.hpp"
 
 #include <optional>
 #include <set>
@@ -192,17 +192,17 @@ void add_faults(CLI::App& program, Call& call) {
       "mpirun -n R hdmbench faults: mistakes in what ranks tell each other.\n"
       "Exit status 1 if a fault is caught nowhere, or a control is not let through.");
   const auto own = std::make_shared<Arguments>();
-  CLI::Option* const list = command->add_flag("--list", own->list, "Name the faults and stop");
-  command->add_option("scenes", own->scenes, "Scenes by name or TOML file (none: small ones made for this)")
+  CLI::Option* const list = add_flag(*command, "--list", own->list, "Name the faults and stop");
+  add_option(*command, "scenes", own->scenes, "Scenes by name or TOML file (none: small ones made for this)")
       ->excludes(list);
-  command->add_option("--faults", own->faults, "Faults and controls by name, with commas (none: all)")
+  add_option(*command, "--faults", own->faults, "Faults and controls by name, with commas (none: all)")
       ->delimiter(',');
-  command
-      ->add_option("--size", own->size, "Image size: 300 (square) or 257x130 (none: 48x40, 32 where exact)")
+  add_option(*command, "--size", own->size,
+             "Image size: 300 (square) or 257x130 (none: 48x40, 32 where exact)")
       ->excludes(list);
-  command->add_option("--backend", own->backend, "Whose sessions make the sessions' mistakes");
-  command->add_flag("--brief", own->brief, "Only what did not go as expected, and the sum")->excludes(list);
-  command->add_option("--json", own->json, "Write the results to this file")->excludes(list);
+  add_option(*command, "--backend", own->backend, "Whose sessions make the sessions' mistakes");
+  add_flag(*command, "--brief", own->brief, "Only what did not go as expected, and the sum")->excludes(list);
+  add_option(*command, "--json", own->json, "Write the results to this file")->excludes(list);
   command->callback([own, &call] {
     call.status = call.ranks != nullptr ? run_faults_on_ranks(*own, call.line, *call.ranks)
                                         : run_faults(*own, call.line);

@@ -44,16 +44,15 @@ std::string losses(const std::vector<VerifyRow>& before, const std::vector<Verif
 
 void Gates::add_to(CLI::App& command, bool with_baseline) {
   const OptionGroup group(command, "For continuous integration");
-  command.add_flag("--require-hardware", require_hardware_,
-                   "Leave out backends whose device is software; exit status 2 where one was named with "
-                   "--backends or --require, or no hardware is left");
-  command.add_flag("--fail-on-skip", fail_on_skip_,
-                   "Exit status 1 where a backend is left out or skipped because its device is not there");
+  add_flag(command, "--require-hardware", require_hardware_,
+           "Leave out backends whose device is software; exit status 2 where one was named with "
+           "--backends or --require, or no hardware is left");
+  add_flag(command, "--fail-on-skip", fail_on_skip_,
+           "Exit status 1 where a backend is left out or skipped because its device is not there");
   if (with_baseline) {
-    command.add_option(
-        "--baseline", baseline_,
-        "What verify --json wrote before: exit status 1 where a comparison that agreed is missing "
-        "or reaches a lower tier");
+    add_option(command, "--baseline", baseline_,
+               "What verify --json wrote before: exit status 1 where a comparison that agreed is missing "
+               "or reaches a lower tier");
   }
 }
 

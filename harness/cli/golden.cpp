@@ -216,20 +216,19 @@ void add_golden(CLI::App& program, Call& call) {
       "Exit status 1 if a hash differs, or there is none to compare with.");
   const auto own = std::make_shared<Arguments>();
   own->schedule.takes_elastic = true; // as a scene's own file says
-  command->add_option("scenes", own->scenes,
-                      "Shipped scenes by name (none: all); with --golden or --write your own, by file");
+  add_option(*command, "scenes", own->scenes,
+             "Shipped scenes by name (none: all); with --golden or --write your own, by file");
   own->add_backends_to(*command);
   const auto gates = std::make_shared<Gates>();
   gates->add_to(*command);
-  command->add_option("--golden", own->golden,
-                      "Compare with the hashes of this file, which --write wrote, in place of the committed "
-                      "ones");
-  command
-      ->add_option("--write", own->write,
-                   "Write the hashes to this file, if all backends agree; harness/check/golden.json is "
-                   "what the next build compares with")
+  add_option(*command, "--golden", own->golden,
+             "Compare with the hashes of this file, which --write wrote, in place of the committed "
+             "ones");
+  add_option(*command, "--write", own->write,
+             "Write the hashes to this file, if all backends agree; harness/check/golden.json is "
+             "what the next build compares with")
       ->excludes("--backends");
-  command->add_option("--json", own->json, "Write the results to this file");
+  add_option(*command, "--json", own->json, "Write the results to this file");
   command->callback([own, gates, &call] {
     gates->prepare(*own);
     call.status = gates->judge(run_golden(*own, call.line), *own);

@@ -80,9 +80,9 @@ void add_implementations(CLI::App& program, Call& call) {
   const auto own = std::make_shared<Arguments>();
   own->verify.add_to(*command);
   remove_options(*command, {"--device", "--require"});
-  command->add_option("--limit-seconds", own->seconds, "That one implementation of one backend may take")
+  add_option(*command, "--limit-seconds", own->seconds, "That one implementation of one backend may take")
       ->check(CLI::Range(1.0, 1e6));
-  command->add_option("--limit-memory", own->gigabytes, "That it may take, in GB")
+  add_option(*command, "--limit-memory", own->gigabytes, "That it may take, in GB")
       ->check(CLI::Range(0.1, 1e4));
   command->callback([own, command, &call] { call.status = run_implementations(*command, *own, call.line); });
 }

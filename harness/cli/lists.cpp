@@ -130,9 +130,9 @@ void add_devices(CLI::App& program, Call& call) {
       program.add_subcommand("devices", "List every backend with its devices, or why it is not there.\n"
                                         "mpirun -n R hdmbench devices: which one each rank takes.");
   const auto own = std::make_shared<Arguments>();
-  command->add_option("--json", own->json, "Write the list to this file");
-  CLI::Option* const measure = command->add_flag(
-      "--measure", own->measures,
+  add_option(*command, "--json", own->json, "Write the list to this file");
+  CLI::Option* const measure = add_flag(
+      *command, "--measure", own->measures,
       "Measure, too, which way each device computes fastest: compiles shaders for it, takes seconds");
   add_choice_cache_to(*command, own->session);
   command->get_option("--no-cache")->needs(measure);

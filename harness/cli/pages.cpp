@@ -51,12 +51,11 @@ void add_report(CLI::App& program, Call& /*call*/) {
   CLI::App* const command = program.add_subcommand(
       "report", "Put results into one HTML page that needs no network and no other file.");
   const auto own = std::make_shared<ReportArguments>();
-  command->add_option("results", own->results, "Files that --json wrote, or folders of them")->required();
-  command->add_option("--output", own->output, "The page");
-  command->add_option(
-      "--csv", own->csv,
-      "Write the timings to this file, too: problem, platform, application, fom (seconds), as the "
-      "P3 Analysis Library reads them");
+  add_option(*command, "results", own->results, "Files that --json wrote, or folders of them")->required();
+  add_option(*command, "--output", own->output, "The page");
+  add_option(*command, "--csv", own->csv,
+             "Write the timings to this file, too: problem, platform, application, fom (seconds), as the "
+             "P3 Analysis Library reads them");
   command->callback([own] {
     if (!own->csv.empty()) {
       require_writable(own->csv);
@@ -77,7 +76,7 @@ void add_browser(CLI::App& program, Call& call) {
       "Without scenes: those that show most, at 64 x 64.");
   const auto own = std::make_shared<BrowserArguments>();
   own->scenes.add_scenes_to(*command);
-  command->add_option("--output", own->output, "The page");
+  add_option(*command, "--output", own->output, "The page");
   command->callback([own, &call] { write_page(*own, call.line); });
 }
 

@@ -66,24 +66,23 @@ void require_overlap(const ScalarField& source, const ScalarField& target) {
 } // namespace
 
 void PairArguments::add_to(CLI::App& command, bool detects) {
-  command.add_option("source", source, "The picture before, as the scene's labels have it")->required();
-  command.add_option("target", target, "The picture after, of the same size and spacing")->required();
-  command
-      .add_option("--scene", scene.scene, "Scene by name or TOML file: labels of the source, moduli, energy")
+  add_option(command, "source", source, "The picture before, as the scene's labels have it")->required();
+  add_option(command, "target", target, "The picture after, of the same size and spacing")->required();
+  add_option(command, "--scene", scene.scene,
+             "Scene by name or TOML file: labels of the source, moduli, energy")
       ->required();
-  command
-      .add_option("--roi", region,
-                  "Mask of the region of interest, not 0 inside: there the pictures are not believed")
+  add_option(command, "--roi", region,
+             "Mask of the region of interest, not 0 inside: there the pictures are not believed")
       ->required(detects);
-  command.add_option("--size", scene.size, "Size of the scene: 300 (square) or 257x130");
+  add_option(command, "--size", scene.size, "Size of the scene: 300 (square) or 257x130");
   scene.add_orientation_to(command);
   scene.schedule.takes_elastic = true;
   if (!detects) {
     scene.schedule.add_to(command);
   }
   scene.add_backend_to(command);
-  command.add_option("--output", output, "Folder for the files, made if missing");
-  command.add_option("--json", json, "Write the result to this file");
+  add_option(command, "--output", output, "Folder for the files, made if missing");
+  add_option(command, "--json", json, "Write the result to this file");
 }
 
 PictureData PairArguments::load() const {

@@ -54,7 +54,7 @@ void add_probe(CLI::App& program, Call& call) {
   own->add_backends_to(*command);
   const auto gates = std::make_shared<Gates>();
   gates->add_to(*command);
-  command->add_option("--json", own->json, "Write the answers to this file");
+  add_option(*command, "--json", own->json, "Write the answers to this file");
   command->callback([own, gates, &call] {
     gates->prepare(*own);
     run_probe(*own, call.line);

@@ -222,13 +222,12 @@ void add_register(CLI::App& program, Call& call) {
       "the pictures have no likeness.");
   const auto own = std::make_shared<Arguments>();
   own->pair.add_to(*command, false);
-  command
-      ->add_option("--conventional", own->conventional,
-                   "ITK's registration that says what is observed: b-splines, gaussian or demons")
+  add_option(*command, "--conventional", own->conventional,
+             "ITK's registration that says what is observed: b-splines, gaussian or demons")
       ->check(CLI::IsMember(std::vector<std::string>(conventional_names.begin(), conventional_names.end())));
-  command->add_flag("--iterate", own->iterate,
-                    "No ITK: estimate, solve with the elastic energy and look again, from coarse to fine; "
-                    "exit status 1 where it does not converge");
+  add_flag(*command, "--iterate", own->iterate,
+           "No ITK: estimate, solve with the elastic energy and look again, from coarse to fine; "
+           "exit status 1 where it does not converge");
   command->callback([own, command, &call] { call.status = run_register(*own, *command, call.line); });
 }
 

@@ -181,54 +181,49 @@ void add_rivals(CLI::App& program, Call& call) {
   const auto own = std::make_shared<Arguments>();
   own->scene.scene = "brain";
   own->scene.schedule.takes_elastic = true;
-  command->add_option("scene", own->scene.scene, "Scene by name or TOML file");
-  command->add_option("--size", own->scene.size, "Image size: 300 (square) or 257x130");
+  add_option(*command, "scene", own->scene.scene, "Scene by name or TOML file");
+  add_option(*command, "--size", own->scene.size, "Image size: 300 (square) or 257x130");
   own->scene.add_orientation_to(*command);
   own->scene.add_backend_to(*command);
-  CLI::Option* const quick = command->add_flag(
-      "--quick", own->quick, "Without mutual information: ITK's, elastix's, and so without Algorithm 5");
+  CLI::Option* const quick =
+      add_flag(*command, "--quick", own->quick,
+               "Without mutual information: ITK's, elastix's, and so without Algorithm 5");
   CLI::Option* const planted =
-      command->add_option("--planted", own->kinds, "What deforms: growth, resection, pressure, with commas")
+      add_option(*command, "--planted", own->kinds, "What deforms: growth, resection, pressure, with commas")
           ->delimiter(',')
           ->check(CLI::IsMember(std::vector<std::string>(planted_names.begin(), planted_names.end())));
-  CLI::Option* const output = command->add_option(
-      "--output", own->output,
-      "Write the pictures of each pair to this folder, for register; with --pictures those of the "
-      "first inclusion, for detect");
+  CLI::Option* const output =
+      add_option(*command, "--output", own->output,
+                 "Write the pictures of each pair to this folder, for register; with --pictures those of the "
+                 "first inclusion, for detect");
   CLI::Option* const other =
-      command
-          ->add_option("--other", own->other,
-                       "Nothing is planted: register to the picture of this scene, another person of whom a "
-                       "label is the same tissue")
+      add_option(*command, "--other", own->other,
+                 "Nothing is planted: register to the picture of this scene, another person of whom a "
+                 "label is the same tissue")
           ->excludes(planted)
           ->excludes(output);
-  CLI::Option* const detection =
-      command
-          ->add_option("--detection", own->detection,
-                       "So many cases with a hidden inclusion, and as many without")
-          ->check(CLI::Range(1, 1'000'000))
-          ->excludes(quick)
-          ->excludes(planted)
-          ->excludes(other);
-  command
-      ->add_flag("--spread", own->spread, "Radius 3 to 15 pixels and contrast 1.5 to 10, another each case")
+  CLI::Option* const detection = add_option(*command, "--detection", own->detection,
+                                            "So many cases with a hidden inclusion, and as many without")
+                                     ->check(CLI::Range(1, 1'000'000))
+                                     ->excludes(quick)
+                                     ->excludes(planted)
+                                     ->excludes(other);
+  add_flag(*command, "--spread", own->spread,
+           "Radius 3 to 15 pixels and contrast 1.5 to 10, another each case")
       ->needs(detection);
-  command
-      ->add_flag("--pictures", own->pictures,
-                 "The displacement is not given: Algorithm 6 finds it in pictures that do not show the "
-                 "inclusion")
+  add_flag(*command, "--pictures", own->pictures,
+           "The displacement is not given: Algorithm 6 finds it in pictures that do not show the "
+           "inclusion")
       ->needs(detection);
-  command
-      ->add_option(
-          "--knobs", own->knobs,
-          "Where Algorithms 5, 6 and 7 break: noise, sizes, contrast, wrong moduli and labels, so many "
-          "cases of each value")
+  add_option(*command, "--knobs", own->knobs,
+             "Where Algorithms 5, 6 and 7 break: noise, sizes, contrast, wrong moduli and labels, so many "
+             "cases of each value")
       ->check(CLI::Range(1, 1000))
       ->excludes(planted)
       ->excludes(output)
       ->excludes(other)
       ->excludes(detection);
-  command->add_option("--json", own->json, "Write the results to this file");
+  add_option(*command, "--json", own->json, "Write the results to this file");
   command->callback([own, command, &call] { call.status = run_rivals(*own, *command, call.line); });
 }
 

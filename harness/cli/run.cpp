@@ -373,36 +373,34 @@ void add_run(CLI::App& program, Call& call) {
   own->scene.schedule.is_of_run = true;
   own->scene.add_scene_to(*command);
   own->scene.add_backend_to(*command);
-  command->add_option("--output", own->output, "Folder for the files, made if missing");
-  command->add_flag("--strains", own->strains,
-                    "Write strains, von Mises stress and change of area as well, as NRRD and PNG");
-  command->add_option("--json", own->json, "Write the result to this file");
+  add_option(*command, "--output", own->output, "Folder for the files, made if missing");
+  add_flag(*command, "--strains", own->strains,
+           "Write strains, von Mises stress and change of area as well, as NRRD and PNG");
+  add_option(*command, "--json", own->json, "Write the result to this file");
   {
     const OptionGroup group(*command, "No more than the scene needs");
-    command->add_option("--accuracy", own->accuracy,
-                        "Distance from finite elements that is good enough, RMS, as 0.2px or 0.1mm: with the "
-                        "elastic energy, and "
-                        "levels and steps that follow from the scene; exit status 1 where the estimate is "
-                        "above it, or cannot be "
-                        "trusted");
-    command->add_option(
-        "--within", own->within,
-        "The time there is, as 10ms or 2s: the best field of the elastic energy and its error");
-    command->add_flag("--explain", own->explain, "Print the plan, step by step, and why");
+    add_option(*command, "--accuracy", own->accuracy,
+               "Distance from finite elements that is good enough, RMS, as 0.2px or 0.1mm: with the "
+               "elastic energy, and "
+               "levels and steps that follow from the scene; exit status 1 where the estimate is "
+               "above it, or cannot be "
+               "trusted");
+    add_option(*command, "--within", own->within,
+               "The time there is, as 10ms or 2s: the best field of the elastic energy and its error");
+    add_flag(*command, "--explain", own->explain, "Print the plan, step by step, and why");
   }
   const OptionGroup group(*command, "Several processes (mpirun -n 4 hdmbench run ...)");
-  command->add_option("--sites-per-rank", own->sites_per_rank,
-                      "With mpirun: a level goes to as many ranks as get so many sites each, 0: 16384, of "
-                      "the elastic energy 4096; "
-                      "--backend is then one for all, or as openmp+vulkan-compute each rank's in turn, and "
-                      "--device may be by-rank");
-  command
-      ->add_option("--halo", own->halo,
-                   "With mpirun: sites that a rank computes beyond its own, a multiple of 4, on every level; "
-                   "0: an eighth of "
-                   "the shortest piece, 4 ... 64. Of the elastic energy those of the coarsest level that is "
-                   "cut, even; 0: 4. "
-                   "The bits are the same")
+  add_option(*command, "--sites-per-rank", own->sites_per_rank,
+             "With mpirun: a level goes to as many ranks as get so many sites each, 0: 16384, of "
+             "the elastic energy 4096; "
+             "--backend is then one for all, or as openmp+vulkan-compute each rank's in turn, and "
+             "--device may be by-rank");
+  add_option(*command, "--halo", own->halo,
+             "With mpirun: sites that a rank computes beyond its own, a multiple of 4, on every level; "
+             "0: an eighth of "
+             "the shortest piece, 4 ... 64. Of the elastic energy those of the coarsest level that is "
+             "cut, even; 0: 4. "
+             "The bits are the same")
       ->check(CLI::Range(0, 1024));
   command->callback(
       [own, command, &call] { call.status = run_scene(*own, *command, call.line, call.ranks); });

@@ -29,7 +29,7 @@ void ScheduleOverrides::add_to(CLI::App& command) {
   command_ = &command;
   const OptionGroup group(command, schedule_group);
   const auto add = [&](const char* name, auto& value, const char* help) {
-    return command.add_option(name, value, help);
+    return add_option(command, name, value, help);
   };
   const auto add_choice = [&]<typename Value>(const char* name, std::optional<Value>& value,
                                               const auto& names, const char* help) {

@@ -215,28 +215,25 @@ void add_fem_to_image(CLI::App& program, Call& /*call*/) {
       "space between, # begins a comment. y points down,\nas in images. Lengths of the "
       "result count as millimetres.");
   const auto own = std::make_shared<MeshArguments>();
-  command->add_option("nodes", own->nodes, "Node list")->required();
-  command->add_option("--elements", own->elements, "Element list");
-  command->add_option("--size", own->size, "Image size: 300 (square) or 257x130")->required();
+  add_option(*command, "nodes", own->nodes, "Node list")->required();
+  add_option(*command, "--elements", own->elements, "Element list");
+  add_option(*command, "--size", own->size, "Image size: 300 (square) or 257x130")->required();
   CLI::Option* const pixel =
-      command->add_option("--pixel", own->pixel, "Side of a pixel in the result's unit");
+      add_option(*command, "--pixel", own->pixel, "Side of a pixel in the result's unit");
   CLI::Option* const origin =
-      command
-          ->add_option(
-              "--origin", own->origin,
-              "Position x,y of the first pixel's centre (with --pixel; default: the image covers all "
-              "nodes)")
+      add_option(*command, "--origin", own->origin,
+                 "Position x,y of the first pixel's centre (with --pixel; default: the image covers all "
+                 "nodes)")
           ->delimiter(',')
           ->expected(2)
           ->needs(pixel);
   pixel->needs(origin);
-  command
-      ->add_option("--interpolation", own->interpolation,
-                   "nearest (node; default without elements) or element (shape functions; default with)")
+  add_option(*command, "--interpolation", own->interpolation,
+             "nearest (node; default without elements) or element (shape functions; default with)")
       ->check(CLI::IsMember({"nearest", "element"}));
-  command->add_option("--reach", own->reach, "With nearest: pixels beyond which a node is too far away");
-  command->add_option("--output", own->output, "Displacement image, .nrrd or .mha")->required();
-  command->add_option("--mask", own->mask, "Also a PNG of where the displacement is defined");
+  add_option(*command, "--reach", own->reach, "With nearest: pixels beyond which a node is too far away");
+  add_option(*command, "--output", own->output, "Displacement image, .nrrd or .mha")->required();
+  add_option(*command, "--mask", own->mask, "Also a PNG of where the displacement is defined");
   command->callback([own, command] { convert_mesh(*own, *command); });
 }
 
@@ -246,10 +243,10 @@ void add_positions_to_displacements(CLI::App& program, Call& /*call*/) {
       "Turn an image of where every pixel goes (positions in pixels) into a displacement image (thesis "
       "A.2).\nThe input is a vector image, or the raw transformation that bUnwarpJ saves as text.");
   const auto own = std::make_shared<PositionsArguments>();
-  command->add_option("input", own->input, "Positions: a vector image or bUnwarpJ's text")->required();
-  command->add_option("output", own->output, "Displacement image, .nrrd or .mha")->required();
-  command->add_option("--spacing", own->spacing,
-                      "Millimetres per pixel (default: the image's own; 1 for a text)");
+  add_option(*command, "input", own->input, "Positions: a vector image or bUnwarpJ's text")->required();
+  add_option(*command, "output", own->output, "Displacement image, .nrrd or .mha")->required();
+  add_option(*command, "--spacing", own->spacing,
+             "Millimetres per pixel (default: the image's own; 1 for a text)");
   command->callback([own] { convert_positions(*own); });
 }
 
@@ -261,9 +258,9 @@ void add_export(CLI::App& program, Call& /*call*/) {
       "size; the images of a scene file are\nscaled when it is read with --size.");
   const auto own = std::make_shared<ExportArguments>();
   own->scene.add_scene_to(*command);
-  command->add_option("--output", own->output, "Folder for the files, made if missing");
-  command->add_flag("--fem", own->finite_elements,
-                    "Also the displacement by finite elements (plane stress), in millimetres");
+  add_option(*command, "--output", own->output, "Folder for the files, made if missing");
+  add_flag(*command, "--fem", own->finite_elements,
+           "Also the displacement by finite elements (plane stress), in millimetres");
   command->callback([own] { write_scene(*own); });
 }
 
@@ -274,20 +271,19 @@ void add_energy_plot(CLI::App& program, Call& /*call*/) {
   const auto own = std::make_shared<EnergyArguments>();
   own->scene.add_scene_to(*command);
   own->scene.add_backend_to(*command);
-  command->add_option("--sites", own->sites, "Two sites as column,row: --sites 10,20 11,20")
+  add_option(*command, "--sites", own->sites, "Two sites as column,row: --sites 10,20 11,20")
       ->required()
       ->delimiter(',')
       ->expected(4);
-  command->add_option("--component", own->component, "Displacement along x or y")
+  add_option(*command, "--component", own->component, "Displacement along x or y")
       ->check(CLI::IsMember({"x", "y"}));
-  command
-      ->add_option("--range", own->range,
-                   "Displacements low,high in pixels (default: around the sites' own and their targets)")
+  add_option(*command, "--range", own->range,
+             "Displacements low,high in pixels (default: around the sites' own and their targets)")
       ->delimiter(',')
       ->expected(2);
-  command->add_option("--points", own->points, "Values tried per site")->check(CLI::Range(2, 500));
-  command->add_flag("--start", own->at_start, "All other sites as the scene starts, not solved");
-  command->add_option("--output", own->output, "SVG file (default: SCENE-energy.svg)");
+  add_option(*command, "--points", own->points, "Values tried per site")->check(CLI::Range(2, 500));
+  add_flag(*command, "--start", own->at_start, "All other sites as the scene starts, not solved");
+  add_option(*command, "--output", own->output, "SVG file (default: SCENE-energy.svg)");
   command->callback([own, command] { plot(*own, *command); });
 }
 

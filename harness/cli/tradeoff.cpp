@@ -120,9 +120,9 @@ void add_tradeoff(CLI::App& program, Call& call) {
   own->schedule.takes_elastic = true;
   own->add_to(*command);
   remove_options(*command, {"--method", "--iterations", "--update", "--steps"});
-  command->add_option("--at", own->at, "Accuracies at which the fastest are compared: RMSD to FEM with nu 0")
+  add_option(*command, "--at", own->at, "Accuracies at which the fastest are compared: RMSD to FEM with nu 0")
       ->delimiter(',');
-  command->add_option("--repeat", own->repeats, "Samples per point, fewer where they take long")
+  add_option(*command, "--repeat", own->repeats, "Samples per point, fewer where they take long")
       ->excludes("--quick")
       ->check(CLI::Range(1, 1'000'000));
   command->callback([own, &call] { call.status = run_tradeoff(*own, call.line); });

@@ -106,19 +106,18 @@ void add_tune(CLI::App& program, Call& /*call*/) {
   own->scene.add_scene_to(*command);
   remove_options(*command, {"--prior-weight"}); // it is what is looked for
   own->scene.add_backend_to(*command);
-  command->add_option("--search", own->method, "simplex (Nelder and Mead) or annealing (thesis Alg. 1)")
+  add_option(*command, "--search", own->method, "simplex (Nelder and Mead) or annealing (thesis Alg. 1)")
       ->check(CLI::IsMember({"simplex", "annealing"}));
-  command->add_option("--evaluations", own->search.evaluations, "Solutions after the scan, about, at most")
+  add_option(*command, "--evaluations", own->search.evaluations, "Solutions after the scan, about, at most")
       ->check(CLI::Range(1, 100000));
-  command->add_option("--range", own->range, "alpha is sought in low,high (default: 0.01,0.99)")
+  add_option(*command, "--range", own->range, "alpha is sought in low,high (default: 0.01,0.99)")
       ->delimiter(',')
       ->expected(2);
-  command->add_option("--search-seed", own->search.seed, "Of --search annealing");
-  command->add_option(
-      "--truth", own->truth,
-      "fem (finite elements, plane stress, the scene's Poisson ratio), or a displacement image "
-      "in millimetres");
-  command->add_option("--mask", own->mask, "Image that is 0 where the truth from a file is not defined");
+  add_option(*command, "--search-seed", own->search.seed, "Of --search annealing");
+  add_option(*command, "--truth", own->truth,
+             "fem (finite elements, plane stress, the scene's Poisson ratio), or a displacement image "
+             "in millimetres");
+  add_option(*command, "--mask", own->mask, "Image that is 0 where the truth from a file is not defined");
   command->callback([own, command] { tune(*own, *command); });
 }
 

@@ -346,13 +346,12 @@ void add_verify(CLI::App& program, Call& call) {
   const auto own = std::make_shared<VerifyArguments>();
   own->schedule.takes_elastic = true;
   own->add_to(*command);
-  command
-      ->add_option("--require-tier", own->required_tier,
-                   "certified: differences that rounding explains pass. bitwise: none does")
+  add_option(*command, "--require-tier", own->required_tier,
+             "certified: differences that rounding explains pass. bitwise: none does")
       ->check(CLI::IsMember({"certified", "bitwise"}));
-  command->add_option("--junit", own->junit, "Write the comparisons to this file as JUnit XML, too, for CI");
-  command->add_option(
-      "--reference", own->reference,
+  add_option(*command, "--junit", own->junit, "Write the comparisons to this file as JUnit XML, too, for CI");
+  add_option(
+      *command, "--reference", own->reference,
       "Backend that the others are compared with (default: scalar, which takes minutes beyond 4096 x 4096)");
   const auto gates = std::make_shared<Gates>();
   gates->add_to(*command, true);
