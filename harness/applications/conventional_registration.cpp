@@ -33,8 +33,13 @@ using Field = itk::Image<itk::Vector<double, 2>, 2>;
 using Transform = itk::DisplacementFieldTransform<double, 2>;
 using Metric = itk::MattesMutualInformationImageToImageMetricv4<Gray, Gray>;
 
-constexpr int smallest_level_side = 24; // pixels
-constexpr unsigned threads = 1;         // ITK's sums depend on them
+constexpr int smallest_level_side = 24;        // pixels
+constexpr unsigned threads = 1;                // ITK's sums depend on them
+constexpr int most_levels = 4;                 // of the pictures; fewer where they are small
+constexpr unsigned most_iterations = 60;       // per level; of demons half on the finest
+constexpr double control_point_spacing = 10.0; // B-splines, pixels of every level
+constexpr double smoothing = 3.0;              // standard deviation of the Gaussian of `gaussian`, pixels
+constexpr double demons_smoothing = 2.5;       // of the demons' displacement, pixels
 
 struct Pictures {
   const ScalarField& source;
@@ -66,9 +71,9 @@ VectorField field_of(const Field& image, Extent extent) {
   return field;
 }
 
-int levels_of(Extent extent, int most) {
+int levels_of(Extent extent) {
   int levels = 1;
-  while (levels < most && (std::min(extent.width, extent.height) >> levels) >= smallest_level_side) {
+  while (levels < most_levels && (std::min(extent.width, extent.height) >> levels) >= smallest_level_side) {
     ++levels;
   }
   return levels;
@@ -112,7 +117,7 @@ public:
 
 /// The updates of `transform` are made smooth by itself, as at_level(level) says, 0 the coarsest. One kind of
 /// transform for all: ITK's registration takes half a minute to compile for each.
-VectorField by_mutual_information(const Pictures& pictures, int iterations, Transform& transform,
+VectorField by_mutual_information(const Pictures& pictures, Transform& transform,
                                   const std::function<void(unsigned level)>& at_level) {
   const auto fixed = image_of<double>(pictures.source);
   const auto still = Field::New();
@@ -134,7 +139,7 @@ VectorField by_mutual_information(const Pictures& pictures, int iterations, Tran
   optimizer->SetDoEstimateLearningRateAtEachIteration(true);
   optimizer->SetMinimumConvergenceValue(1e-5);
   optimizer->SetConvergenceWindowSize(10);
-  optimizer->SetNumberOfIterations(static_cast<itk::SizeValueType>(iterations));
+  optimizer->SetNumberOfIterations(most_iterations);
   optimizer->SetNumberOfWorkUnits(threads);
 
   using Registration = itk::ImageRegistrationMethodv4<Gray, Gray, Transform>;
@@ -174,14 +179,15 @@ VectorField by_mutual_information(const Pictures& pictures, int iterations, Tran
   return field_of(*transform.GetDisplacementField(), pictures.source.extent);
 }
 
-VectorField by_b_splines(const Pictures& pictures, const ConventionalOptions& options) {
+VectorField by_b_splines(const Pictures& pictures) {
   using Splines = itk::BSplineSmoothingOnUpdateDisplacementFieldTransform<double, 2>;
   constexpr unsigned order = 3;
   const auto transform = Splines::New();
-  return by_mutual_information(pictures, options.iterations, *transform, [&](unsigned level) {
+  return by_mutual_information(pictures, *transform, [&](unsigned level) {
     const double shrink = 1U << (static_cast<unsigned>(pictures.levels) - 1 - level);
     const auto along = [&](int side) {
-      return order + static_cast<unsigned>(std::max(4.0, std::round(side / (shrink * options.grid_spacing))));
+      return order +
+             static_cast<unsigned>(std::max(4.0, std::round(side / (shrink * control_point_spacing))));
     };
     Splines::ArrayType points;
     points[0] = along(pictures.source.extent.width);
@@ -193,14 +199,14 @@ VectorField by_b_splines(const Pictures& pictures, const ConventionalOptions& op
   });
 }
 
-VectorField by_gaussian(const Pictures& pictures, const ConventionalOptions& options) {
+VectorField by_gaussian(const Pictures& pictures) {
   const auto transform = itk::GaussianSmoothingOnUpdateDisplacementFieldTransform<double, 2>::New();
-  transform->SetGaussianSmoothingVarianceForTheUpdateField(options.smoothing * options.smoothing);
+  transform->SetGaussianSmoothingVarianceForTheUpdateField(smoothing * smoothing);
   transform->SetGaussianSmoothingVarianceForTheTotalField(0.5); // pixels squared
-  return by_mutual_information(pictures, options.iterations, *transform, [](unsigned) {});
+  return by_mutual_information(pictures, *transform, [](unsigned) {});
 }
 
-VectorField by_demons(const Pictures& pictures, const ConventionalOptions& options) {
+VectorField by_demons(const Pictures& pictures) {
   const auto fixed = image_of<double>(pictures.source);
   const auto matched = itk::HistogramMatchingImageFilter<Gray, Gray>::New();
   matched->SetReferenceImage(fixed);
@@ -210,62 +216,44 @@ VectorField by_demons(const Pictures& pictures, const ConventionalOptions& optio
   matched->ThresholdAtMeanIntensityOn();
   matched->Update();
   const auto demons = itk::DiffeomorphicDemonsRegistrationFilter<Gray, Gray, Field>::New();
-  demons->SetStandardDeviations(options.demons_smoothing);
+  demons->SetStandardDeviations(demons_smoothing);
   demons->SetNumberOfWorkUnits(threads);
   const auto levels = itk::MultiResolutionPDEDeformableRegistration<Gray, Gray, Field, double>::New();
   levels->SetRegistrationFilter(demons);
   levels->SetFixedImage(fixed);
   levels->SetMovingImage(matched->GetOutput());
   levels->SetNumberOfLevels(static_cast<unsigned>(pictures.levels));
-  std::vector<unsigned> iterations(static_cast<std::size_t>(pictures.levels),
-                                   static_cast<unsigned>(options.iterations));
+  std::vector<unsigned> iterations(static_cast<std::size_t>(pictures.levels), most_iterations);
   iterations.back() /= 2;
   levels->SetNumberOfIterations(iterations.data());
   levels->Update();
   return field_of(*levels->GetOutput(), pictures.source.extent);
 }
 
-void require_options(const ConventionalOptions& options) {
-  const auto require = [](bool holds, const char* what, double value, const char* range) {
-    if (!holds) {
-      throw InputError(fmt::format("registration: {} is {}, it must be {}", what, value, range));
-    }
-  };
-  require(options.levels >= 1 && options.levels <= 8, "the number of levels", options.levels, "1 ... 8");
-  require(options.iterations >= 1, "the number of iterations", options.iterations, "at least 1");
-  require(options.grid_spacing >= 4.0 && std::isfinite(options.grid_spacing), "the grid spacing",
-          options.grid_spacing, "at least 4 pixels");
-  for (const double smoothing : {options.smoothing, options.demons_smoothing}) {
-    require(smoothing > 0.0 && smoothing <= 100.0, "the smoothing", smoothing,
-            "above 0 and at most 100 pixels");
-  }
-}
-
 } // namespace
 
 ConventionalRegistration register_conventionally(const ScalarField& source, const ScalarField& target,
-                                                 const ScalarField& unseen,
-                                                 const ConventionalOptions& options, Progress& progress) {
-  require_options(options);
+                                                 const ScalarField& unseen, Conventional method,
+                                                 Progress& progress) {
   require_pair(source, target);
   const auto start = std::chrono::steady_clock::now();
-  const Pictures pictures{source, target, unseen, levels_of(source.extent, options.levels)};
+  const Pictures pictures{source, target, unseen, levels_of(source.extent)};
   ConventionalRegistration result;
   try {
-    switch (options.method) {
+    switch (method) {
     case Conventional::b_splines:
-      result.displacement = by_b_splines(pictures, options);
+      result.displacement = by_b_splines(pictures);
       break;
     case Conventional::gaussian:
-      result.displacement = by_gaussian(pictures, options);
+      result.displacement = by_gaussian(pictures);
       break;
     case Conventional::demons:
-      result.displacement = by_demons(pictures, options);
+      result.displacement = by_demons(pictures);
       break;
     }
   } catch (const itk::ExceptionObject& error) {
     throw InputError(fmt::format("registration by {}: {}",
-                                 conventional_names[static_cast<std::size_t>(options.method)],
+                                 conventional_names[static_cast<std::size_t>(method)],
                                  images::own_words(error)));
   }
   progress.advance(1.0);

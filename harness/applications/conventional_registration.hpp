@@ -16,15 +16,6 @@ enum class Conventional {
 };
 inline constexpr std::array<std::string_view, 3> conventional_names{"b-splines", "gaussian", "demons"};
 
-struct ConventionalOptions {
-  Conventional method = Conventional::b_splines;
-  int levels = 4;                ///< of the pictures, 1 ... 8; fewer where they are small
-  int iterations = 60;           ///< per level, at most; of demons half on the finest
-  double grid_spacing = 10.0;    ///< of the B-splines' control points, pixels of every level, >= 4
-  double smoothing = 3.0;        ///< standard deviation of the Gaussian of `gaussian`, pixels, > 0
-  double demons_smoothing = 2.5; ///< of the demons' displacement, pixels, > 0
-};
-
 struct ConventionalRegistration {
   VectorField displacement; ///< pixels; tissue at x of the source is at x + d(x) of the target
   double seconds = 0.0;
@@ -33,9 +24,10 @@ struct ConventionalRegistration {
 /// Finds d with target(x + d(x)) = source(x). Knows nothing of materials: where the source has no texture d
 /// is only smooth. One thread, every pixel a sample: the same bits each time. Where `unseen` is not 0 mutual
 /// information does not look (demons do); empty: everywhere. Advances `progress` by 1. Throws InputError as
-/// require_pair does, where an option is out of its range, ITK gives up, or the build has no ITK.
-[[nodiscard]] ConventionalRegistration
-register_conventionally(const ScalarField& source, const ScalarField& target, const ScalarField& unseen,
-                        const ConventionalOptions& options, Progress& progress);
+/// require_pair does, where ITK gives up, or the build has no ITK.
+[[nodiscard]] ConventionalRegistration register_conventionally(const ScalarField& source,
+                                                               const ScalarField& target,
+                                                               const ScalarField& unseen, Conventional method,
+                                                               Progress& progress);
 
 } // namespace hdmbench

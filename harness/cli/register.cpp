@@ -98,12 +98,11 @@ void write_files(const PairArguments& arguments, const PictureData& data, Outcom
 
 Outcome register_region(const Arguments& arguments, const PictureData& data, const Backend& backend,
                         Progress& progress) {
-  ConventionalOptions options;
   const auto* const found = std::ranges::find(conventional_names, arguments.conventional);
-  options.method = static_cast<Conventional>(found - conventional_names.begin());
+  const auto method = static_cast<Conventional>(found - conventional_names.begin());
   progress.describe(fmt::format("register: ITK's {}", arguments.conventional));
   const ConventionalRegistration first =
-      register_conventionally(data.source, data.target, data.region, options, progress);
+      register_conventionally(data.source, data.target, data.region, method, progress);
   Outcome outcome;
   progress.describe(fmt::format("register: {} on {}", data.scene.name, backend.name()));
   Solution solution = make_physical(data.source, data.target, first.displacement, data.region, data.scene,

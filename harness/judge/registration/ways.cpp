@@ -43,7 +43,7 @@ void register_every_way(const PairToRegister& pair, const Scene& scene, bool slo
     }
     progress.describe(fmt::format("{}, ITK's {}", caption, name));
     const ConventionalRegistration found =
-        register_conventionally(pair.source, pair.target, unseen, {.method = method}, silent);
+        register_conventionally(pair.source, pair.target, unseen, method, silent);
     add(fmt::format("ITK {}", name), found.displacement, found.seconds, pair.looks_different && !is_demons);
     if (method == Conventional::b_splines) {
       add_physical(algorithm_5, found.displacement, found.seconds);
