@@ -1,13 +1,13 @@
 #include "harness/judge/atlas/atlas.hpp"
 #include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/judge/truths.hpp"
+#include "harness/scene/joined.hpp"
 #include "harness/scene/sites.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/fixed_point.hpp"
 
 #include <families_text.hpp>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -309,7 +309,7 @@ const Entry& find_entry(std::string_view name) {
     std::vector<std::string> names;
     std::ranges::transform(entries(), std::back_inserter(names), &Entry::name);
     throw InputError(
-        fmt::format("the atlas has no entry \"{}\"; its entries are {}", name, fmt::join(names, ", ")));
+        fmt::format("the atlas has no entry \"{}\"; its entries are {}", name, joined(names, ", ")));
   }
   return *found;
 }
