@@ -7,8 +7,10 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <map>
+#include <set>
 #include <utility>
 
 namespace hdmbench {
@@ -335,6 +337,22 @@ TEST_F(ImageScene, TheBrainIsAScene) {
   } catch (const MissingFile& error) {
     GTEST_SKIP() << error.what();
   }
+}
+
+/// Slices of a real person, in the folder that HDMBENCH_TEST_DATA names.
+TEST_F(ImageFiles, RealSlicesAreRead) {
+  const char* const data = std::getenv("HDMBENCH_TEST_DATA");
+  if (data == nullptr) {
+    GTEST_SKIP() << "HDMBENCH_TEST_DATA is not set";
+  }
+  const auto labels = read_labels(fs::path(data) / "n2m_axial70_label.nrrd");
+  EXPECT_EQ(labels.pixels.extent, (Extent{192, 192}));
+  EXPECT_EQ(labels.spacing, 1.0);
+  const auto& values = labels.pixels.values;
+  EXPECT_EQ(std::set<int>(values.begin(), values.end()), (std::set<int>{0, 1, 2, 3}));
+  const auto picture = read_scalar(fs::path(data) / "n2m_axial85_300_t1.nrrd");
+  EXPECT_EQ(picture.pixels.extent, (Extent{300, 300}));
+  EXPECT_NEAR(picture.spacing, 0.5933, 1e-4);
 }
 
 } // namespace

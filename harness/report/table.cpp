@@ -42,7 +42,7 @@ std::string cell(const json& value) {
 } // namespace
 
 json value_of(const json& row, std::string_view key) {
-  std::string path = "/" + std::string(key);
+  std::string path = fmt::format("/{}", key); // g++ 12 warns of a sum here
   std::ranges::replace(path, '.', '/');
   if (const json::json_pointer place(path); row.contains(place)) {
     return row.at(place);
