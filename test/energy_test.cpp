@@ -4,6 +4,7 @@
 #include "kernels/data/gather.hpp"
 #include "kernels/data/level.hpp"
 #include "reference/thesis_energy.hpp"
+#include "test/counted_operations.hpp"
 #include "test/random_level.hpp"
 
 #include <gtest/gtest.h>
@@ -153,6 +154,54 @@ TEST(Energy, MeanEnergyIsTheMeanOfTheThesisEnergy) {
   const double expected = sum / static_cast<double>(level.extent.sites());
   // Around 40 float operations a site, errors of either sign.
   EXPECT_NEAR(mean_energy(level, start), expected, 40 * std::numeric_limits<float>::epsilon() * expected);
+}
+
+/// Operations of an update of one site, as they stand in the texts with the scalar counted::real.
+int counted_operations(SiteKind kind, int candidates) {
+  using Counted = Hdm<counted::real>;
+  using counted::Knowledge;
+  counted::graph = {};
+  int next = 0;
+  const auto given = [&](Knowledge knowledge) { return counted::real::given(next++, knowledge); };
+  const auto neighbours = [&](Knowledge knowledge) {
+    return Counted::Neighbours{given(knowledge), given(knowledge), given(knowledge),
+                               given(knowledge), given(knowledge), given(knowledge),
+                               given(knowledge), given(knowledge), given(knowledge)};
+  };
+  const bool uniform = kind == SiteKind::uniform || kind == SiteKind::uniform_unobserved;
+  const bool observed = kind == SiteKind::general || kind == SiteKind::uniform;
+  Counted::Site site{};
+  site.dx = neighbours(Knowledge::varying);
+  site.dy = neighbours(Knowledge::varying);
+  const counted::real same = given(Knowledge::invariant);
+  site.inverse_modulus = uniform ? Counted::Neighbours{same, same, same, same, same, same, same, same, same}
+                                 : neighbours(Knowledge::varying);
+  site.modulus = given(uniform ? Knowledge::invariant : Knowledge::varying);
+  site.target_x = given(Knowledge::varying);
+  site.target_y = given(Knowledge::varying);
+  site.confidence_x = observed ? given(Knowledge::varying) : counted::real(0);
+  site.confidence_y = observed ? given(Knowledge::varying) : counted::real(0);
+  site.penalty = given(Knowledge::invariant);
+  counted::real steps[StepSet::maximum_count];
+  for (counted::real& step : steps) {
+    step = given(Knowledge::invariant);
+  }
+  const auto moved =
+      Counted::moved_displacement(Counted::rule_steps, observed, site, {}, {}, steps, candidates);
+  counted::graph.need(moved.x.node());
+  counted::graph.need(moved.y.node());
+  return counted::graph.operations();
+}
+
+// What `bench` divides by seconds.
+TEST(Energy, OperationsAreThoseOfTheTexts) {
+  for (std::size_t i = 0; i < site_kinds; ++i) {
+    for (int candidates = 2; candidates <= StepSet::maximum_count; ++candidates) {
+      EXPECT_EQ(thesis_energy.costs[i].operations(candidates),
+                counted_operations(static_cast<SiteKind>(i), candidates))
+          << "kind " << i << ", " << candidates << " candidates";
+    }
+  }
 }
 
 } // namespace

@@ -38,7 +38,7 @@ std::pair<std::string, std::string> halves(std::string_view text, std::string_vi
                                            without_blanks(text.substr(at + border.size()))};
   for (std::string* half : {&both.first, &both.second}) {
     for (std::size_t line = 0; (line = half->find("\\n", line)) != std::string::npos; ++line) {
-      half->replace(line, 2, "\n");
+      half->replace(line, 2, 1, '\n');
     }
   }
   return both;

@@ -57,7 +57,7 @@ struct EnergyOnHost {
 };
 
 struct EnergyPrograms; // backends/shared/energy_programs.hpp
-struct EnergyProofs;   // harness/check/energy_proofs.hpp
+struct EnergyProofs;   // harness/check/certificate.hpp
 
 /// One energy. Lives as long as the program.
 struct Energy {
