@@ -126,8 +126,7 @@ double rmsd_to_pixels(int side, double contrast, double radius_share = 0.2) {
   parameters.radius = radius_share * (side - 1);
   parameters.stretch = 50.0 / (side - 1);
   const ElasticProblem problem = CircularInclusion(parameters).on_pixels(side);
-  return rmsd(solve_finite_elements(problem, ElementRule::plane_stress(0.3)),
-                                problem.prescribed);
+  return rmsd(solve_finite_elements(problem, ElementRule::plane_stress(0.3)), problem.prescribed);
 }
 
 TEST(CircularInclusion, AMeshOfPixelsComesNearer) {

@@ -2,8 +2,8 @@
 // honest, and no promise where float ends: weak springs, extreme contrasts and units, holes. promise_test has
 // more tissues.
 
-#include "harness/judge/truths.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
+#include "harness/judge/truths.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/planner.hpp"

@@ -267,7 +267,8 @@ void LevelData::sample(const Level& level, const LevelData& full, Extent extent,
   for_each_tile(threads, [&](int row, int, int column, std::size_t at) {
     const Rectangle tile = tiling_.rectangle(row, 0, column);
     const int end = is_read(row, column) ? tile.last_row : tile.first_row;
-    const std::size_t count = known[at] == 0 ? array_count : inverse_modulus + 1; // what is read from beside it
+    const std::size_t count =
+        known[at] == 0 ? array_count : inverse_modulus + 1; // what is read from beside it
     for (std::size_t i = 0; i < count; ++i) {
       for (int y = tile.first_row; y < end && from[i] != nullptr; ++y) {
         const float* const source = from[i] + level.extent.index(0, rows[static_cast<std::size_t>(y)]);
