@@ -88,7 +88,8 @@ TEST(CommandLine, WritesRowsOfResults) {
       }
     }
   }
-  for (const nlohmann::json& row : read_json(folder.path() / "2.json")["results"]) {
+  const nlohmann::json verified = read_json(folder.path() / "2.json")["results"];
+  for (const nlohmann::json& row : verified) {
     const bool idle = row["mode"] == "active" && row["sites_at_rest"] == 0;
     EXPECT_EQ(row["verdict"], idle ? "skipped" : "agree");
     EXPECT_EQ(row["tier"], idle ? "none" : "bitwise");
@@ -108,7 +109,8 @@ TEST(CommandLine, WritesRowsOfResults) {
     EXPECT_TRUE(read_json(folder.path() / "9.json")["results"][0].contains(key)) << key;
   }
   std::map<std::string, std::string> energies;
-  for (const nlohmann::json& row : read_json(folder.path() / "8.json")["results"]) {
+  const nlohmann::json judged = read_json(folder.path() / "8.json")["results"];
+  for (const nlohmann::json& row : judged) {
     energies[row["method"]] = row["energy"];
   }
   EXPECT_EQ(energies["fem"], "elastic");

@@ -197,7 +197,8 @@ TEST_F(RankProgram, VerifyComparesEverySweepOnEveryNumberOfRanks) {
                        path("verify.json"),
                    AllOf(HasSubstr("openmp on 6 ranks"), HasSubstr(" 0 disagree")), on_ranks(6));
   std::set<int> numbers;
-  for (const nlohmann::json& row : test::read_json(path("verify.json"))["results"]) {
+  const nlohmann::json rows = test::read_json(path("verify.json"))["results"];
+  for (const nlohmann::json& row : rows) {
     EXPECT_EQ(row["sites_differing"], 0) << row;
     EXPECT_EQ(row["counts_differing"], 0) << row;
     EXPECT_TRUE(row["verdict"] == "agree" || row["mode"] == "active") << row; // where nothing is ever at rest

@@ -524,7 +524,7 @@ register source.nrrd target.nrrd --iterat | did you mean --iterate?
 )",
                        "", " --scene person.toml --output out");
   expect_refused_words(R"(
-rivals person.toml --quick --other square | at one size
+rivals person.toml --quick --other square | by pictures with labels, of one size
 rivals person.toml --quick --other missing.toml | missing.toml
 rivals person.toml --quick --other unlabelled.toml | pictures with labels
 rivals person.toml --orientation coronal | has no other orientation

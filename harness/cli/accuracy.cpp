@@ -89,7 +89,7 @@ int run_accuracy(Arguments& arguments, const std::string& line) {
   if (arguments.schedule.iterations && std::ranges::any_of(scenes, is_elastic)) {
     throw InputError("accuracy takes every elastic method at its usual effort; leave out --iterations");
   }
-  const std::filesystem::path folder = std::filesystem::absolute(arguments.json).parent_path();
+  const std::filesystem::path folder = arguments.json.parent_path();
   AccuracyOptions options{.session = arguments.session,
                           .repeats = arguments.repeats,
                           .quick = arguments.quick,

@@ -1,6 +1,7 @@
 #include "harness/cli/bench.hpp"
 
 #include "harness/measure/comparison.hpp"
+#include "harness/measure/median.hpp"
 #include "harness/scene/temporary_directory.hpp"
 
 namespace hdmbench::commands {
@@ -52,6 +53,7 @@ int compare_benches(const BenchArguments& arguments, int repeats) {
   std::ptrdiff_t passing = 0;
   for (const ComparedRow& row : rows) {
     const TimedRow& old = row.row;
+    const bool is_compared = row.new_median > 0.0; // else nobody has measured it
     passing += row.passes() ? 1 : 0;
     shown.push_back(
         {{"scene", old.scene},
@@ -60,10 +62,10 @@ int compare_benches(const BenchArguments& arguments, int repeats) {
          {"backend", old.backend},
          {"method", old.method},
          {"threads", old.threads},
-         {"old_s", row.old_median},
-         {"new_s", row.new_median},
-         {"ratio", row.new_median / row.old_median},
-         {"p", row.p},
+         {"old_s", median(old.seconds)},
+         {"new_s", is_compared ? json(row.new_median) : json()},
+         {"ratio", is_compared ? json(row.new_median / row.old_median) : json()},
+         {"p", is_compared ? json(row.p) : json()},
          {"verdict", row.remark.empty() ? std::string(change_names.at(static_cast<std::size_t>(row.change)))
                                         : row.remark}});
   }

@@ -83,8 +83,11 @@ public:
   itkGetInputMacro(Labels, LabelImageType);
   /** Young's modulus of a label, MPa, > 0; only ratios matter. */
   void SetModulus(LabelType label, double megapascal) {
-    m_Moduli[label] = megapascal;
-    this->Modified();
+    const auto [found, inserted] = m_Moduli.try_emplace(label, megapascal);
+    if (inserted || found->second != megapascal) {
+      found->second = megapascal;
+      this->Modified();
+    }
   }
   void ClearModuli() {
     m_Moduli.clear();
