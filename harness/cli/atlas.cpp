@@ -58,8 +58,7 @@ void print(const atlas::EntryResult& result) {
                  : fmt::format("  threshold  {}: {}\n", series.name, threshold_text(series.threshold()));
     below += series.absence.empty() ? "" : fmt::format("  refuses    {}: {}\n", series.name, series.absence);
   }
-  fmt::print("\n{}: {}\n  why        {}\n  measured   {}; ! is more than {:.6g}\n{}{}  "
-             "survives   {}\n",
+  fmt::print("\n{}: {}\n  why        {}\n  measured   {}; ! is more than {:.6g}\n{}{}  survives   {}\n",
              entry.name, entry.title, entry.mechanism, entry.measure, entry.limit,
              table_text(rows, columns + "|warned:warned of"), below, entry.survivor);
   std::fflush(stdout); // into a pipe too: the next entry may take seconds

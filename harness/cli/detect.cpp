@@ -152,8 +152,7 @@ void add_detect(CLI::App& program, Call& call) {
   const auto own = std::make_shared<Arguments>();
   own->add_to(*command, true);
   add_option(*command, "--simulations", own->detection.pairs,
-             "Pairs of pictures with nothing hidden that are registered too: what is found in them is "
-             "chance")
+             "Pairs of pictures with nothing hidden that are registered too: what is found in them is chance")
       ->check(CLI::Range(3, 1000));
   command->callback([own, &call] { call.status = run_detect(*own, call.line); });
 }

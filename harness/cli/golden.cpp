@@ -222,8 +222,7 @@ void add_golden(CLI::App& program, Call& call) {
   const auto gates = std::make_shared<Gates>();
   gates->add_to(*command);
   add_option(*command, "--golden", own->golden,
-             "Compare with the hashes of this file, which --write wrote, in place of the committed "
-             "ones");
+             "Compare with the hashes of this file, which --write wrote, in place of the committed ones");
   add_option(*command, "--write", own->write,
              "Write the hashes to this file, if all backends agree; harness/check/golden.json is "
              "what the next build compares with")

@@ -45,8 +45,7 @@ void list_devices_of_ranks(const Arguments& arguments, Ranks& ranks) {
     own.push_back(std::move(row));
   }
   fmt::print(
-      "{}  --device by-rank: the ranks of a machine take its devices in turn, and share its processors "
-      "out\n",
+      "{}  --device by-rank: the ranks of a machine take its devices in turn, and share its processors out\n",
       table_text(gather_rows(own, ranks), "rank|machine|backend|threads|device:device and driver"));
 }
 

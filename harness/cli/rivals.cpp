@@ -212,8 +212,7 @@ void add_rivals(CLI::App& program, Call& call) {
            "Radius 3 to 15 pixels and contrast 1.5 to 10, another each case")
       ->needs(detection);
   add_flag(*command, "--pictures", own->pictures,
-           "The displacement is not given: Algorithm 6 finds it in pictures that do not show the "
-           "inclusion")
+           "The displacement is not given: Algorithm 6 finds it in pictures that do not show the inclusion")
       ->needs(detection);
   add_option(*command, "--knobs", own->knobs,
              "Where Algorithms 5, 6 and 7 break: noise, sizes, contrast, wrong moduli and labels, so many "

@@ -381,10 +381,8 @@ void add_run(CLI::App& program, Call& call) {
     const OptionGroup group(*command, "No more than the scene needs");
     add_option(*command, "--accuracy", own->accuracy,
                "Distance from finite elements that is good enough, RMS, as 0.2px or 0.1mm: with the "
-               "elastic energy, and "
-               "levels and steps that follow from the scene; exit status 1 where the estimate is "
-               "above it, or cannot be "
-               "trusted");
+               "elastic energy, and levels and steps that follow from the scene; exit status 1 where "
+               "the estimate is above it, or cannot be trusted");
     add_option(*command, "--within", own->within,
                "The time there is, as 10ms or 2s: the best field of the elastic energy and its error");
     add_flag(*command, "--explain", own->explain, "Print the plan, step by step, and why");
@@ -399,8 +397,7 @@ void add_run(CLI::App& program, Call& call) {
              "With mpirun: sites that a rank computes beyond its own, a multiple of 4, on every level; "
              "0: an eighth of "
              "the shortest piece, 4 ... 64. Of the elastic energy those of the coarsest level that is "
-             "cut, even; 0: 4. "
-             "The bits are the same")
+             "cut, even; 0: 4. The bits are the same")
       ->check(CLI::Range(0, 1024));
   command->callback(
       [own, command, &call] { call.status = run_scene(*own, *command, call.line, call.ranks); });

@@ -208,8 +208,8 @@ function compare(row, scalar, texels, level, iteration) {
     row.max_abs_difference = Math.max(row.max_abs_difference, distance);
     row.first_difference = row.first_difference || {
       level: level.index, iteration, x: i % level.width, y: Math.floor(i / level.width),
-      expected: [scalar.x[i], scalar.y[i]], found, energy_before: null, energy_expected: null, energy_found: null,
-      certified: false, gap_over_bound: null
+      expected: [scalar.x[i], scalar.y[i]], found, certified: false,
+      gap_over_bound: null
     };
   }
 }
