@@ -4,6 +4,7 @@
 #include "harness/applications/picture.hpp"
 #include "harness/cli/pair_arguments.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
+#include "harness/judge/registration/ways.hpp"
 #include "harness/scene/images/images.hpp"
 
 #include <cmath>
@@ -12,31 +13,41 @@ namespace hdmbench::commands {
 
 namespace {
 
+/// Any contrast that the search tries explains as much.
+bool is_undetermined(const Detection& found) {
+  return !(found.contrast_deviation < largest_logarithm);
+}
+
+/// The search ended at its limit: it may be more.
+bool is_at_limit(const Detection& found) {
+  return std::abs(std::log(found.contrast)) > 0.999 * largest_logarithm;
+}
+
 /// How much stiffer or softer, as far as the search can tell.
-std::string contrast_text(const DetectionRow& row) {
+std::string contrast_text(const Detection& found) {
   const double most = std::exp(largest_logarithm);
-  if (row.contrast_undetermined) {
+  if (is_undetermined(found)) {
     return fmt::format("any modulus from 1/{0:.0f} to {0:.0f} times the label's: it cannot be told", most);
   }
   const auto end = [&](double logarithm) {
-    return std::exp(std::clamp(std::log(row.contrast) + logarithm, -largest_logarithm, largest_logarithm));
+    return std::exp(std::clamp(std::log(found.contrast) + logarithm, -largest_logarithm, largest_logarithm));
   };
   const std::string range =
-      fmt::format("{:.3g} ... {:.3g}", end(-row.contrast_deviation), end(row.contrast_deviation));
-  return row.contrast_at_limit ? fmt::format("{} the label's modulus, where the search ends ({})",
-                                             row.contrast > 1.0 ? fmt::format("{:.0f} times or more", most)
-                                                                : fmt::format("1/{:.0f} or less of", most),
-                                             range)
-                               : fmt::format("{:.3g} times the label's modulus ({})", row.contrast, range);
+      fmt::format("{:.3g} ... {:.3g}", end(-found.contrast_deviation), end(found.contrast_deviation));
+  return is_at_limit(found) ? fmt::format("{} the label's modulus, where the search ends ({})",
+                                          found.contrast > 1.0 ? fmt::format("{:.0f} times or more", most)
+                                                               : fmt::format("1/{:.0f} or less of", most),
+                                          range)
+                            : fmt::format("{:.3g} times the label's modulus ({})", found.contrast, range);
 }
 
-std::string verdict(const DetectionRow& row) {
-  if (row.as_much_by_chance > 0) {
+std::string verdict(bool chance_found_it, const Detection& found) {
+  if (chance_found_it) {
     return "Nothing that chance does not find as well.";
   }
-  return row.contrast_undetermined ? "More than chance is unexplained, but not by stiffer or softer tissue: "
-                                     "the deformation does not tell its modulus."
-                                   : "More than chance found: tissue there is not as its label says.";
+  return is_undetermined(found) ? "More than chance is unexplained, but not by stiffer or softer tissue: "
+                                  "the deformation does not tell its modulus."
+                                : "More than chance found: tissue there is not as its label says.";
 }
 
 constexpr double strong = 4.0; // standard deviations that are full colour
@@ -71,42 +82,44 @@ int run_detect(const Arguments& arguments, const std::string& line) {
                                          data.scene, arguments.detection, *session, progress);
   progress.clear();
 
-  DetectionRow row;
-  row.set_scene(data.scene);
-  row.placement = data.placement;
-  row.backend = std::string(backend.name());
-  row.device = device.name;
-  row.seconds = registered.seconds + found.seconds;
-  row.registration_seconds = registered.seconds;
-  row.region_sites = std::ranges::count_if(data.region.values, [](float v) { return v != 0.0F; });
-  row.simulations = std::ssize(found.by_chance);
-  row.as_much_by_chance =
+  const double seconds = registered.seconds + found.seconds;
+  const auto region_sites = std::ranges::count_if(data.region.values, [](float v) { return v != 0.0F; });
+  const auto as_much_by_chance =
       std::ranges::count_if(found.by_chance, [&](double most) { return most >= std::abs(found.largest); });
-  row.largest_by_chance = std::ranges::max(found.by_chance);
-  row.noise = found.noise;
-  row.unexplained_before = found.unexplained_before;
-  row.unexplained = found.unexplained;
-  row.largest = found.largest;
-  row.x = found.x;
-  row.y = found.y;
-  row.radius = found.radius;
-  row.contrast = found.contrast;
-  row.position_deviation = found.position_deviation;
-  row.contrast_deviation = found.contrast_deviation;
-  row.contrast_undetermined = !(found.contrast_deviation < largest_logarithm);
-  row.contrast_at_limit = std::abs(std::log(found.contrast)) > 0.999 * largest_logarithm;
+  const double largest_by_chance = std::ranges::max(found.by_chance);
+  json row = row_of(data.scene);
+  row.update({{"placement", data.placement},
+              {"backend", backend.name()},
+              {"device", device.name},
+              {"seconds", seconds},
+              {"registration_seconds", registered.seconds},
+              {"region_sites", region_sites},
+              {"simulations", found.by_chance.size()},
+              {"as_much_by_chance", as_much_by_chance},
+              {"largest_by_chance", largest_by_chance},
+              {"noise", found.noise},
+              {"unexplained_before", found.unexplained_before},
+              {"unexplained", found.unexplained},
+              {"largest", found.largest},
+              {"x", found.x},
+              {"y", found.y},
+              {"radius", found.radius},
+              {"contrast", found.contrast},
+              {"position_deviation", found.position_deviation},
+              {"contrast_deviation", found.contrast_deviation},
+              {"contrast_undetermined", is_undetermined(found)},
+              {"contrast_at_limit", is_at_limit(found)}});
   const LabelDoubt doubt = doubt_labels(data.source, data.scene, found);
   if (doubt.is_serious()) {
-    row.looks_like = doubt.label;
-    row.doubted = doubt.share;
+    row.update({{"looks_like", doubt.label}, {"doubted", doubt.share}});
   }
   const auto name = [&](const char* file) { return beside(arguments.json, arguments.output, file); };
   write_scalar(arguments.output / "modulus.nrrd", found.modulus, data.scene.spacing, data.placement);
   write_scalar(arguments.output / "detection.nrrd", found.significance, data.scene.spacing, data.placement);
   write_scalar(arguments.output / "deviation.nrrd", found.deviation, data.scene.spacing, data.placement);
-  row.modulus = name("modulus.nrrd");
-  row.deviation = name("deviation.nrrd");
-  row.detection = name("detection.nrrd");
+  row["modulus"] = name("modulus.nrrd");
+  row["deviation"] = name("deviation.nrrd");
+  row["detection"] = name("detection.nrrd");
   Pictures pictures(arguments);
   pictures.gray("source", "source", data.source);
   pictures.signed_values(
@@ -114,7 +127,7 @@ int run_detect(const Arguments& arguments, const std::string& line) {
       "significance over the source: red stiffer than the label says, blue softer, full at 4 "
       "standard deviations",
       found.significance, strong, data.source);
-  row.pictures = pictures.written();
+  row["pictures"] = pictures.written();
 
   const std::string warning =
       doubt.is_serious()
@@ -129,15 +142,15 @@ int run_detect(const Arguments& arguments, const std::string& line) {
       "  most significant {:.3g} standard deviations; by chance as much in {} of {} simulations with nothing "
       "hidden, at most {:.3g}\n"
       "  explained best by a disc at x = {:.1f}, y = {:.1f} (+- {:.3g}), radius {:.1f} px, of {}\n\n",
-      data.scene.title, row.region_sites, row.noise, row.unexplained_before, row.unexplained, row.largest,
-      row.as_much_by_chance, row.simulations, row.largest_by_chance, row.x, row.y, row.position_deviation,
-      row.radius, contrast_text(row));
+      data.scene.title, region_sites, found.noise, found.unexplained_before, found.unexplained, found.largest,
+      as_much_by_chance, found.by_chance.size(), largest_by_chance, found.x, found.y,
+      found.position_deviation, found.radius, contrast_text(found));
   fmt::print(
       "  {}{}\n\n  {:.3g} s ({:.3g} of them the registration)\n  {}: MPa; beside it deviation.nrrd, the "
       "standard deviation of its logarithm, and detection.nrrd, standard deviations\n",
-      verdict(row), warning, row.seconds, row.registration_seconds,
+      verdict(as_much_by_chance > 0, found), warning, seconds, registered.seconds,
       (arguments.output / "modulus.nrrd").string());
-  write_results(arguments.json, "detect", run_context(line, false), json::array({to_json_row(row)}));
+  write_results(arguments.json, "detect", run_context(line, false), json::array({without_nulls(row)}));
   return success;
 }
 

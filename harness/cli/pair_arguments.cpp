@@ -141,7 +141,8 @@ void PairArguments::require_output(std::span<const std::string> files) const {
 }
 
 fs::path Pictures::file(const std::string& name, const std::string& caption) {
-  written_.push_back({.caption = caption, .file = beside(arguments_.json, arguments_.output, name + ".png")});
+  written_.push_back(
+      {{"caption", caption}, {"file", beside(arguments_.json, arguments_.output, name + ".png")}});
   return arguments_.output / (name + ".png");
 }
 

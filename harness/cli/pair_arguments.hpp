@@ -1,7 +1,6 @@
 #pragma once
 
 #include "harness/cli/arguments.hpp"
-#include "harness/judge/registration/registration_row.hpp"
 
 #include <filesystem>
 #include <span>
@@ -47,13 +46,14 @@ public:
   /// Red above 0 and blue below, full at `largest`; over `ground`, where there is one.
   void signed_values(const std::string& name, const std::string& caption, const ScalarField& values,
                      double largest, const ScalarField& ground = {});
-  [[nodiscard]] const std::vector<NamedPicture>& written() const { return written_; }
+  /// [{caption, file: relative to the result file}, ...]
+  [[nodiscard]] const json& written() const { return written_; }
 
 private:
   [[nodiscard]] std::filesystem::path file(const std::string& name, const std::string& caption);
 
   const PairArguments& arguments_;
-  std::vector<NamedPicture> written_{};
+  json written_ = json::array();
 };
 
 } // namespace hdmbench::commands

@@ -6,6 +6,7 @@
 #include "harness/cli/pair_arguments.hpp"
 #include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
+#include "harness/judge/registration/ways.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
@@ -25,7 +26,7 @@ struct Outcome {
   VectorField displacement;
   VectorField confidence;         ///< of Algorithm 5
   std::vector<VectorField> strip; ///< of Algorithm 6
-  RegistrationRow row;
+  json row;                       ///< as it stands in the result file
 };
 
 ScalarField difference_of(const ScalarField& a, const ScalarField& b) {
@@ -90,10 +91,10 @@ void write_files(const PairArguments& arguments, const PictureData& data, Outcom
                   fmt::format("after level {} of {}", level + 1, outcome.strip.size()),
                   warp(data.source, outcome.strip[level]));
   }
-  outcome.row.pictures = pictures.written();
+  outcome.row["pictures"] = pictures.written();
   write_displacement(arguments.output / "displacement.nrrd", outcome.displacement, data.scene.spacing,
                      data.placement);
-  outcome.row.field = beside(arguments.json, arguments.output, "displacement.nrrd");
+  outcome.row["field"] = beside(arguments.json, arguments.output, "displacement.nrrd");
 }
 
 Outcome register_region(const Arguments& arguments, const PictureData& data, const Backend& backend,
@@ -108,10 +109,10 @@ Outcome register_region(const Arguments& arguments, const PictureData& data, con
   Solution solution = make_physical(data.source, data.target, first.displacement, data.region, data.scene,
                                     backend, arguments.pair.scene.session, outcome.confidence, progress);
   outcome.displacement = std::move(solution.displacement);
-  outcome.row.conventional = arguments.conventional;
-  outcome.row.conventional_seconds = first.seconds;
-  outcome.row.seconds = first.seconds + solution.timings.total();
-  outcome.row.energy = energy_names[static_cast<std::size_t>(data.scene.energy)];
+  outcome.row = {{"conventional", arguments.conventional},
+                 {"conventional_seconds", first.seconds},
+                 {"seconds", first.seconds + solution.timings.total()},
+                 {"energy", energy_names[static_cast<std::size_t>(data.scene.energy)]}};
   return outcome;
 }
 
@@ -124,19 +125,20 @@ Outcome register_iterated(const Arguments& arguments, const PictureData& data, c
   IteratedRegistration found =
       register_iteratively(data.source, data.target, data.scene, data.region, {}, *session, progress);
   Outcome outcome;
+  outcome.row = {{"converged", found.converged},
+                 {"seconds", found.seconds},
+                 {"energy", energy_names[static_cast<std::size_t>(EnergyModel::elastic)]},
+                 {"iterations", json::array()}};
   for (const RegistrationIteration& iteration : found.iterations) {
-    outcome.row.iterations.push_back({.level = iteration.level,
-                                      .width = iteration.extent.width,
-                                      .height = iteration.extent.height,
-                                      .difference = iteration.difference,
-                                      .outliers = iteration.outliers,
-                                      .step = iteration.step});
+    outcome.row["iterations"].push_back({{"level", iteration.level},
+                                         {"width", iteration.extent.width},
+                                         {"height", iteration.extent.height},
+                                         {"difference", iteration.difference},
+                                         {"outliers", iteration.outliers},
+                                         {"step", iteration.step}});
   }
   outcome.displacement = std::move(found.displacement);
   outcome.strip = std::move(found.strip);
-  outcome.row.converged = found.converged;
-  outcome.row.seconds = found.seconds;
-  outcome.row.energy = energy_names[static_cast<std::size_t>(EnergyModel::elastic)];
   return outcome;
 }
 
@@ -163,52 +165,63 @@ int run_register(const Arguments& arguments, const CLI::App& command, const std:
   Outcome outcome = arguments.iterate ? register_iterated(arguments, data, backend, progress)
                                       : register_region(arguments, data, backend, progress);
   progress.clear();
-  RegistrationRow& row = outcome.row;
-  row.set_scene(data.scene);
-  row.spacing = data.scene.spacing;
-  row.placement = data.placement;
-  row.algorithm = registration_algorithms[arguments.iterate ? 1 : 0];
-  row.backend = std::string(backend.name());
-  row.device = device.name;
-  row.before = similarity(data.source, data.target);
-  row.after = similarity(data.source, pulled_back(data.target, outcome.displacement));
-  const Warnings warnings = diagnose(data.source, data.target, row.before, row.after);
-  if (!warnings.empty()) {
-    row.warnings = warnings;
-  }
-  row.largest_displacement = largest_magnitude(outcome.displacement);
+  const Similarity before = similarity(data.source, data.target);
+  const Similarity after = similarity(data.source, pulled_back(data.target, outcome.displacement));
+  const Warnings warnings = diagnose(data.source, data.target, before, after);
+  const double largest = largest_magnitude(outcome.displacement);
   const ScalarField areas = least_area_ratios(outcome.displacement);
-  row.folds = std::ranges::count_if(areas.values, [](float ratio) { return !(ratio > 0.0F); });
+  const auto folds = std::ranges::count_if(areas.values, [](float ratio) { return !(ratio > 0.0F); });
+  const bool converged = outcome.row.value("converged", true);
+  const auto as_json = [](const Similarity& alike) -> json {
+    return {{"mean_squares", alike.mean_squares},
+            {"correlation", alike.correlation},
+            {"mutual_information", alike.mutual_information}};
+  };
+  json& row = outcome.row;
+  row.update(row_of(data.scene));
+  row.update({{"spacing", data.scene.spacing},
+              {"placement", data.placement},
+              {"algorithm", arguments.iterate ? "iterated" : "region"},
+              {"backend", backend.name()},
+              {"device", device.name},
+              {"before", as_json(before)},
+              {"after", as_json(after)},
+              {"folds", folds},
+              {"largest_displacement", largest}});
+  if (!warnings.empty()) {
+    row["warnings"] = warnings;
+  }
   write_files(arguments.pair, data, outcome);
 
-  fmt::print("{}, {} x {} pixels of {:.4g} mm, {} energy on {} ({})\n\n", data.scene.title, row.width,
-             row.height, row.spacing, row.energy, row.backend, row.device);
+  fmt::print("{}, {} x {} pixels of {:.4g} mm, {} energy on {} ({})\n\n", data.scene.title,
+             data.scene.extent().width, data.scene.extent().height, data.scene.spacing,
+             row["energy"].get<std::string>(), backend.name(), device.name);
   if (arguments.iterate) {
-    fmt::print("{}\n  {}\n\n", table_text(row.iterations, "size|difference|outliers|step:step, px"),
-               row.converged.value_or(false)
-                   ? "Converged: the last step moved nothing by more than its tolerance."
-                   : "Not converged: the last step still moved the tissue; look at the differences.");
+    fmt::print("{}\n  {}\n\n", table_text(row["iterations"], "size|difference|outliers|step:step, px"),
+               converged ? "Converged: the last step moved nothing by more than its tolerance."
+                         : "Not converged: the last step still moved the tissue; look at the differences.");
   }
   json measures = json::array();
   for (const auto& [what, measure] :
        {std::pair{"mean squared difference", &Similarity::mean_squares},
         std::pair{"correlation", &Similarity::correlation},
         std::pair{"mutual information, bits", &Similarity::mutual_information}}) {
-    measures.push_back({{"what", what}, {"before", row.before.*measure}, {"after", row.after.*measure}});
+    measures.push_back({{"what", what}, {"before", before.*measure}, {"after", after.*measure}});
   }
   fmt::print("{}\n  largest displacement {:.4g} px, {} folded cells, {:.3g} s{}\n",
-             table_text(measures, "what:|before|after"), row.largest_displacement, row.folds, row.seconds,
-             row.conventional_seconds
-                 ? fmt::format(" ({:.3g} of them ITK's {})", *row.conventional_seconds, row.conventional)
-                 : "");
+             table_text(measures, "what:|before|after"), largest, folds, row["seconds"].get<double>(),
+             arguments.iterate
+                 ? ""
+                 : fmt::format(" ({:.3g} of them ITK's {})", row["conventional_seconds"].get<double>(),
+                               arguments.conventional));
   fmt::print("  {}: the displacement in millimetres; beside it {} pictures\n",
-             (arguments.pair.output / "displacement.nrrd").string(), row.pictures.size());
-  if (row.warnings) {
+             (arguments.pair.output / "displacement.nrrd").string(), row["pictures"].size());
+  if (!warnings.empty()) {
     fmt::print("\n{}", warnings_text(warnings));
   }
-  write_results(arguments.pair.json, "register", run_context(line, false), json::array({to_json_row(row)}));
+  write_results(arguments.pair.json, "register", run_context(line, false), json::array({without_nulls(row)}));
   const bool alike = std::ranges::find(warnings, no_likeness, &Warning::kind) == warnings.end();
-  return alike && row.converged.value_or(true) ? success : disagreement;
+  return alike && converged ? success : disagreement;
 }
 
 } // namespace

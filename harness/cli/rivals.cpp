@@ -1,7 +1,6 @@
 #include "harness/judge/registration/rivals.hpp"
 #include "backends/shared/elastic_session.hpp"
 #include "harness/cli/arguments.hpp"
-#include "harness/measure/median.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/images/images.hpp"
 
@@ -21,6 +20,10 @@ struct Arguments {
   std::string other; ///< scene; empty: the pair is planted
   fs::path output;
   fs::path json;
+
+  [[nodiscard]] WantedWays wanted() const {
+    return [all = !quick](std::string_view way) { return all || is_quick(way); };
+  }
 };
 
 /// What one of the four things that rivals does comes to.
@@ -28,15 +31,6 @@ struct Found {
   const char* command; ///< as result files call it
   json rows;
 };
-
-template <typename Row>
-json as_json(const std::vector<Row>& rows) {
-  json list = json::array();
-  for (const Row& row : rows) {
-    list.push_back(to_json_row(row));
-  }
-  return list;
-}
 
 /// For `register` and `detect`.
 void write_pair(const fs::path& folder, const Scene& scene, const PlantedPair& pair, std::string_view what) {
@@ -58,7 +52,7 @@ Found compare(const Arguments& arguments, const Scene& scene, const Backend& bac
       write_pair(arguments.output / name, scene, plant(scene, options), name);
     }
     const json rows =
-        as_json(compare_rivals(scene, options, !arguments.quick, backend, arguments.scene.session, progress));
+        compare_rivals(arguments.wanted(), scene, scene, options, backend, arguments.scene.session, progress);
     progress.clear();
     fmt::print("{}, {} x {}: {} of {:g} px, noise {:g} %, seed {}; RMSD to the truth in pixels\n\n{}\n",
                scene.name, scene.extent().width, scene.extent().height, name, options.amplitude,
@@ -74,8 +68,8 @@ Found compare_people(const Arguments& arguments, const Scene& scene, const Backe
                      Progress& progress) {
   SceneArguments other = arguments.scene;
   other.scene = arguments.other;
-  json rows = as_json(hdmbench::compare_people(scene, other.load(), !arguments.quick, backend,
-                                               arguments.scene.session, progress));
+  json rows = hdmbench::compare_people(arguments.wanted(), scene, other.load(), backend,
+                                       arguments.scene.session, progress);
   progress.clear();
   fmt::print("{} to {}, {} x {}: overlap of the labels (Dice)\n\n{}\n", scene.name, arguments.other,
              scene.extent().width, scene.extent().height,
@@ -87,38 +81,27 @@ Found look(const Arguments& arguments, const Scene& scene, const Backend& backen
   const auto session = backend.open_elastic(arguments.scene.session);
   progress.set_total(2.0 * arguments.detection);
   progress.describe(fmt::format("rivals {}: planted inclusions", scene.name));
-  std::vector<InclusionRow> rows;
-  std::vector<double> distances;
-  std::vector<double> contrasts;
   const double noise = arguments.pictures ? PlantedOptions{}.noise : PlantedInclusion{}.noise;
-  for (int number = 0; number < arguments.detection; ++number) {
-    const auto seed = 1U + static_cast<std::uint32_t>(number);
-    PlantedInclusion inclusion = arguments.spread ? any_inclusion(seed) : PlantedInclusion{.seed = seed};
+  const auto inclusion_of = [&](std::uint32_t number) {
+    PlantedInclusion inclusion = arguments.spread ? any_inclusion(number) : PlantedInclusion{.seed = number};
     inclusion.noise = noise;
-    if (number == 0 && arguments.pictures && !arguments.output.empty()) {
-      PlantedInclusion exact = inclusion;
-      exact.noise = 0.0;
-      const PlantedField field = plant(scene, exact);
-      write_pair(arguments.output / "inclusion", scene, pictures_of(scene, field, noise, seed),
-                 fmt::format("an inclusion at x = {:.1f}, y = {:.1f}", field.x, field.y));
-    }
-    for (const double contrast : {inclusion.contrast, 1.0}) {
-      inclusion.contrast = contrast;
-      InclusionRow& row =
-          rows.emplace_back(look_for(scene, scene, inclusion, arguments.pictures, *session, progress));
-      row.spread = arguments.spread;
-      if (contrast != 1.0) {
-        distances.push_back(row.distance);
-        contrasts.push_back(row.found_contrast / contrast);
-      }
-    }
+    return inclusion;
+  };
+  if (arguments.pictures && !arguments.output.empty()) {
+    PlantedInclusion exact = inclusion_of(1);
+    exact.noise = 0.0;
+    const PlantedField field = plant(scene, exact);
+    write_pair(arguments.output / "inclusion", scene, pictures_of(scene, field, noise, exact.seed),
+               fmt::format("an inclusion at x = {:.1f}, y = {:.1f}", field.x, field.y));
+  }
+  json rows = look_for_cases(arguments.detection, inclusion_of, {scene, scene, arguments.pictures, *session},
+                             progress);
+  for (json& row : rows) {
+    row["spread"] = arguments.spread;
   }
   progress.clear();
-  const auto more_than_chance = [&](bool hidden) {
-    return std::ranges::count_if(rows, [&](const InclusionRow& row) {
-      return (row.contrast != 1.0) == hidden && row.score > row.by_chance;
-    });
-  };
+  const json figures = detection_figures(rows);
+  const auto figure = [&](const char* key) { return figures[key].get<double>(); };
   fmt::print("{}, {} x {}: {} cases with an inclusion of {}, as many without; noise {:g} % of {}\n"
              "  area under the ROC {:.3f}; had the place been known {:.3f}\n"
              "  more than chance found in {} cases with an inclusion, in {} without\n"
@@ -128,15 +111,14 @@ Found look(const Arguments& arguments, const Scene& scene, const Backend& backen
                               : fmt::format("radius {:g} px and contrast {:g}", PlantedInclusion{}.radius,
                                             PlantedInclusion{}.contrast),
              100.0 * noise, arguments.pictures ? "white, in the pictures" : "the largest displacement",
-             area_under_roc(rows).value_or(0.0),
-             area_under_roc(rows, &InclusionRow::place_score).value_or(0.0), more_than_chance(true),
-             more_than_chance(false), median(distances), median(contrasts));
-  return {"roc", as_json(rows)};
+             figure("area"), figure("area_by_place"), figure("found"), figure("mistaken"), figure("distance"),
+             figure("found_share"));
+  return {"roc", std::move(rows)};
 }
 
 Found turn(const Arguments& arguments, const Scene& scene, const Backend& backend, Progress& progress) {
-  json rows = as_json(
-      turn_knobs(scene, arguments.knobs, !arguments.quick, backend, arguments.scene.session, progress));
+  json rows =
+      turn_knobs(scene, arguments.knobs, !arguments.quick, backend, arguments.scene.session, progress);
   progress.clear();
   fmt::print(
       "{}, {} x {}: {} cases of each value; errors in pixels. Algorithms 5 and 6 register a resection, "

@@ -1,9 +1,8 @@
 #include "harness/judge/registration/rivals.hpp"
 
-#include "harness/applications/conventional_registration.hpp"
-#include "harness/applications/iterated_registration.hpp"
-#include "harness/applications/physical_registration.hpp"
+#include "backends/shared/elastic_session.hpp"
 #include "harness/applications/picture.hpp"
+#include "harness/scene/row_fields.hpp"
 #include "harness/scene/sites.hpp"
 
 #include <fmt/format.h>
@@ -15,6 +14,10 @@
 namespace hdmbench {
 
 namespace {
+
+using nlohmann::json;
+
+constexpr std::string_view algorithm_7 = "Algorithm 7";
 
 /// What is turned, and back to usual for each value.
 struct Settings {
@@ -73,14 +76,6 @@ void mistake_labels(Scene& scene, double share) {
   set_inverse_modulus(scene.full);
 }
 
-double mean_over_tissue(const VectorField& confidence, const LabelField& labels) {
-  double sum = 0.0;
-  for (std::size_t site = 0; site < labels.values.size(); ++site) {
-    sum += labels.values[site] > 0 ? 0.5 * static_cast<double>(confidence.x[site] + confidence.y[site]) : 0.0;
-  }
-  return sum / static_cast<double>(std::ranges::count_if(labels.values, [](int label) { return label > 0; }));
-}
-
 std::vector<Knob> knobs() {
   constexpr bool no = false;
   return {
@@ -114,104 +109,78 @@ std::vector<Knob> knobs() {
        }}};
 }
 
-/// Algorithm 6, or 5 after ITK's B-splines.
-void register_cases(const Scene& scene, Settings settings, bool iterates, KnobRow& row,
-                    const Backend& backend, const SessionOptions& options) {
-  Progress silent(false);
-  const auto session = backend.open_elastic(options);
-  const Scene told = with_elastic_energy(settings.told);
-  const auto count = static_cast<double>(row.cases);
-  const auto add = [&](std::optional<double>& mean, double value) {
-    mean = mean.value_or(0.0) + value / count;
+/// Of the cases that `algorithm` registered.
+json registration_figures(const json& cases, std::string_view algorithm) {
+  json figures;
+  const auto of_method = [&](std::string_view method, const char* key) {
+    double sum = 0.0;
+    int count = 0;
+    for (const json& row : cases) {
+      if (row["method"] == method && row.contains(key)) {
+        sum += row[key].get<double>();
+        ++count;
+      }
+    }
+    return count > 0 ? json(sum / count) : json();
   };
-  row.folded = 0;
-  for (std::int64_t number = 0; number < row.cases; ++number) {
-    settings.pair.seed = static_cast<std::uint32_t>(number + 1);
-    const PlantedPair pair = plant(scene, settings.pair);
-    VectorField displacement;
-    if (iterates) {
-      IteratedRegistration found =
-          register_iteratively(pair.source, pair.target, told, pair.region, {}, *session, silent);
-      add(row.outliers, found.iterations.back().outliers);
-      row.not_converged = row.not_converged.value_or(0) + (found.converged ? 0 : 1);
-      row.seconds += found.seconds / count;
-      displacement = std::move(found.displacement);
-    } else {
-      const ConventionalRegistration before =
-          register_conventionally(pair.source, pair.target, pair.region, {}, silent);
-      VectorField confidence;
-      Solution solution = make_physical(pair.source, pair.target, before.displacement, pair.region, told,
-                                        backend, options, confidence, silent);
-      add(row.conventional, error_of(before.displacement, pair, scene.labels).region);
-      add(row.believed, mean_over_tissue(confidence, told.labels));
-      row.seconds += (before.seconds + solution.timings.total()) / count;
-      displacement = std::move(solution.displacement);
-    }
-    const RegistrationError error = error_of(displacement, pair, scene.labels);
-    add(row.tissue, error.tissue);
-    add(row.region, error.region);
-    *row.folded += error.folds > 0 ? 1 : 0;
+  for (const char* const key : {"tissue", "region", "seconds", "outliers", "believed"}) {
+    figures[key] = of_method(algorithm, key);
   }
-}
-
-void detect_cases(const Scene& scene, Settings settings, KnobRow& row, ElasticSession& session) {
-  Progress silent(false);
-  std::vector<InclusionRow> found;
-  std::vector<double> distances;
-  row.found = row.mistaken = row.warned = row.mistaken_warned = 0;
-  for (std::int64_t number = 0; number < row.cases; ++number) {
-    settings.inclusion.seed = static_cast<std::uint32_t>(number + 1);
-    for (const double contrast : {settings.inclusion.contrast, 1.0}) {
-      PlantedInclusion inclusion = settings.inclusion;
-      inclusion.contrast = contrast;
-      const InclusionRow one = look_for(scene, settings.told, inclusion, false, session, silent);
-      if (one.score > one.by_chance) {
-        ++(contrast == 1.0 ? *row.mistaken : *row.found);
-        (contrast == 1.0 ? *row.mistaken_warned : *row.warned) += one.doubted ? 1 : 0;
-      }
-      if (contrast != 1.0) {
-        distances.push_back(one.distance);
-      }
-      row.seconds += one.seconds / (2.0 * static_cast<double>(row.cases));
-      found.push_back(one);
-    }
+  const auto count = [&](const char* key, const auto& holds) {
+    figures[key] = std::ranges::count_if(
+        cases, [&](const json& row) { return row["method"] == algorithm && holds(row); });
+  };
+  count("folded", [](const json& row) { return row["folds"] > 0; });
+  if (algorithm == algorithm_5) {
+    figures["conventional"] = of_method(by_b_splines, "region");
+  } else {
+    count("not_converged", [](const json& row) { return row["converged"] == false; });
   }
-  row.area = area_under_roc(found);
-  const auto middle = distances.begin() + std::ssize(distances) / 2;
-  std::ranges::nth_element(distances, middle);
-  row.distance = *middle;
+  return without_nulls(figures);
 }
 
 } // namespace
 
-std::vector<KnobRow> turn_knobs(const Scene& scene, int cases, bool slow, const Backend& backend,
-                                const SessionOptions& options, Progress& progress) {
+json turn_knobs(const Scene& scene, int cases, bool slow, const Backend& backend,
+                const SessionOptions& options, Progress& progress) {
   const auto session = backend.open_elastic(options);
-  std::vector<KnobRow> rows;
+  const auto wanted = [&](std::string_view way) {
+    return way == algorithm_6 || (slow && (way == algorithm_5 || way == by_b_splines));
+  };
+  Progress silent(false);
+  json rows = json::array();
   for (const Knob& knob : knobs()) {
-    for (const std::string_view algorithm : {algorithm_5, algorithm_6, algorithm_7}) {
-      const bool detects = algorithm == algorithm_7;
-      if (!(detects ? knob.detects : knob.registers) || (algorithm == algorithm_5 && !slow)) {
-        continue;
-      }
-      for (const double value : knob.values) {
-        progress.describe(fmt::format("rivals {}: {}, {} {:g}", scene.name, algorithm, knob.name, value));
-        Settings settings{.told = scene};
-        knob.turn(settings, value);
-        KnobRow row;
-        row.set_scene(scene);
-        row.algorithm = std::string(algorithm);
-        row.knob = std::string(knob.name);
-        row.value = value;
-        row.cases = cases;
-        if (detects) {
-          detect_cases(scene, settings, row, *session);
-        } else {
-          register_cases(scene, settings, algorithm == algorithm_6, row, backend, options);
+    for (const double value : knob.values) {
+      progress.describe(fmt::format("rivals {}: {} {:g}", scene.name, knob.name, value));
+      Settings settings{.told = scene};
+      knob.turn(settings, value);
+      const auto add = [&](std::string_view algorithm, const json& figures) {
+        json& row = rows.emplace_back(row_of(scene));
+        row.update({{"algorithm", algorithm}, {"knob", knob.name}, {"value", value}, {"cases", cases}});
+        row.update(figures);
+      };
+      if (knob.registers) {
+        json registered = json::array();
+        for (int number = 1; number <= cases; ++number) {
+          settings.pair.seed = static_cast<std::uint32_t>(number);
+          const json more =
+              compare_rivals(wanted, scene, settings.told, settings.pair, backend, options, silent);
+          registered.insert(registered.end(), more.begin(), more.end());
         }
-        rows.push_back(row);
-        progress.advance(1.0);
+        if (slow) {
+          add(algorithm_5, registration_figures(registered, algorithm_5));
+        }
+        add(algorithm_6, registration_figures(registered, algorithm_6));
       }
+      if (knob.detects) {
+        const auto inclusion_of = [&](std::uint32_t number) {
+          settings.inclusion.seed = number;
+          return settings.inclusion;
+        };
+        const Search search{scene, settings.told, false, *session};
+        add(algorithm_7, detection_figures(look_for_cases(cases, inclusion_of, search, silent)));
+      }
+      progress.advance(1.0);
     }
   }
   return rows;

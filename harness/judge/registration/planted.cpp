@@ -22,7 +22,7 @@ using Way = std::array<double, 2>; // pixels
 
 /// The deformation of a scene's tissue on a mesh of its own, at the scene's sites. modulus(x, y, labelled)
 /// MPa; prescribed(x, y, label), none: free.
-VectorField deformation(const Scene& scene, double poisson,
+VectorField deformation(const Scene& scene,
                         const std::function<double(double x, double y, double labelled)>& modulus,
                         const std::function<std::optional<Way>(double x, double y, int label)>& prescribed) {
   const Extent extent = scene.extent();
@@ -46,7 +46,8 @@ VectorField deformation(const Scene& scene, double poisson,
       problem.prescribed.y[node] = (*way)[1] / mesh_width;
     }
   });
-  const VectorField on_mesh = solve_finite_elements(problem, ElementRule::plane_stress(poisson)).to_float();
+  const VectorField on_mesh =
+      solve_finite_elements(problem, ElementRule::plane_stress(planted_poisson)).to_float();
   VectorField field(extent);
   for_each_site(extent, [&](int x, int y) {
     const std::size_t site = extent.index(x, y);
@@ -203,8 +204,7 @@ PlantedPair plant(const Scene& scene, const PlantedOptions& options) {
   const auto is_inside = [&](double x, double y) { return std::hypot(x - centre.x, y - centre.y) <= radius; };
   PlantedPair pair;
   pair.truth = deformation(
-      scene, options.poisson,
-      [&](double x, double y, double labelled) { return resects && is_inside(x, y) ? 0.3 : labelled; },
+      scene, [&](double x, double y, double labelled) { return resects && is_inside(x, y) ? 0.3 : labelled; },
       [&](double x, double y, int label) -> std::optional<Way> {
         if (grows && is_inside(x, y)) {
           return Way{options.amplitude * (x - centre.x) / radius,
@@ -247,7 +247,7 @@ PlantedField plant(const Scene& scene, const PlantedInclusion& options) {
     }
   }
   field.observed = deformation(
-      scene, options.poisson,
+      scene,
       [&](double x, double y, double labelled) {
         return std::hypot(x - field.x, y - field.y) <= options.radius ? options.contrast * labelled
                                                                       : labelled;

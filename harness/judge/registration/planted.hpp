@@ -24,8 +24,7 @@ struct PlantedOptions {
   double amplitude = 10.0;    ///< largest displacement, pixels
   double noise = 0.03;        ///< standard deviation in both pictures, share of 255
   double region_share = 0.07; ///< radius of growth and resection over the image's width
-  double poisson = planted_poisson;
-  std::uint32_t seed = 1; ///< place, direction, noise
+  std::uint32_t seed = 1;     ///< place, direction, noise
 };
 
 struct PlantedPair {
@@ -47,7 +46,6 @@ struct PlantedInclusion {
   double noise = 0.01;   ///< of the observed displacement, standard deviation, share of the largest one
   double amplitude = 10.0;
   double region_share = 0.13; ///< radius of the region of interest over the image's width
-  double poisson = planted_poisson;
   std::uint32_t seed = 1;
 };
 

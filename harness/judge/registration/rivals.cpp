@@ -4,6 +4,7 @@
 #include "harness/applications/iterated_registration.hpp"
 #include "harness/applications/picture.hpp"
 #include "harness/judge/diagnosis/deformation.hpp"
+#include "harness/measure/median.hpp"
 #include "harness/scene/sites.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "kernels/data/input_error.hpp"
@@ -18,6 +19,8 @@
 namespace hdmbench {
 
 namespace {
+
+using nlohmann::json;
 
 /// Sites of a label in one list of labels, in another, and in both at once.
 struct LabelCount {
@@ -84,6 +87,16 @@ VectorField given_outside(const Scene& scene, const PlantedPair& pair, bool look
   return solver.solve(given, progress).displacement;
 }
 
+/// Cells of tissue (label > 0) that are turned over.
+std::int64_t folds_of(const VectorField& displacement, const LabelField& labels) {
+  const ScalarField areas = least_area_ratios(displacement);
+  std::int64_t folds = 0;
+  for_each_site(areas.extent, [&](int x, int y) {
+    folds += labels.values[labels.extent.index(x, y)] > 0 && !(areas.values[areas.extent.index(x, y)] > 0.0F);
+  });
+  return folds;
+}
+
 } // namespace
 
 RegistrationError error_of(const VectorField& displacement, const PlantedPair& pair,
@@ -123,47 +136,37 @@ RegistrationError error_of(const VectorField& displacement, const PlantedPair& p
   return error;
 }
 
-std::int64_t folds_of(const VectorField& displacement, const LabelField& labels) {
-  const ScalarField areas = least_area_ratios(displacement);
-  std::int64_t folds = 0;
-  for_each_site(areas.extent, [&](int x, int y) {
-    folds += labels.values[labels.extent.index(x, y)] > 0 && !(areas.values[areas.extent.index(x, y)] > 0.0F);
-  });
-  return folds;
-}
-
-std::vector<RivalRow> compare_rivals(const Scene& scene, const PlantedOptions& planted, bool slow,
-                                     const Backend& backend, const SessionOptions& session,
-                                     Progress& progress) {
-  const Scene elastic = with_elastic_energy(scene);
+json compare_rivals(const WantedWays& wanted, const Scene& scene, const Scene& told,
+                    const PlantedOptions& planted, const Backend& backend, const SessionOptions& session,
+                    Progress& progress) {
+  const Scene elastic = with_elastic_energy(told);
   const auto what = planted_names[static_cast<std::size_t>(planted.kind)];
   const std::string caption = fmt::format("rivals {}: {}", scene.name, what);
   progress.describe(caption);
   const PlantedPair pair = plant(scene, planted);
   const bool looks_different = planted.kind != Planted::pressure;
-  std::vector<RivalRow> rows;
-  const auto add = [&](const RegisteredPair& registered) {
-    RivalRow row;
-    static_cast<RegistrationError&>(row) = error_of(registered.displacement, pair, scene.labels);
-    row.set_scene(scene);
-    row.planted = what;
-    row.amplitude = planted.amplitude;
-    row.noise = planted.noise;
-    row.seed = planted.seed;
-    row.method = registered.method;
-    row.knows_region = registered.knows_region;
-    row.seconds = registered.seconds;
-    rows.push_back(row);
-  };
-  register_every_way({pair.source, pair.target, pair.region, looks_different}, elastic, slow, backend,
-                     session, caption, progress, add);
-  add({std::string(truth_outside), given_outside(elastic, pair, looks_different, backend, session, progress),
-       0.0, true});
+  std::vector<RegisteredPair> all =
+      register_by(wanted, {pair.source, pair.target, pair.region, looks_different}, elastic, backend, session,
+                  caption, progress);
+  if (wanted(truth_outside)) {
+    RegisteredPair& given = all.emplace_back(
+        given_outside(elastic, pair, looks_different, backend, session, progress), row_of(scene));
+    given.row.update({{"method", truth_outside}, {"knows_region", true}, {"seconds", 0.0}});
+  }
+  json rows = json::array();
+  for (const RegisteredPair& registered : all) {
+    json& row = rows.emplace_back(registered.row);
+    row.update(json(error_of(registered.displacement, pair, scene.labels)));
+    row.update({{"planted", what},
+                {"amplitude", planted.amplitude},
+                {"noise", planted.noise},
+                {"seed", planted.seed}});
+  }
   return rows;
 }
 
-std::vector<PeopleRow::Overlap> overlaps_of(const LabelField& source, const LabelField& target,
-                                            const VectorField& displacement) {
+std::vector<Overlap> overlaps_of(const LabelField& source, const LabelField& target,
+                                 const VectorField& displacement) {
   const Extent extent = source.extent;
   std::vector<int> there(extent.sites());
   for_each_site(extent, [&](int x, int y) {
@@ -173,7 +176,7 @@ std::vector<PeopleRow::Overlap> overlaps_of(const LabelField& source, const Labe
     there[site] = target.values[extent.index(std::clamp(static_cast<int>(to_x), 0, extent.width - 1),
                                              std::clamp(static_cast<int>(to_y), 0, extent.height - 1))];
   });
-  std::vector<PeopleRow::Overlap> overlaps;
+  std::vector<Overlap> overlaps;
   for (const auto& [label, count] : count_labels(source.values, there)) {
     const bool in_both =
         std::ranges::count(source.values, label) > 0 && std::ranges::count(target.values, label) > 0;
@@ -184,9 +187,8 @@ std::vector<PeopleRow::Overlap> overlaps_of(const LabelField& source, const Labe
   return overlaps;
 }
 
-std::vector<PeopleRow> compare_people(const Scene& scene, const Scene& other, bool slow,
-                                      const Backend& backend, const SessionOptions& session,
-                                      Progress& progress) {
+json compare_people(const WantedWays& wanted, const Scene& scene, const Scene& other, const Backend& backend,
+                    const SessionOptions& session, Progress& progress) {
   for (const Scene* const one : {&scene, &other}) {
     if (one->picture.values.empty() || one->labels.values.empty() || one->extent() != scene.extent()) {
       throw InputError(
@@ -194,27 +196,25 @@ std::vector<PeopleRow> compare_people(const Scene& scene, const Scene& other, bo
     }
   }
   const ScalarField nowhere(scene.extent());
-  std::vector<PeopleRow> rows;
-  register_every_way(
-      {scene.picture, other.picture, nowhere, false}, scene, slow, backend, session,
-      fmt::format("rivals {} to {}", scene.name, other.name), progress,
-      [&](const RegisteredPair& registered) {
-        PeopleRow row;
-        row.set_scene(scene);
-        row.other = other.name;
-        row.method = registered.method;
-        row.overlaps = overlaps_of(scene.labels, other.labels, registered.displacement);
-        row.correlation =
-            similarity(scene.picture, pulled_back(other.picture, registered.displacement)).correlation;
-        row.folds = folds_of(registered.displacement, scene.labels);
-        row.seconds = registered.seconds;
-        for (const PeopleRow::Overlap& overlap : row.overlaps) {
-          row.dice += overlap.dice / static_cast<double>(row.overlaps.size());
-        }
-        rows.push_back(std::move(row));
-      });
-  if (rows.front().overlaps.empty()) {
-    throw InputError(fmt::format("{} and {} have no label above 0 in common", scene.name, other.name));
+  json rows = json::array();
+  for (const RegisteredPair& registered :
+       register_by(wanted, {scene.picture, other.picture, nowhere, false}, scene, backend, session,
+                   fmt::format("rivals {} to {}", scene.name, other.name), progress)) {
+    const std::vector<Overlap> overlaps = overlaps_of(scene.labels, other.labels, registered.displacement);
+    if (overlaps.empty()) {
+      throw InputError(fmt::format("{} and {} have no label above 0 in common", scene.name, other.name));
+    }
+    double dice = 0.0;
+    for (const Overlap& overlap : overlaps) {
+      dice += overlap.dice / static_cast<double>(overlaps.size());
+    }
+    json& row = rows.emplace_back(registered.row);
+    row.update({{"other", other.name},
+                {"dice", dice},
+                {"overlaps", overlaps},
+                {"correlation",
+                 similarity(scene.picture, pulled_back(other.picture, registered.displacement)).correlation},
+                {"folds", folds_of(registered.displacement, scene.labels)}});
   }
   return rows;
 }
@@ -229,8 +229,8 @@ PlantedInclusion any_inclusion(std::uint32_t seed) {
   return inclusion;
 }
 
-InclusionRow look_for(const Scene& scene, const Scene& told, const PlantedInclusion& inclusion, bool pictures,
-                      ElasticSession& session, Progress& progress) {
+json look_for(const PlantedInclusion& inclusion, const Search& search) {
+  const auto& [scene, told, pictures, session] = search;
   PlantedInclusion planted = inclusion;
   planted.noise = pictures ? 0.0 : inclusion.noise;
   const PlantedField field = plant(scene, planted);
@@ -238,53 +238,95 @@ InclusionRow look_for(const Scene& scene, const Scene& told, const PlantedInclus
   const DetectionOptions quick{.repetitions = 0};
   const PlantedPair pair =
       pictures_of(scene, field, pictures ? inclusion.noise : PlantedOptions{}.noise, inclusion.seed);
-  const auto detect = [&] {
-    if (!pictures) {
-      return detect_modulus(field.observed, field.region, told, quick, session, silent);
-    }
+  Detection found;
+  double seconds = 0.0;
+  if (pictures) {
     const IteratedRegistration registered =
         register_iteratively(pair.source, pair.target, told, {}, {}, session, silent);
-    Detection found = detect_modulus(pair.source, pair.target, registered.displacement, field.region, told,
-                                     quick, session, silent);
-    found.seconds += registered.seconds;
-    return found;
-  };
-  const Detection found = detect();
-  progress.advance(1.0);
-  InclusionRow row;
-  row.set_scene(scene);
-  row.radius = inclusion.radius;
-  row.contrast = inclusion.contrast;
-  row.noise = inclusion.noise;
-  row.pictures = pictures;
-  row.seed = inclusion.seed;
-  row.score = std::abs(found.largest);
-  row.by_chance = std::ranges::max(found.by_chance);
-  row.distance = std::hypot(found.x - field.x, found.y - field.y);
-  row.found_contrast = found.contrast;
-  row.doubted = doubt_labels(pair.source, told, found).is_serious();
-  row.seconds = found.seconds;
+    seconds = registered.seconds;
+    found = detect_modulus(pair.source, pair.target, registered.displacement, field.region, told, quick,
+                           session, silent);
+  } else {
+    found = detect_modulus(field.observed, field.region, told, quick, session, silent);
+  }
+  double place_score = 0.0;
   for_each_site(scene.extent(), [&](int x, int y) {
     if (std::hypot(x - field.x, y - field.y) < 1.0) {
       const auto significance = static_cast<double>(found.significance.values[scene.extent().index(x, y)]);
-      row.place_score = std::max(row.place_score, std::abs(significance));
+      place_score = std::max(place_score, std::abs(significance));
     }
   });
+  json row = row_of(scene);
+  row.update({{"radius", inclusion.radius},
+              {"contrast", inclusion.contrast},
+              {"noise", inclusion.noise},
+              {"pictures", pictures},
+              {"seed", inclusion.seed},
+              {"score", std::abs(found.largest)},
+              {"by_chance", std::ranges::max(found.by_chance)},
+              {"place_score", place_score},
+              {"distance", std::hypot(found.x - field.x, found.y - field.y)},
+              {"found_contrast", found.contrast},
+              {"doubted", doubt_labels(pair.source, told, found).is_serious()},
+              {"seconds", seconds + found.seconds}});
   return row;
 }
 
-std::optional<double> area_under_roc(std::span<const InclusionRow> rows, double InclusionRow::*score) {
-  double higher = 0.0;
-  double pairs = 0.0;
-  for (const InclusionRow& with : rows) {
-    for (const InclusionRow& without : rows) {
-      if (with.contrast != 1.0 && without.contrast == 1.0) {
-        higher += with.*score > without.*score ? 1.0 : with.*score == without.*score ? 0.5 : 0.0;
-        pairs += 1.0;
-      }
+json look_for_cases(std::int64_t cases,
+                    const std::function<PlantedInclusion(std::uint32_t number)>& inclusion_of,
+                    const Search& search, Progress& progress) {
+  json rows = json::array();
+  for (std::int64_t number = 1; number <= cases; ++number) {
+    PlantedInclusion inclusion = inclusion_of(static_cast<std::uint32_t>(number));
+    for (const double contrast : {inclusion.contrast, 1.0}) {
+      inclusion.contrast = contrast;
+      rows.push_back(look_for(inclusion, search));
+      progress.advance(1.0);
     }
   }
-  return pairs > 0.0 ? std::optional(higher / pairs) : std::nullopt;
+  return rows;
+}
+
+json detection_figures(const json& cases) {
+  const auto is_hidden = [](const json& row) { return row["contrast"] != 1.0; };
+  const auto area_by = [&](const char* score) {
+    double higher = 0.0;
+    double pairs = 0.0;
+    for (const json& with : cases) {
+      for (const json& without : cases) {
+        if (is_hidden(with) && !is_hidden(without)) {
+          higher += with[score] > without[score] ? 1.0 : with[score] == without[score] ? 0.5 : 0.0;
+          pairs += 1.0;
+        }
+      }
+    }
+    return higher / pairs;
+  };
+  json figures{{"area", area_by("score")},
+               {"area_by_place", area_by("place_score")},
+               {"found", 0},
+               {"mistaken", 0},
+               {"warned", 0},
+               {"mistaken_warned", 0}};
+  const auto count = [&](const char* what) { figures[what] = figures[what].get<int>() + 1; };
+  std::vector<double> distances;
+  std::vector<double> shares;
+  double seconds = 0.0;
+  for (const json& row : cases) {
+    if (row["score"] > row["by_chance"]) {
+      count(is_hidden(row) ? "found" : "mistaken");
+      if (row["doubted"].get<bool>()) {
+        count(is_hidden(row) ? "warned" : "mistaken_warned");
+      }
+    }
+    if (is_hidden(row)) {
+      distances.push_back(row["distance"]);
+      shares.push_back(row["found_contrast"].get<double>() / row["contrast"].get<double>());
+    }
+    seconds += row["seconds"].get<double>() / static_cast<double>(cases.size());
+  }
+  figures.update({{"distance", median(distances)}, {"found_share", median(shares)}, {"seconds", seconds}});
+  return figures;
 }
 
 } // namespace hdmbench

@@ -8,8 +8,39 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 namespace hdmbench {
+
+namespace {
+
+using nlohmann::json;
+
+struct Found {
+  VectorField displacement{};
+  double seconds = 0.0;
+  json more = json::object(); ///< what the row says beside that
+};
+
+struct Way {
+  std::string_view name;
+  bool is_told; ///< where the region of interest is
+  std::function<Found()> go;
+};
+
+double mean_over_tissue(const VectorField& confidence, const LabelField& labels) {
+  double sum = 0.0;
+  for (std::size_t site = 0; site < labels.values.size(); ++site) {
+    sum += labels.values[site] > 0 ? 0.5 * static_cast<double>(confidence.x[site] + confidence.y[site]) : 0.0;
+  }
+  return sum / static_cast<double>(std::ranges::count_if(labels.values, [](int label) { return label > 0; }));
+}
+
+} // namespace
+
+json row_of(const Scene& scene) {
+  return {{"scene", scene.name}, {"width", scene.extent().width}, {"height", scene.extent().height}};
+}
 
 Scene with_elastic_energy(Scene scene) {
   if (scene.energy != EnergyModel::elastic) {
@@ -18,57 +49,75 @@ Scene with_elastic_energy(Scene scene) {
   return scene;
 }
 
-void register_every_way(const PairToRegister& pair, const Scene& scene, bool slow, const Backend& backend,
-                        const SessionOptions& session, const std::string& caption, Progress& progress,
-                        const std::function<void(const RegisteredPair&)>& take) {
+bool is_quick(std::string_view method) {
+  return method != by_b_splines && method != "ITK gaussian" && method != algorithm_5 && method != by_elastix;
+}
+
+std::vector<RegisteredPair> register_by(const WantedWays& wanted, const PairToRegister& pair,
+                                        const Scene& scene, const Backend& backend,
+                                        const SessionOptions& session, const std::string& caption,
+                                        Progress& progress) {
   const Scene elastic = with_elastic_energy(scene);
-  const ScalarField unseen = pair.looks_different ? pair.region : ScalarField{};
+  const auto elastic_session = backend.open_elastic(session);
+  const bool told = pair.looks_different;
+  const ScalarField unseen = told ? pair.region : ScalarField{};
   Progress silent(false);
-  const auto add = [&](std::string_view method, VectorField displacement, double seconds, bool knows_region) {
-    take({std::string(method), std::move(displacement), seconds, knows_region});
-    progress.advance(1.0);
+  std::map<std::string_view, Found> found;
+  const auto conventionally = [&](Conventional method) {
+    return [&, method] {
+      ConventionalRegistration result =
+          register_conventionally(pair.source, pair.target, unseen, method, silent);
+      return Found{std::move(result.displacement), result.seconds};
+    };
   };
-  const auto add_physical = [&](std::string_view method, const VectorField& displacement, double seconds) {
+  const auto iterate = [&](const ScalarField& not_seen, const IteratedOptions& options) {
+    IteratedRegistration result =
+        register_iteratively(pair.source, pair.target, elastic, not_seen, options, *elastic_session, silent);
+    return Found{std::move(result.displacement),
+                 result.seconds,
+                 {{"outliers", result.iterations.back().outliers}, {"converged", result.converged}}};
+  };
+  const auto physically = [&](const Found& before) {
     VectorField confidence;
-    Solution solution = make_physical(pair.source, pair.target, displacement, pair.region, elastic, backend,
-                                      session, confidence, silent);
-    add(method, std::move(solution.displacement), seconds + solution.timings.total(), true);
+    Solution solution = make_physical(pair.source, pair.target, before.displacement, pair.region, elastic,
+                                      backend, session, confidence, silent);
+    return Found{std::move(solution.displacement),
+                 before.seconds + solution.timings.total(),
+                 {{"believed", mean_over_tissue(confidence, scene.labels)}}};
   };
-  add(not_registered, VectorField(scene.extent()), 0.0, false);
-  for (const Conventional method : {Conventional::b_splines, Conventional::gaussian, Conventional::demons}) {
-    const std::string_view name = conventional_names[static_cast<std::size_t>(method)];
-    const bool is_demons = method == Conventional::demons;
-    if (!slow && !is_demons) {
+  const IteratedOptions smooth{.iterations = 60, .stiffness = 0.3, .gaussian = 2.0, .smallest_step = 0.01};
+  const std::vector<Way> ways{{not_registered, false, [&] { return Found{VectorField(scene.extent())}; }},
+                              {by_b_splines, told, conventionally(Conventional::b_splines)},
+                              {algorithm_5, true, [&] { return physically(found.at(by_b_splines)); }},
+                              {"ITK gaussian", told, conventionally(Conventional::gaussian)},
+                              {"ITK demons", false, conventionally(Conventional::demons)},
+                              {by_elastix, told,
+                               [&] {
+                                 ElastixRegistration result =
+                                     register_with_elastix(pair.source, pair.target, unseen);
+                                 return Found{std::move(result.displacement), result.seconds};
+                               }},
+                              {algorithm_6, told, [&] { return iterate(unseen, {}); }},
+                              {gaussian_6, told, [&] { return iterate(unseen, smooth); }},
+                              {algorithm_5_after_6, true, [&] {
+                                 return physically(told ? found.at(algorithm_6) : iterate(pair.region, {}));
+                               }}};
+  const bool has_region = std::ranges::any_of(pair.region.values, [](float value) { return value != 0.0F; });
+  std::vector<RegisteredPair> all;
+  for (const Way& way : ways) {
+    if (!wanted(way.name) || (way.name == by_elastix && !is_installed("elastix")) ||
+        (way.name == algorithm_5_after_6 && !has_region)) {
       continue;
     }
-    progress.describe(fmt::format("{}, ITK's {}", caption, name));
-    const ConventionalRegistration found =
-        register_conventionally(pair.source, pair.target, unseen, method, silent);
-    add(fmt::format("ITK {}", name), found.displacement, found.seconds, pair.looks_different && !is_demons);
-    if (method == Conventional::b_splines) {
-      add_physical(algorithm_5, found.displacement, found.seconds);
-    }
+    progress.describe(fmt::format("{}, {}", caption, way.name));
+    const Found& result = found.emplace(way.name, way.go()).first->second;
+    json row = row_of(scene);
+    row.update(result.more);
+    row.update({{"method", way.name}, {"knows_region", way.is_told}, {"seconds", result.seconds}});
+    all.push_back({result.displacement, std::move(row)});
+    progress.advance(1.0);
   }
-  if (slow && is_installed("elastix")) {
-    progress.describe(fmt::format("{}, elastix", caption));
-    ElastixRegistration found = register_with_elastix(pair.source, pair.target, unseen);
-    add(by_elastix, std::move(found.displacement), found.seconds, pair.looks_different);
-  }
-  progress.describe(fmt::format("{}, Algorithm 6", caption));
-  const auto elastic_session = backend.open_elastic(session);
-  const auto iterate = [&](const ScalarField& not_seen, const IteratedOptions& options) {
-    return register_iteratively(pair.source, pair.target, elastic, not_seen, options, *elastic_session,
-                                silent);
-  };
-  const IteratedRegistration ours = iterate(unseen, {});
-  add(algorithm_6, ours.displacement, ours.seconds, pair.looks_different);
-  const IteratedRegistration smooth =
-      iterate(unseen, {.iterations = 60, .stiffness = 0.3, .gaussian = 2.0, .smallest_step = 0.01});
-  add(gaussian_6, smooth.displacement, smooth.seconds, pair.looks_different);
-  if (std::ranges::any_of(pair.region.values, [](float value) { return value != 0.0F; })) {
-    const IteratedRegistration outside = pair.looks_different ? ours : iterate(pair.region, {});
-    add_physical(algorithm_5_after_6, outside.displacement, outside.seconds);
-  }
+  return all;
 }
 
 } // namespace hdmbench

@@ -1,48 +1,37 @@
 #pragma once
 
 #include "backends/backend.hpp"
-#include "harness/scene/row_fields.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/solve/progress.hpp"
 
-#include <cstdint>
+#include <nlohmann/json.hpp>
+
 #include <functional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace hdmbench {
 
-/// How every row of registration and detection begins: whose picture it was.
-struct RegisteredScene {
-  std::string scene;
-  std::int64_t width = 0; ///< sites
-  std::int64_t height = 0;
-
-  void set_scene(const Scene& registered) {
-    scene = registered.name;
-    width = registered.extent().width;
-    height = registered.extent().height;
-  }
-};
-
 inline constexpr std::string_view not_registered = "no registration";
+inline constexpr std::string_view by_b_splines = "ITK b-splines";
 inline constexpr std::string_view by_elastix = "elastix b-splines";
 inline constexpr std::string_view algorithm_5 = "Algorithm 5 after b-splines";
 inline constexpr std::string_view algorithm_5_after_6 =
     "Algorithm 5 after Algorithm 6 that does not look in the region";
 inline constexpr std::string_view algorithm_6 = "Algorithm 6";
-inline constexpr std::string_view algorithm_7 = "Algorithm 7";
 inline constexpr std::string_view gaussian_6 = "Algorithm 6, Gaussian in place of the elastic energy";
 
 /// What one way of registering made of a pair.
 struct RegisteredPair {
-  std::string method;
   VectorField displacement; ///< pixels
-  double seconds = 0.0;
-  bool knows_region = false; ///< was told where the region of interest is
+  /// {scene, width, height, method, knows_region, seconds}; of Algorithm 5 also `believed`, its mean
+  /// confidence in the registration before it over tissue; of Algorithm 6 `converged` and `outliers`, the
+  /// share of the sites that do not match, as the last iteration saw them.
+  nlohmann::json row;
 };
 
-/// A pair to be registered by every way.
+/// A pair to be registered.
 struct PairToRegister {
   const ScalarField& source;
   const ScalarField& target;
@@ -50,13 +39,23 @@ struct PairToRegister {
   bool looks_different = false; ///< the region does, afterwards: the others do not look there either
 };
 
-/// Every way in turn, `take` gets each. All but demons are told the region where it looks different. The
-/// scene's moduli and Poisson's ratio are those of the solver, which minimises the elastic energy whatever
-/// the scene's own. Without `slow` mutual information, and with it Algorithm 5, is left out, without elastix
-/// on this machine its way. `caption` begins what is shown as progress.
-void register_every_way(const PairToRegister& pair, const Scene& scene, bool slow, const Backend& backend,
-                        const SessionOptions& session, const std::string& caption, Progress& progress,
-                        const std::function<void(const RegisteredPair&)>& take);
+/// Which ways are gone, by name. Algorithm 5 needs that before it.
+using WantedWays = std::function<bool(std::string_view method)>;
+
+/// All but those that take mutual information: ITK's, and so Algorithm 5, and elastix's.
+[[nodiscard]] bool is_quick(std::string_view method);
+
+/// The wanted ones of a table of ways, in its order. All but demons are told the region where it looks
+/// different. The scene's moduli and Poisson's ratio are those of the solver, which minimises the elastic
+/// energy whatever the scene's own. Without elastix on this machine its way is left out. `caption` begins
+/// what is shown as progress.
+[[nodiscard]] std::vector<RegisteredPair> register_by(const WantedWays& wanted, const PairToRegister& pair,
+                                                      const Scene& scene, const Backend& backend,
+                                                      const SessionOptions& session,
+                                                      const std::string& caption, Progress& progress);
+
+/// How rows of registration and detection begin: {scene, width, height}.
+[[nodiscard]] nlohmann::json row_of(const Scene& scene);
 
 /// The scene with the elastic energy: itself where that is its own.
 [[nodiscard]] Scene with_elastic_energy(Scene scene);
