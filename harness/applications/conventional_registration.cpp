@@ -6,9 +6,8 @@
 
 #include <fmt/format.h>
 #include <itkBSplineSmoothingOnUpdateDisplacementFieldTransform.h>
+#include <itkBSplineSmoothingOnUpdateDisplacementFieldTransformParametersAdaptor.h>
 #include <itkDiffeomorphicDemonsRegistrationFilter.h>
-#include <itkDisplacementFieldTransformParametersAdaptor.h>
-#include <itkGaussianSmoothingOnUpdateDisplacementFieldTransform.h>
 #include <itkGradientDescentOptimizerv4.h>
 #include <itkHistogramMatchingImageFilter.h>
 #include <itkImageMaskSpatialObject.h>
@@ -21,7 +20,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <functional>
 #include <vector>
 
 namespace hdmbench {
@@ -30,7 +28,6 @@ namespace {
 
 using Gray = itk::Image<double, 2>;
 using Field = itk::Image<itk::Vector<double, 2>, 2>;
-using Transform = itk::DisplacementFieldTransform<double, 2>;
 using Metric = itk::MattesMutualInformationImageToImageMetricv4<Gray, Gray>;
 
 constexpr int smallest_level_side = 24;        // pixels
@@ -38,7 +35,6 @@ constexpr unsigned threads = 1;                // ITK's sums depend on them
 constexpr int most_levels = 4;                 // of the pictures; fewer where they are small
 constexpr unsigned most_iterations = 60;       // per level; of demons half on the finest
 constexpr double control_point_spacing = 10.0; // B-splines, pixels of every level
-constexpr double smoothing = 3.0;              // standard deviation of the Gaussian of `gaussian`, pixels
 constexpr double demons_smoothing = 2.5;       // of the demons' displacement, pixels
 
 struct Pictures {
@@ -99,38 +95,23 @@ Metric::Pointer metric_of(const Gray& fixed, const ScalarField& unseen) {
   return metric;
 }
 
-/// What every level begins with: the field on its grid, then what `at_level` does.
-class LevelAdaptor : public itk::DisplacementFieldTransformParametersAdaptor<Transform> {
-public:
-  using Self = LevelAdaptor;
-  using Superclass = itk::DisplacementFieldTransformParametersAdaptor<Transform>;
-  using Pointer = itk::SmartPointer<Self>;
-  itkSimpleNewMacro(Self);
-
-  std::function<void()> at_level;
-
-  void AdaptTransformParameters() override {
-    Superclass::AdaptTransformParameters();
-    at_level();
-  }
-};
-
-/// The updates of `transform` are made smooth by itself, as at_level(level) says, 0 the coarsest. One kind of
-/// transform for all: ITK's registration takes half a minute to compile for each.
-VectorField by_mutual_information(const Pictures& pictures, Transform& transform,
-                                  const std::function<void(unsigned level)>& at_level) {
+/// The updates of the displacement are made smooth by cubic B-splines, whose control points have the same
+/// distance in pixels of every level.
+VectorField by_b_splines(const Pictures& pictures) {
+  using Splines = itk::BSplineSmoothingOnUpdateDisplacementFieldTransform<double, 2>;
+  using Adaptor = itk::BSplineSmoothingOnUpdateDisplacementFieldTransformParametersAdaptor<Splines>;
+  using Registration = itk::ImageRegistrationMethodv4<Gray, Gray, Splines>;
   const auto fixed = image_of<double>(pictures.source);
   const auto still = Field::New();
   still->CopyInformation(fixed);
   still->SetRegions(fixed->GetLargestPossibleRegion());
   still->Allocate();
   still->FillBuffer(itk::Vector<double, 2>(0.0));
-  transform.SetDisplacementField(still);
-  at_level(0);
+  const auto transform = Splines::New();
+  transform->SetDisplacementField(still);
 
   const auto metric = metric_of(*fixed, pictures.unseen);
-  using Scales = itk::RegistrationParameterScalesFromPhysicalShift<Metric>;
-  const auto scales = Scales::New();
+  const auto scales = itk::RegistrationParameterScalesFromPhysicalShift<Metric>::New();
   scales->SetMetric(metric);
   const auto optimizer = itk::GradientDescentOptimizerv4::New();
   optimizer->SetScalesEstimator(scales);
@@ -142,7 +123,6 @@ VectorField by_mutual_information(const Pictures& pictures, Transform& transform
   optimizer->SetNumberOfIterations(most_iterations);
   optimizer->SetNumberOfWorkUnits(threads);
 
-  using Registration = itk::ImageRegistrationMethodv4<Gray, Gray, Transform>;
   const auto levels = static_cast<unsigned>(pictures.levels);
   Registration::ShrinkFactorsArrayType shrink(levels);
   Registration::SmoothingSigmasArrayType blur(levels);
@@ -154,13 +134,23 @@ VectorField by_mutual_information(const Pictures& pictures, Transform& transform
     shrunk->SetInput(fixed);
     shrunk->SetShrinkFactors(static_cast<unsigned>(shrink[level]));
     shrunk->Update();
-    const auto adaptor = LevelAdaptor::New();
-    adaptor->at_level = [&at_level, level] { at_level(level); };
+    const auto adaptor = Adaptor::New();
     adaptor->SetRequiredSize(shrunk->GetOutput()->GetBufferedRegion().GetSize());
     adaptor->SetRequiredOrigin(shrunk->GetOutput()->GetOrigin());
     adaptor->SetRequiredSpacing(shrunk->GetOutput()->GetSpacing());
     adaptor->SetRequiredDirection(shrunk->GetOutput()->GetDirection());
-    adaptor->SetTransform(&transform);
+    adaptor->SetTransform(transform);
+    const auto points_along = [&](int side) {
+      const double needed = std::round(side / (static_cast<double>(shrink[level]) * control_point_spacing));
+      return transform->GetSplineOrder() + static_cast<unsigned>(std::max(4.0, needed));
+    };
+    Splines::ArrayType points;
+    points[0] = points_along(pictures.source.extent.width);
+    points[1] = points_along(pictures.source.extent.height);
+    Splines::ArrayType none; // the sum of the updates stays as it is
+    none.Fill(0);
+    adaptor->SetNumberOfControlPointsForTheUpdateField(points);
+    adaptor->SetNumberOfControlPointsForTheTotalField(none);
     adaptors.push_back(adaptor.GetPointer());
   }
   const auto registration = Registration::New();
@@ -168,7 +158,7 @@ VectorField by_mutual_information(const Pictures& pictures, Transform& transform
   registration->SetMovingImage(image_of<double>(pictures.target));
   registration->SetMetric(metric);
   registration->SetOptimizer(optimizer);
-  registration->SetInitialTransform(&transform);
+  registration->SetInitialTransform(transform);
   registration->InPlaceOn();
   registration->SetNumberOfLevels(levels);
   registration->SetShrinkFactorsPerLevel(shrink);
@@ -176,34 +166,7 @@ VectorField by_mutual_information(const Pictures& pictures, Transform& transform
   registration->SetTransformParametersAdaptorsPerLevel(adaptors);
   registration->SetNumberOfWorkUnits(threads);
   registration->Update();
-  return field_of(*transform.GetDisplacementField(), pictures.source.extent);
-}
-
-VectorField by_b_splines(const Pictures& pictures) {
-  using Splines = itk::BSplineSmoothingOnUpdateDisplacementFieldTransform<double, 2>;
-  constexpr unsigned order = 3;
-  const auto transform = Splines::New();
-  return by_mutual_information(pictures, *transform, [&](unsigned level) {
-    const double shrink = 1U << (static_cast<unsigned>(pictures.levels) - 1 - level);
-    const auto along = [&](int side) {
-      return order +
-             static_cast<unsigned>(std::max(4.0, std::round(side / (shrink * control_point_spacing))));
-    };
-    Splines::ArrayType points;
-    points[0] = along(pictures.source.extent.width);
-    points[1] = along(pictures.source.extent.height);
-    Splines::ArrayType none; // the sum of the updates stays as it is
-    none.Fill(0);
-    transform->SetNumberOfControlPointsForTheUpdateField(points);
-    transform->SetNumberOfControlPointsForTheTotalField(none);
-  });
-}
-
-VectorField by_gaussian(const Pictures& pictures) {
-  const auto transform = itk::GaussianSmoothingOnUpdateDisplacementFieldTransform<double, 2>::New();
-  transform->SetGaussianSmoothingVarianceForTheUpdateField(smoothing * smoothing);
-  transform->SetGaussianSmoothingVarianceForTheTotalField(0.5); // pixels squared
-  return by_mutual_information(pictures, *transform, [](unsigned) {});
+  return field_of(*transform->GetDisplacementField(), pictures.source.extent);
 }
 
 VectorField by_demons(const Pictures& pictures) {
@@ -240,17 +203,7 @@ ConventionalRegistration register_conventionally(const ScalarField& source, cons
   const Pictures pictures{source, target, unseen, levels_of(source.extent)};
   ConventionalRegistration result;
   try {
-    switch (method) {
-    case Conventional::b_splines:
-      result.displacement = by_b_splines(pictures);
-      break;
-    case Conventional::gaussian:
-      result.displacement = by_gaussian(pictures);
-      break;
-    case Conventional::demons:
-      result.displacement = by_demons(pictures);
-      break;
-    }
+    result.displacement = method == Conventional::demons ? by_demons(pictures) : by_b_splines(pictures);
   } catch (const itk::ExceptionObject& error) {
     throw InputError(fmt::format("registration by {}: {}",
                                  conventional_names[static_cast<std::size_t>(method)],

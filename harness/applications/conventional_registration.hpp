@@ -11,10 +11,9 @@ namespace hdmbench {
 /// Non-rigid registrations as people use them, all of them ITK's.
 enum class Conventional {
   b_splines, ///< Mattes mutual information, its gradient made smooth by cubic B-splines
-  gaussian,  ///< the same, made smooth by a Gaussian
   demons,    ///< diffeomorphic demons on pictures with matched histograms
 };
-inline constexpr std::array<std::string_view, 3> conventional_names{"b-splines", "gaussian", "demons"};
+inline constexpr std::array<std::string_view, 2> conventional_names{"b-splines", "demons"};
 
 struct ConventionalRegistration {
   VectorField displacement; ///< pixels; tissue at x of the source is at x + d(x) of the target

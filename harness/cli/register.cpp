@@ -235,7 +235,7 @@ void add_register(CLI::App& program, Call& call) {
   const auto own = std::make_shared<Arguments>();
   own->pair.add_to(*command, false);
   add_option(*command, "--conventional", own->conventional,
-             "ITK's registration that says what is observed: b-splines, gaussian or demons")
+             "ITK's registration that says what is observed: b-splines or demons")
       ->check(CLI::IsMember(std::vector<std::string>(conventional_names.begin(), conventional_names.end())));
   add_flag(*command, "--iterate", own->iterate,
            "No ITK: estimate, solve with the elastic energy and look again, from coarse to fine; "

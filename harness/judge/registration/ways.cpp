@@ -50,7 +50,7 @@ Scene with_elastic_energy(Scene scene) {
 }
 
 bool is_quick(std::string_view method) {
-  return method != by_b_splines && method != "ITK gaussian" && method != algorithm_5 && method != by_elastix;
+  return method != by_b_splines && method != algorithm_5 && method != by_elastix;
 }
 
 std::vector<RegisteredPair> register_by(const WantedWays& wanted, const PairToRegister& pair,
@@ -89,7 +89,6 @@ std::vector<RegisteredPair> register_by(const WantedWays& wanted, const PairToRe
   const std::vector<Way> ways{{not_registered, false, [&] { return Found{VectorField(scene.extent())}; }},
                               {by_b_splines, told, conventionally(Conventional::b_splines)},
                               {algorithm_5, true, [&] { return physically(found.at(by_b_splines)); }},
-                              {"ITK gaussian", told, conventionally(Conventional::gaussian)},
                               {"ITK demons", false, conventionally(Conventional::demons)},
                               {by_elastix, told,
                                [&] {
