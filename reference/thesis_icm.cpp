@@ -10,91 +10,73 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 namespace hdmbench {
 
 namespace {
 
-/// What a triple s - t - u of one component needs, for every site t of a row: displacements of s and u, and
-/// m_t / m_s, m_t / m_u.
-struct Triples {
-  explicit Triples(std::size_t width) : ds(width), du(width), k(width), r(width) {}
-
-  std::vector<double> ds;
-  std::vector<double> du;
-  std::vector<double> k;
-  std::vector<double> r;
-};
-
-/// One row of one component.
-struct Row {
-  explicit Row(std::size_t width) : triples{Triples(width), Triples(width), Triples(width)}, energy(width) {}
-
-  std::array<Triples, 3> triples;
-  std::vector<double> energy; ///< lowest so far
-};
-
 struct Offset {
   int x;
   int y;
 };
 
-/// Fills the triples of row y along `to`, the way from t to u. A neighbour outside the image has the
-/// displacement and the modulus of t.
-void gather(const Level& level, const std::vector<double>& displacement, int y, Offset to, Triples& triples) {
-  const Extent extent = level.extent;
-  const std::vector<float>& modulus = level.modulus.values;
-  const auto neighbour = [&](int x, int dx, int dy) {
-    const bool inside = x + dx >= 0 && x + dx < extent.width && y + dy >= 0 && y + dy < extent.height;
-    return inside ? extent.index(x + dx, y + dy) : extent.index(x, y);
-  };
-  for (int x = 0; x < extent.width; ++x) {
-    const std::size_t s = neighbour(x, -to.x, -to.y);
-    const std::size_t u = neighbour(x, to.x, to.y);
-    const auto i = static_cast<std::size_t>(x);
-    const double mt = static_cast<double>(modulus[extent.index(x, y)]);
-    triples.ds[i] = displacement[s];
-    triples.du[i] = displacement[u];
-    triples.k[i] = mt / static_cast<double>(modulus[s]);
-    triples.r[i] = mt / static_cast<double>(modulus[u]);
-  }
-}
-
 double square(double value) {
   return value * value;
 }
 
-/// (4.7) of one triple with d_t.
-inline double potential(const Triples& triples, std::size_t i, double dt) {
-  return square(triples.r[i] * (dt - triples.ds[i]) - (triples.du[i] - dt)) +
-         square(triples.k[i] * (dt - triples.du[i]) - (triples.ds[i] - dt));
+/// A triple s - t - u of one component: displacements of s and u, and m_t / m_s, m_t / m_u.
+struct Triple {
+  double ds, du, k, r;
+
+  /// (4.7) with d_t.
+  [[nodiscard]] double potential(double dt) const {
+    return square(r * (dt - ds) - (du - dt)) + square(k * (dt - du) - (ds - dt));
+  }
+};
+
+/// One component of a level: the ways from t to u of its triples, and what is observed of it.
+struct Component {
+  std::array<Offset, 3> ways;
+  const std::vector<float>& target;
+  const std::vector<float>& confidence;
+};
+
+/// The triple of site (x, y) along `to`. A neighbour outside the image has the displacement and the modulus
+/// of t.
+Triple triple_at(const Level& level, const std::vector<double>& displacement, int x, int y, Offset to) {
+  const Extent extent = level.extent;
+  const auto neighbour = [&](int nx, int ny) {
+    const bool inside = nx >= 0 && nx < extent.width && ny >= 0 && ny < extent.height;
+    return inside ? extent.index(nx, ny) : extent.index(x, y);
+  };
+  const auto modulus = [&](std::size_t site) { return static_cast<double>(level.modulus.values[site]); };
+  const std::size_t s = neighbour(x - to.x, y - to.y);
+  const std::size_t u = neighbour(x + to.x, y + to.y);
+  const double mt = modulus(extent.index(x, y));
+  return {displacement[s], displacement[u], mt / modulus(s), mt / modulus(u)};
 }
 
-/// One row of one component: `to` becomes `from` plus the first step of the lowest energy. Confidence and
-/// target begin at the row.
-void choose_steps(const Level& level, Row& row, const double* from, const float* target,
-                  const float* confidence, double* to) {
-  const std::size_t width = row.energy.size();
-  const double penalty = static_cast<double>(level.penalty);
-  const auto try_step = [&](float step, auto is_first) {
-#pragma omp simd
-    for (std::size_t i = 0; i < width; ++i) {
-      const double candidate = from[i] + static_cast<double>(step);
-      const double energy =
-          potential(row.triples[0], i, candidate) + potential(row.triples[1], i, candidate) +
-          potential(row.triples[2], i, candidate) +
-          penalty * static_cast<double>(confidence[i]) * std::abs(static_cast<double>(target[i]) - candidate);
-      const bool better = is_first() || energy < row.energy[i];
-      row.energy[i] = better ? energy : row.energy[i];
-      to[i] = better ? candidate : to[i];
-    }
-  };
-  const auto steps = level.steps.values();
-  try_step(steps.front(), [] { return true; });
-  for (const float step : steps.subspan(1)) {
-    try_step(step, [] { return false; });
+/// The first candidate of the smallest energy.
+double best_candidate(const Level& level, const Component& component, const std::vector<double>& displacement,
+                      int x, int y) {
+  const std::size_t site = level.extent.index(x, y);
+  std::array<Triple, 3> triples{};
+  std::ranges::transform(component.ways, triples.begin(),
+                         [&](Offset to) { return triple_at(level, displacement, x, y, to); });
+  const double pull = static_cast<double>(level.penalty) * static_cast<double>(component.confidence[site]);
+  const double target = static_cast<double>(component.target[site]);
+  double best = displacement[site];
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const float step : level.steps.values()) {
+    const double candidate = displacement[site] + static_cast<double>(step);
+    const double energy = triples[0].potential(candidate) + triples[1].potential(candidate) +
+                          triples[2].potential(candidate) + pull * std::abs(target - candidate);
+    best = energy < lowest ? candidate : best;
+    lowest = std::min(energy, lowest);
   }
+  return best;
 }
 
 void require_extent(const ReferenceField& field, Extent extent) {
@@ -129,26 +111,15 @@ SparseMatrix interpolation(int coarse, int fine, Alignment alignment) {
 ReferenceField thesis_iteration(const Level& level, const ReferenceField& displacement) {
   validate(level);
   require_extent(displacement, level.extent);
-  constexpr std::array<Offset, 3> triples_of_x{{{1, 0}, {1, 1}, {1, -1}}};
-  constexpr std::array<Offset, 3> triples_of_y{{{0, 1}, {1, 1}, {1, -1}}};
+  const Component in_x{{{{1, 0}, {1, 1}, {1, -1}}}, level.target.x, level.confidence.x};
+  const Component in_y{{{{0, 1}, {1, 1}, {1, -1}}}, level.target.y, level.confidence.y};
   ReferenceField next(level.extent);
-#pragma omp parallel
-  {
-    Row row(static_cast<std::size_t>(level.extent.width));
-    const auto update = [&](int y, const std::array<Offset, 3>& triples, const std::vector<double>& from,
-                            const std::vector<float>& target, const std::vector<float>& confidence,
-                            std::vector<double>& to) {
-      for (std::size_t i = 0; i < 3; ++i) {
-        gather(level, from, y, triples[i], row.triples[i]);
-      }
-      const std::size_t begin = level.extent.index(0, y);
-      choose_steps(level, row, from.data() + begin, target.data() + begin, confidence.data() + begin,
-                   to.data() + begin);
-    };
-#pragma omp for schedule(static)
-    for (int y = 0; y < level.extent.height; ++y) {
-      update(y, triples_of_x, displacement.x, level.target.x, level.confidence.x, next.x);
-      update(y, triples_of_y, displacement.y, level.target.y, level.confidence.y, next.y);
+#pragma omp parallel for schedule(static)
+  for (int y = 0; y < level.extent.height; ++y) {
+    for (int x = 0; x < level.extent.width; ++x) {
+      const std::size_t site = level.extent.index(x, y);
+      next.x[site] = best_candidate(level, in_x, displacement.x, x, y);
+      next.y[site] = best_candidate(level, in_y, displacement.y, x, y);
     }
   }
   return next;

@@ -204,7 +204,6 @@ TEST_F(Inputs, AreNeverReplacedByOutputs) {
   for (const char* arguments :
        {"report v.json --output v.json",
         "report . --output v.json",
-        "report v.json --csv ./v.json",
         "report v.json --output link.json",
         "run scene.toml --json scene.toml",
         "run scene.toml --json scene.nrrd",

@@ -337,8 +337,8 @@ void require_known_options(const CLI::App& command, const std::vector<std::strin
 
 void require_other_outputs(const CLI::App& command) {
   namespace fs = std::filesystem;
-  constexpr std::array<std::string_view, 7> writes{
-      "--json", "--junit", "--benchmark-json", "--output", "--csv", "--write", "output"};
+  constexpr std::array<std::string_view, 6> writes{"--json",   "--junit", "--benchmark-json",
+                                                   "--output", "--write", "output"};
   std::vector<fs::path> inputs;
   std::vector<fs::path> outputs;
   for (const CLI::Option* const option : command.get_options()) {

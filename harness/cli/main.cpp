@@ -174,7 +174,7 @@ int run_and_explain(std::span<char*> words) {
 int main(int argc, char** argv) {
   ask_drivers_apart(argc, argv);
   read_images_apart(argc, argv);
-  watch_over_rank(argv, commands::bad_input);
+  limit_threads_of_rank(argv);
   keep_standard_streams();
   std::signal(SIGXFSZ, SIG_IGN); // a file that grows beyond its limit is then an error as any other
   const int status = run_and_explain({argv, static_cast<std::size_t>(argc)});

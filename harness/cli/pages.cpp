@@ -15,7 +15,6 @@ namespace {
 struct ReportArguments {
   std::vector<std::filesystem::path> results;
   std::filesystem::path output = "hdmbench-report.html";
-  std::filesystem::path csv;
 };
 
 struct BrowserArguments {
@@ -53,17 +52,8 @@ void add_report(CLI::App& program, Call& /*call*/) {
   const auto own = std::make_shared<ReportArguments>();
   add_option(*command, "results", own->results, "Files that --json wrote, or folders of them")->required();
   add_option(*command, "--output", own->output, "The page");
-  add_option(*command, "--csv", own->csv,
-             "Write the timings to this file, too: problem, platform, application, fom (seconds), as the "
-             "P3 Analysis Library reads them");
   command->callback([own] {
-    if (!own->csv.empty()) {
-      require_writable(own->csv);
-    }
     write_report(own->results, own->output);
-    if (!own->csv.empty()) {
-      write_p3_csv(own->results, own->csv);
-    }
     fmt::print("{}\n{}\n", summary_text(own->results), own->output.string());
   });
 }

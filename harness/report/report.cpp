@@ -22,10 +22,8 @@
 #include <algorithm>
 #include <cstdlib>
 #include <map>
-#include <optional>
 #include <random>
 #include <set>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -43,8 +41,6 @@ static void to_json(nlohmann::json& nlohmann_json_j, const PublishedAccuracy& nl
 namespace {
 
 using nlohmann::json;
-using report::number_of;
-using report::text_of;
 using Path = std::filesystem::path;
 
 /// A list of more numbers is for programs, not for a page.
@@ -229,57 +225,11 @@ std::string page_html(const report::Results& results) {
       fmt::arg("scripts", scripts));
 }
 
-std::string csv_word(std::string word) {
-  for (std::size_t at = word.find('"'); at != std::string::npos; at = word.find('"', at + 2)) {
-    word.insert(at, 1, '"');
-  }
-  return '"' + word + '"';
-}
-
 } // namespace
 
 void write_report(std::span<const Path> results, const Path& page) {
   require_writable(page);
   write_text(page, page_html(report::load_results(results)));
-}
-
-void write_p3_csv(std::span<const Path> files, const Path& file) {
-  const report::Results results = report::load_results(files);
-  std::set<std::pair<std::string, std::string>> processors; // machine and device: the CPU in disguise
-  for (const report::Source& source : results) {
-    for (const json& row : source.results) {
-      if (source.command == "devices" && report::flag_of(row, "software").value_or(false)) {
-        processors.insert({source.context.machine, text_of(row, "device")});
-      }
-    }
-  }
-  std::map<std::tuple<std::string, std::string, std::string>, std::optional<double>> fastest;
-  for (const report::Source& source : results) {
-    if (source.command != "bench") {
-      continue;
-    }
-    for (const json& row : source.results) {
-      const std::string device = text_of(row, "device");
-      const bool is_processor = device.empty() || device == source.context.cpu ||
-                                processors.contains({source.context.machine, device});
-      const std::string problem =
-          fmt::format("{}, {}, {}", text_of(row, "scene"), report::size_of(row), text_of(row, "method"));
-      const std::string platform =
-          is_processor ? source.context.machine : fmt::format("{} ({})", device, source.context.machine);
-      auto& best = fastest[std::tuple(problem, platform, text_of(row, "backend"))];
-      const auto seconds = number_of(row, "seconds_median");
-      if (seconds && report::flag_of(row, "valid").value_or(true) && (!best || *seconds < *best)) {
-        best = seconds;
-      }
-    }
-  }
-  std::string text = "problem,platform,application,fom\n";
-  for (const auto& [names, seconds] : fastest) {
-    const auto& [problem, platform, application] = names;
-    text += fmt::format("{},{},{},{}\n", csv_word(problem), csv_word(platform), csv_word(application),
-                        seconds ? fmt::format("{:.9g}", *seconds) : "");
-  }
-  write_text(file, text);
 }
 
 } // namespace hdmbench

@@ -14,11 +14,6 @@ namespace hdmbench {
 /// naming a file that is missing, not JSON, or of another schema.
 void write_report(std::span<const std::filesystem::path> results, const std::filesystem::path& page);
 
-/// The timings of the same results as "problem,platform,application,fom", as the P3 Analysis Library reads
-/// them: fom is the fastest median in seconds, empty where a field was wrong or there is none. Throws as
-/// write_report does.
-void write_p3_csv(std::span<const std::filesystem::path> results, const std::filesystem::path& file);
-
 /// The same results on a screen of a terminal: the verdict of each machine, and the speed on its first scene
 /// at the largest size. Throws as write_report does of the files.
 [[nodiscard]] std::string summary_text(std::span<const std::filesystem::path> results);

@@ -34,10 +34,7 @@ void require_range(const EnergyPlaneOptions& options) {
   }
 }
 
-constexpr double left = 80.0;
-constexpr double top = 56.0;
-constexpr double side = 520.0; ///< of the square that is drawn
-constexpr int bands = 24;      ///< of energy, which stand for contour lines
+constexpr int bands = 24; ///< of energy, which stand for contour lines
 
 /// Bands lie denser towards the lowest energy: a trough is flat, the rim steep.
 std::string colour_of(int band) {
@@ -52,34 +49,26 @@ std::string colour_of(int band) {
   return fmt::format("#{:02x}{:02x}{:02x}", mix(0), mix(1), mix(2));
 }
 
-std::string rectangle(double x, double y, double width, double height, int band) {
-  return fmt::format("<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"{}\"/>\n", x,
-                     y, width, height, colour_of(band));
-}
-
-/// The energy of every pair, cells of one band in a row as one.
+/// The energy of every pair as squares of side 1, those of one band in a row as one.
 std::string cells(const EnergyPlane& plane, double lowest, double highest) {
-  const auto count = plane.values.size();
-  const double cell = side / static_cast<double>(count);
-  std::string svg = "<g shape-rendering=\"crispEdges\">\n";
-  for (std::size_t second = 0; second < count; ++second) {
+  std::string svg;
+  for (std::size_t second = 0; second < plane.values.size(); ++second) {
     int band_before = -1;
-    for (std::size_t first = count; first-- > 0;) { // each is drawn from the left side on, over those before
+    for (std::size_t first = plane.values.size(); first-- > 0;) { // from the left side on, over those before
       const double share = highest > lowest ? (plane.at(first, second) - lowest) / (highest - lowest) : 0.0;
       const int band = std::min(bands - 1, static_cast<int>(std::sqrt(share) * bands));
       if (band != band_before) {
-        svg += rectangle(left, top + side - cell * static_cast<double>(second + 1),
-                         cell * static_cast<double>(first + 1), cell, band);
+        svg += fmt::format("<rect y=\"{}\" width=\"{}\" height=\"1\" fill=\"{}\"/>\n", second, first + 1,
+                           colour_of(band));
       }
       band_before = band;
     }
   }
-  return svg + "</g>\n";
+  return svg;
 }
 
-std::string words(double x, double y, std::string_view anchor, std::string_view text) {
-  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>\n", x, y, anchor,
-                     report::escape(text));
+std::string words(double x, double y, std::string_view text) {
+  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n", x, y, report::escape(text));
 }
 
 } // namespace
@@ -149,53 +138,50 @@ EnergyPlane energy_plane(const Level& level, VectorField displacement, const Ene
 
 std::string energy_plot_svg(const EnergyPlane& plane, const EnergyPlaneOptions& options,
                             std::array<float, 2> here, const std::string& title) {
+  constexpr double left = 100.0; // of the square that is drawn
+  constexpr double bottom = 590.0;
+  constexpr double side = 520.0;
+  const auto count = static_cast<double>(plane.values.size());
   const double low = static_cast<double>(plane.values.front());
   const double high = static_cast<double>(plane.values.back());
-  const double cell = side / static_cast<double>(plane.values.size());
-  const auto along = [&](double value) { return cell / 2.0 + (value - low) / (high - low) * (side - cell); };
+  const double lowest = plane.energy[plane.lowest];
+  const double highest = std::ranges::max(plane.energy);
+  const auto in_cells = [&](double value) { return 0.5 + (value - low) / (high - low) * (count - 1.0); };
+  const auto ring = [&](float first, float second, std::string_view colour) {
+    const bool is_inside =
+        std::min(first, second) >= plane.values.front() && std::max(first, second) <= plane.values.back();
+    return is_inside ? fmt::format("<circle cx=\"{:.3f}\" cy=\"{:.3f}\" r=\"{}\" fill=\"none\" stroke=\"{}\" "
+                                   "stroke-width=\"{}\"/>\n",
+                                   in_cells(double{first}), in_cells(double{second}), count / 60.0, colour,
+                                   count / 200.0)
+                     : std::string();
+  };
   const auto axis = [&](SiteIndex site) {
     return fmt::format("{} displacement of site {},{} [px]", options.component == Component::x ? 'x' : 'y',
                        site.x, site.y);
   };
-  const double lowest = plane.energy[plane.lowest];
-  const double highest = std::ranges::max(plane.energy);
-  std::string svg =
+  std::string svg = fmt::format(
       "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n"
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 760 640\" font-family=\"sans-serif\" "
-      "font-size=\"14\">\n<rect width=\"760\" height=\"640\" fill=\"#fff\"/>\n";
-  svg += words(left + side / 2.0, 22.0, "middle", title) + cells(plane, lowest, highest);
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 660 650\" font-family=\"sans-serif\" "
+      "font-size=\"14\" text-anchor=\"middle\">\n<rect width=\"660\" height=\"650\" fill=\"#fff\"/>\n"
+      "<g transform=\"translate({} {}) scale({} -{})\" shape-rendering=\"crispEdges\">\n{}</g>\n"
+      "<g transform=\"translate({} {}) scale({} -{})\">\n{}{}</g>\n",
+      left, bottom, side / count, side / count, cells(plane, lowest, highest), left, bottom, side / count,
+      side / count, ring(here[0], here[1], "#ff9a3c"),
+      ring(plane.lowest_first(), plane.lowest_second(), "#ff3b4e"));
+  svg += words(left + side / 2.0, 22.0, title) +
+         words(left + side / 2.0, 42.0,
+               fmt::format("total energy U, dark {:.4g} ... light {:.4g}; red: lowest on the grid, orange: "
+                           "as it is",
+                           lowest, highest));
   for (const double value : {low, (low + high) / 2.0, high}) {
-    svg += words(left + along(value), top + side + 18.0, "middle", fmt::format("{:.4g}", value)) +
-           words(left - 6.0, top + side - along(value) + 5.0, "end", fmt::format("{:.4g}", value));
+    const double along = in_cells(value) * side / count;
+    svg += words(left + along, bottom + 18.0, fmt::format("{:.4g}", value)) +
+           words(left - 26.0, bottom - along + 5.0, fmt::format("{:.4g}", value));
   }
-  svg += words(left + side / 2.0, top + side + 42.0, "middle", axis(options.sites[0]));
-  svg += fmt::format("<g transform=\"translate(22 {}) rotate(-90)\">{}</g>\n", top + side / 2.0,
-                     words(0.0, 0.0, "middle", axis(options.sites[1])));
-  for (int band = 0; band < bands; ++band) {
-    svg += rectangle(left + side + 24.0, top + side * (bands - 1 - band) / bands, 20.0, side / bands + 0.5,
-                     band);
-  }
-  svg += words(left + side + 50.0, top + 12.0, "start", fmt::format("{:.4g}", highest)) +
-         words(left + side + 50.0, top + side, "start", fmt::format("{:.4g}", lowest)) +
-         words(left + side + 24.0, top - 8.0, "start", "total energy U");
-  const auto mark = [&](double first, double second, std::string_view path, std::string_view colour) {
-    return fmt::format("<path transform=\"translate({:.2f} {:.2f})\" d=\"{}\" fill=\"none\" stroke=\"{}\" "
-                       "stroke-width=\"2.5\"/>\n",
-                       first, second, path, colour);
-  };
-  constexpr std::string_view circle = "M-7 0a7 7 0 1 0 14 0a7 7 0 1 0-14 0";
-  constexpr std::string_view cross = "M-6-6L6 6M-6 6L6-6";
-  const auto is_inside = [&](double value) { return value >= low && value <= high; };
-  if (is_inside(double{here[0]}) && is_inside(double{here[1]})) {
-    svg += mark(left + along(double{here[0]}), top + side - along(double{here[1]}), circle, "#ff9a3c") +
-           mark(left + 20.0, 42.0, circle, "#ff9a3c") +
-           words(left + 34.0, 47.0, "start", "the field as it is");
-  }
-  return svg +
-         mark(left + along(double{plane.lowest_first()}), top + side - along(double{plane.lowest_second()}),
-              cross, "#ff3b4e") +
-         mark(left + 220.0, 42.0, cross, "#ff3b4e") +
-         words(left + 234.0, 47.0, "start", "lowest on the grid") + "</svg>\n";
+  return svg + words(left + side / 2.0, bottom + 42.0, axis(options.sites[0])) +
+         fmt::format("<g transform=\"translate(22 {}) rotate(-90)\">{}</g>\n</svg>\n", bottom - side / 2.0,
+                     words(0.0, 0.0, axis(options.sites[1])));
 }
 
 } // namespace hdmbench

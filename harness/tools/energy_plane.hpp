@@ -51,8 +51,8 @@ void require_sites(const std::array<SiteIndex, 2>& sites, Extent extent);
 [[nodiscard]] EnergyPlane energy_plane(const Level& level, VectorField displacement,
                                        const EnergyPlaneOptions& options);
 
-/// A standalone SVG file: the energy as a heat map in bands, the lowest one of the grid marked by a cross,
-/// `here`, the displacements that the two sites have, by a circle where it is in the range.
+/// A standalone SVG file: the energy as a heat map in bands, a red ring at the lowest one of the grid, an
+/// orange one at `here`, the displacements that the two sites have, where these are in the range.
 [[nodiscard]] std::string energy_plot_svg(const EnergyPlane& plane, const EnergyPlaneOptions& options,
                                           std::array<float, 2> here, const std::string& title);
 

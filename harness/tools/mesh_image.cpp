@@ -10,7 +10,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
 #include <optional>
 #include <span>
 #include <unordered_map>
@@ -50,58 +49,34 @@ MeshImage undefined_image(Extent extent) {
 void define(MeshImage& image, std::size_t site, double u, double v) {
   image.displacement.x[site] = static_cast<float>(u);
   image.displacement.y[site] = static_cast<float>(v);
+  image.undefined -= image.mask.values[site] == 0.0F ? 1 : 0;
   image.mask.values[site] = 255.0F;
-  --image.undefined;
 }
 
-/// Nodes in the order of their x, to find the nearest one without asking every node.
-class SortedNodes {
-public:
-  explicit SortedNodes(const std::vector<MeshNode>& nodes) : nodes_(nodes), order_(nodes.size()) {
-    std::iota(order_.begin(), order_.end(), std::size_t{0});
-    std::ranges::sort(order_, {}, [&](std::size_t i) { return nodes[i].x; });
-  }
-
-  /// Index of the nearest node at most `reach` away, the lowest one among equals.
-  [[nodiscard]] std::optional<std::size_t> nearest(double x, double y, double reach) const {
-    std::optional<std::size_t> best;
-    double best_squared = reach * reach;
-    // Whether nodes that are further away along x may still be the nearest.
-    const auto consider = [&](std::size_t i) {
-      const double dx = nodes_[i].x - x;
-      const double dy = nodes_[i].y - y;
-      const double squared = dx * dx + dy * dy;
-      if (squared < best_squared || (squared == best_squared && i <= best.value_or(i))) {
-        best = i;
-        best_squared = squared;
-      }
-      return dx * dx <= best_squared;
-    };
-    const auto middle = std::ranges::lower_bound(order_, x, {}, [&](std::size_t i) { return nodes_[i].x; });
-    auto right = middle;
-    auto left = std::make_reverse_iterator(middle);
-    bool goes_right = true;
-    bool goes_left = true;
-    while (goes_right || goes_left) { // both sides in turn, so that `best` soon ends either
-      goes_right = goes_right && right != order_.end() && consider(*right++);
-      goes_left = goes_left && left != order_.rend() && consider(*left++);
-    }
-    return best;
-  }
-
-private:
-  const std::vector<MeshNode>& nodes_;
-  std::vector<std::size_t> order_;
+/// A part of the plane, pixels.
+struct Box {
+  double left, right, top, bottom;
 };
+
+/// Calls visit(x, y) for every pixel centre in the box.
+template <typename Visit>
+void for_each_pixel(const Box& box, Extent extent, Visit visit) {
+  // Clamped as double: a box may lie further away than an int reaches.
+  const auto first = [](double low, int count) {
+    return static_cast<int>(std::ceil(std::clamp(low, 0.0, static_cast<double>(count))));
+  };
+  const auto last = [](double high, int count) {
+    return static_cast<int>(std::floor(std::clamp(high, -1.0, count - 1.0)));
+  };
+  for (int y = first(box.top, extent.height); y <= last(box.bottom, extent.height); ++y) {
+    for (int x = first(box.left, extent.width); x <= last(box.right, extent.width); ++x) {
+      visit(x, y);
+    }
+  }
+}
 
 /// What the shape functions weigh the corners with; the fourth is 0 in a triangle.
 using Weights = std::array<double, 4>;
-
-/// (A.1)-(A.4), r and s in -1 ... 1.
-Weights bilinear_weights(double r, double s) {
-  return {0.25 * (1.0 - r) * (1.0 - s), 0.25 * (1.0 + r) * (1.0 - s), 0.25 * (1.0 + r) * (1.0 + s),
-          0.25 * (1.0 - r) * (1.0 + s)};
-}
 
 /// An element with its corners in pixels.
 class Element {
@@ -111,31 +86,16 @@ public:
       corner_[i] = nodes[element.nodes[i]];
     }
     const auto corners = std::span(corner_).first(corners_);
-    left_ = std::ranges::min(corners, {}, &MeshNode::x).x;
-    right_ = std::ranges::max(corners, {}, &MeshNode::x).x;
-    top_ = std::ranges::min(corners, {}, &MeshNode::y).y;
-    bottom_ = std::ranges::max(corners, {}, &MeshNode::y).y;
-    size_ = std::max(right_ - left_, bottom_ - top_);
+    const auto [left, right] = std::ranges::minmax(corners, {}, &MeshNode::x);
+    const auto [top, bottom] = std::ranges::minmax(corners, {}, &MeshNode::y);
+    size_ = std::max(right.x - left.x, bottom.y - top.y);
+    const double more = tolerance * size_;
+    box_ = {left.x - more, right.x + more, top.y - more, bottom.y + more};
     turn_ = cross(0, corner_[2].x, corner_[2].y) > 0.0 ? 1.0 : -1.0;
   }
 
-  /// Calls visit(x, y) for every pixel centre in the bounding box, itself widened by the tolerance.
-  template <typename Visit>
-  void for_each_pixel(Extent extent, Visit visit) const {
-    const double more = tolerance * size_;
-    // Clamped as double: a box may lie further away than an int reaches.
-    const auto first = [&](double low, int count) {
-      return static_cast<int>(std::ceil(std::clamp(low - more, 0.0, static_cast<double>(count))));
-    };
-    const auto last = [&](double high, int count) {
-      return static_cast<int>(std::floor(std::clamp(high + more, -1.0, count - 1.0)));
-    };
-    for (int y = first(top_, extent.height); y <= last(bottom_, extent.height); ++y) {
-      for (int x = first(left_, extent.width); x <= last(right_, extent.width); ++x) {
-        visit(x, y);
-      }
-    }
-  }
+  /// What may lie in it, the tolerance included.
+  [[nodiscard]] const Box& box() const { return box_; }
 
   [[nodiscard]] bool contains(double x, double y) const {
     for (std::size_t i = 0; i < corners_; ++i) {
@@ -177,54 +137,37 @@ private:
     return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
   }
 
-  /// (A.5) solved for r and s by Newton's method. In a strictly convex element the Jacobian is nowhere 0 on
-  /// the unit square, so iterates are kept there, and a step that brings no improvement is halved.
+  /// (A.5) solved for r and s, then (A.1)-(A.4). With the point p - centre = a r + b s + c r s, the product
+  /// of p - centre - a r with b + c r is 0, a quadratic equation for r. In a strictly convex element its
+  /// derivative has the sign of the Jacobian on all of it, which tells the root.
   [[nodiscard]] Weights inverse_bilinear(double x, double y) const {
-    constexpr int most_steps = 100;
-    const double good = 1e-13 * size_;
-    double r = 0.0;
-    double s = 0.0;
-    Weights found = bilinear_weights(r, s);
-    double error = distance(found, x, y);
-    double damping = 1.0;
-    for (int step = 0; step < most_steps && error > good && damping > 1e-12; ++step) {
-      const Weights by_r{s - 1.0, 1.0 - s, 1.0 + s, -1.0 - s}; // four times the derivatives
-      const Weights by_s{r - 1.0, -1.0 - r, 1.0 + r, 1.0 - r};
-      const double xr = 0.25 * interpolate(by_r, &MeshNode::x);
-      const double yr = 0.25 * interpolate(by_r, &MeshNode::y);
-      const double xs = 0.25 * interpolate(by_s, &MeshNode::x);
-      const double ys = 0.25 * interpolate(by_s, &MeshNode::y);
-      const double determinant = xr * ys - xs * yr;
-      const double dx = x - interpolate(found, &MeshNode::x);
-      const double dy = y - interpolate(found, &MeshNode::y);
-      const double next_r = std::clamp(r + damping * (ys * dx - xs * dy) / determinant, -1.0, 1.0);
-      const double next_s = std::clamp(s + damping * (xr * dy - yr * dx) / determinant, -1.0, 1.0);
-      const Weights next = bilinear_weights(next_r, next_s);
-      const double next_error = distance(next, x, y);
-      if (next_error < error) {
-        r = next_r;
-        s = next_s;
-        found = next;
-        error = next_error;
-        damping = 1.0;
-      } else {
-        damping *= 0.5;
-      }
-    }
-    if (!(error <= 10.0 * tolerance * size_)) {
-      throw InputError(
-          fmt::format("an element is too distorted to find the pixel x = {}, y = {} in it", x, y));
-    }
-    return found;
-  }
-
-  [[nodiscard]] double distance(const Weights& weights, double x, double y) const {
-    return std::hypot(interpolate(weights, &MeshNode::x) - x, interpolate(weights, &MeshNode::y) - y);
+    using Point = std::array<double, 2>;
+    const auto sum = [&](const Weights& signs) {
+      return Point{0.25 * interpolate(signs, &MeshNode::x), 0.25 * interpolate(signs, &MeshNode::y)};
+    };
+    const auto product = [](const Point& a, const Point& b) { return a[0] * b[1] - a[1] * b[0]; };
+    const Point centre = sum({1.0, 1.0, 1.0, 1.0});
+    const Point a = sum({-1.0, 1.0, 1.0, -1.0});
+    const Point b = sum({-1.0, -1.0, 1.0, 1.0});
+    const Point c = sum({1.0, -1.0, 1.0, -1.0});
+    const Point way{x - centre[0], y - centre[1]};
+    const double second = product(a, c);
+    const double first = product(a, b) - product(way, c);
+    const double constant = product(way, b);
+    const double root = turn_ * std::sqrt(std::max(first * first + 4.0 * second * constant, 0.0));
+    // Of the two forms that which adds numbers of one sign.
+    const double r = std::clamp(
+        first * root >= 0.0 ? 2.0 * constant / (first + root) : (root - first) / (2.0 * second), -1.0, 1.0);
+    const Point along{b[0] + c[0] * r, b[1] + c[1] * r};
+    const std::size_t larger = std::abs(along[0]) > std::abs(along[1]) ? 0 : 1;
+    const double s = std::clamp((way[larger] - a[larger] * r) / along[larger], -1.0, 1.0);
+    return {0.25 * (1.0 - r) * (1.0 - s), 0.25 * (1.0 + r) * (1.0 - s), 0.25 * (1.0 + r) * (1.0 + s),
+            0.25 * (1.0 - r) * (1.0 + s)};
   }
 
   std::array<MeshNode, 4> corner_{};
   std::size_t corners_;
-  double left_, right_, top_, bottom_;
+  Box box_{};
   double size_;
   double turn_; ///< 1 or -1: the way round
 };
@@ -349,12 +292,18 @@ MeshImage nearest_node_image(const Mesh& mesh, const PixelGrid& grid, double rea
   }
   const auto nodes = nodes_in_pixels(mesh, grid);
   MeshImage image = undefined_image(grid.extent);
-  const SortedNodes sorted(nodes);
-  for_each_site(grid.extent, [&](int x, int y) {
-    if (const auto nearest = sorted.nearest(x, y, reach)) {
-      define(image, grid.extent.index(x, y), nodes[*nearest].u, nodes[*nearest].v);
-    }
-  });
+  std::vector<double> distances(grid.extent.sites(), HUGE_VAL); // squared, of the nearest so far
+  for (const MeshNode& node : nodes) {
+    const Box near{node.x - reach, node.x + reach, node.y - reach, node.y + reach};
+    for_each_pixel(near, grid.extent, [&](int x, int y) {
+      const double squared = (node.x - x) * (node.x - x) + (node.y - y) * (node.y - y);
+      double& nearest = distances[grid.extent.index(x, y)];
+      if (squared <= reach * reach && squared < nearest) {
+        nearest = squared;
+        define(image, grid.extent.index(x, y), node.u, node.v);
+      }
+    });
+  }
   return image;
 }
 
@@ -363,7 +312,7 @@ MeshImage element_image(const Mesh& mesh, const PixelGrid& grid) {
   MeshImage image = undefined_image(grid.extent);
   for (const MeshElement& listed : mesh.elements) {
     const Element element(listed, nodes);
-    element.for_each_pixel(grid.extent, [&](int x, int y) {
+    for_each_pixel(element.box(), grid.extent, [&](int x, int y) {
       const auto site = grid.extent.index(x, y);
       if (image.mask.values[site] == 0.0F && element.contains(x, y)) {
         const Weights weights = element.weights(x, y);
