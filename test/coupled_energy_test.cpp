@@ -1,5 +1,5 @@
 // A second energy, test/coupled/, through what an energy goes through: cross-check, certificates, planted
-// faults; backends_test has its bits. Nothing outside test/ knows of it.
+// faults, a scene file that names it; backends_test has its bits. Nothing outside test/ knows of it.
 
 #include "test/coupled/coupled.hpp"
 
@@ -7,9 +7,14 @@
 #include "harness/check/faults/faulty_backend.hpp"
 #include "harness/check/faults/trial.hpp"
 #include "harness/scene/method.hpp"
+#include "test/files.hpp"
+#include "test/program.hpp"
 #include "test/scenes.hpp"
 
 #include <gtest/gtest.h>
+
+#include <set>
+#include <string>
 
 #ifdef HDMBENCH_WITH_GL
 #include "harness/check/faults/device_faults.hpp"
@@ -61,6 +66,64 @@ TEST_P(CoupledOn, VerifyAgreesInEveryMode) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Energy, CoupledOn, testing::ValuesIn(test::backend_names()), test::parameter_name);
+
+/// As users have it: a scene file or the command line names it, and `verify` compares all backends.
+TEST(CoupledEnergy, IsChosenByItsName) {
+  const test::TemporaryFolder folder;
+  const std::string pixels = R"(size = [40, 33]
+[schedule]
+iterations = 6
+[[tissue]]
+label = 1
+modulus = 20.0
+[[shape]]
+kind = "everything"
+label = 1
+[[condition]]
+where = "left"
+dx = -5.0
+dy = 1.0
+[[condition]]
+where = "right"
+dx = 0.0
+)";
+  const std::string thesis = folder.write("thesis.toml", pixels).string();
+  const std::string coupled = folder.write("coupled.toml", "energy = \"coupled\"\n" + pixels).string();
+  const Scene scene = load_scene(coupled);
+  EXPECT_EQ(scene.full.energy, &test::coupled_energy);
+  EXPECT_EQ(scene.full.inputs.size(), 1U);
+
+  const std::string json = (folder.path() / "rows.json").string();
+  (void)test::expect_run(0, fmt::format("verify '{}' --json '{}'", coupled, json));
+  std::set<std::string> compared;
+  const nlohmann::json verified = test::read_json(json);
+  for (const auto& row : verified["results"]) {
+    EXPECT_NE(row["verdict"], "disagree") << row;
+    if (row["verdict"] == "agree") {
+      compared.insert(row["backend"].get<std::string>());
+    }
+  }
+  for (const std::string& backend : test::backend_names()) {
+    bool is_there = true;
+    try {
+      (void)test::find(backend).devices();
+    } catch (const DeviceError&) {
+      is_there = false;
+    }
+    EXPECT_TRUE(compared.contains(backend) || !is_there) << backend;
+  }
+
+  const auto mean_energy_of = [&](const std::string& arguments) {
+    (void)test::expect_run(0, fmt::format("run {} --json '{}'", arguments, json));
+    return test::read_json(json)["results"][0]["mean_energy"].get<double>();
+  };
+  const double named_by_file = mean_energy_of(fmt::format("'{}'", coupled));
+  EXPECT_EQ(mean_energy_of(fmt::format("'{}' --energy coupled", thesis)), named_by_file);
+  EXPECT_NE(mean_energy_of(fmt::format("'{}'", thesis)), named_by_file);
+  EXPECT_EQ(mean_energy_of(fmt::format("'{}' --energy hdm", coupled)),
+            mean_energy_of(fmt::format("'{}'", thesis)));
+  (void)test::expect_run(0, "methods", testing::HasSubstr("--energy coupled\n"));
+}
 
 TEST(CoupledEnergy, FusedOperationsAreCertifiedAndWrongAnswersAreNot) {
   const auto fused = faults::make_fused();

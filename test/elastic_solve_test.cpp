@@ -85,7 +85,7 @@ TEST(ElasticSolve, ConvergesWhateverTheTissue) {
 Scene scene_of(Level level, std::string_view method, int effort) {
   Scene scene;
   scene.full = std::move(level);
-  use_method(scene, find_method(method, EnergyModel::elastic), effort);
+  use_method(scene, find_method(method, &find_energy("elastic")), effort);
   return scene;
 }
 

@@ -58,7 +58,7 @@ inline Scene small_brain(int side) {
         label == 0 ? 0.0F : scene.picture.values[site] + (label == 2 ? 60.0F : 20.0F);
   });
   set_inverse_modulus(scene.full);
-  use_method(scene, usual_method(EnergyModel::elastic));
+  use_energy(scene, find_energy("elastic"));
   return scene;
 }
 

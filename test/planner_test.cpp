@@ -47,7 +47,7 @@ double error_of(const Solution& solution, const ReferenceField& truth) {
 
 Scene shipped(const char* name, int size) {
   Scene scene = load_scene(name, {.size = Extent{size, size}});
-  use_method(scene, usual_method(EnergyModel::elastic));
+  use_energy(scene, find_energy("elastic"));
   return scene;
 }
 
@@ -56,7 +56,7 @@ Scene scene_of(Level level, std::string_view method, int effort, double poisson 
   scene.name = "test";
   scene.full = std::move(level);
   scene.poisson = poisson;
-  use_method(scene, find_method(method, EnergyModel::elastic), effort);
+  use_method(scene, find_method(method, &find_energy("elastic")), effort);
   return scene;
 }
 

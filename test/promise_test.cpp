@@ -197,7 +197,7 @@ TEST(Promise, OfTheElasticEnergyIsKept) {
   Promises promises;
   for (std::uint64_t seed = first_seed; seed < first_seed + 400; ++seed) {
     Scene scene = varied_scene(seed);
-    use_method(scene, usual_method(EnergyModel::elastic));
+    use_energy(scene, find_energy("elastic"));
     const ReferenceField truth =
         solve_finite_elements(elastic_problem(scene.full), ElementRule::plane_stress(scene.poisson));
     for (const double asked : asked_for) {
@@ -249,7 +249,7 @@ Scene scene_with_lines(std::uint64_t seed, double softest, double stiffest) {
 /// Adds the plans that are content with a sampled image. The truth is the same energy's, to far less than
 /// what is asked for: OfTheElasticEnergyIsKept sets that against finite elements.
 void add_sampled(Promises& promises, Scene& scene, std::initializer_list<double> requests) {
-  use_method(scene, usual_method(EnergyModel::elastic));
+  use_energy(scene, find_energy("elastic"));
   const auto plan = [&](double asked) {
     return solve_as_needed(scene, {.accuracy = asked}, test::find("openmp"), {}, test::silent());
   };

@@ -25,7 +25,7 @@ struct Observed {
   VectorField truth;
 
   explicit Observed(std::uint64_t seed) {
-    use_method(scene, usual_method(EnergyModel::elastic));
+    use_energy(scene, find_energy("elastic"));
     truth = Solver(test::scalar(), {}).solve(scene, test::silent()).displacement;
     std::mt19937_64 engine(seed);
     std::normal_distribution<float> noise(0.0F, 0.1F);

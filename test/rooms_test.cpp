@@ -132,4 +132,21 @@ TEST(Rooms, AWrongArrowIsSeen) {
               testing::IsEmpty());
 }
 
+/// Where what belongs to one energy stands in a file: whether the sentence `if (elastic)` in whatever words.
+int questions_for_an_energy(const std::string& text) {
+  static const std::regex question(
+      R"(EnergyModel|is_elastic|takes_elastic|(find_energy\(|energy(->|\.)name *[=!]= *)\"|[=!]= *\"(hdm|elastic)\")");
+  return static_cast<int>(
+      std::distance(std::sregex_iterator(text.begin(), text.end(), question), std::sregex_iterator()));
+}
+
+TEST(Rooms, ThatAnEnergyIsOneOfTwoIsAskedNowhere) {
+  for (const auto& [path, text] : project_sources()) {
+    EXPECT_EQ(questions_for_an_energy(text), 0) << path;
+  }
+  EXPECT_EQ(questions_for_an_energy("if (scene.energy == EnergyModel::elastic)"), 1);
+  EXPECT_EQ(questions_for_an_energy("if (scene.energy->name == \"elastic\" || row.energy != \"hdm\")"), 2);
+  EXPECT_EQ(questions_for_an_energy("if (&find_energy(\"elastic\") == scene.energy)"), 1);
+}
+
 } // namespace

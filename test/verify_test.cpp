@@ -63,7 +63,7 @@ TEST(Verify, EveryModeThatSaysSomething) {
 /// Every step of the method, and the method alone; who does not compute it is skipped and says so.
 TEST(Verify, FollowsTheElasticEnergyStepByStep) {
   Scene scene = load_scene("random", {.size = Extent{33, 20}});
-  for (const Method& method : elastic_methods()) {
+  for (const Method& method : find_energy("elastic").methods) {
     use_method(scene, method, 2);
     const auto comparisons = test::verified(scene, test::find("openmp"));
     EXPECT_EQ(modes_of(comparisons), (std::vector{Mode::resync, Mode::pyramid}));

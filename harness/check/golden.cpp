@@ -1,6 +1,7 @@
 #include "harness/check/golden.hpp"
 
 #include "harness/scene/level_sequence.hpp"
+#include "harness/scene/method.hpp"
 #include "kernels/data/elastic/hierarchy.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -205,7 +206,7 @@ GoldenInputs hash_inputs(const Scene& scene) {
   hash.add(scene.full.steps.values());
   hash.add(scene.start_field());
   GoldenInputs inputs{.scene = hash.value(), .levels = {}};
-  if (scene.energy == EnergyModel::elastic) {
+  if (scene.energy->is_of_cells()) {
     inputs.levels = {hierarchy_hash(make_elastic_hierarchy(scene.full, scene.poisson))};
   } else {
     LevelSequence levels(scene);
@@ -295,7 +296,7 @@ GoldenOutcome GoldenSolver::solve(const Scene& scene, Progress& progress) {
           where = fmt::format("level {}", result.level);
           outcome.levels.push_back({result.level, result.iterations, state_hash(displacement)});
         }});
-    if (scene.energy != EnergyModel::elastic && LevelSequence(scene).pyramid()) {
+    if (!scene.energy->is_of_cells() && LevelSequence(scene).pyramid()) {
       where = "in one piece";
       Progress silent(false);
       outcome.in_one_piece = state_hash(solver_->solve(scene, silent).displacement);

@@ -2,6 +2,7 @@
 
 #include "harness/check/follower.hpp"
 #include "harness/scene/level_sequence.hpp"
+#include "harness/scene/method.hpp"
 #include "harness/scene/row_fields.hpp"
 #include "harness/scene/sites.hpp"
 #include "harness/solve/solve.hpp"
@@ -307,8 +308,10 @@ private:
 } // namespace
 
 std::string why_left_out(Mode mode, const Scene& scene) {
-  if (scene.energy == EnergyModel::elastic) {
-    return mode == Mode::active ? "the methods of the elastic energy visit all sites" : "";
+  if (scene.energy->is_of_cells()) {
+    return mode == Mode::active
+               ? fmt::format("the methods of the {} energy visit all sites", scene.energy->name)
+               : "";
   }
   if (mode == Mode::active) {
     Level level = without_fields(scene.full);
@@ -337,7 +340,7 @@ void excuse_nothing(Comparison& comparison) {
 std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
                                std::span<const Backend* const> backends, const VerifyOptions& options,
                                Progress& progress) {
-  return scene.energy == EnergyModel::elastic
+  return scene.energy->is_of_cells()
              ? verify_elastic(scene, reference, backends, options, progress)
              : ReferenceRun(scene, reference, backends, options, progress).compare_all();
 }

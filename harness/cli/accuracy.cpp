@@ -3,6 +3,7 @@
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/judged_text.hpp"
 #include "harness/scene/images/images.hpp"
+#include "harness/scene/method.hpp"
 #include "reference/published.hpp"
 
 #include <cstdio>
@@ -85,8 +86,8 @@ int run_accuracy(Arguments& arguments, const std::string& line) {
   const std::vector<const Backend*> backends = arguments.choose(registry);
   const std::vector<Scene> scenes = arguments.load_scenes(
       {"square", "square-modified", "square-single-level", "circular", "circular-radial", "brain"});
-  const auto is_elastic = [](const Scene& scene) { return scene.energy == EnergyModel::elastic; };
-  if (arguments.schedule.iterations && std::ranges::any_of(scenes, is_elastic)) {
+  const auto is_of_cells = [](const Scene& scene) { return scene.energy->is_of_cells(); };
+  if (arguments.schedule.iterations && std::ranges::any_of(scenes, is_of_cells)) {
     throw InputError("accuracy takes every elastic method at its usual effort; leave out --iterations");
   }
   const std::filesystem::path folder = arguments.json.parent_path();
@@ -134,7 +135,7 @@ void add_accuracy(CLI::App& program, Call& call) {
       "step\n"
       "is not explained by rounding.");
   const auto own = std::make_shared<Arguments>();
-  own->schedule.takes_elastic = true;
+  own->schedule.takes_energy = true;
   own->add_to(*command);
   remove_options(*command, {"--method", "--methods", "--update", "--stop", "--epsilon"});
   add_option(*command, "--repeat", own->repeats, "Samples of the seconds, fewer where they take long")

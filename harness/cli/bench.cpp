@@ -5,6 +5,7 @@
 #include "harness/measure/choices.hpp"
 #include "harness/measure/memory_use.hpp"
 #include "harness/report/ci_files.hpp"
+#include "harness/scene/method.hpp"
 #include "reference/published.hpp"
 
 #include <fmt/ranges.h>
@@ -37,7 +38,7 @@ void print_scene(const Scene& scene, const std::vector<BenchResult>& results, co
   const BenchResult& some = ran == results.end() ? results.front() : *ran;
   fmt::print("\n{}, {} x {}: {}, {} iterations, {:.4g} million site updates\n", scene.name, extent.width,
              extent.height, method_name(scene), some.iterations, some.site_updates * 1e-6);
-  const bool as_published = scene.energy == EnergyModel::hdm && extent.width == extent.height;
+  const bool as_published = scene.energy->of_sites == &thesis_energy && extent.width == extent.height;
   if (const auto* const row = as_published ? published_timing(scene.name, extent.width) : nullptr) {
     fmt::print("  thesis, table {}: GPU {} s, CPU {} s, speed-up {}\n", row->table, row->gpu_seconds,
                row->cpu_seconds, row->speed_up);
@@ -154,7 +155,7 @@ void add_bench(CLI::App& program, Call& call) {
       "backend whose field is not scalar's to the bit gets no speed-up and exit status 1. What the devices\n"
       "can do at most, in copying memory and in arithmetic, is measured in the same run.");
   const auto own = std::make_shared<BenchArguments>();
-  own->schedule.takes_elastic = true;
+  own->schedule.takes_energy = true;
   own->add_to(*command);
   add_option(*command, "--repeat", own->repeats, "Samples per backend, scene and size")
       ->check(CLI::Range(1, 1'000'000));

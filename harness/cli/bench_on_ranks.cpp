@@ -2,6 +2,7 @@
 
 #include "harness/measure/median.hpp"
 #include "harness/ranks/rank_backend.hpp"
+#include "harness/scene/method.hpp"
 #include "harness/solve/methods/solver.hpp"
 
 #include <cmath>
@@ -25,7 +26,7 @@ Extent scaled(Extent extent, double factor) {
 json measure(const Scene& scene, const std::string& kind, const RankBackend& backend, int repeats,
              Ranks& ranks) {
   json row{{"scene", scene.name},
-           {"energy", energy_names[static_cast<std::size_t>(scene.energy)]},
+           {"energy", scene.energy->name},
            {"scaling", kind},
            {"backend", backend.backends()},
            {"ranks", backend.ranks()},

@@ -215,7 +215,7 @@ void add_golden(CLI::App& program, Call& call) {
       "them.\n"
       "Exit status 1 if a hash differs, or there is none to compare with.");
   const auto own = std::make_shared<Arguments>();
-  own->schedule.takes_elastic = true; // as a scene's own file says
+  own->schedule.takes_energy = true; // as a scene's own file says
   add_option(*command, "scenes", own->scenes,
              "Shipped scenes by name (none: all); with --golden or --write your own, by file");
   own->add_backends_to(*command);

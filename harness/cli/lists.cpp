@@ -91,13 +91,14 @@ void list_devices(const Arguments& arguments, const std::string& line) {
 }
 
 /// "all", or the names of those that can.
-json who_can(const Method& method, const std::vector<std::unique_ptr<Backend>>& registry) {
+json who_can(const RegisteredEnergy& energy, const Method& method,
+             const std::vector<std::unique_ptr<Backend>>& registry) {
   Schedule schedule;
   Level level;
   method.configure(schedule, level);
   json names = json::array();
   for (const auto& backend : registry) {
-    if (method.energy == EnergyModel::elastic ? backend->has_elastic() : backend->supports(level.update)) {
+    if (energy.is_of_cells() ? backend->has_elastic() : backend->supports(level.update)) {
       names.push_back(backend->name());
     }
   }
@@ -106,18 +107,17 @@ json who_can(const Method& method, const std::vector<std::unique_ptr<Backend>>& 
 
 void list_methods() {
   const auto registry = make_backends();
-  for (const auto& [energy, methods] :
-       {std::pair{"hdm", hdmbench::methods()}, std::pair{"elastic", elastic_methods()}}) {
+  for (const RegisteredEnergy* const energy : energies()) {
     json rows = json::array();
-    for (const Method& method : methods) {
+    for (const Method& method : energy->methods) {
       rows.push_back({{"method", method.name},
                       {"effort", method.effort},
                       {"usual", method.usual_effort > 0 ? json(method.usual_effort) : json("the scene's")},
                       {"takes", option_names(method.options)},
-                      {"backends", who_can(method, registry)},
+                      {"backends", who_can(*energy, method, registry)},
                       {"what_it_does", method.summary}});
     }
-    fmt::print("--energy {}\n{}\n", energy,
+    fmt::print("--energy {}\n{}\n", energy->name,
                table_text(rows, "method|effort:--iterations counts|usual|takes|backends|what_it_does"));
   }
 }

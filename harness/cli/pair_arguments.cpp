@@ -76,7 +76,7 @@ void PairArguments::add_to(CLI::App& command, bool detects) {
       ->required(detects);
   add_option(command, "--size", scene.size, "Size of the scene: 300 (square) or 257x130");
   scene.add_orientation_to(command);
-  scene.schedule.takes_elastic = true;
+  scene.schedule.takes_energy = true;
   if (!detects) {
     scene.schedule.add_to(command);
   }

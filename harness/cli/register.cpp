@@ -112,7 +112,7 @@ Outcome register_region(const Arguments& arguments, const PictureData& data, con
   outcome.row = {{"conventional", arguments.conventional},
                  {"conventional_seconds", first.seconds},
                  {"seconds", first.seconds + solution.timings.total()},
-                 {"energy", energy_names[static_cast<std::size_t>(data.scene.energy)]}};
+                 {"energy", data.scene.energy->name}};
   return outcome;
 }
 
@@ -127,7 +127,7 @@ Outcome register_iterated(const Arguments& arguments, const PictureData& data, c
   Outcome outcome;
   outcome.row = {{"converged", found.converged},
                  {"seconds", found.seconds},
-                 {"energy", energy_names[static_cast<std::size_t>(EnergyModel::elastic)]},
+                 {"energy", energy_near(ReferenceSolution::finite_elements).name},
                  {"iterations", json::array()}};
   for (const RegistrationIteration& iteration : found.iterations) {
     outcome.row["iterations"].push_back({{"level", iteration.level},
@@ -145,15 +145,15 @@ Outcome register_iterated(const Arguments& arguments, const PictureData& data, c
 int run_register(const Arguments& arguments, const CLI::App& command, const std::string& line) {
   const ScheduleOverrides& schedule = arguments.pair.scene.schedule;
   if (arguments.iterate) {
-    const bool is_thesis = schedule.energy == EnergyModel::hdm;
-    std::vector<std::string> idle = schedule_options(command, {is_thesis ? "" : "--energy"});
+    const bool is_idle = schedule.energy != nullptr && !schedule.energy->is_of_cells();
+    std::vector<std::string> idle = schedule_options(command, {is_idle ? "" : "--energy"});
     idle.emplace_back("--conventional");
     refuse_idle(command, idle,
                 "--iterate looks at the pictures itself, and solves the elastic energy its way");
   }
   const PictureData data = arguments.pair.load();
   const Schedule& solved = data.scene.schedule;
-  const bool has_sweeps_only = data.scene.energy == EnergyModel::hdm || solved.method == elastic_sweeps;
+  const bool has_sweeps_only = !data.scene.energy->is_of_cells() || solved.method == elastic_sweeps;
   if (!arguments.iterate && has_sweeps_only && solved.iterations == 0) {
     throw InputError("register with 0 iterations would leave everything where it is; give at least 1");
   }

@@ -162,7 +162,7 @@ void add_rivals(CLI::App& program, Call& call) {
                 "slice,\nnoise is added, and every method has to find out how.");
   const auto own = std::make_shared<Arguments>();
   own->scene.scene = "brain";
-  own->scene.schedule.takes_elastic = true;
+  own->scene.schedule.takes_energy = true;
   add_option(*command, "scene", own->scene.scene, "Scene by name or TOML file");
   add_option(*command, "--size", own->scene.size, "Image size: 300 (square) or 257x130");
   own->scene.add_orientation_to(*command);

@@ -125,7 +125,7 @@ void print_levels(const Solution& solution, bool counted) {
 
 /// Of the energy that the displacement minimises, over sites.
 double mean_energy_of(const Scene& scene, const VectorField& displacement) {
-  if (scene.energy == EnergyModel::hdm) {
+  if (!scene.energy->is_of_cells()) {
     return mean_energy(scene.full, displacement);
   }
   const Level& level = scene.robust ? reweighted(scene.full, displacement, *scene.robust) : scene.full;
@@ -136,11 +136,11 @@ double mean_energy_of(const Scene& scene, const VectorField& displacement) {
 
 /// How ranks share the scene out. Throws InputError where they cannot.
 Sharing sharing_of(const Scene& scene, const Arguments& arguments, const Ranks& ranks) {
-  const bool is_elastic = scene.energy == EnergyModel::elastic;
-  const int granule = is_elastic ? 2 : 4;
+  const bool of_cells = scene.energy->is_of_cells();
+  const int granule = of_cells ? 2 : 4;
   if (arguments.halo % granule != 0) {
     throw InputError(fmt::format("--halo {}: a multiple of {}{}, or 0", arguments.halo, granule,
-                                 is_elastic ? " for the elastic energy" : ""));
+                                 of_cells ? fmt::format(" for the {} energy", scene.energy->name) : ""));
   }
   if (scene.full.update == Update::sequential) {
     throw InputError("sequential, each of whose sweeps crosses the image site by site, runs on one rank");
@@ -151,25 +151,29 @@ Sharing sharing_of(const Scene& scene, const Arguments& arguments, const Ranks& 
           .halo = arguments.halo};
 }
 
-/// Throws InputError for a request with the thesis's energy, which `says` asks for.
-[[noreturn]] void refuse_thesis_energy(std::string_view says) {
+/// Throws InputError for a request with an energy, which `says` asks for, that does not come near to finite
+/// elements.
+void require_near_finite_elements(const RegisteredEnergy& energy, std::string_view says) {
+  if (energy.near == ReferenceSolution::finite_elements) {
+    return;
+  }
   throw InputError(fmt::format(
       "--accuracy and --within ask for a distance from finite elements, which the elastic energy comes near "
-      "and the thesis's does not, however long it is solved; {} asks for the thesis's: give --energy "
+      "and {0}'s does not, however long it is solved; {1} asks for {0}'s: give --energy "
       "elastic, or --method and --iterations in place of --accuracy and --within",
-      says));
+      energy.summary, says));
 }
 
-/// The scene, which a request solves with the elastic energy.
+/// The scene, which a request solves with the energy that comes near to finite elements.
 Scene load_for(const Arguments& arguments) {
-  if (!arguments.asks() || arguments.scene.schedule.energy) {
+  if (!arguments.asks() || arguments.scene.schedule.energy != nullptr) {
     return arguments.scene.load();
   }
-  SceneArguments elastic = arguments.scene;
-  elastic.schedule.energy = EnergyModel::elastic;
-  Scene scene = elastic.load();
-  if (scene.stated_energy == EnergyModel::hdm) {
-    refuse_thesis_energy(scene.source);
+  SceneArguments asking = arguments.scene;
+  asking.schedule.energy = &energy_near(ReferenceSolution::finite_elements);
+  Scene scene = asking.load();
+  if (scene.stated_energy != nullptr) {
+    require_near_finite_elements(*scene.stated_energy, scene.source);
   }
   return scene;
 }
@@ -178,8 +182,8 @@ Scene load_for(const Arguments& arguments) {
 /// InputError.
 void require_meaning(const Arguments& arguments, const CLI::App& command, const Ranks* ranks) {
   (void)arguments.request(1.0);
-  if (arguments.asks() && arguments.scene.schedule.energy == EnergyModel::hdm) {
-    refuse_thesis_energy("--energy hdm");
+  if (const auto* const energy = arguments.scene.schedule.energy; arguments.asks() && energy != nullptr) {
+    require_near_finite_elements(*energy, fmt::format("--energy {}", energy->name));
   }
   if (launched_together() == 0) {
     refuse_idle(command, {"--sites-per-rank", "--halo"},
@@ -312,7 +316,7 @@ int run_scene(const Arguments& arguments, const CLI::App& command, const std::st
              .backend = shared ? shared->backends() : std::string(backend.name()),
              .device = device.name,
              .method = plan ? "as needed" : method_name(scene),
-             .energy = std::string(energy_names[static_cast<std::size_t>(scene.energy)]),
+             .energy = std::string(scene.energy->name),
              .seconds = solution.timings.total(),
              .levels = std::ssize(solution.levels),
              .iterations = total_iterations(solution.levels),
@@ -334,7 +338,7 @@ int run_scene(const Arguments& arguments, const CLI::App& command, const std::st
     fmt::print("  {}; {:.3g} sweeps over the full resolution in all\n", plan->outcome,
                fine_sweep_equivalents(*plan));
   } else {
-    print_levels(solution, inspected && scene.energy == EnergyModel::hdm);
+    print_levels(solution, inspected && !scene.energy->is_of_cells());
   }
   if (ranks != nullptr) {
     row.ranks = ranks->size();
@@ -369,7 +373,7 @@ void add_run(CLI::App& program, Call& call) {
              "picture before and after, the deformed grid and\n"
              "the displacement's magnitude and change of area as PNG; say what speaks against the result.");
   const auto own = std::make_shared<Arguments>();
-  own->scene.schedule.takes_elastic = true;
+  own->scene.schedule.takes_energy = true;
   own->scene.schedule.is_of_run = true;
   own->scene.add_scene_to(*command);
   own->scene.add_backend_to(*command);

@@ -39,11 +39,19 @@ void ScheduleOverrides::add_to(CLI::App& command) {
     command.add_option_function<std::string>(name, take, help)
         ->check(CLI::IsMember(std::vector<std::string>(names.begin(), names.end())));
   };
-  if (takes_elastic) {
-    add_choice(
-        "--energy", energy, energy_names,
-        "What the displacement minimises: hdm (the thesis) or elastic (plane stress); a method of either "
-        "brings its own");
+  if (takes_energy) {
+    std::vector<std::string> choices;
+    std::ranges::transform(energies(), std::back_inserter(choices), [](const RegisteredEnergy* one) {
+      return fmt::format("{} ({})", one->name, one->summary);
+    });
+    const auto names = energy_names();
+    const auto take = [this](const std::string& name) { energy = &find_energy(name); };
+    command
+        .add_option_function<std::string>(
+            "--energy", take,
+            fmt::format("What the displacement minimises: {}; a method brings its own",
+                        fmt::join(choices, " or ")))
+        ->check(CLI::IsMember(std::vector<std::string>(names.begin(), names.end())));
   }
   if (is_of_run) {
     add("--robust", robust,
@@ -78,22 +86,24 @@ void ScheduleOverrides::add_to(CLI::App& command) {
 
 void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& other_method) const {
   const std::optional<std::string> chosen = other_method ? other_method : method;
+  if (energy != nullptr) {
+    use_energy(scene, *energy);
+  }
   if (chosen) {
     use_method(scene, find_method(*chosen, energy));
-  } else if (energy && *energy != scene.energy) {
-    use_method(scene, usual_method(*energy));
   }
-  if (scene.energy == EnergyModel::elastic && !takes_elastic) {
-    throw InputError(fmt::format("{} would have the elastic energy, which this command does not know; run, "
+  const bool of_cells = scene.energy->is_of_cells();
+  if (of_cells && !takes_energy) {
+    throw InputError(fmt::format("{} would have the {} energy, which this command does not know; run, "
                                  "verify, bench, tradeoff and accuracy do",
-                                 scene.name));
+                                 scene.name, scene.energy->name));
   }
-  if (scene.energy == EnergyModel::elastic &&
-      (start_level || epsilon || alignment || penalty || prior_weight)) {
-    throw InputError("the elastic energy has levels of its own and prescribes what is observed; leave out "
-                     "--start-level, --epsilon, --alignment, --penalty and --prior-weight");
+  if (of_cells && (start_level || epsilon || alignment || penalty || prior_weight)) {
+    throw InputError(fmt::format("the {} energy has levels of its own and prescribes what is observed; leave "
+                                 "out --start-level, --epsilon, --alignment, --penalty and --prior-weight",
+                                 scene.energy->name));
   }
-  if ((robust || stride) && scene.energy == EnergyModel::hdm) {
+  if ((robust || stride) && !of_cells) {
     throw InputError(fmt::format("{} is for --energy elastic", robust ? "--robust" : "--stride"));
   }
   scene.schedule.stride = stride.value_or(scene.schedule.stride);
@@ -106,7 +116,7 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
     options.cooling = Cooling{.highest = temperatures.at(0), .lowest = temperatures.at(1)};
   }
   set_options(scene, options);
-  if (stop && scene.energy == EnergyModel::elastic) {
+  if (stop && of_cells) {
     throw InputError(fmt::format("{} ends after its {}; leave out --stop", scene.schedule.method,
                                  find_method(scene.schedule.method, scene.energy).effort));
   }

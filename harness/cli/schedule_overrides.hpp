@@ -11,10 +11,10 @@ namespace hdmbench::commands {
 
 /// What the user may change about every scene's schedule.
 struct ScheduleOverrides {
-  bool takes_elastic = false; ///< whether the command knows EnergyModel::elastic; say so before add_to()
-  bool is_of_run = false;     ///< whether the command has --robust and --stride, likewise
-  std::optional<EnergyModel> energy{};
-  std::optional<std::string> method{}; ///< harness/scene/method.hpp
+  bool takes_energy = false;                ///< whether the command has --energy; say so before add_to()
+  bool is_of_run = false;                   ///< whether the command has --robust and --stride, likewise
+  const RegisteredEnergy* energy = nullptr; ///< null: the scene's, or that of the method
+  std::optional<std::string> method{};      ///< harness/scene/method.hpp
   std::optional<int> iterations{};
   std::optional<double> relaxation{};
   std::vector<double> temperatures{}; ///< highest, lowest; empty: the method's own

@@ -117,7 +117,7 @@ void add_tradeoff(CLI::App& program, Call& call) {
       "Prints the Pareto front per scene; the report draws the chart. Exit status 1 where a field is not\n"
       "scalar's to the bit.");
   const auto own = std::make_shared<Arguments>();
-  own->schedule.takes_elastic = true;
+  own->schedule.takes_energy = true;
   own->add_to(*command);
   remove_options(*command, {"--method", "--iterations", "--update", "--steps"});
   add_option(*command, "--at", own->at, "Accuracies at which the fastest are compared: RMSD to FEM with nu 0")

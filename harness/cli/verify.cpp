@@ -27,7 +27,7 @@ struct VerifyArguments : CommonArguments {
 
   /// Nobody chose on the command line.
   [[nodiscard]] bool are_all() const {
-    return scenes.empty() && methods.empty() && !schedule.method && !schedule.energy;
+    return scenes.empty() && methods.empty() && !schedule.method && schedule.energy == nullptr;
   }
 };
 
@@ -45,7 +45,7 @@ std::vector<Scene> scenes_to_verify(const VerifyArguments& arguments) {
       one.size = size;
       try {
         Scene scene = load_case(one);
-        if (scene.energy == EnergyModel::hdm) {
+        if (!scene.energy->is_of_cells()) {
           arguments.schedule.apply(scene);
           limit_iterations(scene, one);
         }
@@ -99,8 +99,8 @@ void explain_disagreement(const Scene& scene, const Comparison& comparison, cons
   }
   if (comparison.counts_differing > 0) {
     fmt::print("    {} {}\n", grouped(comparison.counts_differing),
-               scene.energy == EnergyModel::elastic ? "sums over the image are wrong"
-                                                    : "counts of changed sites are wrong");
+               scene.energy->is_of_cells() ? "sums over the image are wrong"
+                                           : "counts of changed sites are wrong");
   }
   fmt::print("    repeat: {}\n", repeat);
 }
@@ -150,7 +150,7 @@ void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
       comparisons, [](const Comparison& comparison) { return comparison.verdict != Verdict::skipped; });
   if (ran != comparisons.end()) {
     fmt::print(": {} levels, {} iterations in {} {}{}", ran->levels, ran->iterations, ran->sweeps,
-               scene.energy == EnergyModel::hdm ? "sweeps" : "steps", arguments.quick ? " (quick)" : "");
+               scene.energy->is_of_cells() ? "steps" : "sweeps", arguments.quick ? " (quick)" : "");
   }
   fmt::print("\n{}",
              table_text(rows_by_backend(comparisons),
@@ -344,7 +344,7 @@ void add_verify(CLI::App& program, Call& call) {
       "mpirun -n R hdmbench verify: every backend, or mixture as openmp+vulkan-compute, on 1 ... R ranks.\n"
       "Exit status 1 if a backend disagrees or a scene could not have shown it.");
   const auto own = std::make_shared<VerifyArguments>();
-  own->schedule.takes_elastic = true;
+  own->schedule.takes_energy = true;
   own->add_to(*command);
   add_option(*command, "--require-tier", own->required_tier,
              "certified: differences that rounding explains pass. bitwise: none does")

@@ -72,7 +72,6 @@ public:
   static_assert(TLabelImage::ImageDimension == 2 && std::is_integral_v<LabelType>,
                 "the labels are a 2-D image of integers");
 
-  using EnergyEnum = hdmbench::EnergyModel;
   using StopCriterionEnum = hdmbench::Stop;
   using AlignmentEnum = hdmbench::Alignment;
   /** Number of the level that is beyond every pyramid: start where it is coarsest. */
@@ -103,13 +102,13 @@ public:
   itkSetInputMacro(ConfidenceImage, ConfidenceImageType);
   itkGetInputMacro(ConfidenceImage, ConfidenceImageType);
 
-  /** What the field minimises: EnergyEnum::hdm (the thesis; default) or EnergyEnum::elastic, the strain
-   * energy of plane stress, as finite elements do. The latter begins with the observation, not with the
-   * input, prescribes a component where its confidence is 1 and pulls at it by a spring where it is below,
-   * and has no use for StopCriterion, Epsilon, StartLevel, Alignment, Penalty, StepSet and
+  /** What the field minimises, by the name that scene files use: "hdm" (the thesis; default) or "elastic",
+   * the strain energy of plane stress, as finite elements do. The latter begins with the observation, not
+   * with the input, prescribes a component where its confidence is 1 and pulls at it by a spring where it is
+   * below, and has no use for StopCriterion, Epsilon, StartLevel, Alignment, Penalty, StepSet and
    * DuringIterationUpdate. */
-  itkSetEnumMacro(Energy, EnergyEnum);
-  itkGetEnumMacro(Energy, EnergyEnum);
+  itkSetStringMacro(Energy);
+  itkGetStringMacro(Energy);
   /** Of all tissues, above -1 and at most 0.5; of the elastic energy. Default 0.3. */
   itkSetMacro(PoissonRatio, double);
   itkGetConstMacro(PoissonRatio, double);
@@ -189,6 +188,7 @@ protected:
       (void)hdmbench::StepSet::parse(m_StepSet);
       const auto backends = hdmbench::make_backends();
       const auto& backend = hdmbench::find_backend(backends, m_Backend);
+      (void)hdmbench::find_energy(m_Energy);
       if (!backend.supports(this->UpdateOfSites())) {
         itkExceptionMacro(
             << m_Backend
@@ -264,7 +264,7 @@ protected:
     const auto print = [&](const char* name, const auto& value) {
       os << '\n' << indent << name << ": " << value;
     };
-    print("Energy", hdmbench::energy_names[static_cast<std::size_t>(m_Energy)]);
+    print("Energy", m_Energy);
     print("PoissonRatio", m_PoissonRatio);
     print("NumberOfIterations", m_NumberOfIterations);
     print("StartLevel", m_StartLevel);
@@ -375,8 +375,10 @@ private:
       });
     }
     hdmbench::set_inverse_modulus(full);
-    if (m_Energy == EnergyEnum::elastic) {
-      scene.poisson = m_PoissonRatio;
+    scene.poisson = m_PoissonRatio;
+    scene.energy = &hdmbench::find_energy(m_Energy);
+    hdmbench::set_energy_of_sites(scene);
+    if (scene.energy->is_of_cells()) {
       hdmbench::use_method(scene, hdmbench::find_method(hdmbench::elastic_conjugate_gradients),
                            m_NumberOfIterations);
     }
@@ -410,7 +412,7 @@ private:
   AlignmentEnum m_Alignment = AlignmentEnum::corner;
   bool m_DuringIterationUpdate = false;
   double m_Penalty = 1000.0;
-  EnergyEnum m_Energy = EnergyEnum::hdm;
+  std::string m_Energy = "hdm";
   double m_PoissonRatio = 0.3;
   std::string m_StepSet = "default";
   std::string m_Backend = "openmp";

@@ -49,10 +49,10 @@ public:
         judge_.add_rival(rival);
       }
     }
-    if (scene_.energy == EnergyModel::hdm) {
+    if (!scene_.energy->is_of_cells()) {
       add_thesis_methods();
     } else {
-      for (const Method& method : elastic_methods()) {
+      for (const Method& method : scene_.energy->methods) {
         Scene scene = scene_;
         use_method(scene, method);
         add(scene, everywhere);

@@ -70,7 +70,7 @@ std::vector<ContinuumRow> measure_continuum(double contrast, std::span<const int
                                      .on_pixels(side);
     Scene scene = scene_of(exact);
     const ReferenceField fem = find_finite_elements(scene.full, poisson);
-    use_method(scene, usual_method(EnergyModel::elastic));
+    use_energy(scene, energy_near(ReferenceSolution::finite_elements));
     const ReferenceField ours(solver.solve(scene, silent).displacement);
     ContinuumRow row{.width = side,
                      .height = side,

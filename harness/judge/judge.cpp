@@ -2,6 +2,7 @@
 
 #include "harness/check/compare.hpp"
 #include "harness/measure/median.hpp"
+#include "harness/scene/method.hpp"
 #include "harness/solve/field_norms.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/level.hpp"
@@ -26,28 +27,27 @@ double reached(const Judged& row) {
 }
 
 nlohmann::json to_json(const Scene& scene, const Judged& judged) {
-  nlohmann::json row{
-      {"scene", scene.name},
-      {"title", scene.title},
-      {"width", scene.extent().width},
-      {"height", scene.extent().height},
-      {"poisson", scene.poisson},
-      {"method", judged.method},
-      {"rival", judged.is_rival},
-      {"variant", judged.variant},
-      {"note", judged.note},
-      {"effort", judged.effort},
-      {"energy", judged.energy ? energy_names.at(static_cast<std::size_t>(*judged.energy)) : "none"},
-      {"backend", judged.backend},
-      {"device", judged.device.name},
-      {"status", name_of(judged.status)},
-      {"valid", judged.status == JudgedStatus::ok},
-      {"reason", judged.reason},
-      {"seconds", judged.seconds},
-      {"poisson_used", judged.poisson_used},
-      {"asked", judged.asked},
-      {"estimated_error", judged.estimated},
-      {"convergence", judged.convergence}};
+  nlohmann::json row{{"scene", scene.name},
+                     {"title", scene.title},
+                     {"width", scene.extent().width},
+                     {"height", scene.extent().height},
+                     {"poisson", scene.poisson},
+                     {"method", judged.method},
+                     {"rival", judged.is_rival},
+                     {"variant", judged.variant},
+                     {"note", judged.note},
+                     {"effort", judged.effort},
+                     {"energy", judged.energy},
+                     {"backend", judged.backend},
+                     {"device", judged.device.name},
+                     {"status", name_of(judged.status)},
+                     {"valid", judged.status == JudgedStatus::ok},
+                     {"reason", judged.reason},
+                     {"seconds", judged.seconds},
+                     {"poisson_used", judged.poisson_used},
+                     {"asked", judged.asked},
+                     {"estimated_error", judged.estimated},
+                     {"convergence", judged.convergence}};
   if (judged.arithmetic) {
     row["arithmetic"]["resynchronised"] = *judged.arithmetic;
   }
@@ -86,7 +86,8 @@ std::vector<Rival> rivals(const Scene& scene, const Truths& truths, bool quick) 
   const auto add_finite_elements = [&](double poisson, const SolvedTruth& truth) {
     const auto add = [&](std::string_view name, std::string effort, std::function<ReferenceField()> solve,
                          const SolvedTruth* solved = nullptr) {
-      all.push_back({name, std::move(effort), EnergyModel::elastic, poisson, std::move(solve), solved});
+      all.push_back({name, std::move(effort), energy_near(ReferenceSolution::finite_elements).name, poisson,
+                     std::move(solve), solved});
     };
     add(
         "fem", "direct", [&scene, poisson] { return find_finite_elements(scene.full, poisson); }, &truth);
@@ -111,7 +112,7 @@ std::vector<Rival> rivals(const Scene& scene, const Truths& truths, bool quick) 
   }
   all.push_back({.name = "fixed-point",
                  .effort = "direct",
-                 .energy = EnergyModel::hdm,
+                 .energy = energy_near(ReferenceSolution::fixed_point).name,
                  .solve = [&scene] { return solve_fixed_point(scene.full).displacement; },
                  .solved = &truths.fixed_point});
   all.push_back({.name = "interpolation", .effort = "direct", .solve = [&scene] {
@@ -159,7 +160,7 @@ std::size_t Judge::add_solutions(const Judged& told, const Scene& scene,
   for (Place& place : places_) {
     if (wanted(place)) {
       Judged& row = rows_.emplace_back(told);
-      row.energy = scene.energy;
+      row.energy = scene.energy->name;
       row.backend = place.backend->name();
       row.device = place.device;
       solve_on(place, scene, row);

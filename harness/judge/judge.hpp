@@ -59,7 +59,7 @@ struct Judged {
   std::string note{};                   ///< for people: what the variant shows, or how the run ended
   std::string effort{};                 ///< for people: "4 cycles", "tolerance 1e-04"
   std::optional<Effort> told{};         ///< the effort of a method in `tradeoff`
-  std::optional<EnergyModel> energy{};  ///< that it minimises; none: interpolation, registration
+  std::string_view energy = "none";     ///< that it minimises; of interpolation and registration none
   std::optional<double> poisson_used{}; ///< of finite elements, and of the elastic energy in `tradeoff`
   std::string backend{};                ///< empty for rivals
   Device device{};
@@ -99,8 +99,8 @@ inline constexpr std::array<std::string_view, 6> rival_names{"fem",        "fem-
 /// One setting of a rival.
 struct Rival {
   std::string_view name;
-  std::string effort{}; ///< as Judged::effort
-  std::optional<EnergyModel> energy{};
+  std::string effort{};             ///< as Judged::effort
+  std::string_view energy = "none"; ///< as Judged::energy
   std::optional<double> poisson{};
   std::function<ReferenceField()> solve; ///< the whole solution, assembly included; throws InputError
   const SolvedTruth* solved = nullptr;   ///< where it is one of the truths: its first sample

@@ -2,6 +2,7 @@
 
 #include "harness/measure/median.hpp"
 #include "harness/scene/joined.hpp"
+#include "harness/scene/method.hpp"
 #include "harness/solve/methods/sampled_image.hpp"
 #include "harness/solve/planner.hpp"
 #include "kernels/data/input_error.hpp"
@@ -55,7 +56,7 @@ public:
     }
     // The elastic energy as finite elements, against which it stands.
     const std::set<double> poisson_ratios{0.0, scene_.poisson};
-    for (const Method& method : elastic_methods()) {
+    for (const Method& method : energy_near(ReferenceSolution::finite_elements).methods) {
       for (const double poisson : is_wanted(method.name) ? poisson_ratios : std::set<double>{}) {
         measure_method(method, poisson);
       }
@@ -101,14 +102,14 @@ private:
   /// must come to the same field.
   void measure_requests(double poisson) {
     Scene scene = scene_;
-    use_method(scene, usual_method(EnergyModel::elastic));
+    use_energy(scene, energy_near(ReferenceSolution::finite_elements));
     scene.poisson = poisson;
     const Judge::Place& place = judge_.main_place(Update::coloured);
     for (const double asked : options_.quick ? std::vector{1.0, 0.1}
                                              : std::vector{5.0, 2.0, 1.0, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02}) {
       Judged& row = judge_.rows().emplace_back(Judged{.method = std::string(requested_name),
                                                       .effort = fmt::format("{:.3g} px asked", asked),
-                                                      .energy = EnergyModel::elastic,
+                                                      .energy = scene.energy->name,
                                                       .poisson_used = poisson,
                                                       .backend = std::string(place.backend->name()),
                                                       .device = place.device,

@@ -6,6 +6,7 @@
 #include "harness/measure/median.hpp"
 #include "harness/measure/memory_use.hpp"
 #include "harness/scene/level_sequence.hpp"
+#include "harness/scene/method.hpp"
 #include "harness/scene/row_fields.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/stopwatch.hpp"
@@ -46,8 +47,7 @@ std::string run_name(const BenchRun& run) {
 class Bench {
 public:
   Bench(Scene& scene, const BenchOptions& options, Progress& progress)
-      : scene_(scene), options_(options), progress_(progress),
-        levels_(scene.energy == EnergyModel::hdm ? level_work(scene) : std::vector<LevelWork>{}) {}
+      : scene_(scene), options_(options), progress_(progress), levels_(level_work(scene)) {}
 
   [[nodiscard]] std::vector<BenchResult> take_results() { return std::move(results_); }
 
@@ -190,7 +190,7 @@ private:
 
 std::vector<BenchRun> bench_runs(const Scene& scene, std::span<const Backend* const> backends,
                                  const BenchOptions& options) {
-  const bool may_skip = scene.energy == EnergyModel::hdm && why_left_out(Mode::active, scene).empty();
+  const bool may_skip = why_left_out(Mode::active, scene).empty();
   std::vector<BenchRun> runs;
   for (const Backend* backend : backends) {
     const auto add = [&](int threads, Work work) {
@@ -226,7 +226,7 @@ std::vector<BenchResult> bench(Scene& scene, std::span<const Backend* const> bac
 
 std::vector<LevelWork> level_work(const Scene& scene) {
   const Schedule& schedule = scene.schedule;
-  if (scene.energy != EnergyModel::hdm || schedule.rule != Rule::steps ||
+  if (scene.energy->is_of_cells() || schedule.rule != Rule::steps ||
       scene.full.update != Update::simultaneous || schedule.stop != Stop::fixed || schedule.mean_modulus) {
     return {};
   }

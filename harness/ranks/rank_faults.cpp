@@ -197,7 +197,7 @@ std::vector<Planted> planted_on_ranks(Ranks& ranks, const std::vector<std::uniqu
     // As small as a piece can be, so that small scenes are cut, too; and halos as narrow.
     const Sharing sharing{.pieces = ranks.size(),
                           .fewest_sites = fault.fewest_sites,
-                          .halo = find_method(fault.method).energy == EnergyModel::hdm ? 0 : 2};
+                          .halo = energy_of(find_method(fault.method)).is_of_cells() ? 2 : 0};
     return Planted{.name = fault.name,
                    .what = fault.what,
                    .backend = backends,

@@ -25,7 +25,7 @@ struct Condition {
   double confidence = 1.0;
 };
 
-Condition read_condition(TomlReader& table, EnergyModel energy) {
+Condition read_condition(TomlReader& table, bool may_be_springs) {
   Condition condition;
   if (!table.has("where")) {
     table.fail("where", "is missing: left, right, top, bottom, border or outside");
@@ -40,7 +40,7 @@ Condition read_condition(TomlReader& table, EnergyModel energy) {
   if (condition.where == Where::outside) {
     table.read("closing", condition.closing);
   }
-  if (std::optional<double> deviation; energy == EnergyModel::elastic) {
+  if (std::optional<double> deviation; may_be_springs) {
     table.read("deviation", deviation);
     if (deviation && table.has("confidence")) {
       table.fail("deviation", "cannot stand beside confidence");
@@ -154,9 +154,9 @@ void apply_outside(TomlReader& scene, const Condition& condition, const LabelFie
 
 } // namespace
 
-void apply_conditions(TomlReader& scene, const LabelField& labels, EnergyModel energy, Level& level) {
+void apply_conditions(TomlReader& scene, const LabelField& labels, bool may_be_springs, Level& level) {
   for (TomlReader& table : scene.tables("condition")) {
-    const Condition condition = read_condition(table, energy);
+    const Condition condition = read_condition(table, may_be_springs);
     if (condition.where == Where::outside) {
       apply_outside(scene, condition, labels, level);
     } else {

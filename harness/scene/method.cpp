@@ -3,10 +3,12 @@
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <stdexcept>
 #include <vector>
 
 namespace hdmbench {
@@ -66,7 +68,7 @@ void annealing(Schedule& schedule, Level& level) {
 
 constexpr const char* per_level = "iterations per level";
 
-const std::array all{
+constexpr std::array all{
     Method{"icm", "the thesis: every site takes its best candidate, all at once", per_level, 0,
            takes_steps | takes_update, icm},
     Method{"icm-6", "the same with candidates down to 0.01 px", per_level, 0, no_options, icm_fine},
@@ -88,13 +90,25 @@ const std::array all{
 /// Levels, their order and their sweeps are the method's own.
 void elastic(Schedule& /*schedule*/, Level& /*level*/) {}
 
-const std::array all_elastic{
+constexpr std::array all_elastic{
     Method{elastic_full_multigrid, "from the coarsest level up, a W cycle on each, then cycles",
-           "cycles on the full resolution", 2, no_options, elastic, EnergyModel::elastic},
+           "cycles on the full resolution", 2, no_options, elastic},
     Method{elastic_conjugate_gradients, "after full multigrid: its cycle as preconditioner", "steps", 8,
-           no_options, elastic, EnergyModel::elastic},
+           no_options, elastic},
     Method{elastic_sweeps, "damped Jacobi sweeps over the full resolution, no levels", "sweeps", 50,
-           no_options, elastic, EnergyModel::elastic}};
+           no_options, elastic}};
+
+constexpr RegisteredEnergy hdm{
+    .name = "hdm", .summary = "the thesis", .methods = all, .of_sites = &thesis_energy};
+constexpr RegisteredEnergy plane_stress{.name = "elastic",
+                                        .summary = "plane stress",
+                                        .methods = all_elastic,
+                                        .near = ReferenceSolution::finite_elements};
+
+std::vector<const RegisteredEnergy*>& registry() {
+  static std::vector<const RegisteredEnergy*> registered{&hdm, &plane_stress};
+  return registered;
+}
 
 /// What results call the options, in the order of their bits.
 constexpr std::array<std::string_view, 5> names_of_options{"steps", "update", "relaxation", "temperatures",
@@ -152,12 +166,47 @@ std::span<const Method> methods() {
   return all;
 }
 
-std::span<const Method> elastic_methods() {
-  return all_elastic;
+bool RegisteredEnergy::has(const Method& method) const {
+  return &method >= methods.data() && &method < methods.data() + methods.size();
 }
 
-const Method& usual_method(EnergyModel energy) {
-  return energy == EnergyModel::elastic ? all_elastic.front() : all.front();
+std::span<const RegisteredEnergy* const> energies() {
+  return registry();
+}
+
+std::vector<std::string_view> energy_names() {
+  std::vector<std::string_view> names;
+  std::ranges::transform(energies(), std::back_inserter(names), &RegisteredEnergy::name);
+  return names;
+}
+
+const RegisteredEnergy& usual_energy() {
+  return hdm;
+}
+
+bool register_energy(const RegisteredEnergy& energy) {
+  if (std::ranges::find(energies(), energy.name, &RegisteredEnergy::name) != energies().end()) {
+    throw std::logic_error(fmt::format("two energies are called {}", energy.name));
+  }
+  registry().push_back(&energy);
+  return true;
+}
+
+const RegisteredEnergy& find_energy(std::string_view name) {
+  const auto found = std::ranges::find(energies(), name, &RegisteredEnergy::name);
+  if (found == energies().end()) {
+    throw InputError(
+        fmt::format("there is no energy \"{}\"; the energies are {}", name, fmt::join(energy_names(), ", ")));
+  }
+  return **found;
+}
+
+const RegisteredEnergy& energy_near(ReferenceSolution solution) {
+  return **std::ranges::find(energies(), solution, &RegisteredEnergy::near);
+}
+
+const RegisteredEnergy& energy_of(const Method& method) {
+  return **std::ranges::find_if(energies(), [&](const auto* energy) { return energy->has(method); });
 }
 
 std::string option_names(unsigned options) {
@@ -170,28 +219,48 @@ std::string option_names(unsigned options) {
   return names;
 }
 
-const Method& find_method(std::string_view name, std::optional<EnergyModel> energy) {
-  std::string names;
-  for (const std::span<const Method> known : {methods(), elastic_methods()}) {
-    for (const Method& method : known) {
-      if (energy && method.energy != *energy) {
-        continue;
-      }
-      if (method.name == name) {
+const Method& find_method(std::string_view name, const RegisteredEnergy* energy) {
+  std::vector<std::string_view> names;
+  for (const RegisteredEnergy* const known : energies()) {
+    for (const Method& method : known->methods) {
+      const bool is_meant = energy == nullptr ? &energy_of(method) == known : energy == known;
+      if (is_meant && method.name == name) {
         return method;
       }
-      names += fmt::format("{}{}", names.empty() ? "" : ", ", method.name);
+      if (is_meant) {
+        names.push_back(method.name);
+      }
     }
   }
   throw InputError(fmt::format("there is no method \"{}\"{}; the methods are {}", name,
-                               energy == EnergyModel::elastic ? " for the elastic energy"
-                               : energy                       ? " for the energy hdm"
-                                                              : "",
-                               names));
+                               energy == nullptr ? "" : fmt::format(" for the {} energy", energy->name),
+                               fmt::join(names, ", ")));
+}
+
+void set_energy_of_sites(Scene& scene) {
+  const RegisteredEnergy& energy = *scene.energy;
+  scene.full.energy = energy.is_of_cells() ? &thesis_energy : energy.of_sites;
+  scene.full.inputs.clear();
+  if (energy.set_inputs != nullptr) {
+    energy.set_inputs(scene.full);
+  }
+}
+
+void use_energy(Scene& scene, const RegisteredEnergy& energy) {
+  if (scene.energy == &energy) {
+    return;
+  }
+  scene.energy = &energy;
+  scene.schedule = {};
+  set_energy_of_sites(scene);
+  use_method(scene, energy.methods.front());
 }
 
 void use_method(Scene& scene, const Method& method, std::optional<int> iterations) {
-  const Schedule own = method.energy == scene.energy ? scene.schedule : Schedule{};
+  if (!scene.energy->has(method)) {
+    use_energy(scene, energy_of(method));
+  }
+  const Schedule own = scene.schedule;
   Schedule schedule{.method = std::string(method.name),
                     .iterations = method.usual_effort > 0 ? method.usual_effort : own.iterations,
                     .stop = own.stop,
@@ -201,7 +270,6 @@ void use_method(Scene& scene, const Method& method, std::optional<int> iteration
   scene.full.update = Update::simultaneous;
   method.configure(schedule, scene.full);
   scene.schedule = schedule;
-  scene.energy = method.energy;
   set_options(scene, {.iterations = iterations});
 }
 

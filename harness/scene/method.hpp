@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace hdmbench {
 
@@ -41,31 +42,70 @@ struct Method {
   unsigned options;         ///< a sum of MethodOption
   /// Of the level it changes steps and update.
   void (*configure)(Schedule& schedule, Level& level);
-  EnergyModel energy = EnergyModel::hdm; ///< which it is for
 };
 
-/// All methods of the thesis's energy, its own first.
+/// The methods that sweep over the sites of the levels, the thesis's own first. They minimise whatever energy
+/// of sites a level has.
 [[nodiscard]] std::span<const Method> methods();
 
 inline constexpr std::string_view elastic_full_multigrid = "full-multigrid";
 inline constexpr std::string_view elastic_conjugate_gradients = "conjugate-gradients";
 inline constexpr std::string_view elastic_sweeps = "sweeps";
-/// Those of the elastic energy, the usual one first.
-[[nodiscard]] std::span<const Method> elastic_methods();
+
+/// What the minimum of an energy comes near to.
+enum class ReferenceSolution {
+  fixed_point,     ///< of the energy's own sweeps
+  finite_elements, ///< of plane stress with the scene's Poisson ratio
+};
+
+/// What a scene's displacement can minimise. All that scenes, methods and commands know of an energy is here.
+struct RegisteredEnergy {
+  std::string_view name;           ///< in scene files, on the command line and in results: "hdm"
+  std::string_view summary;        ///< a few words for people
+  std::span<const Method> methods; ///< that minimise it, at least one, the usual one first
+  ReferenceSolution near = ReferenceSolution::fixed_point;
+  /// What a Session sweeps over site by site. Null: the energy is one of the cells between sites, and an
+  /// ElasticSession solves it.
+  const Energy* of_sites = nullptr;
+  /// Fills Level::inputs of the full resolution; null where of_sites reads none.
+  void (*set_inputs)(Level& full) = nullptr;
+
+  [[nodiscard]] bool is_of_cells() const { return of_sites == nullptr; }
+  /// Whether the method is one of its own.
+  [[nodiscard]] bool has(const Method& method) const;
+};
+
+/// Returns all energies that can be named, usual_energy() first.
+[[nodiscard]] std::span<const RegisteredEnergy* const> energies();
+/// Returns their names in the same order.
+[[nodiscard]] std::vector<std::string_view> energy_names();
+/// Adds an energy, which must live as long as the program, before anything asks for energies by name. Returns
+/// true, so that a static object can be initialised with it. Throws std::logic_error where the name is taken.
+bool register_energy(const RegisteredEnergy& energy);
+/// Throws InputError that lists the names.
+[[nodiscard]] const RegisteredEnergy& find_energy(std::string_view name);
+/// Returns the first energy whose minimum comes near to such a solution.
+[[nodiscard]] const RegisteredEnergy& energy_near(ReferenceSolution solution);
+/// Returns the first energy that has the method.
+[[nodiscard]] const RegisteredEnergy& energy_of(const Method& method);
 
 /// The options of a set as the command line calls them: "steps, update"; empty for none.
 [[nodiscard]] std::string option_names(unsigned options);
 
 /// No two methods have the same name. With `energy` only its own are looked at. Throws InputError that lists
 /// the names.
-[[nodiscard]] const Method& find_method(std::string_view name,
-                                        std::optional<EnergyModel> energy = std::nullopt);
-/// Where nobody says: the first of the energy's.
-[[nodiscard]] const Method& usual_method(EnergyModel energy);
+[[nodiscard]] const Method& find_method(std::string_view name, const RegisteredEnergy* energy = nullptr);
 
-/// Makes `scene` use the method and its energy: schedule, and steps, update and seed of scene.full;
-/// `iterations` replaces the usual effort. What the scene says of stop, start level, alignment and conditions
-/// stays, but for a method of the other energy, to which the schedule does not apply. Throws InputError.
+/// Gives scene.full what scene.energy sweeps over: Level::energy and its inputs.
+void set_energy_of_sites(Scene& scene);
+
+/// Makes `scene` minimise the energy by its usual method; nothing changes where it minimises it already.
+void use_energy(Scene& scene, const RegisteredEnergy& energy);
+
+/// Makes `scene` use the method, and the first energy that has it where the scene's own does not: schedule,
+/// and steps, update and seed of scene.full; `iterations` replaces the usual effort. What the scene says of
+/// stop, start level, alignment and conditions stays, but where the energy is another one, to which the
+/// schedule does not apply. Throws InputError.
 void use_method(Scene& scene, const Method& method, std::optional<int> iterations = std::nullopt);
 
 /// Changes the method that the scene has (scene.schedule.method). Throws InputError, and changes nothing,

@@ -34,7 +34,7 @@ void read_method(TomlReader& table, std::optional<StepSet> steps, Scene& scene) 
   if (temperatures) {
     options.cooling = Cooling{.highest = (*temperatures)[0], .lowest = (*temperatures)[1]};
   }
-  std::string name(usual_method(scene.energy).name);
+  std::string name(scene.energy->methods.front().name);
   table.read("method", name);
   table.blame(table.has("method") ? "method" : "iterations", [&] {
     use_method(scene, find_method(name, scene.energy));
@@ -47,7 +47,7 @@ void read_method(TomlReader& table, std::optional<StepSet> steps, Scene& scene) 
 void read_schedule(TomlReader& table, std::optional<StepSet> steps, bool at_own_size, Scene& scene) {
   Schedule& schedule = scene.schedule;
   read_method(table, std::move(steps), scene);
-  if (scene.energy == EnergyModel::hdm) { // the other one has no other keys
+  if (!scene.energy->is_of_cells()) { // whose methods have levels and an end of their own
     table.read("stop", stop_names, schedule.stop);
     table.read("alignment", alignment_names, schedule.alignment);
     std::optional<int> level;
@@ -64,12 +64,12 @@ void read_schedule(TomlReader& table, std::optional<StepSet> steps, bool at_own_
   table.finish();
 }
 
-/// Candidates and weights, which the thesis's energy has alone. Returns the candidates.
-std::optional<StepSet> read_numbers_of_hdm(TomlReader& reader, Scene& scene) {
+/// Candidates and weights, which energies of sites have alone. Returns the candidates.
+std::optional<StepSet> read_numbers_of_sites(TomlReader& reader, Scene& scene) {
   std::optional<StepSet> steps;
   ObservationWeight weight;
   std::string_view key = "penalty";
-  if (scene.energy == EnergyModel::hdm) {
+  if (!scene.energy->is_of_cells()) {
     reader.read("penalty", weight.penalty);
     reader.read("prior_weight", weight.prior_weight);
     key = reader.has("prior_weight") ? "prior_weight" : key;
@@ -121,7 +121,7 @@ void read_exact(TomlReader& reader, const SceneOptions& options, Scene& scene) {
     return;
   }
   if (scene.schedule.rule != Rule::steps || scene.full.update == Update::sequential ||
-      scene.energy != EnergyModel::hdm) {
+      scene.energy->is_of_cells()) {
     reader.fail("exact", "cannot be true: only icm and its variants in any number of colours can be proven");
   }
   scene.exact = interpolates_dyadically(scene);
@@ -139,8 +139,10 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   scene.name = file.name;
   scene.title = file.name;
   reader.read("title", scene.title);
-  reader.read("energy", energy_names, scene.stated_energy);
-  scene.energy = scene.stated_energy.value_or(EnergyModel::hdm);
+  if (reader.has("energy")) {
+    scene.stated_energy = energies()[reader.choice("energy", energy_names())];
+    scene.energy = scene.stated_energy;
+  }
   const std::optional<Extent> size = read_size(reader, options);
   if (size) {
     require_memory(*size);
@@ -179,7 +181,7 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   }
   read_vector_images(image, file.folder, size, scene);
   image.finish();
-  apply_conditions(reader, content.labels, scene.energy, full);
+  apply_conditions(reader, content.labels, scene.energy->is_of_cells(), full);
   if (content.segmented && is_inspected(full.extent)) {
     scene.labels = std::move(content.labels);
   }
@@ -190,15 +192,16 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   }
   scene.placement = content.placement;
   reader.read("poisson", scene.poisson);
-  if (scene.energy == EnergyModel::elastic) {
+  if (scene.energy->is_of_cells()) {
     reader.read("robust", scene.robust);
   }
-  std::optional<StepSet> steps = read_numbers_of_hdm(reader, scene);
+  std::optional<StepSet> steps = read_numbers_of_sites(reader, scene);
   TomlReader schedule = reader.table("schedule");
   read_schedule(schedule, std::move(steps), !options.size, scene);
   read_exact(reader, options, scene);
   reader.finish();
   set_inverse_modulus(full);
+  set_energy_of_sites(scene);
   scene.picture = std::move(content.picture);
   validate(full);
   return scene;

@@ -45,12 +45,9 @@ struct Cooling {
   double lowest = 1e-3; ///< > 0
 };
 
-/// What a scene's displacement minimises.
-enum class EnergyModel {
-  hdm,    ///< the thesis's energy, or whatever Level::energy says
-  elastic ///< the strain energy of plane stress (kernels/specification/elastic)
-};
-inline constexpr std::array<std::string_view, 2> energy_names{"hdm", "elastic"};
+struct RegisteredEnergy; // harness/scene/method.hpp
+/// Returns the energy of a scene that names none: the thesis's.
+[[nodiscard]] const RegisteredEnergy& usual_energy();
 
 /// How the pyramid is run: thesis Alg. 3, from the coarsest level to the finest, each once. The order of
 /// sites, the candidates and the seed are the level's. Of the elastic energy `iterations` counts steps on the
@@ -98,8 +95,8 @@ struct Scene {
   LabelField labels;     ///< the segmentation the moduli come from; empty where there was none, likewise
   double spacing = 1.0;  ///< millimetres per pixel
   Placement placement{}; ///< of the pixels in the patient
-  EnergyModel energy = EnergyModel::hdm;      ///< changed by use_method
-  std::optional<EnergyModel> stated_energy{}; ///< what the scene file says itself; none: nothing
+  const RegisteredEnergy* energy = &usual_energy(); ///< that the displacement minimises; never null
+  const RegisteredEnergy* stated_energy = nullptr;  ///< that the scene file names itself; null: none
   double poisson =
       0.3; ///< Poisson's ratio of all tissues, for finite elements and elastic energy; HDM has none
   /// Of the elastic energy: a spring's pull grows up to a way of about so many pixels and stays as strong

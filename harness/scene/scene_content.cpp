@@ -2,6 +2,7 @@
 
 #include "harness/scene/file_input.hpp"
 #include "harness/scene/images/images.hpp"
+#include "harness/scene/method.hpp"
 #include "kernels/data/elastic/springs.hpp"
 
 #include <fmt/format.h>
@@ -372,7 +373,6 @@ Content read_random_content(TomlReader& table, Level& level, VectorField& start)
 void read_vector_images(TomlReader& image, const std::filesystem::path& folder, std::optional<Extent> size,
                         Scene& scene) {
   Level& full = scene.full;
-  const bool is_elastic = scene.energy == EnergyModel::elastic;
   const auto read = [&](std::string_view key, VectorField& into, const auto& check) {
     if (!image.has(key)) {
       return;
@@ -384,8 +384,8 @@ void read_vector_images(TomlReader& image, const std::filesystem::path& folder, 
     std::ranges::for_each(into.x, check);
     std::ranges::for_each(into.y, check);
   };
-  image.refuse_unless(is_elastic, "deviation");
-  image.refuse_unless(!is_elastic, "start");
+  image.refuse_unless(scene.energy->is_of_cells(), "deviation");
+  image.refuse_unless(!scene.energy->is_of_cells(), "start");
   if (image.has("target") != (image.has("confidence") || image.has("deviation"))) {
     image.fail("target", "and confidence (or deviation): give both images or none");
   }

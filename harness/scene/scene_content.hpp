@@ -63,7 +63,7 @@ void read_vector_images(TomlReader& image, const std::filesystem::path& folder, 
 
 /// Applies the [[condition]] tables of a scene to level.target and level.confidence in order, later ones over
 /// earlier ones. Displacements are pixels at every size. `labels` tells where "outside" (label 0) is. Only
-/// the elastic `energy` knows a condition's deviation.
-void apply_conditions(TomlReader& scene, const LabelField& labels, EnergyModel energy, Level& level);
+/// conditions that may be springs know a deviation (RegisteredEnergy::is_of_cells).
+void apply_conditions(TomlReader& scene, const LabelField& labels, bool may_be_springs, Level& level);
 
 } // namespace hdmbench

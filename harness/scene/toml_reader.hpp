@@ -61,6 +61,9 @@ public:
     }
   }
 
+  /// Returns the index of the value in `choices`, among which it must be.
+  [[nodiscard]] std::size_t choice(std::string_view key, std::span<const std::string_view> choices);
+
   /// Calls `use`; what it refuses is the fault of `key`.
   template <typename Use>
   void blame(std::string_view key, const Use& use) const {
@@ -89,7 +92,6 @@ private:
   [[nodiscard]] const toml::node& require(std::string_view key);
   [[nodiscard]] double number(std::string_view key, const toml::node& node) const;
   [[nodiscard]] std::vector<double> numbers(std::string_view key, std::size_t count);
-  [[nodiscard]] std::size_t choice(std::string_view key, std::span<const std::string_view> choices);
 
   const toml::table& table_;
   std::string file_;

@@ -1,5 +1,6 @@
 #include "harness/solve/planner.hpp"
 
+#include "harness/scene/method.hpp"
 #include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
@@ -362,7 +363,7 @@ Plan solve_as_needed(const Scene& scene, const Request& request, const Backend& 
                      const SessionOptions& options, Progress& progress) {
   require_positive(request.accuracy, "the accuracy asked for (px)");
   require_positive(request.seconds, "the time asked for (s)");
-  if (scene.energy != EnergyModel::elastic) {
+  if (scene.energy->near != ReferenceSolution::finite_elements) {
     throw InputError(
         "an accuracy is a distance from finite elements, which the elastic energy alone comes near");
   }

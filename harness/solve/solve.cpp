@@ -1,6 +1,7 @@
 #include "harness/solve/solve.hpp"
 
 #include "harness/scene/level_sequence.hpp"
+#include "harness/scene/method.hpp"
 #include "harness/solve/field_norms.hpp"
 #include "harness/solve/stopwatch.hpp"
 
@@ -171,7 +172,7 @@ double total_site_updates(std::span<const LevelResult> levels) {
 }
 
 double site_updates(const Scene& scene, std::optional<int> iteration_limit) {
-  if (scene.energy == EnergyModel::elastic) {
+  if (scene.energy->is_of_cells()) {
     return static_cast<double>(scene.extent().sites()) * scene.schedule.iterations;
   }
   const LevelSequence levels(scene);

@@ -5,6 +5,7 @@
 #include "harness/check/golden.hpp"
 #include "harness/report/html.hpp"
 #include "harness/scene/level_sequence.hpp"
+#include "harness/scene/method.hpp"
 #include "harness/scene/row_fields.hpp"
 #include "harness/solve/solve.hpp"
 #include "kernels/data/input_error.hpp"
@@ -117,7 +118,7 @@ std::string browser_page(std::span<const Scene> scenes, const Context& context, 
   const auto* const module = reinterpret_cast<const char*>(sources::scalar_module);
   data["scalar"] = report::base64({module, std::size(sources::scalar_module)});
   for (const Scene& scene : scenes) {
-    if (scene.energy != EnergyModel::hdm || scene.full.update == Update::sequential) {
+    if (scene.energy->of_sites != &thesis_energy || scene.full.update == Update::sequential) {
       throw InputError(
           fmt::format("{} by {} cannot be compared in a browser: only what goes through the levels once, "
                       "all sites of a set at once",

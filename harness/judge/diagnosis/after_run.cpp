@@ -232,7 +232,7 @@ Warnings diagnose(const Scene& scene, const Solution& solution) {
              fmt::format("{} components are infinite or not a number: the sweeps blew up", wild),
              "--method icm; look for extreme moduli, targets or a huge --penalty", wild}};
   }
-  if (scene.energy == EnergyModel::elastic) {
+  if (scene.energy->is_of_cells()) {
     if (const std::string absurd = why_absurd(scene, field); !absurd.empty()) {
       return {{"divergence", absurd, "--method full-multigrid; look for extreme moduli or targets"}};
     }

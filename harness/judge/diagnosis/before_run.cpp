@@ -320,7 +320,7 @@ void check_elastic_cycles(const Scene& scene, Warnings& warnings) {
 
 Warnings diagnose(const Scene& scene) {
   Warnings warnings;
-  if (scene.energy == EnergyModel::elastic) { // the rest is about sweeps and levels of the thesis's energy
+  if (scene.energy->is_of_cells()) { // the rest is about sweeps and levels of energies of sites
     check_conflicts(scene, warnings);
     check_elastic_cycles(scene, warnings);
     return warnings;

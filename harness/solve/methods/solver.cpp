@@ -1,5 +1,6 @@
 #include "harness/solve/methods/solver.hpp"
 
+#include "harness/scene/method.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/modulus.hpp"
@@ -12,8 +13,8 @@ std::string why_not_solved(const Scene& scene, const Backend& backend) {
   if (!backend.supports(scene.full.update)) {
     return fmt::format("cannot update as {} wants", method_name(scene));
   }
-  const bool lacks_energy = scene.energy == EnergyModel::elastic && !backend.has_elastic();
-  return lacks_energy ? "does not compute the elastic energy" : "";
+  const bool lacks_energy = scene.energy->is_of_cells() && !backend.has_elastic();
+  return lacks_energy ? fmt::format("does not compute the {} energy", scene.energy->name) : "";
 }
 
 std::optional<Scene> with_safe_moduli(const Scene& scene) {
@@ -35,7 +36,7 @@ Solution Solver::solve(const Scene& scene, Progress& progress, const SolveOption
       throw InputError(fmt::format("{} {}; use --backend scalar", backend_.name(), why));
     }
   }
-  if (scene.energy == EnergyModel::elastic) {
+  if (scene.energy->is_of_cells()) {
     if (elastic_ == nullptr) {
       elastic_ = backend_.open_elastic(options_);
     }
