@@ -1,5 +1,4 @@
 #include "harness/judge/diagnosis/deformation.hpp"
-#include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/diagnosis/measures.hpp"
 #include "harness/scene/joined.hpp"
 #include "harness/scene/method.hpp"
@@ -13,6 +12,7 @@
 namespace hdmbench {
 
 using namespace diagnosis;
+using namespace fmt::literals;
 
 namespace {
 
@@ -31,25 +31,19 @@ void check_range(const Scene& scene, const VectorField& displacement, Warnings& 
     for (std::size_t i = 0; i < component.target.size(); ++i) {
       range.include(component.start_of(i));
     }
-    std::size_t beyond = 0;
-    double farthest = 0.0;
-    std::size_t worst = 0;
+    Seen beyond;
     const auto& values = displacement.*component.part;
     for (std::size_t i = 0; i < values.size(); ++i) {
       const double value = static_cast<double>(values[i]);
       const double way = std::max(range.least - value, value - range.most);
-      beyond += way > allowed ? 1 : 0;
-      worst = way > farthest ? i : worst;
-      farthest = std::max(farthest, way);
+      if (way > allowed) {
+        beyond.add(way, i);
+      }
     }
-    if (beyond > 0) {
-      warnings.push_back(
-          {"divergence",
-           fmt::format(
-               "{} sites lie outside {:.4g} ... {:.4g} px, which conditions and start allow in {}; the "
-               "worst by {:.3g} px, at {}",
-               beyond, range.least, range.most, component.name, farthest, place(scene.extent(), worst)),
-           "--method icm; accelerated sweeps can grow where moduli differ much", beyond});
+    if (beyond.count > 0) {
+      warn(warnings, "divergence", beyond.count, "least"_a = range.least, "most"_a = range.most,
+           "component"_a = component.name, "farthest"_a = beyond.most,
+           "place"_a = place(scene.extent(), beyond.worst));
     }
   }
 }
@@ -63,18 +57,8 @@ void check_met(const Scene& scene, const VectorField& displacement, Warnings& wa
   const double step = quantum(scene);
   const double chance = scene.schedule.rule == Rule::annealing ? 0.5 * step : 0.0;
   const double penalty = static_cast<double>(scene.full.penalty);
-  struct Missed {
-    std::size_t count = 0;
-    double farthest = 0.0;
-    std::size_t worst = 0;
-    void add(double way, std::size_t site) {
-      ++count;
-      worst = way > farthest ? site : worst;
-      farthest = std::max(farthest, way);
-    }
-  };
-  Missed overruled;
-  Missed not_arrived;
+  Seen overruled;
+  Seen not_arrived;
   for_each_site(extent, [&](int x, int y) {
     const std::size_t at = extent.index(x, y);
     const auto check = [&](float confidence, float target, float centre, float gradient, float curvature) {
@@ -93,18 +77,11 @@ void check_met(const Scene& scene, const VectorField& displacement, Warnings& wa
     check(level.confidence.y[at], level.target.y[at], displacement.y[at], prior.gradient_y,
           prior.curvature_y);
   });
-  const auto warn = [&](const Missed& missed, const char* kind, const char* why, const char* advice) {
+  for (const auto& [kind, missed] : {std::pair("gives-way", overruled), {"not-met", not_arrived}}) {
     if (missed.count > 0) {
-      warnings.push_back({kind,
-                          fmt::format("{} certain conditions {}; the farthest is {:.3g} px off, at {}",
-                                      missed.count, why, missed.farthest, place(extent, missed.worst)),
-                          advice, missed.count});
+      warn(warnings, kind, missed.count, "farthest"_a = missed.most, "place"_a = place(extent, missed.worst));
     }
-  };
-  warn(overruled, "gives-way", "are overruled by the tissue around them, which pulls harder than K",
-       "a larger --penalty; look for conditions that contradict each other");
-  warn(not_arrived, "not-met", "have not been arrived at",
-       "more --iterations, or --energy elastic, which starts from met conditions");
+  }
 }
 
 /// accumulated_distance, but no more than conditions are apart: no two fields between them are farther.
@@ -131,21 +108,9 @@ void check_folding(const VectorField& displacement, Warnings& warnings) {
   };
   const std::size_t folded = cells_where([](float ratio) { return ratio <= 0.0F; });
   const std::size_t near = cells_where([](float ratio) { return ratio < nearly_folded; }) - folded;
-  if (folded > 0) {
-    warnings.push_back(
-        {"fold-over",
-         fmt::format(
-             "the image is turned over in {} of {} cells between sites (det(I + grad d) <= 0), and {} "
-             "more keep less than a tenth of their area; worst {:.3g} at {}",
-             folded, ratios.values.size(), near, *worst, where),
-         "smaller displacements, or a wider way for them to fade out; the picture \"jacobian\" shows where",
-         folded});
-  } else if (near > 0) {
-    warnings.push_back(
-        {"near-fold",
-         fmt::format("{} of {} cells between sites keep less than a tenth of their area; least {:.3g} at {}",
-                     near, ratios.values.size(), *worst, where),
-         "look at the picture \"jacobian\" before you trust what moved there", near});
+  if (folded + near > 0) {
+    warn(warnings, folded > 0 ? "fold-over" : "near-fold", folded > 0 ? folded : near,
+         "cells"_a = ratios.values.size(), "near"_a = near, "least"_a = *worst, "place"_a = where);
   }
 }
 
@@ -162,34 +127,19 @@ void check_rest(const Scene& scene, const Solution& solution, Warnings& warnings
   // Between noise, 3/8, and stripes, 1.
   const bool stripes = rest.stripes_share > 11.0 / 16.0 && rest.stripes > std::max(0.5 * smallest, 0.01);
   if (swaps) {
-    warnings.push_back(
-        {"oscillation",
-         fmt::format("{} of the {} sites that still move swap between two values for ever, past "
-                     "neighbours that move at the same time",
-                     rest.swapping, rest.moving),
-         "--method coloured (neighbours in turn) or --method cascade", rest.swapping});
+    warn(warnings, "oscillation", rest.swapping, "moving"_a = rest.moving);
   } else if (stripes) {
-    warnings.push_back(
-        {"oscillation",
-         fmt::format(
-             "{:.0f} % of what is missing alternates from column to column (y: row to row), {:.2g} px "
-             "RMS: simultaneous sweeps hardly damp such stripes",
-             100.0 * std::min(1.0, rest.stripes_share), rest.stripes),
-         "--method cascade, which moves neighbours in turn"});
+    warn(warnings, "oscillation/stripes", std::nullopt,
+         "percent"_a = 100.0 * std::min(1.0, rest.stripes_share), "stripes"_a = rest.stripes);
   }
   const double distance = estimated_distance(scene, rest.missing);
-  const std::string adds_up = fmt::format(
-      "sites are {:.2g} px (RMS) from their own minimum, about {:.2g} px from the fixed point in all",
-      rest.rms, distance);
   const std::size_t left = rest.moving - rest.swapping;
   if (many(left) || (smallest == 0.0 && distance > visible)) {
-    warnings.push_back({"still-moving", "the sweeps ended before the field came to rest: " + adds_up,
-                        "more --iterations, --stop still with a high --iterations, or --energy elastic",
-                        smallest > 0.0 ? std::optional(left) : std::nullopt});
+    warn(warnings, "still-moving", smallest > 0.0 ? std::optional(left) : std::nullopt, "rms"_a = rest.rms,
+         "distance"_a = distance);
   } else if (distance > visible) {
-    warnings.push_back({"stalled",
-                        fmt::format("at rest, but only to candidates of {:.3g} px: {}", smallest, adds_up),
-                        "--steps fine (candidates down to 0.01 px), --method cascade, or --energy elastic"});
+    warn(warnings, "stalled", std::nullopt, "smallest"_a = smallest, "rms"_a = rest.rms,
+         "distance"_a = distance);
   }
 }
 
@@ -197,25 +147,13 @@ void check_elastic_rest(const Scene& scene, const Solution& solution, Warnings& 
   const Schedule& schedule = scene.schedule;
   const std::string& method = schedule.method;
   const std::optional<double>& estimate = solution.estimated_error;
-  const bool stalls = method == elastic_conjugate_gradients && schedule.iterations > 0;
   if (schedule.stride > 1) {
-    warnings.push_back(
-        {"no-estimate",
-         fmt::format("what it costs to sample every {} pixel was not estimated", ordinal(schedule.stride)),
-         "--accuracy in place of --stride, which chooses the stride and estimates"});
+    warn(warnings, "no-estimate/sampled", std::nullopt, "pixel"_a = ordinal(schedule.stride));
   } else if (!estimate) {
-    warnings.push_back(
-        {"no-estimate",
-         stalls ? "conjugate gradients ended where float32 had no further step, not where nothing was left"
-                : fmt::format("the method {} did not estimate how far its field is from finite elements",
-                              method),
-         stalls ? "moduli, springs or targets that differ less, and are not near the limits of float32"
-                : "--method conjugate-gradients with --iterations 2 or more"});
+    const bool stalls = method == elastic_conjugate_gradients && schedule.iterations > 0;
+    warn(warnings, stalls ? "no-estimate/float32" : "no-estimate", std::nullopt, "method"_a = method);
   } else if (!(*estimate <= visible)) {
-    warnings.push_back(
-        {"not-converged",
-         fmt::format("the method {} estimates {:.2g} px to finite elements", method, *estimate),
-         "--method conjugate-gradients with more --iterations"});
+    warn(warnings, "not-converged", std::nullopt, "method"_a = method, "distance"_a = *estimate);
   }
 }
 
@@ -228,13 +166,13 @@ Warnings diagnose(const Scene& scene, const Solution& solution) {
   const auto wild = static_cast<std::size_t>(std::ranges::count_if(field.x, is_wild) +
                                              std::ranges::count_if(field.y, is_wild));
   if (wild > 0) {
-    return {{"not-finite",
-             fmt::format("{} components are infinite or not a number: the sweeps blew up", wild),
-             "--method icm; look for extreme moduli, targets or a huge --penalty", wild}};
+    warn(warnings, "not-finite", wild);
+    return warnings;
   }
   if (scene.energy->is_of_cells()) {
     if (const std::string absurd = why_absurd(scene, field); !absurd.empty()) {
-      return {{"divergence", absurd, "--method full-multigrid; look for extreme moduli or targets"}};
+      warn(warnings, "divergence/elastic", std::nullopt, "why"_a = absurd);
+      return warnings;
     }
     check_folding(field, warnings);
     check_elastic_rest(scene, solution, warnings);

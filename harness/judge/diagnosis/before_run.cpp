@@ -1,4 +1,3 @@
-#include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/diagnosis/measures.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
@@ -14,20 +13,15 @@
 namespace hdmbench {
 
 using namespace diagnosis;
+using namespace fmt::literals;
 
 namespace {
 
 void check_undetermined(const Scene& scene, const Component& component, Warnings& warnings) {
   const Undetermined found = find_undetermined(component.thickness, component.confidence);
   if (found.sites > 0) {
-    warnings.push_back(
-        {"undetermined",
-         fmt::format(
-             "no condition fixes the {} displacement of connected sites ({}, from {} on), which depends "
-             "on the start",
-             component.name, found.sites, place(scene.extent(), found.first)),
-         fmt::format("give a [[condition]] with d{}, or accept the start as the answer", component.name),
-         found.sites});
+    warn(warnings, "undetermined", found.sites, "component"_a = component.name,
+         "place"_a = place(scene.extent(), found.first));
   }
 }
 
@@ -40,14 +34,9 @@ void check_weak_penalty(const Scene& scene, const Component& component, Warnings
   const double needed = 2.0 * 12.0 * slope;
   const auto certain = static_cast<std::size_t>(std::ranges::count(component.confidence, 1.0F));
   if (component.thickness > 1 && certain > 0 && static_cast<double>(scene.full.penalty) < needed) {
-    warnings.push_back(
-        {"weak-penalty",
-         fmt::format(
-             "K = {:.4g} cannot hold conditions {:.4g} px apart in {}: a slope of {:.3g} px per pixel "
-             "pulls with {:.3g}, so certain conditions give way",
-             scene.full.penalty, component.known.width(), component.name, slope, needed),
-         fmt::format("--penalty {:.0f} or more, if these conditions are to be met", std::ceil(10.0 * needed)),
-         certain});
+    warn(warnings, "weak-penalty", certain, "penalty"_a = scene.full.penalty,
+         "apart"_a = component.known.width(), "component"_a = component.name, "slope"_a = slope,
+         "needed"_a = needed, "enough"_a = std::ceil(10.0 * needed));
   }
 }
 
@@ -57,20 +46,16 @@ void check_weak_penalty(const Scene& scene, const Component& component, Warnings
 void check_conflicts(const Scene& scene, Warnings& warnings) {
   const Extent extent = scene.extent();
   std::size_t folds = 0;
-  std::size_t tears = 0;
-  double steepest = 0.0;
-  std::size_t worst = 0;
+  Seen steps;
   for (const Component& component : components(scene)) {
     const auto compare = [&](std::size_t a, std::size_t b, bool along) {
       const double rise = static_cast<double>(component.target[b]) - static_cast<double>(component.target[a]);
       const bool fold = along && rise <= -1.0;
-      if (!(component.confidence[a] > 0.0F && component.confidence[b] > 0.0F) ||
-          !(fold || std::abs(rise) > 1.0)) {
-        return;
+      if (component.confidence[a] > 0.0F && component.confidence[b] > 0.0F &&
+          (fold || std::abs(rise) > 1.0)) {
+        folds += fold ? 1 : 0;
+        steps.add(std::abs(rise), a);
       }
-      ++(fold ? folds : tears);
-      worst = std::abs(rise) > steepest ? a : worst;
-      steepest = std::max(steepest, std::abs(rise));
     };
     for_each_site(extent, [&](int x, int y) {
       const std::size_t at = extent.index(x, y);
@@ -82,13 +67,9 @@ void check_conflicts(const Scene& scene, Warnings& warnings) {
       }
     });
   }
-  if (folds + tears > 0) {
-    warnings.push_back(
-        {"conflict",
-         fmt::format("{} pairs of neighbouring conditions differ by more than a pixel: the image "
-                     "folds between {} and tears between {}; the worst by {:.3g} px, at {}",
-                     folds + tears, folds, tears, steepest, place(extent, worst)),
-         "smooth the targets or lower their confidence; no field can follow them", folds + tears});
+  if (steps.count > 0) {
+    warn(warnings, "conflict", steps.count, "folds"_a = folds, "tears"_a = steps.count - folds,
+         "most"_a = steps.most, "place"_a = place(extent, steps.worst));
   }
 }
 
@@ -137,17 +118,10 @@ void check_reach(const Scene& scene, Warnings& warnings) {
   for (const Component& component : components(scene)) {
     const auto missed = static_cast<std::size_t>(std::ranges::count(informed.*component.part, 0.0F));
     if (component.known.any && missed > 0) { // else undetermined
-      const float farthest = std::ranges::max(distance_to_nearest(scene.extent(), component.confidence));
-      warnings.push_back(
-          {"out-of-reach",
-           fmt::format(
-               "no condition can reach {} of {} sites in {}, up to {} px away: a sweep carries a value "
-               "one site on, and there are {} iterations on each of {} levels",
-               missed, scene.extent().sites(), component.name, farthest, schedule.iterations,
-               levels.order().size()),
-           schedule.start_level ? "a larger --start-level or none, more --iterations, or --energy elastic"
-                                : "more --iterations, or --energy elastic",
-           missed});
+      warn(warnings, "out-of-reach", missed, "all"_a = scene.extent().sites(), "component"_a = component.name,
+           "farthest"_a = std::ranges::max(distance_to_nearest(scene.extent(), component.confidence)),
+           "iterations"_a = schedule.iterations, "levels"_a = levels.order().size(),
+           "start_level"_a = schedule.start_level ? "a larger --start-level or none, " : "");
     }
   }
 }
@@ -184,15 +158,9 @@ void check_lost_conditions(const Scene& scene, Warnings& warnings) {
       lost += component.confidence[i] > 0.0F && static_cast<double>(to_present[i]) > near ? 1 : 0;
     }
     if (lost > 0) {
-      warnings.push_back(
-          {"lost-condition",
-           fmt::format("{} conditions in {} are not near by on the {} x {} level: they reach the field only "
-                       "through the finest levels, one site a sweep",
-                       lost, component.name, extent.width, extent.height),
-           scene.schedule.alignment == Alignment::center
-               ? "--alignment corner keeps conditions on the image border; or --energy elastic"
-               : "give landmarks an area of a few pixels, or --energy elastic",
-           lost});
+      const bool centred = scene.schedule.alignment == Alignment::center;
+      warn(warnings, centred ? "lost-condition/centred" : "lost-condition", lost,
+           "component"_a = component.name, "width"_a = extent.width, "height"_a = extent.height);
     }
   }
 }
@@ -217,42 +185,24 @@ void check_offset(const Scene& scene, Warnings& warnings) {
   const auto largest = static_cast<float>(std::max(std::abs(range.least), std::abs(range.most)));
   const float spacing = std::nextafter(largest, std::numeric_limits<float>::infinity()) - largest;
   if (static_cast<double>(spacing) >= 0.5 * resolution) {
-    warnings.push_back(
-        {"offset",
-         fmt::format("displacements of up to {:.4g} px are stored in steps of {:.2g} px (float32), where "
-                     "{:.3g} px are wanted",
-                     largest, spacing, resolution),
-         fmt::format(
-             "subtract the mean displacement ({:.4g} px) from targets and start, and add it to the result",
-             0.5 * (range.least + range.most))});
+    warn(warnings, "offset", std::nullopt, "largest"_a = largest, "spacing"_a = spacing,
+         "wanted"_a = resolution, "mean"_a = 0.5 * (range.least + range.most));
   }
 }
 
-/// Largest modulus of a site over that of a neighbour.
-struct Contrast {
-  double ratio = 1.0;
-  std::size_t site = 0; ///< the stiffer one
-
-  [[nodiscard]] std::string text(Extent extent) const {
-    return fmt::format("tissue is {:.4g} times stiffer than its neighbour at {}", ratio, place(extent, site));
-  }
-};
-
-Contrast largest_contrast(const Level& level) {
-  Contrast found;
+/// Largest modulus of a site over that of a neighbour, and where the stiffer one is.
+Seen largest_contrast(const Level& level) {
+  Seen found{.most = 1.0};
   const Extent extent = level.extent;
   const auto& modulus = level.modulus.values;
   for_each_site(extent, [&](int x, int y) {
     const std::size_t at = extent.index(x, y);
     for (const auto& [dx, dy] : {std::pair(1, 0), {0, 1}, {1, 1}, {-1, 1}}) {
-      if (x + dx < 0 || x + dx >= extent.width || y + dy >= extent.height) {
-        continue;
-      }
-      const std::size_t other = extent.index(x + dx, y + dy);
-      const auto [soft, stiff] = std::minmax(modulus[at], modulus[other]);
-      const double ratio = static_cast<double>(stiff) / static_cast<double>(soft);
-      if (ratio > found.ratio) {
-        found = {.ratio = ratio, .site = modulus[at] < modulus[other] ? other : at};
+      if (x + dx >= 0 && x + dx < extent.width && y + dy < extent.height) {
+        const std::size_t other = extent.index(x + dx, y + dy);
+        const auto [soft, stiff] = std::minmax(modulus[at], modulus[other]);
+        found.add(static_cast<double>(stiff) / static_cast<double>(soft),
+                  modulus[at] < modulus[other] ? other : at);
       }
     }
   });
@@ -265,19 +215,16 @@ Contrast largest_contrast(const Level& level) {
 /// no two sites can be farther apart than the targets. Below w / A = 2^-24 float32 does not feel the softer
 /// side at all; where 6 (1 + r)^2 e^2 leaves its range every energy is infinite.
 void check_contrast(const Scene& scene, Warnings& warnings) {
-  const Contrast contrast = largest_contrast(scene.full);
-  const double r = contrast.ratio;
+  const Seen contrast = largest_contrast(scene.full);
+  const double r = contrast.most;
   const double lag = ((1.0 + r) * (1.0 + r) + 4.0) / (3.0 + r);
-  const std::string where = contrast.text(scene.extent());
+  const std::string where = place(scene.extent(), contrast.worst);
   const StepSizes steps = step_sizes(scene.full.steps);
   const double largest_energy = 6.0 * std::pow((1.0 + r) * std::max(1.0, steps.largest), 2.0);
   const bool overflows = largest_energy > double{std::numeric_limits<float>::max()};
   if (overflows || lag > 0x1p24) {
-    warnings.push_back(
-        {"contrast",
-         where + (overflows ? ": the square of that is beyond float32"
-                            : ": in float32 the stiffer side does not feel the softer one"),
-         "give void and rigid parts as conditions, or limit the moduli: a ratio of 1000 is rigid"});
+    warn(warnings, overflows ? "contrast/energy" : "contrast/pull", std::nullopt, "ratio"_a = r,
+         "place"_a = where);
     return;
   }
   double range = 0.0;
@@ -286,33 +233,24 @@ void check_contrast(const Scene& scene, Warnings& warnings) {
   }
   const double ahead = 0.5 * steps.smallest * lag;
   if (scene.schedule.rule == Rule::steps && range > 0.0 && ahead > range) {
-    warnings.push_back({"stiff-boundary",
-                        fmt::format("{}: no candidate moves a straight boundary before the softer side is "
-                                    "{:.3g} px ahead, and conditions are {:.3g} px apart",
-                                    where, ahead, range),
-                        "--method cascade, which has no smallest step, or limit the moduli"});
+    warn(warnings, "stiff-boundary", std::nullopt, "ratio"_a = r, "place"_a = where, "ahead"_a = ahead,
+         "apart"_a = range);
   }
 }
 
 void check_rest_candidate(const Scene& scene, Warnings& warnings) {
   if (scene.schedule.rule == Rule::steps && std::ranges::count(scene.full.steps.values(), 0.0F) == 0) {
-    warnings.push_back({"never-rests",
-                        fmt::format("0 is none of the candidates {}: every site moves in every sweep",
-                                    scene.full.steps.text()),
-                        "--steps default, which has 0 as its first candidate"});
+    warn(warnings, "never-rests", std::nullopt, "candidates"_a = scene.full.steps.text());
   }
 }
 
 /// Layers two pixels thin: from a ratio of 10,000 on, cycles leave pixels while they move nothing any more.
 void check_elastic_cycles(const Scene& scene, Warnings& warnings) {
   constexpr double most = 100.0;
-  const Contrast contrast = largest_contrast(scene.full);
-  if (contrast.ratio > most && scene.schedule.method == elastic_full_multigrid) {
-    warnings.push_back({"stalling-cycles",
-                        fmt::format("{}: from {:.0f} on cycles by themselves can stall far from the end, and "
-                                    "estimate too small a distance",
-                                    contrast.text(scene.extent()), most),
-                        "--method conjugate-gradients, or --accuracy"});
+  const Seen contrast = largest_contrast(scene.full);
+  if (contrast.most > most && scene.schedule.method == elastic_full_multigrid) {
+    warn(warnings, "stalling-cycles", std::nullopt, "ratio"_a = contrast.most,
+         "place"_a = place(scene.extent(), contrast.worst), "most"_a = most);
   }
 }
 

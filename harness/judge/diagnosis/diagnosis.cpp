@@ -1,6 +1,8 @@
-#include "harness/judge/diagnosis/diagnosis.hpp"
+#include "harness/judge/diagnosis/measures.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <warnings_text.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +10,9 @@
 #include <sstream>
 
 namespace hdmbench {
+
+using namespace diagnosis;
+using namespace fmt::literals;
 
 namespace {
 
@@ -36,6 +41,16 @@ double information_by_chance(std::size_t sites) {
 
 } // namespace
 
+Warning diagnosis::warning_of(std::string_view row, std::optional<std::size_t> sites,
+                              fmt::format_args figures) {
+  static const nlohmann::json table = nlohmann::json::parse(sources::warnings_text);
+  const nlohmann::json& texts = table.at(std::string(row));
+  const auto filled = [&](const char* text) {
+    return fmt::vformat(texts.at(text).get<std::string>(), figures);
+  };
+  return {std::string(row.substr(0, row.find('/'))), filled("message"), filled("advice"), sites};
+}
+
 std::string warnings_text(std::span<const Warning> warnings) {
   if (warnings.empty()) {
     return "  Checked before and after the run: nothing that speaks against this result was found.\n";
@@ -60,34 +75,24 @@ Warnings diagnose(const ScalarField& source, const ScalarField& target, const Si
   constexpr double least_information = 0.02; // bits
   constexpr double of_noise = 1.5;           // of variances: how far the estimates of noise can be off
   constexpr double clear_gain = 0.5;         // of the mean squared difference
+  Warnings warnings;
   const double by_chance = information_by_chance(source.values.size());
   if (std::abs(after.correlation) < least_correlation &&
       after.mutual_information < of_chance * by_chance + least_information) {
-    return {
-        {.kind = std::string(no_likeness),
-         .message = fmt::format("The pictures have no likeness after the registration: correlation {:.2g}, "
-                                "mutual information {:.2g} bits, where noise has {:.2g}.",
-                                after.correlation, after.mutual_information, by_chance),
-         .advice = "Do not use this displacement; see that both files show the same person and slice."}};
+    warn(warnings, no_likeness, std::nullopt, "correlation"_a = after.correlation,
+         "information"_a = after.mutual_information, "by_chance"_a = by_chance);
+    return warnings;
   }
   const double noise = std::hypot(noise_of(source), noise_of(target));
   if (after.mean_squares >= clear_gain * before.mean_squares &&
       before.mean_squares <= of_noise * noise * noise) {
-    return {
-        {.kind = "nothing-gained",
-         .message = fmt::format("There was nothing to gain: before the registration the pictures differed "
-                                "by {:.2g} gray values of 255, and their noise is {:.2g}.",
-                                std::sqrt(before.mean_squares), noise),
-         .advice = "Take the displacement for 0: what it says is the error of the registration."}};
+    warn(warnings, "nothing-gained/noise", std::nullopt, "difference"_a = std::sqrt(before.mean_squares),
+         "noise"_a = noise);
+  } else if (after.mean_squares >= before.mean_squares && after.correlation <= before.correlation &&
+             after.mutual_information <= before.mutual_information) {
+    warn(warnings, "nothing-gained", std::nullopt);
   }
-  if (after.mean_squares >= before.mean_squares && after.correlation <= before.correlation &&
-      after.mutual_information <= before.mutual_information) {
-    return {
-        {.kind = "nothing-gained",
-         .message = "Nothing was gained: by every measure the pictures are no more alike than before.",
-         .advice = "Take the displacement for 0, or register otherwise: --iterate, --conventional demons."}};
-  }
-  return {};
+  return warnings;
 }
 
 } // namespace hdmbench

@@ -29,41 +29,18 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Warning, kind, message, advice, sites)
 /// found.
 [[nodiscard]] std::string warnings_text(std::span<const Warning> warnings);
 
-/// What can be said before the run, from the scene and its schedule alone: the work of a few sweeps.
-///
-///   undetermined     no condition fixes a component, so no field is the only fixed point
-///   out-of-reach     conditions cannot reach some sites in the iterations given
-///   lost-condition   conditions that the coarse levels do not have
-///   conflict         neighbouring conditions between which the image must fold or tear
-///   weak-penalty     K so small that conditions will give way
-///   offset           displacements so large that float32 cannot resolve the steps
-///   stiff-boundary   moduli so different that a boundary moves by no candidate
-///   contrast         moduli so different that float32 loses or overflows
-///   never-rests      0 is no candidate
-///   stalling-cycles  elastic: moduli so different that cycles alone stall
+/// What can be said before the run, from the scene and its schedule alone: the work of a few sweeps. The
+/// kinds and what they say are in warnings.json.
 [[nodiscard]] Warnings diagnose(const Scene& scene);
 
 /// What the field itself says, `solution` being the scene's: again the work of a few sweeps.
-///
-///   not-finite         values that are infinite or not a number
-///   divergence         values beyond what conditions and start allow
-///   fold-over, near-fold   places where the image turns over, or nearly
-///   gives-way          conditions that the prior overrules
-///   not-met            conditions that have not been arrived at
-///   oscillation        sites that swap between two values, or a pattern of stripes that sweeps do not damp
-///   still-moving       the sweeps ended before the field came to rest
-///   stalled            at rest on the smallest candidate, with what that may cost
-///   no-estimate        elastic: the method did not estimate its own error
-///   not-converged      elastic: it did, and the error can be seen
 [[nodiscard]] Warnings diagnose(const Scene& scene, const Solution& solution);
 
 inline constexpr std::string_view no_likeness = "no-likeness";
 
 /// What two pictures (gray values 0 ... 255) say about their registration, by how alike they were `before`
-/// and are `after` it.
-///
-///   no-likeness      they are no more alike than two pictures of noise
-///   nothing-gained   they are not more alike than before, or did not differ by more than their noise
+/// and are `after` it: no_likeness where they are no more alike than two pictures of noise, nothing-gained
+/// where they are not more alike than before, or did not differ by more than their noise.
 [[nodiscard]] Warnings diagnose(const ScalarField& source, const ScalarField& target,
                                 const Similarity& before, const Similarity& after);
 

@@ -128,7 +128,7 @@ double stripes_squared(const VectorField& missing) {
 }
 
 /// Means of 2 x 2 sites; what is left over at the far sides belongs to the last block.
-ScalarField halved(const ScalarField& fine) {
+ScalarField block_means(const ScalarField& fine) {
   const Extent extent{std::max(1, fine.extent.width / 2), std::max(1, fine.extent.height / 2)};
   ScalarField sums(extent);
   ScalarField counts(extent);
@@ -167,7 +167,7 @@ double accumulated_square(std::span<const float> missing, std::span<const float>
     if (blocks.extent == Extent{1, 1}) {
       return sum + present * longest_gain * longest_gain;
     }
-    blocks = halved(blocks);
+    blocks = block_means(blocks);
     sum += std::max(0.0, present - mean_square(blocks)) * gain * gain;
   }
 }

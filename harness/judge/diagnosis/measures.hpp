@@ -1,17 +1,47 @@
 #pragma once
 
-#include "harness/scene/scene.hpp"
+#include "harness/judge/diagnosis/diagnosis.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
-/// The numbers that warnings are made of.
+/// The numbers that warnings are made of, and how one is made of them.
 namespace hdmbench {
 
 namespace diagnosis {
+
+/// The row of warnings.json with these figures. Its kind is the row's name up to a slash.
+[[nodiscard]] Warning warning_of(std::string_view row, std::optional<std::size_t> sites,
+                                 fmt::format_args figures);
+
+/// Adds the row of warnings.json; `figures` are named arguments of fmt beside `sites`.
+template <typename... Figures>
+void warn(Warnings& warnings, std::string_view row, std::optional<std::size_t> sites,
+          const Figures&... figures) {
+  warnings.push_back(
+      warning_of(row, sites, fmt::make_format_args(fmt::arg("sites", sites.value_or(0)), figures...)));
+}
+
+/// At how many sites something is seen, and where most.
+struct Seen {
+  std::size_t count = 0;
+  double most = 0.0;
+  std::size_t worst = 0; ///< the site
+
+  void add(double how_much, std::size_t site) {
+    ++count;
+    worst = how_much > most ? site : worst;
+    most = std::max(most, how_much);
+  }
+};
 
 /// Smallest and largest value; `any` false where there was none.
 struct Range {
