@@ -5,7 +5,6 @@
 #include "backends/shared/energy_programs.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -51,14 +50,6 @@ std::size_t choose(std::string_view backend, const std::vector<Device>& devices,
     throw DeviceError(fmt::format("{} has no device \"{}\"; it has {}", backend, request, list));
   }
   return static_cast<std::size_t>(found - devices.begin());
-}
-
-/// A level this large makes it worth the seconds that it takes to find out how it is swept fastest.
-constexpr std::size_t fewest_sites_to_measure_for = std::size_t{250} * 250;
-
-/// Whether `kept` chose from these names.
-bool are_options(std::span<const std::string> names, const Choice& kept) {
-  return std::ranges::equal(names, kept.options, {}, {}, &Choice::Option::name);
 }
 
 } // namespace
@@ -118,14 +109,6 @@ void Session::solve(const Advance& advance) {
   on_device([&] { do_solve(advance ? advance : [](double) {}); });
   written_ = true;
   stepped_ = pyramid_->levels.back().sweeps > 0;
-}
-
-std::size_t Session::variant() const {
-  return variant_ ? variant_() : 0;
-}
-
-std::size_t Session::shape(Extent extent) const {
-  return shape_ ? shape_(extent) : 0;
 }
 
 void Session::do_load_pyramid(const Pyramid& /*pyramid*/) {}
@@ -257,7 +240,9 @@ void Session::require_loaded(const char* call) const {
 
 std::unique_ptr<Session> Backend::open(const SessionOptions& options) const {
   const auto open_one = [this, index = choose(name(), devices(), options.device), options] {
-    return open_whole(index, options);
+    std::unique_ptr<Session> part = do_open(index, options);
+    part->sequential_ = supports(Update::sequential);
+    return part;
   };
   std::unique_ptr<Session> session = std::make_unique<CutSession>(open_one);
   session->backend_ = name();
@@ -265,101 +250,9 @@ std::unique_ptr<Session> Backend::open(const SessionOptions& options) const {
   return session;
 }
 
-/// Of images that need no cutting.
-std::unique_ptr<Session> Backend::open_whole(std::size_t index, const SessionOptions& options) const {
-  std::unique_ptr<Session> session = do_open(index, options);
-  session->sequential_ = supports(Update::sequential);
-  session->variant_ = [this, index, options] {
-    return way(index, Decision::coarse_levels, options.variant, options, true);
-  };
-  session->shape_ = [this, index, options](Extent extent) {
-    return way(index, Decision::sweeps, options.shape, options,
-               extent.sites() >= fewest_sites_to_measure_for);
-  };
-  return session;
-}
-
 Device Backend::device(const SessionOptions& options) const {
   const std::vector<Device> all = devices();
   return all[choose(name(), all, options.device)];
-}
-
-std::vector<Choice> Backend::choices(const SessionOptions& options) const {
-  try {
-    const std::size_t index = choose(name(), devices(), options.device);
-    std::vector<Choice> all;
-    for (const Decision decision : {Decision::coarse_levels, Decision::sweeps}) {
-      if (const Choice* const made = choice(index, decision, options, true)) {
-        all.push_back(*made);
-      }
-    }
-    return all;
-  } catch (const DeviceError& error) {
-    throw DeviceError(fmt::format("{}: {}", name(), error.what()));
-  }
-}
-
-Variants Backend::variants(const SessionOptions& options) const {
-  return do_variants(choose(name(), devices(), options.device));
-}
-
-Variants Backend::shapes(const SessionOptions& options) const {
-  return do_shapes(choose(name(), devices(), options.device));
-}
-
-Variants Backend::ways(std::size_t index, Decision decision) const {
-  return decision == Decision::coarse_levels ? do_variants(index) : do_shapes(index);
-}
-
-const Choice* Backend::choice(std::size_t index, Decision decision, const SessionOptions& options,
-                              bool measures) const {
-  const std::lock_guard guard(measuring_);
-  const auto [found, is_new] = choices_.try_emplace({index, decision});
-  std::optional<Choice>& made = found->second;
-  const bool asks_store = is_new && options.kept_choices != nullptr;
-  if (made || (!measures && !asks_store)) { // then the device is left alone
-    return made ? &*made : nullptr;
-  }
-  const Variants all = ways(index, decision);
-  if (all.worth_trying < 2) {
-    return nullptr;
-  }
-  const Device device = devices().at(index);
-  if (options.kept_choices) {
-    made = options.kept_choices->find(name(), device, all.what);
-    if (made && !are_options(std::span(all.names).first(all.worth_trying), *made)) {
-      made.reset();
-    }
-  }
-  if (!made && measures) {
-    const std::unique_ptr<Session> session = do_open(index, {.device = {}, .threads = options.threads});
-    made = all.measure(all, *session, [&](std::size_t way) {
-      session->variant_ = [=] { return decision == Decision::coarse_levels ? way : 0; };
-      session->shape_ = [=](Extent) { return decision == Decision::sweeps ? way : 0; };
-    });
-    if (options.kept_choices) {
-      options.kept_choices->keep(name(), device, *made);
-    }
-  }
-  return made ? &*made : nullptr;
-}
-
-std::size_t Backend::way(std::size_t index, Decision decision, std::optional<std::size_t> asked,
-                         const SessionOptions& options, bool measures) const {
-  if (!asked) {
-    const Choice* const made = choice(index, decision, options, measures);
-    return made != nullptr ? made->chosen : 0;
-  }
-  if (*asked == 0) {
-    return 0;
-  }
-  const std::vector<std::string> names = ways(index, decision).names;
-  if (*asked >= names.size()) {
-    throw DeviceError(fmt::format("there is no {} {} here; from 0 on there are: {}",
-                                  decision == Decision::sweeps ? "shape" : "variant", *asked,
-                                  fmt::join(names, ", ")));
-  }
-  return *asked;
 }
 
 std::optional<Ceilings> Backend::ceilings(const SessionOptions& options) const {

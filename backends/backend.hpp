@@ -8,9 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -54,46 +52,12 @@ inline constexpr std::array<std::string_view, 2> work_names{"dense", "active"};
   return work_names;
 }
 
-/// Ways to compute the same bits, of which the fastest is taken, as measured on a device.
-struct Choice {
-  struct Option {
-    std::string name;              ///< for people
-    std::vector<double> seconds{}; ///< raw samples of the same work, in the order measured
-  };
-  std::string what;            ///< what is computed, for people
-  std::vector<Option> options; ///< the index of one is its SessionOptions::variant or shape
-  std::size_t chosen = 0;      ///< the one with the smallest median
-  std::string measured{};      ///< when, where an earlier process did and kept it; else empty
-};
-
-/// Keeps choices for the processes that come after.
-class ChoiceStore {
-public:
-  ChoiceStore() = default;
-  ChoiceStore(const ChoiceStore&) = delete;
-  ChoiceStore& operator=(const ChoiceStore&) = delete;
-  virtual ~ChoiceStore() = default;
-
-  /// What was chosen for `what` on this device; none where that is not known.
-  [[nodiscard]] virtual std::optional<Choice> find(std::string_view backend, const Device& device,
-                                                   std::string_view what) = 0;
-  virtual void keep(std::string_view backend, const Device& device, const Choice& choice) = 0;
-};
-
 /// Which device to open and how.
 struct SessionOptions {
   std::string device; ///< part of the device's name, or its number in Backend::devices(); empty: first
                       ///< hardware, else first
   int threads = 0;    ///< CPU threads, 0: all; ignored by GPU backends
   Work work = Work::dense;
-  /// By which of Backend::variants() a pyramid is computed; none: the fastest, as Backend::choices() has
-  /// measured. Ignored by backends that have one only.
-  std::optional<std::size_t> variant{};
-  /// By which of Backend::shapes() sweeps are laid out; none: the fastest, as Backend::choices() has
-  /// measured.
-  std::optional<std::size_t> shape{};
-  /// Where choices are kept beyond the process; null: nowhere.
-  std::shared_ptr<ChoiceStore> kept_choices{};
 };
 
 /// The displacement of some sites of a level, row by row; in somebody else's memory.
@@ -158,13 +122,6 @@ protected:
   virtual void do_solve(const Advance& advance);
   /// The one that was loaded; there is one in do_solve().
   [[nodiscard]] const Pyramid& pyramid() const { return *pyramid_; }
-  /// By which of the backend's variants to compute it: SessionOptions::variant, or what was measured, which
-  /// may happen now. Throws DeviceError. Must not be called while an OpenGL context is current.
-  [[nodiscard]] std::size_t variant() const;
-  /// By which of the backend's shapes to sweep a level, or a pyramid that ends with it:
-  /// SessionOptions::shape, or what was measured. Where that is not known yet it is measured now if the level
-  /// is large, else the first one is taken. As variant().
-  [[nodiscard]] std::size_t shape(Extent extent) const;
 
 private:
   virtual void do_load(const Level& level) = 0;
@@ -186,8 +143,6 @@ private:
 
   std::string backend_;     ///< name of the backend that opened this session, for errors; empty: no name
   bool sequential_ = false; ///< whether that backend supports sequential updates
-  std::function<std::size_t()> variant_;     ///< of that backend; none: 0
-  std::function<std::size_t(Extent)> shape_; ///< as the one before
   std::optional<Extent> extent_;
   std::optional<Pyramid> pyramid_; ///< where load(pyramid) was the last load
   bool written_ = false;
@@ -195,21 +150,7 @@ private:
   int sweeps_ = 0; ///< since load()
 };
 
-/// Ways of a backend to compute the same bits on a device. What they are is its own business.
-struct Variants {
-  std::string what{};               ///< what is computed, for people
-  std::vector<std::string> names{}; ///< for people; the first is the plain way
-  std::size_t worth_trying = 0;     ///< the first so many: the others are slow on such a device
-  /// Whether a variant computes the pyramid otherwise than the plain way. Null where all of them do.
-  bool (*concerns)(const Pyramid& pyramid, std::size_t variant) = nullptr;
-  /// Times those worth trying on `session`, which after take(variant) computes by it what is loaded next.
-  /// With names there is one.
-  Choice (*measure)(const Variants& variants, Session& session,
-                    const std::function<void(std::size_t)>& take) = nullptr;
-};
-
-/// One way to compute the specification. Without state but for what it has measured; opening a session may
-/// take long (shader compilation).
+/// One way to compute the specification. Without state; opening a session may take long (shader compilation).
 class Backend {
 public:
   Backend() = default;
@@ -246,15 +187,6 @@ public:
   [[nodiscard]] std::unique_ptr<ElasticSession> open_elastic(const SessionOptions& options) const;
   /// Measured now; takes about a second. None where the backend has no such loops. Throws DeviceError.
   [[nodiscard]] std::optional<Ceilings> ceilings(const SessionOptions& options) const;
-  /// What is chosen by measurement on the device that `open` would take: how coarse levels are computed, how
-  /// sweeps are laid out; empty where there is nothing to choose. Measured at the first call, or when a
-  /// session first loads what wants to know, unless options.kept_choices knows it; kept as long as this
-  /// backend lives. Throws DeviceError.
-  [[nodiscard]] std::vector<Choice> choices(const SessionOptions& options) const;
-  /// Of the device that `open` would take; none where there is no choice. Throws DeviceError.
-  [[nodiscard]] Variants variants(const SessionOptions& options) const;
-  /// The same of how a level is laid out for a sweep: tiles, work groups.
-  [[nodiscard]] Variants shapes(const SessionOptions& options) const;
 
 private:
   /// `index` into devices().
@@ -267,24 +199,6 @@ private:
                                                                     const SessionOptions& /*options*/) const {
     return std::nullopt;
   }
-  /// All that the device can do. None: there is no choice.
-  [[nodiscard]] virtual Variants do_variants(std::size_t /*index*/) const { return {}; }
-  [[nodiscard]] virtual Variants do_shapes(std::size_t /*index*/) const { return {}; }
-
-  enum class Decision { coarse_levels, sweeps };
-
-  [[nodiscard]] std::unique_ptr<Session> open_whole(std::size_t index, const SessionOptions& options) const;
-  [[nodiscard]] Variants ways(std::size_t index, Decision decision) const;
-  /// `asked`, or what is known, or measured now if that is wanted, or 0.
-  [[nodiscard]] std::size_t way(std::size_t index, Decision decision, std::optional<std::size_t> asked,
-                                const SessionOptions& options, bool measures) const;
-  /// Null where there is nothing to choose, or nothing is known and `measures` is false.
-  [[nodiscard]] const Choice* choice(std::size_t index, Decision decision, const SessionOptions& options,
-                                     bool measures) const;
-
-  mutable std::mutex measuring_; ///< guards choices_
-  /// By device; an optional without a value: the store does not know it.
-  mutable std::map<std::pair<std::size_t, Decision>, std::optional<Choice>> choices_;
 };
 
 } // namespace hdmbench

@@ -251,7 +251,7 @@ Cases coarse_levels() {
 Cases long_dispatches() {
   const Scene scene = load_scene("square-modified", {.size = Extent{64, 64}});
   Cases cases;
-  for (const auto& [across, sites_each] : {std::pair{1, 1}, {2, 1}, {32, 128}, {32, 16}}) {
+  for (const auto& [across, sites_each] : {std::pair{1, 1}, {2, 1}, {32, 128}}) {
     BitCase one = from_scene(scene, {});
     one.name += fmt::format(", {} across, as many sweeps as one dispatch may do", across);
     one.levels = {{.extent = {across, across}, .sweeps = 59'900 / (3 * sites_each + 4) - 2},
@@ -263,6 +263,7 @@ Cases long_dispatches() {
 
 Cases pyramids() {
   Cases cases = coarse_levels();
+  std::ranges::move(long_dispatches(), std::back_inserter(cases));
   std::uint64_t seed = 400;
   for (const Extent extent : {Extent{1, 7}, {70, 1}, {2, 3}, {64, 8}, {65, 33}, {257, 130}}) {
     for (const Alignment alignment : {Alignment::corner, Alignment::center}) {
@@ -466,11 +467,6 @@ std::vector<BitCase> cases_of(Group group) {
     return pyramids();
   case Group::layouts:
     return layouts();
-  case Group::coarse_levels: {
-    Cases cases = coarse_levels();
-    std::ranges::move(long_dispatches(), std::back_inserter(cases));
-    return cases;
-  }
   }
   return {};
 }
@@ -552,23 +548,10 @@ std::vector<Way> ways_of(const Backend& backend, Group group) {
       ways.push_back({fmt::format("{}, {}", work_names[static_cast<std::size_t>(work)], name), options});
     }
   };
-  if (group == Group::coarse_levels) {
-    const std::vector<std::string> variants = backend.variants({}).names;
-    for (std::size_t variant = 1; variant < variants.size(); ++variant) {
-      add(variants[variant], {.device = {}, .variant = variant, .shape = 0});
-    }
-    return ways;
-  }
-  if (group == Group::layouts) {
-    const std::vector<std::string> shapes = backend.shapes({}).names;
-    for (std::size_t shape = 1; shape < shapes.size(); ++shape) {
-      add(shapes[shape], {.device = {}, .variant = 0, .shape = shape});
-    }
-  }
   const std::vector<int> others = has_threads ? std::vector{3, 4, 6, 7, 8} : std::vector<int>{};
   const std::vector<int> usual = has_threads ? std::vector{1, 2, 5} : std::vector{1};
   for (const int threads : group == Group::layouts ? others : usual) {
-    add(fmt::format("{} threads", threads), {.device = {}, .threads = threads, .variant = 0, .shape = 0});
+    add(fmt::format("{} threads", threads), {.device = {}, .threads = threads});
   }
   return ways;
 }

@@ -34,17 +34,16 @@ struct BitCase {
 
 /// What the groups of cases are about.
 enum class Group {
-  sizes,        ///< 1 x N, odd and even sides, sides at the edges of tiles, every remainder of a vector
-  rules,        ///< every rule with every order of sites, of the thesis's energy and of a coupled one
-  candidates,   ///< every number of candidates, and exact ties between them
-  tiles,        ///< one site unlike the others in a tile, in its rim and beside it
-  waking,       ///< fields at rest in which something begins to move, and fronts that run through them
-  pyramids,     ///< all levels in one piece
-  layouts,      ///< a few that show how an image is cut into tiles or among threads
-  coarse_levels ///< pyramids whose coarse levels one work group can compute together
+  sizes,      ///< 1 x N, odd and even sides, sides at the edges of tiles, every remainder of a vector
+  rules,      ///< every rule with every order of sites, of the thesis's energy and of a coupled one
+  candidates, ///< every number of candidates, and exact ties between them
+  tiles,      ///< one site unlike the others in a tile, in its rim and beside it
+  waking,     ///< fields at rest in which something begins to move, and fronts that run through them
+  pyramids,   ///< all levels in one piece
+  layouts,    ///< a few that show how an image is cut into tiles or among threads
 };
-inline constexpr std::array<std::string_view, 8> group_names{
-    "sizes", "rules", "candidates", "tiles", "waking", "pyramids", "layouts", "coarse_levels"};
+inline constexpr std::array<std::string_view, 7> group_names{"sizes",  "rules",    "candidates", "tiles",
+                                                             "waking", "pyramids", "layouts"};
 [[nodiscard]] std::vector<BitCase> cases_of(Group group);
 
 /// Levels of the elastic energy, on which a session does every step of its methods.
@@ -97,9 +96,8 @@ struct Way {
   SessionOptions options;
 };
 
-/// The ways in which a backend is to do a group: dense and active, by one thread and by several. Only of
-/// layouts every other number of threads and every shape of sweeps, and of coarse_levels every variant of
-/// these; none where there is one only. Throws DeviceError.
+/// The ways in which a backend is to do a group: dense and active, by one thread and by several, and of
+/// layouts by every other number of threads; none where there is one only.
 [[nodiscard]] std::vector<Way> ways_of(const Backend& backend, Group group);
 
 } // namespace hdmbench::test

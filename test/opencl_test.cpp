@@ -30,13 +30,13 @@ protected:
   }
 
   [[nodiscard]] std::unique_ptr<Session> open(const SweepShape& shape, Work work) const {
-    return make_device_session(opencl::open(api_, devices_.front(), {shape}), work);
+    return make_device_session(opencl::open(api_, devices_.front()), work, Shapes{.sweep = shape});
   }
   /// On a device that takes no larger buffers.
   [[nodiscard]] std::unique_ptr<Session> open_small(std::size_t largest_buffer) const {
     opencl::FoundDevice device = devices_.front();
     device.largest_buffer = largest_buffer;
-    return make_device_session(opencl::open(api_, std::move(device), {}), Work::dense);
+    return make_device_session(opencl::open(api_, std::move(device)), Work::dense);
   }
 
   std::shared_ptr<const opencl::Api> api_;

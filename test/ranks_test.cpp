@@ -253,7 +253,6 @@ TEST_F(RankProgram, ErrorsEndAllWithStatusTwoAndOneSentence) {
   expect_refusal("run square --size 20 --halo 6" + out, "--halo 6: a multiple of 4");
   expect_refusal("run square --size 20 --energy elastic --halo 3" + out, "a multiple of 2");
   expect_refusal("run tie-rich --size 1x20 --energy elastic" + out, "at least 2 x 2 pixels");
-  expect_refusal("devices --measure", "tell of one process");
   expect_refusal("run square --size 20 --backend openmp+none" + out, "there is no backend \"none\"");
   expect_refusal("golden", "golden runs in one process");
   expect_refusal("bench", "bench --scaling strong");

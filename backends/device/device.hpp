@@ -2,7 +2,6 @@
 
 #include "backends/backend.hpp"
 #include "backends/device/bindings.hpp"
-#include "backends/session/ways.hpp"
 #include "backends/shared/interface.hpp"
 #include "kernels/data/energy.hpp"
 #include "kernels/data/level.hpp"
@@ -156,8 +155,6 @@ public:
 
   [[nodiscard]] virtual const Device& description() const = 0;
   [[nodiscard]] virtual const DeviceLimits& limits() const = 0;
-  /// How it may lay out sweeps, by SessionOptions::shape.
-  [[nodiscard]] virtual std::span<const SweepShape> shapes() const { return sweep_shapes; }
 
   /// Of undefined content. Throws TooLarge where it exceeds the limits.
   [[nodiscard]] std::unique_ptr<Array> allocate(std::size_t count, Kind kind);

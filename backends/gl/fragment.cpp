@@ -49,16 +49,13 @@ Target entry_table(const Api& gl, Extent extent, const std::array<float, 4>* fir
 /// The levels of a session.
 class FragmentLevels {
 public:
-  static constexpr bool has_shapes = false;
-  static bool has_variants() { return false; }
-
   FragmentLevels(const Context& context, Work work)
       : gl_(context.api()), count_framebuffer_(gl_), count_target_(gl_), query_(gl_), programs_(gl_),
         vertex_textures_(has_vertex_textures(gl_)), leaves_out_(work == Work::active && vertex_textures_) {
     require_points(gl_);
   }
 
-  void load(const Level& level, std::size_t /*shape*/) {
+  void load(const Level& level) {
     require_fits(level.extent);
     levels_.clear();
     tables_.clear();
@@ -68,7 +65,7 @@ public:
     gl_.Finish();
   }
 
-  void load(const Pyramid& pyramid, int /*coarse_group*/, std::size_t /*shape*/) {
+  void load(const Pyramid& pyramid) {
     const Level& full = *pyramid.full;
     require_fits(full.extent);
     levels_.clear();

@@ -213,11 +213,9 @@ cl_mem of(const Array& array) {
 
 class ClProgram final : public Program {
 public:
-  /// `lanes`: work items of a group, where the kind does not say. Throws DeviceError with the compiler's
-  /// words.
-  ClProgram(const Api& api, cl_context context, cl_device_id device, const ProgramKind& kind,
-            std::size_t lanes_)
-      : arguments(source_of(kind.kernel).arguments), lanes(lanes_) {
+  /// Throws DeviceError with the compiler's words.
+  ClProgram(const Api& api, cl_context context, cl_device_id device, const ProgramKind& kind)
+      : arguments(source_of(kind.kernel).arguments) {
     std::string text = fmt::format("#define HDM_INPUTS {}\n", kind.energy->inputs);
     for (const ProgramKind::Constant& constant : kind.constants) {
       text += fmt::format("#define {} {}\n", constant.name, constant.value);
@@ -249,7 +247,7 @@ public:
   }
 
   std::vector<std::size_t> arguments;
-  std::size_t lanes; ///< work items of a group
+  std::size_t lanes = 1; ///< work items of a group
   Handle<cl_program> program{nullptr, nullptr};
   Handle<cl_kernel> kernel{nullptr, nullptr};
 };
@@ -257,13 +255,12 @@ public:
 /// With a queue of its own, in order.
 class ClDevice final : public ComputeDevice {
 public:
-  ClDevice(std::shared_ptr<const Api> api, FoundDevice device, std::vector<SweepShape> shapes)
+  ClDevice(std::shared_ptr<const Api> api, FoundDevice device)
       : api_(std::move(api)), device_(std::move(device)),
         context_(made("clCreateContext", api_->clCreateContext, api_->clReleaseContext, nullptr, cl_uint{1},
                       &device_.id, nullptr, nullptr)),
         queue_(made("clCreateCommandQueue", api_->clCreateCommandQueue, api_->clReleaseCommandQueue,
-                    context_.get(), device_.id, cl_command_queue_properties{0})),
-        shapes_(std::move(shapes)) {
+                    context_.get(), device_.id, cl_command_queue_properties{0})) {
     constexpr std::size_t indexable = std::size_t{1} << 35; // four planes of 2^31 floats
     limits_ = {.elements = indexable,
                .array_bytes = std::min(device_.largest_buffer, indexable),
@@ -273,17 +270,10 @@ public:
                .group = static_cast<int>(std::min<std::size_t>(device_.largest_group, 1024)),
                .shared_bytes = 0,
                .has_planes = true};
-    const auto fits = [&](const SweepShape& shape) { return shape.invocations() <= limits_.group; };
-    if (shapes_.empty()) {
-      const bool is_cpu = device_.description.is_software || !std::ranges::all_of(sweep_shapes_of_rows, fits);
-      const auto& all = is_cpu ? sweep_shapes_of_simd : sweep_shapes_of_rows;
-      shapes_.assign(all.begin(), all.end());
-    }
   }
 
   const Device& description() const override { return device_.description; }
   const DeviceLimits& limits() const override { return limits_; }
-  std::span<const SweepShape> shapes() const override { return shapes_; }
 
   void write(const Array& to, std::size_t first, std::span<const std::byte> values) override {
     require(api_->clEnqueueWriteBuffer(queue_.get(), of(to), CL_TRUE, first, values.size(), values.data(), 0,
@@ -296,8 +286,7 @@ public:
             "clEnqueueReadBuffer");
   }
   std::unique_ptr<Program> compile(const ProgramKind& kind) override {
-    return std::make_unique<ClProgram>(*api_, context_.get(), device_.id, kind,
-                                       static_cast<std::size_t>(shapes_.front().invocations()));
+    return std::make_unique<ClProgram>(*api_, context_.get(), device_.id, kind);
   }
   void run(std::span<const Commands::value_type> commands) override {
     for (const auto& command : commands) {
@@ -349,7 +338,6 @@ private:
   Handle<cl_context> context_;
   Handle<cl_command_queue> queue_;
   DeviceLimits limits_;
-  std::vector<SweepShape> shapes_;
 };
 
 class OpenClApi final : public ComputeApi {
@@ -368,7 +356,7 @@ public:
     if (index >= found.size()) {
       throw DeviceError(fmt::format("OpenCL device {} has gone, {} are left", index, found.size()));
     }
-    return opencl::open(std::move(api), std::move(found[index]), {});
+    return opencl::open(std::move(api), std::move(found[index]));
   }
 };
 
@@ -403,9 +391,8 @@ std::vector<FoundDevice> find_devices(const Api& api) {
   return found;
 }
 
-std::unique_ptr<ComputeDevice> open(std::shared_ptr<const Api> api, FoundDevice device,
-                                    std::vector<SweepShape> shapes) {
-  return std::make_unique<ClDevice>(std::move(api), std::move(device), std::move(shapes));
+std::unique_ptr<ComputeDevice> open(std::shared_ptr<const Api> api, FoundDevice device) {
+  return std::make_unique<ClDevice>(std::move(api), std::move(device));
 }
 
 } // namespace hdmbench::opencl

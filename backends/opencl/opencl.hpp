@@ -23,10 +23,8 @@ struct FoundDevice {
 /// Throws DeviceError that says why there is none.
 [[nodiscard]] std::vector<FoundDevice> find_devices(const Api& api);
 
-/// The verbs on one of the devices, whose sweeps may have these shapes, or where there are none, those for
-/// such a device.
-[[nodiscard]] std::unique_ptr<ComputeDevice> open(std::shared_ptr<const Api> api, FoundDevice device,
-                                                  std::vector<SweepShape> shapes);
+/// The verbs on one of the devices.
+[[nodiscard]] std::unique_ptr<ComputeDevice> open(std::shared_ptr<const Api> api, FoundDevice device);
 
 } // namespace opencl
 

@@ -39,14 +39,6 @@ private:
                                                   const SessionOptions& /*options*/) const override {
     return make_elastic_session(name_.name, api_->open(index));
   }
-  Variants do_variants(std::size_t index) const override {
-    const auto device = api_->open(index);
-    const DeviceLimits& limits = device->limits();
-    return coarse_shared_bytes <= limits.shared_bytes
-               ? coarse_variants(limits.group, device->description().is_software)
-               : Variants{};
-  }
-  Variants do_shapes(std::size_t index) const override { return sweep_variants(api_->open(index)->shapes()); }
   std::optional<Ceilings> do_measure_ceilings(std::size_t index,
                                               const SessionOptions& /*options*/) const override {
     OnDevice<ComputeDevice, DeviceLoops> loops(api_->open(index));

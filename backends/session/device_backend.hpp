@@ -1,9 +1,10 @@
 #pragma once
 
-#include "backends/device/device.hpp"
+#include "backends/session/shapes.hpp"
 #include "backends/shared/elastic_session.hpp"
 
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace hdmbench {
@@ -19,8 +20,10 @@ struct DeviceBackendName {
 [[nodiscard]] std::unique_ptr<Backend> make_device_backend(DeviceBackendName name,
                                                            std::unique_ptr<ComputeApi> api);
 
-/// A session whose levels, sweeps and pyramids are on a device.
-[[nodiscard]] std::unique_ptr<Session> make_device_session(std::unique_ptr<ComputeDevice> device, Work work);
+/// A session whose levels, sweeps and pyramids are on a device, by shapes_for(*device) where no others are
+/// given.
+[[nodiscard]] std::unique_ptr<Session> make_device_session(std::unique_ptr<ComputeDevice> device, Work work,
+                                                           std::optional<Shapes> shapes = {});
 
 /// The steps of the elastic energy as dispatches: kernels/shaders/elastic.comp and elastic_coarse.comp, or
 /// elastic.cl where arrays are planes. `name`: of the backend, for errors.

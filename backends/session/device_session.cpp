@@ -44,17 +44,13 @@ struct CoarseLevels {
 /// What a session has on its device.
 class DeviceLevels {
 public:
-  DeviceLevels(ComputeDevice& device, Work work)
-      : device_(device), work_(work), programs_(device), counter_(device.allocate(1, Kind::words)) {
+  DeviceLevels(ComputeDevice& device, Work work, Shapes shapes)
+      : device_(device), work_(work), shapes_(shapes), programs_(device),
+        counter_(device.allocate(1, Kind::words)) {
     (void)level_pass(LEVEL_COUNT, {}, {}); // compiles what every solution asks for at its end
   }
 
-  /// Whether the device can compute coarse levels together.
-  [[nodiscard]] bool has_variants() const { return device_.limits().shared_bytes >= coarse_shared_bytes; }
-  static constexpr bool has_shapes = true;
-
-  /// `shape` of ComputeDevice::shapes().
-  void load(const Level& level, std::size_t shape) {
+  void load(const Level& level) {
     upload_full(level);
     upload_inputs(level, Alignment::corner, {level.extent});
     sweeps_ = make_sweeps(device_, programs_,
@@ -62,7 +58,7 @@ public:
                            .extent = level.extent,
                            .strengths = level.strengths,
                            .work = work_,
-                           .shape = device_.shapes()[shape]});
+                           .shape = shapes_.sweep});
     device_.finish();
   }
 
@@ -102,8 +98,7 @@ public:
     return changed.front();
   }
 
-  /// `coarse_group` of coarse_groups, or 0.
-  void load(const Pyramid& pyramid, int coarse_group, std::size_t shape) {
+  void load(const Pyramid& pyramid) {
     const Level& full = *pyramid.full;
     upload_full(full);
     const ResamplingEntries entries(pyramid);
@@ -120,7 +115,7 @@ public:
     if (sampled.sites() > 0) {
       make_room(sampled_, layout_of(sampled), false);
     }
-    const std::size_t together = coarse_group > 0 ? coarse_level_count(pyramid, coarse_group) : 0;
+    const std::size_t together = coarse_level_count(pyramid, shapes_.coarse_group);
     for (std::size_t i = 0; i < pyramid.levels.size(); ++i) {
       levels_.push_back(i < together ? nullptr
                                      : make_sweeps(device_, programs_,
@@ -129,10 +124,10 @@ public:
                                                     .alignment = pyramid.alignment,
                                                     .strengths = pyramid.levels[i].strengths,
                                                     .work = work_,
-                                                    .shape = device_.shapes()[shape],
+                                                    .shape = shapes_.sweep,
                                                     .first_input = first_inputs_[i]}));
     }
-    record(pyramid, entries, together, coarse_group);
+    record(pyramid, entries, together);
     device_.finish();
   }
 
@@ -230,9 +225,8 @@ private:
     }
   }
 
-  /// All levels from a null field, the first `together` of them in one dispatch of a group of `coarse_group`.
-  void record(const Pyramid& pyramid, const ResamplingEntries& entries, std::size_t together,
-              int coarse_group) {
+  /// All levels from a null field, the first `together` of them in one dispatch of a group.
+  void record(const Pyramid& pyramid, const ResamplingEntries& entries, std::size_t together) {
     Commands commands;
     double updates = 0.0;
     std::size_t cost = 0;
@@ -244,7 +238,7 @@ private:
     };
     displacements_.newest = 0;
     if (together > 0) {
-      commands.emplace_back(coarse_levels(pyramid, entries, together, coarse_group));
+      commands.emplace_back(coarse_levels(pyramid, entries, together));
       displacements_.swap();
       for (std::size_t i = 0; i < together; ++i) {
         updates += static_cast<double>(pyramid.levels[i].extent.sites()) * pyramid.levels[i].sweeps;
@@ -284,11 +278,10 @@ private:
     newest_of_pyramid_ = displacements_.newest;
   }
 
-  Dispatch coarse_levels(const Pyramid& pyramid, const ResamplingEntries& entries, std::size_t count,
-                         int group) {
+  Dispatch coarse_levels(const Pyramid& pyramid, const ResamplingEntries& entries, std::size_t count) {
     const Level& full = *pyramid.full;
     Dispatch dispatch{.program = &programs_({.kernel = Kernel::coarse_levels,
-                                             .constants = {{"INVOCATIONS", group},
+                                             .constants = {{"INVOCATIONS", shapes_.coarse_group},
                                                            {"STEP_COUNT", full.steps.count()},
                                                            {"STOPS_AT_REST", work_ == Work::active ? 1 : 0}},
                                              .energy = full.energy})};
@@ -309,8 +302,11 @@ private:
   /// `pass` of kernels/shaders/level_passes.h. Entries of `to` begin at `first`.
   [[nodiscard]] Dispatch level_pass(int pass, const SiteLayout& from, const SiteLayout& to,
                                     std::int32_t first = 0) {
-    Dispatch dispatch{.program = &programs_({.kernel = Kernel::levels, .constants = {{"PASS", pass}}}),
-                      .groups = groups_of(to.extent)};
+    ProgramKind kind{.kernel = Kernel::levels, .constants = {{"PASS", pass}}};
+    if (device_.limits().has_planes) {
+      kind.constants.push_back({"LANES", shapes_.sweep.invocations()});
+    }
+    Dispatch dispatch{.program = &programs_(kind), .groups = groups_of(to.extent)};
     dispatch.tell(LevelPass{.width = to.extent.width,
                             .origin = static_cast<std::uint32_t>(to.origin),
                             .plane = static_cast<std::uint32_t>(to.plane),
@@ -344,6 +340,7 @@ private:
 
   ComputeDevice& device_;
   Work work_;
+  Shapes shapes_;
   Programs programs_;
   std::unique_ptr<Array> counter_;
   SiteLayout layout_; ///< of the full level
@@ -361,8 +358,10 @@ private:
 
 } // namespace
 
-std::unique_ptr<Session> make_device_session(std::unique_ptr<ComputeDevice> device, Work work) {
-  return std::make_unique<LevelSession<ComputeDevice, DeviceLevels>>(std::move(device), work);
+std::unique_ptr<Session> make_device_session(std::unique_ptr<ComputeDevice> device, Work work,
+                                             std::optional<Shapes> shapes) {
+  const Shapes taken = shapes.value_or(shapes_for(*device));
+  return std::make_unique<LevelSession<ComputeDevice, DeviceLevels>>(std::move(device), work, taken);
 }
 
 } // namespace hdmbench

@@ -265,7 +265,7 @@ private:
                        {"HAS_LOAD", kernel.has_load ? 1 : 0},
                        {"IS_IMAGE", kernel.is_image ? 1 : 0},
                        {"BY_LIST", by_list ? 1 : 0},
-                       {"LANES", has_planes() ? device_.shapes().front().invocations() : shape.lanes},
+                       {"LANES", has_planes() ? shapes_for(device_).sweep.invocations() : shape.lanes},
                        {"ROWS", shape.rows},
                        {"HAS_MASKED", has_planes() && kernel.has_masked ? 1 : 0}}}));
     dispatch.arrays[ELASTIC_FROM] = &slot(call.from);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backends/session/level_arrays.hpp"
+#include "backends/session/shapes.hpp"
 #include "backends/shared/interface.hpp"
 #include "kernels/data/pyramid.hpp"
 

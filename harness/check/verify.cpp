@@ -18,8 +18,6 @@ namespace hdmbench {
 
 namespace {
 
-constexpr std::size_t plain = 0; // of SessionOptions::variant
-
 /// What the reference did in one sweep of one level.
 struct ReferenceStep {
   const Level& level;
@@ -113,7 +111,7 @@ public:
     for (const Backend* backend : backends) {
       for (const Mode mode : modes_) {
         Follower& follower = followers_.emplace_back();
-        const SessionOptions of_mode = options_of(mode, options_.variant.value_or(plain));
+        const SessionOptions of_mode = options_of(mode);
         follower.comparison =
             begun(scene, *backend, of_mode, mode, [&] { follower.session = backend->open(of_mode); });
       }
@@ -150,7 +148,7 @@ public:
       if (pyramid) {
         progress_.describe(fmt::format("verify {}, {}: in one piece on {}", scene_.name, method_name(scene_),
                                        backends_[i]->name()));
-        comparisons.push_back(in_one_piece(*pyramid, modes.subspan(1), *backends_[i]));
+        comparisons.push_back(in_one_piece(*pyramid, modes.subspan(1)));
         if (modes.front().session != nullptr) {
           conclude(comparisons.back(), conditions);
         }
@@ -160,9 +158,8 @@ public:
   }
 
 private:
-  [[nodiscard]] SessionOptions options_of(Mode mode, std::size_t variant) const {
+  [[nodiscard]] SessionOptions options_of(Mode mode) const {
     SessionOptions options = options_;
-    options.variant = variant;
     options.work = mode == Mode::active ? Work::active : Work::dense;
     return options;
   }
@@ -229,10 +226,8 @@ private:
   }
 
   /// Mode::pyramid, after all levels have been followed: by the sessions of `followers`, one backend's free
-  /// one and, where active is not left out, its active one, and by further ones for every variant that is
-  /// worth trying (Backend::variants()) unless the options name one. Without a verdict as yet, or skipped.
-  [[nodiscard]] Comparison in_one_piece(const Pyramid& pyramid, std::span<Follower> followers,
-                                        const Backend& backend) const {
+  /// one and, where active is not left out, its active one. Without a verdict as yet, or skipped.
+  [[nodiscard]] Comparison in_one_piece(const Pyramid& pyramid, std::span<Follower> followers) const {
     const Comparison& followed = followers.front().comparison;
     Comparison comparison{.backend = followed.backend,
                           .device = followed.device,
@@ -246,20 +241,6 @@ private:
     }
     for (Follower& follower : followers) {
       solve(pyramid, *follower.session, follower, comparison, &follower == &followers.back() ? 2 : 1);
-    }
-    const Variants variants = options_.variant ? Variants{} : backend.variants(options_);
-    for (std::size_t variant = plain + 1; variant < variants.worth_trying; ++variant) {
-      if (variants.concerns != nullptr && !variants.concerns(pyramid, variant)) {
-        continue;
-      }
-      if (comparison.coarse_levels.empty()) {
-        comparison.coarse_levels.push_back(
-            variants.names[plain]); // which is what the followers' sessions did
-      }
-      comparison.coarse_levels.push_back(variants.names[variant]);
-      for (const Follower& follower : followers) {
-        solve(pyramid, *backend.open(options_of(follower.comparison.mode, variant)), follower, comparison);
-      }
     }
     return comparison;
   }
@@ -386,7 +367,6 @@ void list_fields(Fields& fields, VerifyRow& row) {
   fields.newer("sites_drifted", row.sites_drifted);
   fields.newer("largest_gap_over_bound", NullIsNan{row.largest_gap_over_bound});
   fields.newer("sites_at_rest", row.sites_at_rest);
-  fields.newer("coarse_levels", row.coarse_levels);
 }
 
 void require_consistent(const VerifyRow& row) {

@@ -98,7 +98,6 @@ struct Comparison {
   double largest_difference = 0.0;     ///< from the reference's field, pixels
   /// Of active: site updates that could be left out (RestingTiles).
   std::int64_t sites_at_rest = 0;
-  std::vector<std::string> coarse_levels{}; ///< of pyramid: the variants compared, where there are several
   std::optional<FirstDifference> first{};
   Verdict verdict = Verdict::skipped;
   Tier tier = Tier::none;
@@ -106,7 +105,7 @@ struct Comparison {
 };
 
 struct VerifyOptions {
-  SessionOptions session;             ///< with a variant pyramid has that way alone, else all worth trying
+  SessionOptions session;
   std::optional<int> iteration_limit; ///< per level, for a shorter run
 };
 

@@ -1,6 +1,5 @@
 #include "harness/cli/arguments.hpp"
 
-#include "harness/measure/choices.hpp"
 #include "harness/ranks/message_passing.hpp"
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/images/images.hpp"
@@ -29,19 +28,9 @@ bool has(const std::vector<std::string>& names, std::string_view name) {
 void add_session_to(CLI::App& command, SessionOptions& session) {
   add_option(command, "--device", session.device, "Device by part of its name or by number (see devices)");
   add_option(command, "--threads", session.threads, "CPU threads (0: all)")->check(CLI::Range(0, 4096));
-  add_choice_cache_to(command, session);
 }
 
 } // namespace
-
-void add_choice_cache_to(CLI::App& command, SessionOptions& session) {
-  if (const std::filesystem::path file = choice_cache_file(); !file.empty()) {
-    session.kept_choices = std::make_shared<ChoiceCache>(file);
-  }
-  command.add_flag_callback(
-      "--no-cache", [&session] { session.kept_choices.reset(); },
-      "Measure anew which way is fastest on a device, and keep nothing of it for the next time");
-}
 
 void SceneArguments::add_scene_to(CLI::App& command) {
   add_option(command, "scene", scene, "Scene by name or TOML file")->required();

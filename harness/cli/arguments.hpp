@@ -93,9 +93,6 @@ struct CommonArguments {
                                                    const std::string& reference = {}) const;
 };
 
-/// Adds --no-cache; without it `session` keeps choices in the user's cache.
-void add_choice_cache_to(CLI::App& command, SessionOptions& session);
-
 /// "300" is 300 x 300, "257x130" is that. Throws InputError.
 [[nodiscard]] Extent parse_size(const std::string& text);
 /// The same; none where `text` is empty.

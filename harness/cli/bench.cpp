@@ -2,16 +2,12 @@
 
 #include "harness/cli/bench.hpp"
 #include "harness/cli/gates.hpp"
-#include "harness/measure/choices.hpp"
 #include "harness/measure/memory_use.hpp"
 #include "harness/report/ci_files.hpp"
 #include "harness/scene/method.hpp"
 #include "reference/published.hpp"
 
-#include <fmt/ranges.h>
-
 #include <cstdio>
-#include <set>
 
 namespace hdmbench::commands {
 
@@ -108,7 +104,6 @@ int run_bench(BenchArguments& arguments, const std::string& line) {
   bool all_agree = true;
   bool all_ran = true; // of those whose device is there
   MeasuredCeilings ceilings;
-  std::set<std::string> chosen; // lines; each backend measures once
   for (const SceneLoader& load : loaders) {
     const std::size_t resident = resident_bytes();
     progress.describe("prepare a scene");
@@ -123,9 +118,6 @@ int run_bench(BenchArguments& arguments, const std::string& line) {
     progress.clear();
     json own = json::array();
     for (const BenchResult& result : results) {
-      for (const Choice& choice : result.choices) {
-        chosen.insert(fmt::format("  {}, {}: {}\n", result.backend, result.device.name, describe(choice)));
-      }
       own.push_back(bench_row(*scene, result));
       all_agree = all_agree && (result.valid || result.reference.empty());
       all_ran = all_ran && (!result.samples.empty() || result.device.name.empty());
@@ -135,9 +127,6 @@ int run_bench(BenchArguments& arguments, const std::string& line) {
       fmt::print("  the fields were not checked against scalar: --reference scalar does that, slowly\n");
     }
     rows.insert(rows.end(), own.begin(), own.end());
-  }
-  if (!chosen.empty()) {
-    fmt::print("\nChosen by measurement, medians\n{}", fmt::join(chosen, ""));
   }
   const Context context = run_context(line, arguments.quick);
   report::write_google_benchmark(arguments.benchmark_json, context, rows);

@@ -2,19 +2,13 @@
 
 #include "harness/cli/arguments.hpp"
 #include "harness/judge/run_row.hpp"
-#include "harness/measure/choices.hpp"
+#include "harness/measure/implementations.hpp"
 #include "harness/ranks/rank_backend.hpp"
 #include "harness/scene/method.hpp"
 
 namespace hdmbench::commands {
 
 namespace {
-
-struct Arguments {
-  std::filesystem::path json;
-  bool measures = false;
-  SessionOptions session;
-};
 
 json updates(const Backend& backend) {
   json names = json::array();
@@ -27,9 +21,9 @@ json updates(const Backend& backend) {
 }
 
 /// What each rank takes of each backend with --device by-rank. Of a backend without one, why.
-void list_devices_of_ranks(const Arguments& arguments, Ranks& ranks) {
-  if (arguments.measures || !arguments.json.empty()) {
-    throw InputError("devices --measure and --json tell of one process: leave out mpirun");
+void list_devices_of_ranks(const std::filesystem::path& file, Ranks& ranks) {
+  if (!file.empty()) {
+    throw InputError("devices --json tells of one process: leave out mpirun");
   }
   json own = json::array();
   for (const auto& backend : make_backends()) {
@@ -49,12 +43,11 @@ void list_devices_of_ranks(const Arguments& arguments, Ranks& ranks) {
       table_text(gather_rows(own, ranks), "rank|machine|backend|threads|device:device and driver"));
 }
 
-void list_devices(const Arguments& arguments, const std::string& line) {
-  require_results_writable(arguments.json);
+void list_devices(const std::filesystem::path& file, const std::string& line) {
+  require_results_writable(file);
   json rows = json::array();
   json present = json::array();
   std::string absent;
-  std::string chosen;
   for (const auto& backend : make_backends()) {
     DeviceRow row{.backend = std::string(backend->name()),
                   .description = std::string(backend->description()),
@@ -65,14 +58,6 @@ void list_devices(const Arguments& arguments, const std::string& line) {
         row.device = devices[i].name;
         row.driver = devices[i].driver;
         row.software = devices[i].is_software;
-        if (arguments.measures) {
-          SessionOptions session = arguments.session;
-          session.device = std::to_string(i);
-          row.choices = backend->choices(session);
-        }
-        for (const Choice& choice : row.choices) {
-          chosen += fmt::format("  {}, {}: {}\n", row.backend, row.device, describe(choice));
-        }
         rows.push_back(to_json_row(row));
         present.push_back(rows.back());
         present.back()["number"] = i;
@@ -84,10 +69,9 @@ void list_devices(const Arguments& arguments, const std::string& line) {
       absent += fmt::format("  {}: {}\n", row.backend, row.reason);
     }
   }
-  fmt::print("{}{}{}{}{}", table_text(present, "backend|number:no.|device|driver"),
-             chosen.empty() ? "" : "\nChosen by measurement, medians\n", chosen,
+  fmt::print("{}{}{}", table_text(present, "backend|number:no.|device|driver"),
              absent.empty() ? "" : "\nNot there:\n", absent);
-  write_results(arguments.json, "devices", run_context(line, false), std::move(rows));
+  write_results(file, "devices", run_context(line, false), std::move(rows));
 }
 
 /// "all", or the names of those that can.
@@ -128,15 +112,10 @@ void add_devices(CLI::App& program, Call& call) {
   CLI::App* const command =
       program.add_subcommand("devices", "List every backend with its devices, or why it is not there.\n"
                                         "mpirun -n R hdmbench devices: which one each rank takes.");
-  const auto own = std::make_shared<Arguments>();
-  add_option(*command, "--json", own->json, "Write the list to this file");
-  CLI::Option* const measure = add_flag(
-      *command, "--measure", own->measures,
-      "Measure, too, which way each device computes fastest: compiles shaders for it, takes seconds");
-  add_choice_cache_to(*command, own->session);
-  command->get_option("--no-cache")->needs(measure);
-  command->callback([own, &call] {
-    call.ranks != nullptr ? list_devices_of_ranks(*own, *call.ranks) : list_devices(*own, call.line);
+  const auto file = std::make_shared<std::filesystem::path>();
+  add_option(*command, "--json", *file, "Write the list to this file");
+  command->callback([file, &call] {
+    call.ranks != nullptr ? list_devices_of_ranks(*file, *call.ranks) : list_devices(*file, call.line);
   });
 }
 

@@ -2,7 +2,6 @@
 
 #include "harness/check/compare.hpp"
 #include "harness/check/verify.hpp"
-#include "harness/measure/choices.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/measure/memory_use.hpp"
 #include "harness/scene/level_sequence.hpp"
@@ -64,7 +63,6 @@ public:
     try {
       result.device = run.backend->device(run.session);
       look_up_ceilings(run, result);
-      look_up_choices(run, result);
       found = measure(run, result);
     } catch (const DeviceError& error) {
       result.samples.clear();
@@ -86,14 +84,6 @@ private:
       const MeasuredCeilings::Entry& entry = options_.ceilings->of(*run.backend, run.session);
       result.ceilings = entry.ceilings;
       result.no_ceilings = entry.reason;
-    }
-  }
-
-  /// Before anything else is measured, which has to do as was chosen.
-  void look_up_choices(const BenchRun& run, BenchResult& result) {
-    if (!run.session.variant) {
-      progress_.describe(fmt::format("which way {} is faster", run_name(run)));
-      result.choices = run.backend->choices(run.session);
     }
   }
 
@@ -361,13 +351,9 @@ json bench_row(const Scene& scene, const BenchResult& result) {
            {"valid", was_compared || result.samples.empty() ? json(result.valid) : json()},
            {"reason", result.reason},
            {"peak_memory_bytes", result.peak_memory_bytes},
-           {"bytes_per_site", result.bytes_per_site},
-           {"choices", json::array()}};
+           {"bytes_per_site", result.bytes_per_site}};
   for (const Timings& sample : result.samples) {
     row["seconds"].push_back(sample.total());
-  }
-  for (const Choice& choice : result.choices) {
-    row["choices"].push_back(to_json_row(choice));
   }
   add_cost(result, row);
   return row;

@@ -94,7 +94,6 @@ struct BenchResult {
   std::optional<Ceilings> ceilings{};  ///< of the device, where they were measured
   std::string no_ceilings;             ///< why they were not
   std::optional<CeilingShare> share{}; ///< of cost in the compute seconds
-  std::vector<Choice> choices{};       ///< what the backend chose by measurement
   /// What this process occupied at most while this backend was opened and solved once, the scene and the
   /// driver included.
   std::optional<std::size_t> peak_memory_bytes{};

@@ -3,7 +3,6 @@
 #include "backends/registry.hpp"
 #include "backends/shared/subprocess.hpp"
 #include "harness/check/verify.hpp"
-#include "harness/measure/choices.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/scene/temporary_directory.hpp"
 
@@ -188,6 +187,17 @@ std::vector<Implementation> known_implementations() {
     known.push_back({"zink on " + name, std::move(variables)});
   }
   return known;
+}
+
+void list_fields(Fields& fields, DeviceRow& row) {
+  fields("backend", row.backend);
+  fields("description", row.description);
+  fields("updates", row.updates);
+  fields("available", row.available);
+  fields("device", row.device);
+  fields("driver", row.driver);
+  fields("software", row.software);
+  fields("reason", row.reason);
 }
 
 void list_fields(Fields& fields, ImplementationRow& row) {

@@ -28,6 +28,20 @@ struct Implementation {
 /// is there, and for which backends, is not known yet.
 [[nodiscard]] std::vector<Implementation> known_implementations();
 
+/// One row of `devices`' results: a device of a backend, or a backend without one.
+struct DeviceRow {
+  std::string backend;
+  std::string description;
+  std::vector<std::string> updates{}; ///< of update_names, that the backend supports
+  bool available = true;
+  std::string device{};
+  std::string driver{};
+  bool software = false;
+  std::string reason{}; ///< why it is not available
+};
+
+void list_fields(Fields& fields, DeviceRow& row);
+
 /// How a comparison on an implementation ended.
 enum class Outcome { passed, failed, absent, out_of_time, out_of_memory, crashed, refused };
 inline constexpr std::array<std::string_view, 7> outcome_names{

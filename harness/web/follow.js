@@ -191,7 +191,7 @@ function new_row(scene, device, mode) {
     scene: scene.name, width: scene.width, height: scene.height, backend: "webgl-fragment", device, mode, levels: 0,
     method: scene.method, iterations: 0, sweeps: 0, sites_compared: 0, sites_differing: 0, not_finite: 0,
     counts_differing: 0, certified_ties: 0, uncertified: 0, max_abs_difference: 0, first_difference: null, tier: "none",
-    verdict: "skipped", reason: "", sites_drifted: 0, largest_gap_over_bound: 0, sites_at_rest: 0, coarse_levels: []
+    verdict: "skipped", reason: "", sites_drifted: 0, largest_gap_over_bound: 0, sites_at_rest: 0
   };
 }
 

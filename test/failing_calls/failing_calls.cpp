@@ -99,7 +99,7 @@ Result compute(Session& session) {
     look();
   }
   session.load(Pyramid{.full = &full,
-                       .levels = {{.extent = {4, 4}, .sweeps = 2},   // by one work group, where that is known
+                       .levels = {{.extent = {4, 4}, .sweeps = 2},   // by one work group
                                   {.extent = {40, 40}, .sweeps = 2}, // too large for that
                                   {.extent = full.extent, .sweeps = 2}}});
   session.solve();
@@ -113,8 +113,7 @@ const Result& expected() {
 }
 
 std::unique_ptr<Session> open(const Backend& backend) {
-  // With a variant named nothing is measured, where each call would be made to fail, too.
-  return backend.open({.device = {}, .work = Work::active, .variant = 1});
+  return backend.open({.device = {}, .work = Work::active});
 }
 
 /// What is wrong with a session without a fault and with what it leaves; empty: nothing.

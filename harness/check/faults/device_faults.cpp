@@ -208,10 +208,10 @@ std::optional<DeviceFault> section_of(const std::vector<std::string>& parts, Pip
     return std::nullopt;
   }
   return DeviceFault{.method = parts[1],
-                     .part = levels  ? Part::levels
-                             : sleep ? Part::sleep
-                                     : Part::sweep,
-                     .variant = coarse ? 1U : 0U,
+                     .part = levels   ? Part::levels
+                             : sleep  ? Part::sleep
+                             : coarse ? Part::coarse_levels
+                                      : Part::sweep,
                      .expected = has("control") ? Expected::let_through : Expected::disagree,
                      .edits = {{.shader = parts[3]}}};
 }
@@ -455,7 +455,6 @@ Planted plant(Pipeline pipeline, const DeviceFault& fault) {
           .layer = fault.edits.empty() ? Layer::driver : Layer::shader,
           .expected = fault.expected,
           .method = fault.method,
-          .variant = fault.variant,
           .part = fault.part,
           .make =
               [pipeline, fault, record] {

@@ -32,7 +32,6 @@ struct DeviceFault {
   std::string what{};         ///< one line for people
   std::string method = "icm"; ///< that it concerns
   Part part = Part::sweep;
-  std::size_t variant = 0; ///< as in Planted
   Expected expected = Expected::disagree;
   std::vector<Edit> edits{};
   std::vector<Replacement> calls{};

@@ -1,6 +1,6 @@
 #include "harness/check/faults/trial.hpp"
 
-#include "backends/session/ways.hpp"
+#include "backends/session/shapes.hpp"
 #include "harness/check/cases.hpp"
 #include "harness/check/faults/faulty_backend.hpp"
 #include "harness/scene/level_sequence.hpp"
@@ -155,11 +155,12 @@ bool concerns(const Planted& planted, const TrialScene& scene) {
       scene.tiles_sleep != (planted.part == Part::sleep)) {
     return false;
   }
-  if (planted.part != Part::levels && planted.variant == 0) {
+  if (planted.part != Part::levels && planted.part != Part::coarse_levels) {
     return true;
   }
   const std::optional<Pyramid> pyramid = LevelSequence(scene.scene).pyramid(); // in one piece
-  return pyramid && (planted.variant == 0 ? pyramid->levels.size() > 1 : has_coarse_levels(*pyramid));
+  return pyramid &&
+         (planted.part == Part::levels ? pyramid->levels.size() > 1 : coarse_level_count(*pyramid, 8) > 0);
 }
 
 Trial try_out(const Planted& planted, const Backend& reference, std::span<const TrialScene> scenes,
@@ -176,10 +177,8 @@ Trial try_out(const Planted& planted, const Backend& reference, std::span<const 
     try {
       const std::unique_ptr<Backend> faulty = planted.make();
       const Backend* const backends[] = {faulty.get()};
-      std::vector<Comparison> comparisons =
-          verify(scene.scene, reference, backends,
-                 {.session = {.device = {}, .variant = planted.variant}, .iteration_limit = iteration_limit},
-                 silent);
+      std::vector<Comparison> comparisons = verify(
+          scene.scene, reference, backends, {.session = {}, .iteration_limit = iteration_limit}, silent);
       if (planted.bitwise) {
         std::ranges::for_each(comparisons, excuse_nothing);
       }

@@ -38,9 +38,10 @@ inline constexpr std::array<std::string_view, 4> layer_names{"session", "shader"
 
 /// In which part of the work a mistake is. It is tried only on scenes that have that part.
 enum class Part {
-  sweep,  ///< in every scene
-  levels, ///< from one level to the next of a pyramid in one piece
-  sleep,  ///< which tiles the next sweep has to visit: small levels are visited whole
+  sweep,         ///< in every scene
+  levels,        ///< from one level to the next of a pyramid in one piece
+  coarse_levels, ///< of such a pyramid, in one dispatch
+  sleep,         ///< which tiles the next sweep has to visit: small levels are visited whole
 };
 
 /// A fault could not be put in: its text is not in the shader, or more than once; its call is never made.
@@ -58,7 +59,6 @@ struct Planted {
   Expected expected = Expected::disagree;
   std::string method = "icm"; ///< that it concerns: it is tried on scenes solved that way only; empty: on all
   bool bitwise = false;       ///< rounding excuses no difference: it has to have the bits of the reference
-  std::size_t variant = 0;    ///< SessionOptions::variant that it is tried with
   Part part = Part::sweep;
   /// Makes the backend. It throws DeviceError on devices() or open() where the device is not there.
   std::function<std::unique_ptr<Backend>()> make;
