@@ -31,7 +31,7 @@ PARAMETERS_AND_STEPS(4) // the penalty; then
 #include "energy.inc"
 #include "update.inc"
 
-const int most_sites = 1024; // of a level: backends/session/ways.hpp
+const int most_sites = 1024; // of a level: backends/session/shapes.cpp
 
 // 28 KiB of the 32 that every OpenGL 4.3 has.
 shared vec2 displacements[2 * most_sites]; // two fields, read and written in turn
