@@ -35,9 +35,10 @@ Outcome solve(const Problem& problem, const Series& series, double knob, Solver&
   if (series.method == finite_elements_method) {
     return {.displacement = find_finite_elements(problem.scene.full, problem.scene.poisson).to_float()};
   }
-  Scene scene = problem.scene;
+  Problem adjusted = problem;
+  Scene& scene = adjusted.scene;
   use_method(scene, find_method(series.method));
-  adjust(scene, series, knob);
+  change(adjusted, series.adjust, knob);
   Progress silent(false);
   const Solution solution = solver.solve(scene, silent, {.last_changed = true});
   Outcome outcome{.displacement = solution.displacement,
@@ -55,7 +56,7 @@ bool is_finite(const VectorField& field) {
 
 Point judge(const Entry& entry, const Problem& problem, const Outcome& outcome, double knob) {
   Point point{.knob = knob, .warnings = outcome.warnings};
-  const double error = is_finite(outcome.displacement) ? entry.error(problem, outcome) : NAN;
+  const double error = is_finite(outcome.displacement) ? error_of(entry, problem, outcome) : NAN;
   if (std::isfinite(error)) {
     point.error = error;
   }
@@ -63,18 +64,13 @@ Point judge(const Entry& entry, const Problem& problem, const Outcome& outcome, 
   return point;
 }
 
-Picture draw(const PictureWanted& wanted, const Problem& problem, const VectorField& field) {
-  Picture picture{.extent = field.extent, .values = {}};
+ScalarField draw(const PictureWanted& wanted, const Problem& problem, const VectorField& field) {
   if (wanted.area_change) {
-    picture.values = area_change_map(field).values;
-    picture.largest = 1.0;
-    return picture;
+    return area_change_map(field);
   }
-  picture.largest = 1e-6;
+  ScalarField picture(field.extent);
   for (std::size_t i = 0; i < field.x.size(); ++i) {
-    const double error = static_cast<double>(field.x[i]) - problem.truth.x[i];
-    picture.values.push_back(static_cast<float>(error));
-    picture.largest = std::max(picture.largest, std::abs(error));
+    picture.values[i] = static_cast<float>(static_cast<double>(field.x[i]) - problem.truth.x[i]);
   }
   return picture;
 }
@@ -102,7 +98,7 @@ EntryResult run_entry(const Entry& entry, const Backend& backend, bool quick, Pr
   Solver solver(backend, {});
   for (const double knob : quick ? entry.quick_knobs : entry.knobs) {
     progress.describe(fmt::format("atlas {}: {} {:.6g}", entry.name, entry.knob, knob));
-    const Problem problem = entry.problem(knob);
+    const Problem problem = problem_of(entry, knob);
     if (result.extent == Extent{}) {
       result.extent = problem.scene.extent();
     }
@@ -153,11 +149,13 @@ nlohmann::json atlas_row(const EntryResult& result, const std::filesystem::path&
                      {"height", result.extent.height},
                      {"seconds", result.seconds},
                      {"series", result.series}};
-  if (result.picture && have_images()) {
-    const Picture& picture = *result.picture;
+  if (const std::vector<float>& values = result.picture.values; !values.empty() && have_images()) {
+    const auto of = [](float value) { return static_cast<double>(std::abs(value)); };
+    const double largest =
+        entry.picture->area_change ? 1.0 : std::max(1e-6, of(std::ranges::max(values, {}, of)));
     const std::string file = fmt::format("atlas-{}.png", entry.name);
-    write_signed_png(json_folder / file, picture.extent, picture.values, picture.largest);
-    row["picture"] = {{"file", file}, {"caption", entry.picture->shows}, {"largest", picture.largest}};
+    write_signed_png(json_folder / file, result.picture.extent, values, largest);
+    row["picture"] = {{"file", file}, {"caption", entry.picture->shows}, {"largest", largest}};
   }
   return row;
 }

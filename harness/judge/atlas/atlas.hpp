@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -38,14 +37,11 @@ inline constexpr std::string_view finite_elements_method = "finite elements";
 
 /// One way to solve the problem: a line of the chart.
 struct Series {
-  std::string name{};   ///< as shown: "icm, center"
-  std::string method{}; ///< of harness/scene/method.hpp, or one of the two above
-  std::string adjust{}; ///< how the scene is changed after the method was chosen, a name of families.cpp
+  std::string name{};                ///< as shown: "icm, center"
+  std::string method{};              ///< of harness/scene/method.hpp, or one of the two above
+  std::vector<std::string> adjust{}; ///< steps of families.cpp after the method was chosen
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Series, name, method, adjust)
-
-/// Makes the change of the series.
-void adjust(Scene& scene, const Series& series, double knob);
 
 /// Which field of an entry is shown as a picture: its x component - truth, blue negative, red positive, or
 /// det(I + grad d) - 1: -1 and below, blue, is folded over, red is stretched.
@@ -74,11 +70,23 @@ struct Entry {
   std::vector<double> quick_knobs{};
   std::vector<Series> series{};
   std::optional<PictureWanted> picture{};
-  std::function<Problem(double knob)> problem{};
-  std::function<double(const Problem& problem, const Outcome& outcome)> error{};
+  std::string
+      scene{};  ///< that is shipped, its displacements multiplied by `size` / 300: strains as the thesis has
+  int size = 0; ///< pixels a side
+  std::vector<std::string> problem{}; ///< steps of families.cpp that make it and its truth
+  std::string error{};                ///< of families.cpp; empty: RMSD to the truth
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Entry, name, title, energy, mechanism, knob, measure, limit,
-                                                survivor, warnings, knobs, quick_knobs, series, picture)
+                                                survivor, warnings, knobs, quick_knobs, series, picture,
+                                                scene, size, problem, error)
+
+/// Takes steps of families.cpp in turn.
+void change(Problem& problem, const std::vector<std::string>& by, double knob);
+
+[[nodiscard]] Problem problem_of(const Entry& entry, double knob);
+
+/// In Entry::measure.
+[[nodiscard]] double error_of(const Entry& entry, const Problem& problem, const Outcome& outcome);
 
 /// All entries, in the order of the page.
 [[nodiscard]] const std::vector<Entry>& entries();
@@ -109,18 +117,11 @@ struct SeriesResult {
   [[nodiscard]] Threshold threshold() const;
 };
 
-/// One value per site for a picture, signed.
-struct Picture {
-  Extent extent;
-  std::vector<float> values;
-  double largest = 0.0; ///< of the colour scale, > 0
-};
-
 struct EntryResult {
   const Entry* entry = nullptr;
   Extent extent{}; ///< of the scene at the first value of the knob
   std::vector<SeriesResult> series{};
-  std::optional<Picture> picture{};
+  ScalarField picture{}; ///< as Entry::picture wants it, else empty
   double seconds = 0.0;
 };
 
