@@ -84,8 +84,7 @@ TEST_F(Tradeoff, MeasuresMethodsAtAllEffortsAndTheirRivals) {
     before = *point.fine_sweep_equivalents;
     efforts_seen.insert(point.effort);
   }
-  EXPECT_EQ(efforts_seen.size(),
-            efforts(find_method("icm"), scene_.schedule.iterations, scene_.extent(), false).size());
+  EXPECT_EQ(efforts_seen.size(), efforts(find_method("icm"), scene_.schedule.iterations, false).size());
   EXPECT_EQ(on(tradeoff, "scalar").size(), 1U) << "the usual effort only";
   for (const Judged& point : on(tradeoff, "")) {
     EXPECT_TRUE(point.is_rival);

@@ -194,8 +194,8 @@ void require_meaning(const Arguments& arguments, const CLI::App& command, const 
   }
   if (arguments.asks()) {
     refuse_idle(command,
-                {"--method", "--iterations", "--start-level", "--stride", "--stop", "--epsilon", "--update",
-                 "--steps", "--relaxation", "--temperatures", "--seed"},
+                {"--method", "--iterations", "--start-level", "--stop", "--epsilon", "--update", "--steps",
+                 "--relaxation", "--temperatures", "--seed"},
                 "--accuracy and --within choose method, levels and iterations themselves");
   } else {
     refuse_idle(command, {"--explain"}, "it explains a plan, which --accuracy or --within ask for");

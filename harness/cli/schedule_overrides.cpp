@@ -58,9 +58,6 @@ void ScheduleOverrides::add_to(CLI::App& command) {
         "Of the elastic energy: observations with a confidence below 1 that are further away than this many "
         "pixels are forgiven")
         ->check(CLI::Range(1e-6, 1e6)); // PositiveNumber would name the largest double
-    add("--stride", stride,
-        "Of the elastic energy: solve every so many pixels and interpolate; 1 is all of them")
-        ->check(CLI::Range(1, 1024));
   }
   add("--method", method, "How the scene is solved (see methods)");
   add("--iterations", iterations,
@@ -103,10 +100,9 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
                                  "out --start-level, --epsilon, --alignment, --penalty and --prior-weight",
                                  scene.energy->name));
   }
-  if ((robust || stride) && !of_cells) {
-    throw InputError(fmt::format("{} is for --energy elastic", robust ? "--robust" : "--stride"));
+  if (robust && !of_cells) {
+    throw InputError("--robust is for --energy elastic");
   }
-  scene.schedule.stride = stride.value_or(scene.schedule.stride);
   scene.robust = robust ? robust : scene.robust;
   MethodOptions options{.iterations = iterations, .update = update, .relaxation = relaxation, .seed = seed};
   if (steps) {

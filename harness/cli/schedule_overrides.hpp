@@ -12,7 +12,7 @@ namespace hdmbench::commands {
 /// What the user may change about every scene's schedule.
 struct ScheduleOverrides {
   bool takes_energy = false;                ///< whether the command has --energy; say so before add_to()
-  bool is_of_run = false;                   ///< whether the command has --robust and --stride, likewise
+  bool is_of_run = false;                   ///< whether the command has --robust, likewise
   const RegisteredEnergy* energy = nullptr; ///< null: the scene's, or that of the method
   std::optional<std::string> method{};      ///< harness/scene/method.hpp
   std::optional<int> iterations{};
@@ -28,7 +28,6 @@ struct ScheduleOverrides {
   std::optional<double> penalty{};
   std::optional<double> prior_weight{};
   std::optional<double> robust{}; ///< Scene::robust
-  std::optional<int> stride{};    ///< Schedule::stride
 
   void add_to(CLI::App& command);
   /// With `other_method` in place of `method`, where there is one. Throws InputError.

@@ -44,10 +44,8 @@ std::string repeat(const Arguments& arguments, const Scene& scene, const Judged&
   if (row.is_rival) {
     return fmt::format("hdmbench tradeoff {} --methods {}{}", where, row.method, arguments.schedule.text());
   }
-  const std::string how =
-      row.asked ? fmt::format("--energy elastic --accuracy {}px --explain", *row.asked)
-                : fmt::format("--method {} --iterations {}{}", row.method, row.told->iterations,
-                              row.told->stride > 1 ? fmt::format(" --stride {}", row.told->stride) : "");
+  const std::string how = row.asked ? fmt::format("--energy elastic --accuracy {}px --explain", *row.asked)
+                                    : fmt::format("--method {} --iterations {}", row.method, *row.told);
   return fmt::format("hdmbench run {} --backend {} {}{}{}", where, row.backend, how,
                      row.backend == "scalar" ? "" : arguments.session_words(), arguments.schedule.text());
 }

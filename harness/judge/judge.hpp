@@ -45,12 +45,6 @@ struct Convergence {
   std::vector<double> rmsd_to_fixed_point; ///< pixels
 };
 
-/// What a method is told to do.
-struct Effort {
-  int iterations = 0; ///< what --iterations takes
-  int stride = 1;     ///< what --stride takes
-};
-
 /// One setting of one method or rival on one backend, against the truths.
 struct Judged {
   std::string method; ///< of harness/scene/method.hpp, a rival's name, or what a command calls it
@@ -58,7 +52,7 @@ struct Judged {
   std::string variant{};                ///< what differs from the scene's own schedule; empty: nothing
   std::string note{};                   ///< for people: what the variant shows, or how the run ended
   std::string effort{};                 ///< for people: "4 cycles", "tolerance 1e-04"
-  std::optional<Effort> told{};         ///< the effort of a method in `tradeoff`
+  std::optional<int> told{};            ///< the --iterations of a method in `tradeoff`
   std::string_view energy = "none";     ///< that it minimises; of interpolation and registration none
   std::optional<double> poisson_used{}; ///< of finite elements, and of the elastic energy in `tradeoff`
   std::string backend{};                ///< empty for rivals

@@ -1,9 +1,7 @@
 #include "harness/judge/tradeoff.hpp"
 
 #include "harness/measure/median.hpp"
-#include "harness/scene/joined.hpp"
 #include "harness/scene/method.hpp"
-#include "harness/solve/methods/sampled_image.hpp"
 #include "harness/solve/planner.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/elastic_krylov.hpp"
@@ -81,12 +79,10 @@ private:
   /// `poisson`: of the elastic energy, in place of the scene's.
   void measure_method(const Method& method, std::optional<double> poisson) {
     const int usual = usual_effort(method, scene_.schedule.iterations);
-    for (const Effort& effort :
-         efforts(method, scene_.schedule.iterations, scene_.extent(), options_.quick)) {
-      const bool is_usual = effort.iterations == usual && effort.stride == 1;
+    for (const int effort : efforts(method, scene_.schedule.iterations, options_.quick)) {
+      const bool is_usual = effort == usual;
       Scene scene = scene_;
-      use_method(scene, method, effort.iterations);
-      scene.schedule.stride = effort.stride;
+      use_method(scene, method, effort);
       scene.poisson = poisson.value_or(scene.poisson);
       const Judge::Place& main = judge_.main_place(scene.full.update);
       judge_.add_solutions(
@@ -190,40 +186,24 @@ int usual_effort(const Method& method, int own_iterations) {
   return method.usual_effort > 0 ? method.usual_effort : own_iterations;
 }
 
-std::string effort_text(const Method& method, Effort effort) {
-  if (effort.stride > 1) {
-    return fmt::format("{} cycles on every {} pixel", effort.iterations, ordinal(effort.stride));
-  }
+std::string effort_text(const Method& method, int effort) {
   std::string what(method.effort); // its first word is a plural
-  if (effort.iterations == 1) {
+  if (effort == 1) {
     what.erase(std::min(what.find(' '), what.size()) - 1, 1);
   }
-  return fmt::format("{} {}", effort.iterations, what);
+  return fmt::format("{} {}", effort, what);
 }
 
-std::vector<Effort> efforts(const Method& method, int own_iterations, Extent image, bool quick) {
-  constexpr int fewest_sites = 16; // coarser images show too little to be a choice
-  const int usual = usual_effort(method, own_iterations);
+std::vector<int> efforts(const Method& method, int own_iterations, bool quick) {
   const auto found = std::ranges::find(known, method.name, &Efforts::method);
   std::set<int> counts;
   if (found != known.end()) {
     counts.insert(found->counts.begin(), found->counts.begin() + (quick ? 2 : 4));
   }
   if (!quick || counts.empty()) {
-    counts.insert(usual);
+    counts.insert(usual_effort(method, own_iterations));
   }
-  std::vector<Effort> result;
-  for (int stride = 4; method.name == elastic_full_multigrid && !quick; stride *= 2) {
-    const Extent sampled = sampled_extent(image, stride);
-    if (std::min(sampled.width, sampled.height) <= fewest_sites) {
-      break;
-    }
-    result.insert(result.begin(), {.iterations = usual, .stride = stride});
-  }
-  for (const int count : counts) {
-    result.push_back({.iterations = count});
-  }
-  return result;
+  return {counts.begin(), counts.end()};
 }
 
 std::vector<Judged> measure_tradeoff(const Scene& scene, std::span<const Backend* const> backends,

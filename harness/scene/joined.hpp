@@ -1,7 +1,5 @@
 #pragma once
 
-#include <array>
-#include <cstddef>
 #include <string>
 #include <string_view>
 
@@ -20,13 +18,6 @@ template <typename Texts>
     first = false;
   }
   return result;
-}
-
-/// "1st", "12th", "61st" of a number > 0.
-[[nodiscard]] inline std::string ordinal(int number) {
-  constexpr std::array<const char*, 4> endings{"th", "st", "nd", "rd"};
-  const int last = number / 10 % 10 == 1 ? 0 : number % 10;
-  return std::to_string(number) + endings.at(last < 4 ? static_cast<std::size_t>(last) : 0);
 }
 
 } // namespace hdmbench

@@ -68,9 +68,6 @@ struct Schedule {
       false; ///< coarse levels take the mean of the moduli they stand for, not the nearest one
   Relaxation relaxation{};
   Cooling cooling{};
-  /// Of the elastic energy: an image that samples about every stride-th pixel is solved and interpolated. >=
-  /// 1
-  int stride = 1;
 };
 
 /// How much the observation counts beside the prior. Only the ratio matters: U = alpha prior +

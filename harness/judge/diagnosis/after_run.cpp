@@ -1,6 +1,5 @@
 #include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/judge/diagnosis/measures.hpp"
-#include "harness/scene/joined.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
 
@@ -147,9 +146,7 @@ void check_elastic_rest(const Scene& scene, const Solution& solution, Warnings& 
   const Schedule& schedule = scene.schedule;
   const std::string& method = schedule.method;
   const std::optional<double>& estimate = solution.estimated_error;
-  if (schedule.stride > 1) {
-    warn(warnings, "no-estimate/sampled", std::nullopt, "pixel"_a = ordinal(schedule.stride));
-  } else if (!estimate) {
+  if (!estimate) {
     const bool stalls = method == elastic_conjugate_gradients && schedule.iterations > 0;
     warn(warnings, stalls ? "no-estimate/float32" : "no-estimate", std::nullopt, "method"_a = method);
   } else if (!(*estimate <= visible)) {

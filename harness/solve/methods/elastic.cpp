@@ -1,12 +1,10 @@
 #include "harness/solve/methods/elastic.hpp"
 
-#include "harness/scene/joined.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
 #include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/methods/robust_observations.hpp"
-#include "harness/solve/methods/sampled_image.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/conditions.hpp"
@@ -395,46 +393,6 @@ std::optional<double> follow(const Schedule& schedule, double largest, double co
   return std::hypot(gradients ? error.estimate() : of_cycles.estimate(), rounding);
 }
 
-/// By the scene's method on a sampled image. What its cells cost is not known: no error is estimated.
-Solution solve_sampled(const Scene& scene, ElasticSession& session, Progress& progress) {
-  constexpr Alignment alignment = Alignment::corner; // conditions are on borders
-  const Extent extent = sampled_extent(scene.extent(), scene.schedule.stride);
-  if (std::min(extent.width, extent.height) < fewest_sampled_sites) {
-    throw InputError(
-        fmt::format("every {} pixel of {} x {} leaves an image of {} x {} sites; it needs {} x {}",
-                    ordinal(scene.schedule.stride), scene.extent().width, scene.extent().height, extent.width,
-                    extent.height, fewest_sampled_sites, fewest_sampled_sites));
-  }
-  const auto require_prescribed = [&](bool has_springs) {
-    if (has_springs || scene.robust) {
-      throw InputError(
-          "a spring on a sampled image would stand for as many as there are pixels a cell; leave "
-          "out --stride where observations have a confidence below 1");
-    }
-  };
-  Solution solution;
-  Level sampled;
-  timed(solution.timings.projection, [&] {
-    require_held(scene.full);
-    sampled = sampled_image(scene.full,
-                            block_moduli(scene.full.modulus, scene.full.inverse_modulus, extent, alignment),
-                            BlockMean::geometric, alignment);
-  });
-  require_prescribed(has_springs(sampled));
-  ElasticSolver solver(sampled, scene.poisson, session);
-  (void)follow(scene.schedule, largest_component(sampled.target), 1.0,
-               static_cast<double>(scene.extent().sites()), solver, progress);
-  add_work(solution.levels, solver.work());
-  solution.timings.add(solver.timings());
-  const VectorField coarse = timed(solution.timings.readback, [&] { return solver.displacement(); });
-  timed(solution.timings.projection, [&] {
-    Interpolated interpolated = interpolate_to_image(coarse, sampled, scene.full, alignment);
-    require_prescribed(interpolated.has_springs);
-    solution.displacement = std::move(interpolated.field);
-  });
-  return solution;
-}
-
 /// By the scene's method on the image itself.
 Solution solve_whole(const Scene& scene, ElasticSession& session, Progress& progress) {
   std::optional<RobustObservations> robust;
@@ -470,8 +428,7 @@ Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& pr
   if (const std::optional<Scene> scaled = with_safe_moduli(scene)) {
     return solve_elastic(*scaled, session, progress, options);
   }
-  Solution solution = scene.schedule.stride > 1 ? solve_sampled(scene, session, progress)
-                                                : solve_whole(scene, session, progress);
+  Solution solution = solve_whole(scene, session, progress);
   std::ranges::reverse(solution.levels); // the coarsest first, as other methods have them
   if (options.level_done) {
     options.level_done(solution.levels.back(), solution.displacement);

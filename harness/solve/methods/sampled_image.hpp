@@ -12,9 +12,6 @@ namespace hdmbench {
 /// squares; first and last sites coincide. stride >= 1.
 [[nodiscard]] Extent sampled_extent(Extent full, int stride);
 
-/// Along an axis: below, a sampled image shows nothing of a scene.
-inline constexpr int fewest_sampled_sites = 4;
-
 /// Means of the moduli of the pixels around each site of a sampled image, by the share of each pixel in the
 /// area that the site stands for. An interface has its place in them to a fraction of a pixel, and a layer
 /// thinner than a cell its share.
