@@ -69,31 +69,16 @@ void for_each_element(const ElasticProblem& problem, const ElementRule& rule, Ca
   }
 }
 
-void require_values(bool holds, const char* what, std::size_t sites) {
-  if (!holds) {
-    throw InputError(fmt::format("{} of the elastic sheet must have {} finite values", what, sites));
-  }
-}
-
-bool all_finite(const std::vector<double>& values) {
-  return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
-}
-
-bool is_complete(const ReferenceField& field, std::size_t sites) {
-  return field.x.size() == sites && field.y.size() == sites && all_finite(field.x) && all_finite(field.y);
-}
-
 void check_material(const ElasticProblem& problem) {
   if (problem.extent.width < 2 || problem.extent.height < 2) {
     throw InputError(fmt::format("finite elements need at least 2 x 2 pixels, the image is {} x {}",
                                  problem.extent.width, problem.extent.height));
   }
-  const std::size_t sites = problem.extent.sites();
-  require_values(problem.modulus.size() == sites && all_finite(problem.modulus), "the modulus", sites);
-  const auto bad = std::ranges::find_if(problem.modulus, [](double modulus) { return !(modulus > 0.0); });
+  const auto bad = std::ranges::find_if_not(
+      problem.modulus, [](double modulus) { return modulus > 0.0 && std::isfinite(modulus); });
   if (bad != problem.modulus.end()) {
     const auto index = bad - problem.modulus.begin();
-    throw InputError(fmt::format("the modulus at x = {}, y = {} is {} MPa, it must be positive",
+    throw InputError(fmt::format("the modulus at x = {}, y = {} is {} MPa, it must be positive and finite",
                                  index % problem.extent.width, index / problem.extent.width, *bad));
   }
 }
@@ -129,18 +114,6 @@ void check_support(const ElasticProblem& problem) {
     throw InputError(fmt::format("{}it can turn about x = {}, y = {}; give x in two rows or y in two columns",
                                  free_to_move, first_column, first_row));
   }
-}
-
-void check(const ElasticProblem& problem) {
-  check_material(problem);
-  const std::size_t sites = problem.extent.sites();
-  require_values(problem.fixed_x.size() == sites && problem.fixed_y.size() == sites, "the conditions", sites);
-  require_values(is_complete(problem.prescribed, sites), "the prescribed displacement", sites);
-  require_values((problem.force.x.empty() && problem.force.y.empty()) || is_complete(problem.force, sites),
-                 "the force", sites);
-  require_values((problem.spring.x.empty() && problem.spring.y.empty()) || is_complete(problem.spring, sites),
-                 "the springs", sites);
-  check_support(problem);
 }
 
 double component(const ReferenceField& field, std::size_t index) {
@@ -187,7 +160,8 @@ ElasticProblem elastic_problem(const Level& level) {
 }
 
 ElasticSystem assemble(const ElasticProblem& problem, const ElementRule& rule) {
-  check(problem);
+  check_material(problem);
+  check_support(problem);
   ElasticSystem system;
   system.unknown.assign(2 * problem.extent.sites(), -1);
   std::int32_t count = 0;
@@ -255,9 +229,6 @@ ReferenceField solve_finite_elements(const ElasticProblem& problem, const Elemen
 
 double elastic_energy(const ElasticProblem& problem, const ElementRule& rule,
                       const ReferenceField& displacement) {
-  check_material(problem);
-  require_values(is_complete(displacement, problem.extent.sites()), "the displacement",
-                 problem.extent.sites());
   double sum = 0.0;
   for_each_element(
       problem, rule, [&](const std::array<std::size_t, 8>& components, const ElementMatrix& element) {

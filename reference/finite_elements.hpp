@@ -29,6 +29,7 @@ struct ElementRule {
 };
 
 /// A sheet whose nodes are the sites of a pixel grid, (width - 1) x (height - 1) square elements of side 1.
+/// Every list has a value per node.
 struct ElasticProblem {
   Extent extent;                     ///< nodes, at least 2 x 2
   std::vector<double> modulus;       ///< per node's pixel, > 0; a quadrature point has that of its pixel
@@ -59,8 +60,8 @@ struct ElasticSystem {
 [[nodiscard]] ReferenceField displacement_of(const ElasticProblem& problem, const ElasticSystem& system,
                                              const Eigen::VectorXd& solution);
 
-/// The displacement of every node in pixels, from a direct factorisation. Throws InputError for sizes that do
-/// not match, a modulus <= 0, or conditions that leave the sheet free to move.
+/// The displacement of every node in pixels, from a direct factorisation. Throws InputError for less than
+/// 2 x 2 nodes, a modulus that is not above 0 and finite, or conditions that leave the sheet free to move.
 [[nodiscard]] ReferenceField solve_finite_elements(const ElasticProblem& problem, const ElementRule& rule);
 
 /// Twice the elastic energy of a displacement, u' K u without loads and that of the springs: without them 0

@@ -22,7 +22,7 @@ protected:
 
   /// The document after all is done. `wishes` stand after # in the address.
   std::string document(const std::string& wishes) {
-    return Chromium::document(page().string() + "#timing=no&" + wishes, 600000,
+    return Chromium::document(page().string() + "#" + wishes, 600000,
                               {"--use-angle=swiftshader", "--enable-unsafe-swiftshader"});
   }
 

@@ -62,7 +62,7 @@ void add_browser(CLI::App& program, Call& call) {
   CLI::App* const command = program.add_subcommand(
       "browser",
       "Write a page that tests the GPU of whoever opens it: the thesis's shader in WebGL 2 beside scalar in\n"
-      "WebAssembly, every site after every sweep, then the speed of both. Needs no network.\n"
+      "WebAssembly, every site after every sweep. Needs no network.\n"
       "Without scenes: those that show most, at 64 x 64.");
   const auto own = std::make_shared<BrowserArguments>();
   own->scenes.add_scenes_to(*command);

@@ -5,7 +5,7 @@
 #include "harness/cli/gates.hpp"
 #include "harness/ranks/rank_backend.hpp"
 #include "harness/report/ci_files.hpp"
-#include "harness/report/grouped.hpp"
+#include "harness/report/table.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/solve.hpp"
 

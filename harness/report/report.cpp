@@ -93,24 +93,24 @@ json packed(const json& value) {
 }
 
 /// The pictures of a page by folder and name, as data URIs.
-class Pictures {
-public:
+struct Pictures {
+  std::map<std::string, std::string> uris;
+  std::set<std::string> named; ///< by results
+
   /// Takes each picture that `value` names: a text that ends in .png or .jpg. Components of a difference and
   /// Jacobians are not shown.
   // NOLINTNEXTLINE(misc-no-recursion)
-  void add_named(const json& value, const Path& folder, const std::string& prefix) {
+  void add_named(const json& value, const Path& folder, const std::string& prefix, bool is_shown = true) {
     static const std::set<std::string> not_shown{"x", "y", "jacobian"};
-    if (value.is_string()) {
-      named_.push_back(prefix + value.get<std::string>());
-      add(folder, value.get<std::string>(), prefix);
+    if (value.is_string() && is_picture(value.get<std::string>())) {
+      named.insert(prefix + value.get<std::string>());
+      if (is_shown) {
+        add(folder, value.get<std::string>(), prefix);
+      }
     }
     if (value.is_structured()) {
       for (const auto& [key, item] : value.items()) {
-        if (not_shown.contains(key) && item.is_string()) {
-          left_out_.insert(prefix + item.get<std::string>());
-        } else {
-          add_named(item, folder, prefix);
-        }
+        add_named(item, folder, prefix, !not_shown.contains(key));
       }
     }
   }
@@ -121,28 +121,19 @@ public:
       names.insert(entry.path().filename().string());
     }
     for (const std::string& name : names) {
-      add(folder, name, prefix);
-    }
-  }
-  [[nodiscard]] const std::map<std::string, std::string>& uris() const { return uris_; }
-  /// Those that results name.
-  [[nodiscard]] json named() const {
-    json names = json::array();
-    for (const auto& [name, uri] : uris_) {
-      if (std::ranges::find(named_, name) != named_.end()) {
-        names.push_back(name);
+      if (is_picture(name) && !named.contains(prefix + name)) {
+        add(folder, name, prefix);
       }
     }
-    return names;
   }
 
 private:
+  static bool is_picture(std::string_view name) { return name.ends_with(".png") || name.ends_with(".jpg"); }
+
   void add(const Path& folder, const std::string& name, const std::string& prefix) {
     constexpr std::size_t most = 1'500'000; // characters of all, half of what a page may have
-    const std::string extension = Path(name).extension().string();
     std::error_code ignored;
-    if ((extension != ".png" && extension != ".jpg") || left_out_.contains(prefix + name) ||
-        uris_.contains(prefix + name) || !std::filesystem::is_regular_file(folder / name, ignored)) {
+    if (uris.contains(prefix + name) || !std::filesystem::is_regular_file(folder / name, ignored)) {
       return;
     }
     const std::string bytes = read_file(folder / name);
@@ -151,25 +142,12 @@ private:
       return;
     }
     size_ += bytes.size() * 4 / 3;
-    uris_[prefix + name] =
+    uris[prefix + name] =
         fmt::format("data:image/{};base64,{}", is_png ? "png" : "jpeg", report::base64(bytes));
   }
 
-  std::map<std::string, std::string> uris_;
-  std::set<std::string> left_out_;
-  std::vector<std::string> named_;
   std::size_t size_ = 0;
 };
-
-json published() {
-  return {{"timings", published_timings()}, {"accuracy", published_accuracy()}};
-}
-
-json machine_json(const report::Results& results, const std::string& machine) {
-  json written = report::verdict_of(results, machine);
-  written["name"] = machine;
-  return written;
-}
 
 json page_data(const report::Results& results) {
   json files = json::array();
@@ -191,13 +169,14 @@ json page_data(const report::Results& results) {
   }
   json machines = json::array();
   for (const std::string& machine : machines_of(results)) {
-    machines.push_back(machine_json(results, machine));
+    machines.push_back(report::verdict_of(results, machine));
+    machines.back()["name"] = machine;
   }
   return {{"files", files},
           {"machines", machines},
-          {"pictures", pictures.uris()},
-          {"named", pictures.named()},
-          {"published", published()}};
+          {"pictures", pictures.uris},
+          {"named", pictures.named},
+          {"published", {{"timings", published_timings()}, {"accuracy", published_accuracy()}}}};
 }
 
 /// For a script element, which a "<" inside a text could end.

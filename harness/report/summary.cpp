@@ -1,6 +1,5 @@
 // What a run comes to on one screen: the numbers below the verdict, and the text for a terminal.
 
-#include "harness/report/grouped.hpp"
 #include "harness/report/report.hpp"
 #include "harness/report/results.hpp"
 #include "harness/report/table.hpp"

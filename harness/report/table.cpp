@@ -1,7 +1,5 @@
 #include "harness/report/table.hpp"
 
-#include "harness/report/grouped.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -40,6 +38,14 @@ std::string cell(const json& value) {
 }
 
 } // namespace
+
+std::string grouped(std::int64_t value) {
+  std::string digits = std::to_string(value);
+  for (auto at = std::ssize(digits) - 3; at > 0; at -= 3) {
+    digits.insert(static_cast<std::size_t>(at), 1, ',');
+  }
+  return digits;
+}
 
 json value_of(const json& row, std::string_view key) {
   std::string path = fmt::format("/{}", key); // g++ 12 warns of a sum here

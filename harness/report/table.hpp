@@ -2,10 +2,14 @@
 
 #include <nlohmann/json.hpp>
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
 namespace hdmbench {
+
+/// 1234567 as 1,234,567; `value` >= 0.
+[[nodiscard]] std::string grouped(std::int64_t value);
 
 /// The value of a row under a key, or null; "plan.met" goes inside, "size" is "width" x "height" where the
 /// row has no such key.

@@ -1,6 +1,6 @@
 #include "harness/report/verdict.hpp"
 
-#include "harness/report/grouped.hpp"
+#include "harness/report/table.hpp"
 #include "harness/scene/joined.hpp"
 
 #include <fmt/format.h>

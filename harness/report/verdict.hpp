@@ -15,9 +15,6 @@ enum class State {
 };
 /// As page.css has them.
 NLOHMANN_JSON_SERIALIZE_ENUM(State, {{State::good, "good"}, {State::unsure, "unsure"}, {State::bad, "bad"}})
-[[nodiscard]] inline std::string name_of(State state) {
-  return nlohmann::json(state);
-}
 
 /// A sentence about the rows of one command.
 struct Finding {

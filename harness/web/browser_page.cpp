@@ -11,7 +11,6 @@
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
-#include <report_assets/chart_script.hpp>
 #include <report_assets/elements_script.hpp>
 #include <report_assets/page_style.hpp>
 #include <shaders/sweep_webgl.hpp>
@@ -133,8 +132,7 @@ std::string browser_page(std::span<const Scene> scenes, const Context& context, 
           report::escape(fmt::format("hdmbench {}, commit {}", context.version, context.commit)));
   fill_in(page, "@DATA@", script_text(data));
   fill_in(page, "@SCRIPT@",
-          fmt::format("{}{}{}{}", sources::elements_script, sources::chart_script, sources::follow_script,
-                      sources::page_script));
+          fmt::format("{}{}{}", sources::elements_script, sources::follow_script, sources::page_script));
   return page;
 }
 

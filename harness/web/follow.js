@@ -159,9 +159,9 @@ class Gpu {
   }
 
   /** rg of every texel is the displacement. Waits for all that was drawn. */
-  read(width = this.level.width, height = this.level.height) {
+  read() {
     const gl = this.gl;
-    gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, this.texels);
+    gl.readPixels(0, 0, this.level.width, this.level.height, gl.RGBA, gl.FLOAT, this.texels);
     const error = gl.getError();
     if (error !== gl.NO_ERROR) { throw new Error("WebGL error 0x" + error.toString(16)); }
     return this.texels;

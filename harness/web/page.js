@@ -1,5 +1,5 @@
 // Runs everything once and shows it as it comes. For tests, after # in the address: plant=tie plants a fault in the
-// shader, missing=NAME does without webgl2 or an extension, timing=no leaves the speed out.
+// shader, missing=NAME does without webgl2 or an extension.
 
 const asked = new URLSearchParams(location.hash.slice(1));
 const element = (id) => document.getElementById(id);
@@ -52,72 +52,8 @@ function show_fields(row) {
     (x[i] === gpu[4 * i] && y[i] === gpu[4 * i + 1] ? [30, 90, 60, 255] : [230, 60, 40, 255]));
 }
 
-/** A level of `size` x `size` sites with five moduli and a prescribed border, for timing. */
-function level_to_time(size) {
-  const sites = size * size;
-  const arrays = new Float32Array(6 * sites);
-  for (let i = 0; i < sites; ++i) {
-    const x = i % size;
-    const y = Math.floor(i / size);
-    const modulus = 1 + ((7 * (x >> 3) + 13 * (y >> 3)) % 5);
-    const held = x === 0 || y === 0 || x === size - 1 || y === size - 1 ? 1 : 0;
-    [modulus, 1 / modulus, held * 0.05 * x, 0, held, held].forEach((value, k) => { arrays[k * sites + i] = value; });
-  }
-  const none = new Float32Array(0);
-  return { index: 0, width: size, height: size, sweeps: 0, strengths: [], arrays, start: none, entries: none };
-}
-
-/** Sites a second, the median of three samples of a tenth of a second where that is not too many sweeps. */
-function rate(sweeps_of, sites) {
-  const most = Math.min(4096, Math.ceil(2 ** 27 / sites));
-  sweeps_of(1);
-  let count = 1;
-  let seconds = 0;
-  const run = () => {
-    const begin = performance.now();
-    sweeps_of(count);
-    seconds = (performance.now() - begin) / 1000;
-    return (count * sites) / seconds;
-  };
-  for (run(); seconds < 0.1 && count < most; run()) { count *= 2; }
-  return [run(), run(), run()].sort((a, b) => a - b)[1];
-}
-
-/** No speed-up of results that do not agree. */
-async function time(scalar, gpu, scene, agrees) {
-  const timings = [];
-  for (const size of [64, 128, 256, 512, 1024]) {
-    const level = level_to_time(size);
-    const sites = size * size;
-    scalar.load(scene, level);
-    gpu.load(scene, level);
-    gpu.write(scalar.x, scalar.y);
-    const turn = scalar.turn(0);
-    const cpu_rate = rate((count) => { for (let i = 0; i < count; ++i) { scalar.sweep(0, sites); } }, sites);
-    await pause();
-    const gpu_rate = rate((count) => {
-      for (let i = 0; i < count; ++i) { gpu.sweep(turn); }
-      gpu.read(1, 1);
-    }, sites);
-    timings.push({ size, scalar: cpu_rate, gpu: gpu_rate });
-    const shown = agrees ? (value) => times(value) : () => "not verified";
-    element("timings").replaceChildren(table(timings, [{ key: "size", title: "Size", format: (value) => value + " × " + value },
-      { key: "scalar", title: "CPU, one thread", format: unit("M/s", 1e-6) }, { key: "gpu", title: "GPU", format: unit("M/s", 1e-6) },
-      { key: (row) => row.gpu / row.scalar, title: "Speed-up", format: shown }]));
-    await pause();
-  }
-  return timings;
-}
-
-function draw_chart(timings) {
-  const series = ["scalar", "gpu"].map((name) => ({ keys: { by: name === "gpu" ? "GPU" : "CPU" },
-    points: timings.map((timing) => ({ x: timing.size, y: timing[name] / 1e6 })) }));
-  element("chart").replaceChildren(logPlot(series, { x: { title: "sites a side" }, y: { title: "million sites a second" }, height: 260,
-    label: "million sites a second over the size of the image" }));
-}
-
-/** What `hdmbench report` reads, and the timings beside it. */
-function keep(rows, timings, gpu) {
+/** What `hdmbench report` reads. */
+function keep(rows, gpu) {
   const agent = navigator.userAgent.replace(/^Mozilla\/5.0 /, "");
   const results = {
     schema: 1, command: "verify",
@@ -125,7 +61,7 @@ function keep(rows, timings, gpu) {
       ...page_data.context, machine: "browser: " + (gpu ? gpu.device : agent), cpu: "unknown to a page",
       cores: navigator.hardwareConcurrency || 0, operating_system: agent, date: new Date().toISOString().slice(0, 19) + "Z"
     },
-    results: rows.map(({ fields, exact, ...row }) => row), timings
+    results: rows.map(({ fields, exact, ...row }) => row)
   };
   const text = JSON.stringify(results);
   element("results").textContent = text;
@@ -156,7 +92,6 @@ function judge(rows) {
 
 async function run() {
   const rows = [];
-  let timings = [];
   let gpu = null;
   try {
     gpu = new Gpu(element("gpu"), asked.get("missing"));
@@ -182,16 +117,11 @@ async function run() {
       if (rows[rows.length - 1].fields) { show_fields(rows[rows.length - 1]); }
     }
     judge(rows);
-    if (asked.get("timing") !== "no") {
-      timings = await time(scalar, gpu, page_data.scenes.find((scene) => scene.rule === 0),
-        rows.every((row) => row.verdict === "agree"));
-      draw_chart(timings);
-    }
   } catch (error) {
     conclude("unsure", "Nothing can be compared: " + error.message);
   }
   element("progress").value = 1;
-  keep(rows, timings, gpu);
+  keep(rows, gpu);
   document.documentElement.dataset.done = "yes";
 }
 
