@@ -2,9 +2,9 @@
 
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/judged_text.hpp"
+#include "harness/report/published.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
-#include "reference/published.hpp"
 
 #include <cstdio>
 
@@ -23,13 +23,15 @@ bool is_registered(const Scene& scene) {
 }
 
 void print_published(const Scene& scene) {
-  for (const PublishedAccuracy& row : published_accuracy()) {
-    if (row.scene == scene.name && scene.extent() == Extent{300, 300}) {
-      fmt::print("  thesis, table {}: {} {}{} s\n", row.table, row.method,
-                 row.rmsd ? fmt::format("{} px to FEM, mean energy {}, {} iterations, ", *row.rmsd,
-                                        *row.mean_energy, *row.iterations)
-                          : "",
-                 row.seconds);
+  for (const json& row : published()["accuracy"]) {
+    if (row["scene"] == scene.name && scene.extent() == Extent{300, 300}) {
+      fmt::print("  thesis, table {}: {} {}{} s\n", row["table"].get<std::string>(),
+                 row["method"].get<std::string>(),
+                 row.contains("rmsd")
+                     ? fmt::format("{} px to FEM, mean energy {}, {} iterations, ", row["rmsd"].get<double>(),
+                                   row["mean_energy"].get<double>(), row["iterations"].get<int>())
+                     : "",
+                 row["seconds"].get<double>());
     }
   }
 }

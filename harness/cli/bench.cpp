@@ -4,8 +4,8 @@
 #include "harness/cli/gates.hpp"
 #include "harness/measure/memory_use.hpp"
 #include "harness/report/ci_files.hpp"
+#include "harness/report/published.hpp"
 #include "harness/scene/method.hpp"
-#include "reference/published.hpp"
 
 #include <cstdio>
 
@@ -19,9 +19,9 @@ constexpr std::size_t most_sites_for_scalar = std::size_t{4096} * 4096;
 /// The scenes of Tables 5.2, 5.4, 5.6 and 5.8.
 std::vector<std::string> published_scenes() {
   std::vector<std::string> scenes;
-  for (const PublishedTiming& row : published_timings()) {
-    if (std::ranges::find(scenes, row.scene) == scenes.end()) {
-      scenes.emplace_back(row.scene);
+  for (const json& row : published()["timings"]) {
+    if (std::ranges::find(scenes, row["scene"]) == scenes.end()) {
+      scenes.push_back(row["scene"]);
     }
   }
   return scenes;
@@ -35,9 +35,12 @@ void print_scene(const Scene& scene, const std::vector<BenchResult>& results, co
   fmt::print("\n{}, {} x {}: {}, {} iterations, {:.4g} million site updates\n", scene.name, extent.width,
              extent.height, method_name(scene), some.iterations, some.site_updates * 1e-6);
   const bool as_published = scene.energy->of_sites == &thesis_energy && extent.width == extent.height;
-  if (const auto* const row = as_published ? published_timing(scene.name, extent.width) : nullptr) {
-    fmt::print("  thesis, table {}: GPU {} s, CPU {} s, speed-up {}\n", row->table, row->gpu_seconds,
-               row->cpu_seconds, row->speed_up);
+  for (const json& row : published()["timings"]) {
+    if (as_published && row["scene"] == scene.name && row["size"] == extent.width) {
+      fmt::print("  thesis, table {}: GPU {} s, CPU {} s, speed-up {}\n", row["table"].get<std::string>(),
+                 row["gpu_seconds"].get<double>(), row["cpu_seconds"].get<double>(),
+                 row["speed_up"].get<double>());
+    }
   }
   json timed = rows;
   std::erase_if(timed.get_ref<json::array_t&>(), [](const json& row) { return row["seconds"].empty(); });

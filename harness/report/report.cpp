@@ -1,6 +1,7 @@
 #include "harness/report/report.hpp"
 
 #include "harness/report/html.hpp"
+#include "harness/report/published.hpp"
 #include "harness/report/results.hpp"
 #include "harness/report/verdict.hpp"
 #include "harness/scene/file_input.hpp"
@@ -8,7 +9,6 @@
 #include "harness/scene/joined.hpp"
 #include "harness/scene/row_fields.hpp"
 #include "kernels/data/input_error.hpp"
-#include "reference/published.hpp"
 #include "report_assets/chart_script.hpp"
 #include "report_assets/elements_script.hpp"
 #include "report_assets/folded_script.hpp"
@@ -28,15 +28,6 @@
 #include <vector>
 
 namespace hdmbench {
-
-static void to_json(nlohmann::json& nlohmann_json_j, const PublishedTiming& nlohmann_json_t) {
-  NLOHMANN_JSON_EXPAND(
-      NLOHMANN_JSON_PASTE(NLOHMANN_JSON_TO, table, scene, size, gpu_seconds, cpu_seconds, speed_up))
-}
-static void to_json(nlohmann::json& nlohmann_json_j, const PublishedAccuracy& nlohmann_json_t) {
-  NLOHMANN_JSON_EXPAND(
-      NLOHMANN_JSON_PASTE(NLOHMANN_JSON_TO, table, scene, method, rmsd, mean_energy, iterations, seconds))
-}
 
 namespace {
 
@@ -176,7 +167,7 @@ json page_data(const report::Results& results) {
           {"machines", machines},
           {"pictures", pictures.uris},
           {"named", pictures.named},
-          {"published", {{"timings", published_timings()}, {"accuracy", published_accuracy()}}}};
+          {"published", published()}};
 }
 
 /// For a script element, which a "<" inside a text could end.

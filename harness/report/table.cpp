@@ -1,6 +1,9 @@
 #include "harness/report/table.hpp"
 
+#include "harness/report/published.hpp"
+
 #include <fmt/format.h>
+#include <published_text.hpp>
 
 #include <algorithm>
 #include <utility>
@@ -38,6 +41,11 @@ std::string cell(const json& value) {
 }
 
 } // namespace
+
+const json& published() {
+  static const json figures = json::parse(sources::published_text);
+  return figures;
+}
 
 std::string grouped(std::int64_t value) {
   std::string digits = std::to_string(value);
