@@ -2,7 +2,6 @@
 
 #include "kernels/data/input_error.hpp"
 #include "reference/sparse_solver.hpp"
-#include "reference/thesis_energy.hpp"
 
 #include <fmt/format.h>
 
@@ -256,44 +255,6 @@ private:
   int rounds_ = 0;
 };
 
-/// The distance of d from the minimiser of its own energy, from three values of the energy without the
-/// observation: at d - 1, d and d + 1.
-double distance_to_minimiser(double below, double at, double above, double pull, double to_target) {
-  const double curvature = 0.5 * (below + above) - at;
-  const double free_minimiser = 0.25 * (below - above) / curvature; // relative to d
-  const double reach = pull / curvature;
-  const double remaining = to_target - free_minimiser;
-  return std::abs(free_minimiser + std::clamp(remaining, -reach, reach));
-}
-
-double largest_residual(const Level& level, const ReferenceField& displacement) {
-  Level unobserved = level;
-  unobserved.confidence = VectorField(level.extent);
-  const ThesisEnergyOf<ReferenceField> energy(unobserved, displacement);
-  const double half_penalty = 0.5 * static_cast<double>(level.penalty);
-  double largest = 0.0;
-#pragma omp parallel for schedule(static) reduction(max : largest)
-  for (int y = 0; y < level.extent.height; ++y) {
-    for (int x = 0; x < level.extent.width; ++x) {
-      const std::size_t i = level.extent.index(x, y);
-      const double dx = displacement.x[i];
-      const double dy = displacement.y[i];
-      const auto below = energy.at(x, y, {dx - 1.0, dy - 1.0});
-      const auto at = energy.at(x, y, {dx, dy});
-      const auto above = energy.at(x, y, {dx + 1.0, dy + 1.0});
-      const auto distance = [&](double low, double here, double high, float confidence, double way) {
-        return distance_to_minimiser(low, here, high, half_penalty * static_cast<double>(confidence), way);
-      };
-      largest = std::max({largest,
-                          distance(below.x, at.x, above.x, level.confidence.x[i],
-                                   static_cast<double>(level.target.x[i]) - dx),
-                          distance(below.y, at.y, above.y, level.confidence.y[i],
-                                   static_cast<double>(level.target.y[i]) - dy)});
-    }
-  }
-  return largest;
-}
-
 } // namespace
 
 FixedPoint solve_fixed_point(const Level& level) {
@@ -308,7 +269,6 @@ FixedPoint solve_fixed_point(const Level& level) {
   };
   add({'x', {{{1, 0}, {1, 1}, {1, -1}}}, level.target.x, level.confidence.x}, result.displacement.x);
   add({'y', {{{0, 1}, {1, 1}, {1, -1}}}, level.target.y, level.confidence.y}, result.displacement.y);
-  result.residual = largest_residual(level, result.displacement);
   return result;
 }
 

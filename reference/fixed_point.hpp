@@ -13,7 +13,6 @@ struct FixedPoint {
   ReferenceField displacement; ///< pixels
   std::size_t held = 0;        ///< components (of x and y) that the observation holds at their target
   int rounds = 0;              ///< linear systems solved per component until the held set was consistent
-  double residual = 0.0; ///< largest distance of a component from the minimiser of its own energy, pixels
 };
 
 /// Half the derivative of (4.5) by d_t set to zero is one linear equation per site and component, a sparse

@@ -20,8 +20,9 @@ constexpr std::size_t most_sites_for_scalar = std::size_t{4096} * 4096;
 std::vector<std::string> published_scenes() {
   std::vector<std::string> scenes;
   for (const json& row : published()["timings"]) {
-    if (std::ranges::find(scenes, row["scene"]) == scenes.end()) {
-      scenes.push_back(row["scene"]);
+    const auto scene = row["scene"].get<std::string>();
+    if (std::ranges::find(scenes, scene) == scenes.end()) {
+      scenes.push_back(scene);
     }
   }
   return scenes;
