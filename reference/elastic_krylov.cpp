@@ -4,6 +4,14 @@
 
 #include <Eigen/IterativeLinearSolvers>
 #include <fmt/format.h>
+#ifdef HDMBENCH_PETSC
+#include <petscksp.h>
+#endif
+
+#include <array>
+#include <memory>
+#include <utility>
+#include <vector>
 
 namespace hdmbench {
 
@@ -44,5 +52,177 @@ IterativeSolution solve_finite_elements_iteratively(const ElasticProblem& proble
   }
   return {displacement_of(problem, system, solution), static_cast<int>(gradients.iterations()), residual};
 }
+
+#ifdef HDMBENCH_PETSC
+
+namespace {
+
+void require(PetscErrorCode code, const char* call) {
+  if (code != 0) {
+    const char* words = nullptr;
+    (void)PetscErrorMessage(code, &words, nullptr);
+    throw InputError(fmt::format("PETSc: {} failed: {}", call, words == nullptr ? "no message" : words));
+  }
+}
+
+/// PETSc and MPI, once a process: they cannot begin a second time.
+struct Petsc {
+  Petsc() { require(PetscInitializeNoArguments(), "PetscInitialize"); }
+  Petsc(const Petsc&) = delete;
+  Petsc& operator=(const Petsc&) = delete;
+  ~Petsc() { (void)PetscFinalize(); }
+};
+
+/// One of PETSc's objects, given back by its own function.
+template <typename Handle, PetscErrorCode (*destroy)(Handle*)>
+class Owned {
+public:
+  Owned() = default;
+  Owned(const Owned&) = delete;
+  Owned& operator=(const Owned&) = delete;
+  ~Owned() { (void)destroy(&handle_); }
+
+  [[nodiscard]] Handle get() const { return handle_; }
+  [[nodiscard]] Handle* out() { return &handle_; }
+
+private:
+  Handle handle_ = nullptr;
+};
+using Matrix = Owned<Mat, MatDestroy>;
+using Vector = Owned<Vec, VecDestroy>;
+using NullSpace = Owned<MatNullSpace, MatNullSpaceDestroy>;
+using Solver = Owned<KSP, KSPDestroy>;
+
+/// All components of all nodes, those that are prescribed as equations x = 0, so that blocks of two stay
+/// whole: GAMG joins nodes, not components.
+struct Rows {
+  std::vector<PetscInt> begins;
+  std::vector<PetscInt> columns;
+  std::vector<double> values;
+
+  explicit Rows(const ElasticSystem& system) {
+    const SparseMatrix matrix = system.lower.selfadjointView<Eigen::Lower>();
+    std::vector<PetscInt> component(static_cast<std::size_t>(matrix.rows()));
+    for (std::size_t i = 0; i < system.unknown.size(); ++i) {
+      if (system.unknown[i] >= 0) {
+        component[static_cast<std::size_t>(system.unknown[i])] = static_cast<PetscInt>(i);
+      }
+    }
+    const double usual = matrix.diagonal().mean();
+    begins.push_back(0);
+    for (std::size_t i = 0; i < system.unknown.size(); ++i) {
+      if (const std::int32_t row = system.unknown[i]; row < 0) {
+        columns.push_back(static_cast<PetscInt>(i));
+        values.push_back(usual);
+      } else {
+        for (SparseMatrix::InnerIterator entry(matrix, row); entry; ++entry) { // symmetric: column = row
+          columns.push_back(component[static_cast<std::size_t>(entry.row())]);
+          values.push_back(entry.value());
+        }
+      }
+      begins.push_back(static_cast<PetscInt>(columns.size()));
+    }
+  }
+};
+
+void set_coordinates(Extent extent, Vec coordinates) {
+  double* values = nullptr;
+  require(VecGetArray(coordinates, &values), "VecGetArray");
+  for (std::size_t i = 0; i < extent.sites(); ++i) {
+    const auto width = static_cast<std::size_t>(extent.width);
+    values[2 * i] = static_cast<double>(i % width);
+    values[2 * i + 1] = static_cast<double>(i / width);
+  }
+  require(VecRestoreArray(coordinates, &values), "VecRestoreArray");
+}
+
+} // namespace
+
+bool has_algebraic_multigrid() {
+  return true;
+}
+
+IterativeSolution solve_finite_elements_by_multigrid(const ElasticProblem& problem, const ElementRule& rule,
+                                                     double tolerance) {
+  require_tolerance(tolerance);
+  static const Petsc petsc;
+  const ElasticSystem system = assemble(problem, rule);
+  Rows rows(system);
+  const auto count = static_cast<PetscInt>(system.unknown.size());
+
+  Matrix matrix;
+  require(MatCreateSeqAIJWithArrays(PETSC_COMM_SELF, count, count, rows.begins.data(), rows.columns.data(),
+                                    rows.values.data(), matrix.out()),
+          "MatCreateSeqAIJWithArrays");
+  require(MatSetBlockSize(matrix.get(), 2), "MatSetBlockSize");
+  require(MatSetOption(matrix.get(), MAT_SPD, PETSC_TRUE), "MatSetOption");
+  Vector right_side;
+  Vector solution;
+  Vector coordinates;
+  require(MatCreateVecs(matrix.get(), solution.out(), right_side.out()), "MatCreateVecs");
+  require(VecDuplicate(solution.get(), coordinates.out()), "VecDuplicate");
+  require(VecSetBlockSize(coordinates.get(), 2), "VecSetBlockSize");
+  set_coordinates(problem.extent, coordinates.get());
+  NullSpace rigid;
+  require(MatNullSpaceCreateRigidBody(coordinates.get(), rigid.out()), "MatNullSpaceCreateRigidBody");
+  require(MatSetNearNullSpace(matrix.get(), rigid.get()), "MatSetNearNullSpace");
+  for (PetscInt i = 0; i < count; ++i) {
+    if (const std::int32_t row = system.unknown[static_cast<std::size_t>(i)]; row >= 0) {
+      require(VecSetValue(right_side.get(), i, system.right_side[row], INSERT_VALUES), "VecSetValue");
+    }
+  }
+  require(VecAssemblyBegin(right_side.get()), "VecAssemblyBegin");
+  require(VecAssemblyEnd(right_side.get()), "VecAssemblyEnd");
+
+  Solver solver;
+  require(KSPCreate(PETSC_COMM_SELF, solver.out()), "KSPCreate");
+  require(KSPSetOperators(solver.get(), matrix.get(), matrix.get()), "KSPSetOperators");
+  require(KSPSetType(solver.get(), KSPCG), "KSPSetType");
+  PC preconditioner = nullptr; // the solver's
+  require(KSPGetPC(solver.get(), &preconditioner), "KSPGetPC");
+  require(PCSetType(preconditioner, PCGAMG), "PCSetType");
+  for (const auto& [option, value] :
+       {std::pair{"-mg_levels_ksp_type", "chebyshev"}, std::pair{"-mg_levels_pc_type", "jacobi"}}) {
+    require(PetscOptionsSetValue(nullptr, option, value), "PetscOptionsSetValue");
+  }
+  require(KSPSetFromOptions(solver.get()), "KSPSetFromOptions");
+  constexpr PetscInt most_iterations = 2000;
+  require(KSPSetTolerances(solver.get(), tolerance, PETSC_DEFAULT, PETSC_DEFAULT, most_iterations),
+          "KSPSetTolerances");
+  require(KSPSolve(solver.get(), right_side.get(), solution.get()), "KSPSolve");
+  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+  PetscInt iterations = 0;
+  require(KSPGetConvergedReason(solver.get(), &reason), "KSPGetConvergedReason");
+  require(KSPGetIterationNumber(solver.get(), &iterations), "KSPGetIterationNumber");
+  if (reason < 0) {
+    throw InputError(fmt::format("PETSc's multigrid did not converge in {} iterations (reason {})",
+                                 iterations, static_cast<int>(reason)));
+  }
+  const double* values = nullptr;
+  Eigen::VectorXd unknowns(system.right_side.size());
+  require(VecGetArrayRead(solution.get(), &values), "VecGetArrayRead");
+  for (std::size_t i = 0; i < system.unknown.size(); ++i) {
+    if (system.unknown[i] >= 0) {
+      unknowns[system.unknown[i]] = values[i];
+    }
+  }
+  require(VecRestoreArrayRead(solution.get(), &values), "VecRestoreArrayRead");
+  const Eigen::VectorXd left = system.lower.selfadjointView<Eigen::Lower>() * unknowns - system.right_side;
+  return {displacement_of(problem, system, unknowns), static_cast<int>(iterations),
+          left.norm() / system.right_side.norm()};
+}
+
+#else
+
+bool has_algebraic_multigrid() {
+  return false;
+}
+
+IterativeSolution solve_finite_elements_by_multigrid(const ElasticProblem&, const ElementRule&, double) {
+  throw InputError("this build has no multigrid by others; configure with -DHDMBENCH_PETSC=ON (Debian: "
+                   "petsc-dev)");
+}
+
+#endif
 
 } // namespace hdmbench

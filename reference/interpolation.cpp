@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <optional>
+#include <iterator>
 
 namespace hdmbench {
 
@@ -16,44 +16,30 @@ struct LineValue {
   double distance = 0.0; ///< to the nearer end, pixels
 };
 
-struct End {
-  int position = 0;
-  double value = 0.0;
-};
-
-LineValue interpolate(const std::optional<End>& before, const std::optional<End>& after, int position) {
-  if (!before && !after) {
-    return {};
-  }
-  if (!before || !after) {
-    const End& only = before ? *before : *after;
-    return {
-        .ends = 1, .value = only.value, .distance = std::abs(static_cast<double>(position - only.position))};
-  }
-  const double to_before = position - before->position;
-  const double to_after = after->position - position;
-  const double length = to_before + to_after;
-  const double value =
-      length > 0.0 ? (to_after * before->value + to_before * after->value) / length : before->value;
-  return {.ends = 2, .value = value, .distance = std::min(to_before, to_after)};
-}
-
 /// Along a line of `count` sites, `stride` apart from `first`.
 void interpolate_line(const std::vector<float>& target, const std::vector<float>& confidence,
                       std::size_t first, std::size_t stride, int count, std::vector<LineValue>& result) {
   const auto site = [&](int position) { return first + static_cast<std::size_t>(position) * stride; };
-  std::vector<std::optional<End>> after(static_cast<std::size_t>(count) + 1); // from each position on
-  for (int position = count - 1; position >= 0; --position) {
-    const auto at = static_cast<std::size_t>(position);
-    after[at] = confidence[site(position)] > 0.0F
-                    ? End{.position = position, .value = static_cast<double>(target[site(position)])}
-                    : after[at + 1];
-  }
-  std::optional<End> before;
+  const auto value = [&](int position) { return static_cast<double>(target[site(position)]); };
+  std::vector<int> observed;
   for (int position = 0; position < count; ++position) {
-    const std::optional<End>& next = after[static_cast<std::size_t>(position)];
-    before = next && next->position == position ? next : before;
-    result[site(position)] = interpolate(before, next, position);
+    if (confidence[site(position)] > 0.0F) {
+      observed.push_back(position);
+    }
+  }
+  for (int position = 0; position < count && !observed.empty(); ++position) {
+    const auto next = std::ranges::lower_bound(observed, position);
+    const int after = next == observed.end() ? observed.back() : *next;
+    const int before = after <= position || next == observed.begin() ? after : *std::prev(next);
+    const double to_before = std::abs(position - before);
+    const double to_after = std::abs(after - position);
+    const double length = to_before + to_after;
+    const bool is_between = before <= position && position <= after;
+    result[site(position)] = {.ends = is_between ? 2 : 1,
+                              .value = is_between && length > 0.0
+                                           ? (to_after * value(before) + to_before * value(after)) / length
+                                           : value(before),
+                              .distance = std::min(to_before, to_after)};
   }
 }
 
