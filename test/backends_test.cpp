@@ -1,6 +1,6 @@
 // Every backend of the registry, in every way that it has, gives scalar's bits in all cases of bit_cases.cpp
 // and on random levels, by the thesis's energy, a coupled one and the elastic one; a new backend is tested by
-// being there. HDMBENCH_RANDOM_CASES=10000 (600 unless said) random levels, of which
+// being there. HDMBENCH_RANDOM_CASES=10000 (300 unless said) random levels, of which
 // HDMBENCH_RANDOM_CASE=NUMBER repeats one. And what a session promises its caller beside bits.
 
 #include "backends/cpu/cpu.hpp"
@@ -134,6 +134,7 @@ TEST(OpenMpBackend, LeavesOutWhatIsAtRest) {
 /// Cases of one batch differ in everything but what a shader is compiled for.
 constexpr int batches = 100;
 constexpr int batch_size = 100;
+constexpr int usual_cases = 300;
 
 std::optional<int> environment(const char* name) {
   const char* const value = std::getenv(name);
@@ -145,7 +146,7 @@ std::vector<int> case_numbers() {
   if (const auto one = environment("HDMBENCH_RANDOM_CASE")) {
     return {*one};
   }
-  const int count = environment("HDMBENCH_RANDOM_CASES").value_or(600);
+  const int count = environment("HDMBENCH_RANDOM_CASES").value_or(usual_cases);
   const int used = count >= batches * batch_size ? batches : 12; // every rule with every order of sites
   std::vector<int> numbers;
   for (int i = 0; i < count; ++i) {
@@ -213,7 +214,7 @@ TEST_P(ElasticBits, AsScalar) {
 
 TEST_P(ElasticBits, RandomLevelsHaveTheBitsOfScalar) {
   const auto session = backend().open_elastic({});
-  const int count = environment("HDMBENCH_RANDOM_CASES").value_or(600) / 2;
+  const int count = environment("HDMBENCH_RANDOM_CASES").value_or(usual_cases) / 2;
   for (int seed = 1; seed <= count; ++seed) {
     const auto one = test::random_elastic_case(static_cast<std::uint64_t>(seed));
     ASSERT_EQ(elastic_difference(*session, one, test::Order::in_one_go), "");
