@@ -109,7 +109,7 @@ TEST(Accuracy, OfTheElasticEnergyIsDistanceFromFiniteElements) {
 }
 
 TEST(Accuracy, OfAnElasticFieldWithOtherBitsIsNotValid) {
-  const std::vector<faults::Fault> all = faults::elastic_faults();
+  const std::vector<faults::Fault> all = faults::session_faults();
   const auto fault = std::ranges::find(all, "elastic-poisson-ratio", &faults::Fault::name);
   ASSERT_NE(fault, all.end());
   const faults::FaultyBackend faulty(test::scalar(), *fault);

@@ -1,21 +1,20 @@
 #include "harness/check/faults/device_faults.hpp"
 
-#include "backends/gl/fragment.hpp"
-
-#ifdef HDMBENCH_WITH_EGL
 #include "backends/gl/compute.hpp"
-#endif
+#include "backends/gl/context.hpp"
+#include "backends/gl/fragment.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <mutations_text.hpp>
 
 #include <algorithm>
-#include <bit>
+#include <array>
 #include <limits>
 #include <memory>
-#include <optional>
 #include <stdexcept>
+#include <string_view>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 
@@ -29,19 +28,23 @@ class FaultyContext;
 /// state of the thread, here as in OpenGL itself. Set while a FaultyContext is current.
 thread_local FaultyContext* current_context = nullptr;
 
-void edited_shader_source(GLuint shader, GLsizei count, const GLchar* const* texts, const GLint* lengths);
+/// The function that stands in place of the driver's own; null: the driver's own.
+gl::Address replacement_of(std::string_view name, const DeviceFault& fault);
 
 /// What has become of a DeviceFault: edits made and calls changed, in all contexts of a platform.
 struct PlantingRecord {
-  int edits = 0;
-  int calls = 0;
+  std::size_t edits = 0;
+  std::size_t calls = 0;
 };
 
 class FaultyContext final : public gl::Context {
 public:
   FaultyContext(std::unique_ptr<gl::Context> sound, DeviceFault fault, std::shared_ptr<PlantingRecord> record)
       : sound_(std::move(sound)), fault_(std::move(fault)), record_(std::move(record)),
-        api_([this](const char* name) { return resolve(name); }) {}
+        api_([this](const char* name) {
+          const gl::Address replacement = replacement_of(name, fault_);
+          return replacement != nullptr ? replacement : driver_function(name);
+        }) {}
 
   const gl::Api& api() const override { return api_; }
   void abandon() noexcept override {
@@ -50,35 +53,10 @@ public:
   }
 
   [[nodiscard]] gl::Address driver_function(const char* name) const { return sound_->api().resolve(name); }
+  [[nodiscard]] const DeviceFault& fault() const { return fault_; }
   [[nodiscard]] PlantingRecord& record() const { return *record_; }
 
-  /// The text with all edits made that are meant for it.
-  [[nodiscard]] std::string edited(std::string text) const {
-    for (const Edit& edit : fault_.edits) {
-      if (text.find(edit.shader) == std::string::npos) {
-        continue;
-      }
-      const auto at = text.find(edit.find);
-      if (at == std::string::npos || text.find(edit.find, at + 1) != std::string::npos) {
-        throw NotPlanted(fmt::format("\"{}\" is {} in the shader", edit.find,
-                                     at == std::string::npos ? "not" : "more than once"));
-      }
-      text.replace(at, edit.find.size(), edit.replace);
-      ++record_->edits;
-    }
-    return text;
-  }
-
 private:
-  [[nodiscard]] gl::Address resolve(std::string_view name) const {
-    const auto found = std::ranges::find(fault_.calls, name, &Replacement::function);
-    if (found != fault_.calls.end()) {
-      return found->by;
-    }
-    return name == "glShaderSource" ? reinterpret_cast<gl::Address>(&edited_shader_source)
-                                    : driver_function(std::string(name).c_str());
-  }
-
   void bind() override {
     current_.emplace(*sound_);
     current_context = this;
@@ -95,14 +73,49 @@ private:
   std::optional<gl::Context::Current> current_;
 };
 
-/// The driver's own function in the context that is current in this thread.
-gl::Address driver_function(const char* name) {
-  return current_context->driver_function(name);
+class FaultyPlatform final : public gl::Platform {
+public:
+  FaultyPlatform(DeviceFault fault, std::shared_ptr<PlantingRecord> record)
+      : fault_(std::move(fault)), record_(std::move(record)) {}
+
+  std::vector<Device> devices(gl::Version version) const override { return sound_->devices(version); }
+  std::unique_ptr<gl::Context> open(std::size_t index, gl::Version version) const override {
+    return std::make_unique<FaultyContext>(sound_->open(index, version), fault_, record_);
+  }
+
+private:
+  std::unique_ptr<gl::Platform> sound_ = gl::make_egl_platform();
+  DeviceFault fault_;
+  std::shared_ptr<PlantingRecord> record_;
+};
+
+std::string_view backend_name(Pipeline pipeline) {
+  return pipeline == Pipeline::fragment ? "gl-fragment" : "gl-compute";
 }
 
-/// A replacement has changed this call.
-void record_changed_call() {
-  ++current_context->record().calls;
+/// The driver's own function in the context that is current in this thread.
+template <typename Function>
+Function driver_function(const char* name) {
+  return reinterpret_cast<Function>(current_context->driver_function(name));
+}
+/// HDMBENCH_DRIVER(Viewport)(0, 0, 1, 1): the driver's own glViewport.
+#define HDMBENCH_DRIVER(function) driver_function<decltype(&::gl##function)>("gl" #function)
+
+/// The text with all edits made that are meant for it.
+std::string edited(std::string text) {
+  for (const Edit& edit : current_context->fault().edits) {
+    if (text.find(edit.shader) == std::string::npos) {
+      continue;
+    }
+    const auto at = text.find(edit.find);
+    if (at == std::string::npos || text.find(edit.find, at + 1) != std::string::npos) {
+      throw NotPlanted(fmt::format("\"{}\" is {} in the shader", edit.find,
+                                   at == std::string::npos ? "not" : "more than once"));
+    }
+    text.replace(at, edit.find.size(), edit.replace);
+    ++current_context->record().edits;
+  }
+  return text;
 }
 
 void edited_shader_source(GLuint shader, GLsizei count, const GLchar* const* texts, const GLint* lengths) {
@@ -112,70 +125,118 @@ void edited_shader_source(GLuint shader, GLsizei count, const GLchar* const* tex
                  ? std::string(texts[i])
                  : std::string(texts[i], static_cast<std::size_t>(lengths[i]));
   }
-  const std::string edited = current_context->edited(std::move(whole));
-  const GLchar* const text = edited.c_str();
-  reinterpret_cast<decltype(&::glShaderSource)>(driver_function("glShaderSource"))(shader, 1, &text, nullptr);
+  const std::string text = edited(std::move(whole));
+  const GLchar* const begin = text.c_str();
+  HDMBENCH_DRIVER(ShaderSource)(shader, 1, &begin, nullptr);
 }
 
-class FaultyPlatform final : public gl::Platform {
-public:
-  FaultyPlatform(std::unique_ptr<gl::Platform> sound, DeviceFault fault,
-                 std::shared_ptr<PlantingRecord> record)
-      : sound_(std::move(sound)), fault_(std::move(fault)), record_(std::move(record)) {}
+template <typename Number>
+void change(const CallEdit& edit, Number& number) {
+  number = static_cast<Number>(edit.times * static_cast<double>(number) + edit.plus);
+  ++current_context->record().calls;
+}
 
-  std::vector<Device> devices(gl::Version version) const override { return sound_->devices(version); }
-  std::unique_ptr<gl::Context> open(std::size_t index, gl::Version version) const override {
-    return std::make_unique<FaultyContext>(sound_->open(index, version), fault_, record_);
+/// Changes an argument before the driver is called, and what it points to afterwards.
+template <typename Argument>
+void change_argument(const CallEdit& edit, Argument& argument, bool was_called) {
+  if constexpr (std::is_same_v<Argument, GLint*> || std::is_same_v<Argument, GLuint*>) {
+    if (was_called) {
+      change(edit, *argument);
+    }
+  } else if constexpr (std::is_arithmetic_v<Argument>) {
+    if (!was_called) {
+      change(edit, argument);
+    }
   }
+}
 
-private:
-  std::unique_ptr<gl::Platform> sound_;
-  DeviceFault fault_;
-  std::shared_ptr<PlantingRecord> record_;
+/// In place of a function of the driver: `Name` gives what it is called.
+template <typename Function, typename Name>
+struct Edited;
+
+template <typename... Arguments, typename Name>
+struct Edited<void (*)(Arguments...), Name> {
+  static void call(Arguments... arguments) {
+    const auto first = static_cast<double>(std::get<0>(std::tie(arguments...)));
+    const auto change_all = [&](bool was_called) {
+      for (const CallEdit& edit : current_context->fault().calls) {
+        if (edit.function == Name{}() && edit.first.value_or(first) == first) {
+          int number = 0;
+          ((number++ == edit.argument ? change_argument(edit, arguments, was_called) : void()), ...);
+        }
+      }
+    };
+    change_all(false);
+    driver_function<void (*)(Arguments...)>(Name{}())(arguments...);
+    change_all(true);
+  }
 };
 
-std::string backend_name(Pipeline pipeline) {
-#ifdef HDMBENCH_WITH_EGL
-  return pipeline == Pipeline::compute ? "gl-compute" : "gl-fragment";
-#else
-  (void)pipeline;
-  return "gl-fragment-osmesa";
-#endif
+constexpr GLsizeiptr guard_floats = 256; // the largest overrun of a row is a tile less a site
+constexpr GLsizeiptr guard_bytes = guard_floats * static_cast<GLsizeiptr>(sizeof(GLfloat));
+constexpr GLfloat guard_value = 12345.678F;
+
+/// Makes a buffer of texels longer: its last bytes are its guard.
+void guarded_buffer_data(GLenum target, GLsizeiptr size, const void* data, GLenum usage) {
+  const auto make = HDMBENCH_DRIVER(BufferData);
+  if (target != GL_TEXTURE_BUFFER) {
+    make(target, size, data, usage);
+    return;
+  }
+  make(target, size + guard_bytes, nullptr, usage);
+  const auto write = HDMBENCH_DRIVER(BufferSubData);
+  if (data != nullptr) {
+    write(target, 0, size, data);
+  }
+  const std::vector<GLfloat> guard(guard_floats, guard_value);
+  write(target, size, guard_bytes, guard.data());
+  ++current_context->record().calls;
 }
 
-[[maybe_unused]] bool has_device(const gl::Platform& platform) {
-  try {
-    return !platform.devices({2, 1}).empty();
-  } catch (const DeviceError&) {
-    return false;
+/// Reads NaN where the guard is not as it was.
+void guarded_get_buffer_sub_data(GLenum target, GLintptr offset, GLsizeiptr size, void* data) {
+  const auto read = HDMBENCH_DRIVER(GetBufferSubData);
+  read(target, offset, size, data);
+  if (target != GL_TEXTURE_BUFFER) {
+    return;
+  }
+  std::vector<GLfloat> guard(guard_floats);
+  read(target, offset + size, guard_bytes, guard.data());
+  if (std::ranges::any_of(guard, [](GLfloat value) { return value != guard_value; })) {
+    std::fill_n(static_cast<GLfloat*>(data), static_cast<std::size_t>(size) / sizeof(GLfloat),
+                std::numeric_limits<GLfloat>::quiet_NaN());
   }
 }
 
-/// EGL; OSMesa where only that has a device for the fragment shader, or only that is built.
-std::unique_ptr<gl::Platform> make_sound_platform([[maybe_unused]] Pipeline pipeline) {
-#ifdef HDMBENCH_WITH_EGL
-  auto egl = gl::make_egl_platform();
-#ifdef HDMBENCH_WITH_OSMESA
-  if (pipeline == Pipeline::fragment && !has_device(*egl)) {
-    auto osmesa = gl::make_osmesa_platform();
-    return has_device(*osmesa) ? std::move(osmesa) : std::move(egl);
-  }
-#endif
-  return egl;
-#else
-  return gl::make_osmesa_platform();
-#endif
-}
+struct Replacement {
+  std::string_view name;
+  gl::Address by;
+};
 
-std::unique_ptr<Backend> make_backend(Pipeline pipeline, const DeviceFault& fault,
-                                      const std::shared_ptr<PlantingRecord>& record) {
-  auto platform = std::make_unique<FaultyPlatform>(make_sound_platform(pipeline), fault, record);
-#ifdef HDMBENCH_WITH_EGL
-  if (pipeline == Pipeline::compute) {
-    return gl::make_compute(std::move(platform));
+/// The functions whose calls can be changed.
+#define HDMBENCH_EDITED(function)                                                                            \
+  Replacement {                                                                                              \
+    "gl" #function, reinterpret_cast<gl::Address>(                                                           \
+                        &Edited<decltype(&::gl##function), decltype([] { return "gl" #function; })>::call)   \
   }
-#endif
-  return gl::make_fragment(backend_name(pipeline), "", std::move(platform));
+const std::array editable{HDMBENCH_EDITED(DispatchCompute),   HDMBENCH_EDITED(GetIntegerv),
+                          HDMBENCH_EDITED(GetQueryObjectuiv), HDMBENCH_EDITED(TexImage2D),
+                          HDMBENCH_EDITED(TexSubImage2D),     HDMBENCH_EDITED(Uniform1f),
+                          HDMBENCH_EDITED(Viewport)};
+
+gl::Address replacement_of(std::string_view name, const DeviceFault& fault) {
+  if (name == "glShaderSource") {
+    return reinterpret_cast<gl::Address>(&edited_shader_source);
+  }
+  if (fault.is_guarded && name == "glBufferData") {
+    return reinterpret_cast<gl::Address>(&guarded_buffer_data);
+  }
+  if (fault.is_guarded && name == "glGetBufferSubData") {
+    return reinterpret_cast<gl::Address>(&guarded_get_buffer_sub_data);
+  }
+  const auto found = std::ranges::find(editable, name, &Replacement::name);
+  const bool is_meant = std::ranges::find(fault.calls, name, &CallEdit::function) != fault.calls.end();
+  return is_meant && found != editable.end() ? found->by : nullptr;
 }
 
 /// The parts of `text`, which `separator` separates.
@@ -194,264 +255,85 @@ std::string meant_by(const std::string& part) {
   return part == "\"\"" ? "" : fmt::format("{}", fmt::join(split(part, "\\n"), "\n"));
 }
 
-/// What a line in brackets says of the mistakes below it: a fault without a name, whose edit has the text of
-/// the shaders that are meant. None where the pipeline is another one.
-std::optional<DeviceFault> section_of(const std::vector<std::string>& parts, Pipeline pipeline) {
-  const auto has = [&](std::string_view word) { return parts[0].find(word) != std::string::npos; };
-  const bool levels = parts.size() == 4 && parts[2] == "levels";
-  const bool sleep = parts.size() == 4 && parts[2] == "sleep";
-  const bool coarse = parts.size() == 4 && parts[2] == "coarse levels";
-  if (parts.size() != 4 || !(levels || sleep || coarse || parts[2] == "sweep")) {
-    throw std::invalid_argument(fmt::format("no section of mutations: {}", fmt::join(parts, " | ")));
-  }
-  if (!has(pipeline == Pipeline::fragment ? "fragment" : "compute")) {
-    return std::nullopt;
-  }
-  return DeviceFault{.method = parts[1],
-                     .part = levels   ? Part::levels
-                             : sleep  ? Part::sleep
-                             : coarse ? Part::coarse_levels
-                                      : Part::sweep,
-                     .expected = has("control") ? Expected::let_through : Expected::disagree,
-                     .edits = {{.shader = parts[3]}}};
-}
-
-/// The function that OpenGL has under a name, replaced by `change`, which gets the driver's own first.
-template <typename Function, typename Name, typename Change>
-struct Changed;
-
-template <typename Result, typename... Arguments, typename Name, typename Change>
-struct Changed<Result (*)(Arguments...), Name, Change> {
-  static Result call(Arguments... arguments) {
-    const auto driver = reinterpret_cast<Result (*)(Arguments...)>(driver_function(Name{}()));
-    if constexpr (std::is_same_v<std::invoke_result_t<Change, decltype(driver), Arguments...>, bool>) {
-      if (Change{}(driver, arguments...)) {
-        record_changed_call();
-      }
-    } else {
-      record_changed_call();
-      Change{}(driver, arguments...);
-    }
-  }
+/// What a line in brackets says of the mistakes below it.
+struct Section {
+  bool is_meant = false; ///< for the pipeline that is asked for
+  bool has_calls = false;
+  std::string shader; ///< that Edit::shader asks for
+  DeviceFault common; ///< without name, edits and calls
 };
 
-template <typename Function, typename Name, typename Change>
-Replacement replacement(Name name, Change /*change*/) {
-  return {name(), reinterpret_cast<gl::Address>(&Changed<Function, Name, Change>::call)};
-}
-
-/// HDMBENCH_CALL(Viewport, (auto driver, auto x, ...) { driver(x + 1, ...); }): a lambda without captures in
-/// place of glViewport. One that returns bool says whether it has changed this call.
-#define HDMBENCH_CALL(function, ...)                                                                         \
-  replacement<decltype(&::gl##function)>([] { return "gl" #function; }, [] __VA_ARGS__)
-
-/// The driver's own glViewport: HDMBENCH_DRIVER(Viewport)(0, 0, 1, 1).
-#define HDMBENCH_DRIVER(function) reinterpret_cast<decltype(&::gl##function)>(driver_function("gl" #function))
-
-DeviceFault in_call(std::string_view name, std::string_view what, const Replacement& call) {
-  return {.name = std::string(name), .what = std::string(what), .calls = {call}};
-}
-
-/// Binds the image that is being drawn into as the one that is read. Whether there is one.
-bool read_what_is_drawn_into() {
-  GLint type = 0;
-  HDMBENCH_DRIVER(GetFramebufferAttachmentParameterivEXT)
-  (GL_FRAMEBUFFER_EXT, GL_COLOR_ATTACHMENT0_EXT, GL_FRAMEBUFFER_ATTACHMENT_OBJECT_TYPE_EXT, &type);
-  if (type != GL_TEXTURE) { // but the renderbuffer of the count
-    return false;
+Part part_of(std::string_view text) {
+  constexpr std::array<std::string_view, 4> names{"sweep", "levels", "coarse levels", "sleep"}; // as Part
+  const auto found = std::ranges::find(names, text);
+  if (found == names.end()) {
+    throw std::invalid_argument(fmt::format("mutations have no part \"{}\"", text));
   }
-  GLint name = 0;
-  HDMBENCH_DRIVER(GetFramebufferAttachmentParameterivEXT)
-  (GL_FRAMEBUFFER_EXT, GL_COLOR_ATTACHMENT0_EXT, GL_FRAMEBUFFER_ATTACHMENT_OBJECT_NAME_EXT, &name);
-  HDMBENCH_DRIVER(ActiveTexture)(GL_TEXTURE0);
-  HDMBENCH_DRIVER(BindTexture)(GL_TEXTURE_RECTANGLE_ARB, static_cast<GLuint>(name));
-  return true;
+  return static_cast<Part>(found - names.begin());
 }
 
-std::vector<DeviceFault> fragment_faults() {
-  return {
-      in_call("penalty-uniform", "half the penalty K in the uniform",
-              HDMBENCH_CALL(
-                  Uniform1f, (auto driver, auto at, auto value) { driver(at, 0.5F * value); })),
-      in_call("half-float-textures", "textures of 16-bit floats",
-              HDMBENCH_CALL(
-                  TexImage2D, (auto driver, auto target, auto level, auto /*format*/,
-                               auto... others) { driver(target, level, GL_RGBA16F_ARB, others...); })),
-      in_call("viewport-narrow", "a viewport one column too narrow",
-              HDMBENCH_CALL(
-                  Viewport, (auto driver, auto x, auto y, auto width,
-                             auto height) { driver(x, y, width - 1, height); })),
-      in_call("upload-one-row-down", "the displacement uploaded one row too low",
-              HDMBENCH_CALL(
-                  TexSubImage2D,
-                  (auto driver, auto target, auto level, auto x, auto y, auto width, auto height,
-                   auto... others) {
-                    const GLint down = height > 1 ? 1 : 0;
-                    driver(target, level, x, y + down, width, height - down, others...);
-                  })),
-      in_call("feedback", "the texture drawn into is the one that is read",
-              HDMBENCH_CALL(
-                  DrawArrays,
-                  (auto driver, auto... arguments) {
-                    const bool bound = read_what_is_drawn_into();
-                    driver(arguments...);
-                    return bound;
-                  })),
-      in_call("query-stuck", "the occlusion query always gives 0",
-              HDMBENCH_CALL(
-                  GetQueryObjectuiv, (auto /*driver*/, auto, auto, auto result) { *result = 0; })),
-  };
-}
-
-std::vector<DeviceFault> compute_faults() {
-  return {
-      in_call("dispatch-short", "one group too few",
-              HDMBENCH_CALL(
-                  DispatchCompute, (auto driver, auto x, auto y, auto z) { driver(x - 1, y, z); })),
-      in_call("penalty-uniform", "half the penalty K in the uniform",
-              HDMBENCH_CALL(
-                  Uniform1iv,
-                  (auto driver, auto location, auto count, auto values) {
-                    constexpr GLsizei words_of_sweep = 13; // kernels/shaders/sweep.comp: K is the first
-                    std::vector<GLint> words(values, values + count);
-                    if (count == words_of_sweep) {
-                      words[0] = std::bit_cast<GLint>(0.5F * std::bit_cast<float>(words[0]));
-                    }
-                    driver(location, count, words.data());
-                    return count == words_of_sweep;
-                  })),
-  };
-}
-
-constexpr GLsizeiptr guard_floats = 256; // the largest overrun of a row is a tile less a site
-constexpr GLsizeiptr guard_bytes = guard_floats * static_cast<GLsizeiptr>(sizeof(GLfloat));
-constexpr GLfloat guard_value = 12345.678F;
-
-/// What makes buffers longer and looks whether the end is still as it was: a damaged guard turns the next
-/// field that is read into NaN. All state that this needs is OpenGL's own: a buffer's guard is its last
-/// bytes. The counter, which is no GL_TEXTURE_BUFFER, has none.
-std::vector<Replacement> guard_bands() {
-  return {HDMBENCH_CALL(
-              BufferData,
-              (auto driver, auto target, auto size, auto data, auto usage) {
-                if (target != GL_TEXTURE_BUFFER) {
-                  driver(target, size, data, usage);
-                  return false;
-                }
-                driver(target, size + guard_bytes, nullptr, usage);
-                const auto write = HDMBENCH_DRIVER(BufferSubData);
-                if (data != nullptr) {
-                  write(target, 0, size, data);
-                }
-                const std::vector<GLfloat> guard(guard_floats, guard_value);
-                write(target, size, guard_bytes, guard.data());
-                return true;
-              }),
-          HDMBENCH_CALL(
-              GetBufferSubData, (auto driver, auto target, auto offset, auto size, auto data) {
-                driver(target, offset, size, data);
-                if (target != GL_TEXTURE_BUFFER) {
-                  return false;
-                }
-                std::vector<GLfloat> guard(guard_floats);
-                driver(target, offset + size, guard_bytes, guard.data());
-                if (std::ranges::any_of(guard, [](GLfloat value) { return value != guard_value; })) {
-                  std::fill_n(static_cast<GLfloat*>(data), static_cast<std::size_t>(size) / sizeof(GLfloat),
-                              std::numeric_limits<GLfloat>::quiet_NaN());
-                }
-                return false;
-              })};
-}
-
-/// No mistakes, and the one that only a guard shows.
-std::vector<DeviceFault> controls(Pipeline pipeline) {
-  std::vector<DeviceFault> list{{.name = "unedited",
-                                 .what = "the shaders as they are, by the way that mistakes take",
-                                 .method = "",
-                                 .expected = Expected::let_through}};
-  if (pipeline == Pipeline::fragment) {
-    list.push_back(in_call("of-the-thesis",
-                           "a device of the thesis's time: texels of one site also for candidates",
-                           HDMBENCH_CALL(
-                               GetIntegerv, (auto driver, auto name, auto value) {
-                                 driver(name, value);
-                                 const bool is_vertex_fetch = name == GL_MAX_VERTEX_TEXTURE_IMAGE_UNITS;
-                                 *value = is_vertex_fetch ? 0 : *value;
-                                 return is_vertex_fetch;
-                               })));
-  } else {
-    list.push_back({.name = "guarded", .what = "guard bands behind the buffers, and no mistake"});
-    list.back().calls = guard_bands();
+Section section_of(const std::string& line, Pipeline pipeline) {
+  const std::vector<std::string> parts = split(line.substr(1, line.size() - 2), " | ");
+  if (parts.size() != 4) {
+    throw std::invalid_argument(fmt::format("no section of mutations: {}", line));
   }
-  list.back().expected = Expected::let_through;
-  if (pipeline == Pipeline::compute) {
-    list.push_back(
-        {.name = "overrun",
-         .what = "the end of a row is not checked: what no other row overwrites ends in the guard",
-         .edits = {{.find = "bool inside = !border || x < size.x;", .replace = "bool inside = true;"},
-                   {.find = "rows = border && left >= size.x ? 0 : rows;", .replace = ""}},
-         .calls = guard_bands()});
+  const auto has = [&](std::string_view word) { return parts[0].find(word) != std::string::npos; };
+  return {.is_meant = has(pipeline == Pipeline::fragment ? "fragment" : "compute"),
+          .has_calls = parts[2] == "calls",
+          .shader = parts[3],
+          .common = {.method = meant_by(parts[1]),
+                     .part = parts[2] == "calls" ? Part::sweep : part_of(parts[2]),
+                     .expected = has("control") ? Expected::let_through : Expected::disagree,
+                     .is_guarded = has("guarded")}};
+}
+
+DeviceFault fault_of(const std::string& line, const Section& section) {
+  const std::vector<std::string> parts = split(line, " | ");
+  const std::size_t columns = section.has_calls ? 5 : 2; // of a change
+  if (parts.size() < 2 || (parts.size() - 2) % columns != 0) {
+    throw std::invalid_argument(fmt::format("no line of a table of mutations: {}", line));
   }
-  return list;
+  DeviceFault fault = section.common;
+  fault.name = parts[0];
+  fault.what = parts[1];
+  for (std::size_t i = 2; i < parts.size(); i += columns) {
+    if (section.has_calls) {
+      fault.calls.push_back(
+          {.function = parts[i],
+           .first = parts[i + 1] == "any" ? std::nullopt : std::optional(std::stod(parts[i + 1])),
+           .argument = std::stoi(parts[i + 2]),
+           .times = std::stod(parts[i + 3]),
+           .plus = std::stod(parts[i + 4])});
+    } else {
+      fault.edits.push_back({meant_by(parts[i]), meant_by(parts[i + 1]), section.shader});
+    }
+  }
+  return fault;
 }
 
 } // namespace
 
-std::vector<DeviceFault> text_faults(Pipeline pipeline, std::string_view table) {
+std::vector<DeviceFault> device_faults(Pipeline pipeline) {
   std::vector<DeviceFault> faults;
-  std::optional<DeviceFault> section;
-  bool has_section = false;
-  for (const std::string& line : split(std::string(table), "\n")) {
+  Section section;
+  for (const std::string& line : split(std::string(sources::mutations_text), "\n")) {
     if (line.empty() || line.front() == '#') {
       continue;
     }
-    if (line.front() == '[' && line.back() == ']') {
-      section = section_of(split(line.substr(1, line.size() - 2), " | "), pipeline);
-      has_section = true;
-      continue;
-    }
-    const std::vector<std::string> parts = split(line, " | ");
-    if (!has_section || parts.size() < 4 || parts.size() % 2 != 0) {
-      throw std::invalid_argument(fmt::format("no line of a table of mutations: {}", line));
-    }
-    if (section) {
-      DeviceFault& fault = faults.emplace_back(*section);
-      fault.name = parts[0];
-      fault.what = parts[1];
-      fault.edits.clear();
-      for (std::size_t i = 2; i < parts.size(); i += 2) {
-        fault.edits.push_back({meant_by(parts[i]), meant_by(parts[i + 1]), section->edits.front().shader});
-      }
+    if (line.front() == '[') {
+      section = section_of(line, pipeline);
+    } else if (section.is_meant) {
+      faults.push_back(fault_of(line, section));
     }
   }
   return faults;
 }
 
-std::vector<DeviceFault> text_faults(Pipeline pipeline) {
-  return text_faults(pipeline, sources::mutations_text);
-}
-
-std::vector<Pipeline> pipelines() {
-#ifdef HDMBENCH_WITH_EGL
-  return {Pipeline::fragment, Pipeline::compute};
-#else
-  return {Pipeline::fragment};
-#endif
-}
-
 Planted plant(Pipeline pipeline, const DeviceFault& fault) {
   const auto record = std::make_shared<PlantingRecord>();
-  const auto require_planted = [record, edits = fault.edits.size(), calls = fault.calls.size()] {
-    if (record->edits < static_cast<int>(edits)) {
-      throw NotPlanted("no shader that was meant has gone to the driver");
-    }
-    if (calls > 0 && record->calls == 0) {
-      throw NotPlanted("the call has never been made");
-    }
-  };
   return {.name = fault.name,
           .what = fault.what,
-          .backend = backend_name(pipeline),
+          .backend = std::string(backend_name(pipeline)),
           .layer = fault.edits.empty() ? Layer::driver : Layer::shader,
           .expected = fault.expected,
           .method = fault.method,
@@ -459,16 +341,20 @@ Planted plant(Pipeline pipeline, const DeviceFault& fault) {
           .make =
               [pipeline, fault, record] {
                 *record = {};
-                return make_backend(pipeline, fault, record);
+                auto platform = std::make_unique<FaultyPlatform>(fault, record);
+                return pipeline == Pipeline::compute
+                           ? gl::make_compute(std::move(platform))
+                           : gl::make_fragment(backend_name(pipeline), "", std::move(platform));
               },
-          .require_planted = require_planted};
-}
-
-std::vector<DeviceFault> call_faults(Pipeline pipeline) {
-  std::vector<DeviceFault> all = controls(pipeline);
-  const auto own = pipeline == Pipeline::fragment ? fragment_faults() : compute_faults();
-  all.insert(all.end(), own.begin(), own.end());
-  return all;
+          .require_planted =
+              [record, edits = fault.edits.size(), has_calls = !fault.calls.empty() || fault.is_guarded] {
+                if (record->edits < edits) {
+                  throw NotPlanted("no shader that was meant has gone to the driver");
+                }
+                if (has_calls && record->calls == 0) {
+                  throw NotPlanted("the call has never been made");
+                }
+              }};
 }
 
 } // namespace hdmbench::faults

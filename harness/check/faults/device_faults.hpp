@@ -1,15 +1,14 @@
 #pragma once
 
-#include "backends/gl/context.hpp"
 #include "harness/check/faults/trial.hpp"
 
+#include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace hdmbench::faults {
 
-/// The two ways to OpenGL.
+/// The two ways to OpenGL through EGL.
 enum class Pipeline { fragment, compute };
 
 /// A piece of a shader's text and what goes to the driver in its place.
@@ -20,10 +19,14 @@ struct Edit {
   std::string shader = "const int rule = RULE;";
 };
 
-/// A function that the driver is thought to have in place of its own.
-struct Replacement {
-  const char* function = ""; ///< "glViewport"
-  gl::Address by = nullptr;
+/// A number in a call of the driver that becomes `times` it plus `plus`: an argument, or, where that is a
+/// pointer, what the driver has written there.
+struct CallEdit {
+  std::string function{};        ///< "glViewport"; one of a list in device_faults.cpp
+  std::optional<double> first{}; ///< only calls whose first argument is this
+  int argument = 0;              ///< from 0
+  double times = 1.0;
+  double plus = 0.0;
 };
 
 /// A mistake between a real backend and its driver, or a control (trial.hpp).
@@ -34,25 +37,17 @@ struct DeviceFault {
   Part part = Part::sweep;
   Expected expected = Expected::disagree;
   std::vector<Edit> edits{};
-  std::vector<Replacement> calls{};
+  std::vector<CallEdit> calls{};
+  /// Buffers of texels are longer, and a field that is read is NaN where something was written behind one.
+  bool is_guarded = false;
 };
 
-/// Those that this build has a backend for.
-[[nodiscard]] std::vector<Pipeline> pipelines();
-
-/// `fault` on the backend of a pipeline that this build has: the fragment shader through EGL, or through
-/// OSMesa where EGL has no device; the compute shader. Its contexts hand every shader's text, edited, and
-/// some calls, changed, to the driver. A shader that is meant and does not contain an edit's text exactly
-/// once: NotPlanted.
+/// `fault` on the backend of a pipeline. Its contexts hand every shader's text, edited, and some calls,
+/// changed, to the driver. A shader that is meant and does not contain an edit's text exactly once:
+/// NotPlanted; so is a call that is never made, or that is not on the list of those that can be changed.
 [[nodiscard]] Planted plant(Pipeline pipeline, const DeviceFault& fault);
 
-/// Mistakes and controls in the texts of the shaders, by a table: mutations.txt says how it is read.
-/// Throws std::invalid_argument with the line that is none.
-[[nodiscard]] std::vector<DeviceFault> text_faults(Pipeline pipeline, std::string_view table);
-/// Of the table that is built in.
-[[nodiscard]] std::vector<DeviceFault> text_faults(Pipeline pipeline);
-
-/// Mistakes in the calls: sizes, formats, uniforms, bindings; and controls.
-[[nodiscard]] std::vector<DeviceFault> call_faults(Pipeline pipeline);
+/// The mistakes and controls of a table, which is mutations.txt and says how it is read.
+[[nodiscard]] std::vector<DeviceFault> device_faults(Pipeline pipeline);
 
 } // namespace hdmbench::faults

@@ -19,7 +19,7 @@ public:
 private:
   /// Something is wrong with what happens on a level or between two.
   [[nodiscard]] bool is_on_levels() const {
-    return fault_.in_level || fault_.in_write || fault_.in_begin || fault_.in_step || fault_.in_sweep;
+    return fault_.in_level || fault_.in_write || fault_.in_step || fault_.in_sweep;
   }
   /// What is wrong with what was loaded last.
   [[nodiscard]] const Fault& fault() const {
@@ -34,7 +34,6 @@ private:
       fault().in_level(spoilt);
     }
     sound_->load(spoilt);
-    begins_ = true;
   }
 
   void do_load_pyramid(const Pyramid& pyramid) override {
@@ -60,10 +59,6 @@ private:
 
   void do_write(const VectorField& displacement) override {
     VectorField spoilt = displacement;
-    if (begins_ && fault().in_begin && last_read_.extent != Extent{}) {
-      fault().in_begin(spoilt, last_read_);
-    }
-    begins_ = false;
     if (fault().in_write) {
       fault().in_write(spoilt);
     }
@@ -93,7 +88,6 @@ private:
     if (fault().in_read) {
       fault().in_read(displacement);
     }
-    last_read_ = displacement;
   }
 
   void do_write_parts(std::span<const FieldPart> parts) override { sound_->write_parts(parts); }
@@ -107,8 +101,6 @@ private:
   Fault fault_;
   bool in_one_piece_ = false; ///< a pyramid was loaded last
   bool solving_ = false;      ///< level by level
-  bool begins_ = false;       ///< loaded and not yet written
-  VectorField last_read_;     ///< empty before the first read
   std::int64_t changed_ = 0;  ///< by the last sweep, where in_sweep had a hand in it
 };
 
@@ -142,9 +134,7 @@ public:
 private:
   [[nodiscard]] int coarsest() const override { return static_cast<int>(hierarchy_.levels.size()) - 1; }
   void take(const ElasticStep& step) override {
-    if (fault_.in_elastic_step) {
-      fault_.in_elastic_step(step, {*sound_, hierarchy_, is_waited_for_});
-    } else {
+    if (!fault_.in_elastic_step || fault_.in_elastic_step(step, is_waited_for_)) {
       step.take(*sound_);
     }
     is_waited_for_ = false;

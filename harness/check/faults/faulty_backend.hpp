@@ -18,13 +18,6 @@ enum class Way {
   active,    ///< sessions opened with Work::active
 };
 
-/// What a mistake in a step of the elastic energy works with.
-struct AroundElasticStep {
-  ElasticSession& sound;
-  const ElasticHierarchy& hierarchy;
-  bool is_waited_for; ///< something was read since the step before
-};
-
 /// A mistake that a backend could make, planted between the caller and a sound session: what each hook that
 /// is set does to what passes by. Each session has copies of the functions of its own, so what they remember
 /// (mutable lambdas) begins anew with it.
@@ -33,20 +26,19 @@ struct Fault {
   std::string what{};         ///< one line for people
   std::string method = "icm"; ///< that it concerns (harness/scene/method.hpp)
   Way way = Way::every;
+  bool is_control = false;                      ///< no mistake: verify has to let it through
   std::function<void(Level&)> in_level{};       ///< spoils what load() uploads
   std::function<void(Pyramid&)> in_pyramid{};   ///< spoils what load(Pyramid) uploads
   std::function<void(VectorField&)> in_write{}; ///< spoils what write() uploads
-  /// Spoils what the first write() after a load() uploads, given what the level before ended with.
-  std::function<void(VectorField& first, const VectorField& coarser)> in_begin{};
-  std::function<int(int)> in_step{}; ///< sweeps really done
+  std::function<int(int)> in_step{};            ///< sweeps really done
   /// Spoils what every single sweep makes, and what the next one starts from, given what it was made of.
   std::function<void(VectorField& after, const VectorField& before)> in_sweep{};
   std::function<void(VectorField&)> in_read{};            ///< spoils what read() returns
   std::function<std::int64_t(std::int64_t)> in_changed{}; ///< spoils the count
   /// Spoils what a session of the elastic energy loads.
   std::function<void(ElasticHierarchy&)> in_hierarchy{};
-  /// Takes a step of the elastic energy on the sound session, or does something else.
-  std::function<void(const ElasticStep&, const AroundElasticStep&)> in_elastic_step{};
+  /// Whether a step of the elastic energy is taken; `is_waited_for`: something was read since the one before.
+  std::function<bool(const ElasticStep&, bool is_waited_for)> in_elastic_step{};
   /// Sums first * second over the image in place of the sound session.
   std::function<float(const VectorField& first, const VectorField& second)> in_dot{};
 };
@@ -76,15 +68,11 @@ private:
   Fault fault_;
 };
 
-/// Mistakes in what a session is given, does and hands back, on any backend; in a whole pyramid in one piece,
-/// where level by level all is well; in leaving out what cannot change, whether the backend leaves out
-/// anything itself: every site is a tile, so that few sweeps over small images show them, and dense all is
-/// well.
+/// Controls, and mistakes in what a session is given, does and hands back, on any backend; in a whole pyramid
+/// in one piece, where level by level all is well; in leaving out what cannot change, whether the backend
+/// leaves out anything itself: every site is a tile, so that few sweeps over small images show them, and
+/// dense all is well; in the steps and sums of the elastic energy.
 [[nodiscard]] std::vector<Fault> session_faults();
-/// Those of the elastic energy.
-[[nodiscard]] std::vector<Fault> elastic_faults();
-/// No mistakes, which verify has to let through.
-[[nodiscard]] std::vector<Fault> session_controls();
 
 /// A control, which rounding has to explain: the specification as a compiler gives it that fuses every
 /// product into the sum or difference that follows; one thread.

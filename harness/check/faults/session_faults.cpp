@@ -86,37 +86,18 @@ const WithHook<&Fault::in_step> in_step;
 const WithHook<&Fault::in_sweep> in_sweep;
 const WithHook<&Fault::in_read> in_read;
 const WithHook<&Fault::in_changed> in_changed;
-const WithHook<&Fault::in_hierarchy> in_hierarchy{.method = std::string(elastic_conjugate_gradients)};
 
-/// `around` in place of every step of this name; all others are taken as they are.
-Fault in_elastic_step(std::string name, std::string what, std::string_view step,
-                      std::function<void(const ElasticStep&, const AroundElasticStep&)> around) {
-  const auto hook = [step, around = std::move(around)](const ElasticStep& taken,
-                                                       const AroundElasticStep& with) {
-    if (taken.name == step) {
-      around(taken, with);
-    } else {
-      taken.take(with.sound);
-    }
-  };
-  return {.name = std::move(name),
-          .what = std::move(what),
-          .method = std::string(elastic_conjugate_gradients),
-          .in_elastic_step = hook};
-}
+const std::string elastic = std::string(elastic_conjugate_gradients);
 
 /// Sums over the image in double precision, without the last rows.
-Fault in_dot(std::string name, std::string what, int missing_rows) {
-  return {.name = std::move(name),
-          .what = std::move(what),
-          .method = std::string(elastic_conjugate_gradients),
-          .in_dot = [missing_rows](const VectorField& a, const VectorField& b) {
-            double sum = 0.0;
-            for (std::size_t i = 0; i < a.extent.index(0, a.extent.height - missing_rows); ++i) {
-              sum += static_cast<double>(a.x[i]) * b.x[i] + static_cast<double>(a.y[i]) * b.y[i];
-            }
-            return static_cast<float>(sum);
-          }};
+auto in_double(int missing_rows) {
+  return [missing_rows](const VectorField& a, const VectorField& b) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < a.extent.index(0, a.extent.height - missing_rows); ++i) {
+      sum += static_cast<double>(a.x[i]) * b.x[i] + static_cast<double>(a.y[i]) * b.y[i];
+    }
+    return static_cast<float>(sum);
+  };
 }
 
 /// The value that is in the middle of those that are not 0.
@@ -134,17 +115,30 @@ float& middle_of(std::vector<float>& values) {
 
 std::vector<Fault> session_faults() {
   const WithHook<&Fault::in_level> in_closed_form{.method = "closed-form"};
-  const WithHook<&Fault::in_begin> in_begin{.way = Way::one_piece};
+  const WithHook<&Fault::in_write> in_begin{.way = Way::one_piece};
   const WithHook<&Fault::in_changed> in_last_count{.way = Way::one_piece};
   const WithHook<&Fault::in_sweep> in_active_sweep{.way = Way::active};
   const WithHook<&Fault::in_changed> in_active_count{.way = Way::active};
+  const WithHook<&Fault::in_hierarchy> in_hierarchy{.method = elastic};
+  const WithHook<&Fault::in_elastic_step> in_elastic_step{.method = elastic};
+  const WithHook<&Fault::in_dot> in_dot{.method = elastic};
   return {
+      {.name = "sound", .what = "no mistake", .method = "", .is_control = true},
+      {.name = "negative-zero",
+       .what = "-0 where 0 belongs, which it equals",
+       .method = "",
+       .is_control = true,
+       .in_read = each([](float value) { return value == 0.0F ? -0.0F : value; })},
+      {.name = "elastic-sums-in-double",
+       .what = "sums over the image in double precision",
+       .method = elastic,
+       .is_control = true,
+       .in_dot = in_double(0)},
       in_read("one-site-one-ulp", "one ulp at one site",
               [](VectorField& field) {
                 float& value = field.x[field.x.size() / 2];
                 value = one_ulp_up(value);
               }),
-      in_read("drift", "0.0001 px too much everywhere", each([](float value) { return value + 1e-4F; })),
       in_read(
           "nan-at-one-site", "NaN at one site",
           [](VectorField& field) { field.y[field.y.size() / 2] = std::numeric_limits<float>::quiet_NaN(); }),
@@ -194,22 +188,18 @@ std::vector<Fault> session_faults() {
                  }),
       in_pyramid("wrong-alignment", "in one piece: levels sampled at pixel centres, not at corners",
                  [](Pyramid& pyramid) { pyramid.alignment = Alignment::center; }),
-      in_pyramid("pyramid-level-skipped", "in one piece: the last level but one is left out",
-                 [](Pyramid& pyramid) {
-                   if (pyramid.levels.size() > 1) {
-                     pyramid.levels.erase(pyramid.levels.end() - 2);
-                   }
-                 }),
       in_pyramid("pyramid-one-sweep-short", "in one piece: the last level gets one sweep less",
                  [](Pyramid& pyramid) {
                    pyramid.levels.back().sweeps = std::max(0, pyramid.levels.back().sweeps - 1);
                  }),
-      in_begin("pyramid-begins-with-its-end",
-               "in one piece: a second solution begins with the first one's field, not with the null field",
-               [](VectorField& first, const VectorField& last_read) {
-                 first = last_read.extent.sites() >= first.extent.sites()
-                             ? sample_field(last_read, first.extent, Alignment::corner)
-                             : first;
+      in_begin("pyramid-begins-with-the-last",
+               "in one piece: a second solution does not begin with the null field, but with what the first "
+               "one had on its last level",
+               [last = VectorField()](VectorField& begin) mutable {
+                 if (last.extent.sites() > begin.extent.sites()) {
+                   begin = sample_field(last, begin.extent, Alignment::corner);
+                 }
+                 last = begin;
                }),
       in_last_count("pyramid-count-off-by-one", "in one piece: one site too many is counted",
                     [](std::int64_t changed) { return changed + 1; }),
@@ -234,11 +224,6 @@ std::vector<Fault> session_faults() {
                       [last = std::int64_t{0}](std::int64_t changed) mutable {
                         return changed == 0 ? last : last = changed;
                       }),
-  };
-}
-
-std::vector<Fault> elastic_faults() {
-  return {
       in_hierarchy("elastic-response-one-ulp", "the response of one site is one unit in the last place off",
                    [](ElasticHierarchy& hierarchy) {
                      float& value = middle_of(hierarchy.levels.front().response[0]);
@@ -253,32 +238,17 @@ std::vector<Fault> elastic_faults() {
                      const std::size_t size = 2 * hierarchy.levels.back().grid.sites.sites();
                      std::ranges::rotate(inverse, inverse.begin() + static_cast<std::ptrdiff_t>(size));
                    }),
-      in_elastic_step("elastic-sweep-left-out", "no sweep on the first coarse level", sweep_step,
-                      [](const ElasticStep& step, const AroundElasticStep& around) {
-                        if (step.level != 1) {
-                          step.take(around.sound);
-                        }
-                      }),
+      in_elastic_step(
+          "elastic-sweep-left-out", "no sweep on the first coarse level",
+          [](const ElasticStep& step, bool) { return step.name != sweep_step || step.level != 1; }),
       // Seen at the end only: verify reads after every step that it follows.
       in_elastic_step("elastic-no-barrier", "a correction is lost where nobody waits for the step before",
-                      correction_step,
-                      [unread = 0](const ElasticStep& step, const AroundElasticStep& around) mutable {
-                        unread += around.is_waited_for ? 0 : 1;
-                        if (unread != 2) { // once, and only where nothing waits
-                          step.take(around.sound);
-                        }
+                      [unread = 0](const ElasticStep& step, bool is_waited_for) mutable {
+                        unread += step.name == correction_step && !is_waited_for ? 1 : 0;
+                        return step.name != correction_step || unread != 2; // once, where nothing waits
                       }),
-      in_dot("elastic-sum-without-last-row", "a sum over the image ends a row early", 1),
+      in_dot("elastic-sum-without-last-row", "a sum over the image ends a row early", in_double(1)),
   };
-}
-
-std::vector<Fault> session_controls() {
-  return {{.name = "sound", .what = "no mistake", .method = ""},
-          {.name = "negative-zero",
-           .what = "-0 where 0 belongs, which it equals",
-           .method = "",
-           .in_read = each([](float value) { return value == 0.0F ? -0.0F : value; })},
-          in_dot("elastic-sums-in-double", "sums over the image in double precision", 0)};
 }
 
 } // namespace hdmbench::faults

@@ -4,7 +4,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include <array>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -31,10 +30,6 @@ enum class Layer {
   driver,  ///< into the calls of a real backend to its driver
   ranks,   ///< into what ranks tell each other
 };
-
-/// What results call them, in the order of the enumerators.
-inline constexpr std::array<std::string_view, 2> expected_names{"disagree", "let through"};
-inline constexpr std::array<std::string_view, 4> layer_names{"session", "shader", "driver", "ranks"};
 
 /// In which part of the work a mistake is. It is tried only on scenes that have that part.
 enum class Part {
@@ -81,25 +76,16 @@ struct TrialScene {
   bool tiles_sleep = false; ///< large enough for every backend to leave tiles out; for Part::sleep only
 };
 
-/// A level of 3 x 3 tiles of the largest size that a backend has, most of them asleep from the second sweep
-/// on. The tile in the middle has something pulled next to each of its sides, away from its corners; the one
-/// at the top right, in its middle and along y alone.
-[[nodiscard]] TrialScene sleeping_tiles();
-
 /// Scenes by name or file at one size; none: small ones. Without names: the thesis's square and circle,
 /// tie-rich, random, the exact ones of the shipped scenes, random again by the rules that some faults
 /// concern, one that comes to rest, and one of sleeping tiles. Throws InputError.
 [[nodiscard]] std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names,
                                                    std::optional<Extent> size);
 
-/// What verify said of a planted fault on one scene, all modes together.
-struct Seen {
-  Verdict verdict = Verdict::skipped; ///< the worst; skipped where all are
-  std::int64_t sites_differing = 0;
-  std::int64_t uncertified = 0;
-  std::int64_t counts_differing = 0;
-  std::string reason; ///< of skipped and mistrusted
-  std::string error;  ///< the driver's words where it refused to go on; then there is no verdict
+/// What verify said of a planted fault on one scene, all modes together: the worst verdict, its reason, and
+/// the sums of what differed; skipped where all are.
+struct Seen : Comparison {
+  std::string error; ///< the driver's words where it refused to go on; then there is no verdict
 };
 
 /// "disagree", or "error".
