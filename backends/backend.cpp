@@ -180,56 +180,9 @@ void Session::read(VectorField& displacement) {
   on_device([&] { do_read(displacement); });
 }
 
-void Session::read_parts(std::span<const FieldPart> parts) {
-  require_parts("read_parts", parts);
-  on_device([&] { do_read_parts(parts); });
-}
-
-void Session::write_parts(std::span<const FieldPart> parts) {
-  require_parts("write_parts", parts);
-  written_ = false; // where this fails
-  on_device([&] { do_write_parts(parts); });
-  written_ = true;
-  stepped_ = false;
-}
-
-void Session::do_read_parts(std::span<const FieldPart> parts) {
-  VectorField whole(*extent_);
-  do_read(whole);
-  for (const FieldPart& part : parts) {
-    copy(part.sites, whole.x, all_of(*extent_), part.x, part.sites);
-    copy(part.sites, whole.y, all_of(*extent_), part.y, part.sites);
-  }
-}
-
-void Session::do_write_parts(std::span<const FieldPart> parts) {
-  VectorField whole(*extent_);
-  do_read(whole);
-  for (const FieldPart& part : parts) {
-    copy(part.sites, part.x, part.sites, whole.x, all_of(*extent_));
-    copy(part.sites, part.y, part.sites, whole.y, all_of(*extent_));
-  }
-  do_write(whole);
-}
-
 std::int64_t Session::changed() {
   require_loaded("changed");
   return stepped_ ? on_device([&] { return do_changed(); }) : 0;
-}
-
-void Session::require_parts(const char* call, std::span<const FieldPart> parts) const {
-  require_loaded(call);
-  if (pyramid_ || !written_) {
-    throw std::logic_error(
-        fmt::format("{}: called {}", call, pyramid_ ? "after load(pyramid)" : "before write"));
-  }
-  for (const FieldPart& part : parts) {
-    const std::size_t sites = part.sites.extent().sites();
-    if (intersection(part.sites, all_of(*extent_)) != part.sites || part.x.size() != sites ||
-        part.y.size() != sites) {
-      throw std::logic_error(fmt::format("{}: not a part of the level, or not as many values", call));
-    }
-  }
 }
 
 void Session::require_loaded(const char* call) const {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include "backends/shared/ceilings.hpp"
-#include "backends/shared/cut.hpp"
 #include "kernels/data/level.hpp"
 #include "kernels/data/pyramid.hpp"
 
@@ -10,7 +9,6 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -60,13 +58,6 @@ struct SessionOptions {
   Work work = Work::dense;
 };
 
-/// The displacement of some sites of a level, row by row; in somebody else's memory.
-struct FieldPart {
-  Rectangle sites;
-  std::span<float> x;
-  std::span<float> y;
-};
-
 /// Computes on one level at a time. All calls block until the device is done, so a caller's clock around them
 /// is the truth. Not thread-safe; several sessions may live side by side in one thread. Errors: DeviceError
 /// with the driver's words, which names the call that failed; std::logic_error where a call is out of order
@@ -104,13 +95,6 @@ public:
   /// Downloads the displacement; resizes `displacement` to the level's extent.
   void read(VectorField& displacement);
 
-  // For who has a part of an image here. As long as a backend has no better way, the whole field is read and
-  // written.
-  /// Downloads the displacement of sites of the level.
-  void read_parts(std::span<const FieldPart> parts);
-  /// Uploads it; all others stay. write() came before. changed() is 0 afterwards.
-  void write_parts(std::span<const FieldPart> parts);
-
   /// The number of sites whose displacement the last sweep changed in value (-0 equals 0), 0 before the
   /// first. Costs the caller no download of the field.
   [[nodiscard]] std::int64_t changed();
@@ -129,13 +113,10 @@ private:
   /// Sweeps first, first + 1, ..., first + sweeps - 1.
   virtual void do_step(int first, int sweeps) = 0;
   virtual void do_read(VectorField& displacement) = 0;
-  virtual void do_read_parts(std::span<const FieldPart> parts);
-  virtual void do_write_parts(std::span<const FieldPart> parts);
   virtual std::int64_t do_changed() = 0;
 
   friend class Backend;
   void require_loaded(const char* call) const;
-  void require_parts(const char* call, std::span<const FieldPart> parts) const;
   void require_supported(const Level& level) const;
   /// call(), whose DeviceErrors get the backend's name in front.
   template <typename Call>

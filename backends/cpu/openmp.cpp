@@ -70,17 +70,6 @@ private:
     restore(full_.layout(), all_of(settings_.extent), fields().current(), displacement.x.data(),
             displacement.y.data());
   }
-  void do_write_parts(std::span<const FieldPart> parts) override {
-    for (const FieldPart& part : parts) {
-      arrange(full_.layout(), part.sites, part.x.data(), part.y.data(), fields().current());
-    }
-    wake_all(full_);
-  }
-  void do_read_parts(std::span<const FieldPart> parts) override {
-    for (const FieldPart& part : parts) {
-      restore(full_.layout(), part.sites, fields().current(), part.x.data(), part.y.data());
-    }
-  }
   std::int64_t do_changed() override { return changed_; }
 
   void do_step(int first, int sweeps) override {

@@ -16,18 +16,6 @@ class ScalarSession final : public Session {
 
   void do_write(const VectorField& displacement) override { current_ = displacement; }
   void do_read(VectorField& displacement) override { displacement = current_; }
-  void do_read_parts(std::span<const FieldPart> parts) override {
-    for (const FieldPart& part : parts) {
-      copy(part.sites, current_.x, all_of(current_.extent), part.x, part.sites);
-      copy(part.sites, current_.y, all_of(current_.extent), part.y, part.sites);
-    }
-  }
-  void do_write_parts(std::span<const FieldPart> parts) override {
-    for (const FieldPart& part : parts) {
-      copy(part.sites, part.x, part.sites, current_.x, all_of(current_.extent));
-      copy(part.sites, part.y, part.sites, current_.y, all_of(current_.extent));
-    }
-  }
   std::int64_t do_changed() override { return changed_; }
 
   void do_step(int first, int sweeps) override {

@@ -55,7 +55,6 @@ void CutSession::load_pieces(const Level& level, const TooLarge& error) {
         sessions_[i]->load(piece);
         own.push_back({i, sessions_[i].get()});
       }
-      extent_ = level.extent;
       pieces_.emplace(std::move(cut), std::move(own), exchange_);
       return;
     } catch (const TooLarge& again) {
@@ -84,31 +83,6 @@ void CutSession::do_read(VectorField& displacement) {
     own.session->read(field);
     copy(piece.owned, field, piece.loaded, displacement, all_of(displacement.extent));
   }
-}
-
-void CutSession::do_read_parts(std::span<const FieldPart> parts) {
-  if (!pieces_) {
-    return whole().read_parts(parts);
-  }
-  VectorField field(extent_);
-  do_read(field);
-  for (const FieldPart& part : parts) {
-    copy(part.sites, field.x, all_of(extent_), part.x, part.sites);
-    copy(part.sites, field.y, all_of(extent_), part.y, part.sites);
-  }
-}
-
-void CutSession::do_write_parts(std::span<const FieldPart> parts) {
-  if (!pieces_) {
-    return whole().write_parts(parts);
-  }
-  VectorField field(extent_);
-  do_read(field);
-  for (const FieldPart& part : parts) {
-    copy(part.sites, part.x, part.sites, field.x, all_of(extent_));
-    copy(part.sites, part.y, part.sites, field.y, all_of(extent_));
-  }
-  do_write(field);
 }
 
 /// The sessions number their sweeps as this one does.

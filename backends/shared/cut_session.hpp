@@ -26,8 +26,6 @@ private:
   void do_write(const VectorField& displacement) override;
   void do_step(int first, int sweeps) override;
   void do_read(VectorField& displacement) override;
-  void do_read_parts(std::span<const FieldPart> parts) override;
-  void do_write_parts(std::span<const FieldPart> parts) override;
   std::int64_t do_changed() override;
   void do_load_pyramid(const Pyramid& pyramid) override;
   void do_solve(const Advance& advance) override;
@@ -40,7 +38,6 @@ private:
   std::vector<std::unique_ptr<Session>> sessions_; ///< the first one has the image where it is not cut
   WithinProcess exchange_;
   std::optional<PieceSweeps> pieces_; ///< of the level; none where it is not cut
-  Extent extent_{};                   ///< of the level, where it is cut
   bool in_one_piece_ = false;         ///< the pyramid is the first session's
 };
 

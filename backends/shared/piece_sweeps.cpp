@@ -4,17 +4,6 @@
 
 namespace hdmbench {
 
-namespace {
-
-/// Both components, as the session of `piece` numbers sites.
-FieldPart part_of(Parcel& parcel, const Piece& piece) {
-  const std::size_t sites = parcel.way.sites.extent().sites();
-  const std::span<float> values = parcel.values;
-  return {.sites = local(piece, parcel.way.sites), .x = values.first(sites), .y = values.last(sites)};
-}
-
-} // namespace
-
 PieceSweeps::PieceSweeps(Cut cut, std::vector<Own> own, Exchange& exchange)
     : cut_(std::move(cut)), ways_(halo_transfers(cut_)), own_(std::move(own)), exchange_(&exchange) {}
 
@@ -51,7 +40,7 @@ void PieceSweeps::sweep_and_count() {
   --sweeps_left_;
 }
 
-/// In two passes, so that a process holds the rims of its pieces, never the image.
+/// One piece after the other, so that a process never holds the image.
 void PieceSweeps::renew_halos() {
   if (sweeps_left_ > 0) {
     return;
@@ -60,27 +49,35 @@ void PieceSweeps::renew_halos() {
   if (ways_.empty()) { // one piece needs no halo
     return;
   }
-  const auto parts_of = [&](const Own& own, std::vector<Parcel>& parcels, std::size_t Transfer::*end) {
-    std::vector<FieldPart> parts;
-    for (Parcel& parcel : parcels) {
-      if (parcel.way.*end == own.piece) {
-        parts.push_back(part_of(parcel, piece(own)));
+  const auto halves = [](Parcel& parcel) {
+    const std::span<float> values = parcel.values;
+    return std::pair{values.first(values.size() / 2), values.last(values.size() / 2)};
+  };
+  VectorField field;
+  std::vector<Parcel> leaving;
+  for (const Own& own : own_) { // ways are in the order of the pieces where they begin
+    own.session->read(field);
+    for (const Transfer& way : ways_) {
+      if (way.from == own.piece) {
+        leaving.push_back({.way = way, .values = std::vector<float>(2 * way.sites.extent().sites())});
+        Parcel& parcel = leaving.back();
+        const auto [x, y] = halves(parcel);
+        copy(way.sites, field.x, piece(own).loaded, x, way.sites);
+        copy(way.sites, field.y, piece(own).loaded, y, way.sites);
       }
     }
-    return parts;
-  };
-  std::vector<Parcel> leaving;
-  for (const Transfer& way : ways_) {
-    if (exchange_->is_here(way.from)) {
-      leaving.push_back({.way = way, .values = std::vector<float>(2 * way.sites.extent().sites())});
-    }
-  }
-  for (const Own& own : own_) {
-    own.session->read_parts(parts_of(own, leaving, &Transfer::from));
   }
   std::vector<Parcel> arrived = exchange_->exchange(ways_, std::move(leaving), 2);
   for (const Own& own : own_) {
-    own.session->write_parts(parts_of(own, arrived, &Transfer::to));
+    own.session->read(field);
+    for (Parcel& parcel : arrived) {
+      if (parcel.way.to == own.piece) {
+        const auto [x, y] = halves(parcel);
+        copy(parcel.way.sites, x, parcel.way.sites, field.x, piece(own).loaded);
+        copy(parcel.way.sites, y, parcel.way.sites, field.y, piece(own).loaded);
+      }
+    }
+    own.session->write(field);
   }
 }
 

@@ -10,13 +10,6 @@
 
 namespace hdmbench {
 
-/// `part` of the image as the session of a piece numbers sites.
-[[nodiscard]] inline Rectangle local(const Piece& piece, Rectangle part) {
-  part.left -= piece.loaded.left;
-  part.top -= piece.loaded.top;
-  return part;
-}
-
 /// cut_image() in whole rows, one piece below the other.
 [[nodiscard]] Cut cut_rows(Extent extent, int count, int halo = 0);
 

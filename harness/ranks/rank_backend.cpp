@@ -63,8 +63,9 @@ private:
     VectorField values(owned.extent());
     ended_by_error_of_one([&] {
       for (const PieceSweeps::Own& own : sweeps_.value().own()) {
-        const FieldPart part{local(sweeps_->piece(own), owned), values.x, values.y};
-        own.session->read_parts(std::span(&part, 1));
+        VectorField field;
+        own.session->read(field);
+        copy(owned, field, sweeps_->piece(own).loaded, values, owned);
       }
     });
     displacement = redistribute(ranks_, rank_, share_.owned, all_on_each(extent_, ranks_.size()), values);

@@ -98,10 +98,10 @@ void add_up(std::vector<Parcel>& arrived) {
   }
 }
 
-/// A tile of 16 x 16 at rest is not woken by a halo that write_parts() renews in it.
+/// A tile of 16 x 16 at rest is not woken by a halo that is renewed in it.
 Fault unwoken_tiles() {
   const auto tiles = std::make_shared<RestingTiles>();
-  return {.in_write = [tiles](const VectorField& field) { tiles->begin_level(field.extent); },
+  return {.in_level = [tiles](Level& level) { tiles->begin_level(level.extent); },
           .in_sweep =
               [tiles](VectorField& after, const VectorField& before) {
                 for_each_site(after.extent, [&](int x, int y) {

@@ -90,8 +90,6 @@ private:
     }
   }
 
-  void do_write_parts(std::span<const FieldPart> parts) override { sound_->write_parts(parts); }
-
   std::int64_t do_changed() override {
     const std::int64_t changed = fault().in_sweep ? changed_ : sound_->changed();
     return fault().in_changed ? fault().in_changed(changed) : changed;
