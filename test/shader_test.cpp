@@ -60,8 +60,7 @@ TEST(Shaders, AreStrictGlsl) {
   std::vector<std::pair<const char*, std::string>> texts{
       {"quad.vert", std::string(sources::quad_vertex)},
       {"tiles.vert", gl::assemble(sources::tiles_vertex, "#define POINTS 16\n#define ACTIVE\n")}};
-  for (const char* const pass :
-       {"CELL 16", "CELLS 4", "COUNTS", "SAMPLES", "PROJECTS", "LOOP 0", "LOOP 1", "LOOP 2"}) {
+  for (const char* const pass : {"CELL 16", "CELLS 4", "COUNTS", "LOOP 0", "LOOP 1", "LOOP 2"}) {
     for (const char* const pairs : {"", "#define PAIRS\n"}) {
       texts.emplace_back("passes.frag", gl::assemble(sources::passes_fragment,
                                                      "#define " + std::string(pass) + "\n" + pairs));

@@ -36,20 +36,10 @@ bool has_vertex_textures(const Api& gl) {
   return units > 0;
 }
 
-/// sample.frag's and project.frag's table of a level, whose entries begin at `first`: row 0 its columns, row
-/// 1 its rows.
-Target entry_table(const Api& gl, Extent extent, const std::array<float, 4>* first) {
-  const Extent table{std::max(extent.width, extent.height), 2};
-  std::vector<std::array<float, 4>> texels(table.sites());
-  std::copy_n(first, extent.width, texels.begin());
-  std::copy_n(first + extent.width, extent.height, texels.begin() + table.width);
-  return {gl, table, texels.front().data()};
-}
-
-/// The levels of a session.
-class FragmentLevels {
+/// What a session has on its device. A pyramid is computed level by level.
+class FragmentWork {
 public:
-  FragmentLevels(const Context& context, Work work)
+  FragmentWork(const Context& context, Work work)
       : gl_(context.api()), count_framebuffer_(gl_), count_target_(gl_), query_(gl_), programs_(gl_),
         vertex_textures_(has_vertex_textures(gl_)), leaves_out_(work == Work::active && vertex_textures_) {
     require_points(gl_);
@@ -57,44 +47,26 @@ public:
 
   void load(const Level& level) {
     require_fits(level.extent);
-    levels_.clear();
-    tables_.clear();
-    add_full_level(level, without_fields(level));
+    level_.reset(); // before the new one, so that both need not fit
+    const Texels texels{.columns = level.rule == Rule::steps && vertex_textures_ ? 2 : 1};
+    std::vector<GLfloat> second;
+    if (texels.columns == 2) {
+      pixels_ = interleaved({level.target.x, level.target.y, level.confidence.x, level.confidence.y});
+      second = interleaved_pairs(level.inverse_modulus.values, level.modulus.values, level.extent);
+    } else {
+      pixels_ =
+          interleaved({level.target.x, level.target.y, level.modulus.values, level.inverse_modulus.values});
+      second = interleaved({level.confidence.x, level.confidence.y, level.inverse_curvature.x,
+                            level.inverse_curvature.y}); // empty where the rule needs none
+    }
+    level_.emplace(gl_, level, texels, pixels_.data(), second.data(), leaves_out(level));
     inverse_modulus_ = level.inverse_modulus.values;
     make_count_target();
     gl_.Finish();
   }
 
-  void load(const Pyramid& pyramid) {
-    const Level& full = *pyramid.full;
-    require_fits(full.extent);
-    levels_.clear();
-    tables_.clear();
-    inverse_modulus_.clear();
-    pyramid_sweeps_.clear();
-    const ResamplingEntries entries(pyramid);
-    for (const PyramidLevel& part : pyramid.levels) {
-      Level header = without_fields(full);
-      header.extent = part.extent;
-      header.strengths = part.strengths;
-      pyramid_sweeps_.push_back(part.sweeps);
-      const auto first = static_cast<std::size_t>(entries.begins[tables_.size()]);
-      tables_.push_back(entry_table(gl_, part.extent, &entries.texels[first]));
-      if (&part == &pyramid.levels.back()) {
-        add_full_level(full, std::move(header));
-      } else {
-        const Extent extent = part.extent;
-        levels_.emplace_back(gl_, std::move(header), full, pyramid.alignment, texels_of(full), nullptr,
-                             nullptr, leaves_out(full, extent));
-      }
-    }
-    sample_levels();
-    make_count_target();
-    gl_.Finish();
-  }
-
   void write(const VectorField& displacement) {
-    FragmentLevel& level = levels_.back();
+    FragmentLevel& level = *level_;
     if (level.texels.columns == 2) {
       pixels_ = interleaved_pairs(displacement.x, displacement.y, displacement.extent);
     } else { // b is what thesis Tab. 6.2 leaves free
@@ -106,31 +78,13 @@ public:
   }
 
   void step(int first, int sweeps) {
-    sweep(levels_.back(), first, sweeps);
+    sweep(*level_, first, sweeps);
     gl_.Finish();
-  }
-
-  void solve(const Session::Advance& advance) {
-    const std::array<GLfloat, 4> null_field{};
-    const Target start(gl_, {1, 1}, null_field.data());
-    const Target* before = &start;
-    double site_updates = 0.0;
-    for (std::size_t i = 0; i < levels_.size(); ++i) {
-      FragmentLevel& level = levels_[i];
-      level.bind_vertices();
-      project(*before, tables_[i], level);
-      level.wake_all();
-      sweep(level, 0, pyramid_sweeps_[i]);
-      before = &level.now();
-      site_updates += static_cast<double>(level.header.extent.sites()) * pyramid_sweeps_[i];
-    }
-    gl_.Finish();
-    advance(site_updates);
   }
 
   void read(VectorField& displacement) {
     const Extent extent = displacement.extent;
-    FragmentLevel& level = levels_.back();
+    FragmentLevel& level = *level_;
     const Extent texels = level.texels.of(extent);
     pixels_.resize(4 * texels.sites());
     level.now().draw_into();
@@ -148,7 +102,7 @@ public:
   }
 
   std::int64_t changed() {
-    FragmentLevel& level = levels_.back();
+    FragmentLevel& level = *level_;
     level.bind_vertices();
     programs_.use_pass("COUNTS", level.texels);
     level.now().bind(image_unit);
@@ -174,55 +128,9 @@ private:
 
   /// Levels that are worth it. CPU time of a solution on llvmpipe, 50 sweeps a level: with 256 * 256 the
   /// stiff square of 300 x 300 takes 0.17 s and with this 0.09; circular 0.121 and 0.123, dense 0.117.
-  [[nodiscard]] bool leaves_out(const Level& level, Extent extent) const {
+  [[nodiscard]] bool leaves_out(const Level& level) const {
     constexpr std::size_t worth_it = std::size_t{128} * 128;
-    return leaves_out_ && changes_spread_by_contact(level) && extent.sites() >= worth_it;
-  }
-
-  [[nodiscard]] Texels texels_of(const Level& level) const {
-    return {.columns = level.rule == Rule::steps && vertex_textures_ ? 2 : 1};
-  }
-
-  void add_full_level(const Level& full, Level header) {
-    const Texels texels = texels_of(full);
-    std::vector<GLfloat> second;
-    if (texels.columns == 2) {
-      pixels_ = interleaved({full.target.x, full.target.y, full.confidence.x, full.confidence.y});
-      second = interleaved_pairs(full.inverse_modulus.values, full.modulus.values, full.extent);
-    } else {
-      pixels_ = interleaved({full.target.x, full.target.y, full.modulus.values, full.inverse_modulus.values});
-      second = interleaved({full.confidence.x, full.confidence.y, full.inverse_curvature.x,
-                            full.inverse_curvature.y}); // empty where the rule needs none
-    }
-    levels_.emplace_back(gl_, std::move(header), full, Alignment::corner, texels, pixels_.data(),
-                         second.data(), leaves_out(full, full.extent));
-  }
-
-  /// Observations and confidences of the levels from those of the full image, which is the last one.
-  void sample_levels() {
-    FragmentLevel& full = levels_.back();
-    full.bind_vertices();
-    for (std::size_t i = 0; i + 1 < levels_.size(); ++i) {
-      tables_[i].bind(table_unit);
-      const auto draw = [&](Texels texels, const Target& from, Target& into) {
-        programs_.use_pass("SAMPLES", texels);
-        from.bind(image_unit);
-        into.make_drawable();
-        full.draw_quad(into.extent());
-      };
-      Constants& constants = levels_[i].constants;
-      draw({}, full.constants.observation, constants.observation);
-      draw(full.texels, full.constants.second, constants.second);
-    }
-  }
-
-  void project(const Target& before, const Target& table, FragmentLevel& level) {
-    programs_.use_pass("PROJECTS", level.texels);
-    before.bind(image_unit);
-    level.constants.observation.bind(observation_unit);
-    table.bind(table_unit);
-    level.now().draw_into();
-    level.draw_quad(level.now().extent());
+    return leaves_out_ && changes_spread_by_contact(level) && level.extent.sites() >= worth_it;
   }
 
   void sweep(FragmentLevel& level, int first, int sweeps) {
@@ -274,7 +182,7 @@ private:
   }
 
   void make_count_target() {
-    const Extent extent = levels_.back().header.extent;
+    const Extent extent = level_->header.extent;
     gl_.BindRenderbufferEXT(GL_RENDERBUFFER_EXT, count_target_.name());
     gl_.RenderbufferStorageEXT(GL_RENDERBUFFER_EXT, GL_RGBA8, extent.width, extent.height);
     gl_.BindFramebufferEXT(GL_FRAMEBUFFER_EXT, count_framebuffer_.name());
@@ -284,9 +192,7 @@ private:
   }
 
   const Api& gl_;
-  std::vector<FragmentLevel> levels_; ///< one, or those of a pyramid
-  std::vector<Target> tables_;        ///< per level of a pyramid
-  std::vector<int> pyramid_sweeps_;   ///< per level of a pyramid
+  std::optional<FragmentLevel> level_; ///< where one is loaded
   Framebuffer count_framebuffer_;
   Renderbuffer count_target_;
   Query query_;
@@ -379,8 +285,8 @@ public:
 
 private:
   std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions& options) const override {
-    return std::make_unique<LevelSession<Context, FragmentLevels>>(platform_->open(index, required),
-                                                                   options.work);
+    return std::make_unique<LevelSession<Context, FragmentWork>>(platform_->open(index, required),
+                                                                 options.work);
   }
   std::unique_ptr<ElasticSession> do_open_elastic(std::size_t index,
                                                   const SessionOptions& /*options*/) const override {

@@ -12,11 +12,11 @@ namespace {
 constexpr GLsizei quad_vertices = 4; ///< the first ones of every buffer
 
 /// Other rules than the candidates' do not tell classes apart: programs take time to compile.
-TileLists list_tiles(const Level& full, Extent extent, Alignment alignment, Texels texels) {
+TileLists list_tiles(const Level& level, Texels texels) {
   return classify_tiles(
-      full, extent, alignment,
+      level, level.extent, Alignment::corner,
       {.tile = {FragmentLevel::tile_side * texels.columns, FragmentLevel::tile_side},
-       .classes = full.rule == Rule::steps ? classes_inside | class_set({4, 5, 6}) : class_set({})});
+       .classes = level.rule == Rule::steps ? classes_inside | class_set({4, 5, 6}) : class_set({})});
 }
 
 /// Vertices of points, and which draws they make.
@@ -80,14 +80,13 @@ void add_border(Points& points, const TileLists& lists, Extent texels) {
   }
 }
 
-std::optional<Target> make_inputs(const Api& api, const Level& full, Extent extent, Alignment alignment) {
-  if (full.inputs.empty()) {
+std::optional<Target> make_inputs(const Api& api, const Level& level) {
+  if (level.inputs.empty()) {
     return std::nullopt;
   }
-  std::vector<ScalarField> inputs = sample_inputs(full, extent, alignment);
-  inputs.resize(4);
-  return Target(api, extent,
-                interleaved({inputs[0].values, inputs[1].values, inputs[2].values, inputs[3].values}).data());
+  std::vector<std::span<const float>> planes(4);
+  std::ranges::transform(level.inputs, planes.begin(), &ScalarField::values);
+  return Target(api, level.extent, interleaved(planes).data());
 }
 
 Activity make_activity(const Api& api, Extent grid) {
@@ -184,19 +183,18 @@ std::vector<float> interleaved_pairs(const std::vector<float>& first, const std:
   return texels;
 }
 
-FragmentLevel::FragmentLevel(const Api& api, Level header_, const Level& full, Alignment alignment,
-                             Texels texels_, const GLfloat* observation, const GLfloat* second,
-                             bool with_activity)
-    : header(std::move(header_)), texels(texels_),
+FragmentLevel::FragmentLevel(const Api& api, const Level& level, Texels texels_, const GLfloat* observation,
+                             const GLfloat* second, bool with_activity)
+    : header(without_fields(level)), texels(texels_),
       grid(tiles_of(texels.of(header.extent), {tile_side, tile_side})),
       constants{.observation = Target(api, header.extent, observation),
                 .second = Target(api, texels.of(header.extent), second),
-                .inputs = make_inputs(api, full, header.extent, alignment)},
+                .inputs = make_inputs(api, level)},
       api_(&api), images_{Target(api, texels.of(header.extent), nullptr),
                           Target(api, texels.of(header.extent), nullptr)},
       vertices_(api) {
   Points points{.corners = {-1, -1, 1, -1, -1, 1, 1, 1}, .draws = {}};
-  const TileLists lists = list_tiles(full, header.extent, alignment, texels);
+  const TileLists lists = list_tiles(level, texels);
   add_tiles(points, lists);
   add_border(points, lists, texels.of(header.extent));
   draws = points.draws;

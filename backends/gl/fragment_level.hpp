@@ -101,10 +101,9 @@ public:
     GLsizei count = 0;
   };
 
-  /// `header` has the level's extent and strengths; `observation` and `second` as Constants has them, null
-  /// where they will be drawn. Tiles are those of the level as it samples `full`.
-  FragmentLevel(const Api& api, Level header, const Level& full, Alignment alignment, Texels texels,
-                const GLfloat* observation, const GLfloat* second, bool with_activity);
+  /// `observation` and `second` as Constants has them.
+  FragmentLevel(const Api& api, const Level& level, Texels texels, const GLfloat* observation,
+                const GLfloat* second, bool with_activity);
 
   /// Attribute 0 is from now on what draw_quad() and draws() need.
   void bind_vertices() const;

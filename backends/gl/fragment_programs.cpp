@@ -78,8 +78,6 @@ const Program& FragmentPrograms::pass(const std::string& vertices, const std::st
     made->use();
     gl_.Uniform1i(made->uniform("image"), image_unit); // -1, ignored, where the pass has no such sampler
     gl_.Uniform1i(made->uniform("previous"), previous_unit);
-    gl_.Uniform1i(made->uniform("observation"), observation_unit);
-    gl_.Uniform1i(made->uniform("table"), table_unit);
     known = std::move(made);
   }
   known->use();

@@ -16,8 +16,7 @@ constexpr GLint image_unit = 0;
 constexpr GLint observation_unit = 1;
 constexpr GLint second_unit = 2; ///< Constants::second
 constexpr GLint awake_unit = 3;
-constexpr GLint table_unit = 4;
-constexpr GLint inputs_unit = 5;
+constexpr GLint inputs_unit = 4;
 constexpr GLint previous_unit = observation_unit; ///< the image before the last sweep
 
 /// sweep.frag for the tiles of a class, in pairs for these candidates, or without them in texels of one site.

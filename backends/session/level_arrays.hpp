@@ -44,7 +44,7 @@ void read_sites(ComputeDevice& device, const Array& from, const SiteLayout& layo
 [[nodiscard]] std::vector<float> interleaved(const std::vector<std::span<const float>>& planes);
 
 /// How the sites of all levels of a pyramid lie in the full image and in the level before, as shaders read it
-/// (kernels/shaders/levels.comp, coarse_levels.comp, passes.frag): texels of four floats, whole numbers below
+/// (kernels/shaders/levels.comp, coarse_levels.comp): texels of four floats, whole numbers below
 /// 2^24 but for the weight.
 struct ResamplingEntries {
   explicit ResamplingEntries(const Pyramid& pyramid);

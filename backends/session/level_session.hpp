@@ -4,8 +4,8 @@
 
 namespace hdmbench {
 
-/// A session over `Levels`, which has its functions (without "do_") and is made of an Owner and Work
-/// (OnDevice).
+/// A session over `Levels`, which has its functions (without "do_"; those of pyramids where it can) and is
+/// made of an Owner and what comes after it (OnDevice).
 template <typename Owner, typename Levels>
 class LevelSession final : public Session {
 public:
@@ -30,11 +30,21 @@ private:
     return levels_([&](Levels& levels) { return levels.changed(); });
   }
   void do_load_pyramid(const Pyramid& pyramid) override {
-    levels_([&](Levels& levels) { levels.load(pyramid); });
+    if constexpr (has_pyramids) {
+      levels_([&](Levels& levels) { levels.load(pyramid); });
+    }
   }
   void do_solve(const Advance& advance) override {
-    levels_([&](Levels& levels) { levels.solve(advance); });
+    if constexpr (has_pyramids) {
+      levels_([&](Levels& levels) { levels.solve(advance); });
+    } else {
+      Session::do_solve(advance);
+    }
   }
+
+  static constexpr bool has_pyramids = requires(Levels & levels, const Pyramid& pyramid) {
+    levels.load(pyramid);
+  };
 
   OnDevice<Owner, Levels> levels_;
 };

@@ -8,7 +8,6 @@
 
 uniform sampler2DRect image;
 uniform sampler2DRect previous; // the image before the last sweep
-uniform sampler2DRect table;    // backends/session/level_arrays.hpp, of the columns in row 0, of the rows in row 1
 
 #include "two_sites.glsl"
 
@@ -50,44 +49,6 @@ void main() {
     discard;
   }
   gl_FragColor = vec4(1.0);
-}
-
-#elif defined(SAMPLES) || defined(PROJECTS)
-#ifdef SAMPLES
-// The sites of the full image that a level samples.
-vec2 sampled(vec2 p) {
-  return vec2(texture2DRect(table, vec2(p.x, 0.5)).a, texture2DRect(table, vec2(p.y, 1.5)).a) + vec2(0.5);
-}
-vec2 value_at(vec2 p) { return site_in(image, sampled(p)); }
-vec4 texel_at(vec2 p) { return texture2DRect(image, sampled(p)); }
-#else
-// What a level begins with: the displacement of the one before, projected, and in texels of one site 1 / modulus, which
-// sweep.frag hands on.
-uniform sampler2DRect observation; // of this level, a: 1 / modulus; not where PAIRS is defined
-
-#include "projection.inc"
-
-vec2 value_at(vec2 p) {
-  vec3 to_centres = vec3(0.5, 0.5, 0.0);
-  vec3 column = texture2DRect(table, vec2(p.x, 0.5)).rgb + to_centres;
-  vec3 row = texture2DRect(table, vec2(p.y, 1.5)).rgb + to_centres;
-  vec2 north_west = site_in(image, vec2(column.r, row.r));
-  vec2 north_east = site_in(image, vec2(column.g, row.r));
-  vec2 south_west = site_in(image, vec2(column.r, row.g));
-  vec2 south_east = site_in(image, vec2(column.g, row.g));
-  return vec2(projected(north_west.x, north_east.x, south_west.x, south_east.x, column.b, row.b),
-              projected(north_west.y, north_east.y, south_west.y, south_east.y, column.b, row.b));
-}
-vec4 texel_at(vec2 p) { return vec4(value_at(p), texture2DRect(observation, p).a, 0.0); }
-#endif
-
-void main() {
-#ifdef PAIRS
-  vec2 site = vec2(2.0 * floor(gl_FragCoord.x) + 0.5, gl_FragCoord.y);
-  gl_FragColor = vec4(value_at(site), value_at(site + vec2(1.0, 0.0)));
-#else
-  gl_FragColor = texel_at(gl_FragCoord.xy);
-#endif
 }
 
 #else
