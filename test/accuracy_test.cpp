@@ -65,17 +65,6 @@ TEST(Accuracy, JudgesEveryMethodAndBackend) {
   EXPECT_TRUE(first->convergence);
 }
 
-TEST(Registration, ThatIsFartherAwayThanNoDisplacementWentAstray) {
-  const Extent extent{30, 20};
-  const ReferenceField truth(extent, 4.0);
-  EXPECT_EQ(why_astray(truth, truth), "");
-  EXPECT_EQ(why_astray(ReferenceField(extent, 7.9), truth), "");
-  EXPECT_THAT(why_astray(ReferenceField(extent, 8.1), truth), testing::HasSubstr("no displacement at all"));
-  ReferenceField torn = truth;
-  torn.x[17] = 31.0;
-  EXPECT_THAT(why_astray(torn, truth), testing::HasSubstr("by 31 px in an image of 30 px"));
-}
-
 Scene elastic_scene(Extent size) {
   Scene scene = load_scene("circular", {.size = size});
   use_energy(scene, find_energy("elastic"));

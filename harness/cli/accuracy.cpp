@@ -17,11 +17,6 @@ struct Arguments : CommonArguments {
   bool full = false;
 };
 
-/// Where pictures carry enough texture for a registration to find its way (thesis 5.11).
-bool is_registered(const Scene& scene) {
-  return scene.name == "circular" || scene.name == "brain";
-}
-
 void print_published(const Scene& scene) {
   for (const json& row : published()["accuracy"]) {
     if (row["scene"] == scene.name && scene.extent() == Extent{300, 300}) {
@@ -68,8 +63,7 @@ void print_scene(const SceneAccuracy& accuracy, const json& rows) {
 bool is_sound(const SceneAccuracy& accuracy) {
   bool sound = true;
   for (const Judged& row : accuracy.rows) {
-    const bool may_fail = row.method == registration_name; // its mistakes are its own
-    sound = sound && (row.status == JudgedStatus::ok || row.status == JudgedStatus::skipped || may_fail);
+    sound = sound && (row.status == JudgedStatus::ok || row.status == JudgedStatus::skipped);
     if (row.arithmetic && row.arithmetic->beyond_bound > 0) {
       fmt::print("  {}: {} steps lose more energy than rounding explains\n", name_of(row),
                  row.arithmetic->beyond_bound);
@@ -93,10 +87,10 @@ int run_accuracy(Arguments& arguments, const std::string& line) {
     throw InputError("accuracy takes every elastic method at its usual effort; leave out --iterations");
   }
   const std::filesystem::path folder = arguments.json.parent_path();
-  AccuracyOptions options{.session = arguments.session,
-                          .repeats = arguments.repeats,
-                          .quick = arguments.quick,
-                          .arithmetic_stride = arguments.full ? 1 : 10};
+  const AccuracyOptions options{.session = arguments.session,
+                                .repeats = arguments.repeats,
+                                .quick = arguments.quick,
+                                .arithmetic_stride = arguments.full ? 1 : 10};
   fmt::print(
       "RMSD over all sites, in pixels. Interfaces, elsewhere: to FEM with the scene's nu, over the free "
       "sites within 5 px of\ntwo materials and over all other free sites.\n");
@@ -104,7 +98,6 @@ int run_accuracy(Arguments& arguments, const std::string& line) {
   json rows = json::array();
   bool sound = true;
   for (const Scene& scene : scenes) {
-    options.registration = have_images() && !arguments.quick && is_registered(scene);
     const SceneAccuracy accuracy = measure_accuracy(scene, backends, options, progress);
     progress.clear();
     json own = json::array();

@@ -1,10 +1,8 @@
 #include "harness/judge/tradeoff.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/judged_text.hpp"
-#include "harness/measure/median.hpp"
 #include "harness/scene/method.hpp"
 
-#include <cmath>
 #include <cstdio>
 #include <utility>
 
@@ -17,22 +15,31 @@ struct Arguments : CommonArguments {
   std::vector<std::string> at{"0.35px", "0.01px"};
 };
 
-void print_equal_accuracy(const EqualAccuracy& equal) {
-  if (equal.ours == nullptr) {
-    if (std::isfinite(equal.nearest)) {
+/// `equal`: as compare_at has it.
+void print_equal_accuracy(const json& equal) {
+  const auto number = [](const json& row, const char* key) { return row[key].get<double>(); };
+  const auto text = [](const json& row, const char* key) { return row[key].get<std::string>(); };
+  const double target = number(equal, "target");
+  const json& ours = equal["ours"];
+  if (ours.is_null()) {
+    if (!equal["nearest"].is_null()) {
       fmt::print("  At {:.3g} px to FEM nu 0: no method is that near; the nearest is {:.3g} px away.\n",
-                 equal.target, equal.nearest);
+                 target, number(equal, "nearest"));
     }
     return;
   }
-  fmt::print("  At {:.3g} px to FEM nu 0: {}, {} on {} is the fastest, {:.3g} s;\n", equal.target,
-             equal.ours->method, equal.ours->effort, equal.ours->backend, median(equal.ours->seconds));
-  for (const EqualAccuracy::Rival& rival : equal.rivals) {
-    if (rival.row != nullptr) {
-      fmt::print("    {} ({}, {:.3g} s) takes {:.3g} times as long.\n", rival.title, rival.row->effort,
-                 median(rival.row->seconds), rival.ratio);
+  fmt::print("  At {:.3g} px to FEM nu 0: {}, {} on {} is the fastest, {:.3g} s;\n", target,
+             text(ours, "method"), text(ours, "effort"), text(ours, "backend"),
+             number(ours, "seconds_median"));
+  for (const auto& [key, title] : {std::pair("direct", "direct FEM"),
+                                   {"iterative", "FEM by conjugate gradients"},
+                                   {"multigrid", "FEM by multigrid of others"},
+                                   {"coarse", "FEM on a coarse mesh"}}) {
+    if (const json& rival = equal[key]; !rival.is_null()) {
+      fmt::print("    {} ({}, {:.3g} s) takes {:.3g} times as long.\n", title, text(rival, "effort"),
+                 number(rival, "seconds_median"), number(rival, "ratio"));
     } else {
-      fmt::print("    {} was not measured, or is nowhere that near.\n", rival.title);
+      fmt::print("    {} was not measured, or is nowhere that near.\n", title);
     }
   }
 }
@@ -94,9 +101,7 @@ int run_tradeoff(Arguments& arguments, const std::string& line) {
     fmt::print("\n{}, {} x {}: {} points\n{}", scene.name, scene.extent().width, scene.extent().height,
                rows.size(), judged_table(shown));
     for (const double target : targets) {
-      const EqualAccuracy equal = compare_at(rows, target);
-      print_equal_accuracy(equal);
-      results.push_back(to_json(scene, equal));
+      print_equal_accuracy(results.emplace_back(compare_at(scene, rows, target)));
     }
     fmt::print("{}", failures_text(rows));
     std::fflush(stdout); // into a pipe too: the next scene may take long

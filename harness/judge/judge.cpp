@@ -3,7 +3,9 @@
 #include "harness/check/compare.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/scene/row_fields.hpp"
 #include "harness/solve/field_norms.hpp"
+#include "harness/solve/planner.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/level.hpp"
 #include "reference/elastic_krylov.hpp"
@@ -18,13 +20,6 @@
 namespace hdmbench {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Convergence, iterations_per_level, rmsd_to_fem, rmsd_to_fixed_point)
-
-double reached(const Judged& row) {
-  const Deviations& deviations = row.deviations;
-  return !row.poisson_used          ? deviations.to_fixed_point
-         : *row.poisson_used == 0.0 ? deviations.to_fem_no_poisson
-                                    : deviations.to_fem;
-}
 
 nlohmann::json to_json(const Scene& scene, const Judged& judged) {
   nlohmann::json row{{"scene", scene.name},
@@ -83,25 +78,33 @@ std::vector<Rival> rivals(const Scene& scene, const Truths& truths, bool quick) 
   constexpr int thesis_elements = 60;
   const int longer = std::max(scene.extent().width, scene.extent().height);
   std::vector<Rival> all;
+  const auto add = [&](std::string_view name, std::string effort, std::optional<double> poisson,
+                       std::function<ReferenceField()> solve, const SolvedTruth* solved = nullptr) {
+    const auto energy = poisson ? ReferenceSolution::finite_elements : ReferenceSolution::fixed_point;
+    all.push_back({{.method = std::string(name),
+                    .is_rival = true,
+                    .effort = std::move(effort),
+                    .energy = name == "interpolation" ? "none" : energy_near(energy).name,
+                    .poisson_used = poisson},
+                   std::move(solve),
+                   solved});
+  };
   const auto add_finite_elements = [&](double poisson, const SolvedTruth& truth) {
-    const auto add = [&](std::string_view name, std::string effort, std::function<ReferenceField()> solve,
-                         const SolvedTruth* solved = nullptr) {
-      all.push_back({name, std::move(effort), energy_near(ReferenceSolution::finite_elements).name, poisson,
-                     std::move(solve), solved});
-    };
     add(
-        "fem", "direct", [&scene, poisson] { return find_finite_elements(scene.full, poisson); }, &truth);
+        "fem", "direct", poisson, [&scene, poisson] { return find_finite_elements(scene.full, poisson); },
+        &truth);
     for (const auto& [name, solver] : iterative) {
       for (const double tolerance : tolerances) {
-        add(name, fmt::format("tolerance {:g}", tolerance), [&scene, poisson, tolerance, solver = solver] {
-          const ElementRule rule = ElementRule::plane_stress(poisson);
-          return solver(elastic_problem(scene.full), rule, tolerance).displacement;
-        });
+        add(name, fmt::format("tolerance {:g}", tolerance), poisson,
+            [&scene, poisson, tolerance, solver = solver] {
+              const ElementRule rule = ElementRule::plane_stress(poisson);
+              return solver(elastic_problem(scene.full), rule, tolerance).displacement;
+            });
       }
     }
     for (const int elements : {thesis_elements / 2, thesis_elements, 2 * thesis_elements}) {
       if (quick ? elements == thesis_elements : elements < longer - 1) {
-        add("fem-coarse", fmt::format("{} elements a side", elements),
+        add("fem-coarse", fmt::format("{} elements a side", elements), poisson,
             [&scene, poisson, elements] { return coarse_finite_elements(scene, elements, poisson); });
       }
     }
@@ -110,14 +113,10 @@ std::vector<Rival> rivals(const Scene& scene, const Truths& truths, bool quick) 
   if (scene.poisson != 0.0) {
     add_finite_elements(scene.poisson, truths.elastic);
   }
-  all.push_back({.name = "fixed-point",
-                 .effort = "direct",
-                 .energy = energy_near(ReferenceSolution::fixed_point).name,
-                 .solve = [&scene] { return solve_fixed_point(scene.full).displacement; },
-                 .solved = &truths.fixed_point});
-  all.push_back({.name = "interpolation", .effort = "direct", .solve = [&scene] {
-                   return interpolate_conditions(scene.full);
-                 }});
+  add(
+      "fixed-point", "direct", std::nullopt, [&scene] { return solve_fixed_point(scene.full).displacement; },
+      &truths.fixed_point);
+  add("interpolation", "direct", std::nullopt, [&scene] { return interpolate_conditions(scene.full); });
   return all;
 }
 
@@ -153,80 +152,107 @@ Judge::Place& Judge::main_place(Update update) {
   return *best;
 }
 
-std::size_t Judge::add_solutions(const Judged& told, const Scene& scene,
-                                 const std::function<bool(const Place&)>& wanted) {
+std::size_t Judge::add(const Setting& setting) {
   const std::size_t first = rows_.size();
+  const Place& main = main_place(setting.scene.full.update);
   expected_ = VectorField();
   for (Place& place : places_) {
-    if (wanted(place)) {
-      Judged& row = rows_.emplace_back(told);
-      row.energy = scene.energy->name;
+    const bool is_reference = &place == &places_.front();
+    if (setting.where == Where::everywhere || (setting.where == Where::reference && is_reference) ||
+        (setting.where == Where::main_place && &place == &main)) {
+      Judged& row = rows_.emplace_back(setting.told);
+      row.energy = setting.scene.energy->name;
       row.backend = place.backend->name();
       row.device = place.device;
-      solve_on(place, scene, row);
-    } else if (&place == &places_.front()) {
-      progress_.describe(
-          fmt::format("{}: {} on {}, to compare with", scene.name, told.method, place.backend->name()));
-      expect([&] { return place.solver.solve(scene, progress_).displacement; });
+      judge_on(place, setting, row);
+    } else if (is_reference) {
+      progress_.describe(fmt::format("{}: {} on {}, to compare with", scene_.name, setting.told.method,
+                                     place.backend->name()));
+      try {
+        expected_ = solve_on(place, setting, progress_).displacement;
+      } catch (const std::exception& error) {
+        reason_without_expected_ = error.what();
+      }
     }
   }
   return first;
 }
 
-void Judge::solve_on(Place& place, const Scene& scene, Judged& row) {
-  if (!place.missing.empty()) {
-    return row.fail(JudgedStatus::skipped, place.missing);
-  }
-  if (const std::string why = why_not_solved(scene, *place.backend); !why.empty()) {
-    return row.fail(JudgedStatus::skipped, fmt::format("{} {}", row.backend, why));
-  }
-  progress_.describe(fmt::format("{}: {} on {}{}{}", scene.name, row.method, row.backend,
-                                 row.effort.empty() ? "" : ", ", row.effort));
-  Solution solution;
-  // Who wants to know whether a run until nothing moves ended so asks for the last count of changes.
-  const SolveOptions options{.last_changed = scene.schedule.stop == Stop::still};
-  const bool solved = sample(
-      row, [&] { solution = place.solver.solve(scene, progress_, options); },
-      [&] { // shaders are compiled, and memory is found, when they are first needed
-        Scene once = scene;
-        once.schedule.iterations = std::min(once.schedule.iterations, 1);
-        Progress silent(false);
-        (void)place.solver.solve(once, silent);
-      });
-  if (&place == &places_.front()) {
-    expected_ = solution.displacement; // empty without a solution
-    reason_without_expected_ = row.reason;
-  }
-  if (!solved) {
-    return;
-  }
-  row.levels = std::move(solution.levels);
-  row.fine_sweep_equivalents = total_site_updates(row.levels) / static_cast<double>(scene.extent().sites());
-  if (judge(row, ReferenceField(solution.displacement))) {
-    check_bits(row, solution.displacement);
-  }
-}
-
-Judged& Judge::add_rival(const Rival& rival) {
-  Judged& row = rows_.emplace_back();
-  row.method = rival.name;
-  row.is_rival = true;
-  row.effort = rival.effort;
-  row.energy = rival.energy;
-  row.poisson_used = rival.poisson;
-  progress_.describe(fmt::format("{}: {}, {}", scene_.name, rival.name, rival.effort));
+void Judge::add(const Rival& rival) {
+  Judged& row = rows_.emplace_back(rival.told);
+  progress_.describe(fmt::format("{}: {}, {}", scene_.name, row.method, row.effort));
   ReferenceField field;
   if (rival.solved != nullptr) {
     field = rival.solved->displacement;
     row.seconds.push_back(rival.solved->seconds);
   }
   if (sample(row, [&] { field = rival.solve(); })) {
-    judge(row, std::move(field));
+    measure_field(row, std::move(field));
   }
-  return row;
 }
 
-bool Judge::sample(Judged& row, const std::function<void()>& solve, const std::function<void()>& warm_up) {
+ReferenceField Judge::solve(const Scene& scene) {
+  return ReferenceField(main_place(scene.full.update).solver.solve(scene, progress_).displacement);
+}
+
+Judge::Found Judge::solve_on(Place& place, const Setting& setting, Progress& progress) const {
+  const Scene& scene = setting.scene;
+  if (setting.told.asked) {
+    // Without a limit of time a plan depends on the scene alone, so all must come to the same field.
+    Plan plan =
+        solve_as_needed(scene, {.accuracy = *setting.told.asked}, *place.backend, options_.session, progress);
+    return {.displacement = std::move(plan.solution.displacement),
+            .fine_sweep_equivalents = fine_sweep_equivalents(plan),
+            .estimated = plan.solution.estimated_error,
+            .unmet = plan.met ? "" : plan.outcome};
+  }
+  // Who wants to know whether a run until nothing moves ended so asks for the last count of changes.
+  const SolveOptions options{.last_changed = scene.schedule.stop == Stop::still};
+  Solution solution = place.solver.solve(scene, progress, options);
+  const double updates = total_site_updates(solution.levels);
+  return {.displacement = std::move(solution.displacement),
+          .levels = std::move(solution.levels),
+          .fine_sweep_equivalents = updates / static_cast<double>(scene.extent().sites())};
+}
+
+void Judge::judge_on(Place& place, const Setting& setting, Judged& row) {
+  if (!place.missing.empty()) {
+    return row.fail(JudgedStatus::skipped, place.missing);
+  }
+  if (const std::string why = why_not_solved(setting.scene, *place.backend); !why.empty()) {
+    return row.fail(JudgedStatus::skipped, fmt::format("{} {}", row.backend, why));
+  }
+  progress_.describe(fmt::format("{}: {} on {}{}{}", scene_.name, row.method, row.backend,
+                                 row.effort.empty() ? "" : ", ", row.effort));
+  Found found;
+  const bool solved = sample(
+      row, [&] { found = solve_on(place, setting, progress_); },
+      [&] { // shaders are compiled, and memory is found, when they are first needed
+        Setting once = setting;
+        once.scene.schedule.iterations = std::min(once.scene.schedule.iterations, 1);
+        Progress silent(false);
+        (void)solve_on(place, once, silent);
+      });
+  if (&place == &places_.front()) {
+    expected_ = found.displacement; // empty without a solution
+    reason_without_expected_ = row.reason;
+  }
+  if (!solved) {
+    return;
+  }
+  row.levels = std::move(found.levels);
+  row.fine_sweep_equivalents = found.fine_sweep_equivalents;
+  row.estimated = found.estimated;
+  if (measure_field(row, ReferenceField(found.displacement))) {
+    check_bits(row, found.displacement);
+    if (!found.unmet.empty()) {
+      row.fail(JudgedStatus::failed, found.unmet);
+    }
+  }
+}
+
+bool Judge::sample(Judged& row, const std::function<void()>& solve,
+                   const std::function<void()>& warm_up) const {
   const auto spent = [&] { return std::accumulate(row.seconds.begin(), row.seconds.end(), 0.0); };
   try {
     if (warm_up) {
@@ -246,7 +272,7 @@ bool Judge::sample(Judged& row, const std::function<void()>& solve, const std::f
   return true;
 }
 
-bool Judge::judge(Judged& row, ReferenceField field) const {
+bool Judge::measure_field(Judged& row, ReferenceField field) const {
   const VectorField rounded = field.to_float();
   row.mean_energy = mean_energy(scene_.full, rounded);
   row.deviations = measure(field, truths_);
@@ -266,15 +292,6 @@ bool Judge::judge(Judged& row, ReferenceField field) const {
     return false;
   }
   return true;
-}
-
-void Judge::expect(const std::function<VectorField()>& solve) {
-  expected_ = VectorField();
-  try {
-    expected_ = solve();
-  } catch (const std::exception& error) {
-    reason_without_expected_ = error.what();
-  }
 }
 
 void Judge::check_bits(Judged& row, const VectorField& found) const {

@@ -3,7 +3,6 @@
 #include "backends/backend.hpp"
 #include "harness/judge/arithmetic.hpp"
 #include "harness/judge/truths.hpp"
-#include "harness/scene/row_fields.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/progress.hpp"
@@ -27,7 +26,7 @@ namespace hdmbench {
 enum class JudgedStatus {
   ok,
   unverified, ///< solved, but the field is not the reference's to the bit for the same setting
-  failed,     ///< threw, not finite, diverged, or of a registration: went astray
+  failed,     ///< threw, not finite, or diverged
   skipped,    ///< the backend is not there or does not solve such a scene
 };
 
@@ -53,7 +52,7 @@ struct Judged {
   std::string note{};                   ///< for people: what the variant shows, or how the run ended
   std::string effort{};                 ///< for people: "4 cycles", "tolerance 1e-04"
   std::optional<int> told{};            ///< the --iterations of a method in `tradeoff`
-  std::string_view energy = "none";     ///< that it minimises; of interpolation and registration none
+  std::string_view energy = "none";     ///< that it minimises; of interpolation none
   std::optional<double> poisson_used{}; ///< of finite elements, and of the elastic energy in `tradeoff`
   std::string backend{};                ///< empty for rivals
   Device device{};
@@ -66,7 +65,7 @@ struct Judged {
   double mean_energy = 0.0;                       ///< the thesis's, of any field; where there are seconds
   Deviations deviations{};                        ///< where there are seconds
   std::optional<double> asked{};                  ///< the accuracy that was asked for, pixels
-  std::optional<double> estimated{};              ///< the method's own estimate of reached(), pixels
+  std::optional<double> estimated{};              ///< the method's own estimate, pixels
   bool is_on_front = false; ///< median seconds against RMSD to FEM nu 0, over all rows of status ok
   std::optional<ArithmeticError> arithmetic{}; ///< of icm
   std::optional<Convergence> convergence{};
@@ -78,10 +77,6 @@ struct Judged {
   }
 };
 
-/// What a request is for: RMSD to finite elements with the Poisson ratio used, to the fixed point where none
-/// was; pixels.
-[[nodiscard]] double reached(const Judged& row);
-
 /// The row as it stands in a result file. Lengths and displacements are pixels; what does not apply is left
 /// out.
 [[nodiscard]] nlohmann::json to_json(const Scene& scene, const Judged& row);
@@ -92,10 +87,7 @@ inline constexpr std::array<std::string_view, 6> rival_names{"fem",        "fem-
 
 /// One setting of a rival.
 struct Rival {
-  std::string_view name;
-  std::string effort{};             ///< as Judged::effort
-  std::string_view energy = "none"; ///< as Judged::energy
-  std::optional<double> poisson{};
+  Judged told;                           ///< how its row begins
   std::function<ReferenceField()> solve; ///< the whole solution, assembly included; throws InputError
   const SolvedTruth* solved = nullptr;   ///< where it is one of the truths: its first sample
 };
@@ -106,6 +98,20 @@ struct Rival {
 /// them. With `quick` one setting of each.
 [[nodiscard]] std::vector<Rival> rivals(const Scene& scene, const Truths& truths, bool quick);
 
+/// Where a method is measured.
+enum class Where {
+  everywhere,
+  main_place, ///< on the CPU, with the most threads; on the reference where no other updates so
+  reference,
+};
+
+/// One setting of a method.
+struct Setting {
+  Judged told; ///< how its rows begin; with Judged::asked it is what `run --accuracy` does
+  Scene scene;
+  Where where = Where::everywhere;
+};
+
 struct JudgeOptions {
   SessionOptions session{};
   int repeats = 3;           ///< samples per row, >= 1 ...
@@ -115,6 +121,24 @@ struct JudgeOptions {
 
 class Judge {
 public:
+  /// All must outlive the judge. The first backend is the reference for bits. Throws InputError as
+  /// find_truths does.
+  Judge(const Scene& scene, std::span<const Backend* const> backends, const JudgeOptions& options,
+        Progress& progress);
+
+  [[nodiscard]] const Truths& truths() const { return truths_; }
+  [[nodiscard]] std::vector<Judged>& rows() { return rows_; }
+
+  /// Adds a row for each backend that the setting is measured on; what fails is a row with the reason. The
+  /// field is compared with the reference's, which is not timed where nobody wants it. Returns the index of
+  /// the first of the new rows.
+  std::size_t add(const Setting& setting);
+  void add(const Rival& rival);
+
+  /// The field of a scene on its main place, neither timed nor judged.
+  [[nodiscard]] ReferenceField solve(const Scene& scene);
+
+private:
   /// A backend with its sessions, or why it is not there.
   struct Place {
     Place(const Backend& backend_, const SessionOptions& options);
@@ -124,43 +148,26 @@ public:
     Device device{};
     std::string missing{}; ///< empty: it is there
   };
+  /// What a setting comes to on a place.
+  struct Found {
+    VectorField displacement;
+    std::vector<LevelResult> levels{};
+    double fine_sweep_equivalents = 0.0;
+    std::optional<double> estimated{};
+    std::string unmet{}; ///< why it is not as accurate as was asked for
+  };
 
-  /// All must outlive the judge. The first backend is the reference for bits. Throws InputError as
-  /// find_truths does.
-  Judge(const Scene& scene, std::span<const Backend* const> backends, const JudgeOptions& options,
-        Progress& progress);
-
-  [[nodiscard]] const Truths& truths() const { return truths_; }
-  [[nodiscard]] std::vector<Judged>& rows() { return rows_; }
-  [[nodiscard]] Place& reference() { return places_.front(); }
-  /// Where a method is measured that is measured once: on the CPU, with the most threads; the reference where
-  /// no other updates so.
   [[nodiscard]] Place& main_place(Update update);
-
-  /// Solves `scene` on the backends that `wanted` chooses: a row each, which begins as `told`, and what fails
-  /// is a row with the reason. The field is compared with the reference's, which is not timed where nobody
-  /// wants it. Returns the index of the first of the new rows.
-  std::size_t add_solutions(const Judged& told, const Scene& scene,
-                            const std::function<bool(const Place&)>& wanted);
-
-  /// A row of finite elements, interpolation, ...
-  Judged& add_rival(const Rival& rival);
-
+  [[nodiscard]] Found solve_on(Place& place, const Setting& setting, Progress& progress) const;
+  void judge_on(Place& place, const Setting& setting, Judged& row);
   /// Adds samples of `solve` to the row's, after a call of `warm_up` that is not timed. Returns whether there
   /// is a field; what is thrown is the reason why not.
-  bool sample(Judged& row, const std::function<void()>& solve, const std::function<void()>& warm_up = {});
-
+  bool sample(Judged& row, const std::function<void()>& solve,
+              const std::function<void()>& warm_up = {}) const;
   /// Measures the field. Returns whether it is one: finite, and no larger than any displacement can be.
-  bool judge(Judged& row, ReferenceField field) const;
-
-  /// Sets the field that the next ones are compared with; what `solve` throws is the reason why there is
-  /// none.
-  void expect(const std::function<VectorField()>& solve);
-  /// The row is unverified where its field is not the expected one to the bit.
+  bool measure_field(Judged& row, ReferenceField field) const;
+  /// The row is unverified where its field is not the reference's to the bit.
   void check_bits(Judged& row, const VectorField& found) const;
-
-private:
-  void solve_on(Place& place, const Scene& scene, Judged& row);
 
   const Scene& scene_;
   JudgeOptions options_;

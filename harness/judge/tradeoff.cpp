@@ -2,7 +2,6 @@
 
 #include "harness/measure/median.hpp"
 #include "harness/scene/method.hpp"
-#include "harness/solve/planner.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/elastic_krylov.hpp"
 
@@ -38,107 +37,37 @@ constexpr std::array known{Efforts{"icm", {5, 20, 20, 200}},
                            Efforts{elastic_conjugate_gradients, {1, 2, 4, 8}},
                            Efforts{elastic_sweeps, {10, 50, 50, 200}}};
 
-class Measurement {
-public:
-  Measurement(const Scene& scene, std::span<const Backend* const> backends, const TradeoffOptions& options,
-              Progress& progress)
-      : scene_(scene), options_(options), progress_(progress),
-        judge_(scene, backends, {.session = options.session, .repeats = options.quick ? 1 : options.repeats},
-               progress) {}
-
-  std::vector<Judged> run() {
-    for (const Method& method : methods()) {
-      if (is_wanted(method.name)) {
-        measure_method(method, std::nullopt);
-      }
-    }
-    // The elastic energy as finite elements, against which it stands.
-    const std::set<double> poisson_ratios{0.0, scene_.poisson};
-    for (const Method& method : energy_near(ReferenceSolution::finite_elements).methods) {
-      for (const double poisson : is_wanted(method.name) ? poisson_ratios : std::set<double>{}) {
-        measure_method(method, poisson);
-      }
-    }
-    for (const double poisson : is_wanted(requested_name) ? poisson_ratios : std::set<double>{}) {
-      measure_requests(poisson);
-    }
-    for (const Rival& rival : rivals(scene_, judge_.truths(), options_.quick)) {
-      if (is_wanted(rival.name)) {
-        judge_.add_rival(rival);
-      }
-    }
-    mark_front(judge_.rows());
-    return std::move(judge_.rows());
+/// The effort on every backend: the method's usual one or the scene's, less for annealing.
+int usual_effort(const Method& method, int own_iterations) {
+  constexpr int most_annealing = 40; // 200 take scalar half a minute, and every point is checked against it
+  if (method.name == "annealing") {
+    return most_annealing;
   }
+  return method.usual_effort > 0 ? method.usual_effort : own_iterations;
+}
 
-private:
-  [[nodiscard]] bool is_wanted(std::string_view name) const {
-    return options_.methods.empty() || std::ranges::find(options_.methods, name) != options_.methods.end();
+/// "4 cycles", "1 iteration on the full resolution".
+std::string effort_text(const Method& method, int effort) {
+  std::string what(method.effort); // its first word is a plural
+  if (effort == 1) {
+    what.erase(std::min(what.find(' '), what.size()) - 1, 1);
   }
+  return fmt::format("{} {}", effort, what);
+}
 
-  /// `poisson`: of the elastic energy, in place of the scene's.
-  void measure_method(const Method& method, std::optional<double> poisson) {
-    const int usual = usual_effort(method, scene_.schedule.iterations);
-    for (const int effort : efforts(method, scene_.schedule.iterations, options_.quick)) {
-      const bool is_usual = effort == usual;
-      Scene scene = scene_;
-      use_method(scene, method, effort);
-      scene.poisson = poisson.value_or(scene.poisson);
-      const Judge::Place& main = judge_.main_place(scene.full.update);
-      judge_.add_solutions(
-          {.method = std::string(method.name),
-           .effort = effort_text(method, effort),
-           .told = effort,
-           .poisson_used = poisson},
-          scene, [&](const Judge::Place& place) { return &place == &main || (is_usual && !options_.quick); });
-    }
+/// The --iterations that a method is measured at, rising, its usual effort among them unless quick: then the
+/// two smallest. `own_iterations` are the scene's, the usual effort of the methods that have none.
+std::set<int> efforts(const Method& method, int own_iterations, bool quick) {
+  const auto found = std::ranges::find(known, method.name, &Efforts::method);
+  std::set<int> counts;
+  if (found != known.end()) {
+    counts.insert(found->counts.begin(), found->counts.begin() + (quick ? 2 : 4));
   }
-
-  /// What `run --accuracy` gives. Without a limit of time a plan depends on the scene alone, so the reference
-  /// must come to the same field.
-  void measure_requests(double poisson) {
-    Scene scene = scene_;
-    use_energy(scene, energy_near(ReferenceSolution::finite_elements));
-    scene.poisson = poisson;
-    const Judge::Place& place = judge_.main_place(Update::coloured);
-    for (const double asked : options_.quick ? std::vector{1.0, 0.1}
-                                             : std::vector{5.0, 2.0, 1.0, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02}) {
-      Judged& row = judge_.rows().emplace_back(Judged{.method = std::string(requested_name),
-                                                      .effort = fmt::format("{:.3g} px asked", asked),
-                                                      .energy = scene.energy->name,
-                                                      .poisson_used = poisson,
-                                                      .backend = std::string(place.backend->name()),
-                                                      .device = place.device,
-                                                      .asked = asked});
-      progress_.describe(fmt::format("{}: {}", scene.name, row.effort));
-      const auto plan_on = [&](const Judge::Place& where) {
-        Progress silent(false);
-        return solve_as_needed(scene, {.accuracy = asked}, *where.backend, options_.session, silent);
-      };
-      Plan plan;
-      const auto solve = [&] { plan = plan_on(place); };
-      if (!judge_.sample(row, solve, solve)) {
-        continue;
-      }
-      row.fine_sweep_equivalents = fine_sweep_equivalents(plan);
-      row.estimated = plan.solution.estimated_error;
-      if (!judge_.judge(row, ReferenceField(plan.solution.displacement))) {
-        continue;
-      }
-      if (!plan.met) {
-        row.fail(JudgedStatus::failed, plan.outcome);
-        continue;
-      }
-      judge_.expect([&] { return plan_on(judge_.reference()).solution.displacement; });
-      judge_.check_bits(row, plan.solution.displacement);
-    }
+  if (!quick || counts.empty()) {
+    counts.insert(usual_effort(method, own_iterations));
   }
-
-  const Scene& scene_;
-  const TradeoffOptions& options_;
-  Progress& progress_;
-  Judge judge_;
-};
+  return counts;
+}
 
 /// Throws InputError where there is no such method or rival, or this build has it not.
 void require_known(const std::vector<std::string>& names) {
@@ -156,60 +85,76 @@ bool is_result(const Judged& row) {
   return row.status == JudgedStatus::ok && !row.seconds.empty();
 }
 
-template <typename Condition>
-const Judged* fastest(std::span<const Judged> rows, double target, Condition condition) {
-  const Judged* best = nullptr;
-  for (const Judged& row : rows) {
-    if (is_result(row) && condition(row) && row.deviations.to_fem_no_poisson <= target &&
-        (best == nullptr || median(row.seconds) < median(best->seconds))) {
-      best = &row;
-    }
-  }
-  return best;
-}
-
-nlohmann::json setting(const Judged& row) {
-  return {{"method", row.method},
-          {"effort", row.effort},
-          {"backend", row.backend},
-          {"seconds_median", median(row.seconds)},
-          {"rmsd_to_fem_nu0", row.deviations.to_fem_no_poisson}};
+nlohmann::json setting(const Judged* row) {
+  return row == nullptr ? nlohmann::json()
+                        : nlohmann::json{{"method", row->method},
+                                         {"effort", row->effort},
+                                         {"backend", row->backend},
+                                         {"seconds_median", median(row->seconds)},
+                                         {"rmsd_to_fem_nu0", row->deviations.to_fem_no_poisson}};
 }
 
 } // namespace
 
-int usual_effort(const Method& method, int own_iterations) {
-  constexpr int most_annealing = 40; // 200 take scalar half a minute, and every point is checked against it
-  if (method.name == "annealing") {
-    return most_annealing;
-  }
-  return method.usual_effort > 0 ? method.usual_effort : own_iterations;
-}
-
-std::string effort_text(const Method& method, int effort) {
-  std::string what(method.effort); // its first word is a plural
-  if (effort == 1) {
-    what.erase(std::min(what.find(' '), what.size()) - 1, 1);
-  }
-  return fmt::format("{} {}", effort, what);
-}
-
-std::vector<int> efforts(const Method& method, int own_iterations, bool quick) {
-  const auto found = std::ranges::find(known, method.name, &Efforts::method);
-  std::set<int> counts;
-  if (found != known.end()) {
-    counts.insert(found->counts.begin(), found->counts.begin() + (quick ? 2 : 4));
-  }
-  if (!quick || counts.empty()) {
-    counts.insert(usual_effort(method, own_iterations));
-  }
-  return {counts.begin(), counts.end()};
-}
-
 std::vector<Judged> measure_tradeoff(const Scene& scene, std::span<const Backend* const> backends,
                                      const TradeoffOptions& options, Progress& progress) {
   require_known(options.methods);
-  return Measurement(scene, backends, options, progress).run();
+  Judge judge(scene, backends, {.session = options.session, .repeats = options.quick ? 1 : options.repeats},
+              progress);
+  const auto is_wanted = [&](std::string_view name) {
+    return options.methods.empty() || std::ranges::find(options.methods, name) != options.methods.end();
+  };
+  /// `poisson`: of the elastic energy, in place of the scene's.
+  const auto add_efforts = [&](const Method& method, std::optional<double> poisson) {
+    const int own = scene.schedule.iterations;
+    for (const int effort : efforts(method, own, options.quick)) {
+      const bool is_usual = effort == usual_effort(method, own) && !options.quick;
+      Setting setting{{.method = std::string(method.name),
+                       .effort = effort_text(method, effort),
+                       .told = effort,
+                       .poisson_used = poisson},
+                      scene,
+                      is_usual ? Where::everywhere : Where::main_place};
+      use_method(setting.scene, method, effort);
+      setting.scene.poisson = poisson.value_or(scene.poisson);
+      judge.add(setting);
+    }
+  };
+  for (const Method& method : methods()) {
+    if (is_wanted(method.name)) {
+      add_efforts(method, std::nullopt);
+    }
+  }
+  // The elastic energy as finite elements, against which it stands.
+  const RegisteredEnergy& elastic = energy_near(ReferenceSolution::finite_elements);
+  const std::set<double> poisson_ratios{0.0, scene.poisson};
+  for (const Method& method : elastic.methods) {
+    for (const double poisson : is_wanted(method.name) ? poisson_ratios : std::set<double>{}) {
+      add_efforts(method, poisson);
+    }
+  }
+  const std::vector<double> requests =
+      options.quick ? std::vector{1.0, 0.1} : std::vector{5.0, 2.0, 1.0, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02};
+  for (const double poisson : is_wanted(requested_name) ? poisson_ratios : std::set<double>{}) {
+    for (const double asked : requests) {
+      Setting setting{{.method = std::string(requested_name),
+                       .effort = fmt::format("{:.3g} px asked", asked),
+                       .poisson_used = poisson,
+                       .asked = asked},
+                      scene,
+                      Where::main_place};
+      use_energy(setting.scene, elastic);
+      setting.scene.poisson = poisson;
+      judge.add(setting);
+    }
+  }
+  for (const Rival& rival : rivals(scene, judge.truths(), options.quick)) {
+    if (is_wanted(rival.told.method)) {
+      judge.add(rival);
+    }
+  }
+  mark_front(judge.rows());
+  return std::move(judge.rows());
 }
 
 std::vector<std::size_t> pareto_front(std::span<const CostAndError> points) {
@@ -241,46 +186,45 @@ void mark_front(std::vector<Judged>& rows) {
   }
 }
 
-EqualAccuracy compare_at(std::span<const Judged> rows, double target) {
-  const auto is_ours = [](const Judged& row) { return !row.is_rival; };
-  EqualAccuracy result{.target = target,
-                       .ours = fastest(rows, target, is_ours),
-                       .nearest = std::numeric_limits<double>::infinity()};
+nlohmann::json compare_at(const Scene& scene, std::span<const Judged> rows, double target) {
+  const auto fastest = [&](const auto& condition) {
+    const Judged* best = nullptr;
+    for (const Judged& row : rows) {
+      if (is_result(row) && condition(row) && row.deviations.to_fem_no_poisson <= target &&
+          (best == nullptr || median(row.seconds) < median(best->seconds))) {
+        best = &row;
+      }
+    }
+    return best;
+  };
+  const Judged* const ours = fastest([](const Judged& row) { return !row.is_rival; });
+  nlohmann::json equal{{"kind", "equal accuracy"},
+                       {"scene", scene.name},
+                       {"title", scene.title},
+                       {"width", scene.extent().width},
+                       {"height", scene.extent().height},
+                       {"poisson", scene.poisson},
+                       {"target", target},
+                       {"nearest", nullptr},
+                       {"ours", setting(ours)}};
   for (const Judged& row : rows) {
-    if (is_result(row) && is_ours(row)) {
-      result.nearest = std::min(result.nearest, row.deviations.to_fem_no_poisson);
+    if (is_result(row) && !row.is_rival) {
+      const double error = row.deviations.to_fem_no_poisson;
+      equal["nearest"] = equal["nearest"].is_null() ? error : std::min(equal["nearest"].get<double>(), error);
     }
   }
-  for (EqualAccuracy::Rival& rival : result.rivals) {
-    const Judged* const row = fastest(rows, target, [&](const Judged& other) {
-      return other.method == rival.method && other.poisson_used == 0.0;
-    });
-    if (result.ours != nullptr && row != nullptr) {
-      rival.row = row;
-      rival.ratio = median(row->seconds) / median(result.ours->seconds);
+  for (const auto& [key, method] : {std::pair("direct", "fem"),
+                                    {"iterative", "fem-cg"},
+                                    {"multigrid", "fem-amg"},
+                                    {"coarse", "fem-coarse"}}) {
+    const Judged* const rival =
+        fastest([&](const Judged& row) { return row.method == method && row.poisson_used == 0.0; });
+    equal[key] = setting(ours != nullptr ? rival : nullptr);
+    if (!equal[key].is_null()) {
+      equal[key]["ratio"] = median(rival->seconds) / median(ours->seconds);
     }
   }
-  return result;
-}
-
-nlohmann::json to_json(const Scene& scene, const EqualAccuracy& equal) {
-  using nlohmann::json;
-  json row{{"kind", "equal accuracy"},
-           {"scene", scene.name},
-           {"title", scene.title},
-           {"width", scene.extent().width},
-           {"height", scene.extent().height},
-           {"poisson", scene.poisson},
-           {"target", equal.target},
-           {"nearest", std::isfinite(equal.nearest) ? json(equal.nearest) : json()},
-           {"ours", equal.ours != nullptr ? setting(*equal.ours) : json()}};
-  for (const EqualAccuracy::Rival& rival : equal.rivals) {
-    row[rival.key] = rival.row != nullptr ? setting(*rival.row) : json();
-    if (rival.row != nullptr) {
-      row[rival.key]["ratio"] = rival.ratio;
-    }
-  }
-  return row;
+  return equal;
 }
 
 } // namespace hdmbench
