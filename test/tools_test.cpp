@@ -4,6 +4,7 @@
 #include "harness/solve/solve.hpp"
 #include "harness/tools/energy_plane.hpp"
 #include "harness/tools/positions.hpp"
+#include "harness/tools/tune.hpp"
 #include "kernels/data/level.hpp"
 #include "test/files.hpp"
 #include "test/program.hpp"
@@ -112,6 +113,36 @@ TEST(EnergyPlane, TheTwoPixelImageHasItsMinimumAtTheTargets) {
                    {.sites = {{{0, 0}, {1, 0}}}, .low = -75.0, .high = 25.0, .points = 101});
   EXPECT_EQ(plane.lowest_first(), -50.0F);
   EXPECT_EQ(plane.lowest_second(), 0.0F);
+}
+
+// A.7
+
+TEST(Tune, AFlatScanIsAllThatIsDone) {
+  const Tuning tuning = tune_prior_weight([](double alpha) { return 1.0 + 1e-4 * alpha; }, {});
+  EXPECT_FALSE(tuning.matters());
+  EXPECT_EQ(tuning.evaluations.size(), 5U);
+  EXPECT_EQ(tuning.best, 0U);
+}
+
+TEST(Tune, WhatHoldsTheConditionsIsAsGood) {
+  const auto step = [](double alpha) { return alpha < 0.6 ? 1.0 : 1.0 + alpha; };
+  const Tuning tuning = tune_prior_weight(step, {.method = SearchMethod::annealing, .evaluations = 40});
+  EXPECT_TRUE(tuning.matters());
+  EXPECT_NEAR(tuning.evaluations[tuning.best].prior_weight, 0.5, 1e-12) << "of equals the nearest to 0.5";
+}
+
+TEST(Tune, TheRmsdCountsWhereTheTruthIsDefined) {
+  VectorField displacement({2, 2});
+  displacement.x = {3.0F, 0.0F, 0.0F, 1.0F};
+  displacement.y = {4.0F, 0.0F, 0.0F, 1.0F};
+  Truth truth{.displacement = VectorField({2, 2}), .defined = {}};
+  EXPECT_DOUBLE_EQ(rmsd(displacement, truth), std::sqrt((25.0 + 2.0) / 4.0));
+  truth.defined = ScalarField({2, 2});
+  expect_refusal([&] { (void)rmsd(displacement, truth); }, "at no pixel");
+  truth.defined.values = {255.0F, 255.0F, 0.0F, 0.0F};
+  EXPECT_DOUBLE_EQ(rmsd(displacement, truth), std::sqrt(25.0 / 2.0));
+  truth.displacement = VectorField({3, 2});
+  expect_refusal([&] { (void)rmsd(displacement, truth); }, "the truth is 3 x 2");
 }
 
 // ---- The commands

@@ -1,6 +1,8 @@
 // The rules, colours and random numbers of update.inc against what they are meant to be: minimisers found by
 // search, a sweep in place, statistics. That all backends do the same is backends_test's affair.
 
+#include "harness/check/compare.hpp"
+#include "harness/scene/sites.hpp"
 #include "kernels/data/gather.hpp"
 #include "reference/thesis_energy.hpp"
 #include "test/sessions.hpp"
@@ -185,6 +187,61 @@ TEST(Annealing, TakesACandidateWithTheProbabilityOfItsEnergy) {
     const double five_sigma = 5.0 * std::sqrt(probability * (1.0 - probability) / draws);
     EXPECT_NEAR(taken / draws, probability, five_sigma + probability * exponent * exponent / 512.0)
         << inverse_temperature;
+  }
+}
+
+/// Goes through a sweep in place site by site, in double.
+TEST(SequentialIcm, EverySiteTakesTheCandidateOfItsLowestEnergy) {
+  for (const Extent extent : {Extent{1, 1}, {1, 6}, {7, 1}, {2, 3}, {8, 8}, {24, 17}}) {
+    const auto problem =
+        test::random_problem(extent, test::Texture::dyadic, 4, {}, Rule::steps, Update::sequential);
+    const VectorField after = swept(problem, 1);
+    VectorField field = problem.start;
+    const ThesisEnergy energy(problem.level, field);
+    for_each_site(extent, [&](int x, int y) {
+      const std::size_t at = extent.index(x, y);
+      const auto found = energy.at(x, y, {after.x[at], after.y[at]});
+      for (const float step : problem.level.steps.values()) { // 0 is one of them: not above where it stood
+        const auto other =
+            energy.at(x, y, {double{field.x[at]} + double{step}, double{field.y[at]} + double{step}});
+        ASSERT_LE(found.x, other.x) << x << ", " << y << ", step " << step;
+        ASSERT_LE(found.y, other.y) << x << ", " << y << ", step " << step;
+      }
+      field.x[at] = after.x[at];
+      field.y[at] = after.y[at];
+    });
+  }
+}
+
+/// Lengths in another unit give the same field in that unit, to the bit where the unit is a power of two.
+TEST(EveryRule, HasNoUnitOfLengthOrModulus) {
+  const auto scale = [](VectorField& field, float factor) {
+    for (auto* const values : {&field.x, &field.y}) {
+      std::ranges::for_each(*values, [factor](float& value) { value *= factor; });
+    }
+  };
+  for (const Rule rule : test::all_rules) {
+    for (const Update update : test::simultaneous_and_coloured) {
+      for (const float factor : {0.25F, -1024.0F}) {
+        const auto problem = test::random_problem({13, 10}, test::Texture::smooth, 3, {}, rule, update);
+        auto other = problem;
+        scale(other.start, factor);
+        scale(other.level.target, factor);
+        std::vector<float> steps(problem.level.steps.values().begin(), problem.level.steps.values().end());
+        std::ranges::for_each(steps, [factor](float& step) { step *= factor; });
+        other.level.steps = StepSet(steps);
+        other.level.penalty *= std::abs(factor); // energies are squares of lengths
+        if (rule == Rule::annealing) {
+          std::ranges::for_each(other.level.strengths, [factor](float& one) { one /= factor * factor; });
+        }
+        std::ranges::for_each(other.level.modulus.values, [](float& value) { value *= 4096.0F; });
+        set_inverse_modulus(other.level);
+        set_inverse_curvature(other.level);
+        VectorField expected = swept(problem, 8);
+        scale(expected, factor);
+        EXPECT_EQ(compare(expected, swept(other, 8)).sites, 0) << static_cast<int>(rule) << ", " << factor;
+      }
+    }
   }
 }
 
