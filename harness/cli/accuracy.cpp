@@ -14,7 +14,6 @@ namespace {
 
 struct Arguments : CommonArguments {
   int repeats = 3;
-  bool full = false;
 };
 
 void print_published(const Scene& scene) {
@@ -73,11 +72,7 @@ bool is_sound(const SceneAccuracy& accuracy) {
   return sound;
 }
 
-int run_accuracy(Arguments& arguments, const std::string& line) {
-  require_results_writable(arguments.json);
-  if (arguments.full && arguments.sizes.empty()) {
-    arguments.sizes = {"300", "600", "1200"};
-  }
+int run_accuracy(Arguments& arguments, Call& call) {
   const auto registry = make_backends();
   const std::vector<const Backend*> backends = arguments.choose(registry);
   const std::vector<Scene> scenes = arguments.load_scenes(
@@ -86,14 +81,11 @@ int run_accuracy(Arguments& arguments, const std::string& line) {
   if (arguments.schedule.iterations && std::ranges::any_of(scenes, is_of_cells)) {
     throw InputError("accuracy takes every elastic method at its usual effort; leave out --iterations");
   }
-  const std::filesystem::path folder = arguments.json.parent_path();
-  const AccuracyOptions options{.session = arguments.session,
-                                .repeats = arguments.repeats,
-                                .quick = arguments.quick,
-                                .arithmetic_stride = arguments.full ? 1 : 10};
-  fmt::print(
-      "RMSD over all sites, in pixels. Interfaces, elsewhere: to FEM with the scene's nu, over the free "
-      "sites within 5 px of\ntwo materials and over all other free sites.\n");
+  const std::filesystem::path folder = call.json.parent_path();
+  const AccuracyOptions options{
+      .session = arguments.session, .repeats = arguments.repeats, .quick = arguments.quick};
+  fmt::print("RMSD over all sites, in pixels. Interfaces, elsewhere: to FEM with the scene's nu, over the\n"
+             "free sites within 5 px of two materials and over all other free sites.\n");
   Progress progress;
   json rows = json::array();
   bool sound = true;
@@ -101,7 +93,7 @@ int run_accuracy(Arguments& arguments, const std::string& line) {
     const SceneAccuracy accuracy = measure_accuracy(scene, backends, options, progress);
     progress.clear();
     json own = json::array();
-    bool pictured = arguments.json.empty() || !have_images();
+    bool pictured = call.json.empty() || !have_images();
     for (const Judged& row : accuracy.rows) {
       own.push_back(to_json(scene, row));
       if (!pictured && row.method == "icm" && !row.field.x.empty()) {
@@ -116,29 +108,24 @@ int run_accuracy(Arguments& arguments, const std::string& line) {
     std::fflush(stdout); // into a pipe too: the next scene may take long
     rows.insert(rows.end(), own.begin(), own.end());
   }
-  write_results(arguments.json, "accuracy", run_context(line, arguments.quick), std::move(rows));
+  call.write(std::move(rows), arguments.quick);
   return sound ? success : disagreement;
 }
 
 } // namespace
 
 void add_accuracy(CLI::App& program, Call& call) {
-  CLI::App* const command = program.add_subcommand(
-      "accuracy",
-      "Measure every method against finite elements and the exact fixed point: Tables 5.1, 5.3, 5.5 and 5.7\n"
-      "of the thesis by default, and a brain. Exit status 1 where a field is not scalar's to the bit or a "
-      "step\n"
-      "is not explained by rounding.");
-  const auto own = std::make_shared<Arguments>();
-  own->schedule.takes_energy = true;
-  own->add_to(*command);
-  remove_options(*command, {"--method", "--methods", "--update", "--stop", "--epsilon"});
-  add_option(*command, "--repeat", own->repeats, "Samples of the seconds, fewer where they take long")
+  const auto [command, own] = declare(
+      program, call, "accuracy",
+      "Measure every method against finite elements and the exact fixed point: Tables 5.1, 5.3, 5.5 and\n"
+      "5.7 of the thesis by default, and a brain. Exit status 1 where a field is not scalar's to the bit or\n"
+      "a step is not explained by rounding.",
+      run_accuracy);
+  own.schedule.takes_energy = true;
+  own.add_to(command, call);
+  remove_options(command, {"--method", "--methods", "--update", "--stop", "--epsilon"});
+  add_option(command, "--repeat", own.repeats, "Samples of the seconds, fewer where they take long")
       ->check(CLI::Range(1, 1'000'000));
-  add_flag(*command, "--full", own->full,
-           "Sizes 300, 600 and 1200, and every iteration against double: takes long")
-      ->excludes("--quick");
-  command->callback([own, &call] { call.status = run_accuracy(*own, call.line); });
 }
 
 } // namespace hdmbench::commands

@@ -112,11 +112,11 @@ void CommonArguments::add_scenes_to(CLI::App& command) {
       ->excludes("--method");
 }
 
-void CommonArguments::add_to(CLI::App& command) {
+void CommonArguments::add_to(CLI::App& command, Call& call) {
   add_scenes_to(command);
   add_backends_to(command);
   add_flag(command, "--quick", quick, "A shorter run; the results say so");
-  add_option(command, "--json", json, "Write the results to this file");
+  add_json(command, call);
 }
 
 std::vector<SceneLoader> CommonArguments::scene_loaders(const std::vector<std::string>& by_default) const {
@@ -324,20 +324,19 @@ void require_known_options(const CLI::App& command, const std::vector<std::strin
   }
 }
 
-void require_other_outputs(const CLI::App& command) {
+void require_outputs(const CLI::App& command, bool writes) {
   namespace fs = std::filesystem;
-  constexpr std::array<std::string_view, 6> writes{"--json",   "--junit", "--benchmark-json",
-                                                   "--output", "--write", "output"};
   std::vector<fs::path> inputs;
   std::vector<fs::path> outputs;
   for (const CLI::Option* const option : command.get_options()) {
-    const std::string name = option->get_name();
-    const bool is_output = std::ranges::find(writes, name) != writes.end() ||
-                           (command.get_name() == "fem-to-image" && name == "--mask");
+    const std::string type = option->get_type_name();
     for (const std::string& value : option->results()) {
       std::error_code missing;
-      if (is_output) {
+      if (type == "FILE" || type == "FOLDER") {
         outputs.emplace_back(value);
+        if (writes && type == "FILE") {
+          require_results_writable(value);
+        }
       } else if (fs::is_directory(value, missing)) {
         std::ranges::copy_if(fs::directory_iterator(value, missing), std::back_inserter(inputs),
                              [](const fs::path& file) { return file.extension() == ".json"; });

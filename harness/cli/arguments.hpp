@@ -65,9 +65,8 @@ struct CommonArguments {
   ScheduleOverrides schedule{};
   std::vector<std::string> methods{}; ///< names, or "all"; empty: one, see ScheduleOverrides
   bool quick = false;
-  std::filesystem::path json{};
 
-  void add_to(CLI::App& command);
+  void add_to(CLI::App& command, Call& call);
   /// Only which scenes, at which sizes, solved how.
   void add_scenes_to(CLI::App& command);
   /// Only which backends, on which device, with how many threads.
@@ -128,8 +127,9 @@ void refuse_idle(const CLI::App& command, const std::vector<std::string>& option
 /// and 32.
 void require_known_options(const CLI::App& command, const std::vector<std::string>& words);
 
-/// Throws InputError where a file that `command`, which has been parsed, would write is one of those that it
-/// reads: what its other arguments name, result files in a folder and the images of a scene among them.
-void require_other_outputs(const CLI::App& command);
+/// Throws InputError where a file or folder that `command`, which has been parsed, would write (add_output)
+/// is one of those that it reads: what its other arguments name, result files in a folder and the images of a
+/// scene among them. If it `writes` them, also where a file cannot be written to.
+void require_outputs(const CLI::App& command, bool writes);
 
 } // namespace hdmbench::commands

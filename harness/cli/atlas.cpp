@@ -11,18 +11,9 @@ namespace {
 struct Arguments {
   std::vector<std::string> entries;
   std::string backend = "scalar";
-  std::filesystem::path json;
   bool quick = false;
   bool list = false;
 };
-
-void print_list() {
-  json rows = json::array();
-  for (const atlas::Entry& entry : atlas::entries()) {
-    rows.push_back({{"entry", entry.name}, {"title", entry.title}, {"knob", entry.knob}});
-  }
-  fmt::print("{}", table_text(rows, "entry|title:what fails|knob"));
-}
 
 std::string threshold_text(const atlas::Threshold& threshold) {
   if (!threshold.failed) {
@@ -64,12 +55,15 @@ void print(const atlas::EntryResult& result) {
   std::fflush(stdout); // into a pipe too: the next entry may take seconds
 }
 
-void run_atlas(const Arguments& arguments, const std::string& line) {
+int run_atlas(Arguments& arguments, Call& call) {
   if (arguments.list) {
-    print_list();
-    return;
+    json rows = json::array();
+    for (const atlas::Entry& entry : atlas::entries()) {
+      rows.push_back({{"entry", entry.name}, {"title", entry.title}, {"knob", entry.knob}});
+    }
+    fmt::print("{}", table_text(rows, "entry|title:what fails|knob"));
+    return success;
   }
-  require_results_writable(arguments.json);
   std::vector<const atlas::Entry*> chosen;
   for (const std::string& name : arguments.entries) {
     chosen.push_back(&atlas::find_entry(name));
@@ -91,28 +85,28 @@ void run_atlas(const Arguments& arguments, const std::string& line) {
     const atlas::EntryResult result = atlas::run_entry(*entry, backend, arguments.quick, progress);
     progress.clear();
     print(result);
-    if (!arguments.json.empty()) {
-      rows.push_back(atlas::atlas_row(result, std::filesystem::absolute(arguments.json).parent_path()));
+    if (!call.json.empty()) {
+      rows.push_back(atlas::atlas_row(result, std::filesystem::absolute(call.json).parent_path()));
     }
   }
-  write_results(arguments.json, "atlas", run_context(line, arguments.quick), std::move(rows));
+  call.write(std::move(rows), arguments.quick);
+  return success;
 }
 
 } // namespace
 
 void add_atlas(CLI::App& program, Call& call) {
-  CLI::App* const command = program.add_subcommand(
-      "atlas", "Where the methods fail: families of scenes along one knob each, from healthy to harmful, the "
-               "error of every\nmethod, from where on it fails, how that shows, and what survives.");
-  const auto own = std::make_shared<Arguments>();
-  CLI::Option* const list = add_flag(*command, "--list", own->list, "Name the entries and stop");
-  add_option(*command, "entries", own->entries, "Entries by name (none: all; see --list)")->excludes(list);
-  add_option(*command, "--backend", own->backend, "Where it is computed; the bits are the same everywhere")
+  const auto [command, own] =
+      declare(program, call, "atlas",
+              "Where the methods fail: families of scenes along one knob each, from healthy to harmful, the "
+              "error of every\nmethod, from where on it fails, how that shows, and what survives.",
+              run_atlas);
+  CLI::Option* const list = add_flag(command, "--list", own.list, "Name the entries and stop");
+  add_option(command, "entries", own.entries, "Entries by name (none: all; see --list)")->excludes(list);
+  add_option(command, "--backend", own.backend, "Where it is computed; the bits are the same everywhere")
       ->excludes(list);
-  add_flag(*command, "--quick", own->quick, "Fewer values of every knob; the results say so")->excludes(list);
-  add_option(*command, "--json", own->json, "Write the results to this file, pictures beside it")
-      ->excludes(list);
-  command->callback([own, &call] { run_atlas(*own, call.line); });
+  add_flag(command, "--quick", own.quick, "Fewer values of every knob; the results say so")->excludes(list);
+  add_json(command, call, "Write the results to this file, pictures beside it")->excludes(list);
 }
 
 } // namespace hdmbench::commands

@@ -1,7 +1,6 @@
 #include "harness/measure/bench.hpp"
 
 #include "harness/cli/bench.hpp"
-#include "harness/cli/gates.hpp"
 #include "harness/measure/memory_use.hpp"
 #include "harness/report/ci_files.hpp"
 #include "harness/report/published.hpp"
@@ -79,28 +78,14 @@ BenchOptions bench_options(const BenchArguments& arguments,
           .checked = reference != "none"};
 }
 
-int run_bench(BenchArguments& arguments, const std::string& line) {
-  require_results_writable(arguments.json);
-  require_results_writable(arguments.benchmark_json);
+int measure_scenes(BenchArguments& arguments, const Call& call) {
   if (arguments.sizes.empty()) {
     arguments.sizes = {"300", "600"};
     arguments.sizes.resize(arguments.quick ? 2 : 3, "1200");
   }
   const auto registry = make_backends();
   std::vector<const Backend*> backends;
-  std::vector<SceneLoader> loaders = arguments.scene_loaders(published_scenes());
-  double work = 0.0;
-  std::erase_if(loaders, [&](const SceneLoader& load) { // large ones need not be in memory together
-    const std::optional<Scene> scene = load();
-    if (scene) {
-      const BenchOptions options = bench_options(arguments, registry, scene->extent(), backends);
-      work += site_updates(*scene) * arguments.repeats *
-              static_cast<double>(bench_runs(*scene, backends, options).size());
-    }
-    return !scene;
-  });
   Progress progress;
-  progress.set_total(work);
   fmt::print("Seconds are medians of {} samples of a whole solution without set-up{}.\n", arguments.repeats,
              arguments.quick ? " (quick: sizes 300 and 600 only unless others were asked for)" : "");
 
@@ -108,11 +93,11 @@ int run_bench(BenchArguments& arguments, const std::string& line) {
   bool all_agree = true;
   bool all_ran = true; // of those whose device is there
   MeasuredCeilings ceilings;
-  for (const SceneLoader& load : loaders) {
+  for (const SceneLoader& load : arguments.scene_loaders(published_scenes())) {
     const std::size_t resident = resident_bytes();
     progress.describe("prepare a scene");
     std::optional<Scene> scene = load();
-    if (!scene) { // its file has gone since
+    if (!scene) {
       continue;
     }
     BenchOptions options = bench_options(arguments, registry, scene->extent(), backends);
@@ -132,68 +117,68 @@ int run_bench(BenchArguments& arguments, const std::string& line) {
     }
     rows.insert(rows.end(), own.begin(), own.end());
   }
-  const Context context = run_context(line, arguments.quick);
-  report::write_google_benchmark(arguments.benchmark_json, context, rows);
-  write_results(arguments.json, "bench", context, std::move(rows));
+  report::write_google_benchmark(arguments.benchmark_json, run_context(call.line, arguments.quick), rows);
+  call.write(std::move(rows), arguments.quick);
   return !all_agree ? disagreement : all_ran ? success : bad_input;
+}
+
+int run_bench(BenchArguments& arguments, Call& call) {
+  arguments.gates.prepare(arguments, call);
+  if (call.ranks != nullptr) {
+    return bench_on_ranks(arguments, call, *call.ranks);
+  }
+  constexpr int enough_samples = 10; // for the test, even beside the three that bench takes by default
+  const bool is_told = call.command->count("--repeat") > 0;
+  return arguments.gates.judge(
+      arguments.before.empty()
+          ? measure_scenes(arguments, call)
+          : compare_benches(arguments, call, is_told ? arguments.repeats : enough_samples),
+      call);
 }
 
 } // namespace
 
 void add_bench(CLI::App& program, Call& call) {
-  CLI::App* const command = program.add_subcommand(
-      "bench",
+  const auto [command, own] = declare(
+      program, call, "bench",
       "Time every backend on whole solutions and compare with the thesis: Tables 5.2, 5.4, 5.6 and 5.8 at\n"
       "300, 600 and 1200 by default. Speed-ups are over scalar, one thread at -O2, in the same run; a\n"
       "backend whose field is not scalar's to the bit gets no speed-up and exit status 1. What the devices\n"
-      "can do at most, in copying memory and in arithmetic, is measured in the same run.");
-  const auto own = std::make_shared<BenchArguments>();
-  own->schedule.takes_energy = true;
-  own->add_to(*command);
-  add_option(*command, "--repeat", own->repeats, "Samples per backend, scene and size")
+      "can do at most, in copying memory and in arithmetic, is measured in the same run.",
+      run_bench);
+  own.schedule.takes_energy = true;
+  own.add_to(command, call);
+  add_option(command, "--repeat", own.repeats, "Samples per backend, scene and size")
       ->check(CLI::Range(1, 1'000'000));
-  add_option(*command, "--work", own->work,
+  add_option(command, "--work", own.work,
              "dense: every sweep visits all sites; active: it leaves out what cannot change, with the "
              "same bits, where the schedule allows it")
       ->delimiter(',')
       ->check(CLI::IsMember({"dense", "active"}));
-  add_flag(*command, "--scaling", own->scaling,
+  add_flag(command, "--scaling", own.scaling,
            "Backends with threads of their own run with 1, 2, 4 ... of them, too; with mpirun, followed "
            "by strong or weak: 1, 2, 4 ... ranks");
-  add_flag(*command, "--no-ceilings", own->no_ceilings,
+  add_flag(command, "--no-ceilings", own.no_ceilings,
            "Do not measure what the devices can do at most: a second or two less for each");
-  add_option(*command, "--reference", own->reference,
+  add_option(command, "--reference", own.reference,
              "Backend whose field and time the others are compared with, or none (default: scalar, "
              "none for images larger than 4096 x 4096)");
-  add_option(*command, "--benchmark-json", own->benchmark_json,
+  add_output(command, "--benchmark-json", own.benchmark_json,
              "Write the samples to this file as Google Benchmark's JSON, too, for its compare.py and for CI");
   {
     const OptionGroup group(
-        *command, "Compare with before (exit status 1: slower, inconclusive, missing, other device)");
+        command, "Compare with before (exit status 1: slower, inconclusive, missing, other device)");
     CLI::Option* const before =
-        add_option(*command, "--compare", own->before,
+        add_option(command, "--compare", own.before,
                    "Measure again what this result file has, and compare; nothing else is run");
-    add_option(*command, "--with", own->after, "Compare with this result file in place of measuring")
+    add_option(command, "--with", own.after, "Compare with this result file in place of measuring")
         ->needs(before)
         ->excludes("--json");
-    add_option(*command, "--tolerance", own->tolerance, "Percent by which a time may grow")
+    add_option(command, "--tolerance", own.tolerance, "Percent by which a time may grow")
         ->needs(before)
         ->check(CLI::Range(0.1, 1000.0));
   }
-  const auto gates = std::make_shared<Gates>();
-  gates->add_to(*command);
-  command->callback([own, gates, command, &call] {
-    gates->prepare(*own);
-    if (call.ranks != nullptr) {
-      call.status = bench_on_ranks(*own, call.line, *call.ranks);
-      return;
-    }
-    constexpr int enough_samples = 10; // for the test, even beside the three that bench takes by default
-    call.status = own->before.empty()
-                      ? run_bench(*own, call.line)
-                      : compare_benches(*own, command->count("--repeat") > 0 ? own->repeats : enough_samples);
-    call.status = gates->judge(call.status, *own);
-  });
+  own.gates.add_to(command);
 }
 
 } // namespace hdmbench::commands

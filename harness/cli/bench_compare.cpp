@@ -36,14 +36,13 @@ ResultFile measure(const std::string& line, int repeats, const std::filesystem::
 
 } // namespace
 
-int compare_benches(const BenchArguments& arguments, int repeats) {
+int compare_benches(const BenchArguments& arguments, const Call& call, int repeats) {
   const ResultFile before = read_bench(arguments.before);
   const TemporaryDirectory folder;
-  const ResultFile after =
-      !arguments.after.empty()
-          ? read_bench(arguments.after)
-          : measure(before.context.arguments, repeats,
-                    arguments.json.empty() ? folder.path() / "bench.json" : arguments.json);
+  const ResultFile after = !arguments.after.empty()
+                               ? read_bench(arguments.after)
+                               : measure(before.context.arguments, repeats,
+                                         call.json.empty() ? folder.path() / "bench.json" : call.json);
   const std::vector<ComparedRow> rows =
       compare_rows(before.rows<TimedRow>(), after.rows<TimedRow>(), arguments.tolerance / 100.0);
   if (rows.empty()) {

@@ -68,7 +68,7 @@ json judged(json rows) {
 
 } // namespace
 
-int bench_on_ranks(BenchArguments arguments, const std::string& line, Ranks& ranks) {
+int bench_on_ranks(const BenchArguments& arguments, const Call& call, Ranks& ranks) {
   const std::string kind = arguments.scenes.empty() ? "" : arguments.scenes.front();
   if (!arguments.scaling || (kind != "strong" && kind != "weak")) {
     throw InputError("on several ranks: bench --scaling strong (the same image on more ranks) or bench "
@@ -76,9 +76,6 @@ int bench_on_ranks(BenchArguments arguments, const std::string& line, Ranks& ran
   }
   if (arguments.scenes.size() > 2 || arguments.sizes.size() > 1 || arguments.backends.size() > 1) {
     throw InputError("bench --scaling on ranks takes one scene, one size and one backend");
-  }
-  if (ranks.is_first()) {
-    require_results_writable(arguments.json);
   }
   const Extent size = arguments.sizes.empty() ? Extent{1024, 1024} : parse_size(arguments.sizes.front());
   const std::string name = arguments.scenes.size() > 1 ? arguments.scenes[1] : "square";
@@ -106,7 +103,7 @@ int bench_on_ranks(BenchArguments arguments, const std::string& line, Ranks& ran
       kind, backends, ranks.size(), arguments.repeats,
       table_text(judged(rows), "ranks|size|seconds|speed-up|efficiency|messages|bytes:bytes sent|"
                                "message_seconds:s in messages"));
-  write_results(arguments.json, "scaling", run_context(line, false), std::move(rows));
+  call.write(std::move(rows), false, "scaling");
   return success;
 }
 

@@ -56,7 +56,7 @@ struct Arguments : PairArguments {
   DetectionOptions detection;
 };
 
-int run_detect(const Arguments& arguments, const std::string& line) {
+int run_detect(Arguments& arguments, Call& call) {
   const PictureData data = arguments.load();
   const auto registry = make_backends();
   const Backend& backend = arguments.scene.choose(registry, data.scene);
@@ -113,14 +113,14 @@ int run_detect(const Arguments& arguments, const std::string& line) {
   if (doubt.is_serious()) {
     row.update({{"looks_like", doubt.label}, {"doubted", doubt.share}});
   }
-  const auto name = [&](const char* file) { return beside(arguments.json, arguments.output, file); };
+  const auto name = [&](const char* file) { return beside(call.json, arguments.output, file); };
   write_scalar(arguments.output / "modulus.nrrd", found.modulus, data.scene.spacing, data.placement);
   write_scalar(arguments.output / "detection.nrrd", found.significance, data.scene.spacing, data.placement);
   write_scalar(arguments.output / "deviation.nrrd", found.deviation, data.scene.spacing, data.placement);
   row["modulus"] = name("modulus.nrrd");
   row["deviation"] = name("deviation.nrrd");
   row["detection"] = name("detection.nrrd");
-  Pictures pictures(arguments);
+  Pictures pictures(arguments.output, call.json);
   pictures.gray("source", "source", data.source);
   pictures.signed_values(
       "detection",
@@ -150,24 +150,23 @@ int run_detect(const Arguments& arguments, const std::string& line) {
       "standard deviation of its logarithm, and detection.nrrd, standard deviations\n",
       verdict(as_much_by_chance > 0, found), warning, seconds, registered.seconds,
       (arguments.output / "modulus.nrrd").string());
-  write_results(arguments.json, "detect", run_context(line, false), json::array({without_nulls(row)}));
+  call.write(json::array({without_nulls(row)}));
   return success;
 }
 
 } // namespace
 
 void add_detect(CLI::App& program, Call& call) {
-  CLI::App* const command = program.add_subcommand(
-      "detect",
+  const auto [command, own] = declare(
+      program, call, "detect",
       "Where is tissue stiffer or softer than its label says? (thesis Algorithm 7)\nRegisters the two "
       "pictures, then finds the moduli in the region that explain the deformation.\nWrites "
-      "DIR/modulus.nrrd and DIR/detection.nrrd.");
-  const auto own = std::make_shared<Arguments>();
-  own->add_to(*command, true);
-  add_option(*command, "--simulations", own->detection.pairs,
+      "DIR/modulus.nrrd and DIR/detection.nrrd.",
+      run_detect);
+  own.add_to(command, call, true);
+  add_option(command, "--simulations", own.detection.pairs,
              "Pairs of pictures with nothing hidden that are registered too: what is found in them is chance")
       ->check(CLI::Range(3, 1000));
-  command->callback([own, &call] { call.status = run_detect(*own, call.line); });
 }
 
 } // namespace hdmbench::commands

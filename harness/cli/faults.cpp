@@ -19,7 +19,6 @@ struct Arguments {
   std::vector<std::string> faults;
   std::string size; ///< "300" or "257x130"; empty: small
   std::string backend = "scalar";
-  std::filesystem::path json;
   bool list = false;
   bool brief = false;
 };
@@ -113,10 +112,9 @@ void print_sum(const std::vector<Trial>& trials, const json& rows) {
   }
 }
 
-/// `list`: what is planted. `asleep`: in place of the small scene of sleeping tiles, where given. `speaks`:
-/// shows progress.
-int try_faults(const Arguments& arguments, const std::vector<Planted>& list, const Backend& reference,
-               const std::string& line, const std::optional<Scene>& asleep = {}, bool speaks = true) {
+/// `list`: what is planted. `asleep`: in place of the small scene of sleeping tiles, where given.
+int try_faults(const Arguments& arguments, const Call& call, const std::vector<Planted>& list,
+               const Backend& reference, const std::optional<Scene>& asleep = {}) {
   if (arguments.list) {
     json rows = json::array();
     for (const Planted& planted : list) {
@@ -125,7 +123,6 @@ int try_faults(const Arguments& arguments, const std::vector<Planted>& list, con
     fmt::print("{}", table_text(rows, "fault|planted_on|what"));
     return success;
   }
-  require_results_writable(arguments.json);
   std::vector<TrialScene> scenes = faults::trial_scenes(arguments.scenes, parse_any_size(arguments.size));
   for (TrialScene& scene : scenes) {
     if (scene.tiles_sleep && asleep) {
@@ -133,7 +130,7 @@ int try_faults(const Arguments& arguments, const std::vector<Planted>& list, con
       scene.scene = *asleep;
     }
   }
-  Progress progress(speaks);
+  Progress progress(call.speaks());
   std::ptrdiff_t total = 0;
   for (const Planted& planted : list) {
     total += std::ranges::count_if(scenes, [&](const TrialScene& scene) { return concerns(planted, scene); });
@@ -159,54 +156,44 @@ int try_faults(const Arguments& arguments, const std::vector<Planted>& list, con
   for (const std::string& reason : reasons(trials)) {
     fmt::print("{}", reason);
   }
-  write_results(arguments.json, "faults", run_context(line, false), std::move(rows));
+  call.write(std::move(rows));
   return std::ranges::all_of(trials, &Trial::as_expected) ? success : disagreement;
 }
 
-int run_faults(const Arguments& arguments, const std::string& line) {
+/// In one process what is computed has the mistakes, on ranks what they tell each other.
+int run_faults(Arguments& arguments, Call& call) {
   const auto registry = make_backends();
-  const Backend& carrier = find_backend(registry, arguments.backend);
-  return try_faults(arguments, chosen(arguments.faults, faults::all_planted(carrier)), *registry.front(),
-                    line);
-}
-
-/// What ranks tell each other, with a mistake.
-int run_faults_on_ranks(Arguments arguments, const std::string& line, Ranks& ranks) {
-  if (!ranks.is_first()) { // results are the first one's to write
-    arguments.json.clear();
+  if (call.ranks == nullptr) {
+    const Backend& carrier = find_backend(registry, arguments.backend);
+    return try_faults(arguments, call, chosen(arguments.faults, faults::all_planted(carrier)),
+                      *registry.front());
   }
-  const auto registry = make_backends();
-  const std::vector<Planted> list =
-      chosen(arguments.faults, faults::planted_on_ranks(ranks, registry, arguments.backend));
-  return try_faults(arguments, list, *registry.front(), line, sleeping_pieces(ranks.size()),
-                    ranks.is_first());
+  return try_faults(
+      arguments, call,
+      chosen(arguments.faults, faults::planted_on_ranks(*call.ranks, registry, arguments.backend)),
+      *registry.front(), sleeping_pieces(call.ranks->size()));
 }
 
 } // namespace
 
 void add_faults(CLI::App& program, Call& call) {
-  CLI::App* const command = program.add_subcommand(
-      "faults",
+  const auto [command, own] = declare(
+      program, call, "faults",
       "Check the checker: plant mistakes into sessions, shaders and driver calls, one at a time, and "
       "see that verify\ndisagrees on one scene at least; and that it lets through what is no mistake.\n"
       "mpirun -n R hdmbench faults: mistakes in what ranks tell each other.\n"
-      "Exit status 1 if a fault is caught nowhere, or a control is not let through.");
-  const auto own = std::make_shared<Arguments>();
-  CLI::Option* const list = add_flag(*command, "--list", own->list, "Name the faults and stop");
-  add_option(*command, "scenes", own->scenes, "Scenes by name or TOML file (none: small ones made for this)")
+      "Exit status 1 if a fault is caught nowhere, or a control is not let through.",
+      run_faults);
+  CLI::Option* const list = add_flag(command, "--list", own.list, "Name the faults and stop");
+  add_option(command, "scenes", own.scenes, "Scenes by name or TOML file (none: small ones made for this)")
       ->excludes(list);
-  add_option(*command, "--faults", own->faults, "Faults and controls by name, with commas (none: all)")
+  add_option(command, "--faults", own.faults, "Faults and controls by name, with commas (none: all)")
       ->delimiter(',');
-  add_option(*command, "--size", own->size,
-             "Image size: 300 (square) or 257x130 (none: 48x40, 32 where exact)")
+  add_option(command, "--size", own.size, "Image size: 300 (square) or 257x130 (none: 48x40, 32 where exact)")
       ->excludes(list);
-  add_option(*command, "--backend", own->backend, "Whose sessions make the sessions' mistakes");
-  add_flag(*command, "--brief", own->brief, "Only what did not go as expected, and the sum")->excludes(list);
-  add_option(*command, "--json", own->json, "Write the results to this file")->excludes(list);
-  command->callback([own, &call] {
-    call.status = call.ranks != nullptr ? run_faults_on_ranks(*own, call.line, *call.ranks)
-                                        : run_faults(*own, call.line);
-  });
+  add_option(command, "--backend", own.backend, "Whose sessions make the sessions' mistakes");
+  add_flag(command, "--brief", own.brief, "Only what did not go as expected, and the sum")->excludes(list);
+  add_json(command, call)->excludes(list);
 }
 
 } // namespace hdmbench::commands

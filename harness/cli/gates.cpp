@@ -56,24 +56,22 @@ void Gates::add_to(CLI::App& command, bool with_baseline) {
   }
 }
 
-void Gates::prepare(CommonArguments& arguments) {
+void Gates::prepare(CommonArguments& arguments, Call& call) {
   if (!baseline_.empty()) {
     (void)verify_rows(baseline_);
-    if (arguments.json.empty()) {
-      arguments.json = folder_.emplace().path() / "verify.json";
+    if (call.json.empty()) {
+      call.json = folder_.emplace().path() / "verify.json";
     }
   }
   if (!require_hardware_ && !fail_on_skip_) {
     return;
   }
-  const auto named = [](const std::vector<std::string>& names, const Backend& backend) {
-    return std::ranges::find(names, backend.name()) != names.end();
-  };
   const auto registry = make_backends();
   std::vector<std::string> kept;
   bool any_hardware = false;
   for (const auto& backend : registry) {
-    if (!arguments.backends.empty() && !named(arguments.backends, *backend)) {
+    if (!arguments.backends.empty() &&
+        std::ranges::find(arguments.backends, backend->name()) == arguments.backends.end()) {
       continue;
     }
     const bool is_processor = backend->threads(arguments.session) > 0;
@@ -87,7 +85,7 @@ void Gates::prepare(CommonArguments& arguments) {
     } catch (const DeviceError& error) {
       why = error.what();
     }
-    if (!why.empty() && (named(arguments.backends, *backend) || named(arguments.required, *backend))) {
+    if (!why.empty() && arguments.needs(backend->name())) {
       throw DeviceError(fmt::format("{} is needed but not there: {}", backend->name(), why));
     }
     if (why.empty()) {
@@ -109,14 +107,14 @@ void Gates::prepare(CommonArguments& arguments) {
   }
 }
 
-int Gates::judge(int status, const CommonArguments& arguments) const {
+int Gates::judge(int status, const Call& call) const {
   bool good = true;
   if (fail_on_skip_ && !skipped_.empty()) {
     fmt::print("\n--fail-on-skip: not everything was run:\n{}", skipped_);
     good = false;
   }
-  if (!baseline_.empty()) {
-    const std::string lost = losses(verify_rows(baseline_), verify_rows(arguments.json));
+  if (!baseline_.empty() && call.speaks()) {
+    const std::string lost = losses(verify_rows(baseline_), verify_rows(call.json));
     fmt::print("\n{}\n{}",
                lost.empty() ? "All that agreed in the baseline agrees" : "Lost since the baseline:", lost);
     good = good && lost.empty();

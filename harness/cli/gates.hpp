@@ -18,13 +18,14 @@ public:
 
   /// Before the command runs. Where hardware is required, leaves backends with software only out of
   /// `arguments`, with a line on standard output; scalar and openmp, which claim to be no GPU, stay. Where
-  /// there is a baseline, `arguments` get a file for the results. Throws DeviceError where a backend that was
+  /// there is a baseline, `call` gets a file for the results. Throws DeviceError where a backend that was
   /// named has software only, or no hardware is left, and InputError for a baseline that cannot be read.
-  void prepare(CommonArguments& arguments);
+  void prepare(CommonArguments& arguments, Call& call);
 
   /// After it: `status`, or disagreement where that was success and a backend was skipped or something that
   /// agreed in the baseline does not agree, or is not there, in the results. Says which. Throws InputError.
-  [[nodiscard]] int judge(int status, const CommonArguments& arguments) const;
+  /// The baseline is compared by the process that speaks.
+  [[nodiscard]] int judge(int status, const Call& call) const;
 
 private:
   bool require_hardware_ = false;

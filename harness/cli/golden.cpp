@@ -12,6 +12,7 @@ namespace {
 struct Arguments : CommonArguments {
   std::filesystem::path write;  ///< empty: only compare
   std::filesystem::path golden; ///< empty: the committed hashes
+  Gates gates{};
 
   /// Scenes as the user's own files have them, and not the shipped ones with few iterations.
   [[nodiscard]] bool has_own_scenes() const {
@@ -127,8 +128,8 @@ std::vector<Scene> load_golden_scenes(const Arguments& arguments) {
 }
 
 /// A new file, of what all backends agree on.
-ExitStatus write_golden(const std::vector<GoldenResult>& results, const std::vector<GoldenEntry>& before,
-                        const std::filesystem::path& file) {
+int write_golden(const std::vector<GoldenResult>& results, const std::vector<GoldenEntry>& before,
+                 const std::filesystem::path& file) {
   std::vector<GoldenEntry> entries;
   int changed = 0;
   for (const GoldenResult& result : results) {
@@ -146,11 +147,8 @@ ExitStatus write_golden(const std::vector<GoldenResult>& results, const std::vec
   return success;
 }
 
-ExitStatus run_golden(const Arguments& arguments, const std::string& line) {
-  require_results_writable(arguments.json);
-  if (!arguments.write.empty()) {
-    require_writable(arguments.write);
-  }
+int run_golden(Arguments& arguments, Call& call) {
+  arguments.gates.prepare(arguments, call);
   const auto registry = make_backends();
   std::vector<GoldenSolver> solvers;
   for (const Backend* backend : arguments.choose(registry)) {
@@ -177,10 +175,12 @@ ExitStatus run_golden(const Arguments& arguments, const std::string& line) {
   progress.set_total(total);
   std::vector<GoldenResult> results;
   json rows = json::array();
+  std::array<int, verdict_names.size()> count{};
   for (const Scene& scene : scenes) {
     results.push_back(check_golden(scene, solvers, find_golden(golden, case_of(scene)), progress));
     for (const GoldenOutcome& outcome : results.back().outcomes) {
       rows.push_back(golden_row(results.back(), outcome));
+      ++count.at(static_cast<std::size_t>(outcome.verdict));
     }
   }
   progress.clear();
@@ -188,50 +188,39 @@ ExitStatus run_golden(const Arguments& arguments, const std::string& line) {
              arguments.golden.empty() ? "committed" : "of " + arguments.golden.string());
   print_table(results, solvers);
   print_remarks(results, solvers, arguments);
-  const auto count = [&](Verdict verdict) {
-    return std::ranges::count_if(rows, [&](const json& row) { return row["verdict"] == name_of(verdict); });
-  };
-  const auto wrong = count(Verdict::disagree) + count(Verdict::mistrusted);
+  const auto [agree, certified, skipped, mistrusted, disagree] = count;
   fmt::print("\n{} solutions are golden, {} are not, {} have nothing to be compared with, {} skipped\n",
-             count(Verdict::agree), count(Verdict::disagree), count(Verdict::mistrusted),
-             count(Verdict::skipped));
-  write_results(arguments.json, "golden", run_context(line, false), std::move(rows));
-  if (!arguments.write.empty()) {
-    return write_golden(results, golden, arguments.write);
-  }
-  return wrong > 0 ? disagreement : success;
+             agree, disagree, mistrusted, skipped);
+  call.write(std::move(rows));
+  const int status = !arguments.write.empty()    ? write_golden(results, golden, arguments.write)
+                     : disagree + mistrusted > 0 ? disagreement
+                                                 : success;
+  return arguments.gates.judge(status, call);
 }
 
 } // namespace
 
 void add_golden(CLI::App& program, Call& call) {
-  CLI::App* const command = program.add_subcommand(
-      "golden",
-      "Solve the shipped scenes at fixed sizes on every backend and compare a hash of the field of every "
-      "level\n"
-      "with those committed: machines, compilers and versions are to give the same bits, not only backends.\n"
-      "Scenes of your own: SCENE.toml --write FILE keeps their hashes, SCENE.toml --golden FILE compares "
-      "with\n"
-      "them.\n"
-      "Exit status 1 if a hash differs, or there is none to compare with.");
-  const auto own = std::make_shared<Arguments>();
-  own->schedule.takes_energy = true; // as a scene's own file says
-  add_option(*command, "scenes", own->scenes,
+  const auto [command, own] = declare(
+      program, call, "golden",
+      "Solve the shipped scenes at fixed sizes on every backend and compare a hash of the field of every\n"
+      "level with those committed: machines, compilers and versions are to give the same bits, not only\n"
+      "backends. Scenes of your own: SCENE.toml --write FILE keeps their hashes, SCENE.toml --golden FILE\n"
+      "compares with them.\n"
+      "Exit status 1 if a hash differs, or there is none to compare with.",
+      run_golden);
+  own.schedule.takes_energy = true; // as a scene's own file says
+  add_option(command, "scenes", own.scenes,
              "Shipped scenes by name (none: all); with --golden or --write your own, by file");
-  own->add_backends_to(*command);
-  const auto gates = std::make_shared<Gates>();
-  gates->add_to(*command);
-  add_option(*command, "--golden", own->golden,
+  own.add_backends_to(command);
+  own.gates.add_to(command);
+  add_option(command, "--golden", own.golden,
              "Compare with the hashes of this file, which --write wrote, in place of the committed ones");
-  add_option(*command, "--write", own->write,
+  add_output(command, "--write", own.write,
              "Write the hashes to this file, if all backends agree; harness/check/golden.json is "
              "what the next build compares with")
       ->excludes("--backends");
-  add_option(*command, "--json", own->json, "Write the results to this file");
-  command->callback([own, gates, &call] {
-    gates->prepare(*own);
-    call.status = gates->judge(run_golden(*own, call.line), *own);
-  });
+  add_json(command, call);
 }
 
 } // namespace hdmbench::commands

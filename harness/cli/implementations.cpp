@@ -29,8 +29,7 @@ std::vector<std::string> verify_words(const CLI::App& command, std::vector<std::
   return words;
 }
 
-int run_implementations(const CLI::App& command, const Arguments& arguments, const std::string& line) {
-  require_results_writable(arguments.verify.json);
+int run_implementations(Arguments& arguments, Call& call) {
   const auto registry = make_backends();
   for (const std::string& name : arguments.verify.backends) {
     (void)find_backend(registry, name);
@@ -39,7 +38,7 @@ int run_implementations(const CLI::App& command, const Arguments& arguments, con
   const std::vector<ImplementationRow> rows =
       verify_implementations(known_implementations(),
                              {.program = std::filesystem::read_symlink("/proc/self/exe"),
-                              .verify = verify_words(command, arguments.verify.scenes),
+                              .verify = verify_words(*call.command, arguments.verify.scenes),
                               .backends = arguments.verify.backends,
                               .seconds = arguments.seconds,
                               .resident_bytes = static_cast<std::int64_t>(arguments.gigabytes * 1e9)},
@@ -62,29 +61,27 @@ int run_implementations(const CLI::App& command, const Arguments& arguments, con
   const auto absent = std::ranges::count(rows, Outcome::absent, &ImplementationRow::outcome);
   const auto failed = std::ssize(rows) - passed - absent;
   fmt::print("\n{} pass, {} do not, {} are not there\n", passed, failed, absent);
-  write_results(arguments.verify.json, "implementations", run_context(line, arguments.verify.quick),
-                std::move(results));
+  call.write(std::move(results), arguments.verify.quick);
   return failed > 0 || passed == 0 ? disagreement : success;
 }
 
 } // namespace
 
 void add_implementations(CLI::App& program, Call& call) {
-  CLI::App* const command = program.add_subcommand(
-      "implementations",
+  const auto [command, own] = declare(
+      program, call, "implementations",
       "Run verify on every implementation of OpenGL and Vulkan that this machine has, each in a process of\n"
       "its own: as installed, Mesa's llvmpipe and softpipe, every Vulkan driver with a file, and zink on "
       "it.\n"
       "A driver that hangs, crashes or takes too much memory is a row of the table.\n"
-      "Takes the arguments of verify. Exit status 1 if one does not pass.");
-  const auto own = std::make_shared<Arguments>();
-  own->verify.add_to(*command);
-  remove_options(*command, {"--device", "--require"});
-  add_option(*command, "--limit-seconds", own->seconds, "That one implementation of one backend may take")
+      "Takes the arguments of verify. Exit status 1 if one does not pass.",
+      run_implementations);
+  own.verify.add_to(command, call);
+  remove_options(command, {"--device", "--require"});
+  add_option(command, "--limit-seconds", own.seconds, "That one implementation of one backend may take")
       ->check(CLI::Range(1.0, 1e6));
-  add_option(*command, "--limit-memory", own->gigabytes, "That it may take, in GB")
+  add_option(command, "--limit-memory", own.gigabytes, "That it may take, in GB")
       ->check(CLI::Range(0.1, 1e4));
-  command->callback([own, command, &call] { call.status = run_implementations(*command, *own, call.line); });
 }
 
 } // namespace hdmbench::commands

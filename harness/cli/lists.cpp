@@ -21,8 +21,8 @@ json updates(const Backend& backend) {
 }
 
 /// What each rank takes of each backend with --device by-rank. Of a backend without one, why.
-void list_devices_of_ranks(const std::filesystem::path& file, Ranks& ranks) {
-  if (!file.empty()) {
+int list_devices_of_ranks(const Call& call, Ranks& ranks) {
+  if (!call.json.empty()) {
     throw InputError("devices --json tells of one process: leave out mpirun");
   }
   json own = json::array();
@@ -41,10 +41,15 @@ void list_devices_of_ranks(const std::filesystem::path& file, Ranks& ranks) {
   fmt::print(
       "{}  --device by-rank: the ranks of a machine take its devices in turn, and share its processors out\n",
       table_text(gather_rows(own, ranks), "rank|machine|backend|threads|device:device and driver"));
+  return success;
 }
 
-void list_devices(const std::filesystem::path& file, const std::string& line) {
-  require_results_writable(file);
+struct Arguments {};
+
+int run_devices(Arguments& /*none*/, Call& call) {
+  if (call.ranks != nullptr) {
+    return list_devices_of_ranks(call, *call.ranks);
+  }
   json rows = json::array();
   json present = json::array();
   std::string absent;
@@ -71,7 +76,8 @@ void list_devices(const std::filesystem::path& file, const std::string& line) {
   }
   fmt::print("{}{}{}", table_text(present, "backend|number:no.|device|driver"),
              absent.empty() ? "" : "\nNot there:\n", absent);
-  write_results(file, "devices", run_context(line, false), std::move(rows));
+  call.write(std::move(rows));
+  return success;
 }
 
 /// "all", or the names of those that can.
@@ -109,14 +115,11 @@ void list_methods() {
 } // namespace
 
 void add_devices(CLI::App& program, Call& call) {
-  CLI::App* const command =
-      program.add_subcommand("devices", "List every backend with its devices, or why it is not there.\n"
-                                        "mpirun -n R hdmbench devices: which one each rank takes.");
-  const auto file = std::make_shared<std::filesystem::path>();
-  add_option(*command, "--json", *file, "Write the list to this file");
-  command->callback([file, &call] {
-    call.ranks != nullptr ? list_devices_of_ranks(*file, *call.ranks) : list_devices(*file, call.line);
-  });
+  const auto [command, own] = declare(program, call, "devices",
+                                      "List every backend with its devices, or why it is not there.\n"
+                                      "mpirun -n R hdmbench devices: which one each rank takes.",
+                                      run_devices);
+  add_json(command, call, "Write the list to this file");
 }
 
 void add_methods(CLI::App& program, Call& /*call*/) {

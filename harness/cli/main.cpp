@@ -85,14 +85,14 @@ void require_meaning_for_ranks(std::string_view command, const std::string& own,
 /// Throws what the commands throw.
 int run_program(std::span<char*> words, Ranks* ranks) {
   using namespace commands;
-  const bool speaks = ranks == nullptr || ranks->is_first(); // results come from the first rank
+  Call call{.ranks = ranks};
+  const bool speaks = call.speaks(); // results come from the first rank
   if (!speaks && std::freopen("/dev/null", "w", stdout) == nullptr) {
     throw InputError("/dev/null cannot be opened");
   }
   if (speaks && sends_results_to_standard_output(words)) {
     stdout = stderr;
   }
-  Call call{.ranks = ranks};
   for (const char* const word : words.subspan(1)) {
     call.line += (call.line.empty() ? "" : " ") + shell_word(word);
   }
@@ -118,7 +118,7 @@ int run_program(std::span<char*> words, Ranks* ranks) {
   }
   std::vector<std::string> names;
   for (CLI::App* const command : program.get_subcommands({})) {
-    command->parse_complete_callback([command] { require_other_outputs(*command); });
+    command->parse_complete_callback([command, speaks] { require_outputs(*command, speaks); });
     for (CLI::Option* const option : command->get_options()) {
       option->capture_default_str();
       if (const std::string value = option->get_default_str(); value == "[]" || value == "0") {

@@ -65,7 +65,7 @@ void require_overlap(const ScalarField& source, const ScalarField& target) {
 
 } // namespace
 
-void PairArguments::add_to(CLI::App& command, bool detects) {
+void PairArguments::add_to(CLI::App& command, Call& call, bool detects) {
   add_option(command, "source", source, "The picture before, as the scene's labels have it")->required();
   add_option(command, "target", target, "The picture after, of the same size and spacing")->required();
   add_option(command, "--scene", scene.scene,
@@ -81,8 +81,8 @@ void PairArguments::add_to(CLI::App& command, bool detects) {
     scene.schedule.add_to(command);
   }
   scene.add_backend_to(command);
-  add_option(command, "--output", output, "Folder for the files, made if missing");
-  add_option(command, "--json", json, "Write the result to this file");
+  add_output_folder(command, output);
+  add_json(command, call);
 }
 
 PictureData PairArguments::load() const {
@@ -134,16 +134,14 @@ PictureData PairArguments::load() const {
 }
 
 void PairArguments::require_output(std::span<const std::string> files) const {
-  require_results_writable(json);
   std::vector<fs::path> inputs = files_of_scene(scene.scene);
   inputs.insert(inputs.end(), {source, target, region});
   require_folder(output, files, inputs);
 }
 
 fs::path Pictures::file(const std::string& name, const std::string& caption) {
-  written_.push_back(
-      {{"caption", caption}, {"file", beside(arguments_.json, arguments_.output, name + ".png")}});
-  return arguments_.output / (name + ".png");
+  written_.push_back({{"caption", caption}, {"file", beside(results_, folder_, name + ".png")}});
+  return folder_ / (name + ".png");
 }
 
 void Pictures::gray(const std::string& name, const std::string& caption, const ScalarField& picture) {

@@ -24,11 +24,10 @@ struct PairArguments {
   std::filesystem::path target;
   std::filesystem::path region; ///< empty: none
   std::filesystem::path output = "hdmbench-output";
-  std::filesystem::path json;
   SceneArguments scene;
 
   /// `detects`: then a region is required, and there is one way to solve.
-  void add_to(CLI::App& command, bool detects);
+  void add_to(CLI::App& command, Call& call, bool detects);
   /// Throws InputError where the two, the scene and the region do not belong together: other sizes or
   /// spacings, no overlap, one gray value, no labels, an empty region.
   [[nodiscard]] PictureData load() const;
@@ -40,7 +39,9 @@ struct PairArguments {
 /// Writes pictures into the output folder; the rows of `register` and `detect` name them.
 class Pictures {
 public:
-  explicit Pictures(const PairArguments& arguments) : arguments_(arguments) {}
+  /// Their names are as the result file `results` has them.
+  Pictures(std::filesystem::path folder, std::filesystem::path results)
+      : folder_(std::move(folder)), results_(std::move(results)) {}
 
   void gray(const std::string& name, const std::string& caption, const ScalarField& picture);
   /// Red above 0 and blue below, full at `largest`; over `ground`, where there is one.
@@ -52,7 +53,8 @@ public:
 private:
   [[nodiscard]] std::filesystem::path file(const std::string& name, const std::string& caption);
 
-  const PairArguments& arguments_;
+  std::filesystem::path folder_;
+  std::filesystem::path results_;
   json written_ = json::array();
 };
 

@@ -6,8 +6,12 @@ namespace hdmbench::commands {
 
 namespace {
 
-void run_probe(const CommonArguments& arguments, const std::string& line) {
-  require_results_writable(arguments.json);
+struct Arguments : CommonArguments {
+  Gates gates{};
+};
+
+int run_probe(Arguments& arguments, Call& call) {
+  arguments.gates.prepare(arguments, call);
   const auto registry = make_backends();
   std::string expected;
   json results = json::array();
@@ -37,29 +41,25 @@ void run_probe(const CommonArguments& arguments, const std::string& line) {
   }
   fmt::print("{}\nExpected of verify\n{}",
              table_text(answers, "backend|device|program|question|answer|telling:could tell"), expected);
-  write_results(arguments.json, "probe", run_context(line, false), std::move(results));
+  call.write(std::move(results));
+  return arguments.gates.judge(success, call);
 }
 
 } // namespace
 
 void add_probe(CLI::App& program, Call& call) {
-  CLI::App* const command = program.add_subcommand(
-      "probe",
-      "What does each device's arithmetic do? Are products fused into sums, are sums reordered, are "
-      "subnormal\n"
-      "numbers, -0, NaN and infinity kept, how are quotients and roots rounded, when does a loop end? One\n"
-      "sweep in the very programs that verify compares, and a small program of its own per language, on\n"
-      "numbers that tell the cases apart. \"could tell\" counts the answers that would have been others.");
-  const auto own = std::make_shared<CommonArguments>();
-  own->add_backends_to(*command);
-  const auto gates = std::make_shared<Gates>();
-  gates->add_to(*command);
-  add_option(*command, "--json", own->json, "Write the answers to this file");
-  command->callback([own, gates, &call] {
-    gates->prepare(*own);
-    run_probe(*own, call.line);
-    call.status = gates->judge(success, *own);
-  });
+  const auto [command, own] = declare(
+      program, call, "probe",
+      "What does each device's arithmetic do? Are products fused into sums, are sums reordered,\n"
+      "are subnormal numbers, -0, NaN and infinity kept, how are quotients and roots rounded, when does a\n"
+      "loop end? One sweep in the very programs that verify compares, and a small program of its own per\n"
+      "language, on numbers that tell the cases apart. \"could tell\" counts the answers that would have "
+      "been\n"
+      "others.",
+      run_probe);
+  own.add_backends_to(command);
+  own.gates.add_to(command);
+  add_json(command, call, "Write the answers to this file");
 }
 
 } // namespace hdmbench::commands

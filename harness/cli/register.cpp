@@ -61,10 +61,11 @@ std::vector<std::string> output_files() {
   return files;
 }
 
-void write_files(const PairArguments& arguments, const PictureData& data, Outcome& outcome) {
+void write_files(const PairArguments& arguments, const Call& call, const PictureData& data,
+                 Outcome& outcome) {
   const Extent extent = data.source.extent;
   const ScalarField warped = warp(data.source, outcome.displacement);
-  Pictures pictures(arguments);
+  Pictures pictures(arguments.output, call.json);
   pictures.gray("source", "source", data.source);
   pictures.gray("target", "target", data.target);
   pictures.gray("warped", "source, moved to the target", warped);
@@ -94,7 +95,7 @@ void write_files(const PairArguments& arguments, const PictureData& data, Outcom
   outcome.row["pictures"] = pictures.written();
   write_displacement(arguments.output / "displacement.nrrd", outcome.displacement, data.scene.spacing,
                      data.placement);
-  outcome.row["field"] = beside(arguments.json, arguments.output, "displacement.nrrd");
+  outcome.row["field"] = beside(call.json, arguments.output, "displacement.nrrd");
 }
 
 Outcome register_region(const Arguments& arguments, const PictureData& data, const Backend& backend,
@@ -142,13 +143,13 @@ Outcome register_iterated(const Arguments& arguments, const PictureData& data, c
   return outcome;
 }
 
-int run_register(const Arguments& arguments, const CLI::App& command, const std::string& line) {
+int run_register(Arguments& arguments, Call& call) {
   const ScheduleOverrides& schedule = arguments.pair.scene.schedule;
   if (arguments.iterate) {
     const bool is_idle = schedule.energy != nullptr && !schedule.energy->is_of_cells();
-    std::vector<std::string> idle = schedule_options(command, {is_idle ? "" : "--energy"});
+    std::vector<std::string> idle = schedule_options(*call.command, {is_idle ? "" : "--energy"});
     idle.emplace_back("--conventional");
-    refuse_idle(command, idle,
+    refuse_idle(*call.command, idle,
                 "--iterate looks at the pictures itself, and solves the elastic energy its way");
   }
   const PictureData data = arguments.pair.load();
@@ -191,7 +192,7 @@ int run_register(const Arguments& arguments, const CLI::App& command, const std:
   if (!warnings.empty()) {
     row["warnings"] = warnings;
   }
-  write_files(arguments.pair, data, outcome);
+  write_files(arguments.pair, call, data, outcome);
 
   fmt::print("{}, {} x {} pixels of {:.4g} mm, {} energy on {} ({})\n\n", data.scene.title,
              data.scene.extent().width, data.scene.extent().height, data.scene.spacing,
@@ -219,7 +220,7 @@ int run_register(const Arguments& arguments, const CLI::App& command, const std:
   if (!warnings.empty()) {
     fmt::print("\n{}", warnings_text(warnings));
   }
-  write_results(arguments.pair.json, "register", run_context(line, false), json::array({without_nulls(row)}));
+  call.write(json::array({without_nulls(row)}));
   const bool alike = std::ranges::find(warnings, no_likeness, &Warning::kind) == warnings.end();
   return alike && converged ? success : disagreement;
 }
@@ -227,20 +228,19 @@ int run_register(const Arguments& arguments, const CLI::App& command, const std:
 } // namespace
 
 void add_register(CLI::App& program, Call& call) {
-  CLI::App* const command = program.add_subcommand(
-      "register",
+  const auto [command, own] = declare(
+      program, call, "register",
       "Find the displacement between two pictures of one person, with the tissues' moduli (thesis "
       "Algorithms 5 and 6).\nWrites DIR/displacement.nrrd and pictures before and after. Exit status 1 where "
-      "the pictures have no likeness.");
-  const auto own = std::make_shared<Arguments>();
-  own->pair.add_to(*command, false);
-  add_option(*command, "--conventional", own->conventional,
+      "the pictures have no likeness.",
+      run_register);
+  own.pair.add_to(command, call, false);
+  add_option(command, "--conventional", own.conventional,
              "ITK's registration that says what is observed: b-splines or demons")
       ->check(CLI::IsMember(std::vector<std::string>(conventional_names.begin(), conventional_names.end())));
-  add_flag(*command, "--iterate", own->iterate,
+  add_flag(command, "--iterate", own.iterate,
            "No ITK: estimate, solve with the elastic energy and look again, from coarse to fine; "
            "exit status 1 where it does not converge");
-  command->callback([own, command, &call] { call.status = run_register(*own, *command, call.line); });
 }
 
 } // namespace hdmbench::commands

@@ -19,7 +19,6 @@ struct Arguments {
   bool spread = false;
   std::string other; ///< scene; empty: the pair is planted
   fs::path output;
-  fs::path json;
 
   [[nodiscard]] WantedWays wanted() const {
     return [all = !quick](std::string_view way) { return all || is_quick(way); };
@@ -130,9 +129,9 @@ Found turn(const Arguments& arguments, const Scene& scene, const Backend& backen
   return {"knobs", std::move(rows)};
 }
 
-int run_rivals(const Arguments& arguments, const CLI::App& command, const std::string& line) {
+int run_rivals(Arguments& arguments, Call& call) {
   if (arguments.detection > 0 && !arguments.pictures) {
-    refuse_idle(command, {"--output"}, "only pictures are written; with --detection give --pictures");
+    refuse_idle(*call.command, {"--output"}, "only pictures are written; with --detection give --pictures");
   }
   const Scene scene = arguments.scene.load();
   const auto registry = make_backends();
@@ -140,7 +139,6 @@ int run_rivals(const Arguments& arguments, const CLI::App& command, const std::s
   if (!backend.has_elastic()) {
     throw InputError(fmt::format("{} has no elastic energy", backend.name()));
   }
-  require_results_writable(arguments.json);
   Progress progress;
   const auto& run = arguments.knobs > 0        ? turn
                     : !arguments.other.empty() ? compare_people
@@ -150,53 +148,53 @@ int run_rivals(const Arguments& arguments, const CLI::App& command, const std::s
   if (!arguments.quick && arguments.knobs == 0 && arguments.detection == 0 && !is_installed("elastix")) {
     fmt::print("{} was not compared: there is no elastix on PATH (Debian's package elastix)\n", by_elastix);
   }
-  write_results(arguments.json, found.command, run_context(line, arguments.quick), std::move(found.rows));
+  call.write(std::move(found.rows), arguments.quick, found.command);
   return success;
 }
 
 } // namespace
 
 void add_rivals(CLI::App& program, Call& call) {
-  CLI::App* const command = program.add_subcommand(
-      "rivals", "register and detect against planted truth, and what others do: finite elements deform a "
-                "slice,\nnoise is added, and every method has to find out how.");
-  const auto own = std::make_shared<Arguments>();
-  own->scene.scene = "brain";
-  own->scene.schedule.takes_energy = true;
-  add_option(*command, "scene", own->scene.scene, "Scene by name or TOML file");
-  add_option(*command, "--size", own->scene.size, "Image size: 300 (square) or 257x130");
-  own->scene.add_orientation_to(*command);
-  own->scene.add_backend_to(*command);
+  const auto [command, own] =
+      declare(program, call, "rivals",
+              "register and detect against planted truth, and what others do: finite elements deform a "
+              "slice,\nnoise is added, and every method has to find out how.",
+              run_rivals);
+  own.scene.scene = "brain";
+  own.scene.schedule.takes_energy = true;
+  add_option(command, "scene", own.scene.scene, "Scene by name or TOML file");
+  add_option(command, "--size", own.scene.size, "Image size: 300 (square) or 257x130");
+  own.scene.add_orientation_to(command);
+  own.scene.add_backend_to(command);
   CLI::Option* const quick =
-      add_flag(*command, "--quick", own->quick,
+      add_flag(command, "--quick", own.quick,
                "Without mutual information: ITK's, elastix's, and so without Algorithm 5");
   CLI::Option* const planted =
-      add_option(*command, "--planted", own->kinds, "What deforms: growth, resection, pressure, with commas")
+      add_option(command, "--planted", own.kinds, "What deforms: growth, resection, pressure, with commas")
           ->delimiter(',')
           ->check(CLI::IsMember(std::vector<std::string>(planted_names.begin(), planted_names.end())));
-  CLI::Option* const output =
-      add_option(*command, "--output", own->output,
-                 "Write the pictures of each pair to this folder, for register; with --pictures those of the "
-                 "first inclusion, for detect");
+  CLI::Option* const output = add_output_folder(
+      command, own.output,
+      "Write the pictures of each pair to this folder, for register; with --pictures those of the "
+      "first inclusion, for detect");
   CLI::Option* const other =
-      add_option(*command, "--other", own->other,
+      add_option(command, "--other", own.other,
                  "Nothing is planted: register to the picture of this scene, another person of whom a "
                  "label is the same tissue")
           ->excludes(planted)
           ->excludes(output);
-  CLI::Option* const detection = add_option(*command, "--detection", own->detection,
+  CLI::Option* const detection = add_option(command, "--detection", own.detection,
                                             "So many cases with a hidden inclusion, and as many without")
                                      ->check(CLI::Range(1, 1'000'000))
                                      ->excludes(quick)
                                      ->excludes(planted)
                                      ->excludes(other);
-  add_flag(*command, "--spread", own->spread,
-           "Radius 3 to 15 pixels and contrast 1.5 to 10, another each case")
+  add_flag(command, "--spread", own.spread, "Radius 3 to 15 pixels and contrast 1.5 to 10, another each case")
       ->needs(detection);
-  add_flag(*command, "--pictures", own->pictures,
+  add_flag(command, "--pictures", own.pictures,
            "The displacement is not given: Algorithm 6 finds it in pictures that do not show the inclusion")
       ->needs(detection);
-  add_option(*command, "--knobs", own->knobs,
+  add_option(command, "--knobs", own.knobs,
              "Where Algorithms 5, 6 and 7 break: noise, sizes, contrast, wrong moduli and labels, so many "
              "cases of each value")
       ->check(CLI::Range(1, 1000))
@@ -204,8 +202,7 @@ void add_rivals(CLI::App& program, Call& call) {
       ->excludes(output)
       ->excludes(other)
       ->excludes(detection);
-  add_option(*command, "--json", own->json, "Write the results to this file");
-  command->callback([own, command, &call] { call.status = run_rivals(*own, *command, call.line); });
+  add_json(command, call);
 }
 
 } // namespace hdmbench::commands

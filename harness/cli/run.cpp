@@ -29,7 +29,6 @@ namespace fs = std::filesystem;
 struct Arguments {
   SceneArguments scene;
   fs::path output = "hdmbench-output";
-  fs::path json;
   std::string accuracy; ///< "0.2px" or "0.1mm"; empty: not asked for
   std::string within;   ///< "10ms"; empty: not asked for
   bool explain = false;
@@ -180,7 +179,8 @@ Scene load_for(const Arguments& arguments) {
 
 /// A request is a method of its own, so what belongs to another one has no meaning beside it. Throws
 /// InputError.
-void require_meaning(const Arguments& arguments, const CLI::App& command, const Ranks* ranks) {
+void require_meaning(const Arguments& arguments, const Call& call) {
+  const CLI::App& command = *call.command;
   (void)arguments.request(1.0);
   if (const auto* const energy = arguments.scene.schedule.energy; arguments.asks() && energy != nullptr) {
     require_near_finite_elements(*energy, fmt::format("--energy {}", energy->name));
@@ -189,7 +189,7 @@ void require_meaning(const Arguments& arguments, const CLI::App& command, const 
     refuse_idle(command, {"--sites-per-rank", "--halo"},
                 "ranks are several processes, mpirun -n 4 hdmbench run ..., and this one is alone");
   }
-  if (ranks != nullptr) {
+  if (call.ranks != nullptr) {
     refuse_idle(command, {"--accuracy", "--within"}, "that runs in one process, without mpirun");
   }
   if (arguments.asks()) {
@@ -234,8 +234,8 @@ Warnings find_warnings(const Scene& scene, const Solution& solution, const std::
 }
 
 /// Writes the files of a run, and their names into its row.
-void write_files(const Arguments& arguments, const Scene& scene, const VectorField& displacement,
-                 RunRow& row) {
+void write_files(const Arguments& arguments, const Call& call, const Scene& scene,
+                 const VectorField& displacement, RunRow& row) {
   if (!have_images()) {
     fmt::print("  No files are written: this build has no image support (-DHDMBENCH_IMAGES=ON).\n");
     return;
@@ -252,7 +252,7 @@ void write_files(const Arguments& arguments, const Scene& scene, const VectorFie
     write_strains(scene, displacement, arguments.output, std::span(names).subspan(1 + picture_names.size()));
   }
   for (std::string& name : names) {
-    name = beside(arguments.json, arguments.output, name);
+    name = beside(call.json, arguments.output, name);
   }
   row.field = names[0];
   if (inspected) {
@@ -261,11 +261,11 @@ void write_files(const Arguments& arguments, const Scene& scene, const VectorFie
   }
 }
 
-int run_scene(const Arguments& arguments, const CLI::App& command, const std::string& line, Ranks* ranks) {
-  require_meaning(arguments, command, ranks);
+int run_scene(Arguments& arguments, Call& call) {
+  require_meaning(arguments, call);
+  Ranks* const ranks = call.ranks;
   const PeakMemory memory;
-  const bool is_first = ranks == nullptr || ranks->is_first();
-  Progress progress(is_first);
+  Progress progress(call.speaks());
   progress.describe(fmt::format("prepare {}", arguments.scene.scene));
   const Scene scene = load_for(arguments);
   const Request request = arguments.request(scene.spacing);
@@ -282,10 +282,7 @@ int run_scene(const Arguments& arguments, const CLI::App& command, const std::st
   }
   const Backend& backend = shared ? *shared : arguments.scene.choose(registry, scene);
   const Device device = backend.device(session);
-  if (is_first) {
-    require_results_writable(arguments.json);
-  }
-  if (have_images() && is_first) {
+  if (have_images() && call.speaks()) {
     require_folder(arguments.output, file_names(scene, arguments.strains),
                    files_of_scene(arguments.scene.scene));
   }
@@ -304,7 +301,7 @@ int run_scene(const Arguments& arguments, const CLI::App& command, const std::st
   json by_rank = json::array();
   if (ranks != nullptr) {
     by_rank = rows_of_ranks(arguments, registry, *shared, memory, *ranks);
-    if (!is_first) { // all have the same field
+    if (!call.speaks()) { // all have the same field
       return success;
     }
   }
@@ -360,51 +357,50 @@ int run_scene(const Arguments& arguments, const CLI::App& command, const std::st
                            ? warnings_text(row.warnings)
                            : "  Not diagnosed, and no pictures: beyond 4096 x 4096 sites that takes more "
                              "time and memory than the solution.\n");
-  write_files(arguments, scene, solution.displacement, row);
-  write_results(arguments.json, "run", run_context(line, false), json::array({to_json_row(row)}));
+  write_files(arguments, call, scene, solution.displacement, row);
+  call.write(json::array({to_json_row(row)}));
   return absurd.empty() && (!plan || plan->met) ? success : disagreement;
 }
 
 } // namespace
 
 void add_run(CLI::App& program, Call& call) {
-  CLI::App* const command = program.add_subcommand(
-      "run", "Solve one scene; write the displacement as NRRD, and the "
-             "picture before and after, the deformed grid and\n"
-             "the displacement's magnitude and change of area as PNG; say what speaks against the result.");
-  const auto own = std::make_shared<Arguments>();
-  own->scene.schedule.takes_energy = true;
-  own->scene.schedule.is_of_run = true;
-  own->scene.add_scene_to(*command);
-  own->scene.add_backend_to(*command);
-  add_option(*command, "--output", own->output, "Folder for the files, made if missing");
-  add_flag(*command, "--strains", own->strains,
+  const auto [command, own] =
+      declare(program, call, "run",
+              "Solve one scene; write the displacement as NRRD, and the "
+              "picture before and after, the deformed grid and\n"
+              "the displacement's magnitude and change of area as PNG; say what speaks against the result.",
+              run_scene);
+  own.scene.schedule.takes_energy = true;
+  own.scene.schedule.is_of_run = true;
+  own.scene.add_scene_to(command);
+  own.scene.add_backend_to(command);
+  add_output_folder(command, own.output);
+  add_flag(command, "--strains", own.strains,
            "Write strains, von Mises stress and change of area as well, as NRRD and PNG");
-  add_option(*command, "--json", own->json, "Write the result to this file");
+  add_json(command, call);
   {
-    const OptionGroup group(*command, "No more than the scene needs");
-    add_option(*command, "--accuracy", own->accuracy,
+    const OptionGroup group(command, "No more than the scene needs");
+    add_option(command, "--accuracy", own.accuracy,
                "Distance from finite elements that is good enough, RMS, as 0.2px or 0.1mm: with the "
                "elastic energy, and levels and steps that follow from the scene; exit status 1 where "
                "the estimate is above it, or cannot be trusted");
-    add_option(*command, "--within", own->within,
+    add_option(command, "--within", own.within,
                "The time there is, as 10ms or 2s: the best field of the elastic energy and its error");
-    add_flag(*command, "--explain", own->explain, "Print the plan, step by step, and why");
+    add_flag(command, "--explain", own.explain, "Print the plan, step by step, and why");
   }
-  const OptionGroup group(*command, "Several processes (mpirun -n 4 hdmbench run ...)");
-  add_option(*command, "--sites-per-rank", own->sites_per_rank,
+  const OptionGroup group(command, "Several processes (mpirun -n 4 hdmbench run ...)");
+  add_option(command, "--sites-per-rank", own.sites_per_rank,
              "With mpirun: a level goes to as many ranks as get so many sites each, 0: 16384, of "
              "the elastic energy 4096; "
              "--backend is then one for all, or as openmp+vulkan-compute each rank's in turn, and "
              "--device may be by-rank");
-  add_option(*command, "--halo", own->halo,
+  add_option(command, "--halo", own.halo,
              "With mpirun: sites that a rank computes beyond its own, a multiple of 4, on every level; "
              "0: an eighth of "
              "the shortest piece, 4 ... 64. Of the elastic energy those of the coarsest level that is "
              "cut, even; 0: 4. The bits are the same")
       ->check(CLI::Range(0, 1024));
-  command->callback(
-      [own, command, &call] { call.status = run_scene(*own, *command, call.line, call.ranks); });
 }
 
 } // namespace hdmbench::commands

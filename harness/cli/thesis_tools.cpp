@@ -43,19 +43,15 @@ PixelGrid grid_of(const MeshArguments& arguments, const Mesh& mesh) {
           .pixel = *arguments.pixel};
 }
 
-void convert_mesh(const MeshArguments& arguments, const CLI::App& command) {
+int convert_mesh(MeshArguments& arguments, Call& call) {
   const bool by_element =
       arguments.interpolation.empty() ? !arguments.elements.empty() : arguments.interpolation == "element";
   if (by_element) {
-    refuse_idle(command, {"--reach"},
+    refuse_idle(*call.command, {"--reach"},
                 "shape functions do not look for the nearest node; --interpolation nearest does");
   }
   if (by_element && arguments.elements.empty()) {
     throw InputError("--interpolation element needs the element list: --elements FILE");
-  }
-  require_writable(arguments.output);
-  if (!arguments.mask.empty()) {
-    require_writable(arguments.mask);
   }
   const Mesh mesh = read_mesh(arguments.nodes,
                               arguments.elements.empty() ? std::nullopt : std::optional(arguments.elements));
@@ -77,6 +73,7 @@ void convert_mesh(const MeshArguments& arguments, const CLI::App& command) {
   if (!arguments.mask.empty()) {
     fmt::print("  {}: white where it is defined\n", arguments.mask.string());
   }
+  return success;
 }
 
 struct PositionsArguments {
@@ -85,14 +82,14 @@ struct PositionsArguments {
   std::optional<double> spacing;
 };
 
-void convert_positions(const PositionsArguments& arguments) {
-  require_writable(arguments.output);
+int convert_positions(PositionsArguments& arguments, Call& /*call*/) {
   const Image<VectorField> positions = read_positions(arguments.input);
   const VectorField displacement = displacements_from_positions(positions.pixels);
   const double spacing = arguments.spacing.value_or(positions.spacing);
   write_displacement(arguments.output, displacement, spacing, positions.placement);
   fmt::print("{}: {} x {} pixels of {:.4g} mm, largest displacement {:.4g} px\n", arguments.output.string(),
              displacement.extent.width, displacement.extent.height, spacing, largest_magnitude(displacement));
+  return success;
 }
 
 struct ExportArguments {
@@ -101,7 +98,7 @@ struct ExportArguments {
   bool finite_elements = false;
 };
 
-void write_scene(const ExportArguments& arguments) {
+int write_scene(ExportArguments& arguments, Call& /*call*/) {
   const Scene scene = arguments.scene.load();
   const std::vector<std::string> files{
       "scene.toml",    "picture.nrrd", "picture.png", "modulus.nrrd",    "target.nrrd",
@@ -126,6 +123,7 @@ void write_scene(const ExportArguments& arguments) {
              fmt::join(names, "\n  "));
   fmt::print("\n  hdmbench run {} solves the same problem.\n",
              shell_word((arguments.output / "scene.toml").string()));
+  return success;
 }
 
 struct EnergyArguments {
@@ -167,11 +165,11 @@ VectorField displacement_of(const Scene& scene, const EnergyArguments& arguments
   return solve(scene, *backend.open(arguments.scene.session), progress).displacement;
 }
 
-void plot(const EnergyArguments& arguments, const CLI::App& command) {
+int plot(EnergyArguments& arguments, Call& call) {
   if (arguments.at_start) {
-    std::vector<std::string> idle = schedule_options(command, {"--penalty", "--prior-weight"});
+    std::vector<std::string> idle = schedule_options(*call.command, {"--penalty", "--prior-weight"});
     idle.insert(idle.end(), {"--backend", "--device", "--threads"});
-    refuse_idle(command, idle, "with --start nothing is solved");
+    refuse_idle(*call.command, idle, "with --start nothing is solved");
   }
   const Scene scene = arguments.scene.load();
   const Extent extent = scene.extent();
@@ -203,88 +201,86 @@ void plot(const EnergyArguments& arguments, const CLI::App& command) {
              plane.energy[plane.lowest], plane.lowest_first(), plane.lowest_second(),
              arguments.at_start ? "as the scene starts" : "as solved", total_energy(scene.full, displacement),
              here[0], here[1], output.string());
+  return success;
 }
 
 } // namespace
 
-void add_fem_to_image(CLI::App& program, Call& /*call*/) {
-  CLI::App* const command = program.add_subcommand(
-      "fem-to-image",
-      "Turn a finite element result into a displacement image (thesis A.1). Lists are text: a "
-      "line id,x,y,u,v per node,\nid,n1,n2,n3[,n4] per element; commas, semicolons or white "
-      "space between, # begins a comment. y points down,\nas in images. Lengths of the "
-      "result count as millimetres.");
-  const auto own = std::make_shared<MeshArguments>();
-  add_option(*command, "nodes", own->nodes, "Node list")->required();
-  add_option(*command, "--elements", own->elements, "Element list");
-  add_option(*command, "--size", own->size, "Image size: 300 (square) or 257x130")->required();
+void add_fem_to_image(CLI::App& program, Call& call) {
+  const auto [command, own] =
+      declare(program, call, "fem-to-image",
+              "Turn a finite element result into a displacement image (thesis A.1). Lists are text: a "
+              "line id,x,y,u,v per node,\nid,n1,n2,n3[,n4] per element; commas, semicolons or white "
+              "space between, # begins a comment. y points down,\nas in images. Lengths of the "
+              "result count as millimetres.",
+              convert_mesh);
+  add_option(command, "nodes", own.nodes, "Node list")->required();
+  add_option(command, "--elements", own.elements, "Element list");
+  add_option(command, "--size", own.size, "Image size: 300 (square) or 257x130")->required();
   CLI::Option* const pixel =
-      add_option(*command, "--pixel", own->pixel, "Side of a pixel in the result's unit");
+      add_option(command, "--pixel", own.pixel, "Side of a pixel in the result's unit");
   CLI::Option* const origin =
-      add_option(*command, "--origin", own->origin,
+      add_option(command, "--origin", own.origin,
                  "Position x,y of the first pixel's centre (with --pixel; default: the image covers all "
                  "nodes)")
           ->delimiter(',')
           ->expected(2)
           ->needs(pixel);
   pixel->needs(origin);
-  add_option(*command, "--interpolation", own->interpolation,
+  add_option(command, "--interpolation", own.interpolation,
              "nearest (node; default without elements) or element (shape functions; default with)")
       ->check(CLI::IsMember({"nearest", "element"}));
-  add_option(*command, "--reach", own->reach, "With nearest: pixels beyond which a node is too far away");
-  add_option(*command, "--output", own->output, "Displacement image, .nrrd or .mha")->required();
-  add_option(*command, "--mask", own->mask, "Also a PNG of where the displacement is defined");
-  command->callback([own, command] { convert_mesh(*own, *command); });
+  add_option(command, "--reach", own.reach, "With nearest: pixels beyond which a node is too far away");
+  add_output(command, "--output", own.output, "Displacement image, .nrrd or .mha")->required();
+  add_output(command, "--mask", own.mask, "Also a PNG of where the displacement is defined");
 }
 
-void add_positions_to_displacements(CLI::App& program, Call& /*call*/) {
-  CLI::App* const command = program.add_subcommand(
-      "positions-to-displacements",
+void add_positions_to_displacements(CLI::App& program, Call& call) {
+  const auto [command, own] = declare(
+      program, call, "positions-to-displacements",
       "Turn an image of where every pixel goes (positions in pixels) into a displacement image (thesis "
-      "A.2).\nThe input is a vector image, or the raw transformation that bUnwarpJ saves as text.");
-  const auto own = std::make_shared<PositionsArguments>();
-  add_option(*command, "input", own->input, "Positions: a vector image or bUnwarpJ's text")->required();
-  add_option(*command, "output", own->output, "Displacement image, .nrrd or .mha")->required();
-  add_option(*command, "--spacing", own->spacing,
+      "A.2).\nThe input is a vector image, or the raw transformation that bUnwarpJ saves as text.",
+      convert_positions);
+  add_option(command, "input", own.input, "Positions: a vector image or bUnwarpJ's text")->required();
+  add_output(command, "output", own.output, "Displacement image, .nrrd or .mha")->required();
+  add_option(command, "--spacing", own.spacing,
              "Millimetres per pixel (default: the image's own; 1 for a text)");
-  command->callback([own] { convert_positions(*own); });
 }
 
-void add_export(CLI::App& program, Call& /*call*/) {
-  CLI::App* const command = program.add_subcommand(
-      "export",
+void add_export(CLI::App& program, Call& call) {
+  const auto [command, own] = declare(
+      program, call, "export",
       "Write all inputs of a scene as images (NRRD, with PNGs to look at) and a scene file that "
       "refers to them\n(thesis A.3, A.6, A.8). --size computes the scene, and the finite elements, at that "
-      "size; the images of a scene file are\nscaled when it is read with --size.");
-  const auto own = std::make_shared<ExportArguments>();
-  own->scene.add_scene_to(*command);
-  add_option(*command, "--output", own->output, "Folder for the files, made if missing");
-  add_flag(*command, "--fem", own->finite_elements,
+      "size; the images of a scene file are\nscaled when it is read with --size.",
+      write_scene);
+  own.scene.add_scene_to(command);
+  add_output_folder(command, own.output);
+  add_flag(command, "--fem", own.finite_elements,
            "Also the displacement by finite elements (plane stress), in millimetres");
-  command->callback([own] { write_scene(*own); });
 }
 
-void add_energy_plot(CLI::App& program, Call& /*call*/) {
-  CLI::App* const command = program.add_subcommand(
-      "energy-plot", "Plot the total energy U over the displacements of two sites, all others as the scene's "
-                     "schedule leaves them\n(thesis A.5). The sum of all U_t, in double.");
-  const auto own = std::make_shared<EnergyArguments>();
-  own->scene.add_scene_to(*command);
-  own->scene.add_backend_to(*command);
-  add_option(*command, "--sites", own->sites, "Two sites as column,row: --sites 10,20 11,20")
+void add_energy_plot(CLI::App& program, Call& call) {
+  const auto [command, own] =
+      declare(program, call, "energy-plot",
+              "Plot the total energy U over the displacements of two sites, all others as the scene's "
+              "schedule leaves them\n(thesis A.5). The sum of all U_t, in double.",
+              plot);
+  own.scene.add_scene_to(command);
+  own.scene.add_backend_to(command);
+  add_option(command, "--sites", own.sites, "Two sites as column,row: --sites 10,20 11,20")
       ->required()
       ->delimiter(',')
       ->expected(4);
-  add_option(*command, "--component", own->component, "Displacement along x or y")
+  add_option(command, "--component", own.component, "Displacement along x or y")
       ->check(CLI::IsMember({"x", "y"}));
-  add_option(*command, "--range", own->range,
+  add_option(command, "--range", own.range,
              "Displacements low,high in pixels (default: around the sites' own and their targets)")
       ->delimiter(',')
       ->expected(2);
-  add_option(*command, "--points", own->points, "Values tried per site")->check(CLI::Range(2, 500));
-  add_flag(*command, "--start", own->at_start, "All other sites as the scene starts, not solved");
-  add_option(*command, "--output", own->output, "SVG file (default: SCENE-energy.svg)");
-  command->callback([own, command] { plot(*own, *command); });
+  add_option(command, "--points", own.points, "Values tried per site")->check(CLI::Range(2, 500));
+  add_flag(command, "--start", own.at_start, "All other sites as the scene starts, not solved");
+  add_output(command, "--output", own.output, "SVG file (default: SCENE-energy.svg)");
 }
 
 } // namespace hdmbench::commands

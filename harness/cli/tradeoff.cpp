@@ -57,11 +57,10 @@ std::string repeat(const Arguments& arguments, const Scene& scene, const Judged&
                      row.backend == "scalar" ? "" : arguments.session_words(), arguments.schedule.text());
 }
 
-int run_tradeoff(Arguments& arguments, const std::string& line) {
+int run_tradeoff(Arguments& arguments, Call& call) {
   std::vector<double> targets;
   std::ranges::transform(arguments.at, std::back_inserter(targets),
                          [](const std::string& text) { return parse_pixels(text); });
-  require_results_writable(arguments.json);
   // Among them rivals and requests, which load_scenes does not know.
   std::vector<std::string> methods = std::exchange(arguments.methods, {});
   if (methods == std::vector<std::string>{"all"}) {
@@ -106,29 +105,28 @@ int run_tradeoff(Arguments& arguments, const std::string& line) {
     fmt::print("{}", failures_text(rows));
     std::fflush(stdout); // into a pipe too: the next scene may take long
   }
-  write_results(arguments.json, "tradeoff", run_context(line, arguments.quick), std::move(results));
+  call.write(std::move(results), arguments.quick);
   return verified ? success : disagreement;
 }
 
 } // namespace
 
 void add_tradeoff(CLI::App& program, Call& call) {
-  CLI::App* const command = program.add_subcommand(
-      "tradeoff",
+  const auto [command, own] = declare(
+      program, call, "tradeoff",
       "Speed against accuracy: every method at several efforts, and its rivals (finite elements direct, by\n"
       "conjugate gradients and on a coarse mesh, interpolation), timed and measured against the truths.\n"
       "Prints the Pareto front per scene; the report draws the chart. Exit status 1 where a field is not\n"
-      "scalar's to the bit.");
-  const auto own = std::make_shared<Arguments>();
-  own->schedule.takes_energy = true;
-  own->add_to(*command);
-  remove_options(*command, {"--method", "--iterations", "--update", "--steps"});
-  add_option(*command, "--at", own->at, "Accuracies at which the fastest are compared: RMSD to FEM with nu 0")
+      "scalar's to the bit.",
+      run_tradeoff);
+  own.schedule.takes_energy = true;
+  own.add_to(command, call);
+  remove_options(command, {"--method", "--iterations", "--update", "--steps"});
+  add_option(command, "--at", own.at, "Accuracies at which the fastest are compared: RMSD to FEM with nu 0")
       ->delimiter(',');
-  add_option(*command, "--repeat", own->repeats, "Samples per point, fewer where they take long")
+  add_option(command, "--repeat", own.repeats, "Samples per point, fewer where they take long")
       ->excludes("--quick")
       ->check(CLI::Range(1, 1'000'000));
-  command->callback([own, &call] { call.status = run_tradeoff(*own, call.line); });
 }
 
 } // namespace hdmbench::commands

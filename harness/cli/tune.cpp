@@ -45,13 +45,13 @@ void print(const Tuning& tuning, double penalty) {
   fmt::print("{}", table_text(rows, "alpha|product:K (1 - alpha) / alpha|rmsd:RMSD [px]|which:"));
 }
 
-void tune(const Arguments& arguments, const CLI::App& command) {
+int run_tune(Arguments& arguments, Call& call) {
   const bool against_elements = arguments.truth == "fem";
   if (arguments.method == "simplex") {
-    refuse_idle(command, {"--search-seed"}, "chance is for --search annealing");
+    refuse_idle(*call.command, {"--search-seed"}, "chance is for --search annealing");
   }
   if (against_elements) {
-    refuse_idle(command, {"--mask"}, "it belongs to a truth from a file, --truth FILE.nrrd");
+    refuse_idle(*call.command, {"--mask"}, "it belongs to a truth from a file, --truth FILE.nrrd");
   }
   Scene scene = arguments.scene.load();
   TuneOptions search = arguments.search;
@@ -93,32 +93,33 @@ void tune(const Arguments& arguments, const CLI::App& command) {
         "\n  alpha does not matter here: from {} to {} the RMSD changes by {:.2g} px, less than {:.0e}\n",
         search.low, search.high, tuning.spread(), Tuning::flat);
   }
+  return success;
 }
 
 } // namespace
 
-void add_tune(CLI::App& program, Call& /*call*/) {
-  CLI::App* const command = program.add_subcommand(
-      "tune", "Find the prior weight alpha of (3.17) that brings the solution nearest to a truth (thesis "
+void add_tune(CLI::App& program, Call& call) {
+  const auto [command, own] =
+      declare(program, call, "tune",
+              "Find the prior weight alpha of (3.17) that brings the solution nearest to a truth (thesis "
               "A.7, (A.8)): a scan of\nfive alphas, then the downhill simplex or simulated annealing over "
-              "log(alpha / (1 - alpha)).");
-  const auto own = std::make_shared<Arguments>();
-  own->scene.add_scene_to(*command);
-  remove_options(*command, {"--prior-weight"}); // it is what is looked for
-  own->scene.add_backend_to(*command);
-  add_option(*command, "--search", own->method, "simplex (Nelder and Mead) or annealing (thesis Alg. 1)")
+              "log(alpha / (1 - alpha)).",
+              run_tune);
+  own.scene.add_scene_to(command);
+  remove_options(command, {"--prior-weight"}); // it is what is looked for
+  own.scene.add_backend_to(command);
+  add_option(command, "--search", own.method, "simplex (Nelder and Mead) or annealing (thesis Alg. 1)")
       ->check(CLI::IsMember({"simplex", "annealing"}));
-  add_option(*command, "--evaluations", own->search.evaluations, "Solutions after the scan, about, at most")
+  add_option(command, "--evaluations", own.search.evaluations, "Solutions after the scan, about, at most")
       ->check(CLI::Range(1, 100000));
-  add_option(*command, "--range", own->range, "alpha is sought in low,high (default: 0.01,0.99)")
+  add_option(command, "--range", own.range, "alpha is sought in low,high (default: 0.01,0.99)")
       ->delimiter(',')
       ->expected(2);
-  add_option(*command, "--search-seed", own->search.seed, "Of --search annealing");
-  add_option(*command, "--truth", own->truth,
+  add_option(command, "--search-seed", own.search.seed, "Of --search annealing");
+  add_option(command, "--truth", own.truth,
              "fem (finite elements, plane stress, the scene's Poisson ratio), or a displacement image "
              "in millimetres");
-  add_option(*command, "--mask", own->mask, "Image that is 0 where the truth from a file is not defined");
-  command->callback([own, command] { tune(*own, *command); });
+  add_option(command, "--mask", own.mask, "Image that is 0 where the truth from a file is not defined");
 }
 
 } // namespace hdmbench::commands

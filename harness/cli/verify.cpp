@@ -11,7 +11,8 @@
 
 #include <cmath>
 #include <cstdio>
-#include <map>
+#include <set>
+#include <utility>
 
 namespace hdmbench::commands {
 
@@ -24,6 +25,7 @@ struct VerifyArguments : CommonArguments {
   std::filesystem::path junit{}; ///< empty: nobody asked for it
   std::string reference{};       ///< empty: scalar
   std::string required_tier{name_of(Tier::certified)};
+  Gates gates{};
 
   /// Nobody chose on the command line.
   [[nodiscard]] bool are_all() const {
@@ -58,29 +60,36 @@ std::vector<Scene> scenes_to_verify(const VerifyArguments& arguments) {
   return scenes;
 }
 
-/// A row a backend, its modes side by side, with the worst verdict of those that ran.
-json rows_by_backend(const std::vector<Comparison>& comparisons) {
+/// A row a backend: what its comparisons come to, and how many sites differ by mode. Skipped ones count as
+/// nothing.
+json rows_by_backend(std::span<const Comparison> comparisons) {
   json rows = json::array();
-  std::map<std::string, Verdict> worst;
-  for (const Comparison& comparison : comparisons) {
-    if (rows.empty() || rows.back()["backend"] != comparison.backend) {
-      rows.push_back(
-          {{"backend", comparison.backend}, {"device", comparison.device.name}, {"verdict", "skipped"}});
-    }
-    if (comparison.verdict == Verdict::skipped) {
+  for (const Comparison& one : comparisons) {
+    const auto known =
+        std::ranges::find_if(rows, [&](const json& row) { return row["backend"] == one.backend; });
+    json& row = known != rows.end() ? *known
+                                    : rows.emplace_back(json{{"backend", one.backend},
+                                                             {"device", one.device.name},
+                                                             {"verdict", "skipped"},
+                                                             {"tier", "skipped"}});
+    if (one.verdict == Verdict::skipped) {
       continue;
     }
-    json& row = rows.back();
-    row["sites"] = row.value("sites", std::int64_t{0}) + comparison.sites_compared;
-    row["counts"] = row.value("counts", std::int64_t{0}) + comparison.counts_differing;
-    row[std::string(name_of(comparison.mode))] = comparison.sites_differing;
-    const auto [known, is_first] = worst.try_emplace(comparison.backend, comparison.verdict);
-    if (is_first || comparison.verdict > known->second) {
-      known->second = comparison.verdict;
-      row["verdict"] = comparison.verdict == Verdict::agree
-                           ? fmt::format("agree, {}", name_of(comparison.tier))
-                           : std::string(name_of(comparison.verdict));
+    for (const auto& [key, number] : {std::pair<std::string_view, std::int64_t>{"comparisons", 1},
+                                      {"exact", one.tier == Tier::exact ? 1 : 0},
+                                      {"sites", one.sites_compared},
+                                      {name_of(one.mode), one.sites_differing},
+                                      {"differing", one.sites_differing},
+                                      {"certified", one.certified_ties},
+                                      {"uncertified", one.uncertified},
+                                      {"counts", one.counts_differing}}) {
+      json& sum = row[std::string(key)];
+      sum = number + (sum.is_null() ? 0 : sum.get<std::int64_t>());
     }
+    row["worst"] = std::max(row.value("worst", Verdict::agree), one.verdict);
+    row["lowest"] = std::min(row.value("lowest", Tier::exact), one.tier);
+    row["verdict"] = name_of(row["worst"].get<Verdict>());
+    row["tier"] = name_of(row["lowest"].get<Tier>());
   }
   return rows;
 }
@@ -105,7 +114,8 @@ void explain_disagreement(const Scene& scene, const Comparison& comparison, cons
   fmt::print("    repeat: {}\n", repeat);
 }
 
-/// What was not compared or does not agree, modes for which the same is to be said together.
+/// What was not compared or does not agree. The modes of a backend that is skipped for one reason are one
+/// line.
 void explain(const Scene& scene, const std::vector<Comparison>& comparisons,
              const CommonArguments& arguments) {
   for (const Mode mode : {Mode::active, Mode::pyramid}) {
@@ -113,31 +123,22 @@ void explain(const Scene& scene, const std::vector<Comparison>& comparisons,
       fmt::print("  {} is not compared: {}\n", name_of(mode), reason);
     }
   }
-  for (auto first = comparisons.begin(); first != comparisons.end();) {
-    const auto says_more = [&](const Comparison& other) {
-      return other.backend != first->backend || other.verdict != first->verdict ||
-             other.reason != first->reason || other.verdict == Verdict::disagree;
-    };
-    const auto last = std::find_if(first + 1, comparisons.end(), says_more);
-    if (first->verdict != Verdict::agree) {
-      const auto all = std::ranges::count(comparisons, first->backend, &Comparison::backend);
-      std::string modes;
-      for (auto one = first; one != last; ++one) {
-        modes += fmt::format("{}{}", modes.empty() ? "" : ", ", name_of(one->mode));
-      }
-      fmt::print(
-          "  {}{}: {}{}{}\n", first->backend, last - first == all ? "" : " (" + modes + ")",
-          name_of(first->verdict),
-          first->verdict == Verdict::certified
-              ? fmt::format(": {} differing sites, the nearest to its bound of rounding at {:.2g} of it",
-                            grouped(first->certified_ties), first->largest_gap_over_bound)
-              : "",
-          first->reason.empty() ? "" : ": " + first->reason);
+  std::set<std::pair<std::string, std::string>> skipped;
+  for (const Comparison& one : comparisons) {
+    if (one.verdict == Verdict::agree ||
+        (one.verdict == Verdict::skipped && !skipped.emplace(one.backend, one.reason).second)) {
+      continue;
     }
-    if (first->verdict == Verdict::disagree) {
-      explain_disagreement(scene, *first, arguments.repeat("verify", scene, first->backend));
+    fmt::print("  {}{}: {}{}{}\n", one.backend,
+               one.device.name.empty() ? "" : fmt::format(" ({})", name_of(one.mode)), name_of(one.verdict),
+               one.verdict == Verdict::certified
+                   ? fmt::format(": {} differing sites, the nearest to its bound of rounding at {:.2g} of it",
+                                 grouped(one.certified_ties), one.largest_gap_over_bound)
+                   : "",
+               one.reason.empty() ? "" : ": " + one.reason);
+    if (one.verdict == Verdict::disagree) {
+      explain_disagreement(scene, one, arguments.repeat("verify", scene, one.backend));
     }
-    first = last;
   }
 }
 
@@ -150,35 +151,15 @@ void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
       comparisons, [](const Comparison& comparison) { return comparison.verdict != Verdict::skipped; });
   if (ran != comparisons.end()) {
     fmt::print(": {} levels, {} iterations in {} {}{}", ran->levels, ran->iterations, ran->sweeps,
-               scene.energy->is_of_cells() ? "steps" : "sweeps", arguments.quick ? " (quick)" : "");
+               !scene.energy->is_of_cells() ? "sweeps" : "steps", arguments.quick ? " (quick)" : "");
   }
   fmt::print("\n{}",
              table_text(rows_by_backend(comparisons),
                         "backend|device|sites:sites compared|resync:differing, resync|free:differing, "
                         "free|active:differing, active|pyramid:differing, pyramid|counts:wrong counts or "
-                        "sums|verdict"));
+                        "sums|verdict|tier"));
   explain(scene, comparisons, arguments);
   std::fflush(stdout); // into a pipe too: the next scene may take long
-}
-
-/// What all comparisons come to, by backend.
-void print_tiers(std::span<const Comparison> comparisons) {
-  json rows = json::array();
-  for (const BackendTier& row : tiers_reached(comparisons)) {
-    rows.push_back(
-        {{"backend", row.backend}, {"tier", row.comparisons == 0 ? "skipped" : name_of(row.tier)}});
-    if (row.comparisons > 0) {
-      rows.back().update({{"comparisons", row.comparisons},
-                          {"exact", row.exact},
-                          {"sites_compared", row.sites_compared},
-                          {"differing", row.sites_differing},
-                          {"certified", row.certified_ties},
-                          {"uncertified", row.uncertified}});
-    }
-  }
-  fmt::print("\nAll scenes, all modes\n{}",
-             table_text(rows, "backend|tier:tier reached|comparisons|exact:of them exact|sites_compared|"
-                              "differing|certified|uncertified"));
 }
 
 /// Where bits differ, what the device's arithmetic may have to do with it.
@@ -203,16 +184,10 @@ void print_findings(std::span<const Backend* const> backends, const std::vector<
   }
 }
 
-/// The one of this name; null where it runs in one process.
-const RankBackend* rank_backend(const std::vector<const Backend*>& backends, std::string_view name) {
-  return dynamic_cast<const RankBackend*>(*std::ranges::find(backends, name, &Backend::name));
-}
-
-/// Backends and scenes, judged and printed. `backends`: the reference first. `speaks`: shows progress.
-int verify_scenes(const VerifyArguments& arguments, const std::string& line,
-                  const std::vector<const Backend*>& backends, const std::vector<Scene>& scenes,
-                  bool speaks = true) {
-  Progress progress(speaks);
+/// Backends and scenes, judged and printed. `backends`: the reference first. Returns an ExitStatus.
+int verify_scenes(const VerifyArguments& arguments, const Call& call,
+                  const std::vector<const Backend*>& backends, const std::vector<Scene>& scenes) {
+  Progress progress(call.speaks());
   VerifyOptions options{.session = arguments.session, .iteration_limit = std::nullopt};
   if (arguments.quick) {
     options.iteration_limit = quick_iterations;
@@ -230,15 +205,13 @@ int verify_scenes(const VerifyArguments& arguments, const std::string& line,
         verify(scene, *backends.front(), std::span(backends).subspan(1), options, progress);
     progress.clear();
     for (Comparison& comparison : comparisons) {
-      const RankBackend* const shared = rank_backend(backends, comparison.backend);
+      const auto* const shared = dynamic_cast<const RankBackend*>(
+          *std::ranges::find(backends, comparison.backend, &Backend::name)); // null: in one process
       if (shared != nullptr && shared->has_bits_of_scalar()) {
         excuse_nothing(comparison);
       }
-    }
-    print_scene(scene, comparisons, arguments);
-    for (const Comparison& comparison : comparisons) {
       VerifyRow row = verify_row(scene, comparison);
-      if (const RankBackend* const shared = rank_backend(backends, comparison.backend)) {
+      if (shared != nullptr) {
         row.backend = shared->backends();
         row.ranks = shared->ranks();
       }
@@ -248,13 +221,17 @@ int verify_scenes(const VerifyArguments& arguments, const std::string& line,
       rows.push_back(to_json_row(row));
       all.push_back(comparison);
     }
+    print_scene(scene, comparisons, arguments);
   }
-  print_tiers(all);
+  fmt::print("\nAll scenes, all modes\n{}",
+             table_text(rows_by_backend(all),
+                        "backend|tier:tier reached|comparisons|exact:of them exact|sites:sites compared|"
+                        "differing|certified|uncertified"));
   print_findings(std::span(backends).subspan(1), all, arguments.session);
   const auto count = [&](Verdict verdict) { return std::ranges::count(all, verdict, &Comparison::verdict); };
   const Tier required = arguments.required_tier == "bitwise" ? Tier::bitwise : Tier::certified;
-  const auto failing = std::ranges::count_if(all, [&](const Comparison& comparison) {
-    return comparison.verdict != Verdict::skipped && comparison.tier < required;
+  const bool is_good = std::ranges::all_of(all, [&](const Comparison& comparison) {
+    return comparison.verdict == Verdict::skipped || comparison.tier >= required;
   });
   fmt::print("\n{} comparisons with {} agree to the bit, {} are certified, {} disagree, {} are mistrusted, "
              "{} were skipped\n",
@@ -263,20 +240,11 @@ int verify_scenes(const VerifyArguments& arguments, const std::string& line,
   if (required == Tier::bitwise && count(Verdict::certified) > 0) {
     fmt::print("--require-tier bitwise: certified is not enough\n");
   }
-  report::write_junit(arguments.junit, rows);
-  write_results(arguments.json, "verify", run_context(line, arguments.quick), std::move(rows));
-  return failing > 0 ? disagreement : success;
-}
-
-int run_verify(const VerifyArguments& arguments, const std::string& line) {
-  require_results_writable(arguments.json);
-  require_results_writable(arguments.junit);
-  const auto registry = make_backends();
-  if (!arguments.reference.empty()) {
-    (void)find_backend(registry, arguments.reference); // "none" is none
+  if (call.speaks()) {
+    report::write_junit(arguments.junit, rows);
   }
-  return verify_scenes(arguments, line, arguments.choose(registry, arguments.reference),
-                       scenes_to_verify(arguments));
+  call.write(std::move(rows), arguments.quick);
+  return is_good ? success : disagreement;
 }
 
 /// Without those that several ranks cannot compute, which it names, and where nobody chose with what sleeps
@@ -298,16 +266,9 @@ std::vector<Scene> scenes_for_ranks(const VerifyArguments& arguments, int ranks)
 }
 
 /// Every backend on 1, 2, ... ranks, against scalar, which every rank computes for itself.
-int run_verify_on_ranks(VerifyArguments arguments, const std::string& line, Ranks& ranks) {
+int verify_on_ranks(VerifyArguments& arguments, const Call& call, Ranks& ranks) {
   if (!arguments.reference.empty()) {
     throw InputError("verify --reference runs in one process: leave out mpirun");
-  }
-  if (ranks.is_first()) {
-    require_results_writable(arguments.json);
-    require_results_writable(arguments.junit);
-  } else { // results are the first one's to write
-    arguments.json.clear();
-    arguments.junit.clear();
   }
   const auto registry = make_backends();
   std::vector<std::string> names = arguments.backends;
@@ -326,15 +287,28 @@ int run_verify_on_ranks(VerifyArguments arguments, const std::string& line, Rank
       backends.push_back(shared.back().get());
     }
   }
-  return verify_scenes(arguments, line, backends, scenes_for_ranks(arguments, ranks.size()),
-                       ranks.is_first());
+  return verify_scenes(arguments, call, backends, scenes_for_ranks(arguments, ranks.size()));
+}
+
+int run_verify(VerifyArguments& arguments, Call& call) {
+  arguments.gates.prepare(arguments, call);
+  if (call.ranks != nullptr) {
+    return arguments.gates.judge(verify_on_ranks(arguments, call, *call.ranks), call);
+  }
+  const auto registry = make_backends();
+  if (!arguments.reference.empty()) {
+    (void)find_backend(registry, arguments.reference); // "none" is none
+  }
+  const int status = verify_scenes(arguments, call, arguments.choose(registry, arguments.reference),
+                                   scenes_to_verify(arguments));
+  return arguments.gates.judge(status, call);
 }
 
 } // namespace
 
 void add_verify(CLI::App& program, Call& call) {
-  CLI::App* const command = program.add_subcommand(
-      "verify",
+  const auto [command, own] = declare(
+      program, call, "verify",
       "Run every backend beside scalar and compare all sites after every iteration, bit for bit.\n"
       "resync: each iteration starts from scalar's field. free: each backend runs on its own.\n"
       "active: free, leaving out what cannot change. pyramid: all levels in one call, the last field.\n"
@@ -342,28 +316,18 @@ void add_verify(CLI::App& program, Call& call) {
       "that site, explains the difference; never on a scene whose arithmetic is exact.\n"
       "Without scenes: all of them, the other methods, and three sizes that meet the backends' tiles.\n"
       "mpirun -n R hdmbench verify: every backend, or mixture as openmp+vulkan-compute, on 1 ... R ranks.\n"
-      "Exit status 1 if a backend disagrees or a scene could not have shown it.");
-  const auto own = std::make_shared<VerifyArguments>();
-  own->schedule.takes_energy = true;
-  own->add_to(*command);
-  add_option(*command, "--require-tier", own->required_tier,
+      "Exit status 1 if a backend disagrees or a scene could not have shown it.",
+      run_verify);
+  own.schedule.takes_energy = true;
+  own.add_to(command, call);
+  add_option(command, "--require-tier", own.required_tier,
              "certified: differences that rounding explains pass. bitwise: none does")
       ->check(CLI::IsMember({"certified", "bitwise"}));
-  add_option(*command, "--junit", own->junit, "Write the comparisons to this file as JUnit XML, too, for CI");
+  add_output(command, "--junit", own.junit, "Write the comparisons to this file as JUnit XML, too, for CI");
   add_option(
-      *command, "--reference", own->reference,
+      command, "--reference", own.reference,
       "Backend that the others are compared with (default: scalar, which takes minutes beyond 4096 x 4096)");
-  const auto gates = std::make_shared<Gates>();
-  gates->add_to(*command, true);
-  command->callback([own, gates, &call] {
-    gates->prepare(*own);
-    if (call.ranks == nullptr) {
-      call.status = gates->judge(run_verify(*own, call.line), *own);
-      return;
-    }
-    call.status = run_verify_on_ranks(*own, call.line, *call.ranks);
-    call.status = call.ranks->is_first() ? gates->judge(call.status, *own) : call.status;
-  });
+  own.gates.add_to(command, true);
 }
 
 } // namespace hdmbench::commands

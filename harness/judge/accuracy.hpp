@@ -12,7 +12,6 @@ struct AccuracyOptions {
   SessionOptions session{};
   int repeats = 3;            ///< samples of seconds per row
   bool quick = false;         ///< no variants, no arithmetic, no convergence
-  int arithmetic_stride = 10; ///< see measure_arithmetic
 };
 
 struct SceneAccuracy {
