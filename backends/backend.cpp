@@ -55,17 +55,8 @@ std::size_t choose(std::string_view backend, const std::vector<Device>& devices,
 } // namespace
 
 template <typename Call>
-auto Session::on_device(Call&& call) {
-  if (backend_.empty()) {
-    return call();
-  }
-  try {
-    return call();
-  } catch (const TooLarge& error) {
-    throw TooLarge(fmt::format("{}: {}", backend_, error.what()));
-  } catch (const DeviceError& error) {
-    throw DeviceError(fmt::format("{}: {}", backend_, error.what()));
-  }
+auto Session::on_device(const Call& call) {
+  return backend_.empty() ? call() : with_name(backend_, call);
 }
 
 void Session::require_supported(const Level& level) const {
@@ -209,22 +200,16 @@ Device Backend::device(const SessionOptions& options) const {
 }
 
 std::optional<Ceilings> Backend::ceilings(const SessionOptions& options) const {
-  try {
-    return do_measure_ceilings(choose(name(), devices(), options.device), options);
-  } catch (const DeviceError& error) {
-    throw DeviceError(fmt::format("{}: {}", name(), error.what()));
-  }
+  return with_name(name(),
+                   [&] { return do_measure_ceilings(choose(name(), devices(), options.device), options); });
 }
 
 std::unique_ptr<ElasticSession> Backend::open_elastic(const SessionOptions& options) const {
   if (!has_elastic()) {
     return nullptr;
   }
-  try {
-    return do_open_elastic(choose(name(), devices(), options.device), options);
-  } catch (const DeviceError& error) {
-    throw DeviceError(fmt::format("{}: {}", name(), error.what()));
-  }
+  return with_name(name(),
+                   [&] { return do_open_elastic(choose(name(), devices(), options.device), options); });
 }
 
 std::unique_ptr<ElasticSession> Backend::do_open_elastic(std::size_t /*index*/,

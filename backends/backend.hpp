@@ -31,6 +31,19 @@ public:
   using DeviceError::DeviceError;
 };
 
+/// call(), whose DeviceErrors get a backend's name in front.
+template <typename Call>
+decltype(auto) with_name(std::string_view name, const Call& call) {
+  const auto named = [&](const DeviceError& error) { return std::string(name) + ": " + error.what(); };
+  try {
+    return call();
+  } catch (const TooLarge& error) {
+    throw TooLarge(named(error));
+  } catch (const DeviceError& error) {
+    throw DeviceError(named(error));
+  }
+}
+
 /// Something a backend can compute on.
 struct Device {
   std::string name;         ///< as the driver calls it
@@ -118,9 +131,9 @@ private:
   friend class Backend;
   void require_loaded(const char* call) const;
   void require_supported(const Level& level) const;
-  /// call(), whose DeviceErrors get the backend's name in front.
+  /// with_name() of the backend.
   template <typename Call>
-  auto on_device(Call&& call);
+  auto on_device(const Call& call);
 
   std::string backend_;     ///< name of the backend that opened this session, for errors; empty: no name
   bool sequential_ = false; ///< whether that backend supports sequential updates

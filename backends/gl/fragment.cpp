@@ -40,8 +40,9 @@ bool has_vertex_textures(const Api& gl) {
 class FragmentWork {
 public:
   FragmentWork(const Context& context, Work work)
-      : gl_(context.api()), count_framebuffer_(gl_), count_target_(gl_), query_(gl_), programs_(gl_),
-        vertex_textures_(has_vertex_textures(gl_)), leaves_out_(work == Work::active && vertex_textures_) {
+      : gl_(context.api()), quad_(gl_), count_framebuffer_(gl_), count_target_(gl_), query_(gl_),
+        programs_(gl_), vertex_textures_(has_vertex_textures(gl_)),
+        leaves_out_(work == Work::active && vertex_textures_) {
     require_points(gl_);
   }
 
@@ -103,13 +104,12 @@ public:
 
   std::int64_t changed() {
     FragmentLevel& level = *level_;
-    level.bind_vertices();
     programs_.use_pass("COUNTS", level.texels);
     level.now().bind(image_unit);
     level.other().bind(previous_unit);
     gl_.BindFramebufferEXT(GL_FRAMEBUFFER_EXT, count_framebuffer_.name());
     gl_.BeginQuery(GL_SAMPLES_PASSED, query_.name());
-    level.draw_quad(level.header.extent);
+    quad_.draw(0, level.header.extent);
     gl_.EndQuery(GL_SAMPLES_PASSED);
     GLuint passed = 0;
     gl_.GetQueryObjectuiv(query_.name(), GL_QUERY_RESULT, &passed);
@@ -134,7 +134,6 @@ private:
   }
 
   void sweep(FragmentLevel& level, int first, int sweeps) {
-    level.bind_vertices();
     level.constants.second.bind(second_unit);
     if (level.constants.inputs) {
       level.constants.inputs->bind(inputs_unit);
@@ -145,7 +144,7 @@ private:
     }
     for (int number = first; number < first + sweeps; ++number) {
       if (level.activity) {
-        (level.all_awake ? level.activity->everything : level.activity->awake).bind(awake_unit);
+        level.activity->awake.bind(awake_unit);
       }
       level.now().bind(image_unit);
       level.constants.observation.bind(observation_unit);
@@ -177,8 +176,7 @@ private:
     (void)programs_.pass(fmt::format("#define CELLS {}\n", FragmentLevel::cells_along_a_tile));
     level.activity->cells.bind(image_unit);
     level.activity->awake.draw_into();
-    level.draw_quad(level.grid);
-    level.all_awake = false;
+    quad_.draw(0, level.grid);
   }
 
   void make_count_target() {
@@ -192,6 +190,7 @@ private:
   }
 
   const Api& gl_;
+  Quad quad_;
   std::optional<FragmentLevel> level_; ///< where one is loaded
   Framebuffer count_framebuffer_;
   Renderbuffer count_target_;

@@ -9,8 +9,6 @@ namespace hdmbench::gl {
 
 namespace {
 
-constexpr GLsizei quad_vertices = 4; ///< the first ones of every buffer
-
 /// Other rules than the candidates' do not tell classes apart: programs take time to compile.
 TileLists list_tiles(const Level& level, Texels texels) {
   return classify_tiles(
@@ -90,10 +88,8 @@ std::optional<Target> make_inputs(const Api& api, const Level& level) {
 }
 
 Activity make_activity(const Api& api, Extent grid) {
-  const std::vector<GLfloat> ones(4 * grid.sites(), 1.0F);
   constexpr int cells = FragmentLevel::cells_along_a_tile;
-  Activity activity{.everything = Target(api, grid, ones.data()),
-                    .awake = Target(api, grid, nullptr),
+  Activity activity{.awake = Target(api, grid, nullptr),
                     .cells = Target(api, {grid.width * cells, grid.height * cells}, nullptr)};
   activity.awake.make_drawable();
   activity.cells.make_drawable();
@@ -166,7 +162,7 @@ void Quad::draw(GLint origin, Extent pixels) const {
   api_->BindBuffer(GL_ARRAY_BUFFER, corners_.name());
   api_->EnableVertexAttribArray(0);
   api_->VertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, 0, nullptr);
-  api_->DrawArrays(GL_TRIANGLE_STRIP, 0, quad_vertices);
+  api_->DrawArrays(GL_TRIANGLE_STRIP, 0, 4);
 }
 
 std::vector<float> interleaved_pairs(const std::vector<float>& first, const std::vector<float>& second,
@@ -193,7 +189,7 @@ FragmentLevel::FragmentLevel(const Api& api, const Level& level, Texels texels_,
       api_(&api), images_{Target(api, texels.of(header.extent), nullptr),
                           Target(api, texels.of(header.extent), nullptr)},
       vertices_(api) {
-  Points points{.corners = {-1, -1, 1, -1, -1, 1, 1, 1}, .draws = {}};
+  Points points;
   const TileLists lists = list_tiles(level, texels);
   add_tiles(points, lists);
   add_border(points, lists, texels.of(header.extent));
@@ -209,27 +205,19 @@ FragmentLevel::FragmentLevel(const Api& api, const Level& level, Texels texels_,
   }
 }
 
-void FragmentLevel::bind_vertices() const {
-  api_->BindBuffer(GL_ARRAY_BUFFER, vertices_.name());
-  api_->EnableVertexAttribArray(0);
-  api_->VertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, 0, nullptr);
-}
-
 void FragmentLevel::wake_all() {
-  all_awake = true;
   if (activity) {
+    activity->awake.upload(std::vector<GLfloat>(4 * grid.sites(), 1.0F).data());
     activity->interval = 1;
     activity->swept = 0;
   }
 }
 
-void FragmentLevel::draw_quad(Extent pixels) const {
-  api_->Viewport(0, 0, pixels.width, pixels.height);
-  api_->DrawArrays(GL_TRIANGLE_STRIP, 0, quad_vertices);
-}
-
 void FragmentLevel::prepare_tiles(int side) const {
   api_->Viewport(0, 0, grid.width * side, grid.height * side);
+  api_->BindBuffer(GL_ARRAY_BUFFER, vertices_.name());
+  api_->EnableVertexAttribArray(0);
+  api_->VertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, 0, nullptr);
 }
 
 void FragmentLevel::draw_points(const Draw& draw) const {
@@ -239,7 +227,7 @@ void FragmentLevel::draw_points(const Draw& draw) const {
 
 void FragmentLevel::draw_all_tiles(int side) const {
   api_->PointSize(static_cast<GLfloat>(side));
-  api_->DrawArrays(GL_POINTS, quad_vertices, static_cast<GLsizei>(grid.sites()));
+  api_->DrawArrays(GL_POINTS, 0, static_cast<GLsizei>(grid.sites()));
 }
 
 } // namespace hdmbench::gl

@@ -54,11 +54,10 @@ private:
 /// What lets a level's sweeps leave out the tiles in which nothing can change, all of it on the device. Which
 /// ones, is found out after sweeps 1, 2, 4, 8, 16, 24 ...: a tile is swept at most twice as often as needed.
 struct Activity {
-  Target everything; ///< all tiles awake: for the first sweep
-  Target awake;      ///< a texel per tile, 0: nothing can change (wake.frag)
-  Target cells;      ///< a texel per cell of a tile (cells.frag)
-  int interval = 1;  ///< sweeps from the last time to the next
-  int swept = 0;     ///< since the last time
+  Target awake;     ///< a texel per tile, 0: nothing can change
+  Target cells;     ///< a texel per cell of a tile
+  int interval = 1; ///< sweeps from the last time to the next
+  int swept = 0;    ///< since the last time
 
   /// Counts a sweep; whether now is the time.
   [[nodiscard]] bool is_due();
@@ -105,11 +104,7 @@ public:
   FragmentLevel(const Api& api, const Level& level, Texels texels, const GLfloat* observation,
                 const GLfloat* second, bool with_activity);
 
-  /// Attribute 0 is from now on what draw_quad() and draws() need.
-  void bind_vertices() const;
-  /// One fragment per pixel of the extent.
-  void draw_quad(Extent pixels) const;
-  /// The canvas is now one of whole tiles of `side` pixels.
+  /// The canvas is now one of whole tiles of `side` pixels, and attribute 0 is that of their points.
   void prepare_tiles(int side) const;
   /// On a canvas of tiles of tile_side.
   void draw_points(const Draw& draw) const;
@@ -128,7 +123,6 @@ public:
   Constants constants;
   std::vector<Draw> draws; ///< in this order
   std::optional<Activity> activity;
-  bool all_awake = true;
 
 private:
   const Api* api_;

@@ -14,6 +14,7 @@
 #include <array>
 #include <cstring>
 #include <map>
+#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -28,73 +29,36 @@ constexpr const char* build_options = "-cl-std=CL1.2 -cl-single-precision-consta
 constexpr cl_int no_platform = -1001; // of the loader, where it does not count none
 
 /// Of OpenCL 1.2 without "CL_", from -1 and from -30 downwards.
-constexpr std::array first_errors{"DEVICE_NOT_FOUND",
-                                  "DEVICE_NOT_AVAILABLE",
-                                  "COMPILER_NOT_AVAILABLE",
-                                  "MEM_OBJECT_ALLOCATION_FAILURE",
-                                  "OUT_OF_RESOURCES",
-                                  "OUT_OF_HOST_MEMORY",
-                                  "PROFILING_INFO_NOT_AVAILABLE",
-                                  "MEM_COPY_OVERLAP",
-                                  "IMAGE_FORMAT_MISMATCH",
-                                  "IMAGE_FORMAT_NOT_SUPPORTED",
-                                  "BUILD_PROGRAM_FAILURE",
-                                  "MAP_FAILURE",
-                                  "MISALIGNED_SUB_BUFFER_OFFSET",
-                                  "EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST",
-                                  "COMPILE_PROGRAM_FAILURE",
-                                  "LINKER_NOT_AVAILABLE",
-                                  "LINK_PROGRAM_FAILURE",
-                                  "DEVICE_PARTITION_FAILED",
-                                  "KERNEL_ARG_INFO_NOT_AVAILABLE"};
-constexpr std::array further_errors{"INVALID_VALUE",
-                                    "INVALID_DEVICE_TYPE",
-                                    "INVALID_PLATFORM",
-                                    "INVALID_DEVICE",
-                                    "INVALID_CONTEXT",
-                                    "INVALID_QUEUE_PROPERTIES",
-                                    "INVALID_COMMAND_QUEUE",
-                                    "INVALID_HOST_PTR",
-                                    "INVALID_MEM_OBJECT",
-                                    "INVALID_IMAGE_FORMAT_DESCRIPTOR",
-                                    "INVALID_IMAGE_SIZE",
-                                    "INVALID_SAMPLER",
-                                    "INVALID_BINARY",
-                                    "INVALID_BUILD_OPTIONS",
-                                    "INVALID_PROGRAM",
-                                    "INVALID_PROGRAM_EXECUTABLE",
-                                    "INVALID_KERNEL_NAME",
-                                    "INVALID_KERNEL_DEFINITION",
-                                    "INVALID_KERNEL",
-                                    "INVALID_ARG_INDEX",
-                                    "INVALID_ARG_VALUE",
-                                    "INVALID_ARG_SIZE",
-                                    "INVALID_KERNEL_ARGS",
-                                    "INVALID_WORK_DIMENSION",
-                                    "INVALID_WORK_GROUP_SIZE",
-                                    "INVALID_WORK_ITEM_SIZE",
-                                    "INVALID_GLOBAL_OFFSET",
-                                    "INVALID_EVENT_WAIT_LIST",
-                                    "INVALID_EVENT",
-                                    "INVALID_OPERATION",
-                                    "INVALID_GL_OBJECT",
-                                    "INVALID_BUFFER_SIZE",
-                                    "INVALID_MIP_LEVEL",
-                                    "INVALID_GLOBAL_WORK_SIZE",
-                                    "INVALID_PROPERTY",
-                                    "INVALID_IMAGE_DESCRIPTOR",
-                                    "INVALID_COMPILER_OPTIONS",
-                                    "INVALID_LINKER_OPTIONS",
-                                    "INVALID_DEVICE_PARTITION_COUNT"};
+constexpr std::string_view first_errors =
+    "CL_ DEVICE_NOT_FOUND DEVICE_NOT_AVAILABLE COMPILER_NOT_AVAILABLE MEM_OBJECT_ALLOCATION_FAILURE "
+    "OUT_OF_RESOURCES OUT_OF_HOST_MEMORY PROFILING_INFO_NOT_AVAILABLE MEM_COPY_OVERLAP "
+    "IMAGE_FORMAT_MISMATCH IMAGE_FORMAT_NOT_SUPPORTED BUILD_PROGRAM_FAILURE MAP_FAILURE "
+    "MISALIGNED_SUB_BUFFER_OFFSET EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST COMPILE_PROGRAM_FAILURE "
+    "LINKER_NOT_AVAILABLE LINK_PROGRAM_FAILURE DEVICE_PARTITION_FAILED";
+constexpr std::string_view further_errors =
+    "KERNEL_ARG_INFO_NOT_AVAILABLE INVALID_VALUE INVALID_DEVICE_TYPE INVALID_PLATFORM INVALID_DEVICE "
+    "INVALID_CONTEXT INVALID_QUEUE_PROPERTIES INVALID_COMMAND_QUEUE INVALID_HOST_PTR "
+    "INVALID_MEM_OBJECT INVALID_IMAGE_FORMAT_DESCRIPTOR INVALID_IMAGE_SIZE INVALID_SAMPLER "
+    "INVALID_BINARY INVALID_BUILD_OPTIONS INVALID_PROGRAM INVALID_PROGRAM_EXECUTABLE "
+    "INVALID_KERNEL_NAME INVALID_KERNEL_DEFINITION INVALID_KERNEL INVALID_ARG_INDEX INVALID_ARG_VALUE "
+    "INVALID_ARG_SIZE INVALID_KERNEL_ARGS INVALID_WORK_DIMENSION INVALID_WORK_GROUP_SIZE "
+    "INVALID_WORK_ITEM_SIZE INVALID_GLOBAL_OFFSET INVALID_EVENT_WAIT_LIST INVALID_EVENT "
+    "INVALID_OPERATION INVALID_GL_OBJECT INVALID_BUFFER_SIZE INVALID_MIP_LEVEL "
+    "INVALID_GLOBAL_WORK_SIZE INVALID_PROPERTY INVALID_IMAGE_DESCRIPTOR INVALID_COMPILER_OPTIONS "
+    "INVALID_LINKER_OPTIONS INVALID_DEVICE_PARTITION_COUNT";
 
 /// "CL_OUT_OF_RESOURCES".
 std::string error_name(cl_int error) {
-  const auto first = static_cast<std::size_t>(-1 - error);
-  const auto further = static_cast<std::size_t>(-30 - error);
-  return error == no_platform              ? "CL_PLATFORM_NOT_FOUND_KHR"
-         : first < first_errors.size()     ? fmt::format("CL_{}", first_errors.at(first))
-         : further < further_errors.size() ? fmt::format("CL_{}", further_errors.at(further))
-                                           : fmt::format("error {}", error);
+  if (error == no_platform) {
+    return "CL_PLATFORM_NOT_FOUND_KHR";
+  }
+  std::istringstream names{std::string(error > -30 ? first_errors : further_errors)};
+  const int number = error > -30 ? -1 - error : -30 - error;
+  std::string name;
+  for (int i = 0; i <= number && names; ++i) {
+    names >> name;
+  }
+  return number >= 0 && names ? fmt::format("CL_{}", name) : fmt::format("error {}", error);
 }
 
 /// The text that get(bytes, room, bytes needed) has to tell.

@@ -3,8 +3,6 @@
 #include "backends/device/device.hpp"
 #include "backends/session/elastic_steps.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <span>
 #include <string>
@@ -124,13 +122,7 @@ private:
 
   template <typename Call>
   auto on_device(const Call& call) const {
-    try {
-      return steps_(call);
-    } catch (const TooLarge& error) {
-      throw TooLarge(fmt::format("{}: {}", name_, error.what()));
-    } catch (const DeviceError& error) {
-      throw DeviceError(fmt::format("{}: {}", name_, error.what()));
-    }
+    return with_name(name_, [&] { return steps_(call); });
   }
 
   [[nodiscard]] const Slots& slots(int level) const { return slots_.at(static_cast<std::size_t>(level)); }

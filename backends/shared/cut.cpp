@@ -80,7 +80,7 @@ Cut cut_image(Extent extent, int count, int halo, int granule) {
   const int smallest = std::min(columns > 1 ? extent.width / columns : extent.height / rows,
                                 rows > 1 ? extent.height / rows : extent.width / columns);
   const int an_eighth = std::clamp(smallest / 8 / granule * granule, granule, std::max(granule, widest_halo));
-  Cut cut{.pieces = {}, .columns = columns, .halo = halo > 0 ? halo : an_eighth};
+  Cut cut{.pieces = {}, .halo = halo > 0 ? halo : an_eighth};
   for (std::size_t row = 0; row + 1 < ys.size(); ++row) {
     for (std::size_t column = 0; column + 1 < xs.size(); ++column) {
       const Rectangle owned{.left = xs[column],

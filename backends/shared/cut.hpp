@@ -30,10 +30,9 @@ struct Piece {
   Rectangle loaded; ///< those and a halo of them: what a session of its own computes
 };
 
-/// An image cut into columns x rows pieces.
+/// An image cut into columns and rows of pieces.
 struct Cut {
   std::vector<Piece> pieces; ///< row by row
-  int columns = 0;           ///< of pieces; there are pieces.size() / columns rows
   /// Sites of the halo along every cut. The edge of a piece inside the image is computed as if it were the
   /// image's, which is wrong, in the first sweep in one row, in the next in two: after this many sweeps what
   /// a piece owns is still right.
