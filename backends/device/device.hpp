@@ -111,17 +111,6 @@ struct Fill {
 /// Done in their order: each sees what those before it wrote.
 using Commands = std::vector<std::variant<Dispatch, Fill>>;
 
-/// Commands that a device keeps.
-class Recording : public Interface {
-public:
-  explicit Recording(Commands commands) : commands_(std::move(commands)) {}
-
-  [[nodiscard]] const Commands& commands() const { return commands_; }
-
-private:
-  Commands commands_;
-};
-
 /// How much a device can do.
 struct DeviceLimits {
   std::size_t elements = 0;    ///< of an array of texels
@@ -167,12 +156,6 @@ public:
   virtual void run(std::span<const Commands::value_type> commands) = 0;
   /// Waits for all that was run.
   virtual void finish() = 0;
-  /// For replay() as often as wanted. Its arrays and programs must outlive it.
-  [[nodiscard]] virtual std::unique_ptr<Recording> record(Commands commands) {
-    return std::make_unique<Recording>(std::move(commands));
-  }
-  virtual void replay(const Recording& recording) { run(recording.commands()); }
-
   /// Waits, without an error, before what was made here is destroyed.
   virtual void settle() noexcept {}
   /// It cannot be used any more: what destroys its arrays calls nothing from now on.

@@ -1,9 +1,8 @@
 #include "backends/gl/fragment.hpp"
 
 #include "backends/gl/fragment_programs.hpp"
-#include "backends/session/device_loops.hpp"
+#include "backends/session/device_backend.hpp"
 #include "backends/session/level_session.hpp"
-#include "backends/shared/driver_trial.hpp"
 
 #include <fmt/format.h>
 
@@ -260,53 +259,29 @@ private:
   std::vector<Target> targets_;
 };
 
-class FragmentBackend final : public Backend, public ArithmeticProgram {
-public:
-  FragmentBackend(std::string_view name, std::string_view description, std::unique_ptr<Platform> platform)
-      : name_(name), description_(description), platform_(std::move(platform)) {}
+/// What DeviceBackend opens. Texels are those of two sites; of one site they have more bytes.
+struct FragmentSource {
+  std::unique_ptr<Platform> platform;
 
-  std::string_view name() const override { return name_; }
-  std::string_view description() const override { return description_; }
-  std::vector<Device> devices() const override {
-    require_answer(name_);
-    return platform_->devices(required);
+  [[nodiscard]] std::vector<Device> devices() const { return platform->devices(required); }
+  [[nodiscard]] std::unique_ptr<Session> session(std::size_t index, Work work) const {
+    return std::make_unique<LevelSession<Context, FragmentWork>>(platform->open(index, required), work);
   }
-  /// With texels of two sites; with texels of one it is more.
-  double bytes_per_update(SiteKind kind, int /*sweeps*/) const override {
-    return hdmbench::bytes_per_update(kind, classes_inside);
+  [[nodiscard]] std::unique_ptr<ElasticSession> elastic(std::string name, std::size_t index) const {
+    return make_elastic_fragment(std::move(name), platform->open(index, required));
   }
-  bool has_elastic() const override { return true; }
-  std::string_view language() const override { return "GLSL 1.20, fragments"; }
-  std::vector<float> evaluate(std::size_t device, std::span<const ArithmeticCase> cases) const override {
-    OnDevice<Context, FragmentLoops> loops(platform_->open(device, required));
-    return loops([&](FragmentLoops& on_device) { return on_device.evaluate(cases); });
+  [[nodiscard]] OnDevice<Context, FragmentLoops> loops(std::size_t index) const {
+    return OnDevice<Context, FragmentLoops>(platform->open(index, required));
   }
-
-private:
-  std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions& options) const override {
-    return std::make_unique<LevelSession<Context, FragmentWork>>(platform_->open(index, required),
-                                                                 options.work);
-  }
-  std::unique_ptr<ElasticSession> do_open_elastic(std::size_t index,
-                                                  const SessionOptions& /*options*/) const override {
-    return make_elastic_fragment(name_, platform_->open(index, required));
-  }
-  std::optional<Ceilings> do_measure_ceilings(std::size_t index,
-                                              const SessionOptions& /*options*/) const override {
-    OnDevice<Context, FragmentLoops> loops(platform_->open(index, required));
-    return loops([](FragmentLoops& on_device) { return on_device.ceilings(); });
-  }
-
-  std::string name_;
-  std::string description_;
-  std::unique_ptr<Platform> platform_;
 };
 
 } // namespace
 
 std::unique_ptr<Backend> make_fragment(std::string_view name, std::string_view description,
                                        std::unique_ptr<Platform> platform) {
-  return std::make_unique<FragmentBackend>(name, description, std::move(platform));
+  return std::make_unique<DeviceBackend<FragmentSource>>(
+      DeviceBackendName{std::string(name), std::string(description), "GLSL 1.20, fragments"},
+      FragmentSource{std::move(platform)});
 }
 
 } // namespace hdmbench::gl

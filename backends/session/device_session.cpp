@@ -133,7 +133,7 @@ public:
 
   void solve(const Session::Advance& advance) {
     for (const Part& part : parts_) {
-      device_.replay(*part.commands);
+      device_.run(part.commands);
       device_.finish();
       advance(part.site_updates);
     }
@@ -143,7 +143,7 @@ public:
 private:
   /// Of a pyramid's commands.
   struct Part {
-    std::unique_ptr<Recording> commands;
+    Commands commands;
     double site_updates = 0.0;
   };
 
@@ -232,7 +232,7 @@ private:
     std::size_t cost = 0;
     const auto close = [&] {
       if (!commands.empty()) {
-        parts_.push_back({device_.record(std::exchange(commands, {})), std::exchange(updates, 0.0)});
+        parts_.push_back({std::exchange(commands, {}), std::exchange(updates, 0.0)});
         cost = 0;
       }
     };
@@ -356,7 +356,27 @@ private:
   std::size_t newest_of_pyramid_ = 0;
 };
 
+/// What DeviceBackend opens.
+struct KernelSource {
+  std::unique_ptr<ComputeApi> api;
+
+  [[nodiscard]] std::vector<Device> devices() const { return api->devices(); }
+  [[nodiscard]] std::unique_ptr<Session> session(std::size_t index, Work work) const {
+    return make_device_session(api->open(index), work);
+  }
+  [[nodiscard]] std::unique_ptr<ElasticSession> elastic(std::string name, std::size_t index) const {
+    return make_elastic_session(std::move(name), api->open(index));
+  }
+  [[nodiscard]] OnDevice<ComputeDevice, DeviceLoops> loops(std::size_t index) const {
+    return OnDevice<ComputeDevice, DeviceLoops>(api->open(index));
+  }
+};
+
 } // namespace
+
+std::unique_ptr<Backend> make_device_backend(DeviceBackendName name, std::unique_ptr<ComputeApi> api) {
+  return std::make_unique<DeviceBackend<KernelSource>>(std::move(name), KernelSource{std::move(api)});
+}
 
 std::unique_ptr<Session> make_device_session(std::unique_ptr<ComputeDevice> device, Work work,
                                              std::optional<Shapes> shapes) {

@@ -300,13 +300,6 @@ public:
   vk::raii::Pipeline pipeline;
 };
 
-class VulkanRecording final : public Recording {
-public:
-  explicit VulkanRecording(vk::raii::CommandBuffer recorded) : Recording({}), commands(std::move(recorded)) {}
-
-  vk::raii::CommandBuffer commands;
-};
-
 class VulkanDevice;
 
 class VulkanArray final : public Array {
@@ -408,21 +401,6 @@ public:
   void finish() override {
     guarded([&] { flush(); });
   }
-  std::unique_ptr<Recording> record(Commands commands) override {
-    return guarded([&] {
-      vk::raii::CommandBuffer recorded = begin();
-      append(recorded, commands);
-      recorded.end();
-      return std::make_unique<VulkanRecording>(std::move(recorded));
-    });
-  }
-  void replay(const Recording& recording) override {
-    guarded([&] {
-      flush();
-      submit(static_cast<const VulkanRecording&>(recording).commands);
-    });
-  }
-
   [[nodiscard]] const vk::raii::Device& device() const { return device_; }
   [[nodiscard]] Buffer make_buffer(vk::DeviceSize bytes, vk::BufferUsageFlags usage,
                                    Placement placement) const {
