@@ -23,37 +23,37 @@ using testing::HasSubstr;
 using testing::Not;
 using Path = std::filesystem::path;
 
-json verify_row(const std::string& backend, const json& changes = json::object()) {
-  json row = {{"scene", "square"}, {"width", 300},          {"height", 300},        {"backend", backend},
-              {"device", "cpu"},   {"mode", "resync"},      {"method", "icm"},      {"verdict", "agree"},
-              {"tier", "bitwise"}, {"sites_compared", 100}, {"sites_differing", 0}, {"reason", ""}};
+/// page_rows.json: rows of each command, and what they come to.
+const json& data() {
+  static const json all = test::read_json(HDMBENCH_PAGE_ROWS);
+  return all;
+}
+
+/// The row of a command, with other values.
+json row_of(const std::string& command, const json& changes) {
+  json row = data()["rows"][command];
   row.update(changes);
   return row;
 }
 
+json verify_row(const std::string& backend, const json& changes = json::object()) {
+  json row = row_of("verify", changes);
+  row["backend"] = backend;
+  return row;
+}
+
 json bench_row(const std::string& backend, int width, double seconds, double speed_up) {
-  return {{"scene", "square"}, {"width", width},  {"height", width},      {"backend", backend},
-          {"device", ""},      {"method", "icm"}, {"valid", true},        {"seconds_median", seconds},
-          {"reason", ""},      {"work", "dense"}, {"seconds", {seconds}}, {"speed_up_over_scalar", speed_up}};
+  return row_of("bench", {{"backend", backend},
+                          {"width", width},
+                          {"height", width},
+                          {"seconds_median", seconds},
+                          {"seconds", {seconds}},
+                          {"speed_up_over_scalar", speed_up}});
 }
 
 json point(const std::string& method, double seconds, double error, const json& changes = json::object()) {
-  json row = {{"kind", "point"},
-              {"scene", "square"},
-              {"width", 300},
-              {"height", 300},
-              {"method", method},
-              {"backend", "openmp"},
-              {"effort", "usual"},
-              {"rival", false},
-              {"status", "ok"},
-              {"valid", true},
-              {"reason", ""},
-              {"seconds_median", seconds},
-              {"poisson_used", 0.0},
-              {"rmsd_to_fem_nu0", error},
-              {"command", "hdmbench run"}};
-  row.update(changes);
+  json row = row_of("point", changes);
+  row.update({{"method", method}, {"seconds_median", seconds}, {"rmsd_to_fem_nu0", error}});
   return row;
 }
 
@@ -64,18 +64,8 @@ protected:
 
   Path write(const std::string& name, const std::string& command, const json& rows,
              const json& context = json::object()) {
-    json where = {{"machine", "a machine"},
-                  {"cpu", "cpu"},
-                  {"cores", 2},
-                  {"architecture", "x86_64"},
-                  {"operating_system", "Debian"},
-                  {"compiler", "GNU"},
-                  {"flags", "-O3"},
-                  {"commit", "abc"},
-                  {"version", "0.1.0"},
-                  {"date", "2026-11-23T01:02:03Z"},
-                  {"arguments", command},
-                  {"quick", false}};
+    json where = data()["context"];
+    where["arguments"] = command;
     where.update(context);
     return folder_.write(
         name, json{{"schema", 1}, {"command", command}, {"context", where}, {"results", rows}}.dump());
@@ -87,106 +77,20 @@ protected:
 };
 
 /// What the rows of a command come to beside a good row of verify.
-struct Case {
-  const char* command;
-  json row;
-  report::State state;
-  const char* says;
-};
-
 TEST_F(Page, VerdictsAreTheWorstThatWasFound) {
-  using enum report::State;
-  const json fault = {{"fault", "drift"},
-                      {"backend", "openmp"},
-                      {"as_expected", true},
-                      {"scenes", {{{"scene", "square"}, {"verdict", "disagree"}}}}};
-  const auto with = [](json row, const json& changes) {
-    row.update(changes);
-    return row;
-  };
-  const json timing = bench_row("openmp", 300, 0.1, 10.0);
-  const json request = point("as-needed-elastic", 0.1, 0.005, {{"asked", 0.01}, {"estimated_error", 0.006}});
-  const std::vector<Case> cases{
-      {"verify", verify_row("opencl"), good,
-       "All 2 backends agree with scalar in 2 of 2 comparisons, to the last bit."},
-      {"verify", verify_row("opencl", {{"verdict", "certified"}, {"sites_differing", 3}}), good,
-       "in 1 of them with each difference certified"},
-      {"verify", verify_row("opencl", {{"verdict", "disagree"}, {"sites_differing", 1}}), bad,
-       "1 of 2 comparisons disagree with scalar: opencl on square."},
-      {"verify", verify_row("opencl", {{"sites_differing", 1}}), bad, "disagree"},
-      {"verify", verify_row("opencl", {{"counts_differing", 1}}), bad, "disagree"},
-      {"verify", verify_row("opencl", {{"sites_compared", 0}}), bad, "disagree"},
-      {"verify", verify_row("opencl", {{"verdict", "certified"}, {"uncertified", 1}}), bad, "disagree"},
-      {"verify", verify_row("opencl", {{"verdict", "mistrusted"}}), unsure, "cannot be trusted"},
-      {"verify", verify_row("opencl", {{"verdict", "skipped"}, {"reason", "no device"}}), unsure,
-       "Skipped, so not checked: opencl on square (no device)."},
-      {"verify", verify_row("opencl", {{"verdict", "splendid"}}), unsure, "Skipped, so not checked"},
-      {"verify", verify_row("openmp", {{"verdict", "skipped"}, {"mode", "active"}}), good,
-       "1 comparison does not apply"},
-      {"devices",
-       {{"backend", "opencl"}, {"available", false}, {"reason", "no driver"}},
-       unsure,
-       "opencl was not compared: no driver."},
-      {"golden", verify_row("openmp"), good, "1 solution has the hashes"},
-      {"golden", verify_row("openmp", {{"verdict", "disagree"}}), bad, "have not the golden hashes"},
-      {"golden", verify_row("openmp", {{"verdict", "mistrusted"}}), unsure, "no golden hashes"},
-      {"golden", verify_row("openmp", {{"first_difference", 3}}), bad, "have not the golden hashes"},
-      {"implementations",
-       {{"backend", "gl-compute"}, {"implementation", "zink"}, {"outcome", "passed"}},
-       good,
-       "1 backend on other drivers"},
-      {"implementations",
-       {{"backend", "gl-compute"}, {"implementation", "zink"}, {"outcome", "failed"}},
-       bad,
-       "gl-compute on zink"},
-      {"implementations",
-       {{"backend", "gl-compute"}, {"implementation", "zink"}, {"outcome", "crashed"}},
-       unsure,
-       "gave no answer"},
-      {"implementations",
-       {{"backend", "gl-compute"}, {"implementation", "zink"}, {"outcome", "absent"}},
-       good,
-       ""},
-      {"faults", fault, good, "1 planted fault"},
-      {"faults", with(fault, {{"as_expected", false}}), bad, "drift on openmp"},
-      {"faults", with(fault, {{"scenes", json::array()}}), unsure, "were not run"},
-      {"faults", with(fault, {{"expected", "disagree"}, {"caught", false}}), bad, "drift on openmp"},
-      {"failing-calls",
-       {{"kind", "EGL_BAD_ALLOC"}, {"backend", "gl-fragment"}, {"failed", 7}, {"unclean", json::array()}},
-       good,
-       "7 failing calls"},
-      {"failing-calls",
-       {{"kind", "EGL_BAD_ALLOC"}, {"backend", "gl-fragment"}, {"failed", 7}, {"unclean", {{{"call", 3}}}}},
-       bad,
-       "EGL_BAD_ALLOC"},
-      {"accuracy", point("icm", 0.1, 0.4, {{"arithmetic", {{"resynchronised", {{"beyond_bound", 2}}}}}}), bad,
-       "leave the derived bound"},
-      {"accuracy", point("icm", 0.1, 0.4, {{"valid", false}}), bad, "not scalar's"},
-      {"accuracy", point("icm", 0.1, 0.4, {{"status", "out of memory"}}), unsure, "could not be judged"},
-      {"accuracy", point("b-spline", 0.1, 0.4, {{"status", "failed"}, {"backend", ""}}), good,
-       "of other solvers"},
-      {"tradeoff", request, good, ""},
-      {"tradeoff", with(request, {{"rmsd_to_fem_nu0", 0.02}}), bad,
-       "0.01 px asked, 0.02 px reached by as-needed-elastic"},
-      {"tradeoff", with(request, {{"rmsd_to_fem_nu0", 0.02}, {"estimated_error", 0.03}}), unsure,
-       "and say so"},
-      {"tradeoff", with(request, {{"poisson_used", 0.3}, {"rmsd_to_fem", 0.02}}), bad, "reached"},
-      {"run", point("icm", 0.1, 0.1, {{"plan", {{"met", false}}}}), unsure, "do not reach"},
-      {"bench", timing, good, ""},
-      {"bench", with(timing, {{"valid", false}}), bad, "not scalar's"},
-      {"bench", with(timing, {{"valid", nullptr}}), good, "1 timing was not checked"},
-  };
-  for (const Case& one : cases) {
-    SCOPED_TRACE(std::string(one.command) + " " + one.row.dump());
+  for (const json& one : data()["verdicts"]) {
+    const std::string command = one["command"];
+    SCOPED_TRACE(one.dump());
     write("verify.json", "verify", json::array({verify_row("openmp")}));
-    write("more.json", one.command, json::array({one.row}));
+    write("more.json", command, json::array({row_of(command, one["row"])}));
     const report::Verdict found = verdict();
-    EXPECT_EQ(name_of(found.state), name_of(one.state));
+    EXPECT_EQ(json(found.state), one["state"]);
     std::string all = found.sentence;
     for (const report::Finding& note : found.notes) {
       all += '\n' + note.sentence;
     }
-    EXPECT_THAT(one.state == good ? all : found.sentence, HasSubstr(one.says));
+    EXPECT_THAT(found.state == report::State::good ? all : found.sentence,
+                HasSubstr(one["says"].get<std::string>()));
   }
   std::filesystem::remove(folder() / "verify.json");
   EXPECT_THAT(verdict().sentence, HasSubstr("there are no results of hdmbench verify"));
