@@ -97,12 +97,12 @@ Judged judge_misled(double factor) {
   Judged judged;
   for_each_near_tie([&](const Level& level, const VectorField& start) {
     const std::vector<bounded::real> changes = changes_at(level, start, 2, 2);
-    const SiteAnswer expected = specified_answer(level, start, 0, 2, 2);
+    const SiteAnswer expected = proofs_of(level).specified_answer(level, start, 0, 2, 2);
     for (const std::size_t favoured : {0, 1}) {
       const std::size_t chosen = misled_choice(changes, favoured, factor);
       const float moved = start.x[level.extent.index(2, 2)] + level.steps.values()[chosen];
       if (moved != expected.x) {
-        const bool holds = certify(level, start, 0, 2, 2, {moved, expected.y}).holds;
+        const bool holds = proofs_of(level).certify(level, start, 0, 2, 2, {moved, expected.y}).holds;
         ++(holds ? judged.certified : judged.refused);
       }
     }
@@ -146,7 +146,7 @@ TEST(Certificate, HoldsForAClosedFormThatIsUndecidedBetweenItsBranches) {
     level.confidence.x[middle] = 0.37F;
     const auto answer = [&, &level = level, &start = start](float target) {
       level.target.x[middle] = target;
-      return specified_answer(level, start, 0, 2, 2).x;
+      return proofs_of(level).specified_answer(level, start, 0, 2, 2).x;
     };
     float target = answer(1e6F); // as far as the observation can pull: the branches meet here
     for (int i = 0; i < 50; ++i) {
@@ -155,10 +155,12 @@ TEST(Certificate, HoldsForAClosedFormThatIsUndecidedBetweenItsBranches) {
     for (int i = 0; i < 100; ++i, target = std::nextafter(target, 1e6F)) {
       const float expected = answer(target);
       const float found = closed_form_in_double(level, start, 2, 2);
-      const SiteAnswer other{found, specified_answer(level, start, 0, 2, 2).y};
-      EXPECT_TRUE(certify(level, start, 0, 2, 2, other).holds) << "seed " << seed << ", target " << target;
+      const SiteAnswer other{found, proofs_of(level).specified_answer(level, start, 0, 2, 2).y};
+      EXPECT_TRUE(proofs_of(level).certify(level, start, 0, 2, 2, other).holds)
+          << "seed " << seed << ", target " << target;
       const SiteAnswer wrong{found + 1e-4F, other.y};
-      EXPECT_FALSE(certify(level, start, 0, 2, 2, wrong).holds) << "seed " << seed << ", target " << target;
+      EXPECT_FALSE(proofs_of(level).certify(level, start, 0, 2, 2, wrong).holds)
+          << "seed " << seed << ", target " << target;
       differing += found != expected ? 1 : 0;
     }
   }
@@ -203,7 +205,7 @@ TEST(RoundingBound, IsNeverExceededAndIsReached) {
             const double moved = double{site.dx.centre} + double{step};
             const double exact = energy.at(x, y, {moved, site.dy.centre}).x - energy.at(x, y).x;
             const double error = std::abs(static_cast<double>(computed) - exact);
-            const double bound = energy_change_bound(level, field, x, y, step, step).x;
+            const double bound = proofs_of(level).energy_change_bound(level, field, x, y, step, step).x;
             ASSERT_LE(error, bound) << "seed " << seed << ", x = " << x << ", y = " << y << ", step " << step;
             largest_share = std::max(largest_share, error / bound);
           }

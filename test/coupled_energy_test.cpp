@@ -143,13 +143,17 @@ TEST(CoupledEnergy, FusedOperationsAreCertifiedAndWrongAnswersAreNot) {
   test::Problem problem = test::random_problem({9, 9}, test::Texture::smooth, 77, {}, Rule::closed_form);
   test::couple(problem.level);
   for (int x = 1; x < 8; ++x) {
-    const SiteAnswer right = specified_answer(problem.level, problem.start, 0, x, 4);
+    const SiteAnswer right = proofs_of(problem.level).specified_answer(problem.level, problem.start, 0, x, 4);
     if (problem.level.confidence.y[problem.level.extent.index(x, 4)] > 0.0F) {
       continue;
     }
-    EXPECT_FALSE(certify(problem.level, problem.start, 0, x, 4, {right.x, right.y + 0.01F}).holds);
+    EXPECT_FALSE(proofs_of(problem.level)
+                     .certify(problem.level, problem.start, 0, x, 4, {right.x, right.y + 0.01F})
+                     .holds);
     // An x that is off by more than rounding is no excuse for y either.
-    EXPECT_FALSE(certify(problem.level, problem.start, 0, x, 4, {right.x + 0.01F, right.y}).holds);
+    EXPECT_FALSE(proofs_of(problem.level)
+                     .certify(problem.level, problem.start, 0, x, 4, {right.x + 0.01F, right.y})
+                     .holds);
   }
 }
 

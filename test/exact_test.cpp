@@ -29,7 +29,7 @@ std::string inexact(const Scene& scene) {
   std::string text;
   test::for_each_sweep(scene, [&](const Level& level, const VectorField& before, int number) {
     if (text.empty()) {
-      const auto found = first_inexact(level, before, number);
+      const auto found = proofs_of(level).first_inexact(level, before, number);
       text = found ? found->text() : "";
     }
   });
@@ -69,7 +69,7 @@ TEST(Exactness, IsAPropertyOfTheDyadicTexture) {
     auto [level, field] =
         test::random_problem(extents[seed % extents.size()], Texture::dyadic, seed, {}, Rule::steps, update);
     for (int number = 0; number < 8; ++number) {
-      const auto found = first_inexact(level, field, number);
+      const auto found = proofs_of(level).first_inexact(level, field, number);
       ASSERT_FALSE(found) << "seed " << seed << ": " << found->text();
       field = test::swept(level, field, number);
     }
@@ -80,11 +80,11 @@ TEST(Exactness, IsAPropertyOfTheDyadicTexture) {
 template <typename Change>
 std::string inexact_after(Change change) {
   auto problem = test::random_problem({9, 7}, Texture::dyadic, 5);
-  EXPECT_FALSE(first_inexact(problem.level, problem.start, 0));
+  EXPECT_FALSE(proofs_of(problem.level).first_inexact(problem.level, problem.start, 0));
   change(problem);
   set_inverse_modulus(problem.level);
   set_inverse_curvature(problem.level);
-  const auto found = first_inexact(problem.level, problem.start, 0);
+  const auto found = proofs_of(problem.level).first_inexact(problem.level, problem.start, 0);
   return found ? found->text() : "";
 }
 
@@ -135,8 +135,8 @@ TEST(Exactness, RefusesWhatOnlyAnotherOrderRounds) {
   for (std::size_t i = 0; i < field.x.size(); ++i) {
     EXPECT_EQ(rounded.x[i] - 0x1p19F, small.x[i]) << "the specified order rounds, too";
   }
-  EXPECT_FALSE(first_inexact(same, moved_back, 0));
-  EXPECT_TRUE(first_inexact(same, field, 0));
+  EXPECT_FALSE(proofs_of(same).first_inexact(same, moved_back, 0));
+  EXPECT_TRUE(proofs_of(same).first_inexact(same, field, 0));
 }
 
 TEST(ExactKey, IsTakenWhereThePyramidCanBeExact) {

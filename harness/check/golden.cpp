@@ -18,12 +18,6 @@ namespace hdmbench {
 
 namespace {
 
-/// A value is NaN or infinite; what() says which.
-class NotFinite : public std::runtime_error {
-public:
-  using std::runtime_error::runtime_error;
-};
-
 /// FNV-1a (Fowler, Noll and Vo; offset basis 0xcbf29ce484222325, prime 0x100000001b3) over bytes, low byte
 /// first, the same on every machine. Finds differences; no protection against people.
 class StateHash {
@@ -36,16 +30,11 @@ public:
     }
   }
   /// Its 4 bytes (IEEE 754), -0 as 0.
-  void add(float value) {
-    if (!std::isfinite(value)) {
-      throw NotFinite(fmt::format("a number is {}", value));
-    }
-    add(value == 0.0F ? 0 : std::bit_cast<int>(value));
-  }
+  void add(float value) { add(value == 0.0F ? 0 : std::bit_cast<int>(value)); }
   /// Their number, then they.
   void add(std::span<const float> values) {
     add(static_cast<int>(values.size()));
-    std::ranges::for_each(values, [this](float value) { add(value); });
+    add_each(values);
   }
   void add(std::string_view text) {
     add(static_cast<int>(text.size()));
@@ -58,26 +47,20 @@ public:
   /// Extent, then all values in raster order.
   void add(const ScalarField& field) {
     add(field.extent);
-    add_component("the value", field.values, field.extent);
+    add_each(field.values);
   }
   /// Extent, then all x, then all y.
   void add(const VectorField& field) {
     add(field.extent);
-    add_component("x", field.x, field.extent);
-    add_component("y", field.y, field.extent);
+    add_each(field.x);
+    add_each(field.y);
   }
 
   [[nodiscard]] std::uint64_t value() const { return hash_; }
 
 private:
-  void add_component(const char* name, std::span<const float> values, Extent extent) {
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      if (!std::isfinite(values[i])) {
-        const auto width = static_cast<std::size_t>(extent.width);
-        throw NotFinite(fmt::format("{} at ({}, {}) is {}", name, i % width, i / width, values[i]));
-      }
-      add(values[i]);
-    }
+  void add_each(std::span<const float> values) {
+    std::ranges::for_each(values, [this](float value) { add(value); });
   }
 
   std::uint64_t hash_ = 0xcbf29ce484222325;
@@ -105,28 +88,22 @@ std::uint64_t hierarchy_hash(const ElasticHierarchy& hierarchy) {
 }
 
 /// The first level in which they differ, and how; none: they do not.
-std::optional<std::pair<int, std::string>> first_difference(std::span<const GoldenLevel> expected,
-                                                            std::span<const GoldenLevel> found) {
-  for (std::size_t i = 0; i < std::max(expected.size(), found.size()); ++i) {
-    const int level = (i < expected.size() ? expected : found)[i].level;
-    const auto different = [&](std::string how) {
-      return std::pair(level, fmt::format("level {}{}", level, how));
-    };
-    if (i >= expected.size()) {
-      return different(" should not be there");
-    }
-    if (i >= found.size() || found[i].level != level) {
-      return different(" is missing");
-    }
-    if (found[i].iterations != expected[i].iterations) {
-      return different(
-          fmt::format(": {} iterations in place of {}", found[i].iterations, expected[i].iterations));
-    }
-    if (found[i].hash != expected[i].hash) {
-      return different(fmt::format(": {:016x} in place of {:016x}", found[i].hash, expected[i].hash));
-    }
+std::optional<std::pair<int, std::string>> first_difference(const std::vector<GoldenLevel>& expected,
+                                                            const std::vector<GoldenLevel>& found) {
+  const auto [golden, other] = std::ranges::mismatch(expected, found);
+  const bool is_missing = other == found.end();
+  if (golden == expected.end() && is_missing) {
+    return std::nullopt;
   }
-  return std::nullopt;
+  const int level = (is_missing ? golden : other)->level;
+  if (golden == expected.end() || is_missing) {
+    return std::pair(level,
+                     fmt::format("level {} {}", level, is_missing ? "is missing" : "should not be there"));
+  }
+  const auto text = [](const GoldenLevel& one) {
+    return fmt::format("{:016x} after {} iterations on level {}", one.hash, one.iterations, one.level);
+  };
+  return std::pair(level, fmt::format("level {}: {} in place of {}", level, text(*other), text(*golden)));
 }
 
 /// Whether the last field is the same level by level and in one piece, where it was made in one.
@@ -136,7 +113,7 @@ bool is_the_same_in_one_piece(const GoldenOutcome& outcome) {
 }
 
 /// Gives a solved outcome its verdict.
-void judge(GoldenOutcome& outcome, std::span<const GoldenLevel> expected, bool is_golden) {
+void judge(GoldenOutcome& outcome, const std::vector<GoldenLevel>& expected, bool is_golden) {
   if (const auto first = first_difference(expected, outcome.levels)) {
     outcome.verdict = Verdict::disagree;
     outcome.first_difference = first->first;
@@ -150,6 +127,11 @@ void judge(GoldenOutcome& outcome, std::span<const GoldenLevel> expected, bool i
     outcome.verdict = Verdict::mistrusted;
     outcome.reason = "as scalar, but there is nothing golden to compare with";
   }
+}
+
+bool is_finite(const VectorField& field) {
+  const auto finite = [](float value) { return std::isfinite(value); };
+  return std::ranges::all_of(field.x, finite) && std::ranges::all_of(field.y, finite);
 }
 
 constexpr int schema = 1; // of a golden file
@@ -196,7 +178,6 @@ std::string entry_text(const GoldenEntry& entry) {
                      entry.problem.size->height, entry.problem.method, entry.inputs.scene, levels);
 }
 
-/// Throws NotFinite.
 GoldenInputs hash_inputs(const Scene& scene) {
   StateHash hash;
   hash.add(scene.full.target);
@@ -289,21 +270,18 @@ GoldenOutcome GoldenSolver::solve(const Scene& scene, Progress& progress) {
   progress.describe(fmt::format("golden {}, {} x {}, {} on {}", scene.name, scene.extent().width,
                                 scene.extent().height, scene.schedule.method, outcome.backend));
   outcome.verdict = Verdict::agree;
-  std::string where;
-  try {
-    (void)solver_->solve(
-        scene, progress, {.level_done = [&](const LevelResult& result, const VectorField& displacement) {
-          where = fmt::format("level {}", result.level);
-          outcome.levels.push_back({result.level, result.iterations, state_hash(displacement)});
-        }});
-    if (!scene.energy->is_of_cells() && LevelSequence(scene).pyramid()) {
-      where = "in one piece";
-      Progress silent(false);
-      outcome.in_one_piece = state_hash(solver_->solve(scene, silent).displacement);
-    }
-  } catch (const NotFinite& error) {
-    outcome.verdict = Verdict::disagree;
-    outcome.reason = fmt::format("{}: {}", where, error.what());
+  (void)solver_->solve(
+      scene, progress, {.level_done = [&](const LevelResult& result, const VectorField& displacement) {
+        if (!is_finite(displacement)) {
+          outcome.is_finite = false;
+          outcome.verdict = Verdict::disagree;
+          outcome.reason = fmt::format("level {}: a number is not finite", result.level);
+        }
+        outcome.levels.push_back({result.level, result.iterations, state_hash(displacement)});
+      }});
+  if (!scene.energy->is_of_cells() && LevelSequence(scene).pyramid()) {
+    Progress silent(false);
+    outcome.in_one_piece = state_hash(solver_->solve(scene, silent).displacement);
   }
   return outcome;
 }
@@ -329,8 +307,11 @@ GoldenResult check_golden(const Scene& scene, std::span<GoldenSolver> solvers, c
 std::string doubt_about(const GoldenResult& result) {
   const std::vector<GoldenLevel>& scalar = result.outcomes.front().levels;
   for (const GoldenOutcome& outcome : result.outcomes) {
-    if (outcome.verdict != Verdict::skipped && (scalar.empty() || outcome.levels != scalar)) {
-      return scalar.empty() ? outcome.reason : fmt::format("{} and scalar disagree", outcome.backend);
+    if (!outcome.is_finite) {
+      return outcome.reason;
+    }
+    if (outcome.verdict != Verdict::skipped && outcome.levels != scalar) {
+      return fmt::format("{} and scalar disagree", outcome.backend);
     }
     if (!is_the_same_in_one_piece(outcome)) {
       return fmt::format("{} in one piece and level by level disagree", outcome.backend);
@@ -374,27 +355,26 @@ const GoldenEntry* find_golden(const std::vector<GoldenEntry>& entries, const Ca
 }
 
 nlohmann::json golden_row(const GoldenResult& result, const GoldenOutcome& outcome) {
-  nlohmann::json levels = nlohmann::json::array();
-  for (const GoldenLevel& level : outcome.levels) {
-    levels.push_back({{"level", level.level},
-                      {"iterations", level.iterations},
-                      {"hash", fmt::format("{:016x}", level.hash)}});
-  }
+  const auto text = [](std::uint64_t hash) { return fmt::format("{:016x}", hash); };
   nlohmann::json row{{"scene", result.problem.scene},
                      {"width", result.problem.size->width},
                      {"height", result.problem.size->height},
                      {"method", result.problem.method},
-                     {"inputs", fmt::format("{:016x}", result.inputs.scene)},
+                     {"inputs", text(result.inputs.scene)},
                      {"inputs_reason", result.inputs_reason},
                      {"backend", outcome.backend},
                      {"device", outcome.device.name},
-                     {"levels", levels},
+                     {"levels", nlohmann::json::array()},
                      {"in_one_piece", nullptr},
                      {"first_difference", nullptr},
                      {"verdict", name_of(outcome.verdict)},
                      {"reason", outcome.reason}};
+  for (const GoldenLevel& level : outcome.levels) {
+    row["levels"].push_back(
+        {{"level", level.level}, {"iterations", level.iterations}, {"hash", text(level.hash)}});
+  }
   if (outcome.in_one_piece) {
-    row["in_one_piece"] = fmt::format("{:016x}", *outcome.in_one_piece);
+    row["in_one_piece"] = text(*outcome.in_one_piece);
   }
   if (outcome.first_difference) {
     row["first_difference"] = *outcome.first_difference;

@@ -16,8 +16,7 @@
 
 namespace hdmbench {
 
-/// 64 bits that stand for a field (extent, all x, all y; -0 is 0), the same on every machine. Throws
-/// std::runtime_error naming component and site where a number is not finite.
+/// 64 bits that stand for a field (extent, all x, all y; -0 is 0), the same on every machine.
 [[nodiscard]] std::uint64_t state_hash(const VectorField& field);
 
 /// The same of all that a session is loaded with: extent, moduli, their inverses, targets, confidences, K,
@@ -54,7 +53,8 @@ struct GoldenOutcome {
   Device device{};
   /// agree: golden. mistrusted: as scalar, but there is nothing golden to compare with. disagree, skipped.
   Verdict verdict = Verdict::skipped;
-  std::vector<GoldenLevel> levels{};           ///< as far as they are finite numbers
+  std::vector<GoldenLevel> levels{};
+  bool is_finite = true;                       ///< all numbers of all levels
   std::optional<std::uint64_t> in_one_piece{}; ///< hash of the last level, all levels made by one call
   std::optional<int> first_difference{};       ///< level
   std::string reason{};                        ///< where it is not `agree`
@@ -72,8 +72,8 @@ public:
   /// Why it cannot solve the scene; empty: it can.
   [[nodiscard]] std::string absence(const Scene& scene) const;
   /// Level by level, and in one piece but where the schedule wants the host on the way
-  /// (LevelSequence::pyramid()). Not yet compared: skipped, disagree with level and site where a number is
-  /// not finite, else agree. Throws what Session throws.
+  /// (LevelSequence::pyramid()). Not yet compared: skipped, disagree with the level where a number is not
+  /// finite, else agree. Throws what Session throws.
   [[nodiscard]] GoldenOutcome solve(const Scene& scene, Progress& progress);
 
 private:

@@ -79,7 +79,7 @@ Question fused_sweep(std::string text, Rule rule) {
     level.confidence.x[i] = engine() % 10 == 0 ? 0.7F : 0.0F;
   }
   question.other = [](const Question& asked, SiteAnswer, int x, int y) {
-    return proofs_of(*asked.level.energy).fused_answer(asked.level, asked.before, 0, x, y);
+    return proofs_of(asked.level).fused_answer(asked.level, asked.before, 0, x, y);
   };
   return question;
 }
@@ -334,7 +334,7 @@ ProbeRow judged_by_sweep(Question question, Session& session) {
     found.push_back(component);
   };
   for_each_site(extent, [&](int x, int y) {
-    const SiteAnswer specified = specified_answer(level, question.before, 0, x, y);
+    const SiteAnswer specified = proofs_of(level).specified_answer(level, question.before, 0, x, y);
     const SiteAnswer other = question.other(question, specified, x, y);
     add(specified.x, other.x, swept.x[extent.index(x, y)]);
     add(specified.y, other.y, swept.y[extent.index(x, y)]);

@@ -21,7 +21,14 @@ inline bool fits(double magnitude, double quantum) {
   return magnitude <= 0x1p24 * quantum && is_in_range(magnitude, quantum);
 }
 
-/// A float, and what bounds everything it can be put together from (certificate.hpp).
+/// A float with a magnitude M and a quantum Q, a power of two: an input has |value| and its lowest set bit, a
+/// product M_a M_b and Q_a Q_b, a sum M_a + M_b and min(Q_a, Q_b). By induction everything that an expression
+/// can be put together from is a multiple of Q and at most M; where M <= 2^24 Q, a float holds it. What a
+/// common factor is taken out of only gains by that, since a factor is at least its own quantum. M itself is
+/// right in double: a product has 48 bits at most, and a sum of more than 53 exceeds 2^24 Q however it is
+/// rounded. All M and Q, inputs included, lie within 2^-30 ... 2^30, whence any part of a product of up to
+/// seven factors, as many as there are, lies within 2^-120 ... 2^120. To check the induction itself, every
+/// operation is also done in float and in double, and compared.
 struct real {
   float value = 0.0F;
   double magnitude = 0.0;

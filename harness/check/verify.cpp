@@ -32,7 +32,7 @@ struct ReferenceStep {
 VectorField specified(const ReferenceStep& step, const VectorField& before) {
   VectorField answers(before.extent);
   for_each_site(before.extent, [&](int x, int y) {
-    const SiteAnswer answer = specified_answer(step.level, before, step.number, x, y);
+    const SiteAnswer answer = proofs_of(step.level).specified_answer(step.level, before, step.number, x, y);
     answers.x[before.extent.index(x, y)] = answer.x;
     answers.y[before.extent.index(x, y)] = answer.y;
   });
@@ -82,7 +82,8 @@ struct Follower {
                  [&](int x, int y) {
                    const std::size_t at = field.extent.index(x, y);
                    Certificate certificate =
-                       certify(step.level, before, step.number, x, y, {field.x[at], field.y[at]});
+                       proofs_of(step.level)
+                           .certify(step.level, before, step.number, x, y, {field.x[at], field.y[at]});
                    certificate.holds = certificate.holds && !exact; // there is no rounding to explain it
                    return certificate;
                  });
@@ -202,7 +203,7 @@ private:
       std::int64_t changed_by_iteration = 0;
       for (int sweep = 0; sweep < sweeps_per_iteration(level); ++sweep, ++number) {
         if (scene_.exact && inexact_.empty()) {
-          if (const auto found = first_inexact(level, field_, number)) {
+          if (const auto found = proofs_of(level).first_inexact(level, field_, number)) {
             inexact_ = fmt::format("level {}, {}", index, found->text());
           }
         }
@@ -367,20 +368,6 @@ void list_fields(Fields& fields, VerifyRow& row) {
   fields.newer("sites_drifted", row.sites_drifted);
   fields.newer("largest_gap_over_bound", NullIsNan{row.largest_gap_over_bound});
   fields.newer("sites_at_rest", row.sites_at_rest);
-}
-
-void require_consistent(const VerifyRow& row) {
-  const bool passes = row.verdict == Verdict::agree || row.verdict == Verdict::certified;
-  refuse_if(passes && row.sites_compared == 0, "verdict", "is a pass although no site was compared");
-  refuse_if(row.verdict == Verdict::agree && row.sites_differing > 0, "verdict",
-            "is \"agree\" although {} sites differ", row.sites_differing);
-  refuse_if(passes && row.counts_differing > 0, "verdict",
-            "is a pass although {} counts of changed sites differ", row.counts_differing);
-  refuse_if(passes && row.uncertified > 0, "verdict", "is a pass although {} differing sites are uncertified",
-            row.uncertified);
-  refuse_if(passes != (row.tier != Tier::none) ||
-                (row.verdict == Verdict::certified) != (row.tier == Tier::certified),
-            "tier", "is \"{}\", which the verdict contradicts", name_of(row.tier));
 }
 
 VerifyRow verify_row(const Scene& scene, const Comparison& comparison) {

@@ -121,7 +121,6 @@ struct VerifyRow : Comparison {
 };
 
 void list_fields(Fields& fields, VerifyRow& row);
-void require_consistent(const VerifyRow& row);
 
 [[nodiscard]] VerifyRow verify_row(const Scene& scene, const Comparison& comparison);
 

@@ -69,8 +69,10 @@ private:
     };
     const auto exact = energy_.at(x, y, moved(in_x.exact, in_y.exact));
     const auto found = energy_.at(x, y, moved(*in_x.found, *in_y.found));
-    const auto exact_bound = energy_change_bound(level_, before_, x, y, in_x.exact, in_y.exact);
-    const auto found_bound = energy_change_bound(level_, before_, x, y, *in_x.found, *in_y.found);
+    const auto exact_bound =
+        proofs_of(level_).energy_change_bound(level_, before_, x, y, in_x.exact, in_y.exact);
+    const auto found_bound =
+        proofs_of(level_).energy_change_bound(level_, before_, x, y, *in_x.found, *in_y.found);
     if (!in_x.same) {
       count(found.x - exact.x, exact_bound.x + found_bound.x);
     }

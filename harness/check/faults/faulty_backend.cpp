@@ -154,7 +154,7 @@ class FusedSession final : public Session {
     for (int number = first; number < first + sweeps; ++number) {
       const VectorField before = current_;
       for_each_site(level_.extent, [&](int x, int y) {
-        const SiteAnswer next = proofs_of(*level_.energy).fused_answer(level_, before, number, x, y);
+        const SiteAnswer next = proofs_of(level_).fused_answer(level_, before, number, x, y);
         const std::size_t at = level_.extent.index(x, y);
         current_.x[at] = next.x;
         current_.y[at] = next.y;
