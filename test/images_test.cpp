@@ -259,8 +259,10 @@ TEST_F(ImageFiles, OnWhichItkFailsAreRefusedAndOthersAreRead) {
     const fs::path& file = entry.path();
     SCOPED_TRACE(file);
     if (const auto found = refusals.find(file.filename()); found != refusals.end()) {
-      expect_refusal([&] { (void)read_scalar(file); }, file.string());
-      expect_refusal([&] { (void)read_scalar(file); }, found->second);
+      const std::string says = test::refusal([&] { (void)read_scalar(file); });
+      EXPECT_THAT(says, testing::AllOf(testing::HasSubstr(file.string()),
+                                       testing::HasSubstr(std::string(found->second)),
+                                       testing::Not(testing::HasSubstr("\n"))));
     } else {
       EXPECT_GT(read_scalar(file).pixels.values.size(), 0U);
     }

@@ -105,8 +105,11 @@ const Tally& tally() {
 
 bool fails(std::string_view api, const Call& call) {
   const Kind* const kind = state().kind;
-  return kind != nullptr && kind->api == api && kind->name != missing &&
-         strikes(state().tally.calls + 1, call);
+  if (kind == nullptr || kind->api != api || kind->name == missing) {
+    return false;
+  }
+  state().tally.names.push_back(call.name);
+  return strikes(state().tally.calls + 1, call);
 }
 
 bool is_missing(std::string_view api, std::string_view name) {

@@ -39,6 +39,7 @@ void disarm();
 
 struct Tally {
   int calls = 0;                               ///< that could have failed
+  std::vector<std::string> names{};            ///< of these, in order; none of functions that are missing
   bool struck = false;                         ///< one did
   Call call{};                                 ///< that one
   std::set<std::string, std::less<>> called{}; ///< functions, the failing ones included
