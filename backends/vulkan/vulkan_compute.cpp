@@ -1,20 +1,15 @@
 #include "backends/vulkan/vulkan_compute.hpp"
 
 #include "backends/session/device_backend.hpp"
-#include "backends/shared/energy_programs.hpp"
-
-#include <fmt/format.h>
-#include <spirv-tools/optimizer.hpp>
-#include <vulkan/vulkan_raii.hpp>
+#include "backends/vulkan/installation.hpp"
+#include "backends/vulkan/spirv.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstring>
 #include <limits>
 #include <map>
-#include <mutex>
 #include <optional>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -22,230 +17,14 @@ namespace hdmbench::vulkan {
 
 namespace {
 
-// SPIR-V, as arrays levels_vulkan and so on.
-#include <shaders/elastic_coarse_vulkan.hpp>
-#include <shaders/elastic_vulkan.hpp>
-#include <shaders/levels_vulkan.hpp>
-#include <shaders/loops_vulkan.hpp>
-
 using Usage = vk::BufferUsageFlagBits;
 using Stage = vk::PipelineStageFlagBits;
 using Access = vk::AccessFlagBits;
-using Words = std::vector<std::uint32_t>;
 
-/// The shaders are SPIR-V 1.3.
-constexpr std::uint32_t needed_version = VK_API_VERSION_1_1;
 constexpr vk::DeviceSize staging_bytes = vk::DeviceSize{16} << 20;
 constexpr std::uint32_t bytes_told = 128; ///< of push constants, as every device has them
 /// More combinations of arrays than the levels of a session make.
 constexpr std::uint32_t most_sets = 1024;
-
-/// call(), with what Vulkan throws (the name of the Vulkan function and its result) turned into DeviceError.
-template <typename Call>
-decltype(auto) translate_errors(Call&& call) {
-  try {
-    return std::forward<Call>(call)();
-  } catch (const vk::Error& error) {
-    throw DeviceError(fmt::format("Vulkan: {}", error.what()));
-  }
-}
-
-/// Throws DeviceError where a function is missing that we shall call. `find(name)` is its address.
-template <typename Find>
-void require_functions(std::span<const char* const> names, Find&& find) {
-  for (const char* name : names) {
-    if (find(name) == nullptr) {
-      throw DeviceError(
-          fmt::format("the Vulkan loader libvulkan.so.1 has no {}, which Vulkan 1.1 has", name));
-    }
-  }
-}
-
-#define GLOBAL_FUNCTION(name) #name,
-#define FUNCTION(name)
-constexpr std::array functions_of_loader{
-#include "backends/vulkan/functions.inc"
-};
-#undef GLOBAL_FUNCTION
-#undef FUNCTION
-#define GLOBAL_FUNCTION(name)
-#define FUNCTION(name) #name,
-constexpr std::array functions_of_instance{
-#include "backends/vulkan/functions.inc"
-};
-#undef GLOBAL_FUNCTION
-#undef FUNCTION
-
-vk::raii::Context open_loader() {
-  try {
-    constexpr std::array<const char*, 1> entry{"vkGetInstanceProcAddr"};
-    const vk::DynamicLoader library; // in which Context calls it at once
-    require_functions(
-        entry, [&](const char* name) { return library.getProcAddress<PFN_vkGetInstanceProcAddr>(name); });
-    vk::raii::Context context;
-    require_functions(functions_of_loader, [&](const char* name) {
-      return context.getDispatcher()->vkGetInstanceProcAddr(nullptr, name);
-    });
-    return context;
-  } catch (const DeviceError&) {
-    throw;
-  } catch (const std::runtime_error& error) {
-    throw DeviceError(fmt::format("the Vulkan loader libvulkan.so.1 is not installed ({})", error.what()));
-  }
-}
-
-vk::raii::Instance make_instance(const vk::raii::Context& context) {
-  if (context.enumerateInstanceVersion() < needed_version) {
-    throw DeviceError("the Vulkan loader libvulkan.so.1 is older than Vulkan 1.1");
-  }
-  const vk::ApplicationInfo application("hdmbench", 1, nullptr, 0, needed_version);
-  try {
-    vk::raii::Instance instance = context.createInstance(vk::InstanceCreateInfo({}, &application));
-    require_functions(functions_of_instance, [&](const char* name) { return instance.getProcAddr(name); });
-    return instance;
-  } catch (const vk::IncompatibleDriverError& error) {
-    throw DeviceError(
-        fmt::format("the Vulkan loader found no driver (ICD) that it can use ({})", error.what()));
-  }
-}
-
-struct FoundDevice {
-  vk::raii::PhysicalDevice physical;
-  std::uint32_t queue_family;
-};
-
-/// The loader (opened at run time) and an instance of Vulkan 1.1. Throws DeviceError with the reason where
-/// there is none.
-struct Installation {
-  vk::raii::Context context = open_loader();
-  vk::raii::Instance instance = make_instance(context);
-
-  [[nodiscard]] std::vector<vk::raii::PhysicalDevice> all_devices() const {
-    try {
-      return vk::raii::PhysicalDevices(instance);
-    } catch (const vk::InitializationFailedError& error) {
-      // What the loader answers where drivers are installed and none has hardware.
-      throw DeviceError(fmt::format("the Vulkan drivers found no device ({})", error.what()));
-    }
-  }
-
-  /// In the loader's order. Throws DeviceError where none has Vulkan 1.1 and a compute queue.
-  [[nodiscard]] std::vector<FoundDevice> compute_devices() const {
-    std::vector<FoundDevice> devices;
-    const std::vector<vk::raii::PhysicalDevice> all = all_devices();
-    for (const vk::raii::PhysicalDevice& physical : all) {
-      const auto families = physical.getQueueFamilyProperties();
-      const auto family = std::ranges::find_if(families, [](const vk::QueueFamilyProperties& one) {
-        return static_cast<bool>(one.queueFlags & vk::QueueFlagBits::eCompute);
-      });
-      if (family != families.end() && physical.getProperties().apiVersion >= needed_version) {
-        devices.push_back({physical, static_cast<std::uint32_t>(family - families.begin())});
-      }
-    }
-    if (devices.empty()) {
-      throw DeviceError(
-          all.empty()
-              ? "the Vulkan drivers found no device"
-              : fmt::format("none of the {} Vulkan devices has Vulkan 1.1 and a compute queue", all.size()));
-    }
-    return devices;
-  }
-};
-
-Device describe(const vk::raii::PhysicalDevice& physical) {
-  const vk::PhysicalDeviceProperties properties = physical.getProperties();
-  Device device{.name = properties.deviceName.data(),
-                .driver = fmt::format("driver version {:#x}", properties.driverVersion),
-                .is_software = properties.deviceType == vk::PhysicalDeviceType::eCpu};
-  constexpr std::string_view has_name = VK_KHR_DRIVER_PROPERTIES_EXTENSION_NAME;
-  for (const vk::ExtensionProperties& extension : physical.enumerateDeviceExtensionProperties()) {
-    if (extension.extensionName.data() == has_name) {
-      const auto chain =
-          physical.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceDriverProperties>();
-      const auto& driver = chain.get<vk::PhysicalDeviceDriverProperties>();
-      device.driver = fmt::format("{} {}", driver.driverName.data(), driver.driverInfo.data());
-    }
-  }
-  return device;
-}
-
-vk::Format format_of(Kind kind) {
-  return kind == Kind::pairs ? vk::Format::eR32G32Sfloat : vk::Format::eR32G32B32A32Sfloat;
-}
-
-/// A logical device with one queue. Throws DeviceError where it lacks a format or a feature that Vulkan
-/// leaves optional.
-vk::raii::Device make_device(const FoundDevice& chosen) {
-  using Feature = vk::FormatFeatureFlagBits;
-  for (const vk::Format format : {format_of(Kind::pairs), format_of(Kind::fours)}) {
-    const vk::FormatFeatureFlags needed = Feature::eUniformTexelBuffer | Feature::eStorageTexelBuffer;
-    const vk::FormatFeatureFlags found = chosen.physical.getFormatProperties(format).bufferFeatures;
-    if ((found & needed) != needed) {
-      throw DeviceError(fmt::format("{}: buffers of {} can only be {}, the sweep needs {}",
-                                    describe(chosen.physical).name, vk::to_string(format),
-                                    vk::to_string(found), vk::to_string(needed)));
-    }
-  }
-  if (chosen.physical.getFeatures().shaderStorageImageExtendedFormats == VK_FALSE) {
-    throw DeviceError(
-        fmt::format("{}: has no shaderStorageImageExtendedFormats, which rg32f in a shader needs",
-                    describe(chosen.physical).name));
-  }
-  vk::PhysicalDeviceFeatures features;
-  features.shaderStorageImageExtendedFormats = VK_TRUE;
-  const float priority = 1.0F;
-  const vk::DeviceQueueCreateInfo queue({}, chosen.queue_family, 1, &priority);
-  return chosen.physical.createDevice(vk::DeviceCreateInfo({}, queue, {}, {}, &features));
-}
-
-std::span<const std::uint32_t> text_of(const ProgramKind& kind) {
-  const EnergyPrograms& programs = programs_of(*kind.energy);
-  using Text = std::span<const std::uint32_t>;
-  const std::array<Text, 6> in_order_of_kernel{programs.vulkan_sweep,         levels_vulkan,
-                                               programs.vulkan_coarse_levels, elastic_vulkan,
-                                               elastic_coarse_vulkan,         loops_vulkan};
-  return in_order_of_kernel.at(static_cast<std::size_t>(kind.kernel));
-}
-
-Words made_special(std::span<const std::uint32_t> spirv, std::span<const std::int32_t> constants) {
-  std::unordered_map<std::uint32_t, Words> values;
-  for (const std::int32_t value : constants) {
-    values.emplace(static_cast<std::uint32_t>(values.size()), Words{static_cast<std::uint32_t>(value)});
-  }
-  spvtools::Optimizer optimizer(SPV_ENV_VULKAN_1_1);
-  std::string message;
-  optimizer.SetMessageConsumer([&message](spv_message_level_t, const char*, const spv_position_t&,
-                                          const char* text) { message = text; });
-  optimizer.RegisterPass(spvtools::CreateSetSpecConstantDefaultValuePass(values))
-      .RegisterPass(spvtools::CreateFreezeSpecConstantValuePass())
-      .RegisterPass(spvtools::CreateFoldSpecConstantOpAndCompositePass())
-      .RegisterSizePasses();
-  Words module;
-  if (!optimizer.Run(spirv.data(), spirv.size(), &module)) {
-    throw std::logic_error(fmt::format("a shader's SPIR-V cannot be specialised: {}", message));
-  }
-  return module;
-}
-
-/// A SPIR-V module whose specialisation constants 0, 1, ... have these values (a bool is 0 or 1) for good,
-/// and which has no branch that they rule out. A driver's own specialisation may come too late: SwiftShader
-/// compiles all branches, which takes it minutes and gigabytes.
-Words specialised(std::span<const std::uint32_t> spirv, const std::vector<std::int32_t>& constants) {
-  // Every session asks for the same modules, and SPIRV-Tools take longer than drivers.
-  using Key = std::pair<Words, std::vector<std::int32_t>>;
-  static std::mutex mutex;
-  static std::map<Key, Words> made;
-  constexpr std::size_t most = 512; // of some kilobytes each; planted faults make new ones and new ones
-  Key key{{spirv.begin(), spirv.end()}, constants};
-  const std::scoped_lock lock(mutex);
-  if (const auto found = made.find(key); found != made.end()) {
-    return found->second;
-  }
-  if (made.size() == most) {
-    made.clear();
-  }
-  return made.emplace(std::move(key), made_special(spirv, constants)).first->second;
-}
 
 vk::DescriptorType type_of(std::size_t number) {
   return number < binding::first_words     ? vk::DescriptorType::eStorageTexelBuffer
@@ -381,9 +160,7 @@ public:
   }
   std::unique_ptr<Program> compile(const ProgramKind& kind) override {
     return guarded([&] {
-      std::vector<std::int32_t> values;
-      std::ranges::transform(kind.constants, std::back_inserter(values), &ProgramKind::Constant::value);
-      const Words text = specialised(text_of(kind), values);
+      const Words text = spirv_of(kind);
       const vk::raii::ShaderModule module(device_, {{}, text.size() * sizeof(std::uint32_t), text.data()});
       const vk::PipelineShaderStageCreateInfo stage({}, vk::ShaderStageFlagBits::eCompute, *module, "main");
       return std::make_unique<VulkanProgram>(

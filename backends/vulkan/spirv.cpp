@@ -1,0 +1,78 @@
+#include "backends/vulkan/spirv.hpp"
+
+#include "backends/shared/energy_programs.hpp"
+
+#include <fmt/format.h>
+#include <spirv-tools/optimizer.hpp>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <mutex>
+#include <span>
+#include <stdexcept>
+#include <unordered_map>
+#include <utility>
+
+namespace hdmbench::vulkan {
+
+namespace {
+
+// SPIR-V, as arrays levels_vulkan and so on.
+#include <shaders/elastic_coarse_vulkan.hpp>
+#include <shaders/elastic_vulkan.hpp>
+#include <shaders/levels_vulkan.hpp>
+#include <shaders/loops_vulkan.hpp>
+
+std::span<const std::uint32_t> text_of(const ProgramKind& kind) {
+  const EnergyPrograms& programs = programs_of(*kind.energy);
+  using Text = std::span<const std::uint32_t>;
+  const std::array<Text, 6> in_order_of_kernel{programs.vulkan_sweep,         levels_vulkan,
+                                               programs.vulkan_coarse_levels, elastic_vulkan,
+                                               elastic_coarse_vulkan,         loops_vulkan};
+  return in_order_of_kernel.at(static_cast<std::size_t>(kind.kernel));
+}
+
+Words made_special(std::span<const std::uint32_t> spirv, std::span<const std::int32_t> constants) {
+  std::unordered_map<std::uint32_t, Words> values;
+  for (const std::int32_t value : constants) {
+    values.emplace(static_cast<std::uint32_t>(values.size()), Words{static_cast<std::uint32_t>(value)});
+  }
+  spvtools::Optimizer optimizer(SPV_ENV_VULKAN_1_1);
+  std::string message;
+  optimizer.SetMessageConsumer([&message](spv_message_level_t, const char*, const spv_position_t&,
+                                          const char* text) { message = text; });
+  optimizer.RegisterPass(spvtools::CreateSetSpecConstantDefaultValuePass(values))
+      .RegisterPass(spvtools::CreateFreezeSpecConstantValuePass())
+      .RegisterPass(spvtools::CreateFoldSpecConstantOpAndCompositePass())
+      .RegisterSizePasses();
+  Words module;
+  if (!optimizer.Run(spirv.data(), spirv.size(), &module)) {
+    throw std::logic_error(fmt::format("a shader's SPIR-V cannot be specialised: {}", message));
+  }
+  return module;
+}
+
+} // namespace
+
+Words spirv_of(const ProgramKind& kind) {
+  const std::span<const std::uint32_t> spirv = text_of(kind);
+  std::vector<std::int32_t> constants;
+  std::ranges::transform(kind.constants, std::back_inserter(constants), &ProgramKind::Constant::value);
+  // Every session asks for the same modules, and SPIRV-Tools take longer than drivers.
+  using Key = std::pair<Words, std::vector<std::int32_t>>;
+  static std::mutex mutex;
+  static std::map<Key, Words> made;
+  constexpr std::size_t most = 512; // of some kilobytes each; planted faults make new ones and new ones
+  Key key{{spirv.begin(), spirv.end()}, constants};
+  const std::scoped_lock lock(mutex);
+  if (const auto found = made.find(key); found != made.end()) {
+    return found->second;
+  }
+  if (made.size() == most) {
+    made.clear();
+  }
+  return made.emplace(std::move(key), made_special(spirv, constants)).first->second;
+}
+
+} // namespace hdmbench::vulkan
