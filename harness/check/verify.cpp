@@ -3,11 +3,11 @@
 #include "harness/check/follower.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
-#include "harness/scene/row_fields.hpp"
 #include "harness/scene/sites.hpp"
 #include "harness/solve/solve.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -327,72 +327,45 @@ std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
              : ReferenceRun(scene, reference, backends, options, progress).compare_all();
 }
 
-static void list_fields(Fields& fields, FirstDifference& first) {
-  fields("level", first.level);
-  fields("iteration", first.iteration);
-  fields("x", first.x);
-  fields("y", first.y);
-  fields.newer("expected", NullIsNan{first.expected});
-  fields.newer("found", NullIsNan{first.found});
-  fields.newer("certified", first.certificate.holds);
-  fields.newer("gap_over_bound", NullIsNan{first.certificate.gap_over_bound});
-  fields.newer("step", first.step);
-}
-
-void list_fields(Fields& fields, VerifyRow& row) {
-  fields("scene", row.scene);
-  fields("width", row.width);
-  fields("height", row.height);
-  fields("backend", row.backend);
-  fields("device", row.device.name);
-  fields.newer("driver", row.device.driver);
-  fields("mode", row.mode);
-  fields("levels", row.levels);
-  fields.newer("method", row.method);
-  fields("iterations", row.iterations);
-  fields.newer("sweeps", row.sweeps);
-  fields("sites_compared", row.sites_compared);
-  fields("sites_differing", row.sites_differing);
-  fields.newer("not_finite", row.not_finite);
-  fields.newer("counts_differing", row.counts_differing);
-  fields("certified_ties", row.certified_ties);
-  fields("uncertified", row.uncertified);
-  fields("max_abs_difference", NullIsNan{row.largest_difference});
-  fields("first_difference", row.first);
-  fields("tier", row.tier);
-  fields("verdict", row.verdict);
-  fields("reason", row.reason);
-  fields.if_any("ranks", row.ranks);
-  fields.if_any("reference", row.reference);
-  fields.if_any("repeat", row.repeat);
-  fields.newer("sites_drifted", row.sites_drifted);
-  fields.newer("largest_gap_over_bound", NullIsNan{row.largest_gap_over_bound});
-  fields.newer("sites_at_rest", row.sites_at_rest);
-}
-
-VerifyRow verify_row(const Scene& scene, const Comparison& comparison) {
-  return {comparison, scene.name, scene.extent().width, scene.extent().height, method_name(scene)};
-}
-
-std::vector<BackendTier> tiers_reached(std::span<const Comparison> comparisons) {
-  std::vector<BackendTier> rows;
-  for (const Comparison& comparison : comparisons) {
-    auto row = std::ranges::find(rows, comparison.backend, &BackendTier::backend);
-    if (row == rows.end()) {
-      row = rows.insert(rows.end(), {.backend = comparison.backend});
-    }
-    if (comparison.verdict == Verdict::skipped) {
-      continue;
-    }
-    row->tier = row->comparisons == 0 ? comparison.tier : std::min(row->tier, comparison.tier);
-    ++row->comparisons;
-    row->exact += comparison.tier == Tier::exact ? 1 : 0;
-    row->sites_compared += comparison.sites_compared;
-    row->sites_differing += comparison.sites_differing;
-    row->certified_ties += comparison.certified_ties;
-    row->uncertified += comparison.uncertified;
+nlohmann::json verify_row(const Scene& scene, const Comparison& comparison) {
+  nlohmann::json row{{"scene", scene.name},
+                     {"width", scene.extent().width},
+                     {"height", scene.extent().height},
+                     {"backend", comparison.backend},
+                     {"device", comparison.device.name},
+                     {"driver", comparison.device.driver},
+                     {"mode", name_of(comparison.mode)},
+                     {"levels", comparison.levels},
+                     {"method", method_name(scene)},
+                     {"iterations", comparison.iterations},
+                     {"sweeps", comparison.sweeps},
+                     {"sites_compared", comparison.sites_compared},
+                     {"sites_differing", comparison.sites_differing},
+                     {"not_finite", comparison.not_finite},
+                     {"counts_differing", comparison.counts_differing},
+                     {"certified_ties", comparison.certified_ties},
+                     {"uncertified", comparison.uncertified},
+                     {"max_abs_difference", comparison.largest_difference},
+                     {"first_difference", nullptr},
+                     {"tier", name_of(comparison.tier)},
+                     {"verdict", name_of(comparison.verdict)},
+                     {"reason", comparison.reason},
+                     {"sites_drifted", comparison.sites_drifted},
+                     {"largest_gap_over_bound", comparison.largest_gap_over_bound},
+                     {"sites_at_rest", comparison.sites_at_rest}};
+  if (comparison.first) {
+    const FirstDifference& first = *comparison.first;
+    row["first_difference"] = {{"level", first.level},
+                               {"iteration", first.iteration},
+                               {"x", first.x},
+                               {"y", first.y},
+                               {"expected", first.expected},
+                               {"found", first.found},
+                               {"certified", first.certificate.holds},
+                               {"gap_over_bound", first.certificate.gap_over_bound},
+                               {"step", first.step}};
   }
-  return rows;
+  return row;
 }
 
 } // namespace hdmbench

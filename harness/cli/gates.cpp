@@ -2,40 +2,47 @@
 
 #include "harness/check/verify.hpp"
 
+#include <array>
 #include <vector>
 
 namespace hdmbench::commands {
 
 namespace {
 
-std::vector<VerifyRow> verify_rows(const std::filesystem::path& file) {
-  const ResultFile results = read_results(file);
+json verify_rows(const std::filesystem::path& file) {
+  ResultFile results = read_results(file);
   if (results.command != "verify") {
     throw InputError(fmt::format("{}: is of hdmbench {}; --baseline takes what verify --json wrote",
                                  file.string(), results.command));
   }
-  return results.rows<VerifyRow>();
+  return std::move(results.results);
 }
 
-bool same_comparison(const VerifyRow& a, const VerifyRow& b) {
-  return a.scene == b.scene && a.width == b.width && a.height == b.height && a.method == b.method &&
-         a.backend == b.backend && a.mode == b.mode && a.ranks == b.ranks;
+/// The place of a row's tier among tier_names, so that a better one is larger.
+std::ptrdiff_t tier_of(const json& row) {
+  return std::ranges::find(tier_names, row.value("tier", "none")) - tier_names.begin();
 }
 
 /// A line for every comparison of before that reached a tier and now is missing or reaches a lower one.
-std::string losses(const std::vector<VerifyRow>& before, const std::vector<VerifyRow>& now) {
+std::string losses(const json& before, const json& now) {
+  const auto same = [](const json& a, const json& b) {
+    constexpr std::array keys{"scene", "width", "height", "method", "backend", "mode", "ranks"};
+    return std::ranges::all_of(keys, [&](const char* key) { return value_of(a, key) == value_of(b, key); });
+  };
   std::string lines;
-  for (const VerifyRow& old : before) {
-    const auto found =
-        std::ranges::find_if(now, [&](const VerifyRow& row) { return same_comparison(old, row); });
-    if (old.tier == Tier::none || (found != now.end() && found->tier >= old.tier)) {
+  for (const json& old : before) {
+    const auto found = std::ranges::find_if(now, [&](const json& row) { return same(old, row); });
+    if (tier_of(old) == 0 || (found != now.end() && tier_of(*found) >= tier_of(old))) {
       continue;
     }
-    lines += fmt::format("  {} x {} {}, {}, {}, {}: was {}, {}\n", old.width, old.height, old.scene,
-                         old.method, old.backend, name_of(old.mode), name_of(old.tier),
+    const auto word = [](const json& row, const char* key) { return row.value(key, ""); };
+    const std::string reason = found == now.end() ? "" : word(*found, "reason");
+    lines += fmt::format("  {} x {} {}, {}, {}, {}: was {}, {}\n", old.value("width", 0),
+                         old.value("height", 0), word(old, "scene"), word(old, "method"),
+                         word(old, "backend"), word(old, "mode"), word(old, "tier"),
                          found == now.end() ? "is missing"
-                                            : fmt::format("is {}{}{}", name_of(found->verdict),
-                                                          found->reason.empty() ? "" : ": ", found->reason));
+                                            : fmt::format("is {}{}{}", word(*found, "verdict"),
+                                                          reason.empty() ? "" : ": ", reason));
   }
   return lines;
 }
@@ -114,7 +121,13 @@ int Gates::judge(int status, const Call& call) const {
     good = false;
   }
   if (!baseline_.empty() && call.speaks()) {
-    const std::string lost = losses(verify_rows(baseline_), verify_rows(call.json));
+    const std::string lost = [&] {
+      try {
+        return losses(verify_rows(baseline_), verify_rows(call.json));
+      } catch (const json::exception& error) {
+        throw InputError(fmt::format("{}: {}", baseline_.string(), error.what()));
+      }
+    }();
     fmt::print("\n{}\n{}",
                lost.empty() ? "All that agreed in the baseline agrees" : "Lost since the baseline:", lost);
     good = good && lost.empty();

@@ -2,7 +2,6 @@
 
 #include "harness/cli/arguments.hpp"
 #include "harness/judge/run_row.hpp"
-#include "harness/measure/implementations.hpp"
 #include "harness/ranks/rank_backend.hpp"
 #include "harness/scene/method.hpp"
 
@@ -54,24 +53,28 @@ int run_devices(Arguments& /*none*/, Call& call) {
   json present = json::array();
   std::string absent;
   for (const auto& backend : make_backends()) {
-    DeviceRow row{.backend = std::string(backend->name()),
-                  .description = std::string(backend->description()),
-                  .updates = updates(*backend)};
+    json row{{"backend", backend->name()},
+             {"description", backend->description()},
+             {"updates", updates(*backend)},
+             {"available", true},
+             {"device", ""},
+             {"driver", ""},
+             {"software", false},
+             {"reason", ""}};
     try {
       const std::vector<Device> devices = backend->devices();
       for (std::size_t i = 0; i < devices.size(); ++i) {
-        row.device = devices[i].name;
-        row.driver = devices[i].driver;
-        row.software = devices[i].is_software;
-        rows.push_back(to_json_row(row));
-        present.push_back(rows.back());
+        row.update({{"device", devices[i].name},
+                    {"driver", devices[i].driver},
+                    {"software", devices[i].is_software}});
+        rows.push_back(row);
+        present.push_back(row);
         present.back()["number"] = i;
       }
     } catch (const DeviceError& error) {
-      row.available = false;
-      row.reason = error.what();
-      rows.push_back(to_json_row(row));
-      absent += fmt::format("  {}: {}\n", row.backend, row.reason);
+      row.update({{"available", false}, {"reason", error.what()}});
+      rows.push_back(row);
+      absent += fmt::format("  {}: {}\n", backend->name(), error.what());
     }
   }
   fmt::print("{}{}{}", table_text(present, "backend|number:no.|device|driver"),

@@ -210,15 +210,18 @@ int verify_scenes(const VerifyArguments& arguments, const Call& call,
       if (shared != nullptr && shared->has_bits_of_scalar()) {
         excuse_nothing(comparison);
       }
-      VerifyRow row = verify_row(scene, comparison);
+      json row = verify_row(scene, comparison);
       if (shared != nullptr) {
-        row.backend = shared->backends();
-        row.ranks = shared->ranks();
+        row["backend"] = shared->backends();
+        row["ranks"] = shared->ranks();
       }
-      row.reference = arguments.reference;
-      row.repeat = arguments.repeat("verify", scene, comparison.backend) +
-                   (arguments.reference.empty() ? "" : " --reference " + arguments.reference);
-      rows.push_back(to_json_row(row));
+      row["repeat"] = arguments.repeat("verify", scene, comparison.backend);
+      if (!arguments.reference.empty()) {
+        row["reference"] = arguments.reference;
+        row["repeat"] =
+            fmt::format("{} --reference {}", row["repeat"].get<std::string>(), arguments.reference);
+      }
+      rows.push_back(std::move(row));
       all.push_back(comparison);
     }
     print_scene(scene, comparisons, arguments);

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <map>
 #include <set>
 #include <sstream>
 #include <tuple>
@@ -19,6 +20,7 @@ namespace hdmbench {
 
 namespace {
 
+using nlohmann::json;
 using Path = std::filesystem::path;
 using Variables = std::vector<std::pair<std::string, std::string>>;
 
@@ -70,98 +72,112 @@ std::string last_line(const std::string& text) {
   return last;
 }
 
-/// A process that was to write a result file.
+/// How a process ended that was to write a result file.
 struct Answer {
-  Outcome outcome = Outcome::passed; ///< by how the process ended
+  std::string outcome = "passed";
   std::string reason;
   ProcessEnd end;
+  json rows = json::array(); ///< where it passed or failed
+
+  [[nodiscard]] bool has_rows() const { return outcome == "passed" || outcome == "failed"; }
 };
 
-class Runner {
-public:
-  explicit Runner(const ImplementationOptions& options) : options_(&options) {}
-
-  Answer run(const Implementation& implementation, std::vector<std::string> words) {
-    std::filesystem::remove(json());
-    words.insert(words.begin(), options_->program.string());
-    words.insert(words.end(), {"--json", json().string()});
-    const Path errors = folder_.path() / "errors.txt";
-    Variables environment = implementation.environment;
-    environment.emplace_back("HDMBENCH_ASK_IN_PROCESS", "1"); // this process is the driver's own already
-    Answer answer;
-    answer.end = run_process(words, folder_.path() / "output.txt", errors,
-                             {.environment = std::move(environment),
-                              .seconds = options_->seconds,
-                              .resident_bytes = options_->resident_bytes});
-    if (answer.end.out_of_time) {
-      answer.outcome = Outcome::out_of_time;
-      answer.reason = fmt::format("ended after {:.0f} s", options_->seconds);
-    } else if (answer.end.out_of_memory) {
-      answer.outcome = Outcome::out_of_memory;
-      answer.reason =
-          fmt::format("ended above {:.1f} GB", static_cast<double>(options_->resident_bytes) / 1e9);
-    } else if (answer.end.signal != 0) {
-      answer.outcome = Outcome::crashed;
-      answer.reason = answer.end.text();
-    } else if (answer.end.exit_status > 1 || !std::filesystem::exists(json())) {
-      answer.outcome = Outcome::refused;
-      answer.reason = last_line(file_text(errors));
-    } else if (answer.end.exit_status == 1) {
-      answer.outcome = Outcome::failed;
-    }
-    return answer;
+/// Runs hdmbench with these words and the drivers of the implementation.
+Answer ask(const Implementation& implementation, std::vector<std::string> words,
+           const ImplementationOptions& options) {
+  const TemporaryDirectory folder;
+  const Path results = folder.path() / "results.json";
+  const Path errors = folder.path() / "errors.txt";
+  words.insert(words.begin(), options.program.string());
+  words.insert(words.end(), {"--json", results.string()});
+  Variables environment = implementation.environment;
+  environment.emplace_back("HDMBENCH_ASK_IN_PROCESS", "1"); // this process is the driver's own already
+  Answer answer;
+  answer.end = run_process(words, folder.path() / "output.txt", errors,
+                           {.environment = std::move(environment),
+                            .seconds = options.seconds,
+                            .resident_bytes = options.resident_bytes});
+  if (answer.end.out_of_time) {
+    answer.outcome = "out of time";
+    answer.reason = fmt::format("ended after {:.0f} s", options.seconds);
+  } else if (answer.end.out_of_memory) {
+    answer.outcome = "out of memory";
+    answer.reason = fmt::format("ended above {:.1f} GB", static_cast<double>(options.resident_bytes) / 1e9);
+  } else if (answer.end.signal != 0) {
+    answer.outcome = "crashed";
+    answer.reason = answer.end.text();
+  } else if (answer.end.exit_status > 1 || !std::filesystem::exists(results)) {
+    answer.outcome = "refused";
+    answer.reason = last_line(file_text(errors));
+  } else {
+    answer.outcome = answer.end.exit_status == 1 ? "failed" : "passed";
+    answer.rows = read_results(results).results;
   }
-  [[nodiscard]] ResultFile results() const { return read_results(json()); }
-
-private:
-  [[nodiscard]] Path json() const { return folder_.path() / "results.json"; }
-
-  const ImplementationOptions* options_;
-  TemporaryDirectory folder_;
-};
-
-void add_comparisons(const std::vector<VerifyRow>& rows, ImplementationRow& result) {
-  std::set<std::tuple<std::string, std::int64_t, std::int64_t>> scenes;
-  for (const VerifyRow& row : rows) {
-    if (row.verdict == Verdict::skipped) {
-      continue;
-    }
-    scenes.emplace(row.scene, row.width, row.height);
-    result.tier = result.comparisons == 0 ? row.tier : std::min(result.tier, row.tier);
-    ++result.comparisons;
-    result.sites_compared += row.sites_compared;
-    result.sites_differing += row.sites_differing;
-    if (result.reason.empty() && row.tier == Tier::none) {
-      result.reason =
-          fmt::format("{} x {} {}, {}: {}", row.width, row.height, row.scene, name_of(row.mode),
-                      row.reason.empty() ? fmt::format("{} sites differ", row.sites_differing) : row.reason);
-    }
-  }
-  result.scenes = static_cast<std::int64_t>(scenes.size());
+  return answer;
 }
 
-ImplementationRow compare(Runner& runner, const Implementation& implementation, const DeviceRow& device,
-                          std::size_t number, const ImplementationOptions& options) {
-  ImplementationRow row{.backend = device.backend,
-                        .implementation = implementation.name,
-                        .device = device.device,
-                        .driver = device.driver};
-  std::vector<std::string> words{"verify", "--backends", device.backend, "--device", std::to_string(number)};
-  words.insert(words.end(), options.verify.begin(), options.verify.end());
-  for (const auto& [name, value] : implementation.environment) {
-    row.repeat += fmt::format("{}={} ", name, value);
+/// What the rows of `verify` come to, and why the first of them did not pass.
+void add_comparisons(const json& comparisons, json& row) {
+  std::set<std::tuple<std::string, int, int>> scenes;
+  auto lowest = tier_names.end();
+  for (const json& one : comparisons) {
+    if (one["verdict"] == name_of(Verdict::skipped)) {
+      continue;
+    }
+    scenes.emplace(one["scene"], one["width"], one["height"]);
+    lowest = std::min(lowest, std::ranges::find(tier_names, one["tier"].get<std::string>()));
+    row["tier"] = *lowest;
+    row["comparisons"] = row["comparisons"].get<int>() + 1;
+    for (const char* const key : {"sites_compared", "sites_differing"}) {
+      row[key] = row[key].get<std::int64_t>() + one[key].get<std::int64_t>();
+    }
+    if (row["reason"] == "" && one["tier"] == name_of(Tier::none)) {
+      const std::string reason = one["reason"];
+      row["reason"] = fmt::format(
+          "{} x {} {}, {}: {}", one["width"].get<int>(), one["height"].get<int>(),
+          one["scene"].get<std::string>(), one["mode"].get<std::string>(),
+          reason.empty() ? fmt::format("{} sites differ", one["sites_differing"].dump()) : reason);
+    }
   }
-  row.repeat += fmt::format("hdmbench {}", fmt::join(words, " "));
-  Answer answer = runner.run(implementation, words);
-  row.outcome = answer.outcome;
-  row.reason = std::move(answer.reason);
-  row.seconds = answer.end.seconds;
-  row.peak_bytes = answer.end.peak_bytes;
-  if (row.outcome == Outcome::passed || row.outcome == Outcome::failed) {
-    add_comparisons(runner.results().rows<VerifyRow>(), row);
-    if (row.comparisons == 0) { // a status of 0 proves nothing then
-      row.outcome = Outcome::refused;
-      row.reason = "nothing was compared";
+  row["scenes"] = scenes.size();
+}
+
+json row_of(const std::string& backend, const Implementation& implementation, const Answer& answer) {
+  return {{"backend", backend},
+          {"implementation", implementation.name},
+          {"device", ""},
+          {"driver", ""},
+          {"outcome", answer.outcome},
+          {"tier", name_of(Tier::none)},
+          {"scenes", 0},
+          {"comparisons", 0},
+          {"sites_compared", 0},
+          {"sites_differing", 0},
+          {"seconds", answer.end.seconds},
+          {"peak_bytes", answer.end.peak_bytes},
+          {"reason", answer.reason},
+          {"repeat", ""}};
+}
+
+/// `device`: a row of `devices`, the one of this number of its backend.
+json compare(const Implementation& implementation, const json& device, std::size_t number,
+             const ImplementationOptions& options) {
+  const std::string backend = device["backend"];
+  std::vector<std::string> words{"verify", "--backends", backend, "--device", std::to_string(number)};
+  words.insert(words.end(), options.verify.begin(), options.verify.end());
+  const Answer answer = ask(implementation, words, options);
+  json row = row_of(backend, implementation, answer);
+  std::string repeat;
+  for (const auto& [name, value] : implementation.environment) {
+    repeat += fmt::format("{}={} ", name, value);
+  }
+  row.update({{"device", device["device"]},
+              {"driver", device["driver"]},
+              {"repeat", fmt::format("{}hdmbench {}", repeat, fmt::join(words, " "))}});
+  if (answer.has_rows()) {
+    add_comparisons(answer.rows, row);
+    if (row["comparisons"] == 0) { // a status of 0 proves nothing then
+      row.update({{"outcome", "refused"}, {"reason", "nothing was compared"}});
     }
   }
   return row;
@@ -189,78 +205,43 @@ std::vector<Implementation> known_implementations() {
   return known;
 }
 
-void list_fields(Fields& fields, DeviceRow& row) {
-  fields("backend", row.backend);
-  fields("description", row.description);
-  fields("updates", row.updates);
-  fields("available", row.available);
-  fields("device", row.device);
-  fields("driver", row.driver);
-  fields("software", row.software);
-  fields("reason", row.reason);
-}
-
-void list_fields(Fields& fields, ImplementationRow& row) {
-  fields("backend", row.backend);
-  fields("implementation", row.implementation);
-  fields("device", row.device);
-  fields("driver", row.driver);
-  fields("outcome", row.outcome);
-  fields("tier", row.tier);
-  fields("scenes", row.scenes);
-  fields("comparisons", row.comparisons);
-  fields("sites_compared", row.sites_compared);
-  fields("sites_differing", row.sites_differing);
-  fields("seconds", row.seconds);
-  fields("peak_bytes", row.peak_bytes);
-  fields("reason", row.reason);
-  fields("repeat", row.repeat);
-}
-
-std::vector<ImplementationRow> verify_implementations(const std::vector<Implementation>& implementations,
-                                                      const ImplementationOptions& options,
-                                                      Progress& progress) {
-  Runner runner(options);
+nlohmann::json verify_implementations(const std::vector<Implementation>& implementations,
+                                      const ImplementationOptions& options, Progress& progress) {
   const std::string reference(make_backends().front()->name());
-  std::vector<ImplementationRow> rows;
+  json rows = json::array();
   std::set<std::tuple<std::string, std::string, std::string>> seen; // backend, device, driver
   std::set<std::pair<std::string, std::string>> absent;             // backend, reason, as installed
   progress.set_total(static_cast<double>(implementations.size()));
   for (const Implementation& implementation : implementations) {
     progress.describe(implementation.name + ": devices");
-    const Answer answer = runner.run(implementation, {"devices"});
-    if (answer.outcome != Outcome::passed) {
-      rows.push_back({.backend = "all",
-                      .implementation = implementation.name,
-                      .outcome = answer.outcome,
-                      .seconds = answer.end.seconds,
-                      .peak_bytes = answer.end.peak_bytes,
-                      .reason = "its devices: " + answer.reason,
-                      .repeat = {}});
-      progress.advance(1.0);
-      continue;
+    const Answer answer = ask(implementation, {"devices"}, options);
+    if (answer.outcome != "passed") {
+      rows.push_back(row_of("all", implementation, answer));
+      rows.back()["reason"] = "its devices: " + answer.reason;
     }
     std::map<std::string, std::size_t> numbers;
-    for (const DeviceRow& device : runner.results().rows<DeviceRow>()) {
-      const std::size_t number = numbers[device.backend]++;
-      const bool wanted = device.backend != reference &&
-                          (options.backends.empty() ||
-                           std::ranges::find(options.backends, device.backend) != options.backends.end());
-      const std::pair missing{device.backend, device.reason};
-      const bool is_news = device.available
-                               ? seen.emplace(device.backend, device.device, device.driver).second
-                               : !absent.contains(missing);
+    for (const json& device : answer.rows) {
+      const std::string backend = device["backend"];
+      const std::string reason = device["reason"];
+      const std::size_t number = numbers[backend]++;
+      const bool is_there = device["available"];
+      const bool wanted =
+          backend != reference && (options.backends.empty() ||
+                                   std::ranges::find(options.backends, backend) != options.backends.end());
+      const bool is_news = is_there ? seen.emplace(backend, device["device"], device["driver"]).second
+                                    : !absent.contains({backend, reason});
       if (!wanted || !is_news) {
         continue;
       }
-      if (!device.available && &implementation == &implementations.front()) {
-        absent.insert(missing);
+      progress.describe(fmt::format("{}: {}", implementation.name, backend));
+      if (is_there) {
+        rows.push_back(compare(implementation, device, number, options));
+        continue;
       }
-      progress.describe(fmt::format("{}: {}", implementation.name, device.backend));
-      rows.push_back(device.available ? compare(runner, implementation, device, number, options)
-                                      : ImplementationRow{.backend = device.backend,
-                                                          .implementation = implementation.name,
-                                                          .reason = device.reason});
+      if (&implementation == &implementations.front()) {
+        absent.emplace(backend, reason);
+      }
+      rows.push_back(row_of(backend, implementation, {.outcome = "absent", .reason = reason, .end = {}}));
     }
     progress.advance(1.0);
   }
