@@ -2,6 +2,7 @@
 #include "test/sessions.hpp"
 
 #include <fmt/format.h>
+#include <toml++/toml.h>
 
 #include <algorithm>
 #include <cmath>
@@ -26,18 +27,17 @@ const EntryResult& result_of(std::string_view name) {
   return results.at(name);
 }
 
-/// Between which of the quick knobs a series begins to fail; NaN for `failed`: nowhere, for `good`: it fails
-/// at the first.
+/// Between which of the quick knobs a series begins to fail, as atlas_pins.toml says.
 struct Pinned {
-  std::string_view entry;
-  std::string_view series;
-  double good = NAN;
-  double failed = NAN;
-  double healthy_error = 0.0; ///< at most, at the first knob
-  double harmful_error = 0.0; ///< at least, at the last one
+  std::string entry;
+  std::string series;
+  double good;
+  double failed;
+  double healthy_error; ///< at most, at the first knob
+  double harmful_error; ///< at least, at the last one
 };
 
-/// What of it does not hold, empty if all does. Measured values with margins of a third and more.
+/// What of it does not hold, empty if all does.
 std::string mismatch(const Pinned& pinned, const EntryResult& result) {
   const auto series = std::ranges::find(result.series, pinned.series, &SeriesResult::name);
   if (series == result.series.end() || series->points.empty()) {
@@ -59,53 +59,18 @@ std::string mismatch(const Pinned& pinned, const EntryResult& result) {
   return last_error >= pinned.harmful_error ? "" : fmt::format("error {} at the harmful end", last_error);
 }
 
-const std::vector<Pinned> pins{
-    {"start-level-late", "icm", 7, 3, 0.15, 10},
-    {"start-level-late", "closed-form", 7, 3, 0.05, 10},
-    {"start-level-late", "cascade", 3, 0, 0.1, 10},
-    {"alignment", "icm", NAN, NAN, 0.05, 0.0},
-    {"alignment", "icm, center", 16, 4, 0.2, 5},
-    {"alignment", "cascade, center", 16, 4, 0.15, 5},
-    {"step-quantum", "icm", 0.1, 1, 0.1, 0.4},
-    {"step-quantum", "closed-form", NAN, NAN, 0.1, 0.0},
-    {"oscillation", "two colours", NAN, NAN, 0.12, 0.0},
-    {"two-cycles", "icm", 0, 1, 0.0, 10},
-    {"two-cycles", "coloured", NAN, NAN, 0.0, 0.0},
-    {"two-cycles", "sequential", NAN, NAN, 0.0, 0.0},
-    {"cooling", "annealing", 30, 3, 0.15, 4},
-    {"cooling", "icm", 30, 3, 0.1, 2},
-    {"cooling", "closed-form", NAN, NAN, 0.02, 0.03},
-    {"stiff-inclusion", "icm", NAN, NAN, 1e-4, 0.1},
-    {"soft-inclusion", "icm", 1, 100, 1e-4, 0.5},
-    {"soft-inclusion", "closed-form", NAN, NAN, 1e-4, 0.2},
-    {"checkerboard", "icm", 10, 1e3, 1e-4, 0.5},
-    {"checkerboard", "closed-form", NAN, NAN, 1e-4, 0.15},
-    {"layers", "icm-6", 10, 1e3, 1e-4, 0.5},
-    {"layers", "cascade", 1, 10, 1e-4, 2},
-    {"penalty-small", "fixed point", 10, 0.1, 1e-5, 10},
-    {"penalty-small", "icm", 1e3, 10, 0.15, 10},
-    {"penalty-small", "cascade", 1e3, 10, 0.1, 10},
-    {"offset", "icm", 1e5, 1e7, 0.15, 0.5},
-    {"offset", "closed-form", 1e5, 1e7, 0.05, 0.5},
-    {"confidence", "icm", 1, 0.03, 0.15, 4},
-    {"confidence", "closed-form", 1, 0.03, 0.05, 4},
-    {"conflict", "fixed point", 0.9, 2, 0.0, 0.05},
-    {"conflict", "icm", 0.9, 2, 0.0, 0.05},
-    {"fold-over", "finite elements", 15, 30, 0.0, 30},
-    {"fold-over", "icm", 3, 15, 0.0, 30},
-    {"fold-over", "closed-form", 15, 30, 0.0, 30},
-    {"poisson", "fixed point", 0, 0.3, 0.15, 0.35},
-    {"elastic-contrast", "full-multigrid", NAN, NAN, 1e-5, 0.1},
-    {"elastic-contrast", "conjugate-gradients", NAN, NAN, 1e-5, 1e-6},
-    {"elastic-poisson", "full-multigrid", NAN, NAN, 0.01, 1e-3},
-    {"elastic-poisson", "conjugate-gradients", NAN, NAN, 1e-5, 1e-8},
-    {"elastic-layers", "full-multigrid", 1, 100, 1e-5, 2},
-    {"elastic-layers", "conjugate-gradients", NAN, NAN, 1e-5, 0.02},
-    {"elastic-supports", "full-multigrid", NAN, NAN, 0.05, 1e-4},
-    {"elastic-supports", "conjugate-gradients", NAN, NAN, 1e-5, 1e-8},
-    {"elastic-free-body", "full-multigrid", NAN, NAN, 1e-5, 0.05},
-    {"elastic-free-body", "30 steps", NAN, NAN, 1e-5, 1e-7},
-};
+std::vector<Pinned> read_pins() {
+  std::vector<Pinned> pins;
+  static const toml::table file = toml::parse_file(HDMBENCH_ATLAS_PINS);
+  for (const auto& row : *file["pins"].as_array()) {
+    const toml::array& one = *row.as_array();
+    const auto number = [&](std::size_t i) { return one[i].value<double>().value(); };
+    pins.push_back({one[0].value<std::string>().value(), one[1].value<std::string>().value(), number(2),
+                    number(3), number(4), number(5)});
+  }
+  return pins;
+}
+const std::vector<Pinned> pins = read_pins();
 
 TEST(Atlas, EveryEntryIsPinned) {
   for (const Entry& entry : entries()) {

@@ -50,38 +50,23 @@ TEST(FailingCalls, LibrariesWithoutFunctionsAreNotThere) {
                                              HasSubstr("opencl: this build was configured without")));
 }
 
-/// A backend whose session throws where `fault` does.
-class SessionAfterAnError : public testing::Test {
-protected:
-  std::unique_ptr<Session> open(faults::Fault fault) {
-    fault.name = "scalar";
-    backend_ = std::make_unique<faults::FaultyBackend>(*scalar_, std::move(fault));
-    std::unique_ptr<Session> session = backend_->open({});
-    session->load(problem_.level);
-    return session;
-  }
-
-  test::Problem problem_ = test::random_problem({4, 3}, test::Texture::dyadic, 1);
-  std::unique_ptr<Backend> scalar_ = make_scalar();
-  std::unique_ptr<Backend> backend_;
-};
-
-TEST_F(SessionAfterAnError, AStepThatFailedLeavesNothingToRead) {
+TEST(FailingCalls, AStepThatFailedLeavesNothingToRead) {
+  const test::Problem problem = test::random_problem({4, 3}, test::Texture::dyadic, 1);
   bool fails = true;
-  const auto session = open({.name = "", .in_step = [&](int sweeps) {
-                               if (fails) {
-                                 throw DeviceError("planted");
-                               }
-                               return sweeps;
-                             }});
+  const auto scalar = make_scalar();
+  const faults::FaultyBackend backend(*scalar, {.name = "fails", .in_step = [&](int sweeps) {
+                                                  return fails ? throw DeviceError("planted") : sweeps;
+                                                }});
+  const auto session = backend.open({});
   VectorField field;
-  session->write(problem_.start);
+  session->load(problem.level);
+  session->write(problem.start);
   EXPECT_THROW(session->step(1), DeviceError);
   EXPECT_THROW(session->read(field), std::logic_error);
   EXPECT_THROW(session->step(1), std::logic_error);
   fails = false;
-  session->load(problem_.level);
-  session->write(problem_.start);
+  session->load(problem.level);
+  session->write(problem.start);
   session->step(1);
   EXPECT_NO_THROW(session->read(field));
 }
