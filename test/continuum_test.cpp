@@ -12,7 +12,7 @@
 namespace hdmbench {
 namespace {
 
-std::vector<ContinuumRow> measured(double contrast) {
+nlohmann::json measured(double contrast) {
   constexpr std::array sides{33, 65, 129};
   Progress silent(false);
   const auto registry = make_backends();
@@ -21,23 +21,25 @@ std::vector<ContinuumRow> measured(double contrast) {
 
 /// Stretched evenly: bilinear elements have that displacement (the patch test), and so must our field.
 TEST(Continuum, OneMaterialHasNoErrorButThatOfFloat) {
-  for (const ContinuumRow& row : measured(1.0)) {
-    EXPECT_LT(row.discretisation.largest, 2e-5) << "the border is given in float32: 25 px to 24 bits";
-    EXPECT_LT(row.rounding.largest, 2e-5);
+  const nlohmann::json rows = measured(1.0);
+  for (const nlohmann::json& row : rows) {
+    EXPECT_LT(row["discretisation"]["largest"], 2e-5) << "the border is given in float32: 25 px to 24 bits";
+    EXPECT_LT(row["rounding"]["largest"], 2e-5);
   }
 }
 
 TEST(Continuum, ErrorsAreApart) {
   for (const double contrast : {0.1, 10.0}) {
-    const std::vector<ContinuumRow> rows = measured(contrast);
+    const nlohmann::json rows = measured(contrast);
     ASSERT_EQ(rows.size(), 3U);
-    EXPECT_EQ(rows.front().order, std::nullopt);
-    EXPECT_GT(rows.back().order.value(), 0.8) << contrast;
-    for (const ContinuumRow& row : rows) {
-      EXPECT_GT(row.discretisation.rmsd, 100.0 * row.rounding.rmsd) << row.width;
-      EXPECT_LT(row.algebraic.rmsd, row.discretisation.rmsd) << row.width;
-      EXPECT_LT(row.rounding.largest, 2e-5) << row.width;
-      EXPECT_GT(row.rounding.rmsd, 0.0) << row.width;
+    EXPECT_FALSE(rows.front().contains("order"));
+    EXPECT_GT(rows.back()["order"], 0.8) << contrast;
+    for (const nlohmann::json& row : rows) {
+      const auto rmsd = [&](const char* of) { return row[of]["rmsd"].get<double>(); };
+      EXPECT_GT(rmsd("discretisation"), 100.0 * rmsd("rounding")) << row["width"];
+      EXPECT_LT(rmsd("algebraic"), rmsd("discretisation")) << row["width"];
+      EXPECT_LT(row["rounding"]["largest"], 2e-5) << row["width"];
+      EXPECT_GT(rmsd("rounding"), 0.0) << row["width"];
     }
   }
 }

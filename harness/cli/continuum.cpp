@@ -30,10 +30,9 @@ int run_continuum(Arguments& arguments, Call& call) {
                                                            arguments.sizes.begin(), 0.0));
   json rows = json::array();
   for (const double contrast : contrasts) {
-    for (const ContinuumRow& row :
-         measure_continuum(contrast, arguments.sizes, backend, arguments.place.session, progress)) {
-      rows.push_back(to_json_row(row));
-    }
+    const json more =
+        measure_continuum(contrast, arguments.sizes, backend, arguments.place.session, progress);
+    rows.insert(rows.end(), more.begin(), more.end());
   }
   progress.clear();
   fmt::print(

@@ -1,7 +1,6 @@
 // The commands that list what there is: devices and methods.
 
 #include "harness/cli/arguments.hpp"
-#include "harness/judge/run_row.hpp"
 #include "harness/ranks/rank_backend.hpp"
 #include "harness/scene/method.hpp"
 

@@ -2,7 +2,6 @@
 #include "harness/cli/arguments.hpp"
 #include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
-#include "harness/judge/run_row.hpp"
 #include "harness/measure/memory_use.hpp"
 #include "harness/ranks/message_passing.hpp"
 #include "harness/ranks/rank_backend.hpp"
@@ -209,15 +208,35 @@ void require_meaning(const Arguments& arguments, const Call& call) {
 json rows_of_ranks(const Arguments& arguments, const std::vector<std::unique_ptr<Backend>>& registry,
                    const RankBackend& backend, const PeakMemory& memory, Ranks& ranks) {
   const Traffic traffic = ranks.traffic();
-  const RankRow own{.machine = machine_name(),
-                    .backend =
-                        std::string(backend_of_rank(registry, arguments.scene.backend, ranks.rank()).name()),
-                    .device = backend.device({}).name,
-                    .threads = backend.threads({}),
-                    .messages = traffic.messages,
-                    .bytes = traffic.bytes,
-                    .peak_memory = static_cast<std::int64_t>(memory.bytes().value_or(0))};
+  const json own{{"machine", machine_name()},
+                 {"backend", backend_of_rank(registry, arguments.scene.backend, ranks.rank()).name()},
+                 {"device", backend.device({}).name},
+                 {"threads", backend.threads({})}, // of its own, 0: its driver decides
+                 {"messages", traffic.messages},
+                 {"bytes", traffic.bytes},
+                 {"peak_memory", memory.bytes().value_or(0)}}; // 0: the system does not tell
   return gather_rows(json::array({own}), ranks);
+}
+
+/// Null is what is not known.
+json plan_row(const Scene& scene, const Request& request, const Plan& plan) {
+  json row{{"scene", scene.name},
+           {"met", plan.met},
+           {"fine_sweep_equivalents", fine_sweep_equivalents(plan)},
+           {"steps", json::array()},
+           {"asked_px", request.accuracy},
+           {"asked_seconds", request.seconds},
+           {"estimated_px", plan.solution.estimated_error}};
+  for (const PlanStep& step : plan.steps) {
+    row["steps"].push_back({{"width", step.extent.width},
+                            {"height", step.extent.height},
+                            {"action", step.action},
+                            {"reason", step.reason},
+                            {"moved", step.moved},
+                            {"seconds", step.seconds},
+                            {"expected_error", step.expected_error}});
+  }
+  return row;
 }
 
 /// Of the scene and of its field; a plan that was met has its error, by a method of its own.
@@ -235,7 +254,7 @@ Warnings find_warnings(const Scene& scene, const Solution& solution, const std::
 
 /// Writes the files of a run, and their names into its row.
 void write_files(const Arguments& arguments, const Call& call, const Scene& scene,
-                 const VectorField& displacement, RunRow& row) {
+                 const VectorField& displacement, json& row) {
   if (!have_images()) {
     fmt::print("  No files are written: this build has no image support (-DHDMBENCH_IMAGES=ON).\n");
     return;
@@ -254,10 +273,12 @@ void write_files(const Arguments& arguments, const Call& call, const Scene& scen
   for (std::string& name : names) {
     name = beside(call.json, arguments.output, name);
   }
-  row.field = names[0];
+  row["field"] = names[0];
   if (inspected) {
-    row.pictures = {names[1], names[2], names[3], names[4], names[5]};
-    row.strains.assign(names.begin() + 1 + picture_names.size(), names.end());
+    for (std::size_t i = 0; i < picture_names.size(); ++i) {
+      row["pictures"][picture_names[i]] = names[1 + i];
+    }
+    row["strains"] = std::vector(names.begin() + 1 + picture_names.size(), names.end());
   }
 }
 
@@ -306,30 +327,36 @@ int run_scene(Arguments& arguments, Call& call) {
     }
   }
   const std::string absurd = why_absurd(scene, solution.displacement);
-  RunRow row{.scene = scene.name,
-             .title = scene.title,
-             .width = scene.extent().width,
-             .height = scene.extent().height,
-             .backend = shared ? shared->backends() : std::string(backend.name()),
-             .device = device.name,
-             .method = plan ? "as needed" : method_name(scene),
-             .energy = std::string(scene.energy->name),
-             .seconds = solution.timings.total(),
-             .levels = std::ssize(solution.levels),
-             .iterations = total_iterations(solution.levels),
-             .mean_energy = absurd.empty() ? mean_energy_of(scene, solution.displacement)
-                                           : std::numeric_limits<double>::quiet_NaN(),
-             .largest_displacement = largest_magnitude(solution.displacement),
-             .spacing = scene.spacing,
-             .placement = scene.placement,
-             .warnings = find_warnings(scene, solution, plan)};
-  fmt::print("{}\n{} x {} pixels of {:.4g} mm, {} on {} ({})\n\n", scene.title, row.width, row.height,
-             scene.spacing, row.method, backend.name(), device.name);
+  const Warnings warnings = find_warnings(scene, solution, plan);
+  const std::string method = plan ? "as needed" : method_name(scene);
+  const double energy = absurd.empty() ? mean_energy_of(scene, solution.displacement)
+                                       : std::numeric_limits<double>::quiet_NaN();
+  const double largest = largest_magnitude(solution.displacement);
+  const std::int64_t iterations = total_iterations(solution.levels);
+  json row{{"scene", scene.name},
+           {"title", scene.title},
+           {"width", scene.extent().width},
+           {"height", scene.extent().height},
+           {"backend", shared ? shared->backends() : std::string(backend.name())},
+           {"device", device.name},
+           {"method", method},
+           {"energy", scene.energy->name},
+           {"seconds", solution.timings.total()},
+           {"levels", solution.levels.size()},
+           {"iterations", iterations},
+           {"mean_energy", energy},
+           {"largest_displacement", largest},
+           {"spacing", scene.spacing},
+           {"placement", scene.placement},
+           {"warnings", warnings},
+           {"field", ""}};
+  fmt::print("{}\n{} x {} pixels of {:.4g} mm, {} on {} ({})\n\n", scene.title, scene.extent().width,
+             scene.extent().height, scene.spacing, method, backend.name(), device.name);
   if (plan) {
-    row.plan = plan_row(scene, request, *plan);
+    row["plan"] = plan_row(scene, request, *plan);
     if (arguments.explain) {
       fmt::print("{}\n",
-                 table_text(json(row)["plan"]["steps"],
+                 table_text(row["plan"]["steps"],
                             "size|action:step|moved:moved px|expected_error:error px|seconds|reason:why"));
     }
     fmt::print("  {}; {:.3g} sweeps over the full resolution in all\n", plan->outcome,
@@ -338,13 +365,12 @@ int run_scene(Arguments& arguments, Call& call) {
     print_levels(solution, inspected && !scene.energy->is_of_cells());
   }
   if (ranks != nullptr) {
-    row.ranks = ranks->size();
-    row.by_rank = by_rank.get<std::vector<RankRow>>();
+    row.update({{"ranks", ranks->size()}, {"by_rank", by_rank}});
     fmt::print("\n{}", table_text(by_rank, "machine|backend|device|threads|messages|bytes:bytes sent|"
                                            "peak_memory:bytes at most"));
   }
-  fmt::print("\n  mean energy {:.6g}, largest displacement {:.4g} px, {} iterations in {:.3g} s\n",
-             *row.mean_energy, *row.largest_displacement, row.iterations, row.seconds);
+  fmt::print("\n  mean energy {:.6g}, largest displacement {:.4g} px, {} iterations in {:.3g} s\n", energy,
+             largest, iterations, solution.timings.total());
   if (solution.estimated_error && !plan) {
     fmt::print("  estimated distance from finite elements {:.2g} px\n", *solution.estimated_error);
   }
@@ -354,11 +380,11 @@ int run_scene(Arguments& arguments, Call& call) {
         absurd);
   }
   fmt::print("\n{}\n", inspected
-                           ? warnings_text(row.warnings)
+                           ? warnings_text(warnings)
                            : "  Not diagnosed, and no pictures: beyond 4096 x 4096 sites that takes more "
                              "time and memory than the solution.\n");
   write_files(arguments, call, scene, solution.displacement, row);
-  call.write(json::array({to_json_row(row)}));
+  call.write(json::array({without_nulls(row)}));
   return absurd.empty() && (!plan || plan->met) ? success : disagreement;
 }
 

@@ -22,13 +22,13 @@ constexpr double stretch = 50.0;         // pixels, as the thesis moves borders
 constexpr double radius_share = 0.2;     // of the image's side
 constexpr double modulus_outside = 20.0; // MPa
 
-Distance distance(const ReferenceField& a, const ReferenceField& b) {
+nlohmann::json distance(const ReferenceField& a, const ReferenceField& b) {
   const ReferenceField apart = difference(a, b);
-  Distance result{.rmsd = rmsd(a, b)};
+  double largest = 0.0;
   for (std::size_t i = 0; i < apart.x.size(); ++i) {
-    result.largest = std::max(result.largest, std::hypot(apart.x[i], apart.y[i]));
+    largest = std::max(largest, std::hypot(apart.x[i], apart.y[i]));
   }
-  return result;
+  return {{"rmsd", rmsd(a, b)}, {"largest", largest}};
 }
 
 /// The problem as a scene has it: float32.
@@ -54,10 +54,9 @@ Scene scene_of(const ElasticProblem& problem) {
 
 } // namespace
 
-std::vector<ContinuumRow> measure_continuum(double contrast, std::span<const int> sides,
-                                            const Backend& backend, const SessionOptions& options,
-                                            Progress& progress) {
-  std::vector<ContinuumRow> rows;
+nlohmann::json measure_continuum(double contrast, std::span<const int> sides, const Backend& backend,
+                                 const SessionOptions& options, Progress& progress) {
+  nlohmann::json rows = nlohmann::json::array();
   Solver solver(backend, options);
   Progress silent(false);
   for (const int side : sides) {
@@ -72,25 +71,26 @@ std::vector<ContinuumRow> measure_continuum(double contrast, std::span<const int
     const ReferenceField fem = find_finite_elements(scene.full, poisson);
     use_energy(scene, energy_near(ReferenceSolution::finite_elements));
     const ReferenceField ours(solver.solve(scene, silent).displacement);
-    ContinuumRow row{.width = side,
-                     .height = side,
-                     .contrast = contrast,
-                     .poisson = poisson,
-                     .stretch = stretch,
-                     .backend = std::string(backend.name()),
-                     .device = backend.device(options).name,
-                     .method = scene.schedule.method,
-                     .discretisation = distance(fem, exact.prescribed),
-                     .algebraic = distance(ours, fem),
-                     .total = distance(ours, exact.prescribed)};
+    nlohmann::json row{{"energy", scene.energy->name},
+                       {"width", side},
+                       {"height", side},
+                       {"contrast", contrast},
+                       {"poisson", poisson},
+                       {"stretch", stretch},
+                       {"backend", backend.name()},
+                       {"device", backend.device(options).name},
+                       {"method", scene.schedule.method},
+                       {"discretisation", distance(fem, exact.prescribed)},
+                       {"algebraic", distance(ours, fem)},
+                       {"total", distance(ours, exact.prescribed)}};
     use_method(scene, find_method(elastic_conjugate_gradients), steps_to_rest);
-    row.rounding = distance(ReferenceField(solver.solve(scene, silent).displacement), fem);
+    row["rounding"] = distance(ReferenceField(solver.solve(scene, silent).displacement), fem);
     if (!rows.empty()) {
-      const ContinuumRow& first = rows.front();
-      row.order = std::log(first.discretisation.rmsd / row.discretisation.rmsd) /
-                  std::log(static_cast<double>(side) / static_cast<double>(first.width));
+      const auto error = [](const nlohmann::json& of) { return of["discretisation"]["rmsd"].get<double>(); };
+      const nlohmann::json& first = rows.front();
+      row["order"] = std::log(error(first) / error(row)) / std::log(side / first["width"].get<double>());
     }
-    rows.push_back(row);
+    rows.push_back(std::move(row));
     progress.advance(static_cast<double>(side) * side);
   }
   return rows;
