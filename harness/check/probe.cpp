@@ -31,97 +31,10 @@ struct Answers {
 struct Question {
   ProbeRow row{}; ///< the question, and both answers in words
   bool about_rounding = false;
-  // Of a sweep: what the other case makes of a site where the specification makes `specified`.
-  Level level{};
-  VectorField before{};
-  std::function<SiteAnswer(const Question& question, SiteAnswer specified, int x, int y)> other{};
-  // Of an operation.
-  std::vector<ArithmeticCase> cases{};
+  bool zero_has_sign = true;
+  std::vector<ArithmeticCase> cases{}; ///< of an operation
   std::vector<Answers> answers{};
 };
-
-/// One modulus, nothing observed, the displacements of `value` drawn at every site.
-template <typename Value>
-Question of_sweep(ProbeRow row, const StepSet& steps, Rule rule, Value value) {
-  std::mt19937_64 engine(1);
-  const auto uniform = [&] { return static_cast<double>(engine() >> 11) * 0x1p-53; }; // the same everywhere
-  Question question{.row = std::move(row)};
-  Level& level = question.level;
-  level.extent = extent;
-  level.target = level.confidence = question.before = VectorField(extent);
-  level.modulus = ScalarField(extent, 1.0F);
-  level.steps = steps;
-  level.rule = rule;
-  if (rule != Rule::steps) {
-    level.strengths = {0.9F};
-  }
-  for (std::size_t i = 0; i < extent.sites(); ++i) {
-    question.before.x[i] = static_cast<float>(value(uniform()));
-    question.before.y[i] = static_cast<float>(value(uniform()));
-  }
-  return question;
-}
-
-/// A tenth of the components observed. What a candidate comes to shows only where two nearly tie: everything
-/// on a grid of 0.1 with one modulus. A minimiser shows every rounding.
-Question fused_sweep(std::string text, Rule rule) {
-  const bool ties = rule != Rule::closed_form;
-  const double grid = ties ? 0.1 : 0.001;
-  const double reach = ties ? 0.5 : 10.0; // pixels
-  Question question = of_sweep(
-      {.question = std::move(text), .as_specified = "rounded twice", .otherwise = "fused"}, StepSet(), rule,
-      [=](double draw) { return grid * std::round(reach * (2.0 * draw - 1.0) / grid); });
-  std::mt19937_64 engine(2);
-  Level& level = question.level;
-  for (std::size_t i = 0; i < extent.sites(); ++i) {
-    level.modulus.values[i] = ties ? 1.0F : 0.5F + static_cast<float>(engine() % 1000) / 700.0F;
-    level.target.x[i] = static_cast<float>(grid * static_cast<double>(engine() % 10));
-    level.confidence.x[i] = engine() % 10 == 0 ? 0.7F : 0.0F;
-  }
-  question.other = [](const Question& asked, SiteAnswer, int x, int y) {
-    return proofs_of(asked.level).fused_answer(asked.level, asked.before, 0, x, y);
-  };
-  return question;
-}
-
-/// A sweep whose only candidate is 0 hands every component on.
-Question passing_sweep(ProbeRow row, float value, float other) {
-  row.agreement_needs_it = false;
-  Question question =
-      of_sweep(std::move(row), StepSet(std::array{0.0F}), Rule::steps, [=](double) { return value; });
-  question.other = [=](const Question&, SiteAnswer, int, int) { return SiteAnswer{other, other}; };
-  return question;
-}
-
-/// The minimiser between neighbours of opposite signs, all near the smallest normal number.
-Question small_results() {
-  Question question = of_sweep({.question = "subnormal result",
-                                .as_specified = "kept",
-                                .otherwise = "flushed to 0",
-                                .agreement_needs_it = false},
-                               StepSet(std::array{0.0F}), Rule::closed_form,
-                               [](double draw) { return (1.5 + draw) * 0x1p-126; });
-  question.other = [](const Question&, SiteAnswer specified, int, int) {
-    const auto flushed = [](float value) { return std::fpclassify(value) == FP_SUBNORMAL ? 0.0F : value; };
-    return SiteAnswer{flushed(specified.x), flushed(specified.y)};
-  };
-  for_each_site(extent, [&](int x, int y) {
-    const float sign = (x + y) % 2 == 0 ? 1.0F : -1.0F;
-    question.before.x[extent.index(x, y)] *= sign;
-    question.before.y[extent.index(x, y)] *= sign;
-  });
-  return question;
-}
-
-std::vector<Question> questions_of_sweeps() {
-  return {fused_sweep("a * b + c, candidates", Rule::steps),
-          fused_sweep("a * b + c, closed form", Rule::closed_form),
-          passing_sweep({.question = "subnormal + 0", .as_specified = "kept", .otherwise = "flushed to 0"},
-                        3e-40F, 0.0F),
-          small_results(),
-          passing_sweep({.question = "infinity + 0", .as_specified = "infinity", .otherwise = "0"}, infinity,
-                        0.0F)};
-}
 
 /// Numbers with drawn significands, seeded, the same everywhere.
 class Numbers {
@@ -291,7 +204,7 @@ double error_of(const Answers& its, float found) {
 ProbeRow judged(const Question& question, std::span<const float> found) {
   ProbeRow row = question.row;
   const bool about_rounding = question.about_rounding;
-  const bool signs = !question.cases.empty();
+  const bool signs = question.zero_has_sign;
   std::int64_t strange = 0;
   double worst = 0.0;
   for (std::size_t i = 0; i < question.answers.size(); ++i) {
@@ -317,27 +230,48 @@ ProbeRow judged(const Question& question, std::span<const float> found) {
   return row;
 }
 
-ProbeRow judged_by_sweep(Question question, Session& session) {
-  Level& level = question.level;
+/// One sweep by this rule, with a tenth of the components observed. What a candidate comes to shows only
+/// where two nearly tie: everything on a grid of 0.1 with one modulus. A minimiser shows every rounding.
+ProbeRow fused_in_sweep(std::string text, Rule rule, Session& session) {
+  const bool ties = rule != Rule::closed_form;
+  const double grid = ties ? 0.1 : 0.001;
+  const double reach = ties ? 0.5 : 10.0; // pixels
+  std::mt19937_64 engine(1);
+  const auto on_grid = [&] {
+    const double uniform = static_cast<double>(engine() >> 11) * 0x1p-53; // the same everywhere
+    return static_cast<float>(grid * std::round(reach * (2.0 * uniform - 1.0) / grid));
+  };
+  Level level;
+  level.extent = extent;
+  VectorField before = level.target = level.confidence = VectorField(extent);
+  level.modulus = ScalarField(extent, 1.0F);
+  level.rule = rule;
+  level.strengths = ties ? std::vector<float>{} : std::vector<float>{0.9F};
+  for (std::size_t i = 0; i < extent.sites(); ++i) {
+    before.x[i] = on_grid();
+    before.y[i] = on_grid();
+    level.modulus.values[i] = ties ? 1.0F : 0.5F + static_cast<float>(engine() % 1000) / 700.0F;
+    level.target.x[i] = static_cast<float>(grid * static_cast<double>(engine() % 10));
+    level.confidence.x[i] = engine() % 10 == 0 ? 0.7F : 0.0F;
+  }
   set_inverse_modulus(level);
-  if (needs_inverse_curvature(level.rule)) {
+  if (needs_inverse_curvature(rule)) {
     set_inverse_curvature(level);
   }
   VectorField swept;
   session.load(level);
-  session.write(question.before);
+  session.write(before);
   session.step(1);
   session.read(swept);
+  Question question{
+      .row = {.question = std::move(text), .as_specified = "rounded twice", .otherwise = "fused"},
+      .zero_has_sign = false};
   std::vector<float> found;
-  const auto add = [&](float specified, float other, float component) {
-    question.answers.push_back({specified, other});
-    found.push_back(component);
-  };
   for_each_site(extent, [&](int x, int y) {
-    const SiteAnswer specified = proofs_of(level).specified_answer(level, question.before, 0, x, y);
-    const SiteAnswer other = question.other(question, specified, x, y);
-    add(specified.x, other.x, swept.x[extent.index(x, y)]);
-    add(specified.y, other.y, swept.y[extent.index(x, y)]);
+    const SiteAnswer specified = proofs_of(level).specified_answer(level, before, 0, x, y);
+    const SiteAnswer fused = proofs_of(level).fused_answer(level, before, 0, x, y);
+    question.answers.insert(question.answers.end(), {{specified.x, fused.x}, {specified.y, fused.y}});
+    found.insert(found.end(), {swept.x[extent.index(x, y)], swept.y[extent.index(x, y)]});
   });
   return judged(question, found);
 }
@@ -401,10 +335,8 @@ std::vector<ProbeRow> probe_arithmetic(const ArithmeticProgram& program, std::si
 std::vector<ProbeRow> probe(const Backend& backend, const SessionOptions& options) {
   const Device device = backend.device(options);
   const std::unique_ptr<Session> session = backend.open(options);
-  std::vector<ProbeRow> rows;
-  for (const Question& question : questions_of_sweeps()) {
-    rows.push_back(judged_by_sweep(question, *session));
-  }
+  std::vector<ProbeRow> rows{fused_in_sweep("a * b + c, candidates", Rule::steps, *session),
+                             fused_in_sweep("a * b + c, closed form", Rule::closed_form, *session)};
   if (const auto* const program = dynamic_cast<const ArithmeticProgram*>(&backend)) {
     std::ranges::move(arithmetic_rows(*program, device, backend.devices()), std::back_inserter(rows));
   }
