@@ -1,4 +1,4 @@
-#include "backends/shared/piece_sweeps.hpp"
+#include "backends/shared/cut.hpp"
 
 #include <algorithm>
 #include <iterator>

@@ -45,6 +45,13 @@ struct Cut {
 /// that; 0: an eighth of the shortest piece, 4 to 64 where `granule` is 4.
 [[nodiscard]] Cut cut_image(Extent extent, int count, int halo = 0, int granule = 4);
 
+/// cut_image() in whole rows, one piece below the other.
+[[nodiscard]] Cut cut_rows(Extent extent, int count, int halo = 0);
+
+/// Level::seed of the rows from `row` on of what has this seed: it carries the row, modulo 4093, so that
+/// whole rows of an image have its random numbers (kernels/specification/update.inc).
+[[nodiscard]] int seed_from_row(int seed, int row);
+
 /// What one piece holds and another one wants.
 struct Transfer {
   std::size_t from = 0;

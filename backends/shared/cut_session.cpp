@@ -26,7 +26,7 @@ CutSession::CutSession(std::function<std::unique_ptr<Session>()> open) : open_(s
 
 void CutSession::do_load(const Level& level) {
   in_one_piece_ = false;
-  pieces_.reset();
+  cut_ = {};
   try {
     whole().load(level);
   } catch (const TooLarge& error) {
@@ -45,7 +45,6 @@ void CutSession::load_pieces(const Level& level, const TooLarge& error) {
                                  in_rows ? ", which annealing needs in whole rows" : "", of_piece));
     }
     try {
-      std::vector<PieceSweeps::Own> own;
       for (std::size_t i = 0; i < cut.pieces.size(); ++i) {
         if (i == sessions_.size()) {
           sessions_.push_back(open_());
@@ -53,9 +52,9 @@ void CutSession::load_pieces(const Level& level, const TooLarge& error) {
         Level piece = part_of(level, cut.pieces[i].loaded);
         piece.seed = seed_from_row(level.seed, cut.pieces[i].loaded.top);
         sessions_[i]->load(piece);
-        own.push_back({i, sessions_[i].get()});
       }
-      pieces_.emplace(std::move(cut), std::move(own), exchange_);
+      extent_ = level.extent;
+      cut_ = std::move(cut);
       return;
     } catch (const TooLarge& again) {
       of_piece = again.what();
@@ -64,42 +63,68 @@ void CutSession::load_pieces(const Level& level, const TooLarge& error) {
 }
 
 void CutSession::do_write(const VectorField& displacement) {
-  if (!pieces_) {
+  if (!is_cut()) {
     return whole().write(displacement);
   }
-  for (const PieceSweeps::Own& own : pieces_->own()) {
-    own.session->write(part_of(displacement, pieces_->piece(own).loaded));
+  for (std::size_t i = 0; i < cut_.pieces.size(); ++i) {
+    sessions_[i]->write(part_of(displacement, cut_.pieces[i].loaded));
   }
-  pieces_->written();
+  sweeps_left_ = cut_.halo;
 }
 
 void CutSession::do_read(VectorField& displacement) {
-  if (!pieces_) {
+  if (!is_cut()) {
     return whole().read(displacement);
   }
   VectorField field;
-  for (const PieceSweeps::Own& own : pieces_->own()) {
-    const Piece& piece = pieces_->piece(own);
-    own.session->read(field);
+  for (std::size_t i = 0; i < cut_.pieces.size(); ++i) {
+    const Piece& piece = cut_.pieces[i];
+    sessions_[i]->read(field);
     copy(piece.owned, field, piece.loaded, displacement, all_of(displacement.extent));
   }
 }
 
-/// The sessions number their sweeps as this one does.
+/// The sessions number their sweeps as this one does. Their own counts have the halos in them, so the field
+/// is compared with the one before.
 void CutSession::do_step(int /*first*/, int sweeps) {
-  if (!pieces_) {
+  if (!is_cut()) {
     return whole().step(sweeps);
   }
-  pieces_->sweep(sweeps - 1);
-  pieces_->sweep_and_count();
+  VectorField before(extent_);
+  VectorField after(extent_);
+  sweep(sweeps - 1);
+  do_read(before);
+  sweep(1);
+  do_read(after);
+  changed_ = 0;
+  for (std::size_t at = 0; at < extent_.sites(); ++at) {
+    changed_ += before.x[at] != after.x[at] || before.y[at] != after.y[at] ? 1 : 0;
+  }
+}
+
+/// Each piece goes on as long as its halo holds, then halos are renewed.
+void CutSession::sweep(int sweeps) {
+  while (sweeps > 0) {
+    if (sweeps_left_ == 0) {
+      VectorField field(extent_);
+      do_read(field);
+      do_write(field);
+    }
+    const int now = std::min(sweeps, sweeps_left_);
+    for (std::size_t i = 0; i < cut_.pieces.size(); ++i) {
+      sessions_[i]->step(now);
+    }
+    sweeps_left_ -= now;
+    sweeps -= now;
+  }
 }
 
 std::int64_t CutSession::do_changed() {
-  return pieces_ ? pieces_->changed() : whole().changed();
+  return is_cut() ? changed_ : whole().changed();
 }
 
 void CutSession::do_load_pyramid(const Pyramid& pyramid) {
-  pieces_.reset();
+  cut_ = {};
   try {
     whole().load(pyramid);
     in_one_piece_ = true;

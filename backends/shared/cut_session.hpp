@@ -1,11 +1,10 @@
 #pragma once
 
 #include "backends/backend.hpp"
-#include "backends/shared/piece_sweeps.hpp"
+#include "backends/shared/cut.hpp"
 
 #include <functional>
 #include <memory>
-#include <optional>
 #include <vector>
 
 namespace hdmbench {
@@ -31,14 +30,18 @@ private:
   void do_solve(const Advance& advance) override;
 
   [[nodiscard]] Session& whole() { return *sessions_.front(); }
+  [[nodiscard]] bool is_cut() const { return !cut_.pieces.empty(); }
+  void sweep(int sweeps);
   /// Every piece into the session of its number; `error` is what the whole image met. Throws TooLarge.
   void load_pieces(const Level& level, const TooLarge& error);
 
   std::function<std::unique_ptr<Session>()> open_;
   std::vector<std::unique_ptr<Session>> sessions_; ///< the first one has the image where it is not cut
-  WithinProcess exchange_;
-  std::optional<PieceSweeps> pieces_; ///< of the level; none where it is not cut
-  bool in_one_piece_ = false;         ///< the pyramid is the first session's
+  Cut cut_;                                        ///< of the level; without pieces where it is not cut
+  Extent extent_{};                                ///< of the level that is cut
+  int sweeps_left_ = 0;                            ///< for which the halos hold
+  std::int64_t changed_ = 0;                       ///< by the last sweep
+  bool in_one_piece_ = false;                      ///< the pyramid is the first session's
 };
 
 } // namespace hdmbench

@@ -69,7 +69,7 @@ public:
     const Stopwatch watch(traffic_.seconds);
     std::vector<Parcel> arrived;
     for (const Transfer& way : ways) {
-      if (is_here(way.to)) {
+      if (way.to == static_cast<std::size_t>(rank_)) {
         const std::size_t values = way.sites.extent().sites() * static_cast<std::size_t>(arrays);
         arrived.push_back({.way = way, .values = std::vector<float>(values)});
       }

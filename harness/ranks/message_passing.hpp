@@ -1,15 +1,36 @@
 #pragma once
 
-#include "backends/shared/piece_sweeps.hpp"
+#include "backends/backend.hpp"
+#include "backends/shared/cut.hpp"
+#include "backends/shared/interface.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace hdmbench {
+
+/// What goes from one piece to another: some arrays at the sites of a transfer, one after the other.
+struct Parcel {
+  Transfer way;
+  std::vector<float> values;
+};
+
+/// How pieces of an image get at what others hold.
+class Exchange : public Interface {
+public:
+  /// Delivers parcels. `ways` are all transfers, the same in every process; `leaving` has a parcel for each
+  /// that begins here, in their order, with `arrays` arrays. Returns those that end here, in the same order.
+  /// Throws DeviceError where the network fails.
+  [[nodiscard]] virtual std::vector<Parcel> exchange(std::span<const Transfer> ways,
+                                                     std::vector<Parcel> leaving, int arrays) = 0;
+  /// Over all processes.
+  [[nodiscard]] virtual std::int64_t sum(std::int64_t own) = 0;
+};
 
 /// What a rank has sent to others, without what collective operations move.
 struct Traffic {
@@ -33,9 +54,6 @@ public:
   [[nodiscard]] virtual int rank_on_machine() const = 0;
   [[nodiscard]] virtual int size_on_machine() const = 0;
   [[nodiscard]] bool is_first() const { return rank() == 0; }
-  [[nodiscard]] bool is_here(std::size_t piece) const override {
-    return piece == static_cast<std::size_t>(rank());
-  }
 
   /// Collective: the text of every rank, by rank, on the first one; nothing on the others.
   [[nodiscard]] virtual std::vector<std::string> gather(const std::string& own) = 0;

@@ -1,7 +1,7 @@
 #include "harness/ranks/rank_backend.hpp"
 
 #include "backends/registry.hpp"
-#include "backends/shared/piece_sweeps.hpp"
+#include "harness/check/compare.hpp"
 
 #include <fmt/format.h>
 #include <sched.h>
@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <optional>
 #include <utility>
 
 namespace hdmbench {
@@ -28,50 +27,70 @@ private:
   void do_load(const Level& level) override {
     extent_ = level.extent;
     share_ = sharing_.level(level.extent, level.rule == Rule::annealing);
-    std::vector<PieceSweeps::Own> own;
-    if (rank_ < share_.cut.pieces.size()) {
+    if (has_piece()) {
       Level piece = part_of(level, share_.loaded[rank_]);
       piece.seed = seed_from_row(level.seed, share_.loaded[rank_].top);
       if (fault_.in_level) {
         fault_.in_level(piece, rank_);
       }
       ended_by_error_of_one([&] { session_->load(piece); });
-      own.push_back({rank_, session_.get()});
     }
-    sweeps_.emplace(share_.cut, std::move(own), halos_);
   }
 
   void do_write(const VectorField& displacement) override {
-    ended_by_error_of_one([&] {
-      for (const PieceSweeps::Own& own : sweeps_.value().own()) {
-        own.session->write(part_of(displacement, share_.loaded[rank_]));
-      }
-    });
-    sweeps_->written();
+    write_loaded(part_of(displacement, share_.loaded[rank_]));
   }
 
-  /// The sessions number their sweeps as this one does.
+  /// The session numbers its sweeps as this one does. Its own count has the halo in it, so the field is
+  /// compared with the one before.
   void do_step(int /*first*/, int sweeps) override {
-    ended_by_error_of_one([&] {
-      sweeps_.value().sweep(sweeps - 1);
-      sweeps_->sweep_and_count();
-    });
+    sweep(sweeps - 1);
+    const VectorField before = owned();
+    sweep(1);
+    changed_ = compare(before, owned()).sites;
   }
 
   void do_read(VectorField& displacement) override {
-    const Rectangle& owned = share_.owned[rank_];
-    VectorField values(owned.extent());
-    ended_by_error_of_one([&] {
-      for (const PieceSweeps::Own& own : sweeps_.value().own()) {
-        VectorField field;
-        own.session->read(field);
-        copy(owned, field, sweeps_->piece(own).loaded, values, owned);
-      }
-    });
-    displacement = redistribute(ranks_, rank_, share_.owned, all_on_each(extent_, ranks_.size()), values);
+    displacement = redistribute(ranks_, rank_, share_.owned, all_on_each(extent_, ranks_.size()), owned());
   }
 
-  std::int64_t do_changed() override { return halos_.sum(sweeps_.value().changed()); }
+  std::int64_t do_changed() override { return halos_.sum(changed_); }
+
+  [[nodiscard]] bool has_piece() const { return rank_ < share_.cut.pieces.size(); }
+
+  /// With halos that are right.
+  void write_loaded(const VectorField& displacement) {
+    if (has_piece()) {
+      ended_by_error_of_one([&] { session_->write(displacement); });
+    }
+    sweeps_left_ = share_.cut.halo;
+  }
+
+  /// The displacement of this rank's own sites.
+  VectorField owned() {
+    VectorField values(share_.owned[rank_].extent());
+    if (has_piece()) {
+      VectorField field;
+      ended_by_error_of_one([&] { session_->read(field); });
+      copy(share_.owned[rank_], field, share_.loaded[rank_], values, share_.owned[rank_]);
+    }
+    return values;
+  }
+
+  /// Each piece goes on as long as its halo holds, then halos are renewed.
+  void sweep(int sweeps) {
+    while (sweeps > 0) {
+      if (sweeps_left_ == 0 && share_.cut.pieces.size() > 1) {
+        write_loaded(redistribute(halos_, rank_, share_.owned, share_.loaded, owned()));
+      }
+      const int now = share_.cut.pieces.size() > 1 ? std::min(sweeps, sweeps_left_) : sweeps;
+      if (has_piece()) {
+        ended_by_error_of_one([&] { session_->step(now); });
+      }
+      sweeps_left_ -= now;
+      sweeps -= now;
+    }
+  }
 
   Ranks& ranks_;
   std::size_t rank_;
@@ -81,7 +100,8 @@ private:
   std::unique_ptr<Session> session_;
   Extent extent_{};
   LevelShare share_;
-  std::optional<PieceSweeps> sweeps_; ///< of the level that was loaded
+  int sweeps_left_ = 0;      ///< for which the halos hold
+  std::int64_t changed_ = 0; ///< of this rank's own sites, by the last sweep
 };
 
 /// Processors that this process may run on; 0 where the system does not tell.

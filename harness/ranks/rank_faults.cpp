@@ -1,6 +1,5 @@
 #include "harness/ranks/rank_faults.hpp"
 
-#include "backends/shared/piece_sweeps.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/ranks/rank_backend.hpp"
 #include "harness/scene/method.hpp"
@@ -125,7 +124,7 @@ RankFault elastic(RankFault fault) {
 std::vector<RankFault> rank_faults() {
   const std::vector<RankFault> in_halos{
       {.name = "halo-one-row-short",
-       .what = "the row of a halo that goes wrong first is old",
+       .what = "the row of a halo that goes wrong first is not brought",
        .in_halos = shorten},
       {.name = "stale-halo", .what = "a halo is that of the exchange before", .in_halos = Stale()},
       {.name = "swapped-neighbours",

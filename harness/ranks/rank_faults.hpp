@@ -1,6 +1,5 @@
 #pragma once
 
-#include "backends/shared/piece_sweeps.hpp"
 #include "harness/check/faults/faulty_backend.hpp"
 #include "harness/check/faults/trial.hpp"
 #include "harness/ranks/message_passing.hpp"
@@ -45,7 +44,6 @@ class FaultyExchange final : public Exchange {
 public:
   FaultyExchange(Exchange& sound, RankFault fault, std::size_t rank)
       : sound_(sound), fault_(std::move(fault)), rank_(rank) {}
-  bool is_here(std::size_t piece) const override { return sound_.is_here(piece); }
   std::vector<Parcel> exchange(std::span<const Transfer> ways, std::vector<Parcel> leaving,
                                int arrays) override;
   std::int64_t sum(std::int64_t own) override;

@@ -1,7 +1,5 @@
 #include "harness/ranks/sharing.hpp"
 
-#include "backends/shared/piece_sweeps.hpp"
-
 #include <algorithm>
 #include <utility>
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "backends/shared/piece_sweeps.hpp"
+#include "harness/ranks/message_passing.hpp"
 
 #include <cstddef>
 #include <span>
