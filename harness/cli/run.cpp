@@ -393,9 +393,9 @@ int run_scene(Arguments& arguments, Call& call) {
 void add_run(CLI::App& program, Call& call) {
   const auto [command, own] =
       declare(program, call, "run",
-              "Solve one scene; write the displacement as NRRD, and the "
-              "picture before and after, the deformed grid and\n"
-              "the displacement's magnitude and change of area as PNG; say what speaks against the result.",
+              "Solve one scene; write the displacement as NRRD, and the picture before and after, the\n"
+              "deformed grid and the displacement's magnitude and change of area as PNG; say what speaks\n"
+              "against the result.",
               run_scene);
   own.scene.schedule.takes_energy = true;
   own.scene.schedule.is_of_run = true;
