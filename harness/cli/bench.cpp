@@ -1,16 +1,36 @@
 #include "harness/measure/bench.hpp"
 
-#include "harness/cli/bench.hpp"
+#include "harness/cli/gates.hpp"
+#include "harness/measure/comparison.hpp"
+#include "harness/measure/median.hpp"
 #include "harness/measure/memory_use.hpp"
+#include "harness/ranks/rank_backend.hpp"
 #include "harness/report/ci_files.hpp"
 #include "harness/report/published.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/scene/temporary_directory.hpp"
+#include "harness/solve/methods/solver.hpp"
 
+#include <cmath>
 #include <cstdio>
+#include <limits>
 
 namespace hdmbench::commands {
 
 namespace {
+
+struct BenchArguments : CommonArguments {
+  int repeats = 3;
+  std::vector<std::string> work{"dense", "active"};
+  bool scaling = false;
+  bool no_ceilings = false;
+  std::filesystem::path benchmark_json{}; ///< empty: nobody asked for it
+  std::string reference{};                ///< "none" or a backend; empty: scalar, none for a large image
+  std::filesystem::path before{};         ///< result file of bench to compare with; empty: none
+  std::filesystem::path after{};          ///< with this one; empty: with what is measured now
+  double tolerance = 5.0;                 ///< percent
+  Gates gates{};
+};
 
 /// Scalar takes minutes for one solution of an image larger than this.
 constexpr std::size_t most_sites_for_scalar = std::size_t{4096} * 4096;
@@ -120,6 +140,175 @@ int measure_scenes(BenchArguments& arguments, const Call& call) {
   report::write_google_benchmark(arguments.benchmark_json, run_context(call.line, arguments.quick), rows);
   call.write(std::move(rows), arguments.quick);
   return !all_agree ? disagreement : all_ran ? success : bad_input;
+}
+
+ResultFile read_bench(const std::filesystem::path& file) {
+  ResultFile results = read_results(file);
+  if (results.command != "bench" || results.results.empty()) {
+    throw InputError(
+        fmt::format("{}: has no timings; hdmbench bench --json FILE writes them", file.string()));
+  }
+  return results;
+}
+
+/// What the command line of a result file measures now, written to `file`.
+ResultFile measure_again(const std::string& line, int repeats, const std::filesystem::path& file) {
+  CLI::App program;
+  Call call{.line = line};
+  add_bench(program, call);
+  program.get_subcommand("bench")->get_option("--json")->take_last();
+  program.get_subcommand("bench")->get_option("--repeat")->take_last();
+  try {
+    program.parse(
+        fmt::format("{} --no-ceilings --repeat {} --json {}", line, repeats, shell_word(file.string())));
+  } catch (const CLI::ParseError& error) {
+    throw InputError(fmt::format("the command line of the old results, \"hdmbench {}\", cannot be run: {}",
+                                 line, error.what()));
+  }
+  return read_bench(file);
+}
+
+/// `bench --compare`: two result files, or one with what its own command line measures now, with `repeats`
+/// samples; whose results then go to --json. Prints a line for every timing of before. Returns the
+/// ExitStatus: disagreement where one is slower, inconclusive, missing or of another device. Throws
+/// InputError.
+int compare_benches(const BenchArguments& arguments, const Call& call, int repeats) {
+  const ResultFile before = read_bench(arguments.before);
+  const TemporaryDirectory folder;
+  const ResultFile after = !arguments.after.empty()
+                               ? read_bench(arguments.after)
+                               : measure_again(before.context.arguments, repeats,
+                                               call.json.empty() ? folder.path() / "bench.json" : call.json);
+  const std::vector<ComparedRow> rows =
+      compare_rows(before.rows<TimedRow>(), after.rows<TimedRow>(), arguments.tolerance / 100.0);
+  if (rows.empty()) {
+    throw InputError(fmt::format("{}: has no valid timing to compare with", arguments.before.string()));
+  }
+  json shown = json::array();
+  std::ptrdiff_t passing = 0;
+  for (const ComparedRow& row : rows) {
+    const TimedRow& old = row.row;
+    const bool is_compared = row.new_median > 0.0; // else nobody has measured it
+    passing += row.passes() ? 1 : 0;
+    shown.push_back(
+        {{"scene", old.scene},
+         {"width", old.width},
+         {"height", old.height},
+         {"backend", old.backend},
+         {"method", old.method},
+         {"threads", old.threads},
+         {"old_s", median(old.seconds)},
+         {"new_s", is_compared ? json(row.new_median) : json()},
+         {"ratio", is_compared ? json(row.new_median / row.old_median) : json()},
+         {"p", is_compared ? json(row.p) : json()},
+         {"verdict", row.remark.empty() ? std::string(change_names.at(static_cast<std::size_t>(row.change)))
+                                        : row.remark}});
+  }
+  for (const ResultFile* const file : {&before, &after}) {
+    const Context& context = file->context;
+    fmt::print("{}: commit {}, {}, {}, {}\n", file == &before ? "old" : "new", context.commit,
+               context.compiler, context.machine, context.date);
+  }
+  fmt::print("\n{}\n{} of {} timings are not slower by more than {:.3g} % (medians; Mann-Whitney, one-sided, "
+             "p < {:g})\n",
+             table_text(shown, "scene|size|backend|method|threads|old_s|new_s|ratio:new/old|p|verdict"),
+             passing, rows.size(), arguments.tolerance, significant_p);
+  return passing == std::ssize(rows) ? success : disagreement;
+}
+
+/// With sides `factor` times as long, multiples of 4.
+Extent scaled(Extent extent, double factor) {
+  const auto side = [&](int sites) {
+    return factor == 1.0 ? sites : 4 * static_cast<int>(std::lround(sites * factor / 4.0));
+  };
+  return {side(extent.width), side(extent.height)};
+}
+
+/// A row of results: samples of whole solutions without making the scene and opening sessions, and messages
+/// and bytes of all ranks in one of them. "message_seconds" are those of the rank that was the longest in
+/// messages, the least of the samples. Collective.
+json measure_on_ranks(const Scene& scene, const std::string& kind, const RankBackend& backend, int repeats,
+                      Ranks& ranks) {
+  json row{{"scene", scene.name},
+           {"energy", scene.energy->name},
+           {"scaling", kind},
+           {"backend", backend.backends()},
+           {"ranks", backend.ranks()},
+           {"width", scene.extent().width},
+           {"height", scene.extent().height},
+           {"seconds", json::array()}};
+  Progress silent(false);
+  Solver solver(backend, {});
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i <= repeats; ++i) { // the first time is slower: shaders are compiled, memory is new
+    const Traffic before = ranks.traffic();
+    const double seconds = ranks.largest(solver.solve(scene, silent).timings.total());
+    row["messages"] = ranks.sum(ranks.traffic().messages - before.messages);
+    row["bytes"] = ranks.sum(ranks.traffic().bytes - before.bytes);
+    const double in_messages = ranks.largest(ranks.traffic().seconds - before.seconds);
+    if (i > 0) {
+      row["seconds"].push_back(seconds);
+      least = std::min(least, in_messages);
+    }
+  }
+  row["message_seconds"] = least;
+  return row;
+}
+
+/// The rows, each with what it comes to beside the first one in place of its samples.
+json judged(json rows) {
+  const double pixels = rows[0]["width"].get<double>() * rows[0]["height"].get<double>();
+  const double first = median(rows[0]["seconds"].get<std::vector<double>>());
+  for (json& row : rows) {
+    const double seconds = median(row["seconds"].get<std::vector<double>>());
+    const double speed_up =
+        row["width"].get<double>() * row["height"].get<double>() / pixels * first / seconds;
+    row.update({{"seconds", seconds},
+                {"speed-up", speed_up},
+                {"efficiency", speed_up / row["ranks"].get<double>()}});
+  }
+  return rows;
+}
+
+/// `bench --scaling strong|weak` on ranks: the same image on 1, 2, 4 ... of them, or an image that grows with
+/// them. "strong" or "weak" stands before the scenes. Returns an ExitStatus.
+int bench_on_ranks(const BenchArguments& arguments, const Call& call, Ranks& ranks) {
+  const std::string kind = arguments.scenes.empty() ? "" : arguments.scenes.front();
+  if (!arguments.scaling || (kind != "strong" && kind != "weak")) {
+    throw InputError("on several ranks: bench --scaling strong (the same image on more ranks) or bench "
+                     "--scaling weak (an image that grows with them), then a scene");
+  }
+  if (arguments.scenes.size() > 2 || arguments.sizes.size() > 1 || arguments.backends.size() > 1) {
+    throw InputError("bench --scaling on ranks takes one scene, one size and one backend");
+  }
+  const Extent size = arguments.sizes.empty() ? Extent{1024, 1024} : parse_size(arguments.sizes.front());
+  const std::string name = arguments.scenes.size() > 1 ? arguments.scenes[1] : "square";
+  const std::string backends = arguments.backends.empty() ? "openmp" : arguments.backends.front();
+  const auto registry = make_backends();
+  Progress progress(ranks.is_first());
+  json rows = json::array();
+  for (int count = 1; count <= ranks.size();) { // 1, 2, 4 ... and all
+    progress.describe(fmt::format("{} ranks", count));
+    Scene scene = load_scene(name, {.size = kind == "weak" ? scaled(size, std::sqrt(count)) : size});
+    arguments.schedule.apply(scene);
+    const RankBackend backend(ranks, registry, backends, arguments.session, {.pieces = count});
+    rows.push_back(measure_on_ranks(scene, kind, backend, arguments.repeats, ranks));
+    count = count == ranks.size() ? count + 1 : std::min(2 * count, ranks.size());
+  }
+  progress.clear();
+  if (!ranks.is_first()) {
+    return success;
+  }
+  fmt::print(
+      "{} scaling, {} on 1 ... {} ranks of this run; medians of {} samples, without making the scene "
+      "and opening sessions\n{}"
+      "  in messages: the rank that was the longest in them, with waiting for others, the least of the "
+      "samples\n",
+      kind, backends, ranks.size(), arguments.repeats,
+      table_text(judged(rows), "ranks|size|seconds|speed-up|efficiency|messages|bytes:bytes sent|"
+                               "message_seconds:s in messages"));
+  call.write(std::move(rows), false, "scaling");
+  return success;
 }
 
 int run_bench(BenchArguments& arguments, Call& call) {

@@ -1,0 +1,282 @@
+// The commands that judge methods against truths: accuracy and tradeoff.
+
+#include "harness/cli/arguments.hpp"
+#include "harness/judge/accuracy.hpp"
+#include "harness/judge/tradeoff.hpp"
+#include "harness/report/published.hpp"
+#include "harness/scene/images/images.hpp"
+#include "harness/scene/joined.hpp"
+#include "harness/scene/method.hpp"
+
+#include <cstdio>
+#include <map>
+#include <set>
+#include <utility>
+
+namespace hdmbench::commands {
+
+namespace {
+
+struct Arguments : CommonArguments {
+  int repeats = 3;
+  std::vector<std::string> at{"0.35px", "0.01px"}; ///< of tradeoff
+};
+
+/// "fem, nu 0.3", "icm on openmp", "icm: step set without 0".
+std::string name_of(const Judged& row) {
+  return fmt::format("{}{}{}", row.method,
+                     row.poisson_used ? fmt::format(", nu {:.2g}", *row.poisson_used) : "",
+                     !row.variant.empty()   ? ": " + row.variant
+                     : !row.backend.empty() ? " on " + row.backend
+                                            : "");
+}
+
+/// A table of rows as to_json() has them.
+std::string judged_table(const json& rows) {
+  return table_text(rows, "method|variant|poisson_used:nu|backend|effort|rmsd_to_fem:px to FEM|"
+                          "rmsd_to_fem_nu0:FEM nu 0|rmsd_to_fixed_point:fixed point|"
+                          "rmsd_interface_to_fem:interfaces|rmsd_elsewhere_to_fem:elsewhere|mean_energy|"
+                          "iterations|fine_sweep_equivalents:fine sweeps|seconds_median:seconds|"
+                          "asked:px asked|estimated_error:estimated|status");
+}
+
+/// What is not ok: a line for each status and reason.
+std::string failures_text(const std::vector<Judged>& rows) {
+  std::map<std::pair<JudgedStatus, std::string>, std::set<std::string>> failed;
+  for (const Judged& row : rows) {
+    if (row.status != JudgedStatus::ok) {
+      failed[{row.status, row.reason}].insert(name_of(row));
+    }
+  }
+  std::string text;
+  for (const auto& [why, names] : failed) {
+    text += fmt::format("  {}: {}: {}\n", hdmbench::name_of(why.first), joined(names, ", "), why.second);
+  }
+  return text;
+}
+
+void print_published(const Scene& scene) {
+  for (const json& row : published()["accuracy"]) {
+    if (row["scene"] == scene.name && scene.extent() == Extent{300, 300}) {
+      fmt::print("  thesis, table {}: {} {}{} s\n", row["table"].get<std::string>(),
+                 row["method"].get<std::string>(),
+                 row.contains("rmsd")
+                     ? fmt::format("{} px to FEM, mean energy {}, {} iterations, ", row["rmsd"].get<double>(),
+                                   row["mean_energy"].get<double>(), row["iterations"].get<int>())
+                     : "",
+                 row["seconds"].get<double>());
+    }
+  }
+}
+
+/// `rows`: as to_json() has them.
+void print_scene(const SceneAccuracy& accuracy, const json& rows) {
+  json fields = json::array();
+  json arithmetic = json::array();
+  for (const json& row : rows) {
+    if (!row["seconds"].empty()) {
+      fields.push_back(row);
+    }
+    if (row.contains("arithmetic")) {
+      arithmetic.push_back(row);
+    }
+  }
+  fmt::print("{}{}", judged_table(fields), failures_text(accuracy.rows));
+  for (const Judged& row : accuracy.rows) {
+    if (row.variant.empty() && !row.note.empty()) {
+      fmt::print("  {}: {}\n", name_of(row), row.note);
+    }
+  }
+  if (!arithmetic.empty()) {
+    fmt::print("\n{}",
+               table_text(arithmetic,
+                          "backend:float32 against double|arithmetic.resynchronised.steps_compared:steps|"
+                          "arithmetic.resynchronised.steps_differing:other candidate|"
+                          "arithmetic.resynchronised.beyond_bound:beyond bound|"
+                          "arithmetic.resynchronised.largest_gap_over_bound:gap / bound"));
+  }
+}
+
+/// Prints what is wrong with a scene's results; true if nothing is.
+bool is_sound(const SceneAccuracy& accuracy) {
+  bool sound = true;
+  for (const Judged& row : accuracy.rows) {
+    sound = sound && (row.status == JudgedStatus::ok || row.status == JudgedStatus::skipped);
+    if (row.arithmetic && row.arithmetic->beyond_bound > 0) {
+      fmt::print("  {}: {} steps lose more energy than rounding explains\n", name_of(row),
+                 row.arithmetic->beyond_bound);
+      sound = false;
+    }
+  }
+  return sound;
+}
+
+int run_accuracy(Arguments& arguments, Call& call) {
+  const auto registry = make_backends();
+  const std::vector<const Backend*> backends = arguments.choose(registry);
+  const std::vector<Scene> scenes = arguments.load_scenes(
+      {"square", "square-modified", "square-single-level", "circular", "circular-radial", "brain"});
+  const auto is_of_cells = [](const Scene& scene) { return scene.energy->is_of_cells(); };
+  if (arguments.schedule.iterations && std::ranges::any_of(scenes, is_of_cells)) {
+    throw InputError("accuracy takes every elastic method at its usual effort; leave out --iterations");
+  }
+  const std::filesystem::path folder = call.json.parent_path();
+  const AccuracyOptions options{
+      .session = arguments.session, .repeats = arguments.repeats, .quick = arguments.quick};
+  fmt::print("RMSD over all sites, in pixels. Interfaces, elsewhere: to FEM with the scene's nu, over the\n"
+             "free sites within 5 px of two materials and over all other free sites.\n");
+  Progress progress;
+  json rows = json::array();
+  bool sound = true;
+  for (const Scene& scene : scenes) {
+    const SceneAccuracy accuracy = measure_accuracy(scene, backends, options, progress);
+    progress.clear();
+    json own = json::array();
+    bool pictured = call.json.empty() || !have_images();
+    for (const Judged& row : accuracy.rows) {
+      own.push_back(to_json(scene, row));
+      if (!pictured && row.method == "icm" && !row.field.x.empty()) {
+        own.back()["differences"] = write_difference(scene, accuracy.truths, row, folder);
+        pictured = true;
+      }
+    }
+    fmt::print("\n{}, {} x {}: {}\n", scene.name, scene.extent().width, scene.extent().height, scene.title);
+    print_published(scene);
+    print_scene(accuracy, own);
+    sound = is_sound(accuracy) && sound;
+    std::fflush(stdout); // into a pipe too: the next scene may take long
+    rows.insert(rows.end(), own.begin(), own.end());
+  }
+  call.write(std::move(rows), arguments.quick);
+  return sound ? success : disagreement;
+}
+
+/// `equal`: as compare_at has it.
+void print_equal_accuracy(const json& equal) {
+  const auto number = [](const json& row, const char* key) { return row[key].get<double>(); };
+  const auto text = [](const json& row, const char* key) { return row[key].get<std::string>(); };
+  const double target = number(equal, "target");
+  const json& ours = equal["ours"];
+  if (ours.is_null()) {
+    if (!equal["nearest"].is_null()) {
+      fmt::print("  At {:.3g} px to FEM nu 0: no method is that near; the nearest is {:.3g} px away.\n",
+                 target, number(equal, "nearest"));
+    }
+    return;
+  }
+  fmt::print("  At {:.3g} px to FEM nu 0: {}, {} on {} is the fastest, {:.3g} s;\n", target,
+             text(ours, "method"), text(ours, "effort"), text(ours, "backend"),
+             number(ours, "seconds_median"));
+  for (const auto& [key, title] : {std::pair("direct", "direct FEM"),
+                                   {"iterative", "FEM by conjugate gradients"},
+                                   {"multigrid", "FEM by multigrid of others"},
+                                   {"coarse", "FEM on a coarse mesh"}}) {
+    if (const json& rival = equal[key]; !rival.is_null()) {
+      fmt::print("    {} ({}, {:.3g} s) takes {:.3g} times as long.\n", title, text(rival, "effort"),
+                 number(rival, "seconds_median"), number(rival, "ratio"));
+    } else {
+      fmt::print("    {} was not measured, or is nowhere that near.\n", title);
+    }
+  }
+}
+
+/// The line that repeats a point: `run` solves by methods, this command by rivals.
+std::string repeat(const Arguments& arguments, const Scene& scene, const Judged& row) {
+  const std::string where =
+      fmt::format("{} --size {}x{}", shell_word(scene.source), scene.extent().width, scene.extent().height);
+  if (row.is_rival) {
+    return fmt::format("hdmbench tradeoff {} --methods {}{}", where, row.method, arguments.schedule.text());
+  }
+  const std::string how = row.asked ? fmt::format("--energy elastic --accuracy {}px --explain", *row.asked)
+                                    : fmt::format("--method {} --iterations {}", row.method, *row.told);
+  return fmt::format("hdmbench run {} --backend {} {}{}{}", where, row.backend, how,
+                     row.backend == "scalar" ? "" : arguments.session_words(), arguments.schedule.text());
+}
+
+int run_tradeoff(Arguments& arguments, Call& call) {
+  std::vector<double> targets;
+  std::ranges::transform(arguments.at, std::back_inserter(targets),
+                         [](const std::string& text) { return parse_pixels(text); });
+  // Among them rivals and requests, which load_scenes does not know.
+  std::vector<std::string> methods = std::exchange(arguments.methods, {});
+  if (methods == std::vector<std::string>{"all"}) {
+    methods.clear();
+  }
+  const auto registry = make_backends();
+  const std::vector<const Backend*> backends = arguments.choose(registry);
+  Progress progress;
+  json results = json::array();
+  bool verified = true;
+  fmt::print(
+      "Seconds are medians of up to {} samples of a whole solution without set-up. RMSD to finite elements "
+      "and to the\nfixed point over all sites, in pixels. Of the points: the front, and what was asked "
+      "for.\n",
+      arguments.quick ? 1 : arguments.repeats);
+  std::vector<std::string> by_default{"square", "circular", "circular-radial", "brain"};
+  by_default.resize(arguments.quick ? 1 : by_default.size());
+  for (const Scene& scene : arguments.load_scenes(by_default)) {
+    const TradeoffOptions options{.session = arguments.session,
+                                  .repeats = arguments.repeats,
+                                  .methods = methods,
+                                  .quick = arguments.quick};
+    const std::vector<Judged> rows = measure_tradeoff(scene, backends, options, progress);
+    progress.clear();
+    json shown = json::array();
+    for (const Judged& row : rows) {
+      results.push_back(to_json(scene, row));
+      results.back()["kind"] = "point";
+      results.back()["command"] = repeat(arguments, scene, row);
+      verified = verified && row.status != JudgedStatus::unverified;
+      if (!row.seconds.empty() && (row.is_on_front || row.asked)) {
+        shown.push_back(results.back());
+      }
+    }
+    std::ranges::sort(shown.get_ref<json::array_t&>(), {},
+                      [](const json& row) { return row["seconds_median"].get<double>(); });
+    fmt::print("\n{}, {} x {}: {} points\n{}", scene.name, scene.extent().width, scene.extent().height,
+               rows.size(), judged_table(shown));
+    for (const double target : targets) {
+      print_equal_accuracy(results.emplace_back(compare_at(scene, rows, target)));
+    }
+    fmt::print("{}", failures_text(rows));
+    std::fflush(stdout); // into a pipe too: the next scene may take long
+  }
+  call.write(std::move(results), arguments.quick);
+  return verified ? success : disagreement;
+}
+
+} // namespace
+
+void add_accuracy(CLI::App& program, Call& call) {
+  const auto [command, own] = declare(
+      program, call, "accuracy",
+      "Measure every method against finite elements and the exact fixed point: Tables 5.1, 5.3, 5.5 and\n"
+      "5.7 of the thesis by default, and a brain. Exit status 1 where a field is not scalar's to the bit or\n"
+      "a step is not explained by rounding.",
+      run_accuracy);
+  own.schedule.takes_energy = true;
+  own.add_to(command, call);
+  remove_options(command, {"--method", "--methods", "--update", "--stop", "--epsilon"});
+  add_option(command, "--repeat", own.repeats, "Samples of the seconds, fewer where they take long")
+      ->check(CLI::Range(1, 1'000'000));
+}
+
+void add_tradeoff(CLI::App& program, Call& call) {
+  const auto [command, own] = declare(
+      program, call, "tradeoff",
+      "Speed against accuracy: every method at several efforts, and its rivals (finite elements direct, by\n"
+      "conjugate gradients and on a coarse mesh, interpolation), timed and measured against the truths.\n"
+      "Prints the Pareto front per scene; the report draws the chart. Exit status 1 where a field is not\n"
+      "scalar's to the bit.",
+      run_tradeoff);
+  own.schedule.takes_energy = true;
+  own.add_to(command, call);
+  remove_options(command, {"--method", "--iterations", "--update", "--steps"});
+  add_option(command, "--at", own.at, "Accuracies at which the fastest are compared: RMSD to FEM with nu 0")
+      ->delimiter(',');
+  add_option(command, "--repeat", own.repeats, "Samples per point, fewer where they take long")
+      ->excludes("--quick")
+      ->check(CLI::Range(1, 1'000'000));
+}
+
+} // namespace hdmbench::commands
