@@ -29,7 +29,7 @@ using test::Texture;
 
 /// The x component's energy changes, one per candidate.
 std::vector<bounded::real> changes_at(const Level& level, const VectorField& field, int x, int y) {
-  const Bounded::Site site = bounded::gather<Bounded>(level, field, x, y, bounded::InverseModulus::given);
+  const Bounded::Site site = gather<Bounded>(level, field, x, y);
   const Bounded::Prior prior = Bounded::prior_of(site);
   std::vector<bounded::real> changes;
   for (const float step : level.steps.values()) {
@@ -127,7 +127,7 @@ TEST(Certificate, IsRefusedForErrorsOfFourTimesTheBound) {
 
 /// update.inc's closed form in double, rounded once: a device that is better than it need be.
 float closed_form_in_double(const Level& level, const VectorField& start, int x, int y) {
-  const Bounded::Site site = bounded::gather<Bounded>(level, start, x, y, bounded::InverseModulus::given);
+  const Bounded::Site site = gather<Bounded>(level, start, x, y);
   const Bounded::Prior prior = Bounded::prior_of(site);
   const double scale = static_cast<double>(level.strengths.front()) * site.inverse_curvature_x.exact();
   const double unobserved = -scale * prior.gradient_x.exact();

@@ -1,7 +1,5 @@
 #pragma once
 
-#include "kernels/data/gather.hpp"
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -169,19 +167,5 @@ private:
   /// Power of two of which all terms are exact multiples; 0: not all are exact.
   double quantum_ = std::numeric_limits<double>::infinity();
 };
-
-/// Whether the level's 1 / m are the truth, or the rounded inverses of its m.
-enum class InverseModulus { given, rounded };
-
-/// The site as the kernels see it; `Arithmetic` is an energy with this scalar.
-template <typename Arithmetic>
-typename Arithmetic::Site gather(const Level& level, const VectorField& displacement, int x, int y,
-                                 InverseModulus inverse_modulus) {
-  return hdmbench::gather<Arithmetic>(level, displacement, x, y, [&](float value) {
-    return inverse_modulus == InverseModulus::given
-               ? real(value)
-               : real(value, unit_roundoff * static_cast<double>(value) * inflation);
-  });
-}
 
 } // namespace hdmbench::bounded

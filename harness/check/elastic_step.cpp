@@ -5,6 +5,11 @@ namespace hdmbench {
 using Bounded = BoundedElastic;
 using Reads = std::vector<ElasticStep::Read>;
 
+/// What a step with the neighbours of a site reads: of the correction its load, too.
+static Reads around(ElasticField field) {
+  return field == ElasticField::correction ? Reads{{field, 1}, {ElasticField::load, 0}} : Reads{{field, 1}};
+}
+
 void SteppedElasticSession::write(int level, ElasticField field, const VectorField& values) {
   take({"write", level, field, [&](ElasticSession& session) { session.write(level, field, values); },
         [&](const Bounded&, int x, int y) {
@@ -15,12 +20,8 @@ void SteppedElasticSession::write(int level, ElasticField field, const VectorFie
 }
 
 void SteppedElasticSession::relax(int level, ElasticField field) {
-  Reads reads{{field, 1}};
-  if (field == ElasticField::correction) {
-    reads.push_back({ElasticField::load, 0});
-  }
   take({sweep_step, level, field, [=](ElasticSession& session) { session.relax(level, field); },
-        [=](const Bounded& of, int x, int y) { return of.relax(level, field, x, y); }, level, reads});
+        [=](const Bounded& of, int x, int y) { return of.relax(level, field, x, y); }, level, around(field)});
 }
 
 void SteppedElasticSession::relax_from_zero(int level) {
@@ -44,17 +45,13 @@ void SteppedElasticSession::forces(ElasticField of, ElasticField to) {
 }
 
 void SteppedElasticSession::restrict_residual(int level, ElasticField of) {
-  Reads reads{{of, 1}};
-  if (of == ElasticField::correction) {
-    reads.push_back({ElasticField::load, 0});
-  }
   take({"restricted residual", level + 1, ElasticField::load,
         [=](ElasticSession& session) { session.restrict_residual(level, of); },
         [=](const Bounded& answers, int x, int y) {
           return answers.restricted(level, x, y,
                                     [&](int i, int j) { return answers.free_residual(level, of, i, j); });
         },
-        level, reads});
+        level, around(of)});
 }
 
 void SteppedElasticSession::restrict_load(int level) {

@@ -135,7 +135,7 @@ SiteAnswer answer_if_fused(const Level& level, const VectorField& before, int nu
 Certificate certificate(const Level& level, const VectorField& before, int number, int x, int y,
                         SiteAnswer found) {
   const SiteAnswer expected = answer(level, before, number, x, y);
-  const Bounded::Site site = bounded::gather<Bounded>(level, before, x, y, bounded::InverseModulus::given);
+  const Bounded::Site site = gather<Bounded>(level, before, x, y);
   const Bounded::Prior prior = Bounded::prior_of(site);
   const SweepState state = sweep_state(level, number);
   const InFloat::Sweep turn{state.colour, state.strength, state.number, state.seed};
@@ -173,8 +173,10 @@ Certificate certificate(const Level& level, const VectorField& before, int numbe
 
 EnergyBound change_bound(const Level& level, const VectorField& displacement, int x, int y, float step_x,
                          float step_y) {
-  const Bounded::Site site =
-      bounded::gather<Bounded>(level, displacement, x, y, bounded::InverseModulus::rounded);
+  const Bounded::Site site = gather<Bounded>(level, displacement, x, y, [](float inverse_modulus) {
+    return bounded::real(inverse_modulus,
+                         bounded::unit_roundoff * static_cast<double>(inverse_modulus) * bounded::inflation);
+  });
   const Bounded::Prior prior = Bounded::prior_of(site);
   return {Bounded::energy_change(step_x, prior.gradient_x, prior.curvature_x, site.target_x - site.dx.centre,
                                  site.penalty * site.confidence_x)

@@ -1,10 +1,12 @@
 #include "harness/check/faults/trial.hpp"
 
 #include "backends/session/shapes.hpp"
+#include "backends/shared/cut.hpp"
 #include "harness/check/cases.hpp"
 #include "harness/check/faults/faulty_backend.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/scene/sites.hpp"
 
 #ifdef HDMBENCH_WITH_GL
 #include "harness/check/faults/device_faults.hpp"
@@ -76,33 +78,22 @@ TrialScene pulled_by_2_px(Scene scene) {
 /// on. The tile in the middle has something pulled next to each of its sides, away from its corners; the one
 /// at the top right, in its middle and along y alone.
 TrialScene sleeping_tiles() {
-  struct Pull {
-    int left;
-    int top;
-    int width;
-    int height;
-    float x;
-    float y;
-  };
-  constexpr float pull = 40.0F;                           // pixels: further than a level's few iterations get
-  constexpr Pull pulls[] = {{254, 102, 2, 3, pull, pull}, // sites 128 ... 255 are the tile in the middle
-                            {128, 86, 2, 3, pull, pull},
-                            {160, 126, 3, 2, pull, pull},
-                            {200, 64, 3, 2, pull, pull},
-                            {320, 32, 2, 2, 0.0F, pull}};
+  const Rectangle pulls[] = {{254, 102, 2, 3}, // sites 128 ... 255 are the tile in the middle
+                             {128, 86, 2, 3},
+                             {160, 126, 3, 2},
+                             {200, 64, 3, 2},
+                             {320, 32, 2, 2}};
+  constexpr float pull = 40.0F; // pixels: further than a level's few iterations get
   Scene scene = load_scene("square", {.size = Extent{384, 192}});
-  scene.full.target = VectorField(scene.extent());
-  scene.full.confidence = VectorField(scene.extent());
-  for (const Pull& one : pulls) {
-    for (int y = one.top; y < one.top + one.height; ++y) {
-      for (int x = one.left; x < one.left + one.width; ++x) {
-        const std::size_t site = scene.extent().index(x, y);
-        scene.full.target.x[site] = one.x;
-        scene.full.target.y[site] = one.y;
-        scene.full.confidence.x[site] = 1.0F;
-        scene.full.confidence.y[site] = 1.0F;
-      }
-    }
+  Level& full = scene.full;
+  full.target = full.confidence = VectorField(scene.extent());
+  for (const Rectangle& sites : pulls) {
+    for_each_site(sites.extent(), [&](int x, int y) {
+      const std::size_t site = scene.extent().index(sites.left + x, sites.top + y);
+      full.target.x[site] = &sites == &pulls[4] ? 0.0F : pull;
+      full.target.y[site] = pull;
+      full.confidence.x[site] = full.confidence.y[site] = 1.0F;
+    });
   }
   scene.schedule.start_level = 0;
   return {.label = "sleeping tiles", .scene = std::move(scene), .tiles_sleep = true};
