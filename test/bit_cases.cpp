@@ -415,7 +415,7 @@ ElasticCase random_elastic_case(std::uint64_t seed) {
 }
 
 std::string elastic_difference(ElasticSession& session, const ElasticCase& one, Order order) {
-  const auto scalar = make_elastic_scalar();
+  const auto scalar = make_scalar()->open_elastic({});
   const auto both = [&](const auto& call) {
     call(*scalar);
     call(session);

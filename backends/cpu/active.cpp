@@ -79,7 +79,7 @@ public:
 
   /// A thread's rows of tiles, each as soon as the rows of sites around it are projected; those at a seam
   /// when the thread beyond it has projected its rows.
-  [[nodiscard]] std::int64_t visit_all(int thread, const FieldProjection* projection) {
+  [[nodiscard]] std::int64_t visit_all(int thread, const Projection* projection) {
     const Band band = band_of(thread, omp_get_num_threads(), tiling_.rows);
     const int height = tiling_.layout.extent.height;
     Woken& next = next_lists()[static_cast<std::size_t>(thread)];
@@ -88,12 +88,12 @@ public:
       return (row == band.first && row > 0) || (row == band.last - 1 && row < tiling_.rows - 1);
     };
     std::int64_t changed = 0;
-    FieldProjection::Scratch scratch;
+    Projection::CoarseRows coarse_rows;
     int projected = band.first * Tiling::height;
     for (int row = band.first; row < band.last; ++row) {
       const int needed = std::min({(row + 1) * Tiling::height + 1, band.last * Tiling::height, height});
       for (; projection != nullptr && projected < needed; ++projected) {
-        projection->row(projected, scratch, fields_.buffers[at.from]);
+        projection->row(projected, coarse_rows, fields_.buffers[at.from].components());
       }
       changed += at_seam(row) ? 0 : visit_row(row, suspects, next);
     }
@@ -204,7 +204,7 @@ std::size_t ActiveTiles::awake(int lists) const {
 }
 
 std::int64_t ActiveTiles::sweep(const Sweeper& sweeper, Fields& fields, int first, int sweeps,
-                                const FieldProjection* projection) {
+                                const Projection* projection) {
   const Turn::Standing begin{
       .number = first, .from = fields.newest, .visits = visits_ + 1, .lists = current_};
   const int end = first + sweeps;

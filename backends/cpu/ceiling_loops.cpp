@@ -1,6 +1,6 @@
 // Built once per instruction set, as row.cpp is.
 
-#include "backends/cpu/ceiling_loops.hpp"
+#include "backends/cpu/loops.hpp"
 
 #include <cstring>
 #include <utility>

@@ -1,8 +1,7 @@
 #pragma once
 
 #include "backends/backend.hpp"
-#include "backends/cpu/ceiling_loops.hpp"
-#include "backends/cpu/elastic_rows.hpp"
+#include "backends/cpu/loops.hpp"
 #include "backends/cpu/row.hpp"
 #include "backends/shared/ceilings.hpp"
 #include "backends/shared/elastic_session.hpp"
@@ -38,11 +37,17 @@ struct InstructionSet {
 
 [[nodiscard]] std::unique_ptr<Backend> make_scalar();
 
+/// The processor's name as the operating system has it; `driver` says how it is used ("2 threads, AVX2").
+[[nodiscard]] Device cpu_device(std::string_view driver);
+
+/// Starts the threads of OpenMP, each on a processor of its own. Without it a second thread may begin on the
+/// first one's, and both wait for each other in turn until the system moves one: up to 0.1 s. Afterwards
+/// every thread may run where the process may. Does nothing where there are not as many processors as
+/// threads, or the system cannot say.
+void place_threads();
+
 /// memcpy by `threads` threads, each its own part, and the loop on each of them.
 [[nodiscard]] Ceilings cpu_ceilings(int threads, openmp::MultiplyAdd multiply_add);
-
-/// Site by site on one thread, as plainly as the specification reads: the reference for bits.
-[[nodiscard]] std::unique_ptr<ElasticSession> make_elastic_scalar();
 
 /// OpenMP threads x SIMD lanes; `rows` of an instruction set that this processor has must outlive it. With
 /// less than `sites_worth_a_thread` for each a thread costs more than it brings; tests ask for less.

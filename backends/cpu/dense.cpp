@@ -18,19 +18,18 @@ namespace {
 class Group {
 public:
   /// Sweeps done ... done + depth - 1, counted from `newest`; the first is number first + done of the level.
-  Group(const Sweeper& sweeper, Fields& fields, int first, int done, int depth,
-        const FieldProjection* projection)
+  Group(const Sweeper& sweeper, Fields& fields, int first, int done, int depth, const Projection* projection)
       : sweeper_(sweeper), fields_(fields), first_(first), done_(done), depth_(depth),
         projection_(projection), lead_(projection == nullptr ? 0 : 1) {}
 
   /// The count of changes is that of the last sweep.
   [[nodiscard]] std::int64_t sweep_band(Band band) {
     const int rows = sweeper_.data().layout().extent.height;
-    FieldProjection::Scratch scratch;
+    Projection::CoarseRows coarse_rows;
     std::int64_t changed = 0;
     for (int front = band.first; front < band.last + depth_ - 1 + lead_; ++front) {
       if (projection_ != nullptr && front < band.last) {
-        projection_->row(front, scratch, fields_.buffers[buffer(0)]);
+        projection_->row(front, coarse_rows, fields_.buffers[buffer(0)].components());
       }
       for (int t = 0; t < depth_; ++t) {
         const int behind = t + lead_;
@@ -74,14 +73,14 @@ private:
   int first_;
   int done_;
   int depth_;
-  const FieldProjection* projection_;
+  const Projection* projection_;
   int lead_; ///< sweeps stay that many more rows behind
 };
 
 } // namespace
 
 std::int64_t sweep_densely(const Sweeper& sweeper, Fields& fields, int first, int sweeps, int threads,
-                           const FieldProjection* projection) {
+                           const Projection* projection) {
   const int rows = sweeper.data().layout().extent.height;
   std::int64_t changed = 0;
 #pragma omp parallel num_threads(threads) reduction(+ : changed)

@@ -1,6 +1,6 @@
 #include "backends/cpu/cpu.hpp"
 
-#include "backends/cpu/elastic_fields.hpp"
+#include "backends/cpu/elastic_answers.hpp"
 #include "backends/cpu/sweeper.hpp"
 
 #include <omp.h>
@@ -79,48 +79,6 @@ public:
     }
   }
 
-  /// The load of coarse rows `band` from fine rows: rows(first and last fine row, use), which has use(y,
-  /// residual) called for each of these in turn. A coarse row is written when it has its three.
-  template <typename Rows>
-  void restrict_rows(const ElasticLevel& fine, bool is_image, Band band, const RingedGrid& coarse,
-                     RingedField& load, const Rows& rows) {
-    const Extent sites = fine.grid.sites;
-    const auto write_coarse = [&](int y) {
-      const ElasticRow to = row_of(coarse, load, y);
-      const ElasticRow before = restricted(2 * y - 1);
-      const ElasticRow at = restricted(2 * y);
-      const ElasticRow after = restricted(2 * y + 1);
-      rows_->restrict_across(coarse.sites.width, before.x, at.x, after.x, to.x);
-      rows_->restrict_across(coarse.sites.width, before.y, at.y, after.y, to.y);
-    };
-    for (int y = 0; y < 3; ++y) {
-      clear(restricted(y));
-    }
-    const ElasticRow padded = line(padded_line);
-    clear(padded); // beyond the width it stays 0
-    const Band fine_rows{std::max(2 * band.first - 1, 0), std::min(2 * band.last, sites.height)};
-    rows(fine_rows, [&](int y, ConstElasticRow residual) {
-      std::copy_n(residual.x, sites.width, padded.x);
-      std::copy_n(residual.y, sites.width, padded.y);
-      if (is_image) {
-        rows_->keep_free(sites.width, response_of(fine, y), padded);
-      }
-      const ElasticRow to = restricted(y);
-      rows_->restrict_along(coarse.sites.width, padded.x, to.x);
-      rows_->restrict_along(coarse.sites.width, padded.y, to.y);
-      if (y % 2 != 0 && y / 2 >= band.first) { // row 2 Y + 1 completes coarse row Y
-        write_coarse(y / 2);
-      }
-    });
-    for (int y = sites.height / 2; y < band.last; ++y) { // those whose row 2 Y + 1 is not there
-      clear(restricted(2 * y + 1));
-      if (2 * y >= sites.height) {
-        clear(restricted(2 * y));
-      }
-      write_coarse(y);
-    }
-  }
-
 private:
   enum Line : std::size_t {
     above_line,
@@ -129,9 +87,7 @@ private:
     residual_line,
     north_line,
     south_line,
-    padded_line,
-    restricted_line,
-    line_count = restricted_line + 3
+    line_count
   };
 
   /// Two components with room for the ring.
@@ -141,13 +97,6 @@ private:
   }
   /// Where row y of cells puts its forces on the sites below.
   [[nodiscard]] ElasticRow on_below(int y) { return line(y % 2 == 0 ? below_line : other_below_line); }
-  [[nodiscard]] ElasticRow restricted(int y) {
-    return line(restricted_line + static_cast<std::size_t>((y + 3) % 3));
-  }
-  void clear(ElasticRow row) const {
-    std::fill_n(row.x - 1, pitch_ - 2 * RingedGrid::margin, 0.0F);
-    std::fill_n(row.y - 1, pitch_ - 2 * RingedGrid::margin, 0.0F);
-  }
 
   /// Row y of cells: forces into above_line and on_below(y).
   void cells(const ElasticLevel& level, int y, ConstElasticRow above, ConstElasticRow below) {
@@ -202,6 +151,7 @@ public:
   void load(const ElasticHierarchy& hierarchy) override {
     ElasticInMemory::load(hierarchy);
     bands_.assign(static_cast<std::size_t>(threads_), ElasticBand(rows_, hierarchy));
+    residuals_.assign(hierarchy.levels.size(), {});
     const Extent image = grid(0).sites;
     sums_.resize(std::max<std::size_t>(1, image.sites() / 2 + 2 * static_cast<std::size_t>(image.width + 2)));
   }
@@ -232,32 +182,22 @@ public:
   }
 
   void forces(ElasticField of, ElasticField to) override {
-    const ElasticLevel& here = level_at(0);
-    RingedField& result = fields_.at(0, to);
-    const RingedField& values = fields_.at(0, of);
-    in_bands(here.grid.sites.height, here.grid.sites, [&](Band band, ElasticBand& work) {
-      work.residuals(here, values, nullptr, band, false, [&](int y, ConstElasticRow residual) {
-        const ElasticRow row = row_of(here.grid, result, y);
-        std::copy_n(residual.x, here.grid.sites.width, row.x);
-        std::copy_n(residual.y, here.grid.sites.width, row.y);
-        rows_.keep_free(here.grid.sites.width, response_of(here, y), row);
-      });
-    });
+    free_residual(0, fields_.at(0, of), nullptr, fields_.at(0, to));
   }
 
   void restrict_residual(int level, ElasticField of) override {
-    const RingedField& values = fields_.at(level, of);
-    restrict_from(level, [&](ElasticBand& work, Band fine, const auto& use) {
-      work.residuals(level_at(level), values, load_of(level, of), fine, false, use);
-    });
+    free_residual(level, fields_.at(level, of), load_of(level, of), residual_field(level));
+    restrict_from(level, residual_field(level));
   }
   void restrict_load(int level) override {
-    const RingedField& from = fields_.at(level, ElasticField::load);
-    restrict_from(level, [&](ElasticBand& /*work*/, Band fine, const auto& use) {
-      for (int y = fine.first; y < fine.last; ++y) {
-        use(y, row_of(grid(level), from, y));
-      }
-    });
+    if (level > 0) {
+      restrict_from(level, fields_.at(level, ElasticField::load));
+      return;
+    }
+    RingedField& free = residual_field(0);
+    const RingedField& load = fields_.at(0, ElasticField::load);
+    for_each_row(grid(0), [&](int y) { copy_free(0, y, row_of(grid(0), load, y), free); });
+    restrict_from(0, free);
   }
 
   void interpolate(int level) override {
@@ -268,27 +208,17 @@ public:
   }
 
   void solve_coarsest() override {
-    const RingedGrid& sites = grid(coarsest());
-    const RingedField& load = fields_.at(coarsest(), ElasticField::load);
+    // So few sites that lanes bring nothing.
+    const ElasticAnswers<float> answers(*hierarchy_, fields_);
+    const RingedGrid& coarse = grid(coarsest());
     RingedField& correction = fields_.at(coarsest(), ElasticField::correction);
-    const std::size_t size = 2 * sites.sites.sites();
-    std::vector<float> sums(size);
-    const auto for_each_site = [&](const auto& call) {
-      for (int y = 0; y < sites.sites.height; ++y) {
-        for (int x = 0; x < sites.sites.width; ++x) {
-          call(sites.sites.index(x, y), sites.index(x, y));
-        }
+    for (int y = 0; y < coarse.sites.height; ++y) {
+      for (int x = 0; x < coarse.sites.width; ++x) {
+        const auto solved = answers.solve_coarsest(x, y);
+        correction.x[coarse.index(x, y)] = solved.x;
+        correction.y[coarse.index(x, y)] = solved.y;
       }
-    };
-    for_each_site([&](std::size_t site, std::size_t at) {
-      const float* const column = hierarchy_->coarsest_inverse.data() + 2 * site * size;
-      rows_.add_column(static_cast<int>(size), column, load.x[at], sums.data());
-      rows_.add_column(static_cast<int>(size), column + size, load.y[at], sums.data());
-    });
-    for_each_site([&](std::size_t site, std::size_t at) {
-      correction.x[at] = sums[2 * site];
-      correction.y[at] = sums[2 * site + 1];
-    });
+    }
   }
 
   void advance(ElasticField to, ElasticField value, float factor, ElasticField direction) override {
@@ -345,14 +275,41 @@ private:
       }
     });
   }
-  /// The load of level + 1 from what rows(work, fine rows, use) hands to use(y, row).
-  template <typename Rows>
-  void restrict_from(int level, const Rows& rows) {
+  /// What a level has to hand to the coarser one; made when it is first wanted.
+  [[nodiscard]] RingedField& residual_field(int level) {
+    RingedField& field = residuals_[static_cast<std::size_t>(level)];
+    field.require(grid(level));
+    return field;
+  }
+  /// Row y of a level, 0 where a component of the image may not move.
+  void copy_free(int level, int y, ConstElasticRow from, RingedField& field) const {
+    const ElasticLevel& here = level_at(level);
+    const ElasticRow to = row_of(here.grid, field, y);
+    std::copy_n(from.x, here.grid.sites.width, to.x);
+    std::copy_n(from.y, here.grid.sites.width, to.y);
+    if (level == 0) {
+      rows_.keep_free(here.grid.sites.width, response_of(here, y), to);
+    }
+  }
+  void free_residual(int level, const RingedField& values, const RingedField* load, RingedField& to) const {
+    const ElasticLevel& here = level_at(level);
+    in_bands(here.grid.sites.height, here.grid.sites, [&](Band band, ElasticBand& work) {
+      work.residuals(here, values, load, band, false,
+                     [&](int y, ConstElasticRow residual) { copy_free(level, y, residual, to); });
+    });
+  }
+  /// The load of level + 1.
+  void restrict_from(int level, const RingedField& fine) {
     const RingedGrid& coarse = grid(level + 1);
     RingedField& load = fields_.at(level + 1, ElasticField::load);
-    in_bands(coarse.sites.height, grid(level).sites, [&](Band band, ElasticBand& work) {
-      work.restrict_rows(level_at(level), level == 0, band, coarse, load,
-                         [&](Band fine, const auto& use) { rows(work, fine, use); });
+    for_each_row(coarse, [&](int y) {
+      // Beyond the last row there is one of the ring.
+      const ConstElasticRow before = row_of(grid(level), fine, 2 * y - 1);
+      const ConstElasticRow at = row_of(grid(level), fine, 2 * y);
+      const ConstElasticRow after = row_of(grid(level), fine, std::min(2 * y + 1, grid(level).sites.height));
+      const ElasticRow to = row_of(coarse, load, y);
+      rows_.restrict_rows(coarse.sites.width, before.x, at.x, after.x, to.x);
+      rows_.restrict_rows(coarse.sites.width, before.y, at.y, after.y, to.y);
     });
   }
 
@@ -415,6 +372,7 @@ private:
   int threads_;
   const ElasticRows& rows_;
   std::size_t sites_worth_a_thread_;
+  std::vector<RingedField> residuals_;     ///< by level
   mutable std::vector<ElasticBand> bands_; ///< one a thread
   mutable std::vector<float> sums_;        ///< of dot()
 };

@@ -58,6 +58,8 @@ struct Layout {
 struct Field {
   Buffer x;
   Buffer y;
+
+  [[nodiscard]] std::array<float*, 2> components() { return {x.data(), y.data()}; }
 };
 
 /// What is known of all sites of a tile at once.

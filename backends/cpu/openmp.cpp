@@ -1,6 +1,5 @@
 #include "backends/cpu/cpu.hpp"
 
-#include "backends/cpu/processor.hpp"
 #include "backends/cpu/sweeper.hpp"
 #include "backends/shared/energy_programs.hpp"
 #include "backends/shared/tiles.hpp"
@@ -17,7 +16,6 @@ namespace {
 
 using openmp::ActiveTiles;
 using openmp::Field;
-using openmp::FieldProjection;
 using openmp::Fields;
 using openmp::InstructionSet;
 using openmp::Layout;
@@ -106,14 +104,15 @@ private:
         fill_with_null(threads);
         sweep_level(sweeper, level, nullptr, advance);
       } else {
-        const FieldProjection projection(coarse.current(), before, level.extent, pyramid_.alignment);
+        const Field& from = coarse.current();
+        const Projection projection({from.x.data(), from.y.data()}, before, level.extent, pyramid_.alignment);
         sweep_level(sweeper, level, &projection, advance);
       }
       before = level.extent;
     }
   }
 
-  void sweep_level(const Sweeper& sweeper, const PyramidLevel& level, const FieldProjection* projection,
+  void sweep_level(const Sweeper& sweeper, const PyramidLevel& level, const Projection* projection,
                    const Advance& advance) {
     const double sites = static_cast<double>(level.extent.sites());
     const int chunk = static_cast<int>(std::clamp(updates_per_report / sites, 8.0, 1e9));
@@ -132,7 +131,7 @@ private:
     }
   }
 
-  std::int64_t sweep(const Sweeper& sweeper, int first, int sweeps, const FieldProjection* projection) {
+  std::int64_t sweep(const Sweeper& sweeper, int first, int sweeps, const Projection* projection) {
     return is_active() ? active_.sweep(sweeper, fields(), first, sweeps, projection)
                        : sweep_densely(sweeper, fields(), first, sweeps, useful_threads(settings_.extent),
                                        projection);
@@ -140,10 +139,10 @@ private:
 
   /// With stride 2 projections go through fields in reading order: the other buffer, of which coloured
   /// sweeps have no need.
-  void project(const Layout& layout, const FieldProjection& projection) {
+  void project(const Layout& layout, const Projection& projection) {
     Fields& own = fields();
     Field& in_order = own.buffers[layout.stride == 1 ? own.newest : 1];
-    projection.all_rows(in_order, useful_threads(layout.extent));
+    projection.all_rows(in_order.components(), useful_threads(layout.extent));
     if (layout.stride != 1) {
       arrange(layout, all_of(layout.extent), in_order.x.data(), in_order.y.data(), own.buffers[0]);
       own.newest = 0;

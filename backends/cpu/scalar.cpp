@@ -1,11 +1,20 @@
 #include "backends/cpu/cpu.hpp"
-#include "backends/cpu/processor.hpp"
+#include "backends/cpu/elastic_serial.hpp"
 #include "backends/shared/arithmetic.hpp"
 #include "backends/shared/energy_programs.hpp"
+#include "kernels/specification/language.hpp"
+
+#include <cmath>
 
 namespace hdmbench {
 
 namespace {
+
+using real = float;
+using std::exp;
+using std::sqrt;
+
+#include "kernels/specification/probe.inc"
 
 class ScalarSession final : public Session {
   void do_load(const Level& level) override {
@@ -56,7 +65,7 @@ public:
 private:
   std::unique_ptr<ElasticSession> do_open_elastic(std::size_t /*index*/,
                                                   const SessionOptions& /*options*/) const override {
-    return make_elastic_scalar();
+    return std::make_unique<ElasticSerial<float>>();
   }
   std::optional<Ceilings> do_measure_ceilings(std::size_t /*index*/,
                                               const SessionOptions& /*options*/) const override {
@@ -68,6 +77,15 @@ private:
 };
 
 } // namespace
+
+std::vector<float> evaluate_in_cpp(std::span<const ArithmeticCase> cases) {
+  std::vector<float> results;
+  results.reserve(cases.size());
+  for (const ArithmeticCase& one : cases) {
+    results.push_back(probed(one[5], one[0], one[1], one[2], one[3], one[4]));
+  }
+  return results;
+}
 
 std::unique_ptr<Backend> make_scalar() {
   return std::make_unique<Scalar>();

@@ -42,39 +42,6 @@ private:
   int colours_;
 };
 
-/// The displacement that a level begins with, from the coarser one; both in reading order.
-class FieldProjection {
-public:
-  FieldProjection(const Field& coarse, Extent coarse_extent, Extent fine, Alignment alignment)
-      : coarse_(coarse), fine_(fine), projection_(coarse_extent, fine, alignment) {}
-
-  /// One for each thread.
-  struct Scratch {
-    Projection::CoarseRows x;
-    Projection::CoarseRows y;
-  };
-  void row(int y, Scratch& scratch, Field& to) const {
-    const std::size_t first = fine_.index(0, y);
-    projection_.row(coarse_.x.data(), y, scratch.x, to.x.data() + first);
-    projection_.row(coarse_.y.data(), y, scratch.y, to.y.data() + first);
-  }
-  void all_rows(Field& to, int threads) const {
-#pragma omp parallel num_threads(threads)
-    {
-      Scratch scratch;
-#pragma omp for schedule(static)
-      for (int y = 0; y < fine_.height; ++y) {
-        row(y, scratch, to);
-      }
-    }
-  }
-
-private:
-  const Field& coarse_;
-  Extent fine_;
-  Projection projection_;
-};
-
 /// What is first ... last - 1 of one thread's share.
 struct Band {
   int first;
@@ -99,7 +66,7 @@ inline constexpr int most_fused = 8;
 /// All sites `sweeps` times, from sweep number `first` of the level on; the newest buffer moves on. With a
 /// projection the newest buffer is first filled by it. Returns what the last sweep changed (dense.cpp).
 [[nodiscard]] std::int64_t sweep_densely(const Sweeper& sweeper, Fields& fields, int first, int sweeps,
-                                         int threads, const FieldProjection* projection = nullptr);
+                                         int threads, const Projection* projection = nullptr);
 
 /// Sweeps that leave out the tiles in which nothing can change (Work::active): those that did not change in
 /// the sweep before, and in whose rim nothing did. Such a tile has the same values in both buffers: it was
@@ -112,7 +79,7 @@ public:
 
   /// As sweep_densely(), of which a first sweep after wake_all() visits as much.
   [[nodiscard]] std::int64_t sweep(const Sweeper& sweeper, Fields& fields, int first, int sweeps,
-                                   const FieldProjection* projection = nullptr);
+                                   const Projection* projection = nullptr);
 
 private:
   /// One thread's, on a cache line of its own.

@@ -1,5 +1,5 @@
 #include "backends/backend.hpp"
-#include "backends/cpu/processor.hpp"
+#include "backends/cpu/cpu.hpp"
 #include "backends/registry.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/ranks/message_passing.hpp"

@@ -1,6 +1,6 @@
 #include "harness/measure/result_file.hpp"
 
-#include "backends/cpu/processor.hpp"
+#include "backends/cpu/cpu.hpp"
 #include "harness/scene/file_input.hpp"
 #include "harness/scene/file_output.hpp"
 #include "kernels/data/input_error.hpp"

@@ -5,6 +5,7 @@
 #include "kernels/specification/projection.hpp"
 
 #include <fmt/format.h>
+#include <omp.h>
 
 #include <algorithm>
 #include <bit>
@@ -177,63 +178,73 @@ SiteCounts count_site_kinds(const Level& full, Extent extent, Alignment alignmen
   return {static_cast<std::int64_t>(extent.sites()) - uniform - unobserved - both, unobserved, uniform, both};
 }
 
-Projection::Projection(Extent coarse, Extent fine, Alignment alignment)
-    : coarse_(coarse), rows_(interpolations(coarse.height, fine.height, alignment)) {
-  for (const Interpolation& column : interpolations(coarse.width, fine.width, alignment)) {
+Projection::Projection(std::array<const float*, 2> coarse, Extent coarse_extent, Extent fine,
+                       Alignment alignment)
+    : coarse_(coarse), coarse_extent_(coarse_extent),
+      rows_(interpolations(coarse_extent.height, fine.height, alignment)) {
+  for (const Interpolation& column : interpolations(coarse_extent.width, fine.width, alignment)) {
     west_.push_back(column.first);
     east_.push_back(column.second);
     weight_.push_back(column.weight);
   }
 }
 
-void Projection::widen(const float* coarse_row, std::vector<float>& to) const {
-  to.resize(weight_.size());
+void Projection::widen(int coarse_row, std::array<std::vector<float>, 2>& to) const {
   const int* west = west_.data();
   const int* east = east_.data();
   const float* weight = weight_.data();
-  float* wide = to.data();
+  for (std::size_t component = 0; component < to.size(); ++component) {
+    to[component].resize(weight_.size());
+    const float* from = coarse_[component] + coarse_extent_.index(0, coarse_row);
+    float* wide = to[component].data();
 #pragma omp simd
-  for (std::size_t x = 0; x < weight_.size(); ++x) {
-    wide[x] = projection::interpolated(coarse_row[west[x]], coarse_row[east[x]], weight[x]);
+    for (std::size_t x = 0; x < weight_.size(); ++x) {
+      wide[x] = projection::interpolated(from[west[x]], from[east[x]], weight[x]);
+    }
   }
 }
 
-void Projection::row(const float* coarse, int y, CoarseRows& rows, float* to) const {
+void Projection::row(int y, CoarseRows& rows, std::array<float*, 2> to) const {
   const Interpolation between = rows_[static_cast<std::size_t>(y)];
   if (rows.first != between.first && rows.second == between.first) {
     std::swap(rows.upper, rows.lower);
     std::swap(rows.first, rows.second);
   }
   if (rows.first != between.first) {
-    widen(coarse + coarse_.index(0, between.first), rows.upper);
+    widen(between.first, rows.upper);
     rows.first = between.first;
   }
   if (rows.second != between.second) {
-    widen(coarse + coarse_.index(0, between.second), rows.lower);
+    widen(between.second, rows.lower);
     rows.second = between.second;
   }
-  const float* upper = rows.upper.data();
-  const float* lower = rows.lower.data();
+  for (std::size_t component = 0; component < to.size(); ++component) {
+    const float* upper = rows.upper[component].data();
+    const float* lower = rows.lower[component].data();
+    float* next = to[component] + static_cast<std::size_t>(y) * weight_.size();
 #pragma omp simd
-  for (std::size_t x = 0; x < weight_.size(); ++x) {
-    to[x] = projection::interpolated(upper[x], lower[x], between.weight);
+    for (std::size_t x = 0; x < weight_.size(); ++x) {
+      next[x] = projection::interpolated(upper[x], lower[x], between.weight);
+    }
+  }
+}
+
+void Projection::all_rows(std::array<float*, 2> to, int threads) const {
+#pragma omp parallel num_threads(threads)
+  {
+    CoarseRows rows;
+#pragma omp for schedule(static)
+    for (std::size_t y = 0; y < rows_.size(); ++y) {
+      row(static_cast<int>(y), rows, to);
+    }
   }
 }
 
 VectorField prolongate(const VectorField& coarse, Extent fine, Alignment alignment) {
-  const Projection projection(coarse.extent, fine, alignment);
   VectorField result(fine);
-#pragma omp parallel if (fine.sites() > sites_worth_threads)
-  {
-    Projection::CoarseRows x;
-    Projection::CoarseRows y;
-#pragma omp for schedule(static)
-    for (int row = 0; row < fine.height; ++row) {
-      const std::size_t first = fine.index(0, row);
-      projection.row(coarse.x.data(), row, x, result.x.data() + first);
-      projection.row(coarse.y.data(), row, y, result.y.data() + first);
-    }
-  }
+  const int threads = fine.sites() > sites_worth_threads ? omp_get_max_threads() : 1;
+  Projection({coarse.x.data(), coarse.y.data()}, coarse.extent, fine, alignment)
+      .all_rows({result.x.data(), result.y.data()}, threads);
   return result;
 }
 

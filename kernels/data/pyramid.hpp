@@ -59,27 +59,31 @@ struct Interpolation {
 /// How each of `fine` sites on an axis is interpolated from `coarse` ones.
 [[nodiscard]] std::vector<Interpolation> interpolations(int coarse, int fine, Alignment alignment);
 
-/// One component's way to a finer level, row by row, as projection.inc has it.
+/// A displacement's way to a finer level, row by row, as projection.inc has it.
 class Projection {
 public:
-  Projection(Extent coarse, Extent fine, Alignment alignment);
+  /// The components of `coarse`, which must outlive this object: one float per site of its extent.
+  Projection(std::array<const float*, 2> coarse, Extent coarse_extent, Extent fine, Alignment alignment);
 
   /// The two coarse rows that the last fine row lay between, at all fine columns. Fine rows in rising order
-  /// share them; one for each component and thread.
+  /// share them; one for each thread.
   struct CoarseRows {
-    std::vector<float> upper;
-    std::vector<float> lower;
+    std::array<std::vector<float>, 2> upper; ///< by component
+    std::array<std::vector<float>, 2> lower;
     int first = -1; ///< coarse row of `upper`
     int second = -1;
   };
 
-  /// Row y of the fine level. `coarse` has all rows of the coarse one, `to` room for one.
-  void row(const float* coarse, int y, CoarseRows& rows, float* to) const;
+  /// Row y of the fine level into the components of a field of its extent.
+  void row(int y, CoarseRows& rows, std::array<float*, 2> to) const;
+  /// All rows, by so many threads.
+  void all_rows(std::array<float*, 2> to, int threads) const;
 
 private:
-  void widen(const float* coarse_row, std::vector<float>& to) const;
+  void widen(int coarse_row, std::array<std::vector<float>, 2>& to) const;
 
-  Extent coarse_;
+  std::array<const float*, 2> coarse_;
+  Extent coarse_extent_;
   std::vector<int> west_; ///< per fine column
   std::vector<int> east_;
   std::vector<float> weight_; ///< of east

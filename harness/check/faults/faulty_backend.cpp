@@ -1,7 +1,7 @@
 #include "harness/check/faults/faulty_backend.hpp"
 
+#include "backends/cpu/cpu.hpp"
 #include "backends/cpu/elastic_serial.hpp"
-#include "backends/cpu/processor.hpp"
 #include "harness/check/certificate.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/check/fused_real.hpp"

@@ -132,7 +132,7 @@ Interpolated interpolate_to_image(const VectorField& coarse, const Level& sample
                                   Alignment alignment) {
   const Extent extent = full.extent;
   const Extent sites = coarse.extent;
-  const Projection projection(sites, extent, alignment);
+  const Projection projection({coarse.x.data(), coarse.y.data()}, sites, extent, alignment);
   const std::vector<Interpolation> columns = interpolations(sites.width, extent.width, alignment);
   const std::vector<Interpolation> rows = interpolations(sites.height, extent.height, alignment);
   Interpolated result;
@@ -146,17 +146,15 @@ Interpolated interpolate_to_image(const VectorField& coarse, const Level& sample
   std::vector<Imposed> of_rows(rows.size()); // added up in their order, so that threads do not change the sum
 #pragma omp parallel if (extent.sites() > sites_worth_threads)
   {
-    Projection::CoarseRows rows_of_x;
-    Projection::CoarseRows rows_of_y;
+    Projection::CoarseRows coarse_rows;
 #pragma omp for schedule(static)
     for (int y = 0; y < extent.height; ++y) {
       Imposed& own = of_rows[static_cast<std::size_t>(y)];
       const Interpolation& row = rows[static_cast<std::size_t>(y)];
-      const auto component = [&](const std::vector<float>& from, Projection::CoarseRows& of_component,
-                                 const std::vector<float>& target, const std::vector<float>& confidence,
+      projection.row(y, coarse_rows, {result.field.x.data(), result.field.y.data()});
+      const auto component = [&](const std::vector<float>& target, const std::vector<float>& confidence,
                                  const std::vector<float>& known, std::vector<float>& to) {
         const std::size_t first = extent.index(0, y);
-        projection.row(from.data(), y, of_component, to.data() + first);
         const auto is_known = [&](int column) {
           return known[sites.index(column, row.first)] > 0.0F ||
                  known[sites.index(column, row.second)] > 0.0F;
@@ -176,8 +174,8 @@ Interpolated interpolate_to_image(const VectorField& coarse, const Level& sample
           }
         }
       };
-      component(coarse.x, rows_of_x, full.target.x, full.confidence.x, sampled.confidence.x, result.field.x);
-      component(coarse.y, rows_of_y, full.target.y, full.confidence.y, sampled.confidence.y, result.field.y);
+      component(full.target.x, full.confidence.x, sampled.confidence.x, result.field.x);
+      component(full.target.y, full.confidence.y, sampled.confidence.y, result.field.y);
     }
   }
   Imposed imposed;

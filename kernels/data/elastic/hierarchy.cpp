@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <functional>
 #include <utility>
 
 namespace hdmbench {
@@ -33,25 +32,23 @@ struct CellKinds {
 /// Of the first coarse level: a cell is cut where any of the 3 x 3 sites in it has a prescribed component.
 CellKinds kinds_below_image(Extent cells, const Prescribed& prescribed, const RingedGrid& grid) {
   CellKinds kinds{cells, std::vector<CellKind>(cells.sites(), CellKind::whole), {}};
-  const int width = grid.sites.width;
-#pragma omp parallel for if (grid.sites.sites() > sites_worth_threads)
+  const Extent sites = grid.sites;
+#pragma omp parallel for if (sites.sites() > sites_worth_threads)
   for (int y = 0; y < cells.height; ++y) {
-    // Of the three sites below each other in the cell, whether a component of them is prescribed, and all.
-    std::vector<std::uint8_t> any(static_cast<std::size_t>(width));
-    std::vector<std::uint8_t> all(static_cast<std::size_t>(width), 1);
-    for (int j = 2 * y; j <= std::min(2 * y + 2, grid.sites.height - 1); ++j) {
-      for (const std::vector<std::uint8_t>& component : prescribed.component) {
-        const std::uint8_t* const row = component.data() + grid.index(0, j);
-        std::transform(row, row + width, any.begin(), any.begin(), std::bit_or<>());
-        std::transform(row, row + width, all.begin(), all.begin(), std::bit_and<>());
-      }
-    }
     for (int x = 0; x < cells.width; ++x) {
-      const std::size_t left = 2 * static_cast<std::size_t>(x);
-      const auto right = static_cast<std::size_t>(std::min(2 * x + 2, width - 1));
-      if ((any[left] | any[left + 1] | any[right]) != 0) {
-        const bool held = (all[left] & all[left + 1] & all[right]) != 0;
-        kinds.kind[cells.index(x, y)] = held ? CellKind::empty : CellKind::masked;
+      bool any = false;
+      bool all = true;
+      for (int j = 2 * y; j <= std::min(2 * y + 2, sites.height - 1); ++j) {
+        for (int i = 2 * x; i <= std::min(2 * x + 2, sites.width - 1); ++i) {
+          for (const std::vector<std::uint8_t>& component : prescribed.component) {
+            const bool is_prescribed = component[grid.index(i, j)] != 0;
+            any |= is_prescribed;
+            all &= is_prescribed;
+          }
+        }
+      }
+      if (any) {
+        kinds.kind[cells.index(x, y)] = all ? CellKind::empty : CellKind::masked;
       }
     }
   }
@@ -86,10 +83,6 @@ CellKinds kinds_below(Extent cells, const CellKinds& fine) {
     }
   }
   return kinds;
-}
-
-constexpr Extent half_as_many(Extent sites) {
-  return {sites.width / 2 + 1, sites.height / 2 + 1};
 }
 
 void clear_cell(ElasticLevel& level, int x, int y) {
@@ -241,6 +234,10 @@ CellKinds add_springs(ElasticLevel& image, const InFloat::PoissonRatio& ratio, d
   return kinds;
 }
 
+bool is_coarsest(Extent sites) {
+  return std::max(sites.width, sites.height) - 1 <= most_coarsest_cells;
+}
+
 std::vector<std::uint8_t> in_turn(const Prescribed& prescribed, const RingedGrid& grid) {
   std::vector<std::uint8_t> components;
   for (int y = 0; y < grid.sites.height; ++y) {
@@ -252,60 +249,42 @@ std::vector<std::uint8_t> in_turn(const Prescribed& prescribed, const RingedGrid
   return components;
 }
 
-/// Makes levels, each from the one before.
-class HierarchyMaker {
-public:
-  /// `spring_at` is null where there are no springs.
-  template <typename Spring>
-  HierarchyMaker(const Level& full, double poisson, const Spring* spring_at) {
-    hierarchy_.ratio = InFloat::poisson_ratio(poisson);
-    ElasticLevel& image = hierarchy_.levels.emplace_back(empty_level(full.extent));
-    prescribed_.emplace(full, image.grid);
-    set_image_moments(image, full);
-    const bool has_cells = full.extent.width > 1 && full.extent.height > 1;
-    if (spring_at != nullptr && has_cells) {
-      kinds_ = add_springs(image, hierarchy_.ratio, poisson, *spring_at);
-    }
-    set_response(image, hierarchy_.ratio, &*prescribed_);
+/// `spring_at` is null where there are no springs.
+template <typename Spring>
+ElasticHierarchy hierarchy_of(const Level& full, double poisson, const Spring* spring_at) {
+  ElasticHierarchy hierarchy;
+  hierarchy.ratio = InFloat::poisson_ratio(poisson);
+  ElasticLevel& image = hierarchy.levels.emplace_back(empty_level(full.extent));
+  const Prescribed prescribed(full, image.grid);
+  set_image_moments(image, full);
+  CellKinds kinds; // of the last level
+  if (spring_at != nullptr && full.extent.width > 1 && full.extent.height > 1) {
+    kinds = add_springs(image, hierarchy.ratio, poisson, *spring_at);
   }
-  [[nodiscard]] bool has_coarser() const {
-    return coarser_elastic_sites(hierarchy_.levels.back().grid.sites).has_value();
-  }
-  void add_coarser() {
-    const ElasticLevel& fine = hierarchy_.levels.back();
-    const bool is_image = hierarchy_.levels.size() == 1;
-    ElasticLevel level = empty_level(half_as_many(fine.grid.sites));
+  set_response(image, hierarchy.ratio, &prescribed);
+  while (!is_coarsest(hierarchy.levels.back().grid.sites)) {
+    const ElasticLevel& fine = hierarchy.levels.back();
+    const bool is_image = hierarchy.levels.size() == 1;
+    ElasticLevel level = empty_level({fine.grid.sites.width / 2 + 1, fine.grid.sites.height / 2 + 1});
     const Extent cells = level.grid.cells();
     set_parent_moments(level, fine);
-    CellKinds kinds =
-        is_image ? kinds_below_image(cells, *prescribed_, fine.grid) : kinds_below(cells, kinds_);
-    if (is_image && !kinds_.kind.empty()) {
-      mask_above(kinds, kinds_);
+    CellKinds coarse_kinds =
+        is_image ? kinds_below_image(cells, prescribed, fine.grid) : kinds_below(cells, kinds);
+    if (is_image && !kinds.kind.empty()) {
+      mask_above(coarse_kinds, kinds);
     }
-    const Galerkin galerkin(fine, kinds_, hierarchy_.ratio, is_image ? &*prescribed_ : nullptr);
-    set_masked_cells(level, kinds, [&](int x, int y) { return symmetric(galerkin.parent(x, y)); });
-    set_response(level, hierarchy_.ratio, nullptr);
-    kinds_ = std::move(kinds);
-    hierarchy_.levels.push_back(std::move(level));
+    const Galerkin galerkin(fine, kinds, hierarchy.ratio, is_image ? &prescribed : nullptr);
+    set_masked_cells(level, coarse_kinds, [&](int x, int y) { return symmetric(galerkin.parent(x, y)); });
+    set_response(level, hierarchy.ratio, nullptr);
+    kinds = std::move(coarse_kinds);
+    hierarchy.levels.push_back(std::move(level));
   }
-
-  /// All that are coarser, and the inverse of the last.
-  [[nodiscard]] ElasticHierarchy take_all() {
-    while (has_coarser()) {
-      add_coarser();
-    }
-    const ElasticLevel& coarsest = hierarchy_.levels.back();
-    hierarchy_.coarsest_inverse = coarsest_inverse(
-        coarsest, hierarchy_.ratio,
-        hierarchy_.levels.size() == 1 ? in_turn(*prescribed_, coarsest.grid) : std::vector<std::uint8_t>{});
-    return std::move(hierarchy_);
-  }
-
-private:
-  ElasticHierarchy hierarchy_;
-  std::optional<Prescribed> prescribed_; ///< of the image; made in the constructor
-  CellKinds kinds_;                      ///< of the last level
-};
+  const ElasticLevel& coarsest = hierarchy.levels.back();
+  hierarchy.coarsest_inverse = coarsest_inverse(
+      coarsest, hierarchy.ratio,
+      hierarchy.levels.size() == 1 ? in_turn(prescribed, coarsest.grid) : std::vector<std::uint8_t>{});
+  return hierarchy;
+}
 
 /// The springs that confidences below 1 make.
 auto springs_of(const Level& full) {
@@ -332,15 +311,10 @@ Prescribed::Prescribed(const Level& full, const RingedGrid& grid) {
   }
 }
 
-std::optional<Extent> coarser_elastic_sites(Extent sites) {
-  const bool is_coarsest = std::max(sites.width, sites.height) - 1 <= most_coarsest_cells;
-  return is_coarsest ? std::nullopt : std::optional(half_as_many(sites));
-}
-
 ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson, Springs springs) {
   const auto spring_at = springs_of(full);
   const bool pulls = springs == Springs::pull && has_springs(full);
-  return HierarchyMaker(full, poisson, pulls ? &spring_at : nullptr).take_all();
+  return hierarchy_of(full, poisson, pulls ? &spring_at : nullptr);
 }
 
 ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson, const SiteSprings& springs) {
@@ -348,7 +322,7 @@ ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson, const
     return SpringAt{static_cast<double>(springs.xx.values[at]), static_cast<double>(springs.xy.values[at]),
                     static_cast<double>(springs.yy.values[at])};
   };
-  return HierarchyMaker(full, poisson, &spring_at).take_all();
+  return hierarchy_of(full, poisson, &spring_at);
 }
 
 ElasticLevel empty_level(Extent sites) {

@@ -7,7 +7,6 @@
 
 #include <array>
 #include <cstddef>
-#include <optional>
 #include <vector>
 
 namespace hdmbench {
@@ -76,9 +75,6 @@ inline constexpr double elastic_relaxation = 0.6;
 
 /// No more cells a side on the coarsest level, which is solved by a matrix.
 inline constexpr int most_coarsest_cells = 6;
-
-/// Of the next level; none after the coarsest.
-[[nodiscard]] std::optional<Extent> coarser_elastic_sites(Extent sites);
 
 /// The components with confidence 1 are prescribed. The level is assumed to be valid; poisson in (-1, 0.5].
 /// The same bits whatever the number of threads.

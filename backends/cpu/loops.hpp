@@ -2,9 +2,17 @@
 
 #include <cstddef>
 
-/// Rows of the elastic energy, compiled once per instruction set (elastic_rows.cpp). Plain pointers only, for
-/// the reason that row.hpp gives. Arrays do not overlap unless said so.
+/// Loops that are compiled once per instruction set, but not per energy (ceiling_loops.cpp,
+/// elastic_rows.cpp). Plain pointers only, for the reason that row.hpp gives. Arrays do not overlap unless
+/// said so.
 namespace hdmbench::openmp {
+
+/// What a processor can do: value = value * factor + term, `rounds` times for each of `chain_sites` values
+/// side by side.
+using MultiplyAdd = void (*)(float* values, float factor, float term, int rounds);
+
+/// How many values a call takes: more than any processor needs to keep all its units busy.
+inline constexpr int chain_sites = 24 * 16;
 
 /// Both components of a row of sites.
 struct ElasticRow {
@@ -39,6 +47,7 @@ struct CellRow {
   float* tension[5] = {}; ///< written: top, bottom, left, right, shear
 };
 
+/// Rows of the elastic energy.
 struct ElasticRows {
   void (*tensions)(const CellRow& row);
   /// From the tensions of a row of cells: its forces on the sites above and on those below.
@@ -53,9 +62,8 @@ struct ElasticRows {
                 ElasticRow to);
   /// In place: 0 where a component may not move.
   void (*keep_free)(int sites, const Response& response, ElasticRow values);
-  /// From fine sites -1 ... 2 * sites - 1 of a row.
-  void (*restrict_along)(int sites, const float* fine, float* to);
-  void (*restrict_across)(int sites, const float* before, const float* at, const float* after, float* to);
+  /// From sites -1 ... 2 * sites - 1 of three fine rows.
+  void (*restrict_rows)(int sites, const float* before, const float* at, const float* after, float* to);
   /// In place; `straight` is null where every component may move. The fine row is `first` where that is
   /// `second`, else between the two.
   void (*correct)(int fine_sites, const float* first, const float* second, const float* straight,
@@ -66,18 +74,19 @@ struct ElasticRows {
                           float* to);
   /// Sums of 2 x 2 numbers; both rows have 2 * squares of them. `to` may be `above`.
   void (*square_sums)(int squares, const float* above, const float* below, float* to);
-  /// sums += column * load.
-  void (*add_column)(int rows, const float* column, float load, float* sums);
 };
 
 namespace baseline {
+void multiply_add(float* values, float factor, float term, int rounds);
 extern const ElasticRows elastic_rows;
-}
+} // namespace baseline
 namespace avx2 {
+void multiply_add(float* values, float factor, float term, int rounds);
 extern const ElasticRows elastic_rows;
-}
+} // namespace avx2
 namespace avx512 {
+void multiply_add(float* values, float factor, float term, int rounds);
 extern const ElasticRows elastic_rows;
-}
+} // namespace avx512
 
 } // namespace hdmbench::openmp
