@@ -1,8 +1,10 @@
+#include "harness/scene/scene.hpp"
 #include "harness/scene/sites.hpp"
 #include "test/files.hpp"
 
 #include <algorithm>
 #include <cstddef>
+#include <optional>
 #include <utility>
 
 namespace hdmbench {
@@ -79,6 +81,16 @@ TEST_F(ImageFiles, BrainIsOnePartWithoutHoles) {
   expect_refusal([&] { (void)read_brain(vectors, 0, 3, 0.0, {2, 2}); }, "2 components");
 }
 
+TEST_F(ImageFiles, WithoutASliceItIsTheOneThatShowsMostOfTheBrain) {
+  const auto file = write_nrrd("most.nrrd", "float", "3 3 3",
+                               "0 0 0 0 5 0 0 0 0 "
+                               "0 0 0 5 9 5 5 9 5 "
+                               "5 9 0 0 0 0 0 0 0");
+  const BrainSlice found = read_brain(file, std::nullopt, 2, 0.0, {6, 6});
+  EXPECT_EQ(found.picture.values, read_brain(file, 1, 2, 0.0, {6, 6}).picture.values);
+  EXPECT_NE(found.picture.values, read_brain(file, 2, 2, 0.0, {6, 6}).picture.values);
+}
+
 /// Colin27 without skull, of the Debian package mricron-data.
 class Colin : public ImageFiles {
 protected:
@@ -128,6 +140,22 @@ TEST_F(Colin, FillsTheGridWithClassesOfRisingBrightness) {
       EXPECT_NEAR(free, margin_ * std::min(size.width, size.height), 2);
     }
   }
+}
+
+TEST_F(Colin, IsTheShippedSceneWithItsSliceClassesAndMargin) {
+  const Extent size{100, 80};
+  const Scene scene = load_scene("brain", {.size = size});
+  const BrainSlice expected = read_brain(file_, 76, 4, 0.15, size);
+  EXPECT_EQ(scene.labels.values, expected.tissue.values);
+  EXPECT_EQ(scene.spacing, expected.spacing);
+  EXPECT_EQ(scene.full.confidence.x.front(), 1.0F);
+  EXPECT_EQ(scene.full.confidence.x[size.index(50, 40)], 0.0F);
+  const auto other =
+      write("other.toml", fmt::format("size = [100, 80]\n[brain]\nfile = \"{}\"\nslice = 90\nclasses = 1\n"
+                                      "margin = 0.3\n[[tissue]]\nlabel = 0\nmodulus = 1.0\n"
+                                      "[[tissue]]\nlabel = 1\nmodulus = 2.0\n",
+                                      file_.string()));
+  EXPECT_EQ(load_scene(other.string()).labels.values, read_brain(file_, 90, 1, 0.3, size).tissue.values);
 }
 
 TEST_F(Colin, FitsEverySize) {

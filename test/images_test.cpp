@@ -328,19 +328,6 @@ TEST_F(ImageScene, SizeResamplesAndSpacingIsThatOfTheFilesPixels) {
   EXPECT_EQ(halved.placement.origin, (Placement::Vector{-0.5, -0.5, 0.0}));
 }
 
-TEST_F(ImageScene, TheBrainIsAScene) {
-  try {
-    const Scene scene = load_scene("brain", {.size = Extent{100, 100}});
-    EXPECT_EQ(scene.extent(), (Extent{100, 100}));
-    EXPECT_EQ(scene.full.confidence.x.front(), 1.0F);
-    EXPECT_EQ(scene.full.confidence.x[scene.extent().index(50, 50)], 0.0F);
-    EXPECT_GT(std::ranges::count(scene.full.modulus.values, 40.0F), 0);
-    EXPECT_GT(scene.spacing, 0.5);
-  } catch (const MissingFile& error) {
-    GTEST_SKIP() << error.what();
-  }
-}
-
 /// Slices of a real person, in the folder that HDMBENCH_TEST_DATA names.
 TEST_F(ImageFiles, RealSlicesAreRead) {
   const char* const data = std::getenv("HDMBENCH_TEST_DATA");

@@ -96,6 +96,18 @@ TEST_F(Page, VerdictsAreTheWorstThatWasFound) {
   EXPECT_THAT(verdict().sentence, HasSubstr("there are no results of hdmbench verify"));
 }
 
+TEST_F(Page, ANewerRowReplacesAnOlderOne) {
+  const json agrees = json::array({verify_row("openmp")});
+  const json disagrees = json::array({verify_row("openmp", {{"verdict", "disagree"}})});
+  const json older = {{"date", "2026-11-22T00:00:00Z"}};
+  write("a.json", "verify", agrees);
+  write("b.json", "verify", disagrees, older);
+  EXPECT_EQ(verdict().state, report::State::good);
+  write("a.json", "verify", disagrees);
+  write("b.json", "verify", agrees, older);
+  EXPECT_EQ(verdict().state, report::State::bad);
+}
+
 TEST_F(Page, RefusesWhatIsNoResultFile) {
   const Path target = page();
   const auto refused = [&](const std::string& text, const std::string& says) {

@@ -29,7 +29,7 @@ dx = -5.0
 TEST(ShippedScenes, AllButTheBrainLoadAtAnySize) {
   for (const std::string& name : shipped_scenes()) {
     if (name == "brain") {
-      continue; // images_test and command_line_test
+      continue; // brain_image_test
     }
     for (const Extent extent : {Extent{300, 300}, Extent{64, 64}, Extent{97, 61}}) {
       const Scene scene = load_scene(name, {.size = extent});
