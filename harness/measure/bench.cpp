@@ -6,7 +6,6 @@
 #include "harness/measure/memory_use.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
-#include "harness/scene/row_fields.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/stopwatch.hpp"
 
@@ -17,6 +16,8 @@
 #include <utility>
 
 namespace hdmbench {
+
+using nlohmann::json;
 
 namespace {
 
@@ -37,9 +38,30 @@ void warm_up(Scene& scene, Solver& solver) {
   scene.schedule = schedule;
 }
 
-std::string run_name(const BenchRun& run) {
-  return fmt::format("{}{}{}", run.backend->name(), run.session.work == Work::active ? ", active" : "",
-                     run.session.threads > 0 ? fmt::format(", {} threads", run.session.threads) : "");
+/// One way to run a backend.
+struct BenchRun {
+  const Backend* backend;
+  SessionOptions session; ///< work and threads as they are meant
+
+  [[nodiscard]] std::string name() const {
+    return fmt::format("{}{}{}", backend->name(), session.work == Work::active ? ", active" : "",
+                       session.threads > 0 ? fmt::format(", {} threads", session.threads) : "");
+  }
+};
+
+constexpr double giga = 1e-9; ///< 10^9 of a unit in one
+
+json in_giga(std::vector<double> rates) {
+  std::ranges::for_each(rates, [](double& rate) { rate *= giga; });
+  return rates;
+}
+
+/// median() of one part over the samples: &Timings::total, &Timings::compute.
+template <typename Part>
+double median_seconds(const std::vector<Timings>& samples, Part part) {
+  std::vector<double> values;
+  std::ranges::transform(samples, std::back_inserter(values), part);
+  return median(std::move(values));
 }
 
 /// Times runs on one scene, one after the other.
@@ -48,123 +70,179 @@ public:
   Bench(Scene& scene, const BenchOptions& options, Progress& progress)
       : scene_(scene), options_(options), progress_(progress), levels_(level_work(scene)) {}
 
-  [[nodiscard]] std::vector<BenchResult> take_results() { return std::move(results_); }
+  [[nodiscard]] json take_rows() { return std::move(rows_); }
 
   void add(const BenchRun& run) {
-    BenchResult& result = results_.emplace_back();
-    result.backend = run.backend->name();
-    result.work = run.session.work;
-    result.threads = run.backend->threads(run.session);
-    result.reason = why_not_solved(scene_, *run.backend);
-    if (!result.reason.empty()) {
+    const bool is_dense = run.session.work == Work::dense;
+    const int threads = run.backend->threads(run.session);
+    rows_.push_back({{"scene", scene_.name},
+                     {"width", scene_.extent().width},
+                     {"height", scene_.extent().height},
+                     {"backend", run.backend->name()},
+                     {"device", ""},
+                     {"driver", ""},
+                     {"method", method_name(scene_) + (is_dense ? "" : "-active")},
+                     {"work", work_names.at(static_cast<std::size_t>(run.session.work))},
+                     {"threads", threads > 0 ? json(threads) : json()},
+                     {"effort", scene_.schedule.iterations},
+                     {"seconds", json::array()},
+                     {"valid", false},
+                     {"reason", why_not_solved(scene_, *run.backend)}});
+    json& row = rows_.back();
+    for (const char* const key :
+         {"iterations", "fine_sweep_equivalents", "seconds_median", "msites_per_second", "setup_seconds",
+          "projection_seconds", "upload_seconds", "compute_seconds", "readback_seconds"}) {
+      row[key] = 0;
+    }
+    for (const char* const key :
+         {"reference", "speed_up_over_scalar", "speed_up_over_dense", "peak_memory_bytes", "bytes_per_site",
+          "bytes_per_site_update", "operations_per_site_update", "gigabytes_per_second",
+          "gigaoperations_per_second", "percent_of_ceiling", "binding", "ceiling"}) {
+      row[key] = nullptr;
+    }
+    if (row["reason"] != "") {
       return;
     }
-    VectorField found;
     try {
-      result.device = run.backend->device(run.session);
-      look_up_ceilings(run, result);
-      found = measure(run, result);
+      const Device device = run.backend->device(run.session);
+      row.update({{"device", device.name}, {"driver", device.driver}});
+      const std::optional<Ceilings> ceilings = is_dense ? ceilings_of(run) : std::nullopt;
+      VectorField found = measure(run, row);
+      if (is_dense) {
+        add_cost(run, device, ceilings, row);
+      }
+      check(std::move(found), row);
     } catch (const DeviceError& error) {
-      result.samples.clear();
-      result.reason = error.what();
+      row["reason"] = error.what();
       return;
     }
-    find_share(run, result);
-    check(std::move(found), result);
-    if (result.work == Work::active) {
-      compare_with_dense(result);
+    if (!is_dense) {
+      compare_with_dense(row);
     }
   }
 
 private:
-  void look_up_ceilings(const BenchRun& run, BenchResult& result) {
-    result.no_ceilings = "they were not asked for";
-    if (run.session.work == Work::dense && options_.ceilings != nullptr) {
-      progress_.describe(fmt::format("what {} can do at most", run_name(run)));
-      const MeasuredCeilings::Entry& entry = options_.ceilings->of(*run.backend, run.session);
-      result.ceilings = entry.ceilings;
-      result.no_ceilings = entry.reason;
+  /// Measured when they are asked for first; none where nobody wants them or they cannot be measured.
+  std::optional<Ceilings> ceilings_of(const BenchRun& run) {
+    if (options_.ceilings == nullptr) {
+      return std::nullopt;
     }
+    const auto [found, is_new] = options_.ceilings->try_emplace(
+        {std::string(run.backend->name()), run.backend->threads(run.session)}, std::nullopt);
+    if (is_new) {
+      progress_.describe(fmt::format("what {} can do at most", run.name()));
+      try {
+        found->second = run.backend->ceilings(run.session);
+      } catch (const DeviceError&) { // then there are none
+      }
+    }
+    return found->second;
   }
 
   /// Returns the displacement.
-  VectorField measure(const BenchRun& run, BenchResult& result) {
+  VectorField measure(const BenchRun& run, json& row) {
     const PeakMemory memory;
+    const auto sites = static_cast<double>(scene_.extent().sites());
     Solver solver(*run.backend, run.session);
+    double setup = 0.0;
     {
-      const Stopwatch watch(result.setup_seconds);
+      const Stopwatch watch(setup);
       warm_up(scene_, solver);
     }
-    VectorField displacement;
+    Solution solution;
+    std::vector<Timings> samples;
     for (int i = 0; i < options_.repeats; ++i) {
       progress_.describe(fmt::format("bench {} {} x {} on {}, sample {} of {}", scene_.name,
-                                     scene_.extent().width, scene_.extent().height, run_name(run), i + 1,
+                                     scene_.extent().width, scene_.extent().height, run.name(), i + 1,
                                      options_.repeats));
-      displacement = VectorField(); // before the next one needs the room
-      Solution solution = solver.solve(scene_, progress_);
-      displacement = std::move(solution.displacement);
-      result.samples.push_back(solution.timings);
-      result.iterations = total_iterations(solution.levels);
-      result.site_updates = total_site_updates(solution.levels);
+      solution = Solution(); // before the next one needs the room
+      solution = solver.solve(scene_, progress_);
+      samples.push_back(solution.timings);
     }
-    result.peak_memory_bytes = memory.bytes();
-    if (result.peak_memory_bytes) {
+    for (const Timings& sample : samples) {
+      row["seconds"].push_back(sample.total());
+    }
+    const double updates = total_site_updates(solution.levels);
+    const double compute = median_seconds(samples, &Timings::compute);
+    row.update({{"iterations", total_iterations(solution.levels)},
+                {"fine_sweep_equivalents", updates / sites},
+                {"seconds_median", median_seconds(samples, &Timings::total)},
+                {"msites_per_second", compute > 0.0 ? updates / compute * 1e-6 : 0.0},
+                {"setup_seconds", setup},
+                {"projection_seconds", median_seconds(samples, &Timings::projection)},
+                {"upload_seconds", median_seconds(samples, &Timings::upload)},
+                {"compute_seconds", compute},
+                {"readback_seconds", median_seconds(samples, &Timings::readback)}});
+    if (const std::optional<std::size_t> peak = memory.bytes()) {
       const std::size_t others =
           options_.resident_before_scene + (expected_.x.size() + expected_.y.size()) * sizeof(float);
-      result.bytes_per_site = (static_cast<double>(*result.peak_memory_bytes) - static_cast<double>(others)) /
-                              static_cast<double>(scene_.extent().sites());
+      row["peak_memory_bytes"] = *peak;
+      row["bytes_per_site"] = (static_cast<double>(*peak) - static_cast<double>(others)) / sites;
     }
-    return displacement;
+    return std::move(solution.displacement);
   }
 
-  void find_share(const BenchRun& run, BenchResult& result) const {
-    if (result.work != Work::dense) {
-      return;
+  /// Of a solution's cost per site update and per second of compute, and what the device can do at most.
+  void add_cost(const BenchRun& run, const Device& device, const std::optional<Ceilings>& most,
+                json& row) const {
+    const double seconds = row["compute_seconds"];
+    const double updates =
+        row["fine_sweep_equivalents"].get<double>() * static_cast<double>(scene_.extent().sites());
+    const auto cost = solution_cost(levels_, *run.backend, device, scene_.full);
+    if (cost && updates > 0.0 && seconds > 0.0) {
+      row.update({{"bytes_per_site_update", cost->bytes / updates},
+                  {"operations_per_site_update", cost->operations / updates},
+                  {"gigabytes_per_second", cost->bytes / seconds * giga},
+                  {"gigaoperations_per_second", cost->operations / seconds * giga}});
     }
-    if (!levels_.empty()) {
-      result.cost = solution_cost(levels_, *run.backend, result.device, scene_.full);
+    if (cost && most) {
+      const CeilingShare share = ceiling_share(*cost, *most, seconds);
+      row.update({{"percent_of_ceiling", share.percent}, {"binding", share.binding}});
     }
-    if (result.cost && result.ceilings) {
-      result.share =
-          ceiling_share(*result.cost, *result.ceilings, median_seconds(result.samples, &Timings::compute));
-    } else if (result.ceilings) {
-      result.no_ceilings = "the cost of this schedule is not declared";
+    if (most) {
+      row["ceiling"] = {{"copy_gigabytes_per_second", median(most->copy_bytes_per_second) * giga},
+                        {"gigaoperations_per_second", median(most->operations_per_second) * giga},
+                        {"copy_samples", in_giga(most->copy_bytes_per_second)},
+                        {"operation_samples", in_giga(most->operations_per_second)}};
     }
   }
 
-  void check(VectorField found, BenchResult& result) {
+  void check(VectorField found, json& row) {
     if (!options_.checked) {
-      result.reason = "not checked against scalar";
+      row.update({{"valid", nullptr}, {"reason", "not checked against scalar"}});
       return;
     }
-    const BenchResult& reference = results_.front();
-    result.reference = reference.backend;
-    if (results_.size() == 1) {
+    const json& reference = rows_.front();
+    const std::string name = reference["backend"];
+    row["reference"] = name;
+    if (rows_.size() == 1) {
       expected_ = std::move(found);
     } else if (expected_.extent != found.extent) {
-      result.reason = fmt::format("{} did not run, so there is nothing to check against", reference.backend);
+      row["reason"] = fmt::format("{} did not run, so there is nothing to check against", name);
       return;
-    } else {
-      const FieldDifference difference = compare(expected_, found);
-      if (difference.sites != 0) {
-        result.reason = fmt::format("{} sites differ from {}, by up to {:.3g} px", difference.sites,
-                                    reference.backend, difference.largest);
-        return;
-      }
+    } else if (const FieldDifference difference = compare(expected_, found); difference.sites != 0) {
+      row["reason"] = fmt::format("{} sites differ from {}, by up to {:.3g} px", difference.sites, name,
+                                  difference.largest);
+      return;
     }
-    result.valid = true;
-    result.speed_up =
-        median_seconds(reference.samples, &Timings::total) / median_seconds(result.samples, &Timings::total);
+    row["valid"] = true;
+    if (name == "scalar") {
+      row["speed_up_over_scalar"] = times_as_long(reference, row);
+    }
   }
 
-  void compare_with_dense(BenchResult& result) const {
-    const auto dense = std::ranges::find_if(results_, [&](const BenchResult& other) {
-      return other.work == Work::dense && other.backend == result.backend &&
-             other.threads == result.threads && !other.samples.empty() && other.valid == result.valid;
+  static double times_as_long(const json& one, const json& other) {
+    return one["seconds_median"].get<double>() / other["seconds_median"].get<double>();
+  }
+
+  void compare_with_dense(json& row) const {
+    const auto dense = std::ranges::find_if(rows_, [&](const json& other) {
+      return other["work"] == "dense" && other["backend"] == row["backend"] &&
+             other["threads"] == row["threads"] && !other["seconds"].empty() &&
+             other["valid"] == row["valid"];
     });
-    if (dense != results_.end() && (result.valid || !options_.checked)) {
-      result.speed_up_over_dense =
-          median_seconds(dense->samples, &Timings::total) / median_seconds(result.samples, &Timings::total);
+    if (dense != rows_.end() && row["valid"] != false) {
+      row["speed_up_over_dense"] = times_as_long(*dense, row);
     }
   }
 
@@ -172,12 +250,11 @@ private:
   const BenchOptions& options_;
   Progress& progress_;
   std::vector<LevelWork> levels_;
-  std::vector<BenchResult> results_;
+  json rows_ = json::array();
   VectorField expected_; ///< the reference's
 };
 
-} // namespace
-
+/// All that `options` ask for on this scene, the reference's dense run first.
 std::vector<BenchRun> bench_runs(const Scene& scene, std::span<const Backend* const> backends,
                                  const BenchOptions& options) {
   const bool may_skip = why_left_out(Mode::active, scene).empty();
@@ -205,13 +282,15 @@ std::vector<BenchRun> bench_runs(const Scene& scene, std::span<const Backend* co
   return runs;
 }
 
-std::vector<BenchResult> bench(Scene& scene, std::span<const Backend* const> backends,
-                               const BenchOptions& options, Progress& progress) {
+} // namespace
+
+json bench(Scene& scene, std::span<const Backend* const> backends, const BenchOptions& options,
+           Progress& progress) {
   Bench run(scene, options, progress);
   for (const BenchRun& one : bench_runs(scene, backends, options)) {
     run.add(one);
   }
-  return run.take_results();
+  return run.take_rows();
 }
 
 std::vector<LevelWork> level_work(const Scene& scene) {
@@ -257,106 +336,7 @@ CeilingShare ceiling_share(const SolutionCost& cost, const Ceilings& ceilings, d
   const double moving = cost.bytes_from_memory / median(ceilings.copy_bytes_per_second);
   const double calculating = cost.operations / median(ceilings.operations_per_second);
   return {.percent = 100.0 * std::max(moving, calculating) / seconds,
-          .binding = moving > calculating ? Binding::memory : Binding::arithmetic};
-}
-
-const MeasuredCeilings::Entry& MeasuredCeilings::of(const Backend& backend, const SessionOptions& options) {
-  const auto [found, is_new] =
-      entries_.try_emplace({std::string(backend.name()), backend.threads(options)}, Entry{});
-  if (is_new) {
-    try {
-      found->second.ceilings = backend.ceilings(options);
-      found->second.reason = found->second.ceilings ? "" : "it has no loops to measure them";
-    } catch (const DeviceError& error) {
-      found->second.reason = error.what();
-    }
-  }
-  return found->second;
-}
-
-namespace {
-
-using nlohmann::json;
-
-constexpr double giga = 1e-9; ///< 10^9 of a unit in one
-
-json in_giga(std::vector<double> rates) {
-  std::ranges::for_each(rates, [](double& rate) { rate *= giga; });
-  return rates;
-}
-
-/// Of a solution's cost per site update and per second of compute, and what the device can do at most.
-void add_cost(const BenchResult& result, json& row) {
-  for (const char* const key : {"bytes_per_site_update", "operations_per_site_update", "gigabytes_per_second",
-                                "gigaoperations_per_second", "percent_of_ceiling", "binding", "ceiling"}) {
-    row[key] = nullptr;
-  }
-  const double seconds = median_seconds(result.samples, &Timings::compute);
-  if (result.cost && result.site_updates > 0.0 && seconds > 0.0) {
-    row["bytes_per_site_update"] = result.cost->bytes / result.site_updates;
-    row["operations_per_site_update"] = result.cost->operations / result.site_updates;
-    row["gigabytes_per_second"] = result.cost->bytes / seconds * giga;
-    row["gigaoperations_per_second"] = result.cost->operations / seconds * giga;
-  }
-  if (result.share) {
-    row["percent_of_ceiling"] = result.share->percent;
-    row["binding"] = binding_names.at(static_cast<std::size_t>(result.share->binding));
-  }
-  if (result.ceilings) {
-    const Ceilings& most = *result.ceilings;
-    row["ceiling"] = {{"copy_gigabytes_per_second", median(most.copy_bytes_per_second) * giga},
-                      {"gigaoperations_per_second", median(most.operations_per_second) * giga},
-                      {"copy_samples", in_giga(most.copy_bytes_per_second)},
-                      {"operation_samples", in_giga(most.operations_per_second)}};
-  }
-}
-
-} // namespace
-
-double msites_per_second(const BenchResult& result) {
-  const double seconds = median_seconds(result.samples, &Timings::compute);
-  return seconds > 0.0 ? result.site_updates / seconds * 1e-6 : 0.0;
-}
-
-std::string bench_method_name(const Scene& scene, const BenchResult& result) {
-  return method_name(scene) + (result.work == Work::active ? "-active" : "");
-}
-
-json bench_row(const Scene& scene, const BenchResult& result) {
-  const auto part = [&](auto which) { return median_seconds(result.samples, which); };
-  const bool was_compared = !result.reference.empty();
-  json row{{"scene", scene.name},
-           {"width", scene.extent().width},
-           {"height", scene.extent().height},
-           {"backend", result.backend},
-           {"device", result.device.name},
-           {"driver", result.device.driver},
-           {"method", bench_method_name(scene, result)},
-           {"work", work_names.at(static_cast<std::size_t>(result.work))},
-           {"threads", result.threads > 0 ? json(result.threads) : json()},
-           {"effort", scene.schedule.iterations},
-           {"iterations", result.iterations},
-           {"fine_sweep_equivalents", result.site_updates / static_cast<double>(scene.extent().sites())},
-           {"seconds", json::array()},
-           {"seconds_median", part(&Timings::total)},
-           {"msites_per_second", msites_per_second(result)},
-           {"setup_seconds", result.setup_seconds},
-           {"projection_seconds", part(&Timings::projection)},
-           {"upload_seconds", part(&Timings::upload)},
-           {"compute_seconds", part(&Timings::compute)},
-           {"readback_seconds", part(&Timings::readback)},
-           {"reference", was_compared ? json(result.reference) : json()},
-           {"speed_up_over_scalar", result.reference == "scalar" ? json(result.speed_up) : json()},
-           {"speed_up_over_dense", result.speed_up_over_dense},
-           {"valid", was_compared || result.samples.empty() ? json(result.valid) : json()},
-           {"reason", result.reason},
-           {"peak_memory_bytes", result.peak_memory_bytes},
-           {"bytes_per_site", result.bytes_per_site}};
-  for (const Timings& sample : result.samples) {
-    row["seconds"].push_back(sample.total());
-  }
-  add_cost(result, row);
-  return row;
+          .binding = moving > calculating ? "memory" : "arithmetic"};
 }
 
 } // namespace hdmbench
