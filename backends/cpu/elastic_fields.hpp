@@ -39,26 +39,24 @@ public:
     return required(static_cast<std::size_t>(level), field);
   }
 
-  /// Values of the sites `part` of the level.
-  void write(int level, ElasticField field, const Rectangle& part, const VectorField& values) {
+  /// Values of the level's extent.
+  void write(int level, ElasticField field, const VectorField& values) {
     const RingedGrid& grid = grids_.at(static_cast<std::size_t>(level));
     RingedField& to = at(level, field);
-    for (int y = 0; y < part.height; ++y) {
-      const std::size_t from = part.extent().index(0, y);
-      const std::size_t first = grid.index(part.left, part.top + y);
-      std::copy_n(values.x.data() + from, part.width, to.x.data() + first);
-      std::copy_n(values.y.data() + from, part.width, to.y.data() + first);
+    for (int y = 0; y < grid.sites.height; ++y) {
+      const std::size_t from = grid.sites.index(0, y);
+      std::copy_n(values.x.data() + from, grid.sites.width, to.x.data() + grid.index(0, y));
+      std::copy_n(values.y.data() + from, grid.sites.width, to.y.data() + grid.index(0, y));
     }
   }
-  void read(int level, ElasticField field, const Rectangle& part, VectorField& values) const {
+  void read(int level, ElasticField field, VectorField& values) const {
     const RingedGrid& grid = grids_.at(static_cast<std::size_t>(level));
     const RingedField& from = at(level, field);
-    values = VectorField(part.extent());
-    for (int y = 0; y < part.height; ++y) {
-      const std::size_t to = part.extent().index(0, y);
-      const std::size_t first = grid.index(part.left, part.top + y);
-      std::copy_n(from.x.data() + first, part.width, values.x.data() + to);
-      std::copy_n(from.y.data() + first, part.width, values.y.data() + to);
+    values = VectorField(grid.sites);
+    for (int y = 0; y < grid.sites.height; ++y) {
+      const std::size_t to = grid.sites.index(0, y);
+      std::copy_n(from.x.data() + grid.index(0, y), grid.sites.width, values.x.data() + to);
+      std::copy_n(from.y.data() + grid.index(0, y), grid.sites.width, values.y.data() + to);
     }
   }
 
@@ -81,16 +79,10 @@ public:
     fields_.load(hierarchy);
   }
   void write(int level, ElasticField field, const VectorField& values) final {
-    write_part(level, field, all_of(grid(level).sites), values);
+    fields_.write(level, field, values);
   }
   void read(int level, ElasticField field, VectorField& values) const final {
-    read_part(level, field, all_of(grid(level).sites), values);
-  }
-  void write_part(int level, ElasticField field, const Rectangle& part, const VectorField& values) final {
-    fields_.write(level, field, part, values);
-  }
-  void read_part(int level, ElasticField field, const Rectangle& part, VectorField& values) const final {
-    fields_.read(level, field, part, values);
+    fields_.read(level, field, values);
   }
 
 protected:

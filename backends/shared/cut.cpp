@@ -114,16 +114,6 @@ std::vector<Transfer> transfers(std::span<const Rectangle> held, std::span<const
   return all;
 }
 
-std::vector<Transfer> halo_transfers(const Cut& cut) {
-  std::vector<Rectangle> owned;
-  std::vector<Rectangle> loaded;
-  for (const Piece& piece : cut.pieces) {
-    owned.push_back(piece.owned);
-    loaded.push_back(piece.loaded);
-  }
-  return transfers(owned, loaded);
-}
-
 void copy(const Rectangle& part, std::span<const float> from, const Rectangle& from_sites,
           std::span<float> to, const Rectangle& to_sites) {
   if (part.width == 0) {

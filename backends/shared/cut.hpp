@@ -62,8 +62,6 @@ struct Transfer {
 /// All between different pieces: piece i holds held[i] and wants wanted[i]. The same order everywhere.
 [[nodiscard]] std::vector<Transfer> transfers(std::span<const Rectangle> held,
                                               std::span<const Rectangle> wanted);
-/// Those of a cut's halos: what is loaded from what is owned.
-[[nodiscard]] std::vector<Transfer> halo_transfers(const Cut& cut);
 
 /// Copies what lies in `part` of the image between arrays that hold the sites `from_sites` and `to_sites` of
 /// it.

@@ -2,21 +2,6 @@
 
 namespace hdmbench {
 
-void ElasticSession::write_part(int level, ElasticField field, const Rectangle& part,
-                                const VectorField& values) {
-  VectorField whole;
-  read(level, field, whole);
-  copy(part, values, part, whole, all_of(whole.extent));
-  write(level, field, whole);
-}
-
-void ElasticSession::read_part(int level, ElasticField field, const Rectangle& part,
-                               VectorField& values) const {
-  VectorField whole;
-  read(level, field, whole);
-  values = part_of(whole, part);
-}
-
 ScalarField ElasticSession::dot_squares(ElasticField first, ElasticField second, int height) const {
   VectorField a;
   VectorField b;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "backends/shared/cut.hpp"
 #include "kernels/data/elastic/hierarchy.hpp"
 #include "kernels/data/field.hpp"
 
@@ -63,12 +62,8 @@ public:
   /// On the image: the sum over all components of first * second, by a tree of 2 x 2 squares (site.inc).
   [[nodiscard]] virtual float dot(ElasticField first, ElasticField second) const = 0;
 
-  // For who has a part of an image here. As long as a session has no better way, whole fields are written and
-  // read.
-  /// Values of the sites `part` of the level.
-  virtual void write_part(int level, ElasticField field, const Rectangle& part, const VectorField& values);
-  virtual void read_part(int level, ElasticField field, const Rectangle& part, VectorField& values) const;
-  /// The level of the tree of dot() whose squares have 2^height sites a side.
+  /// The level of the tree of dot() whose squares have 2^height sites a side: for who has a part of an image
+  /// here. As long as a session has no better way, whole fields are read.
   [[nodiscard]] virtual ScalarField dot_squares(ElasticField first, ElasticField second, int height) const;
 };
 

@@ -92,7 +92,7 @@ private:
         const auto field = static_cast<ElasticField>(i);
         if (has_field(level, field)) {
           reference_.read(level, field, values);
-          fields.write(level, field, all_of(values.extent), values);
+          fields.write(level, field, values);
         }
       }
     }
@@ -125,7 +125,7 @@ private:
   void judge(const ElasticStep& step, const VectorField& before, const VectorField& expected,
              const VectorField& found, Comparison& comparison) const {
     ElasticFields fields = fields_now();
-    fields.write(step.level, step.field, all_of(before.extent), before);
+    fields.write(step.level, step.field, before);
     const Bounded of(*hierarchy_, fields);
     judge_step(comparison, expected, found,
                {.level = step.level, .iteration = static_cast<int>(steps_), .step = std::string(step.name)},

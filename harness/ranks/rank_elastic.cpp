@@ -57,10 +57,8 @@ public:
                            [](const ElasticLevel& level) { return level.grid.sites; });
     share_ = sharing_.elastic(std::move(levels));
     const int cut_levels = share_.cut_levels();
-    ways_.clear();
     valid_.clear();
     for (int level = 0; level < cut_levels; ++level) {
-      ways_.push_back(halo_transfers(share_.share(level).cut));
       valid_.emplace_back().fill(halo(level)); // fields are 0 everywhere
     }
     const auto load_into = [&](std::unique_ptr<ElasticSession>& session, const ElasticHierarchy& sheet) {
@@ -111,11 +109,14 @@ public:
   }
 
   void read(int level, ElasticField field, VectorField& values) const override {
-    const std::vector<Rectangle> held = owned(level);
+    const std::vector<Rectangle> held =
+        share_.is_cut(level) ? share_.share(level).owned : all_on_first(sites(level), ranks_.size());
     VectorField own(held[rank_].extent());
-    compute(level, [&](const ElasticSession& session) {
-      session.read_part(level, field, share_.is_cut(level) ? in_piece(level, held[rank_]) : held[rank_], own);
-    });
+    if (share_.is_cut(level)) {
+      own = owned(level, field);
+    } else {
+      on(coarse_.get(), [&](const ElasticSession& coarse) { coarse.read(level, field, own); });
+    }
     values = redistribute(ranks_, rank_, held, all_on_each(sites(level), ranks_.size()), own);
   }
 
@@ -183,9 +184,16 @@ private:
   }
   [[nodiscard]] int halo(int level) const { return share_.share(level).cut.halo; }
   [[nodiscard]] Extent sites(int level) const { return share_.levels.at(static_cast<std::size_t>(level)); }
-  /// Who has which sites of a level.
-  [[nodiscard]] std::vector<Rectangle> owned(int level) const {
-    return share_.is_cut(level) ? share_.share(level).owned : all_on_first(sites(level), ranks_.size());
+  /// What this rank owns of a cut level, or of the one below.
+  [[nodiscard]] VectorField owned(int level, ElasticField field) const {
+    const Rectangle& sites = share_.share(level).owned[rank_];
+    VectorField own(sites.extent());
+    on(piece_.get(), [&](const ElasticSession& piece) {
+      VectorField loaded;
+      piece.read(level, field, loaded);
+      own = hdmbench::part_of(loaded, in_piece(level, sites));
+    });
+    return own;
   }
   /// Sites of a cut level, or of the one below, as the session of the piece numbers them.
   [[nodiscard]] Rectangle in_piece(int level, Rectangle part) const {
@@ -212,35 +220,16 @@ private:
       return;
     }
     valid(level, field) = halo(level);
-    const std::vector<Transfer>& ways = ways_[static_cast<std::size_t>(level)];
-    std::vector<Parcel> leaving;
-    on(piece_.get(), [&](const ElasticSession& piece) {
-      for (const Transfer& way : ways) {
-        if (way.from == rank_) {
-          VectorField rim;
-          piece.read_part(level, field, in_piece(level, way.sites), rim);
-          leaving.push_back({way, one_after_the_other(rim)});
-        }
-      }
-    });
-    const std::vector<Parcel> arrived = halos_.exchange(ways, std::move(leaving), 2);
-    on(piece_.get(), [&](ElasticSession& piece) {
-      for (const Parcel& parcel : arrived) {
-        piece.write_part(level, field, in_piece(level, parcel.way.sites),
-                         field_of(parcel.values, parcel.way.sites.extent()));
-      }
-    });
+    const LevelShare& share = share_.share(level);
+    const VectorField loaded = redistribute(halos_, rank_, share.owned, share.loaded, owned(level, field));
+    on(piece_.get(), [&](ElasticSession& piece) { piece.write(level, field, loaded); });
   }
 
   void send_load() {
     const int level = share_.cut_levels();
     const std::vector<Rectangle>& held = share_.share(level).owned;
-    VectorField own(held[rank_].extent());
-    on(piece_.get(), [&](const ElasticSession& piece) {
-      piece.read_part(level, ElasticField::load, in_piece(level, held[rank_]), own);
-    });
-    const VectorField whole =
-        redistribute(halos_, rank_, held, all_on_first(sites(level), ranks_.size()), own);
+    const VectorField whole = redistribute(halos_, rank_, held, all_on_first(sites(level), ranks_.size()),
+                                           owned(level, ElasticField::load));
     on(coarse_.get(), [&](ElasticSession& coarse) { coarse.write(level, ElasticField::load, whole); });
   }
 
@@ -277,7 +266,6 @@ private:
   ElasticHierarchy piece_sheet_;
   ElasticHierarchy coarse_sheet_;
   std::vector<std::array<int, elastic_fields>> valid_; ///< of cut levels
-  std::vector<std::vector<Transfer>> ways_;            ///< of halos
 };
 
 } // namespace

@@ -146,22 +146,12 @@ std::vector<float> redistribute(Exchange& exchange, std::size_t rank, std::span<
 
 VectorField redistribute(Exchange& exchange, std::size_t rank, std::span<const Rectangle> held,
                          std::span<const Rectangle> wanted, const VectorField& own) {
-  return field_of(redistribute(exchange, rank, held, wanted, one_after_the_other(own), 2),
-                  wanted[rank].extent());
-}
-
-std::vector<float> one_after_the_other(const VectorField& field) {
-  std::vector<float> values = field.x;
-  values.insert(values.end(), field.y.begin(), field.y.end());
-  return values;
-}
-
-VectorField field_of(std::span<const float> values, Extent extent) {
-  VectorField field;
-  field.extent = extent;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(extent.sites());
-  field.x.assign(values.begin(), middle);
-  field.y.assign(middle, values.end());
+  std::vector<float> both = own.x;
+  both.insert(both.end(), own.y.begin(), own.y.end());
+  const std::vector<float> values = redistribute(exchange, rank, held, wanted, both, 2);
+  VectorField field(wanted[rank].extent());
+  std::copy_n(values.begin(), field.x.size(), field.x.begin());
+  std::copy_n(values.end() - static_cast<std::ptrdiff_t>(field.y.size()), field.y.size(), field.y.begin());
   return field;
 }
 

@@ -69,9 +69,4 @@ struct Sharing {
 [[nodiscard]] VectorField redistribute(Exchange& exchange, std::size_t rank, std::span<const Rectangle> held,
                                        std::span<const Rectangle> wanted, const VectorField& own);
 
-/// x of all sites, then y.
-[[nodiscard]] std::vector<float> one_after_the_other(const VectorField& field);
-/// The field that these were.
-[[nodiscard]] VectorField field_of(std::span<const float> values, Extent extent);
-
 } // namespace hdmbench
