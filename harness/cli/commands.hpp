@@ -12,8 +12,8 @@ namespace hdmbench {
 class Ranks;
 }
 
-/// One function per subcommand: declares it and, if the user calls it, runs it. What runs throws InputError
-/// and DeviceError, which main() reports.
+/// One function per subcommand (AddCommand): declares it and, if the user calls it, runs it. What runs throws
+/// InputError and DeviceError, which main() reports.
 namespace hdmbench::commands {
 
 /// The program ends with one of these.
@@ -85,28 +85,10 @@ private:
   CLI::App& command_;
 };
 
-void add_devices(CLI::App& program, Call& call);
-void add_methods(CLI::App& program, Call& call);
-void add_run(CLI::App& program, Call& call);
-void add_register(CLI::App& program, Call& call);
-void add_detect(CLI::App& program, Call& call);
-void add_rivals(CLI::App& program, Call& call);
-void add_verify(CLI::App& program, Call& call);
-void add_implementations(CLI::App& program, Call& call);
-void add_probe(CLI::App& program, Call& call);
-void add_browser(CLI::App& program, Call& call);
-void add_golden(CLI::App& program, Call& call);
-void add_accuracy(CLI::App& program, Call& call);
-void add_continuum(CLI::App& program, Call& call);
-void add_faults(CLI::App& program, Call& call);
-void add_atlas(CLI::App& program, Call& call);
-void add_tradeoff(CLI::App& program, Call& call);
-void add_bench(CLI::App& program, Call& call);
-void add_report(CLI::App& program, Call& call);
-void add_export(CLI::App& program, Call& call);
-void add_fem_to_image(CLI::App& program, Call& call);
-void add_positions_to_displacements(CLI::App& program, Call& call);
-void add_energy_plot(CLI::App& program, Call& call);
-void add_tune(CLI::App& program, Call& call);
+using AddCommand = void(CLI::App& program, Call& call);
+AddCommand add_devices, add_methods, add_run, add_register, add_detect, add_rivals, add_verify,
+    add_implementations, add_probe, add_browser, add_golden, add_accuracy, add_continuum, add_faults,
+    add_atlas, add_tradeoff, add_bench, add_report, add_export, add_fem_to_image,
+    add_positions_to_displacements, add_energy_plot, add_tune;
 
 } // namespace hdmbench::commands

@@ -2,7 +2,7 @@
 
 #include "harness/check/verify.hpp"
 
-#include <array>
+#include <map>
 #include <vector>
 
 namespace hdmbench::commands {
@@ -18,31 +18,36 @@ json verify_rows(const std::filesystem::path& file) {
   return std::move(results.results);
 }
 
-/// The place of a row's tier among tier_names, so that a better one is larger.
-std::ptrdiff_t tier_of(const json& row) {
-  return std::ranges::find(tier_names, row.value("tier", "none")) - tier_names.begin();
+/// A row by what was compared: "24 x 24 square, icm, openmp, free".
+std::map<std::string, json> by_comparison(const json& rows) {
+  std::map<std::string, json> result;
+  for (const json& row : rows) {
+    const auto word = [&](const char* key) { return row.value(key, ""); };
+    const std::string ranks = row.contains("ranks") ? fmt::format(" on {} ranks", row["ranks"].dump()) : "";
+    result.emplace(fmt::format("{} x {} {}, {}, {}{}, {}", row.value("width", 0), row.value("height", 0),
+                               word("scene"), word("method"), word("backend"), ranks, word("mode")),
+                   row);
+  }
+  return result;
 }
 
 /// A line for every comparison of before that reached a tier and now is missing or reaches a lower one.
 std::string losses(const json& before, const json& now) {
-  const auto same = [](const json& a, const json& b) {
-    constexpr std::array keys{"scene", "width", "height", "method", "backend", "mode", "ranks"};
-    return std::ranges::all_of(keys, [&](const char* key) { return value_of(a, key) == value_of(b, key); });
+  const auto tier_of = [](const json& row) { // its place among tier_names: a better one is larger
+    return std::ranges::find(tier_names, row.value("tier", "none")) - tier_names.begin();
   };
+  const std::map<std::string, json> rows = by_comparison(now);
   std::string lines;
-  for (const json& old : before) {
-    const auto found = std::ranges::find_if(now, [&](const json& row) { return same(old, row); });
-    if (tier_of(old) == 0 || (found != now.end() && tier_of(*found) >= tier_of(old))) {
+  for (const auto& [name, old] : by_comparison(before)) {
+    const auto found = rows.find(name);
+    if (tier_of(old) == 0 || (found != rows.end() && tier_of(found->second) >= tier_of(old))) {
       continue;
     }
-    const auto word = [](const json& row, const char* key) { return row.value(key, ""); };
-    const std::string reason = found == now.end() ? "" : word(*found, "reason");
-    lines += fmt::format("  {} x {} {}, {}, {}, {}: was {}, {}\n", old.value("width", 0),
-                         old.value("height", 0), word(old, "scene"), word(old, "method"),
-                         word(old, "backend"), word(old, "mode"), word(old, "tier"),
-                         found == now.end() ? "is missing"
-                                            : fmt::format("is {}{}{}", word(*found, "verdict"),
-                                                          reason.empty() ? "" : ": ", reason));
+    lines += fmt::format("  {}: was {}, is {}\n", name, old.value("tier", ""),
+                         found == rows.end() ? "missing" : found->second.value("verdict", ""));
+    if (found != rows.end() && found->second.value("reason", "") != "") {
+      lines.insert(lines.size() - 1, ": " + found->second.value("reason", ""));
+    }
   }
   return lines;
 }

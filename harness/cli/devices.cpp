@@ -1,0 +1,268 @@
+// The commands that ask what there is and what it does: devices, methods, probe, implementations.
+
+#include "harness/check/probe.hpp"
+#include "harness/cli/gates.hpp"
+#include "harness/measure/implementations.hpp"
+#include "harness/ranks/rank_backend.hpp"
+#include "harness/scene/method.hpp"
+
+#include <fmt/ranges.h>
+
+#include <map>
+
+namespace hdmbench::commands {
+
+namespace {
+
+json updates(const Backend& backend) {
+  json names = json::array();
+  for (std::size_t i = 0; i < update_names.size(); ++i) {
+    if (backend.supports(static_cast<Update>(i))) {
+      names.push_back(update_names[i]);
+    }
+  }
+  return names;
+}
+
+/// What each rank takes of each backend with --device by-rank. Of a backend without one, why.
+int list_devices_of_ranks(const Call& call, Ranks& ranks) {
+  if (!call.json.empty()) {
+    throw InputError("devices --json tells of one process: leave out mpirun");
+  }
+  json own = json::array();
+  for (const auto& backend : make_backends()) {
+    json row{{"rank", ranks.rank()}, {"machine", machine_name()}, {"backend", backend->name()}};
+    try {
+      const SessionOptions options = options_of_rank({.device = "by-rank"}, *backend, ranks);
+      const Device device = backend->device(options);
+      row["device"] = fmt::format("{}, {}", device.name, device.driver);
+      row["threads"] = backend->threads(options);
+    } catch (const DeviceError& error) {
+      row["device"] = fmt::format("not there: {}", error.what());
+    }
+    own.push_back(std::move(row));
+  }
+  fmt::print(
+      "{}  --device by-rank: the ranks of a machine take its devices in turn, and share its processors out\n",
+      table_text(gather_rows(own, ranks), "rank|machine|backend|threads|device:device and driver"));
+  return success;
+}
+
+struct NoArguments {};
+
+int run_devices(NoArguments& /*none*/, Call& call) {
+  if (call.ranks != nullptr) {
+    return list_devices_of_ranks(call, *call.ranks);
+  }
+  json rows = json::array();
+  json present = json::array();
+  std::string absent;
+  for (const auto& backend : make_backends()) {
+    json row{{"backend", backend->name()},
+             {"description", backend->description()},
+             {"updates", updates(*backend)},
+             {"available", true},
+             {"device", ""},
+             {"driver", ""},
+             {"software", false},
+             {"reason", ""}};
+    try {
+      const std::vector<Device> devices = backend->devices();
+      for (std::size_t i = 0; i < devices.size(); ++i) {
+        row.update({{"device", devices[i].name},
+                    {"driver", devices[i].driver},
+                    {"software", devices[i].is_software}});
+        rows.push_back(row);
+        present.push_back(row);
+        present.back()["number"] = i;
+      }
+    } catch (const DeviceError& error) {
+      row.update({{"available", false}, {"reason", error.what()}});
+      rows.push_back(row);
+      absent += fmt::format("  {}: {}\n", backend->name(), error.what());
+    }
+  }
+  fmt::print("{}{}{}", table_text(present, "backend|number:no.|device|driver"),
+             absent.empty() ? "" : "\nNot there:\n", absent);
+  call.write(std::move(rows));
+  return success;
+}
+
+/// "all", or the names of those that can.
+json who_can(const RegisteredEnergy& energy, const Method& method,
+             const std::vector<std::unique_ptr<Backend>>& registry) {
+  Schedule schedule;
+  Level level;
+  method.configure(schedule, level);
+  json names = json::array();
+  for (const auto& backend : registry) {
+    if (energy.is_of_cells() ? backend->has_elastic() : backend->supports(level.update)) {
+      names.push_back(backend->name());
+    }
+  }
+  return names.size() == registry.size() ? json("all") : names;
+}
+
+void list_methods() {
+  const auto registry = make_backends();
+  for (const RegisteredEnergy* const energy : energies()) {
+    json rows = json::array();
+    for (const Method& method : energy->methods) {
+      rows.push_back({{"method", method.name},
+                      {"effort", method.effort},
+                      {"usual", method.usual_effort > 0 ? json(method.usual_effort) : json("the scene's")},
+                      {"takes", option_names(method.options)},
+                      {"backends", who_can(*energy, method, registry)},
+                      {"what_it_does", method.summary}});
+    }
+    fmt::print("--energy {}\n{}\n", energy->name,
+               table_text(rows, "method|effort:--iterations counts|usual|takes|backends|what_it_does"));
+  }
+}
+
+struct ProbeArguments : CommonArguments {
+  Gates gates{};
+};
+
+int run_probe(ProbeArguments& arguments, Call& call) {
+  arguments.gates.prepare(arguments, call);
+  const auto registry = make_backends();
+  std::string expected;
+  json results = json::array();
+  json answers = json::array();
+  Progress progress;
+  for (const Backend* backend : arguments.choose(registry)) {
+    progress.describe(std::string(backend->name()));
+    try {
+      const std::vector<ProbeRow> rows = probe(*backend, arguments.session);
+      for (const ProbeRow& row : rows) {
+        results.push_back(to_json_row(row));
+        answers.push_back(results.back());
+        answers.back()["answer"] = answer_text(row);
+      }
+      expected += fmt::format("  {}: {}\n", backend->name(), expected_tier(rows));
+    } catch (const DeviceError& error) {
+      if (arguments.needs(backend->name())) {
+        throw;
+      }
+      expected += fmt::format("  {}: skipped: {}\n", backend->name(), error.what());
+    }
+  }
+  progress.clear();
+  if (results.empty()) { // scalar is always there: it is the device that is not
+    throw InputError(
+        fmt::format("no backend has a device \"{}\"; hdmbench devices lists them", arguments.session.device));
+  }
+  fmt::print("{}\nExpected of verify\n{}",
+             table_text(answers, "backend|device|program|question|answer|telling:could tell"), expected);
+  call.write(std::move(results));
+  return arguments.gates.judge(success, call);
+}
+
+struct ImplementationArguments {
+  CommonArguments verify;
+  double seconds = 180.0;
+  double gigabytes = 2.0;
+};
+
+/// What was given of the arguments that `verify` has too, for another process: scenes first.
+std::vector<std::string> verify_words(const CLI::App& command, std::vector<std::string> words) {
+  for (const CLI::Option* const option : command.get_options()) {
+    const std::string name = option->get_name();
+    const bool is_own = name == "--json" || name == "--backends" || name.starts_with("--limit");
+    if (option->count() > 0 && !option->get_positional() && !is_own) {
+      words.push_back(name);
+      if (option->get_items_expected_max() > 0) {
+        words.push_back(fmt::format("{}", fmt::join(option->results(), ",")));
+      }
+    }
+  }
+  return words;
+}
+
+int run_implementations(ImplementationArguments& arguments, Call& call) {
+  const auto registry = make_backends();
+  for (const std::string& name : arguments.verify.backends) {
+    (void)find_backend(registry, name);
+  }
+  Progress progress;
+  json rows = verify_implementations(known_implementations(),
+                                     {.program = std::filesystem::read_symlink("/proc/self/exe"),
+                                      .verify = verify_words(*call.command, arguments.verify.scenes),
+                                      .backends = arguments.verify.backends,
+                                      .seconds = arguments.seconds,
+                                      .resident_bytes = static_cast<std::int64_t>(arguments.gigabytes * 1e9)},
+                                     progress);
+  progress.clear();
+  fmt::print("{}",
+             table_text(rows, "backend|implementation|device|outcome|tier|scenes|comparisons|sites_compared|"
+                              "sites_differing:differing|seconds|peak_bytes:bytes"));
+  std::map<std::string, std::ptrdiff_t> count; // by outcome
+  for (const json& row : rows) {
+    ++count[row["outcome"]];
+    const auto word = [&](const char* key) { return row[key].get<std::string>(); };
+    if (row["reason"] != "") {
+      fmt::print("\n  {} on {}: {}\n", word("backend"), word("implementation"), word("reason"));
+      if (row["repeat"] != "") {
+        fmt::print("    repeat: {}\n", word("repeat"));
+      }
+    }
+  }
+  const auto passed = count["passed"];
+  const auto failed = std::ssize(rows) - passed - count["absent"];
+  fmt::print("\n{} pass, {} do not, {} are not there\n", passed, failed, count["absent"]);
+  call.write(std::move(rows), arguments.verify.quick);
+  return failed > 0 || passed == 0 ? disagreement : success;
+}
+
+} // namespace
+
+void add_devices(CLI::App& program, Call& call) {
+  const auto [command, own] = declare(program, call, "devices",
+                                      "List every backend with its devices, or why it is not there.\n"
+                                      "mpirun -n R hdmbench devices: which one each rank takes.",
+                                      run_devices);
+  add_json(command, call, "Write the list to this file");
+}
+
+void add_methods(CLI::App& program, Call& /*call*/) {
+  program
+      .add_subcommand("methods",
+                      "List the ways to solve a scene (--method): what --iterations counts, how many are "
+                      "usual,\nwhich other options each takes, and which backends can")
+      ->callback(list_methods);
+}
+
+void add_probe(CLI::App& program, Call& call) {
+  const auto [command, own] = declare(
+      program, call, "probe",
+      "What does each device's arithmetic do? Are products fused into sums, are sums reordered,\n"
+      "are subnormal numbers, -0, NaN and infinity kept, how are quotients and roots rounded, when does a\n"
+      "loop end? One sweep in the very programs that verify compares, and a small program of its own per\n"
+      "language, on numbers that tell the cases apart. \"could tell\" counts the answers that would have "
+      "been\n"
+      "others.",
+      run_probe);
+  own.add_backends_to(command);
+  own.gates.add_to(command);
+  add_json(command, call, "Write the answers to this file");
+}
+
+void add_implementations(CLI::App& program, Call& call) {
+  const auto [command, own] = declare(
+      program, call, "implementations",
+      "Run verify on every implementation of OpenGL and Vulkan that this machine has, each in a process of\n"
+      "its own: as installed, Mesa's llvmpipe and softpipe, every Vulkan driver with a file, and zink on "
+      "it.\n"
+      "A driver that hangs, crashes or takes too much memory is a row of the table.\n"
+      "Takes the arguments of verify. Exit status 1 if one does not pass.",
+      run_implementations);
+  own.verify.add_to(command, call);
+  remove_options(command, {"--device", "--require"});
+  add_option(command, "--limit-seconds", own.seconds, "That one implementation of one backend may take")
+      ->check(CLI::Range(1.0, 1e6));
+  add_option(command, "--limit-memory", own.gigabytes, "That it may take, in GB")
+      ->check(CLI::Range(0.1, 1e4));
+}
+
+} // namespace hdmbench::commands
