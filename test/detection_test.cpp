@@ -124,7 +124,7 @@ TEST(Detection, FindsAStiffSpotAndNoneWhereThereIsNone) {
   const auto session = test::find("openmp").open_elastic({});
   const auto row = [&](double contrast) {
     return look_for({.radius = 7.0, .contrast = contrast, .amplitude = 8.0, .seed = seed},
-                    {scene, scene, false, *session});
+                    {scene, false, *session});
   };
   const nlohmann::json with = row(4.0);
   const nlohmann::json without = row(1.0);

@@ -9,43 +9,52 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <random>
 #include <set>
 
 namespace hdmbench {
 namespace {
 
-using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::IsEmpty;
 
-TEST(ParetoFront, WhatIsNoNumberIsNeverOnIt) {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  const double infinite = std::numeric_limits<double>::infinity();
-  const std::vector<CostAndError> points{{nan, 0.0},      {0.0, nan}, {-1.0, 0.0},    {0.0, -1.0},
-                                         {0.0, infinite}, {1.0, 1.0}, {infinite, 0.0}};
-  EXPECT_THAT(pareto_front(points), ElementsAre(5U));
+Judged point(const char* method, std::vector<double> seconds, double error, bool rival) {
+  Judged result;
+  result.method = method;
+  result.seconds = std::move(seconds);
+  result.deviations.to_fem_no_poisson = error;
+  result.is_rival = rival;
+  result.poisson_used = rival ? std::optional(0.0) : std::nullopt;
+  return result;
 }
 
-TEST(ParetoFront, RandomPointsAreBeatenOrOnIt) {
+TEST(ParetoFront, WhatIsNoResultIsNeverOnIt) {
+  std::vector<Judged> rows{point("icm", {1.0}, 1.0, false), point("icm", {0.1}, NAN, false),
+                           point("icm", {0.1}, HUGE_VAL, false), point("icm", {}, 0.0, false),
+                           point("icm", {0.1}, 0.0, false)};
+  rows.back().status = JudgedStatus::unverified;
+  mark_front(rows);
+  EXPECT_TRUE(rows.front().is_on_front);
+  EXPECT_EQ(std::ranges::count(rows, true, &Judged::is_on_front), 1);
+}
+
+TEST(ParetoFront, RandomRowsAreBeatenOrOnIt) {
   std::mt19937 engine(11);
-  std::vector<CostAndError> points(300);
-  for (CostAndError& point : points) {
-    point = {static_cast<double>(engine() % 50), static_cast<double>(engine() % 50)};
+  std::vector<Judged> rows;
+  for (int i = 0; i < 300; ++i) {
+    const auto seconds = static_cast<double>(engine() % 50);
+    rows.push_back(point("icm", {seconds}, static_cast<double>(engine() % 50), false));
   }
-  const std::vector<std::size_t> front = pareto_front(points);
-  const auto beats = [](const CostAndError& a, const CostAndError& b) {
-    return a.cost <= b.cost && a.error <= b.error && (a.cost < b.cost || a.error < b.error);
-  };
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const bool on_front = std::ranges::find(front, i) != front.end();
-    const bool beaten =
-        std::ranges::any_of(points, [&](const CostAndError& p) { return beats(p, points[i]); });
-    const bool repeated = std::ranges::any_of(front, [&](std::size_t j) {
-      return j != i && points[j].cost == points[i].cost && points[j].error == points[i].error;
+  mark_front(rows);
+  const auto cost = [](const Judged& row) { return row.seconds.front(); };
+  const auto error = [](const Judged& row) { return row.deviations.to_fem_no_poisson; };
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const bool is_beaten = std::ranges::any_of(rows, [&](const Judged& other) {
+      const bool is_better = cost(other) < cost(rows[i]) || error(other) < error(rows[i]);
+      const bool is_equal = cost(other) == cost(rows[i]) && error(other) == error(rows[i]);
+      return (cost(other) <= cost(rows[i]) && error(other) <= error(rows[i]) && is_better) ||
+             (is_equal && &other < &rows[i]);
     });
-    EXPECT_EQ(on_front, !beaten && !repeated) << i;
+    EXPECT_EQ(rows[i].is_on_front, !is_beaten) << i;
   }
 }
 
@@ -137,16 +146,6 @@ TEST_F(Tradeoff, PlantedFaultsAreKeptWithTheirReason) {
     EXPECT_FALSE(on(tradeoff, spoilt.fault.name)[0].is_on_front) << spoilt.fault.name;
     EXPECT_EQ(to_json(scene_, points[0])["status"], name_of(spoilt.status));
   }
-}
-
-Judged point(const char* method, std::vector<double> seconds, double error, bool rival) {
-  Judged result;
-  result.method = method;
-  result.seconds = std::move(seconds);
-  result.deviations.to_fem_no_poisson = error;
-  result.is_rival = rival;
-  result.poisson_used = rival ? std::optional(0.0) : std::nullopt;
-  return result;
 }
 
 TEST(EqualAccuracy, TakesTheFastestOnBothSides) {

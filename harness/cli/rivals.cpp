@@ -13,19 +13,14 @@ struct Arguments {
   SceneArguments scene;
   std::vector<std::string> kinds{planted_names.begin(), planted_names.end()};
   bool quick = false;
-  int knobs = 0;     ///< cases of each value; 0: registration
   int detection = 0; ///< pairs of cases; 0: registration
   bool pictures = false;
   bool spread = false;
   std::string other; ///< scene; empty: the pair is planted
   fs::path output;
-
-  [[nodiscard]] WantedWays wanted() const {
-    return [all = !quick](std::string_view way) { return all || is_quick(way); };
-  }
 };
 
-/// What one of the four things that rivals does comes to.
+/// What one of the three things that rivals does comes to.
 struct Found {
   const char* command; ///< as result files call it
   json rows;
@@ -51,7 +46,7 @@ Found compare(const Arguments& arguments, const Scene& scene, const Backend& bac
       write_pair(arguments.output / name, scene, plant(scene, options), name);
     }
     const json rows =
-        compare_rivals(arguments.wanted(), scene, scene, options, backend, arguments.scene.session, progress);
+        compare_rivals(scene, options, !arguments.quick, backend, arguments.scene.session, progress);
     progress.clear();
     fmt::print("{}, {} x {}: {} of {:g} px, noise {:g} %, seed {}; RMSD to the truth in pixels\n\n{}\n",
                scene.name, scene.extent().width, scene.extent().height, name, options.amplitude,
@@ -67,7 +62,7 @@ Found compare_people(const Arguments& arguments, const Scene& scene, const Backe
                      Progress& progress) {
   SceneArguments other = arguments.scene;
   other.scene = arguments.other;
-  json rows = hdmbench::compare_people(arguments.wanted(), scene, other.load(), backend,
+  json rows = hdmbench::compare_people(scene, other.load(), !arguments.quick, backend,
                                        arguments.scene.session, progress);
   progress.clear();
   fmt::print("{} to {}, {} x {}: overlap of the labels (Dice)\n\n{}\n", scene.name, arguments.other,
@@ -93,8 +88,8 @@ Found look(const Arguments& arguments, const Scene& scene, const Backend& backen
     write_pair(arguments.output / "inclusion", scene, pictures_of(scene, field, noise, exact.seed),
                fmt::format("an inclusion at x = {:.1f}, y = {:.1f}", field.x, field.y));
   }
-  json rows = look_for_cases(arguments.detection, inclusion_of, {scene, scene, arguments.pictures, *session},
-                             progress);
+  json rows =
+      look_for_cases(arguments.detection, inclusion_of, {scene, arguments.pictures, *session}, progress);
   for (json& row : rows) {
     row["spread"] = arguments.spread;
   }
@@ -115,20 +110,6 @@ Found look(const Arguments& arguments, const Scene& scene, const Backend& backen
   return {"roc", std::move(rows)};
 }
 
-Found turn(const Arguments& arguments, const Scene& scene, const Backend& backend, Progress& progress) {
-  json rows =
-      turn_knobs(scene, arguments.knobs, !arguments.quick, backend, arguments.scene.session, progress);
-  progress.clear();
-  fmt::print(
-      "{}, {} x {}: {} cases of each value; errors in pixels. Algorithms 5 and 6 register a resection, "
-      "7 looks for\ninclusions in a displacement; warned: the picture shows another tissue there\n\n{}",
-      scene.name, scene.extent().width, scene.extent().height, arguments.knobs,
-      table_text(rows, "algorithm|knob|value|tissue|region|conventional:b-splines|believed|outliers|"
-                       "not_converged|folded|area:area under the ROC|found|warned|"
-                       "mistaken:where nothing is|mistaken_warned:warned|distance:position, px"));
-  return {"knobs", std::move(rows)};
-}
-
 int run_rivals(Arguments& arguments, Call& call) {
   if (arguments.detection > 0 && !arguments.pictures) {
     refuse_idle(*call.command, {"--output"}, "only pictures are written; with --detection give --pictures");
@@ -140,12 +121,9 @@ int run_rivals(Arguments& arguments, Call& call) {
     throw InputError(fmt::format("{} has no elastic energy", backend.name()));
   }
   Progress progress;
-  const auto& run = arguments.knobs > 0        ? turn
-                    : !arguments.other.empty() ? compare_people
-                    : arguments.detection > 0  ? look
-                                               : compare;
+  const auto& run = !arguments.other.empty() ? compare_people : arguments.detection > 0 ? look : compare;
   Found found = run(arguments, scene, backend, progress);
-  if (!arguments.quick && arguments.knobs == 0 && arguments.detection == 0 && !is_installed("elastix")) {
+  if (!arguments.quick && arguments.detection == 0 && !is_installed("elastix")) {
     fmt::print("{} was not compared: there is no elastix on PATH (Debian's package elastix)\n", by_elastix);
   }
   call.write(std::move(found.rows), arguments.quick, found.command);
@@ -194,14 +172,6 @@ void add_rivals(CLI::App& program, Call& call) {
   add_flag(command, "--pictures", own.pictures,
            "The displacement is not given: Algorithm 6 finds it in pictures that do not show the inclusion")
       ->needs(detection);
-  add_option(command, "--knobs", own.knobs,
-             "Where Algorithms 5, 6 and 7 break: noise, sizes, contrast, wrong moduli and labels, so many "
-             "cases of each value")
-      ->check(CLI::Range(1, 1000))
-      ->excludes(planted)
-      ->excludes(output)
-      ->excludes(other)
-      ->excludes(detection);
   add_json(command, call);
 }
 

@@ -12,7 +12,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
-#include <tuple>
+#include <utility>
 
 namespace hdmbench {
 
@@ -157,32 +157,21 @@ std::vector<Judged> measure_tradeoff(const Scene& scene, std::span<const Backend
   return std::move(judge.rows());
 }
 
-std::vector<std::size_t> pareto_front(std::span<const CostAndError> points) {
-  const auto is_number = [](double value) { return std::isfinite(value) && value >= 0.0; };
-  std::vector<std::size_t> order;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (is_number(points[i].cost) && is_number(points[i].error)) {
-      order.push_back(i);
-    }
-  }
-  std::ranges::sort(order, {}, [&](std::size_t i) { return std::tuple(points[i].cost, points[i].error, i); });
-  double best = std::numeric_limits<double>::infinity();
-  std::erase_if(order, [&](std::size_t i) {
-    const bool is_beaten = points[i].error >= best;
-    best = std::min(best, points[i].error);
-    return is_beaten;
-  });
-  return order;
-}
-
 void mark_front(std::vector<Judged>& rows) {
-  std::vector<CostAndError> costs;
+  const auto error = [](const Judged* row) { return row->deviations.to_fem_no_poisson; };
+  std::vector<Judged*> order;
   for (Judged& row : rows) {
     row.is_on_front = false;
-    costs.push_back({is_result(row) ? median(row.seconds) : NAN, row.deviations.to_fem_no_poisson});
+    if (is_result(row) && std::isfinite(error(&row))) {
+      order.push_back(&row);
+    }
   }
-  for (const std::size_t i : pareto_front(costs)) {
-    rows[i].is_on_front = true;
+  std::ranges::stable_sort(order, {},
+                           [&](const Judged* row) { return std::pair(median(row->seconds), error(row)); });
+  double best = std::numeric_limits<double>::infinity();
+  for (Judged* const row : order) {
+    row->is_on_front = error(row) < best;
+    best = std::min(best, error(row));
   }
 }
 

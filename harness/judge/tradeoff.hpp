@@ -3,8 +3,6 @@
 #include "harness/judge/judge.hpp"
 #include "harness/scene/method.hpp"
 
-#include <cstddef>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -30,18 +28,9 @@ struct TradeoffOptions {
                                                    std::span<const Backend* const> backends,
                                                    const TradeoffOptions& options, Progress& progress);
 
-/// What a result costs and how wrong it is. Any unit of which less is better.
-struct CostAndError {
-  double cost = 0.0;
-  double error = 0.0;
-};
-
-/// The Pareto front: indices of the points that no other point beats, by rising cost and so by falling error.
-/// A point beats another where it is no worse in both and better in one; of equal points the first stands for
-/// all. What is not finite or negative is no result and neither beats nor stands.
-[[nodiscard]] std::vector<std::size_t> pareto_front(std::span<const CostAndError> points);
-
-/// Sets is_on_front of all rows. Only rows of status ok count.
+/// Sets is_on_front of all rows: whether no other is both as fast, by the median, and as near to finite
+/// elements with Poisson ratio 0, and better in one. Of equal rows the first stands for all. Rows of status
+/// ok count, and of these not what is not finite.
 void mark_front(std::vector<Judged>& rows);
 
 /// What reaches an accuracy soonest, as it stands in a result file: {kind: "equal accuracy", scene, title,

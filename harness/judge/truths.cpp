@@ -1,5 +1,6 @@
 #include "harness/judge/truths.hpp"
 
+#include "harness/judge/diagnosis/measures.hpp"
 #include "harness/scene/sites.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/input_error.hpp"
@@ -17,32 +18,22 @@ namespace hdmbench {
 
 namespace {
 
-/// Marks the sites within 5 pixels of `centre`.
-void mark_disc(std::vector<std::uint8_t>& marked, Extent extent, int centre_x, int centre_y) {
-  constexpr int reach = 5; // pixels
-  for (int y = std::max(0, centre_y - reach); y <= std::min(centre_y + reach, extent.height - 1); ++y) {
-    for (int x = std::max(0, centre_x - reach); x <= std::min(centre_x + reach, extent.width - 1); ++x) {
-      const int dx = x - centre_x;
-      const int dy = y - centre_y;
-      if (dx * dx + dy * dy <= reach * reach) {
-        marked[extent.index(x, y)] = 1;
-      }
-    }
-  }
-}
-
-/// Sites within reach of a pixel that has another modulus to its right or below it.
+/// Sites within 5 pixels, along straight and diagonal steps, of one that has another modulus to its right or
+/// below it.
 std::vector<std::uint8_t> near_interfaces(const Level& level) {
+  constexpr float reach = 5.0F;
   const Extent extent = level.extent;
   const std::vector<float>& modulus = level.modulus.values;
-  std::vector<std::uint8_t> near(extent.sites(), 0);
+  std::vector<float> changes(extent.sites());
   for_each_site(extent, [&](int x, int y) {
-    const float own = modulus[extent.index(x, y)];
-    if ((x + 1 < extent.width && modulus[extent.index(x + 1, y)] != own) ||
-        (y + 1 < extent.height && modulus[extent.index(x, y + 1)] != own)) {
-      mark_disc(near, extent, x, y);
-    }
+    const std::size_t at = extent.index(x, y);
+    const bool to_right = x + 1 < extent.width && modulus[extent.index(x + 1, y)] != modulus[at];
+    const bool below = y + 1 < extent.height && modulus[extent.index(x, y + 1)] != modulus[at];
+    changes[at] = to_right || below ? 1.0F : 0.0F;
   });
+  std::vector<std::uint8_t> near(extent.sites());
+  std::ranges::transform(diagnosis::distance_to_nearest(extent, changes, 1.414F), near.begin(),
+                         [](float distance) { return static_cast<std::uint8_t>(distance <= reach); });
   return near;
 }
 

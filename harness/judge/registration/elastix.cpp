@@ -8,6 +8,7 @@
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/input_error.hpp"
 
+#include <elastix_text.hpp>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,38 +26,6 @@ namespace hdmbench {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::string_view parameters = R"((FixedInternalImagePixelType "float")
-(MovingInternalImagePixelType "float")
-(FixedImageDimension 2)
-(MovingImageDimension 2)
-(UseDirectionCosines "true")
-(Registration "MultiResolutionRegistration")
-(Interpolator "BSplineInterpolator")
-(BSplineInterpolationOrder 1)
-(ResampleInterpolator "FinalBSplineInterpolator")
-(FinalBSplineInterpolationOrder 1)
-(Resampler "DefaultResampler")
-(FixedImagePyramid "FixedSmoothingImagePyramid")
-(MovingImagePyramid "MovingSmoothingImagePyramid")
-(NumberOfResolutions 4)
-(Optimizer "AdaptiveStochasticGradientDescent")
-(AutomaticParameterEstimation "true")
-(MaximumNumberOfIterations 500)
-(Transform "BSplineTransform")
-(HowToCombineTransforms "Compose")
-(FinalGridSpacingInPhysicalUnits 10)
-(Metric "AdvancedMattesMutualInformation")
-(NumberOfHistogramBins 32)
-(ImageSampler "RandomCoordinate")
-(NumberOfSpatialSamples 3000)
-(NewSamplesEveryIteration "true")
-(RandomSeed 1)
-(ErodeMask "false")
-(WriteResultImage "false")
-(ResultImagePixelType "float")
-(ResultImageFormat "mha")
-)";
 
 /// Two axes, which is what elastix takes for a picture; pixels have sides of 1. `type`: MET_FLOAT, MET_UCHAR.
 template <typename Value>
@@ -103,7 +72,7 @@ ElastixRegistration register_with_elastix(const ScalarField& source, const Scala
   const Clock clock;
   write_picture(file("source.mha"), source.extent, "MET_FLOAT", source.values);
   write_picture(file("target.mha"), target.extent, "MET_FLOAT", target.values);
-  write_text(file("parameters.txt"), parameters);
+  write_text(file("parameters.txt"), sources::elastix_text);
   const std::string output = folder.path().string();
   std::vector<std::string> words{"elastix", "-threads",        "1", "-f", file("source.mha"),
                                  "-m",      file("target.mha")};

@@ -136,23 +136,20 @@ RegistrationError error_of(const VectorField& displacement, const PlantedPair& p
   return error;
 }
 
-json compare_rivals(const WantedWays& wanted, const Scene& scene, const Scene& told,
-                    const PlantedOptions& planted, const Backend& backend, const SessionOptions& session,
-                    Progress& progress) {
-  const Scene elastic = with_elastic_energy(told);
+json compare_rivals(const Scene& scene, const PlantedOptions& planted, bool slow, const Backend& backend,
+                    const SessionOptions& session, Progress& progress) {
+  const Scene elastic = with_elastic_energy(scene);
   const auto what = planted_names[static_cast<std::size_t>(planted.kind)];
   const std::string caption = fmt::format("rivals {}: {}", scene.name, what);
   progress.describe(caption);
   const PlantedPair pair = plant(scene, planted);
   const bool looks_different = planted.kind != Planted::pressure;
   std::vector<RegisteredPair> all =
-      register_by(wanted, {pair.source, pair.target, pair.region, looks_different}, elastic, backend, session,
-                  caption, progress);
-  if (wanted(truth_outside)) {
-    RegisteredPair& given = all.emplace_back(
-        given_outside(elastic, pair, looks_different, backend, session, progress), row_of(scene));
-    given.row.update({{"method", truth_outside}, {"knows_region", true}, {"seconds", 0.0}});
-  }
+      register_every_way({pair.source, pair.target, pair.region, looks_different}, elastic, slow, backend,
+                         session, caption, progress);
+  RegisteredPair& given = all.emplace_back(
+      given_outside(elastic, pair, looks_different, backend, session, progress), row_of(scene));
+  given.row.update({{"method", truth_outside}, {"knows_region", true}, {"seconds", 0.0}});
   json rows = json::array();
   for (const RegisteredPair& registered : all) {
     json& row = rows.emplace_back(registered.row);
@@ -187,7 +184,7 @@ std::vector<Overlap> overlaps_of(const LabelField& source, const LabelField& tar
   return overlaps;
 }
 
-json compare_people(const WantedWays& wanted, const Scene& scene, const Scene& other, const Backend& backend,
+json compare_people(const Scene& scene, const Scene& other, bool slow, const Backend& backend,
                     const SessionOptions& session, Progress& progress) {
   for (const Scene* const one : {&scene, &other}) {
     if (one->picture.values.empty() || one->labels.values.empty() || one->extent() != scene.extent()) {
@@ -198,8 +195,8 @@ json compare_people(const WantedWays& wanted, const Scene& scene, const Scene& o
   const ScalarField nowhere(scene.extent());
   json rows = json::array();
   for (const RegisteredPair& registered :
-       register_by(wanted, {scene.picture, other.picture, nowhere, false}, scene, backend, session,
-                   fmt::format("rivals {} to {}", scene.name, other.name), progress)) {
+       register_every_way({scene.picture, other.picture, nowhere, false}, scene, slow, backend, session,
+                          fmt::format("rivals {} to {}", scene.name, other.name), progress)) {
     const std::vector<Overlap> overlaps = overlaps_of(scene.labels, other.labels, registered.displacement);
     if (overlaps.empty()) {
       throw InputError(fmt::format("{} and {} have no label above 0 in common", scene.name, other.name));
@@ -230,7 +227,7 @@ PlantedInclusion any_inclusion(std::uint32_t seed) {
 }
 
 json look_for(const PlantedInclusion& inclusion, const Search& search) {
-  const auto& [scene, told, pictures, session] = search;
+  const auto& [scene, pictures, session] = search;
   PlantedInclusion planted = inclusion;
   planted.noise = pictures ? 0.0 : inclusion.noise;
   const PlantedField field = plant(scene, planted);
@@ -242,12 +239,12 @@ json look_for(const PlantedInclusion& inclusion, const Search& search) {
   double seconds = 0.0;
   if (pictures) {
     const IteratedRegistration registered =
-        register_iteratively(pair.source, pair.target, told, {}, {}, session, silent);
+        register_iteratively(pair.source, pair.target, scene, {}, {}, session, silent);
     seconds = registered.seconds;
-    found = detect_modulus(pair.source, pair.target, registered.displacement, field.region, told, quick,
+    found = detect_modulus(pair.source, pair.target, registered.displacement, field.region, scene, quick,
                            session, silent);
   } else {
-    found = detect_modulus(field.observed, field.region, told, quick, session, silent);
+    found = detect_modulus(field.observed, field.region, scene, quick, session, silent);
   }
   double place_score = 0.0;
   for_each_site(scene.extent(), [&](int x, int y) {
@@ -267,7 +264,7 @@ json look_for(const PlantedInclusion& inclusion, const Search& search) {
               {"place_score", place_score},
               {"distance", std::hypot(found.x - field.x, found.y - field.y)},
               {"found_contrast", found.contrast},
-              {"doubted", doubt_labels(pair.source, told, found).is_serious()},
+              {"doubted", doubt_labels(pair.source, scene, found).is_serious()},
               {"seconds", seconds + found.seconds}});
   return row;
 }
@@ -302,31 +299,21 @@ json detection_figures(const json& cases) {
     }
     return higher / pairs;
   };
-  json figures{{"area", area_by("score")},
-               {"area_by_place", area_by("place_score")},
-               {"found", 0},
-               {"mistaken", 0},
-               {"warned", 0},
-               {"mistaken_warned", 0}};
-  const auto count = [&](const char* what) { figures[what] = figures[what].get<int>() + 1; };
+  const auto found_in = [&](bool hidden) {
+    return std::ranges::count_if(
+        cases, [&](const json& row) { return is_hidden(row) == hidden && row["score"] > row["by_chance"]; });
+  };
   std::vector<double> distances;
   std::vector<double> shares;
-  double seconds = 0.0;
   for (const json& row : cases) {
-    if (row["score"] > row["by_chance"]) {
-      count(is_hidden(row) ? "found" : "mistaken");
-      if (row["doubted"].get<bool>()) {
-        count(is_hidden(row) ? "warned" : "mistaken_warned");
-      }
-    }
     if (is_hidden(row)) {
       distances.push_back(row["distance"]);
       shares.push_back(row["found_contrast"].get<double>() / row["contrast"].get<double>());
     }
-    seconds += row["seconds"].get<double>() / static_cast<double>(cases.size());
   }
-  figures.update({{"distance", median(distances)}, {"found_share", median(shares)}, {"seconds", seconds}});
-  return figures;
+  return {{"area", area_by("score")},      {"area_by_place", area_by("place_score")},
+          {"found", found_in(true)},       {"mistaken", found_in(false)},
+          {"distance", median(distances)}, {"found_share", median(shares)}};
 }
 
 } // namespace hdmbench

@@ -25,11 +25,11 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RegistrationError, tissue, tissue_95, region,
 
 inline constexpr std::string_view truth_outside = "the truth given outside the region";
 
-/// The wanted ways and truth_outside on a planted pair: rows as of register_by, with the RegistrationError
-/// and {planted, amplitude, noise, seed}. `told` is the scene as the registrations know it.
-[[nodiscard]] nlohmann::json compare_rivals(const WantedWays& wanted, const Scene& scene, const Scene& told,
-                                            const PlantedOptions& planted, const Backend& backend,
-                                            const SessionOptions& session, Progress& progress);
+/// Every way and truth_outside on a planted pair: rows as of register_every_way, with the RegistrationError
+/// and {planted, amplitude, noise, seed}.
+[[nodiscard]] nlohmann::json compare_rivals(const Scene& scene, const PlantedOptions& planted, bool slow,
+                                            const Backend& backend, const SessionOptions& session,
+                                            Progress& progress);
 
 /// How much of one label two pictures have in common.
 struct Overlap {
@@ -43,12 +43,12 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Overlap, label, dice)
 [[nodiscard]] std::vector<Overlap> overlaps_of(const LabelField& source, const LabelField& target,
                                                const VectorField& displacement);
 
-/// The wanted ways from the picture of `scene` to that of `other`, another person. Nobody knows the true
+/// Every way from the picture of `scene` to that of `other`, another person. Nobody knows the true
 /// displacement; what can be said is whether one label, which must be the same tissue in both, lies on the
-/// same label: rows as of register_by with {other, dice, overlaps, correlation, folds}, where dice is the
-/// mean over the overlaps and the correlation that of the pictures afterwards. Throws InputError where they
-/// have not the same size, or one has no picture or labels.
-[[nodiscard]] nlohmann::json compare_people(const WantedWays& wanted, const Scene& scene, const Scene& other,
+/// same label: rows as of register_every_way with {other, dice, overlaps, correlation, folds}, where dice is
+/// the mean over the overlaps and the correlation that of the pictures afterwards. Throws InputError where
+/// they have not the same size, or one has no picture or labels.
+[[nodiscard]] nlohmann::json compare_people(const Scene& scene, const Scene& other, bool slow,
                                             const Backend& backend, const SessionOptions& session,
                                             Progress& progress);
 
@@ -58,7 +58,6 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Overlap, label, dice)
 /// How a planted inclusion is looked for.
 struct Search {
   const Scene& scene;
-  const Scene& told; ///< the scene as the search knows it
   bool pictures =
       false; ///< the displacement is not given but found by Algorithm 6, in pictures with the noise
   ElasticSession& session;
@@ -79,18 +78,8 @@ look_for_cases(std::int64_t cases, const std::function<PlantedInclusion(std::uin
 
 /// What such cases come to: {area, area_by_place: under the receiver operating characteristic by score and by
 /// place_score, the probability that a case with an inclusion scores higher than one without; found,
-/// mistaken: cases with and without one in which more than chance was found; warned, mistaken_warned: of
-/// these the doubted ones; distance, found_share: medians of the error of the position, pixels, and of the
-/// contrast found over the true one; seconds: mean}.
+/// mistaken: cases with and without one in which more than chance was found; distance, found_share: medians
+/// of the error of the position, pixels, and of the contrast found over the true one}.
 [[nodiscard]] nlohmann::json detection_figures(const nlohmann::json& cases);
-
-/// Turns noise, size, contrast and what is told of Poisson's ratio, of moduli and of labels, all others as
-/// usual: a row {scene, width, height, algorithm, knob, value, cases} for each value and algorithm, with
-/// means over the cases. Algorithms 5 and 6 register a resection: {tissue, region: errors in pixels; folded:
-/// cases with folds; seconds}, of 5 also {believed, conventional: the error in the region of the registration
-/// before it}, of 6 {outliers, not_converged: cases}. Algorithm 7 looks for inclusions: detection_figures.
-/// Without `slow` Algorithm 5 is left out.
-[[nodiscard]] nlohmann::json turn_knobs(const Scene& scene, int cases, bool slow, const Backend& backend,
-                                        const SessionOptions& session, Progress& progress);
 
 } // namespace hdmbench

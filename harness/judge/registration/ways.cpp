@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <map>
 
 namespace hdmbench {
@@ -19,22 +20,14 @@ using nlohmann::json;
 struct Found {
   VectorField displacement{};
   double seconds = 0.0;
-  json more = json::object(); ///< what the row says beside that
 };
 
 struct Way {
   std::string_view name;
+  bool is_there;
   bool is_told; ///< where the region of interest is
   std::function<Found()> go;
 };
-
-double mean_over_tissue(const VectorField& confidence, const LabelField& labels) {
-  double sum = 0.0;
-  for (std::size_t site = 0; site < labels.values.size(); ++site) {
-    sum += labels.values[site] > 0 ? 0.5 * static_cast<double>(confidence.x[site] + confidence.y[site]) : 0.0;
-  }
-  return sum / static_cast<double>(std::ranges::count_if(labels.values, [](int label) { return label > 0; }));
-}
 
 } // namespace
 
@@ -47,14 +40,9 @@ Scene with_elastic_energy(Scene scene) {
   return scene;
 }
 
-bool is_quick(std::string_view method) {
-  return method != by_b_splines && method != algorithm_5 && method != by_elastix;
-}
-
-std::vector<RegisteredPair> register_by(const WantedWays& wanted, const PairToRegister& pair,
-                                        const Scene& scene, const Backend& backend,
-                                        const SessionOptions& session, const std::string& caption,
-                                        Progress& progress) {
+std::vector<RegisteredPair> register_every_way(const PairToRegister& pair, const Scene& scene, bool slow,
+                                               const Backend& backend, const SessionOptions& session,
+                                               const std::string& caption, Progress& progress) {
   const Scene elastic = with_elastic_energy(scene);
   const auto elastic_session = backend.open_elastic(session);
   const bool told = pair.looks_different;
@@ -71,48 +59,40 @@ std::vector<RegisteredPair> register_by(const WantedWays& wanted, const PairToRe
   const auto iterate = [&](const ScalarField& not_seen, const IteratedOptions& options) {
     IteratedRegistration result =
         register_iteratively(pair.source, pair.target, elastic, not_seen, options, *elastic_session, silent);
-    return Found{std::move(result.displacement),
-                 result.seconds,
-                 {{"outliers", result.iterations.back().outliers}, {"converged", result.converged}}};
+    return Found{std::move(result.displacement), result.seconds};
   };
   const auto physically = [&](const Found& before) {
     VectorField confidence;
     Solution solution = make_physical(pair.source, pair.target, before.displacement, pair.region, elastic,
                                       backend, session, confidence, silent);
-    return Found{std::move(solution.displacement),
-                 before.seconds + solution.timings.total(),
-                 {{"believed", mean_over_tissue(confidence, scene.labels)}}};
+    return Found{std::move(solution.displacement), before.seconds + solution.timings.total()};
+  };
+  const auto by_elastix_itself = [&] {
+    ElastixRegistration result = register_with_elastix(pair.source, pair.target, unseen);
+    return Found{std::move(result.displacement), result.seconds};
   };
   const IteratedOptions smooth{.iterations = 60, .stiffness = 0.3, .gaussian = 2.0, .smallest_step = 0.01};
-  const std::vector<Way> ways{{not_registered, false, [&] { return Found{VectorField(scene.extent())}; }},
-                              {by_b_splines, told, conventionally(Conventional::b_splines)},
-                              {algorithm_5, true, [&] { return physically(found.at(by_b_splines)); }},
-                              {"ITK demons", false, conventionally(Conventional::demons)},
-                              {by_elastix, told,
-                               [&] {
-                                 ElastixRegistration result =
-                                     register_with_elastix(pair.source, pair.target, unseen);
-                                 return Found{std::move(result.displacement), result.seconds};
-                               }},
-                              {algorithm_6, told, [&] { return iterate(unseen, {}); }},
-                              {gaussian_6, told, [&] { return iterate(unseen, smooth); }},
-                              {algorithm_5_after_6, true, [&] {
-                                 return physically(told ? found.at(algorithm_6) : iterate(pair.region, {}));
-                               }}};
   const bool has_region = std::ranges::any_of(pair.region.values, [](float value) { return value != 0.0F; });
+  const std::vector<Way> ways{
+      {not_registered, true, false, [&] { return Found{VectorField(scene.extent())}; }},
+      {by_b_splines, slow, told, conventionally(Conventional::b_splines)},
+      {algorithm_5, slow, true, [&] { return physically(found.at(by_b_splines)); }},
+      {"ITK demons", true, false, conventionally(Conventional::demons)},
+      {by_elastix, slow && is_installed("elastix"), told, by_elastix_itself},
+      {algorithm_6, true, told, [&] { return iterate(unseen, {}); }},
+      {gaussian_6, true, told, [&] { return iterate(unseen, smooth); }},
+      {algorithm_5_after_6, has_region, true,
+       [&] { return physically(told ? found.at(algorithm_6) : iterate(pair.region, {})); }}};
   std::vector<RegisteredPair> all;
   for (const Way& way : ways) {
-    if (!wanted(way.name) || (way.name == by_elastix && !is_installed("elastix")) ||
-        (way.name == algorithm_5_after_6 && !has_region)) {
-      continue;
+    if (way.is_there) {
+      progress.describe(fmt::format("{}, {}", caption, way.name));
+      const Found& result = found.emplace(way.name, way.go()).first->second;
+      json row = row_of(scene);
+      row.update({{"method", way.name}, {"knows_region", way.is_told}, {"seconds", result.seconds}});
+      all.push_back({result.displacement, std::move(row)});
+      progress.advance(1.0);
     }
-    progress.describe(fmt::format("{}, {}", caption, way.name));
-    const Found& result = found.emplace(way.name, way.go()).first->second;
-    json row = row_of(scene);
-    row.update(result.more);
-    row.update({{"method", way.name}, {"knows_region", way.is_told}, {"seconds", result.seconds}});
-    all.push_back({result.displacement, std::move(row)});
-    progress.advance(1.0);
   }
   return all;
 }

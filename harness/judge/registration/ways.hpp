@@ -6,7 +6,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,10 +24,7 @@ inline constexpr std::string_view gaussian_6 = "Algorithm 6, Gaussian in place o
 /// What one way of registering made of a pair.
 struct RegisteredPair {
   VectorField displacement; ///< pixels
-  /// {scene, width, height, method, knows_region, seconds}; of Algorithm 5 also `believed`, its mean
-  /// confidence in the registration before it over tissue; of Algorithm 6 `converged` and `outliers`, the
-  /// share of the sites that do not match, as the last iteration saw them.
-  nlohmann::json row;
+  nlohmann::json row;       ///< {scene, width, height, method, knows_region, seconds}
 };
 
 /// A pair to be registered.
@@ -39,20 +35,14 @@ struct PairToRegister {
   bool looks_different = false; ///< the region does, afterwards: the others do not look there either
 };
 
-/// Which ways are gone, by name. Algorithm 5 needs that before it.
-using WantedWays = std::function<bool(std::string_view method)>;
-
-/// All but those that take mutual information: ITK's, and so Algorithm 5, and elastix's.
-[[nodiscard]] bool is_quick(std::string_view method);
-
-/// The wanted ones of a table of ways, in its order. All but demons are told the region where it looks
-/// different. The scene's moduli and Poisson's ratio are those of the solver, which minimises the elastic
-/// energy whatever the scene's own. Without elastix on this machine its way is left out. `caption` begins
-/// what is shown as progress.
-[[nodiscard]] std::vector<RegisteredPair> register_by(const WantedWays& wanted, const PairToRegister& pair,
-                                                      const Scene& scene, const Backend& backend,
-                                                      const SessionOptions& session,
-                                                      const std::string& caption, Progress& progress);
+/// Every way of a table, in its order. All but demons are told the region where it looks different. The
+/// scene's moduli and Poisson's ratio are those of the solver, which minimises the elastic energy whatever
+/// the scene's own. Without `slow` those are left out that take mutual information, ITK's and elastix's, and
+/// so Algorithm 5; elastix's without elastix on this machine. `caption` begins what is shown as progress.
+[[nodiscard]] std::vector<RegisteredPair> register_every_way(const PairToRegister& pair, const Scene& scene,
+                                                             bool slow, const Backend& backend,
+                                                             const SessionOptions& session,
+                                                             const std::string& caption, Progress& progress);
 
 /// How rows of registration and detection begin: {scene, width, height}.
 [[nodiscard]] nlohmann::json row_of(const Scene& scene);
