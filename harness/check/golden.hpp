@@ -54,10 +54,9 @@ struct GoldenOutcome {
   /// agree: golden. mistrusted: as scalar, but there is nothing golden to compare with. disagree, skipped.
   Verdict verdict = Verdict::skipped;
   std::vector<GoldenLevel> levels{};
-  bool is_finite = true;                       ///< all numbers of all levels
-  std::optional<std::uint64_t> in_one_piece{}; ///< hash of the last level, all levels made by one call
-  std::optional<int> first_difference{};       ///< level
-  std::string reason{};                        ///< where it is not `agree`
+  bool is_sound = true; ///< all numbers are finite, and the last level is the same, all made by one call
+  std::optional<int> first_difference{}; ///< level
+  std::string reason{};                  ///< where it is not `agree`
 };
 
 /// One backend, kept open from case to case.
@@ -72,8 +71,8 @@ public:
   /// Why it cannot solve the scene; empty: it can.
   [[nodiscard]] std::string absence(const Scene& scene) const;
   /// Level by level, and in one piece but where the schedule wants the host on the way
-  /// (LevelSequence::pyramid()). Not yet compared: skipped, disagree with the level where a number is not
-  /// finite, else agree. Throws what Session throws.
+  /// (LevelSequence::pyramid()). Not yet compared: skipped, disagree where it is not sound, else agree.
+  /// Throws what Session throws.
   [[nodiscard]] GoldenOutcome solve(const Scene& scene, Progress& progress);
 
 private:
@@ -116,8 +115,8 @@ struct GoldenResult {
 [[nodiscard]] const GoldenEntry* find_golden(const std::vector<GoldenEntry>& entries, const Case& problem);
 
 /// One row of `golden`'s results, a case on a backend: {"scene", "width", "height", "method", "inputs",
-/// "inputs_reason", "backend", "device", "levels": [{"level", "iterations", "hash"}], "in_one_piece",
-/// "first_difference", "verdict", "reason"}; hashes as above.
+/// "inputs_reason", "backend", "device", "levels": [{"level", "iterations", "hash"}], "first_difference",
+/// "verdict", "reason"}; hashes as above.
 [[nodiscard]] nlohmann::json golden_row(const GoldenResult& result, const GoldenOutcome& outcome);
 
 } // namespace hdmbench
