@@ -28,6 +28,16 @@ Comparison begun(const Scene& scene, const Backend& backend, const SessionOption
   return comparison;
 }
 
+/// call(follower) of all that are not skipped.
+template <typename Followers, typename Call>
+void each_present(Followers& followers, const Call& call) {
+  for (auto& follower : followers) {
+    if (follower.session != nullptr) {
+      call(follower);
+    }
+  }
+}
+
 /// Counts one more field of the reference's extent, and by how much it is not the reference's.
 void count_field(Comparison& comparison, const VectorField& reference, const FieldDifference& drift);
 

@@ -165,22 +165,12 @@ private:
     return options;
   }
 
-  /// call(follower) of all that are not skipped.
-  template <typename Call>
-  void each_follower(const Call& call) {
-    for (Follower& follower : followers_) {
-      if (follower.session != nullptr) {
-        call(follower);
-      }
-    }
-  }
-
   void compute(int index) {
     const Level& level = levels_.sample(index);
     const VectorField begin = levels_.begin(index, field_);
     iterations_ = 0;
     last_changed_ = 0;
-    each_follower([&](Follower& follower) {
+    each_present(followers_, [&](Follower& follower) {
       follower.begin = levels_.begin(index, follower.field);
       ++follower.comparison.levels;
     });
@@ -195,7 +185,7 @@ private:
     session_->write(begin);
     field_ = begin;
     tiles_.begin_level(level.extent);
-    each_follower([&](Follower& follower) { follower.begin_level(level); });
+    each_present(followers_, [&](Follower& follower) { follower.begin_level(level); });
     int number = 0;
     StopRule rule(scene_.schedule,
                   std::min(levels_.iterations(index), limit_.value_or(levels_.iterations(index))));
@@ -214,7 +204,7 @@ private:
         changed_by_iteration += last_changed_;
         sites_at_rest_ += tiles_.sweep(field_, after);
         const FirstDifference place{.level = index, .iteration = iteration};
-        each_follower([&](Follower& follower) {
+        each_present(followers_, [&](Follower& follower) {
           follower.follow({level, place, number, field_, after, last_changed_}, scene_.exact);
         });
         field_ = std::move(after);

@@ -35,7 +35,7 @@ public:
   void load(const ElasticHierarchy& hierarchy) override {
     hierarchy_ = &hierarchy;
     reference_.load(hierarchy);
-    each_follower([&](Follower& follower) {
+    each_present(followers_, [&](Follower& follower) {
       try {
         follower.session->load(hierarchy);
         follower.comparison.levels = static_cast<int>(hierarchy.levels.size());
@@ -50,7 +50,7 @@ public:
   }
   float dot(ElasticField first, ElasticField second) const override {
     const float expected = reference_.dot(first, second);
-    each_follower([&](Follower& follower) {
+    each_present(followers_, [&](Follower& follower) {
       Comparison& comparison = follower.comparison;
       const float found = follower.session->dot(first, second);
       if (found == expected) {
@@ -72,16 +72,6 @@ public:
   [[nodiscard]] std::int64_t steps() const { return steps_; }
 
 private:
-  /// call(follower) of all that are not skipped.
-  template <typename Call>
-  void each_follower(const Call& call) const {
-    for (Follower& follower : followers_) {
-      if (follower.session != nullptr) {
-        call(follower);
-      }
-    }
-  }
-
   /// All of the reference.
   [[nodiscard]] ElasticFields fields_now() const {
     ElasticFields fields;
@@ -108,7 +98,7 @@ private:
     step.take(reference_);
     reference_.read(step.level, step.field, expected);
     ++steps_;
-    each_follower([&](Follower& follower) {
+    each_present(followers_, [&](Follower& follower) {
       VectorField found;
       step.take(*follower.session);
       follower.session->read(step.level, step.field, found);
