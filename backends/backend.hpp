@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backends/shared/ceilings.hpp"
+#include "backends/shared/interface.hpp"
 #include "kernels/data/level.hpp"
 #include "kernels/data/pyramid.hpp"
 
@@ -76,15 +77,10 @@ struct SessionOptions {
 /// with the driver's words, which names the call that failed; std::logic_error where a call is out of order
 /// or a size does not match. After an error the field is lost: load() and write() make a new one, if the
 /// device can.
-class Session {
+class Session : public Interface {
 public:
   /// Told the number of site updates done since it was told before.
   using Advance = std::function<void(double site_updates)>;
-
-  Session() = default;
-  Session(const Session&) = delete;
-  Session& operator=(const Session&) = delete;
-  virtual ~Session() = default;
 
   /// Uploads what does not change during the sweeps and makes room for the field, whose content is then
   /// undefined. The level is assumed to be valid (kernels/data/level.hpp). Throws DeviceError if it exceeds
@@ -145,13 +141,8 @@ private:
 };
 
 /// One way to compute the specification. Without state; opening a session may take long (shader compilation).
-class Backend {
+class Backend : public Interface {
 public:
-  Backend() = default;
-  Backend(const Backend&) = delete;
-  Backend& operator=(const Backend&) = delete;
-  virtual ~Backend() = default;
-
   /// As on the command line and in results: "openmp".
   [[nodiscard]] virtual std::string_view name() const = 0;
   /// One line for people: language and interface.

@@ -35,7 +35,7 @@ constexpr std::array texts{sources::sweep_compute,          sources::levels_comp
                            sources::coarse_levels_compute,  sources::elastic_compute,
                            sources::elastic_coarse_compute, sources::loops_compute};
 
-/// What a context has bound, by backends/device/bindings.hpp.
+/// What a context has bound, by backends/device/device.hpp.
 using Bound = std::array<const Array*, binding::count>;
 
 /// A buffer, which shaders fetch and store to as a texture of one row where it has texels.

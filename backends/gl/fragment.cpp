@@ -2,7 +2,6 @@
 
 #include "backends/gl/fragment_programs.hpp"
 #include "backends/session/device_backend.hpp"
-#include "backends/session/level_session.hpp"
 
 #include <fmt/format.h>
 

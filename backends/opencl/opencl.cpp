@@ -132,7 +132,7 @@ Handle<Object> made(const char* call, Create create, cl_int (*release)(Object), 
   return object;
 }
 
-/// What is a kernel's in the texts: its name, its arguments by backends/device/bindings.hpp, and its text.
+/// What is a kernel's in the texts: its name, its arguments by backends/device/device.hpp, and its text.
 struct Source {
   const char* name = "";
   std::vector<std::size_t> arguments;

@@ -1,6 +1,5 @@
 #include "backends/session/device_backend.hpp"
 
-#include "backends/session/level_session.hpp"
 #include "backends/session/sweeps.hpp"
 #include "kernels/shaders/level_passes.h"
 

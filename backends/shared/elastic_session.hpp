@@ -1,5 +1,6 @@
 #pragma once
 
+#include "backends/shared/interface.hpp"
 #include "kernels/data/elastic/hierarchy.hpp"
 #include "kernels/data/field.hpp"
 
@@ -23,13 +24,8 @@ inline constexpr std::size_t elastic_fields = 5;
 /// Computes with the elastic energy: one step of a method at a time, in the arithmetic and the order of
 /// kernels/specification/elastic. Levels are numbered as in the hierarchy. Fields stay where they are
 /// computed, but for write() and read(); a field is 0 until it is written or computed. Not thread-safe.
-class ElasticSession {
+class ElasticSession : public Interface {
 public:
-  ElasticSession() = default;
-  ElasticSession(const ElasticSession&) = delete;
-  ElasticSession& operator=(const ElasticSession&) = delete;
-  virtual ~ElasticSession() = default;
-
   /// Makes room for the fields. `hierarchy` must stay as it is until the next load(); it may be read in
   /// place.
   virtual void load(const ElasticHierarchy& hierarchy) = 0;

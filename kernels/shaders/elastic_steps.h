@@ -23,7 +23,7 @@
 #define ELASTIC_COARSE_SITES 2720
 #define ELASTIC_COARSE_STEPS 24
 
-// Bindings of both, as backends/device/bindings.hpp has kinds of them: four that are stored to, and what is
+// Bindings of both, as backends/device/device.hpp has kinds of them: four that are stored to, and what is
 // fetched.
 #define ELASTIC_STORED 0
 #define ELASTIC_STORED_SECOND 1

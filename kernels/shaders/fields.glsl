@@ -1,5 +1,5 @@
 // What the compute shaders of OpenGL and Vulkan have in common, in one text for both: where a level's fields are bound
-// (backends/device/bindings.hpp has the same numbers), and how a shader is told words, and numbers after them:
+// (backends/device/device.hpp has the same numbers), and how a shader is told words, and numbers after them:
 //
 //   PARAMETERS(count)             int parameters[count]
 //   PARAMETERS_AND_STEPS(count)   and float steps[16], unless STEPS has the candidates as constants: a tenth faster
