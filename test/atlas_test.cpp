@@ -46,12 +46,11 @@ std::string mismatch(const Pinned& pinned, const EntryResult& result) {
   const auto same = [](double wanted, const std::optional<double>& found) {
     return std::isnan(wanted) ? !found : found == wanted;
   };
-  const Threshold threshold = series->threshold();
   const double last_error = series->points.back().error.value_or(HUGE_VAL);
-  if (!same(pinned.failed, threshold.failed) ||
-      (!std::isnan(pinned.failed) && !same(pinned.good, threshold.good))) {
-    return fmt::format("fails at {} and not at {}", threshold.failed.value_or(NAN),
-                       threshold.good.value_or(NAN));
+  if (!same(pinned.failed, series->first_failed) ||
+      (!std::isnan(pinned.failed) && !same(pinned.good, series->last_good))) {
+    return fmt::format("fails at {} and not at {}", series->first_failed.value_or(NAN),
+                       series->last_good.value_or(NAN));
   }
   if (!(series->points.front().error.value_or(HUGE_VAL) <= pinned.healthy_error)) {
     return fmt::format("error {} at the healthy end", series->points.front().error.value_or(NAN));

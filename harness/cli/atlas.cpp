@@ -15,13 +15,13 @@ struct Arguments {
   bool list = false;
 };
 
-std::string threshold_text(const atlas::Threshold& threshold) {
-  if (!threshold.failed) {
+std::string threshold_text(const atlas::SeriesResult& series) {
+  if (!series.first_failed) {
     return "no failure";
   }
-  return threshold.good
-             ? fmt::format("fails at {:.6g}, not yet at {:.6g}", *threshold.failed, *threshold.good)
-             : fmt::format("fails everywhere, {:.6g} on", *threshold.failed);
+  return series.last_good
+             ? fmt::format("fails at {:.6g}, not yet at {:.6g}", *series.first_failed, *series.last_good)
+             : fmt::format("fails everywhere, {:.6g} on", *series.first_failed);
 }
 
 /// A row a value of the knob, a column a method.
@@ -46,7 +46,7 @@ void print(const atlas::EntryResult& result) {
     }
     below += series.points.empty()
                  ? ""
-                 : fmt::format("  threshold  {}: {}\n", series.name, threshold_text(series.threshold()));
+                 : fmt::format("  threshold  {}: {}\n", series.name, threshold_text(series));
     below += series.absence.empty() ? "" : fmt::format("  refuses    {}: {}\n", series.name, series.absence);
   }
   fmt::print("\n{}: {}\n  why        {}\n  measured   {}; ! is more than {:.6g}\n{}{}  survives   {}\n",

@@ -77,18 +77,6 @@ ScalarField draw(const PictureWanted& wanted, const Problem& problem, const Vect
 
 } // namespace
 
-Threshold SeriesResult::threshold() const {
-  const auto first = std::ranges::find(points, true, &Point::failed);
-  Threshold result;
-  if (first != points.begin()) {
-    result.good = std::prev(first)->knob;
-  }
-  if (first != points.end()) {
-    result.failed = first->knob;
-  }
-  return result;
-}
-
 EntryResult run_entry(const Entry& entry, const Backend& backend, bool quick, Progress& progress) {
   const Clock clock;
   EntryResult result{.entry = &entry};
@@ -99,9 +87,6 @@ EntryResult run_entry(const Entry& entry, const Backend& backend, bool quick, Pr
   for (const double knob : quick ? entry.quick_knobs : entry.knobs) {
     progress.describe(fmt::format("atlas {}: {} {:.6g}", entry.name, entry.knob, knob));
     const Problem problem = problem_of(entry, knob);
-    if (result.extent == Extent{}) {
-      result.extent = problem.scene.extent();
-    }
     for (std::size_t i = 0; i < entry.series.size(); ++i) {
       const Series& series = entry.series[i];
       SeriesResult& into = result.series[i];
@@ -110,7 +95,10 @@ EntryResult run_entry(const Entry& entry, const Backend& backend, bool quick, Pr
       }
       try {
         const Outcome outcome = solve(problem, series, knob, solver);
-        into.points.push_back(judge(entry, problem, outcome, knob));
+        const Point& point = into.points.emplace_back(judge(entry, problem, outcome, knob));
+        if (!into.first_failed) {
+          (point.failed ? into.first_failed : into.last_good) = knob;
+        }
         const auto& wanted = entry.picture;
         if (wanted && wanted->series == series.name && wanted->knob == knob) {
           result.picture = draw(*wanted, problem, outcome.displacement);
@@ -125,30 +113,14 @@ EntryResult run_entry(const Entry& entry, const Backend& backend, bool quick, Pr
   return result;
 }
 
-static void to_json(nlohmann::json& written, const SeriesResult& series) {
-  const Threshold threshold = series.threshold();
-  written = {{"name", series.name},
-             {"absence", series.absence},
-             {"points", series.points},
-             {"last_good", threshold.good},
-             {"first_failed", threshold.failed}};
-}
-
 nlohmann::json atlas_row(const EntryResult& result, const std::filesystem::path& json_folder) {
   const Entry& entry = *result.entry;
-  nlohmann::json row{{"entry", entry.name},
-                     {"title", entry.title},
-                     {"energy", entry.energy},
-                     {"mechanism", entry.mechanism},
-                     {"knob", entry.knob},
-                     {"measure", entry.measure},
-                     {"limit", entry.limit},
-                     {"survivor", entry.survivor},
-                     {"warnings", entry.warnings},
-                     {"width", result.extent.width},
-                     {"height", result.extent.height},
-                     {"seconds", result.seconds},
-                     {"series", result.series}};
+  nlohmann::json row{
+      {"entry", entry.name},          {"title", entry.title},       {"energy", entry.energy},
+      {"mechanism", entry.mechanism}, {"knob", entry.knob},         {"measure", entry.measure},
+      {"limit", entry.limit},         {"survivor", entry.survivor}, {"warnings", entry.warnings},
+      {"width", entry.size},          {"height", entry.size},       {"seconds", result.seconds},
+      {"series", result.series}};
   if (const std::vector<float>& values = result.picture.values; !values.empty() && have_images()) {
     const auto of = [](float value) { return static_cast<double>(std::abs(value)); };
     const double largest =

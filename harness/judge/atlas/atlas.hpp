@@ -103,23 +103,19 @@ struct Point {
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Point, knob, error, failed, warnings)
 
-/// Where a method begins to fail on the way from the healthy to the harmful end.
-struct Threshold {
-  std::optional<double> good; ///< last value of the knob before the first failure; none: the first one fails
-  std::optional<double> failed; ///< first value that fails; none: none does
-};
-
+/// One method along the knob, from the healthy to the harmful end.
 struct SeriesResult {
   std::string name;
   std::string absence{}; ///< why there are no points, or none from some knob on; empty: all are there
   std::vector<Point> points{};
-
-  [[nodiscard]] Threshold threshold() const;
+  std::optional<double>
+      last_good{}; ///< value of the knob before the first failure; none: the first one fails
+  std::optional<double> first_failed{}; ///< none: none does
 };
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SeriesResult, name, absence, points, last_good, first_failed)
 
 struct EntryResult {
   const Entry* entry = nullptr;
-  Extent extent{}; ///< of the scene at the first value of the knob
   std::vector<SeriesResult> series{};
   ScalarField picture{}; ///< as Entry::picture wants it, else empty
   double seconds = 0.0;
