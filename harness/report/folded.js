@@ -3,10 +3,6 @@
 
 // Accuracy
 
-const ACCURACY = "scene size method variant backend poisson_used rmsd_to_fem_nu0 rmsd_to_fem rmsd_to_fixed_point " +
-  "rmsd_interface_to_fem mean_energy iterations seconds_median " +
-  "arithmetic.resynchronised.steps_differing arithmetic.resynchronised.beyond_bound status reason note";
-const THESIS_ACCURACY = "table scene method rmsd mean_energy iterations seconds";
 const CONVERGED_TO = [["rmsd_to_fem", "finite elements"], ["rmsd_to_fixed_point", "fixed point"]];
 
 function convergence(rows) {
@@ -30,7 +26,7 @@ function accuracy(rows, data) {
     const differences = here.filter((row) => row.differences?.pictures).map((row) => [
       data.picture(row, row.differences.pictures.magnitude), `distance of ${row.method} from ` +
         `${row.differences.against}: black is 0, light yellow ${number(row.differences.limit)} px`]);
-    return [table_of(here, ACCURACY), figures(differences)];
+    return [table_of(here, PAGE.tables.accuracy), figures(differences)];
   };
   return [
     text("Finite elements (FEM) are the truth of the model; the fixed point, where every site sits at its own minimum, " +
@@ -38,12 +34,10 @@ function accuracy(rows, data) {
     chosen_view({ scene: ["Scene", options(rows, scene_of)] }, draw),
     curves.length > 0 && convergence(curves),
     el("h3", {}, "The thesis, 2008, at 300 × 300"),
-    table_of(data.published.accuracy, THESIS_ACCURACY),
+    table_of(data.published.accuracy, PAGE.tables.thesis_accuracy),
   ];
 }
 
-const CONTINUUM = "contrast size discretisation.rmsd order algebraic.rmsd rounding.rmsd total.rmsd total.largest " +
-  "backend method";
 const continuum = (rows) => [
   text("A sheet with a round inclusion has a displacement in closed form; finite elements on pixels make stairs of " +
     "the circle. An algebraic error below that of discretisation buys nothing."),
@@ -54,12 +48,11 @@ const continuum = (rows) => [
       tell: (row) => `${size_of(row)}: ${number(row.discretisation?.rmsd)} px, and ` +
         `${number(row.algebraic?.rmsd)} px algebraic`,
     })), { label: "discretisation", x: { title: "pixels a side", format: count }, y: { title: "px of discretisation" } }),
-  table_of(rows, CONTINUUM),
+  table_of(rows, PAGE.tables.continuum),
 ];
 
 // Where the methods fail
 
-const ATLAS = "title energy knob measure failing warned_of";
 
 function atlas(rows, data) {
   const tell = (point) => `${number(point.knob)}: ${number(point.error)}${point.failed ? ", failed" : ""}` +
@@ -81,7 +74,7 @@ function atlas(rows, data) {
   return [
     text("Each family of scenes varies one parameter from harmless to harmful. The warnings are those that run prints."),
     chosen_view({ family: ["Family", rows.map((row, i) => [String(i), row.title])] }, draw),
-    table_of(rows, ATLAS),
+    table_of(rows, PAGE.tables.atlas),
   ];
 }
 

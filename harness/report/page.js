@@ -17,43 +17,13 @@ function plain(rows) {
   return table(rows, keys.map((key) => ({ key: (row) => row[key], title: key.replaceAll("_", " ") })));
 }
 
-/// In the order of the page. `commands` are those whose rows a part takes, of which `takes` narrows the choice; `run` is
-/// how to get some; `columns` are the names of the fields of a part that is one table.
-const SECTIONS = [
-  { title: "Speed against accuracy", commands: ["tradeoff"], run: "hdmbench tradeoff", draw: tradeoff, open: true },
-  { title: "Before and after", commands: ["run"], run: "hdmbench run brain --output DIR", draw: pictures, open: true },
-  { title: "Agreement", commands: ["verify"], run: "hdmbench verify", draw: agreement, open: true },
-  { title: "Speed over sizes", commands: ["bench"], run: "hdmbench bench", draw: speed, open: true },
-  { title: "Accuracy", commands: ["accuracy"], run: "hdmbench accuracy", draw: accuracy },
-  { title: "From pixels to the continuum", commands: ["continuum"], run: "hdmbench continuum", draw: continuum },
-  { title: "Where the methods fail", commands: ["atlas"], run: "hdmbench atlas", draw: atlas },
-  { title: "Backends and devices", commands: ["devices"], run: "hdmbench devices",
-    columns: "backend available device driver software updates reason description" },
-  { title: "Agreement on other drivers", commands: ["implementations"], run: "hdmbench implementations",
-    columns: "implementation backend device outcome tier comparisons sites_compared sites_differing seconds reason repeat" },
-  { title: "Arithmetic of the devices", commands: ["probe"], run: "hdmbench probe", draw: probe },
-  { title: "Planted faults", commands: ["faults"], run: "hdmbench faults",
-    columns: "fault what backend layer expected caught seen not_planted" },
-  { title: "Failing calls of drivers", commands: ["failing-calls"], run: "build/release/test/failing_calls",
-    columns: "api backend kind calls failed clean went_on succeeded unclean" },
-  { title: "Golden hashes", commands: ["golden"], run: "hdmbench golden",
-    columns: "scene size method backend device verdict hash reason inputs_reason" },
-  { title: "Several ranks", commands: ["scaling"], run: "mpirun -n 2 hdmbench bench --scaling strong", draw: scaling },
-  { title: "Registration", commands: ["register", "rivals", "people", "knobs"], run: "hdmbench rivals brain",
-    takes: (row) => !is_about_stiffness(row), draw: registration },
-  { title: "Hidden stiffness", commands: ["detect", "roc", "rivals", "knobs"], run: "hdmbench rivals brain --detection 5",
-    takes: is_about_stiffness, draw: detection },
-  { title: "Does it fit the thesis's card?", commands: ["instructions"], run: "build/release/test/instruction_count",
-    columns: "group shader candidates energies instructions instructions_limit texture_instructions temporaries " +
-      "refusal device" },
-];
+/// What draws a part, by its name in page.json: from its rows, and `data`.
+const DRAW = { tradeoff, pictures, agreement, speed, accuracy, continuum, atlas, probe, scaling, registration, detection,
+  plain, figures };
 
 const minute = (date) => String(date ?? "").slice(0, 16).replace("T", " ");
 /// "300 x 300" as 300 × 300.
 const with_times = (words) => words.replace(/(\d) x(?=$| \d)/g, "$1 ×");
-
-const FILES = "file context.arguments rows replaced context.date context.commit context.quick context.operating_system " +
-  "context.compiler context.flags";
 
 /// Machines beside each other: a line for each backend of each.
 function machines_table(files) {
@@ -95,7 +65,7 @@ const id_of = (title) => title.toLowerCase().replace(/[^a-z]+/g, "-");
 
 /// What is folded is made when it is opened first.
 function part_of(section, rows, data) {
-  const draw = () => (section.columns ? table_of(rows, section.columns) : section.draw(rows, data));
+  const draw = () => (section.columns ? table_of(rows, section.columns) : DRAW[section.draw](rows, data));
   if (section.open) return el("section", { id: id_of(section.title) }, el("h2", {}, section.title), draw());
   let made = false;
   const content = el("div");
@@ -120,19 +90,20 @@ function show(all, machine) {
     published: all.published,
     picture: (row, name) => name && all.pictures[file_of.get(row).folder + name],
   };
-  const known = new Set(SECTIONS.flatMap((section) => section.commands));
+  const known = new Set(PAGE.sections.flatMap((section) => section.commands));
   const unknown = distinct(files, "command").filter((command) => !known.has(command));
-  const sections = [...SECTIONS, ...unknown.map((command) => ({ title: command, commands: [command], draw: plain }))];
-  const rows_of = ({ commands, takes = () => true }) =>
-    files.filter((file) => commands.includes(file.command)).flatMap((file) => file.results).filter(takes);
+  const sections = [...PAGE.sections, ...unknown.map((command) => ({ title: command, commands: [command], draw: "plain" }))];
+  const rows_of = ({ commands, about_stiffness: about }) =>
+    files.filter((file) => commands.includes(file.command)).flatMap((file) => file.results)
+      .filter((row) => about === undefined || is_about_stiffness(row) === about);
   const there = sections.filter((section) => rows_of(section).length > 0);
   const folders = new Set(files.map((file) => file.folder));
   const loose = Object.entries(all.pictures)
     .filter(([name]) => !all.named.includes(name) && folders.has(name.slice(0, name.indexOf("/") + 1)))
     .map(([name, uri]) => [uri, name.split("/").at(-1)]);
   const parts = there.map((section) => part_of(section, rows_of(section), data));
-  if (loose.length > 0) parts.push(part_of({ title: "More pictures", draw: figures }, loose, data));
-  parts.push(part_of({ title: "Reproduce", columns: FILES }, files, data));
+  if (loose.length > 0) parts.push(part_of({ title: "More pictures", draw: "figures" }, loose, data));
+  parts.push(part_of({ title: "Reproduce", columns: PAGE.tables.files }, files, data));
   const links = parts.map((part) => el("a", { href: `#${part.id}` }, part.querySelector("h2, summary").firstChild.textContent));
   return nodes([
     head(machine, files),

@@ -12,6 +12,7 @@
 #include "report_assets/chart_script.hpp"
 #include "report_assets/elements_script.hpp"
 #include "report_assets/folded_script.hpp"
+#include "report_assets/page_parts.hpp"
 #include "report_assets/page_style.hpp"
 #include "report_assets/report_script.hpp"
 #include "report_assets/report_text.hpp"
@@ -182,7 +183,8 @@ std::string script_text(const json& data) {
 std::string page_html(const report::Results& results) {
   std::random_device random;
   const std::string nonce = fmt::format("{:08x}{:08x}{:08x}", random(), random(), random());
-  std::string scripts;
+  std::string scripts =
+      fmt::format("<script nonce=\"{}\">const PAGE = {};</script>\n", nonce, sources::page_parts);
   for (const std::string_view script :
        {sources::elements_script, sources::chart_script, sources::sections_script, sources::folded_script,
         sources::report_script}) {

@@ -2,75 +2,31 @@
 // What the page calls the fields of rows, and the four parts that stand open. `data` has published figures and
 // picture(row, name).
 
-/// How the results write a field where its key is no title: [title, format, key or function of the row]. A new column of
-/// a table is a name in its list, and a line here where a title or a format is wanted.
-const FIELDS = {
-  size: ["size", (value, row) => size_of(row), (row) => row.width], seconds: ["seconds", seconds],
-  seconds_median: ["seconds", seconds], setup_seconds: ["set-up", seconds], gpu_seconds: ["GPU", seconds],
-  cpu_seconds: ["CPU", seconds], own_error: ["px to FEM, own ν", any_text, (row) => own_error(row)],
-  rmsd_to_fem_nu0: ["px to FEM, ν = 0"], rmsd_to_fem: ["px to FEM, ν of the scene"], rmsd: ["px to FEM"],
-  rmsd_to_fixed_point: ["px to the fixed point"], rmsd_interface_to_fem: ["px at interfaces"], poisson_used: ["ν"],
-  asked: ["px asked"], estimated_error: ["px estimated"], "plan.asked_px": ["px asked"],
-  "plan.estimated_px": ["px estimated"], fine_sweep_equivalents: ["sweeps of the full image"],
-  status: ["status", verdict], verdict: ["verdict", verdict], outcome: ["outcome", verdict],
-  command: ["the line that repeats it", code], repeat: ["the line that repeats it", code],
-  target: ["px to FEM at most"], "ours.method": ["our fastest"], "ours.backend": ["backend"],
-  "ours.effort": ["effort"], "ours.seconds_median": ["seconds", seconds], "ours.rmsd_to_fem_nu0": ["px reached"],
-  nearest: ["px of our nearest"], "direct.ratio": ["faster than direct FEM", times],
-  "iterative.ratio": ["than FEM by conjugate gradients", times], "multigrid.ratio": ["than FEM by multigrid", times],
-  "coarse.ratio": ["than FEM on a coarse mesh", times], largest_displacement: ["largest displacement, px"],
-  spacing: ["mm a pixel"], field: ["field", code], warned: ["warnings", any_text, (row) => row.warnings?.length],
-  warned_of: ["warned of", any_text, (row) => row.warnings?.join(", ")], message: ["what"], advice: ["what to do"],
-  sites_differing: ["differ"], certified_ties: ["certified"], uncertified: ["not certified"],
-  counts_differing: ["wrong counts"], not_finite: ["not finite"], max_abs_difference: ["largest difference, px"],
-  first: ["first difference", any_text,
-    ({ first_difference: at }) => at && `level ${at.level}, iteration ${at.iteration}, x = ${at.x}, y = ${at.y}`],
-  speed_up: ["speed-up", times], speed_up_over_scalar: ["over scalar", times],
-  speed_up_over_dense: ["over dense", times], msites_per_second: ["million sites/s"],
-  percent_of_ceiling: ["of the ceiling", unit("%")], binding: ["bound by"], bytes_per_site: ["bytes a site"],
-  peak_memory_bytes: ["memory", unit("MB", 1e-6)], bytes: ["sent", unit("MB", 1e-6)],
-  "arithmetic.resynchronised.steps_differing": ["steps unlike double's"],
-  "arithmetic.resynchronised.beyond_bound": ["beyond the bound"], "discretisation.rmsd": ["discretisation, px"],
-  "algebraic.rmsd": ["algebraic, px"], "rounding.rmsd": ["float32, px"], "total.rmsd": ["in all, px"],
-  "total.largest": ["largest, px"],
-  failing: ["methods that fail", (value, row) => `${value} of ${row.series.length}`,
-    (row) => row.series?.filter((one) => is_number(one.first_failed)).length],
-  last_good: ["last that is good"], first_failed: ["first that fails"], absence: ["no result"], available: ["there"],
-  software: ["the CPU in disguise"], description: ["what it is"],
-  updates: ["updates", any_text, (row) => row.updates?.join(", ")], what: ["what was planted"],
-  caught: ["outcome", (value, row) => el("span", { class: row.as_expected ? "good" : "bad" }, value),
-    (row) => (row.not_planted ? "not planted" : row.caught ? "caught" : "let through")],
-  seen: ["seen on", any_text,
-    (row) => row.scenes?.filter((scene) => scene.verdict === "disagree").map((scene) => scene.scene).join(", ")],
-  not_planted: ["not planted because"], failed: ["made to fail"], clean: ["ended with a message"],
-  went_on: ["went on, same bits"], succeeded: ["no need of it"],
-  unclean: ["unclean", (value) => el("span", { class: value > 0 ? "bad" : "good" }, count(value)),
-    (row) => row.unclean?.length],
-  hash: ["hash of the full image", code, (row) => row.levels?.at(-1)?.hash], inputs_reason: ["inputs"],
-  energies: ["vectors"], instructions_limit: ["of at most"], texture_instructions: ["texture"],
-  refusal: ["does not fit because"], median_seconds: ["seconds, median", seconds, (row) => median(row.seconds)],
-  "before.correlation": ["correlation before"], "after.correlation": ["after"],
-  "before.mutual_information": ["mutual information before"], "after.mutual_information": ["after"],
-  folds: ["folded cells"], looks: ["iterations", any_text, (row) => row.iterations?.length],
-  amplitude: ["px planted"], noise: ["noise", percent], tissue: ["px in tissue"], tissue_95: ["95 %"],
-  region: ["px in the region"], dice: ["Dice"], knob: ["parameter"], outliers: ["outliers", percent],
-  area: ["area under the curve"], distance: ["px off"], position_deviation: ["±"], radius: ["radius, px"],
-  largest: ["standard deviations"], simulations: ["of so many simulations"],
-  unexplained_before: ["px unexplained before"], unexplained: ["after"], looks_like: ["looks like label"],
-  shares_found: ["found, more than by chance", percent], alarms: ["false alarms", percent],
-  rows: ["rows", any_text, (file) => file.results.length],
-  replaced: ["replaced by newer", any_text, (file) => file.replaced || undefined],
-  "context.arguments": ["command line", code], "context.date": ["date", (value) => minute(value)],
-  "context.commit": ["commit", code], "context.quick": ["quick"], "context.operating_system": ["operating system"],
-  "context.compiler": ["compiler"], "context.flags": ["flags"],
-  best: ["fastest on", any_text, (row) => row.best && `${scene_of(row.best)}, ${row.best.method}`],
-  "best.seconds_median": ["seconds", seconds], "best.speed_up_over_scalar": ["over scalar", times],
-  "best.msites_per_second": ["million sites/s"], "best.percent_of_ceiling": ["of the ceiling", unit("%")],
+/// The formats of page.json: text or an element of (value, row).
+const FORMATS = {
+  seconds, times, percent, verdict, code, ceiling: unit("%"), megabytes: unit("MB", 1e-6), minute: (value) => minute(value),
+  size: (value, row) => size_of(row), failing: (value, row) => `${value} of ${row.series.length}`,
+  caught: (value, row) => el("span", { class: row.as_expected ? "good" : "bad" }, value),
+  unclean: (value) => el("span", { class: value > 0 ? "bad" : "good" }, count(value)),
 };
-/// The columns of a table by the names of their fields, with spaces between.
+/// Fields that are worked out of a row.
+const KEYS = {
+  size: (row) => row.width, own_error: (row) => own_error(row), warned: (row) => row.warnings?.length,
+  warned_of: (row) => row.warnings?.join(", "), updates: (row) => row.updates?.join(", "),
+  first: ({ first_difference: at }) => at && `level ${at.level}, iteration ${at.iteration}, x = ${at.x}, y = ${at.y}`,
+  failing: (row) => row.series?.filter((one) => is_number(one.first_failed)).length,
+  caught: (row) => (row.not_planted ? "not planted" : row.caught ? "caught" : "let through"),
+  seen: (row) => row.scenes?.filter((scene) => scene.verdict === "disagree").map((scene) => scene.scene).join(", "),
+  unclean: (row) => row.unclean?.length, hash: (row) => row.levels?.at(-1)?.hash,
+  median_seconds: (row) => median(row.seconds), looks: (row) => row.iterations?.length,
+  rows: (file) => file.results.length, replaced: (file) => file.replaced || undefined,
+  best: (row) => row.best && `${scene_of(row.best)}, ${row.best.method}`,
+};
+/// The columns of a table by the names of their fields, with spaces between. A new one is a name in its list in page.json,
+/// and a line in its fields where a title or a format is wanted.
 const columns = (names) => names.split(" ").map((name) => {
-  const [title, format, key] = FIELDS[name] ?? [name.replaceAll("_", " ")];
-  return { key: key ?? name, title, format };
+  const [title, format] = PAGE.fields[name] ?? [name.replaceAll("_", " ")];
+  return { key: KEYS[name] ?? name, title, format: FORMATS[format] };
 });
 const table_of = (rows, names) => table(rows, columns(names));
 
@@ -104,10 +60,6 @@ const TRUTHS = [
   ["rmsd_to_fem", "finite elements, ν of the scene"],
   ["rmsd_to_fixed_point", "the fixed point of the thesis's energy"],
 ];
-const POINTS = "method effort backend seconds_median own_error rmsd_to_fem_nu0 rmsd_to_fem rmsd_to_fixed_point asked " +
-  "estimated_error fine_sweep_equivalents status reason command";
-const EQUAL = "scene size target ours.method ours.backend ours.effort ours.seconds_median ours.rmsd_to_fem_nu0 direct.ratio " +
-  "iterative.ratio multigrid.ratio coarse.ratio nearest";
 
 function tradeoff(rows) {
   const points = rows.filter((row) => row.kind !== "equal accuracy");
@@ -130,14 +82,14 @@ function tradeoff(rows) {
         x: { title: "seconds of a whole solution", format: seconds },
         y: { title: "px to the truth, RMS over all sites" },
       }),
-      fold(`All ${plural(here.length, "point")} of ${scene}, ${size}`, table_of(here, POINTS)),
+      fold(`All ${plural(here.length, "point")} of ${scene}, ${size}`, table_of(here, PAGE.tables.points)),
     ];
   };
   return [
     chosen_view({ scene: ["Scene", scenes], size: ["Size", sizes_of(points)], truth: ["Distance to", TRUTHS] }, draw),
     text("Lower left is better. The line is the front: nothing measured is both faster and nearer. " +
       "A pale dot is a result that is not scalar's to the bit, or that failed."),
-    equal.length > 0 && fold("How many times faster than finite elements, at equal accuracy", table_of(equal, EQUAL)),
+    equal.length > 0 && fold("How many times faster than finite elements, at equal accuracy", table_of(equal, PAGE.tables.equal)),
   ];
 }
 
@@ -158,8 +110,6 @@ function before_and_after(before, after, name) {
     el("figcaption", {}, "left of the line before, right of it after: move the slider"));
 }
 
-const RUN = "scene size backend device method energy seconds iterations mean_energy largest_displacement spacing " +
-  "plan.asked_px plan.estimated_px warned field";
 
 function pictures(rows, data) {
   const shown = rows.filter((row) => data.picture(row, row.pictures?.after));
@@ -173,7 +123,7 @@ function pictures(rows, data) {
   };
   return [
     shown.length > 0 && chosen_view({ run: ["Scene", shown.map((row, i) => [String(i), row.title || scene_of(row)])] }, draw),
-    table_of(rows, RUN),
+    table_of(rows, PAGE.tables.run),
     warnings.length > 0 &&
       fold(`${plural(warnings.length, "warning")} of these runs`, table_of(warnings, "scene kind sites message advice")),
   ];
@@ -187,8 +137,6 @@ const TIER_WORDS = {
   certified: "certified: each difference within a derived bound", mistrusted: "mistrusted: could not have shown a difference",
   disagree: "disagrees", skipped: "skipped",
 };
-const VERIFY = "scene size method mode backend verdict tier sites_compared sites_differing certified_ties uncertified " +
-  "counts_differing not_finite iterations max_abs_difference first reason ranks device";
 
 /// What a cell says of its rows, and its colour: the worst of those that ran.
 function worst_of(rows) {
@@ -212,7 +160,7 @@ function agreement(rows) {
   const pick = (mine) => below.replaceChildren(
     el("h3", {}, `${mine[0].backend} on ${mine[0].scene}`),
     el("pre", {}, repeat_lines(mine).join("\n")),
-    table_of(mine, VERIFY));
+    table_of(mine, PAGE.tables.verify));
   const cell = (scene, backend) => {
     const mine = rows.filter((row) => row.scene === scene && row.backend === backend);
     if (mine.length === 0) return el("td", {}, NONE);
@@ -228,14 +176,12 @@ function agreement(rows) {
     el("p", { class: "key" }, Object.entries(TIER_WORDS).map(([tone, words]) =>
       [el("span", { class: `tier ${tone}` }, "\u00a0\u00a0\u00a0"), ` ${words} `])),
     below,
-    fold(`All ${plural(rows.length, "comparison")}`, table_of(rows, VERIFY)),
+    fold(`All ${plural(rows.length, "comparison")}`, table_of(rows, PAGE.tables.verify)),
   ];
 }
 
 // Speed over sizes
 
-const SPEED = "scene size backend method effort seconds_median speed_up_over_scalar speed_up_over_dense msites_per_second " +
-  "percent_of_ceiling binding bytes_per_site threads setup_seconds peak_memory_bytes reason device";
 const published_rows = ({ table: of, scene, size, gpu_seconds, cpu_seconds, speed_up }) => [
   { name: "GPU", seconds_median: gpu_seconds, speed_up_over_scalar: speed_up },
   { name: "CPU", seconds_median: cpu_seconds, speed_up_over_scalar: 1 },
@@ -264,7 +210,7 @@ function speed(rows, data) {
         x: { title: "pixels a side", format: (value) => count(Math.round(value)) },
         y: { title: "seconds of a whole solution", format: seconds },
       }),
-      table_of(here, SPEED),
+      table_of(here, PAGE.tables.speed),
     ];
   };
   return [
