@@ -1,9 +1,7 @@
 #include "reference/thesis_icm.hpp"
 
 #include "kernels/data/input_error.hpp"
-#include "reference/sparse_solver.hpp"
 
-#include <Eigen/Core>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -86,24 +84,15 @@ void require_extent(const ReferenceField& field, Extent extent) {
   }
 }
 
-/// The values of the sites of an axis from those of the coarser level.
-SparseMatrix interpolation(int coarse, int fine, Alignment alignment) {
-  std::vector<Eigen::Triplet<double, std::int64_t>> weights;
-  for (int i = 0; i < fine; ++i) {
-    double position = 0.0;
-    if (alignment == Alignment::center) {
-      position = (static_cast<double>(i) + 0.5) * coarse / fine - 0.5;
-    } else if (fine > 1) {
-      position = static_cast<double>(i) * (coarse - 1) / (fine - 1);
-    }
-    position = std::clamp(position, 0.0, static_cast<double>(coarse - 1));
-    const int first = static_cast<int>(position);
-    weights.emplace_back(i, first, 1.0 - (position - first));
-    weights.emplace_back(i, std::min(first + 1, coarse - 1), position - first);
-  }
-  SparseMatrix result(fine, coarse);
-  result.setFromTriplets(weights.begin(), weights.end());
-  return result;
+/// Where site i of `fine` lies among `coarse` sites: the outermost ones are at the same place.
+struct Place {
+  int before, after;
+  double weight; ///< of the one after
+};
+Place place_of(int i, int coarse, int fine) {
+  const double position = fine > 1 ? static_cast<double>(i) * (coarse - 1) / (fine - 1) : 0.0;
+  const int before = static_cast<int>(position);
+  return {before, std::min(before + 1, coarse - 1), position - before};
 }
 
 } // namespace
@@ -125,22 +114,24 @@ ReferenceField thesis_iteration(const Level& level, const ReferenceField& displa
   return next;
 }
 
-ReferenceField thesis_prolongation(const ReferenceField& coarse, Extent fine, Alignment alignment) {
+ReferenceField thesis_prolongation(const ReferenceField& coarse, Extent fine) {
   require_extent(coarse, coarse.extent);
-  if (std::min({coarse.extent.width, coarse.extent.height, fine.width, fine.height}) < 1) {
-    throw InputError("a displacement cannot be interpolated from or to an image without pixels");
-  }
-  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const SparseMatrix across = interpolation(coarse.extent.width, fine.width, alignment);
-  const SparseMatrix down = interpolation(coarse.extent.height, fine.height, alignment);
   ReferenceField result(fine);
-  const auto interpolate = [&](const std::vector<double>& from, std::vector<double>& to) {
-    const Rows wide =
-        Eigen::Map<const Rows>(from.data(), coarse.extent.height, coarse.extent.width) * across.transpose();
-    Eigen::Map<Rows>(to.data(), fine.height, fine.width) = down * wide;
-  };
-  interpolate(coarse.x, result.x);
-  interpolate(coarse.y, result.y);
+  for (int y = 0; y < fine.height; ++y) {
+    const Place row = place_of(y, coarse.extent.height, fine.height);
+    for (int x = 0; x < fine.width; ++x) {
+      const Place column = place_of(x, coarse.extent.width, fine.width);
+      const auto interpolated = [&](const std::vector<double>& from) {
+        const auto along = [&](int of_row) {
+          return std::lerp(from[coarse.extent.index(column.before, of_row)],
+                           from[coarse.extent.index(column.after, of_row)], column.weight);
+        };
+        return std::lerp(along(row.before), along(row.after), row.weight);
+      };
+      result.x[fine.index(x, y)] = interpolated(coarse.x);
+      result.y[fine.index(x, y)] = interpolated(coarse.y);
+    }
+  }
   return result;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "kernels/data/pyramid.hpp"
+#include "kernels/data/level.hpp"
 #include "reference/interpolation.hpp"
 
 namespace hdmbench {
@@ -10,8 +10,8 @@ namespace hdmbench {
 /// CPU threads. `displacement` has the level's extent.
 [[nodiscard]] ReferenceField thesis_iteration(const Level& level, const ReferenceField& displacement);
 
-/// Bilinear interpolation to the next level in double (Alg. 3, line 3).
-[[nodiscard]] ReferenceField thesis_prolongation(const ReferenceField& coarse, Extent fine,
-                                                 Alignment alignment);
+/// Bilinear interpolation to the next level in double (Alg. 3, line 3); the outermost sites of both are at
+/// the same place. No side is 0.
+[[nodiscard]] ReferenceField thesis_prolongation(const ReferenceField& coarse, Extent fine);
 
 } // namespace hdmbench

@@ -106,7 +106,7 @@ ReferenceField coarse_finite_elements(const Scene& scene, int elements, double p
   };
   const Extent mesh{nodes(full.width), nodes(full.height)};
   const Level coarse = sample_level(scene.full, mesh, Alignment::corner);
-  return thesis_prolongation(find_finite_elements(coarse, poisson), full, Alignment::corner);
+  return thesis_prolongation(find_finite_elements(coarse, poisson), full);
 }
 
 Deviations measure(const ReferenceField& field, const Truths& truths) {
