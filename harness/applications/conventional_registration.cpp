@@ -140,17 +140,14 @@ VectorField by_b_splines(const Pictures& pictures) {
     adaptor->SetRequiredSpacing(shrunk->GetOutput()->GetSpacing());
     adaptor->SetRequiredDirection(shrunk->GetOutput()->GetDirection());
     adaptor->SetTransform(transform);
-    const auto points_along = [&](int side) {
-      const double needed = std::round(side / (static_cast<double>(shrink[level]) * control_point_spacing));
-      return transform->GetSplineOrder() + static_cast<unsigned>(std::max(4.0, needed));
+    const auto cells_along = [&](int side) {
+      const double pixels = static_cast<double>(shrink[level]) * control_point_spacing;
+      return static_cast<unsigned>(std::max(4.0, std::round(side / pixels)));
     };
-    Splines::ArrayType points;
-    points[0] = points_along(pictures.source.extent.width);
-    points[1] = points_along(pictures.source.extent.height);
-    Splines::ArrayType none; // the sum of the updates stays as it is
-    none.Fill(0);
-    adaptor->SetNumberOfControlPointsForTheUpdateField(points);
-    adaptor->SetNumberOfControlPointsForTheTotalField(none);
+    Splines::ArrayType mesh; // of the updates; their sum stays as it is
+    mesh[0] = cells_along(pictures.source.extent.width);
+    mesh[1] = cells_along(pictures.source.extent.height);
+    adaptor->SetMeshSizeForTheUpdateField(mesh);
     adaptors.push_back(adaptor.GetPointer());
   }
   const auto registration = Registration::New();
