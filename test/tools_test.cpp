@@ -1,6 +1,7 @@
 // The tools of the thesis's appendix A: what they compute, and their commands.
 
 #include "harness/check/compare.hpp"
+#include "harness/judge/truths.hpp"
 #include "harness/solve/solve.hpp"
 #include "harness/tools/energy_plane.hpp"
 #include "harness/tools/positions.hpp"
@@ -13,7 +14,9 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <cstdint>
 #include <tuple>
+#include <vector>
 
 namespace hdmbench {
 namespace {
@@ -135,14 +138,10 @@ TEST(Tune, TheRmsdCountsWhereTheTruthIsDefined) {
   VectorField displacement({2, 2});
   displacement.x = {3.0F, 0.0F, 0.0F, 1.0F};
   displacement.y = {4.0F, 0.0F, 0.0F, 1.0F};
-  Truth truth{.displacement = VectorField({2, 2}), .defined = {}};
-  EXPECT_DOUBLE_EQ(rmsd(displacement, truth), std::sqrt((25.0 + 2.0) / 4.0));
-  truth.defined = ScalarField({2, 2});
-  expect_refusal([&] { (void)rmsd(displacement, truth); }, "at no pixel");
-  truth.defined.values = {255.0F, 255.0F, 0.0F, 0.0F};
-  EXPECT_DOUBLE_EQ(rmsd(displacement, truth), std::sqrt(25.0 / 2.0));
-  truth.displacement = VectorField({3, 2});
-  expect_refusal([&] { (void)rmsd(displacement, truth); }, "the truth is 3 x 2");
+  const ReferenceField truth(Extent{2, 2});
+  EXPECT_DOUBLE_EQ(rmsd(ReferenceField(displacement), truth), std::sqrt((25.0 + 2.0) / 4.0));
+  const std::vector<std::uint8_t> counted{1, 1, 0, 0};
+  EXPECT_DOUBLE_EQ(rmsd(ReferenceField(displacement), truth, counted), std::sqrt(25.0 / 2.0));
 }
 
 // ---- The commands

@@ -17,6 +17,12 @@ struct Arguments {
   std::filesystem::path mask;
 };
 
+/// What a solution is measured against.
+struct Truth {
+  ReferenceField displacement;         ///< pixels
+  std::vector<std::uint8_t> counted{}; ///< not 0 where the truth is known; empty: everywhere
+};
+
 Truth read_truth(const Arguments& arguments, Extent extent) {
   Image<VectorField> read = read_displacement(arguments.truth);
   if (read.pixels.extent != extent) {
@@ -25,9 +31,18 @@ Truth read_truth(const Arguments& arguments, Extent extent) {
                                  extent.height));
   }
   validate(read.pixels, extent, "the truth");
-  Truth truth{.displacement = std::move(read.pixels), .defined = {}};
+  Truth truth{.displacement = ReferenceField(read.pixels)};
   if (!arguments.mask.empty()) {
-    truth.defined = read_scalar(arguments.mask).pixels;
+    const ScalarField mask = read_scalar(arguments.mask).pixels;
+    if (mask.extent != extent) {
+      throw InputError(fmt::format("the mask of the truth is {} x {} pixels, the scene is {} x {}",
+                                   mask.extent.width, mask.extent.height, extent.width, extent.height));
+    }
+    std::ranges::transform(mask.values, std::back_inserter(truth.counted),
+                           [](float defined) { return static_cast<std::uint8_t>(defined != 0.0F); });
+    if (std::ranges::count(truth.counted, 1) == 0) {
+      throw InputError("the truth is defined at no pixel: its mask is 0 everywhere");
+    }
   }
   return truth;
 }
@@ -64,7 +79,7 @@ int run_tune(Arguments& arguments, Call& call) {
   const Backend& backend = arguments.scene.choose(registry, scene);
   Progress progress;
   progress.describe(fmt::format("tune {}: the truth", scene.name));
-  const Truth truth = against_elements ? Truth{find_finite_elements(scene.full, scene.poisson).to_float(), {}}
+  const Truth truth = against_elements ? Truth{find_finite_elements(scene.full, scene.poisson)}
                                        : read_truth(arguments, scene.extent());
   const auto session = backend.open(arguments.scene.session);
   int evaluations = 0;
@@ -75,7 +90,8 @@ int run_tune(Arguments& arguments, Call& call) {
             fmt::format("tune {}: evaluation {}, alpha = {:.4g}", scene.name, ++evaluations, alpha));
         set_weight(scene, {.penalty = penalty, .prior_weight = alpha});
         Progress silent(false);
-        return rmsd(solve(scene, *session, silent).displacement, truth);
+        return rmsd(ReferenceField(solve(scene, *session, silent).displacement), truth.displacement,
+                    truth.counted);
       },
       search);
   progress.clear();

@@ -1,6 +1,5 @@
 #include "harness/tools/tune.hpp"
 
-#include "harness/judge/truths.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -8,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <map>
 #include <random>
 #include <utility>
@@ -83,26 +81,6 @@ void search_by_annealing(const Function& function, double start, double step, do
 }
 
 } // namespace
-
-double rmsd(const VectorField& displacement, const Truth& truth) {
-  const auto require_extent = [&](Extent found, const char* what) {
-    if (found != displacement.extent) {
-      throw InputError(fmt::format("{} is {} x {} pixels, the solution is {} x {}", what, found.width,
-                                   found.height, displacement.extent.width, displacement.extent.height));
-    }
-  };
-  require_extent(truth.displacement.extent, "the truth");
-  std::vector<std::uint8_t> counted;
-  if (!truth.defined.values.empty()) {
-    require_extent(truth.defined.extent, "the mask of the truth");
-    std::ranges::transform(truth.defined.values, std::back_inserter(counted),
-                           [](float defined) { return static_cast<std::uint8_t>(defined != 0.0F); });
-    if (std::ranges::count(counted, 1) == 0) {
-      throw InputError("the truth is defined at no pixel: its mask is 0 everywhere");
-    }
-  }
-  return rmsd(ReferenceField(displacement), ReferenceField(truth.displacement), counted);
-}
 
 double Tuning::spread() const {
   const auto [low, high] = std::ranges::minmax(evaluations, {}, &Evaluation::rmsd);
