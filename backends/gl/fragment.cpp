@@ -102,7 +102,7 @@ public:
 
   std::int64_t changed() {
     FragmentLevel& level = *level_;
-    programs_.use_pass("COUNTS", level.texels);
+    (void)programs_.pass(level.texels.columns == 2 ? "#define COUNTS\n#define PAIRS\n" : "#define COUNTS\n");
     level.now().bind(image_unit);
     level.other().bind(previous_unit);
     gl_.BindFramebufferEXT(GL_FRAMEBUFFER_EXT, count_framebuffer_.name());

@@ -88,10 +88,6 @@ const Program& FragmentPrograms::pass(const std::string& definitions) {
   return pass(std::string(sources::quad_vertex), definitions);
 }
 
-void FragmentPrograms::use_pass(const char* name, Texels texels) {
-  (void)pass(fmt::format("#define {}\n{}", name, texels.columns == 2 ? "#define PAIRS\n" : ""));
-}
-
 void FragmentPrograms::use_cells(const FragmentLevel& level) {
   constexpr int cell = FragmentLevel::tile_side / FragmentLevel::cells_along_a_tile;
   set_tiles(pass(tiles_text(FragmentLevel::tile_side, true), fmt::format("#define CELL {}\n", cell)), level);

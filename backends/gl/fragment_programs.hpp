@@ -37,8 +37,6 @@ public:
   [[nodiscard]] const Sweep& sweep(const FragmentLevel& level, const FragmentLevel::Draw& draw);
   /// What passes.frag is with these definitions, on a quad, in use.
   [[nodiscard]] const Program& pass(const std::string& definitions);
-  /// Its pass on texels of a level.
-  void use_pass(const char* name, Texels texels);
   /// That which finds out which cells the last sweep changed; for the level's grid.
   void use_cells(const FragmentLevel& level);
 

@@ -52,12 +52,12 @@ public:
   void load(const Level& level) {
     upload_full(level);
     upload_inputs(level, Alignment::corner, {level.extent});
-    sweeps_ = make_sweeps(device_, programs_,
-                          {.full = level,
-                           .extent = level.extent,
-                           .strengths = level.strengths,
-                           .work = work_,
-                           .shape = shapes_.sweep});
+    levels_.push_back(make_sweeps(device_, programs_,
+                                  {.full = level,
+                                   .extent = level.extent,
+                                   .strengths = level.strengths,
+                                   .work = work_,
+                                   .shape = shapes_.sweep}));
     device_.finish();
   }
 
@@ -65,7 +65,7 @@ public:
     displacements_.newest = 0;
     write_sites(device_, *displacements_.field(), 0, layout_, {displacement.x, displacement.y});
     Commands commands;
-    sweeps_->wake_all(commands);
+    levels_.front()->wake_all(commands);
     device_.run(commands);
     device_.finish();
   }
@@ -74,7 +74,8 @@ public:
     const int most = static_cast<int>(std::max<std::size_t>(updates_at_once / cost_of(layout_.extent), 1));
     for (int done = 0; done < sweeps; done += most) {
       Commands commands;
-      sweeps_->append(commands, first + done, std::min(most, sweeps - done), full_, *inputs_, displacements_);
+      levels_.front()->append(commands, first + done, std::min(most, sweeps - done), full_, *inputs_,
+                              displacements_);
       device_.run(commands);
       device_.finish();
     }
@@ -184,7 +185,6 @@ private:
     require_groups(level.extent);
     parts_.clear();
     levels_.clear();
-    sweeps_.reset();
     layout_ = layout_of(level.extent);
     for (std::unique_ptr<Array>& displacement : displacements_.arrays) {
       hdmbench::make_room(device_, displacement, layout_.count(2), layout_.kind(2));
@@ -349,9 +349,8 @@ private:
   std::unique_ptr<Array> inputs_;               ///< the energy's own
   std::vector<std::int32_t> first_inputs_;      ///< per level, where its elements of them begin
   std::unique_ptr<Array> entries_;              ///< of a pyramid's levels: ResamplingEntries
-  std::unique_ptr<Sweeps> sweeps_;              ///< where load(level) was the last
-  std::vector<std::unique_ptr<Sweeps>> levels_; ///< where load(pyramid) was the last; null: computed together
-  std::vector<Part> parts_;                     ///< as levels_; their arrays and programs outlive them
+  std::vector<std::unique_ptr<Sweeps>> levels_; ///< of the level or the pyramid; null: computed together
+  std::vector<Part> parts_;                     ///< of the pyramid; their arrays and programs outlive them
   std::size_t newest_of_pyramid_ = 0;
 };
 
