@@ -297,20 +297,20 @@ std::vector<ProbeRow> arithmetic_rows(const ArithmeticProgram& program, const De
 
 } // namespace
 
-void list_fields(Fields& fields, ProbeRow& row) {
-  fields("backend", row.backend);
-  fields("device", row.device);
-  fields("driver", row.driver);
-  fields("program", row.program);
-  fields("question", row.question);
-  fields("as_specified", row.as_specified);
-  fields("otherwise", row.otherwise);
-  fields("answer", row.answer);
-  fields("telling", row.telling);
-  fields("specified", row.specified);
-  fields("other", row.other);
-  fields("ulp", row.ulp);
-  fields("agreement_needs_it", row.agreement_needs_it);
+void to_json(nlohmann::json& written, const ProbeRow& row) {
+  written = {{"backend", row.backend},
+             {"device", row.device},
+             {"driver", row.driver},
+             {"program", row.program},
+             {"question", row.question},
+             {"as_specified", row.as_specified},
+             {"otherwise", row.otherwise},
+             {"answer", probe_answer_names.at(static_cast<std::size_t>(row.answer))},
+             {"telling", row.telling},
+             {"specified", row.specified},
+             {"other", row.other},
+             {"ulp", row.ulp},
+             {"agreement_needs_it", row.agreement_needs_it}};
 }
 
 std::vector<ProbeRow> probe_arithmetic(const ArithmeticProgram& program, std::size_t device) {

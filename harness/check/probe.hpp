@@ -3,6 +3,8 @@
 #include "backends/backend.hpp"
 #include "backends/shared/arithmetic.hpp"
 
+#include <nlohmann/json_fwd.hpp>
+
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -49,7 +51,7 @@ struct ProbeRow {
   std::optional<double> ulp{};
   bool agreement_needs_it = true; ///< whether scenes of verify would show it
 };
-void list_fields(Fields& fields, ProbeRow& row);
+void to_json(nlohmann::json& written, const ProbeRow& row);
 
 /// Asks the device that `options` choose. Throws DeviceError.
 [[nodiscard]] std::vector<ProbeRow> probe(const Backend& backend, const SessionOptions& options);

@@ -179,7 +179,7 @@ int compare_benches(const BenchArguments& arguments, const Call& call, int repea
                                : measure_again(before.context.arguments, repeats,
                                                call.json.empty() ? folder.path() / "bench.json" : call.json);
   const std::vector<ComparedRow> rows =
-      compare_rows(before.rows<TimedRow>(), after.rows<TimedRow>(), arguments.tolerance / 100.0);
+      compare_rows(timed_rows(before), timed_rows(after), arguments.tolerance / 100.0);
   if (rows.empty()) {
     throw InputError(fmt::format("{}: has no valid timing to compare with", arguments.before.string()));
   }

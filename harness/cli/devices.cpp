@@ -136,7 +136,7 @@ int run_probe(ProbeArguments& arguments, Call& call) {
     try {
       const std::vector<ProbeRow> rows = probe(*backend, arguments.session);
       for (const ProbeRow& row : rows) {
-        results.push_back(to_json_row(row));
+        results.push_back(row);
         answers.push_back(results.back());
         answers.back()["answer"] = answer_text(row);
       }

@@ -1,7 +1,9 @@
 #include "harness/measure/comparison.hpp"
 
 #include "harness/measure/median.hpp"
+#include "harness/measure/result_file.hpp"
 #include "harness/scene/row_fields.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
@@ -12,26 +14,32 @@
 
 namespace hdmbench {
 
-void list_fields(Fields& fields, TimedRow& row) {
-  fields("scene", row.scene);
-  fields("width", row.width);
-  fields("height", row.height);
-  fields("backend", row.backend);
-  fields("device", row.device);
-  fields("method", row.method);
-  fields.newer("threads", row.threads);
-  fields("iterations", row.iterations);
-  fields("seconds", row.seconds);
-  fields("seconds_median", row.seconds_median);
-  fields("valid", row.valid);
-  fields("reason", row.reason);
-}
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(TimedRow, scene, width, height, backend, device, method, threads,
+                                   iterations, seconds, seconds_median, valid, reason)
 
-void require_consistent(const TimedRow& row) {
-  if (row.counts()) {
-    refuse_if(row.width == 0 || row.height == 0, "width", "and \"height\" of a valid row must be at least 1");
-    require_samples(row.seconds, row.seconds_median);
+std::vector<TimedRow> timed_rows(const ResultFile& file) {
+  std::vector<TimedRow> rows;
+  for (const nlohmann::json& found : file.results) {
+    const std::string place = fmt::format("{}: results[{}]", file.file.string(), rows.size());
+    try {
+      rows.push_back(found.get<TimedRow>());
+    } catch (const nlohmann::json::exception& error) {
+      throw InputError(fmt::format("{}: {}", place, error.what()));
+    }
+    const TimedRow& row = rows.back();
+    if (!row.counts()) {
+      continue;
+    }
+    if (row.width < 1 || row.height < 1 || row.seconds.empty() || !row.seconds_median) {
+      throw InputError(fmt::format("{} is valid, but has no size or no seconds", place));
+    }
+    const auto [low, high] = std::ranges::minmax(row.seconds);
+    if (!(low > 0.0) || !(*row.seconds_median >= low) || !(*row.seconds_median <= high)) {
+      throw InputError(
+          fmt::format("{}: \"seconds\" must be greater than 0, and \"seconds_median\" between them", place));
+    }
   }
+  return rows;
 }
 
 double chance_of_larger(std::span<const double> first, std::span<const double> second) {

@@ -13,7 +13,7 @@
 /// compare.py, which reads bench --benchmark-json.
 namespace hdmbench {
 
-class Fields;
+struct ResultFile;
 
 /// What a comparison reads of a row of `bench`'s results.
 struct TimedRow {
@@ -34,9 +34,9 @@ struct TimedRow {
   [[nodiscard]] bool counts() const { return valid.value_or(true); }
 };
 
-void list_fields(Fields& fields, TimedRow& row);
-/// Throws Contradiction where a row counts without samples or with another median.
-void require_consistent(const TimedRow& row);
+/// The rows of `bench`'s results. Throws InputError naming file and row for what is missing or mistyped, and
+/// for a row that counts without samples or with another median.
+[[nodiscard]] std::vector<TimedRow> timed_rows(const ResultFile& file);
 
 enum class Change {
   faster,       ///< the new samples are smaller

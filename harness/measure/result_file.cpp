@@ -35,21 +35,6 @@ std::string operating_system() {
 
 } // namespace
 
-void list_fields(Fields& fields, Context& context) {
-  fields("machine", context.machine);
-  fields("cpu", context.cpu);
-  fields("cores", context.cores);
-  fields.newer("architecture", context.architecture);
-  fields("operating_system", context.operating_system);
-  fields("compiler", context.compiler);
-  fields("flags", context.flags);
-  fields("commit", context.commit);
-  fields("version", context.version);
-  fields("date", context.date);
-  fields("arguments", context.arguments);
-  fields("quick", context.quick);
-}
-
 Context run_context(std::string_view arguments, bool quick) {
   utsname names{};
   uname(&names);
@@ -94,22 +79,32 @@ nlohmann::json parse(const std::filesystem::path& file) {
 } // namespace
 
 ResultFile read_results(const std::filesystem::path& file) {
-  nlohmann::json document = parse(file);
-  const JsonPlace place{file};
-  Fields fields(document, place);
+  const nlohmann::json document = parse(file);
+  const auto refuse = [&](std::string_view why) {
+    throw InputError(fmt::format("{}: {}", file.string(), why));
+  };
+  if (!document.is_object()) {
+    refuse("must be an object");
+  }
+  const auto read = [&](const char* key, auto& value) {
+    try {
+      document.at(key).get_to(value);
+    } catch (const nlohmann::json::exception& error) {
+      refuse(fmt::format("\"{}\": {}", key, error.what()));
+    }
+  };
   int found = 0;
-  fields("schema", found);
+  read("schema", found);
   if (found != schema) {
-    place.key("schema").fail(fmt::format("is {}, but this program reads schema {}", found, schema));
+    refuse(fmt::format("is of schema {}, but this program reads schema {}", found, schema));
   }
   ResultFile result{.file = file, .command = {}, .context = {}, .results = {}};
-  fields("command", result.command);
-  fields("context", result.context);
-  const auto rows = document.find("results");
-  if (rows == document.end() || !rows->is_array()) {
-    place.key("results").fail(rows == document.end() ? "is missing" : "must be an array");
+  read("command", result.command);
+  read("context", result.context);
+  read("results", result.results);
+  if (!result.results.is_array()) {
+    refuse("\"results\" must be an array");
   }
-  result.results = std::move(*rows);
   return result;
 }
 
@@ -119,14 +114,14 @@ void require_results_writable(const std::filesystem::path& file) {
   }
 }
 
-void write_results(const std::filesystem::path& file, std::string_view command, Context context,
+void write_results(const std::filesystem::path& file, std::string_view command, const Context& context,
                    nlohmann::json results) {
   if (file.empty()) {
     return;
   }
   const nlohmann::ordered_json document{{"schema", schema},
                                         {"command", command},
-                                        {"context", to_json_row(std::move(context))},
+                                        {"context", nlohmann::json(context)},
                                         {"results", std::move(results)}};
   write_text(file == results_to_standard_output ? "/dev/stdout" : file, document.dump(1) + "\n");
 }

@@ -2,10 +2,11 @@
 
 #include "harness/scene/row_fields.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include <filesystem>
 #include <string>
 #include <string_view>
-#include <vector>
 
 namespace hdmbench {
 
@@ -25,7 +26,8 @@ struct Context {
   bool quick = false;
 };
 
-void list_fields(Fields& fields, Context& context);
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Context, machine, cpu, cores, architecture, operating_system,
+                                                compiler, flags, commit, version, date, arguments, quick)
 
 /// Of this program here and now.
 [[nodiscard]] Context run_context(std::string_view arguments, bool quick);
@@ -36,22 +38,6 @@ struct ResultFile {
   std::string command; ///< "verify"
   Context context;
   nlohmann::json results; ///< an array
-
-  /// Throws InputError naming file and key for what is missing, mistyped or contradicts itself.
-  template <typename Row>
-  [[nodiscard]] Row row(std::size_t index) const {
-    Row row;
-    read_json_row(results[index], JsonPlace{file, "results"}.element(index), row);
-    return row;
-  }
-  template <typename Row>
-  [[nodiscard]] std::vector<Row> rows() const {
-    std::vector<Row> all;
-    for (std::size_t i = 0; i < results.size(); ++i) {
-      all.push_back(row<Row>(i));
-    }
-    return all;
-  }
 };
 
 /// Throws InputError where the file cannot be read, is not JSON or not a result file.
@@ -64,7 +50,7 @@ inline constexpr std::string_view results_to_standard_output = "-";
 void require_results_writable(const std::filesystem::path& file);
 
 /// Nothing where `file` is empty: nobody asked for results. Throws InputError.
-void write_results(const std::filesystem::path& file, std::string_view command, Context context,
+void write_results(const std::filesystem::path& file, std::string_view command, const Context& context,
                    nlohmann::json results);
 
 } // namespace hdmbench

@@ -152,7 +152,7 @@ json page_data(const report::Results& results) {
     files.push_back({{"file", source.file.filename().string()},
                      {"folder", prefix},
                      {"command", source.command},
-                     {"context", to_json_row<Context>(source.context)},
+                     {"context", source.context},
                      {"replaced", source.replaced},
                      {"results", packed(source.results)}});
   }

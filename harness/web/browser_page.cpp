@@ -113,7 +113,7 @@ void fill_in(std::string& page, std::string_view mark, std::string_view text) {
 } // namespace
 
 std::string browser_page(std::span<const Scene> scenes, const Context& context, Progress& progress) {
-  json data{{"context", to_json_row(context)}, {"scenes", json::array()}};
+  json data{{"context", context}, {"scenes", json::array()}};
   const auto* const module = reinterpret_cast<const char*>(sources::scalar_module);
   data["scalar"] = report::base64({module, std::size(sources::scalar_module)});
   for (const Scene& scene : scenes) {

@@ -113,7 +113,7 @@ std::optional<std::string> reason_to_skip(const nlohmann::json& committed) {
   } catch (const InputError& error) {
     return error.what();
   }
-  const nlohmann::json here = to_json_row(run_context("", false));
+  const nlohmann::json here = run_context("", false);
   for (const char* const key : {"compiler", "flags", "architecture"}) {
     if (committed[key] != here[key]) {
       return fmt::format("the committed counts are of {} {}, this build is of {}", key,
