@@ -81,7 +81,7 @@ public:
   /// when the thread beyond it has projected its rows.
   [[nodiscard]] std::int64_t visit_all(int thread, const Projection* projection) {
     const Band band = band_of(thread, omp_get_num_threads(), tiling_.rows);
-    const int height = tiling_.layout.extent.height;
+    const int height = tiling_.extent.height;
     Woken& next = next_lists()[static_cast<std::size_t>(thread)];
     std::vector<char> suspects(static_cast<std::size_t>(tiling_.columns));
     const auto at_seam = [&](int row) {
@@ -112,11 +112,11 @@ private:
     return fields_.buffers[1 - at.from];
   }
   [[nodiscard]] bool changed(int x, int y, int count, std::ptrdiff_t stride) {
-    return differs(old_field(), new_field(), tiling_.layout.extent.index(x, y), count, stride);
+    return differs(old_field(), new_field(), tiling_.extent.index(x, y), count, stride);
   }
 
   void wake(int row, int column, Woken& next) {
-    const int tile = tiling_.index(row, 0, column);
+    const int tile = tiling_.index(row, column);
     // Two threads may want the same tile: the first one takes it.
     const std::atomic_ref<std::uint32_t> woken(tiles_.woken_for_[static_cast<std::size_t>(tile)]);
     if (woken.load(std::memory_order_relaxed) != at.visits &&
@@ -127,7 +127,7 @@ private:
 
   /// The tile, which changed, and of its neighbours those whose rim did.
   void wake_around(int row, int column, Woken& next) {
-    const Rectangle sites = tiling_.rectangle(row, 0, column);
+    const Rectangle sites = tiling_.rectangle(row, column);
     wake(row, column, next);
     for (const int down : {-1, 0, 1}) {
       for (const int across : {-1, 0, 1}) {
@@ -138,8 +138,7 @@ private:
         }
         const int x = across > 0 ? sites.last - 1 : sites.first;
         const int y = down > 0 ? sites.last_row - 1 : sites.first_row;
-        const bool wakes = down == 0
-                               ? changed(x, y, sites.last_row - sites.first_row, tiling_.layout.extent.width)
+        const bool wakes = down == 0 ? changed(x, y, sites.last_row - sites.first_row, tiling_.extent.width)
                            : across == 0 ? changed(x, y, sites.last - sites.first, 1)
                                          : changed(x, y, 1, 1);
         if (wakes) {
@@ -150,7 +149,7 @@ private:
   }
 
   [[nodiscard]] bool changed_tile(int row, int column) {
-    const Rectangle sites = tiling_.rectangle(row, 0, column);
+    const Rectangle sites = tiling_.rectangle(row, column);
     bool any = false;
     for (int y = sites.first_row; y < sites.last_row && !any; ++y) {
       any = changed(sites.first, y, sites.last - sites.first, 1);
@@ -163,7 +162,7 @@ private:
   [[nodiscard]] std::int64_t visit_row(int row, std::vector<char>& suspects, Woken& next) {
     std::ranges::fill(suspects, 0);
     std::int64_t changed_sites = 0;
-    for (const Run& run : sweeper_.data().runs(row, 0)) {
+    for (const Run& run : sweeper_.data().runs(row)) {
       const std::int64_t in_run = sweeper_.runs(old_field(), new_field(), at.number, row, {&run, 1});
       changed_sites += in_run;
       for (int site = run.first; site < run.last && in_run > 0;

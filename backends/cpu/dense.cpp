@@ -10,9 +10,8 @@ namespace {
 /// together, each one row behind the one before, so that a row is still in the cache when the next sweep
 /// wants it. A projection goes before them as one more.
 ///
-/// Simultaneous updates need two buffers, and two are enough. Sweep t overwrites row y of sweep t - 2 after
-/// sweep t - 1 has done row y + 1, the last one to read it. Coloured ones work in place on one buffer,
-/// because what moves does not see what else moves in that sweep. Where two bands meet neither thread has its
+/// Two buffers are enough. Sweep t overwrites row y of sweep t - 2 after sweep t - 1 has done row y + 1, the
+/// last one to read it. Where two bands meet neither thread has its
 /// neighbour's rows, so there sweep t keeps t rows away from the seam; when all bands are done the gap is
 /// filled, sweep by sweep, from rows in which nobody has overwritten what is read.
 class Group {
@@ -24,7 +23,7 @@ public:
 
   /// The count of changes is that of the last sweep.
   [[nodiscard]] std::int64_t sweep_band(Band band) {
-    const int rows = sweeper_.data().layout().extent.height;
+    const int rows = sweeper_.data().extent().height;
     Projection::CoarseRows coarse_rows;
     std::int64_t changed = 0;
     for (int front = band.first; front < band.last + depth_ - 1 + lead_; ++front) {
@@ -61,8 +60,7 @@ public:
 private:
   /// Where the field is after `t` sweeps of the group.
   [[nodiscard]] std::size_t buffer(int t) const {
-    return sweeper_.colours() == 1 ? (fields_.newest + static_cast<std::size_t>(done_ + t)) % 2
-                                   : fields_.newest;
+    return (fields_.newest + static_cast<std::size_t>(done_ + t)) % 2;
   }
   [[nodiscard]] std::int64_t sweep_row(int t, int y) {
     return sweeper_.row(fields_.buffers[buffer(t)], fields_.buffers[buffer(t + 1)], first_ + done_ + t, y);
@@ -81,7 +79,7 @@ private:
 
 std::int64_t sweep_densely(const Sweeper& sweeper, Fields& fields, int first, int sweeps, int threads,
                            const Projection* projection) {
-  const int rows = sweeper.data().layout().extent.height;
+  const int rows = sweeper.data().extent().height;
   std::int64_t changed = 0;
 #pragma omp parallel num_threads(threads) reduction(+ : changed)
   {
@@ -101,9 +99,7 @@ std::int64_t sweep_densely(const Sweeper& sweeper, Fields& fields, int first, in
       done += depth;
     }
   }
-  if (sweeper.colours() == 1) {
-    fields.newest = (fields.newest + static_cast<std::size_t>(sweeps)) % 2;
-  }
+  fields.newest = (fields.newest + static_cast<std::size_t>(sweeps)) % 2;
   return changed;
 }
 

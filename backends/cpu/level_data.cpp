@@ -7,14 +7,13 @@ namespace hdmbench::openmp {
 
 namespace {
 
-/// What classify.inc reads, of a phase; its materials are asked for where there is one phase.
+/// What classify.inc reads.
 struct ArrangedRows {
   const float* moduli;
   const float* inverses;
   const float* confidences_x;
   const float* confidences_y;
-  Layout layout;
-  int phase;
+  Extent extent;
 
   [[nodiscard]] bool any_other_confidence(int y, int first, int end, float of_x, float of_y) const {
     return any_other(confidences_x, y, first, end, of_x) || any_other(confidences_y, y, first, end, of_y);
@@ -26,7 +25,7 @@ struct ArrangedRows {
     return any_other(inverses, y, first, end, value);
   }
   [[nodiscard]] bool any_other(const float* values, int y, int first, int end, float value) const {
-    const float* row = values + layout.start(y, phase);
+    const float* row = values + extent.index(0, y);
     int differing = 0;
 #pragma omp simd reduction(| : differing)
     for (int i = first; i < end; ++i) {
@@ -36,48 +35,10 @@ struct ArrangedRows {
   }
 };
 
-/// call(index in the layout, index in reading order, sites) for the sites of each row and phase; they are
-/// `stride` apart in reading order.
-template <typename Call>
-void for_each_line(const Layout& layout, const hdmbench::Rectangle& sites, int threads, const Call& call) {
-#pragma omp parallel for num_threads(threads) schedule(static)
-  for (int y = 0; y < sites.height; ++y) {
-    for (int phase = 0; phase < layout.stride; ++phase) {
-      const int first = layout.count(sites.left, phase);
-      call(layout.start(sites.top + y, phase) + static_cast<std::size_t>(first),
-           sites.extent().index(layout.column(first, phase) - sites.left, y),
-           layout.count(sites.left + sites.width, phase) - first);
-    }
-  }
-}
-
 } // namespace
 
-void Layout::arrange(const hdmbench::Rectangle& sites, const float* values, float* to, int threads) const {
-  for_each_line(*this, sites, threads, [&](std::size_t arranged, std::size_t in_order, int count) {
-    if (stride == 1) {
-      std::copy_n(values + in_order, count, to + arranged);
-    }
-    for (int i = 0; i < count && stride != 1; ++i) {
-      to[arranged + static_cast<std::size_t>(i)] = values[in_order + static_cast<std::size_t>(i * stride)];
-    }
-  });
-}
-
-void Layout::restore(const hdmbench::Rectangle& sites, const float* values, float* to, int threads) const {
-  for_each_line(*this, sites, threads, [&](std::size_t arranged, std::size_t in_order, int count) {
-    if (stride == 1) {
-      std::copy_n(values + arranged, count, to + in_order);
-    }
-    for (int i = 0; i < count && stride != 1; ++i) {
-      to[in_order + static_cast<std::size_t>(i * stride)] = values[arranged + static_cast<std::size_t>(i)];
-    }
-  });
-}
-
 void LevelData::prepare(const Level& level, Extent extent) {
-  const int stride = sweeps_per_iteration(level) == 1 ? 1 : 2;
-  tiling_ = Tiling({.extent = extent, .stride = stride});
+  tiling_ = Tiling(extent);
   short_path_ = changes_spread_by_contact(level) && std::ranges::equal(level.steps.values(), default_steps);
   kinds_.assign(static_cast<std::size_t>(tiling_.count()), TileKind{});
   arrays_ = {};
@@ -101,20 +62,16 @@ LevelData::Arrays LevelData::arrays_of(const Level& level) {
 void LevelData::make_room(const Arrays& from) {
   for (std::size_t i = 0; i < array_count; ++i) {
     if (from[i] != nullptr) {
-      own_[i].require(layout().extent.sites());
+      own_[i].require(extent().sites());
       arrays_[i] = own_[i].data();
     }
   }
 }
 
-TileKind LevelData::classified(Rectangle tile, int phase) const {
-  if (tile.first >= tile.last) {
-    return {.observed = false, .uniform_confidence = true, .uniform = short_path_}; // of the shorter phase
-  }
-  tile_class::Classifier<ArrangedRows> sites({arrays_[modulus], arrays_[inverse_modulus],
-                                              arrays_[confidence_x], arrays_[confidence_y], layout(), phase});
-  const std::size_t origin = layout().start(tile.first_row, phase) + static_cast<std::size_t>(tile.first);
-  const Extent extent = layout().extent;
+TileKind LevelData::classified(Rectangle tile) const {
+  tile_class::Classifier<ArrangedRows> sites(
+      {arrays_[modulus], arrays_[inverse_modulus], arrays_[confidence_x], arrays_[confidence_y], extent()});
+  const std::size_t origin = extent().index(tile.first, tile.first_row);
   TileKind kind;
   if (sites.is_of_one_confidence(tile.first, tile.first_row, tile.last, tile.last_row,
                                  arrays_[confidence_x][origin], arrays_[confidence_y][origin])) {
@@ -124,8 +81,8 @@ TileKind LevelData::classified(Rectangle tile, int phase) const {
     kind.observed = kind.confidence_x != 0.0F || kind.confidence_y != 0.0F;
   }
   if (short_path_ &&
-      sites.is_of_one_material(tile.first, tile.first_row, tile.last, tile.last_row, extent.width,
-                               extent.height, arrays_[modulus][origin], arrays_[inverse_modulus][origin])) {
+      sites.is_of_one_material(tile.first, tile.first_row, tile.last, tile.last_row, extent().width,
+                               extent().height, arrays_[modulus][origin], arrays_[inverse_modulus][origin])) {
     kind.uniform = true;
     kind.modulus = arrays_[modulus][origin];
     kind.inverse_modulus = arrays_[inverse_modulus][origin];
@@ -133,32 +90,22 @@ TileKind LevelData::classified(Rectangle tile, int phase) const {
   return kind;
 }
 
-std::vector<Run> LevelData::find_runs(int row, int phase) const {
-  const int count = layout().count(phase);
-  const bool west = layout().column(0, phase) == 0;
-  const bool east = layout().column(count - 1, phase) == layout().extent.width - 1;
-  const int begin = west ? 1 : 0;
-  const int end = east ? count - 1 : count;
-  const auto kind_at = [&](int site) { return kind(tiling_.index(row, phase, site / Tiling::width)); };
-  std::vector<Run> runs;
-  if (count == 0) {
-    return runs;
-  }
-  if (west) {
-    runs.push_back({0, 1, true, east && count == 1, kind_at(0)});
-  }
-  for (int first = begin; first < end;) {
-    const int last = std::min((first / Tiling::width + 1) * Tiling::width, end);
+std::vector<Run> LevelData::find_runs(int row) const {
+  const int width = extent().width;
+  const auto kind_at = [&](int site) { return kind(tiling_.index(row, site / Tiling::width)); };
+  std::vector<Run> runs{{0, 1, true, width == 1, kind_at(0)}};
+  for (int first = 1; first < width - 1;) {
+    const int last = std::min((first / Tiling::width + 1) * Tiling::width, width - 1);
     const TileKind kind = kind_at(first);
-    if (first > begin && runs.back().kind == kind) {
+    if (first > 1 && runs.back().kind == kind) {
       runs.back().last = last;
     } else {
       runs.push_back({first, last, false, false, kind});
     }
     first = last;
   }
-  if (east && count > begin) {
-    runs.push_back({end, count, false, true, kind_at(end)});
+  if (width > 1) {
+    runs.push_back({width - 1, width, false, true, kind_at(width - 1)});
   }
   return runs;
 }
@@ -167,26 +114,22 @@ template <typename Call>
 void LevelData::for_each_tile(int threads, const Call& call) const {
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (int row = 0; row < tiling_.rows; ++row) {
-    for (int phase = 0; phase < layout().stride; ++phase) {
-      for (int column = 0; column < tiling_.columns; ++column) {
-        call(row, phase, column, static_cast<std::size_t>(tiling_.index(row, phase, column)));
-      }
+    for (int column = 0; column < tiling_.columns; ++column) {
+      call(row, column, static_cast<std::size_t>(tiling_.index(row, column)));
     }
   }
 }
 
 void LevelData::classify(const std::vector<char>& known, int threads) {
-  for_each_tile(threads, [&](int row, int phase, int column, std::size_t tile) {
+  for_each_tile(threads, [&](int row, int column, std::size_t tile) {
     if (known.empty() || known[tile] == 0) {
-      kinds_[tile] = classified(tiling_.rectangle(row, phase, column), phase);
+      kinds_[tile] = classified(tiling_.rectangle(row, column));
     }
   });
-  runs_.resize(static_cast<std::size_t>(tiling_.rows * layout().stride));
+  runs_.resize(static_cast<std::size_t>(tiling_.rows));
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (int row = 0; row < tiling_.rows; ++row) {
-    for (int phase = 0; phase < layout().stride; ++phase) {
-      runs_[static_cast<std::size_t>(row * layout().stride + phase)] = find_runs(row, phase);
-    }
+    runs_[static_cast<std::size_t>(row)] = find_runs(row);
   }
 }
 
@@ -199,11 +142,11 @@ std::optional<TileKind> LevelData::kind_of(const std::vector<int>& rows, const s
   const int right = sampled(columns, tile.last) / Tiling::width;
   const int top = sampled(rows, tile.first_row - 1) / Tiling::height;
   const int bottom = sampled(rows, tile.last_row) / Tiling::height;
-  const TileKind first = kind(tiling_.index(top, 0, left));
+  const TileKind first = kind(tiling_.index(top, left));
   bool same = !first.observed && first.uniform;
   for (int row = top; row <= bottom && same; ++row) {
     for (int column = left; column <= right && same; ++column) {
-      same = kind(tiling_.index(row, 0, column)) == first;
+      same = kind(tiling_.index(row, column)) == first;
     }
   }
   return same ? std::optional(first) : std::nullopt;
@@ -211,10 +154,6 @@ std::optional<TileKind> LevelData::kind_of(const std::vector<int>& rows, const s
 
 void LevelData::borrow(const Level& level, int threads) {
   prepare(level, level.extent);
-  if (layout().stride != 1) {
-    copy(level, threads);
-    return;
-  }
   release_beyond(0);
   arrays_ = arrays_of(level);
   classify({}, threads);
@@ -224,9 +163,13 @@ void LevelData::copy(const Level& level, int threads) {
   prepare(level, level.extent);
   const Arrays from = arrays_of(level);
   make_room(from);
-  for (std::size_t i = 0; i < array_count; ++i) {
-    if (from[i] != nullptr) {
-      layout().arrange(all_of(level.extent), from[i], own_[i].data(), threads);
+  const auto width = static_cast<std::size_t>(level.extent.width);
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (int y = 0; y < level.extent.height; ++y) {
+    for (std::size_t i = 0; i < array_count; ++i) {
+      if (from[i] != nullptr) {
+        std::copy_n(from[i] + level.extent.index(0, y), width, own_[i].data() + level.extent.index(0, y));
+      }
     }
   }
   classify({}, threads);
@@ -235,18 +178,14 @@ void LevelData::copy(const Level& level, int threads) {
 void LevelData::sample(const Level& level, const LevelData& full, Extent extent, Alignment alignment,
                        int threads) {
   prepare(level, extent);
-  if (layout().stride != 1) {
-    copy(sample_level(level, extent, alignment), threads);
-    return;
-  }
   const std::vector<int> columns = sampled_indices(extent.width, level.extent.width, alignment);
   const std::vector<int> rows = sampled_indices(extent.height, level.extent.height, alignment);
   // Inside a tile whose kind is known from those that it samples nothing is read but at an unknown one beside
   // it.
   std::vector<char> known(kinds_.size());
   if (short_path_ && level.inputs.empty()) {
-    for_each_tile(threads, [&](int row, int, int column, std::size_t tile) {
-      const auto found = full.kind_of(rows, columns, tiling_.rectangle(row, 0, column));
+    for_each_tile(threads, [&](int row, int column, std::size_t tile) {
+      const auto found = full.kind_of(rows, columns, tiling_.rectangle(row, column));
       const bool at_border =
           row == 0 || column == 0 || row == tiling_.rows - 1 || column == tiling_.columns - 1;
       known[tile] = found && !at_border ? 1 : 0;
@@ -257,15 +196,15 @@ void LevelData::sample(const Level& level, const LevelData& full, Extent extent,
     bool any = false;
     for (int y = std::max(row - 1, 0); y <= std::min(row + 1, tiling_.rows - 1); ++y) {
       for (int x = std::max(column - 1, 0); x <= std::min(column + 1, tiling_.columns - 1); ++x) {
-        any = any || known[static_cast<std::size_t>(tiling_.index(y, 0, x))] == 0;
+        any = any || known[static_cast<std::size_t>(tiling_.index(y, x))] == 0;
       }
     }
     return any;
   };
   const Arrays from = arrays_of(level);
   make_room(from);
-  for_each_tile(threads, [&](int row, int, int column, std::size_t at) {
-    const Rectangle tile = tiling_.rectangle(row, 0, column);
+  for_each_tile(threads, [&](int row, int column, std::size_t at) {
+    const Rectangle tile = tiling_.rectangle(row, column);
     const int end = is_read(row, column) ? tile.last_row : tile.first_row;
     const std::size_t count =
         known[at] == 0 ? array_count : inverse_modulus + 1; // what is read from beside it

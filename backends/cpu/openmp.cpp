@@ -18,7 +18,6 @@ using openmp::ActiveTiles;
 using openmp::Field;
 using openmp::Fields;
 using openmp::InstructionSet;
-using openmp::Layout;
 using openmp::LevelData;
 using openmp::Sweeper;
 using openmp::SweepRow;
@@ -60,13 +59,19 @@ private:
   }
 
   void do_write(const VectorField& displacement) override {
-    arrange(full_.layout(), all_of(settings_.extent), displacement.x.data(), displacement.y.data(),
-            fields().current());
+    Field& field = fields().current();
+    for_each_row([&](std::size_t at, std::size_t width) {
+      std::copy_n(displacement.x.data() + at, width, field.x.data() + at);
+      std::copy_n(displacement.y.data() + at, width, field.y.data() + at);
+    });
     wake_all(full_);
   }
   void do_read(VectorField& displacement) override {
-    restore(full_.layout(), all_of(settings_.extent), fields().current(), displacement.x.data(),
-            displacement.y.data());
+    const Field& field = fields().current();
+    for_each_row([&](std::size_t at, std::size_t width) {
+      std::copy_n(field.x.data() + at, width, displacement.x.data() + at);
+      std::copy_n(field.y.data() + at, width, displacement.y.data() + at);
+    });
   }
   std::int64_t do_changed() override { return changed_; }
 
@@ -101,7 +106,7 @@ private:
       make_room(level.extent);
       wake_all(sweeper.data());
       if (index == 0) {
-        fill_with_null(threads);
+        fill_with_null();
         sweep_level(sweeper, level, nullptr, advance);
       } else {
         const Field& from = coarse.current();
@@ -116,18 +121,14 @@ private:
                    const Advance& advance) {
     const double sites = static_cast<double>(level.extent.sites());
     const int chunk = static_cast<int>(std::clamp(updates_per_report / sites, 8.0, 1e9));
-    if (projection != nullptr && (level.sweeps == 0 || sweeper.colours() != 1)) {
-      project(sweeper.data().layout(), *projection);
-      projection = nullptr;
+    if (projection != nullptr && level.sweeps == 0) {
+      projection->all_rows(fields().current().components(), useful_threads(level.extent));
     }
     for (int done = 0; done < level.sweeps;) {
       const int sweeps = std::min(chunk, level.sweeps - done);
       changed_ = sweep(sweeper, done, sweeps, done == 0 ? projection : nullptr);
       done += sweeps;
       advance(sites * sweeps);
-    }
-    if (sweeper.colours() != 1 && sweeper.data().layout().extent != pyramid_.full->extent) {
-      restore(sweeper.data().layout());
     }
   }
 
@@ -137,46 +138,25 @@ private:
                                        projection);
   }
 
-  /// With stride 2 projections go through fields in reading order: the other buffer, of which coloured
-  /// sweeps have no need.
-  void project(const Layout& layout, const Projection& projection) {
-    Fields& own = fields();
-    Field& in_order = own.buffers[layout.stride == 1 ? own.newest : 1];
-    projection.all_rows(in_order.components(), useful_threads(layout.extent));
-    if (layout.stride != 1) {
-      arrange(layout, all_of(layout.extent), in_order.x.data(), in_order.y.data(), own.buffers[0]);
-      own.newest = 0;
-    }
-  }
-  void restore(const Layout& layout) {
-    Fields& own = fields();
-    restore(layout, all_of(layout.extent), own.buffers[0], own.buffers[1].x.data(), own.buffers[1].y.data());
-    own.newest = 1;
-  }
-
-  void arrange(const Layout& layout, const Rectangle& sites, const float* x, const float* y,
-               Field& to) const {
-    const int threads = useful_threads(sites.extent());
-    layout.arrange(sites, x, to.x.data(), threads);
-    layout.arrange(sites, y, to.y.data(), threads);
-  }
-  void restore(const Layout& layout, const Rectangle& sites, const Field& from, float* x, float* y) const {
-    const int threads = useful_threads(sites.extent());
-    layout.restore(sites, from.x.data(), x, threads);
-    layout.restore(sites, from.y.data(), y, threads);
-  }
-
-  void fill_with_null(int threads) {
-    Field& field = fields().current();
+  /// call(index, width) for each row of the level.
+  template <typename Call>
+  void for_each_row(const Call& call) const {
     const Extent extent = settings_.extent;
-#pragma omp parallel for num_threads(threads) schedule(static)
+#pragma omp parallel for num_threads(useful_threads(extent)) schedule(static)
     for (int y = 0; y < extent.height; ++y) {
-      std::fill_n(field.x.data() + extent.index(0, y), extent.width, 0.0F);
-      std::fill_n(field.y.data() + extent.index(0, y), extent.width, 0.0F);
+      call(extent.index(0, y), static_cast<std::size_t>(extent.width));
     }
   }
 
-  /// For the field of a level; the second buffer of coloured updates is touched by projections only.
+  void fill_with_null() {
+    Field& field = fields().current();
+    for_each_row([&](std::size_t at, std::size_t width) {
+      std::fill_n(field.x.data() + at, width, 0.0F);
+      std::fill_n(field.y.data() + at, width, 0.0F);
+    });
+  }
+
+  /// For the field of a level.
   void make_room(Extent extent) {
     for (Field& buffer : fields().buffers) {
       buffer.x.require(extent.sites());
@@ -190,7 +170,7 @@ private:
   }
   void wake_all(const LevelData& data) {
     if (is_active()) {
-      active_.wake_all(data.tiling(), useful_threads(data.layout().extent));
+      active_.wake_all(data.tiling(), useful_threads(data.extent()));
     }
   }
 

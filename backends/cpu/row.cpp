@@ -33,8 +33,8 @@ struct Kind {
   int rule;
   int step_count;
   bool observed;
-  bool moves_x;
-  bool moves_y;
+  bool coloured = false;
+  bool moves_y = true;
   bool inside = false;
   bool uniform = false;
   bool uniform_confidence = false;
@@ -56,18 +56,6 @@ HDM_FUNCTION Neighbours fetch(const real* from, const NeighbourOffsets& at, std:
           from[i + at.to[4]], from[i + at.to[5]], from[i + at.to[6]], from[i + at.to[7]]};
 }
 
-/// With two sets x does not see its own column nor y its own row: those may move in the same sweep.
-constexpr bool sees_all = InFloat::coloured_sets != 2;
-
-HDM_FUNCTION Neighbours fetch_seen_by_x(const real* from, const NeighbourOffsets& at, std::ptrdiff_t i) {
-  return {from[i + at.to[0]], real(0), from[i + at.to[2]], from[i + at.to[3]], from[i], from[i + at.to[4]],
-          from[i + at.to[5]], real(0), from[i + at.to[7]]};
-}
-HDM_FUNCTION Neighbours fetch_seen_by_y(const real* from, const NeighbourOffsets& at, std::ptrdiff_t i) {
-  return {from[i + at.to[0]], from[i + at.to[1]], from[i + at.to[2]], real(0), from[i], real(0),
-          from[i + at.to[5]], from[i + at.to[6]], from[i + at.to[7]]};
-}
-
 /// One modulus all around: what depends on moduli alone is then the same for all sites, and the compiler
 /// takes it out of the loop.
 HDM_FUNCTION Neighbours everywhere(real value) {
@@ -87,11 +75,9 @@ HDM_FUNCTION Site fetch_site(const RowPart& part, std::ptrdiff_t i) {
   // Offsets of -1 and 1 that the compiler knows: one pointer per row of neighbours, not one per neighbour.
   const NeighbourOffsets at = kind.inside ? inside_offsets(part.pitch) : part.neighbours;
   Site site{};
-  if constexpr (kind.moves_x) {
-    site.dx = sees_all ? fetch(part.dx, at, i) : fetch_seen_by_x(part.dx, at, i);
-  }
+  site.dx = fetch(part.dx, at, i);
   if constexpr (kind.moves_y) {
-    site.dy = sees_all ? fetch(part.dy, at, i) : fetch_seen_by_y(part.dy, at, i);
+    site.dy = fetch(part.dy, at, i);
   }
   site.inverse_modulus =
       kind.uniform ? everywhere(part.uniform_inverse_modulus) : fetch(part.inverse_modulus, at, i);
@@ -120,19 +106,14 @@ template <Kind kind>
 HDM_FUNCTION int sweep_site(const RowPart& part, const real* steps, const Output& to, int row, int in_row) {
   const std::ptrdiff_t i = row * part.pitch + in_row;
   const Site site = fetch_site<kind>(part, i);
-  const InFloat::Position at = {static_cast<real>(part.column + part.stride * in_row),
-                                static_cast<real>(part.row + row)};
-  const InFloat::Sweep sweep = {real(0), part.strength, part.number,
-                                part.seed}; // the colour has chosen the part
-  const InFloat::Displacement next =
-      InFloat::moved_displacement(kind.rule, true, site, at, sweep, steps, kind.step_count);
-  int changes = 0; // a sum: with | GCC 12 leaves the loop over annealed sites scalar
-  if constexpr (kind.moves_x) {
-    to.next_x[i - to.begin] = next.x;
-    changes += static_cast<int>(next.x != site.dx.centre);
-  }
+  const InFloat::Position at = {static_cast<real>(in_row), static_cast<real>(part.row + row)};
+  const InFloat::Sweep sweep = {part.colour, part.strength, part.number, part.seed};
+  const InFloat::Displacement next = InFloat::swept_displacement(
+      kind.rule, kind.coloured ? part.colours : 1, true, site, at, sweep, steps, kind.step_count);
+  to.next_x[i - to.begin] = next.x;
+  to.next_y[i - to.begin] = kind.moves_y ? next.y : part.dy[i];
+  int changes = static_cast<int>(next.x != site.dx.centre); // a sum: with | GCC 12 leaves the loop scalar
   if constexpr (kind.moves_y) {
-    to.next_y[i - to.begin] = next.y;
     changes += static_cast<int>(next.y != site.dy.centre);
   }
   return static_cast<int>(changes > 0);
@@ -149,14 +130,6 @@ HDM_FUNCTION int sweep_span(const RowPart& part, const real* steps, const Output
     changed += i >= counted && i < counted_last ? change : 0;
   }
   return changed;
-}
-
-/// Whether a site may be computed twice. What is left of a row beyond whole vectors is then one more vector,
-/// that computes some sites again: one by one they would cost as much as 10 vectors.
-template <Kind kind>
-HDM_FUNCTION bool repeats_sites(const RowPart& part) {
-  return kind.inside ||
-         (kind.rule == InFloat::rule_steps && kind.moves_x && kind.moves_y && part.next_x != part.dx);
 }
 
 /// Fewer sites than a vector has: computed with their neighbours, of which nothing is kept.
@@ -190,19 +163,19 @@ std::int64_t sweep_sites(const RowPart& shared) {
     }
   }
   const Output to{part.next_x, part.next_y, 0};
-  const bool may_repeat = repeats_sites<kind>(part);
   const int count = part.last - part.first;
   std::int64_t changed = 0;
   for (int row = 0; row < part.rows; ++row) {
     int whole = part.last;
-    if (may_repeat && count >= most_lanes) {
+    // What is left of a row beyond whole vectors is one more vector, that computes some sites again: one by
+    // one they would cost as much as 10 vectors.
+    if (count >= most_lanes) {
       whole -= count % most_lanes;
       if (whole < part.last) {
         changed +=
             sweep_span<kind>(part, steps, to, row, part.last - most_lanes, part.last, whole, part.last);
       }
-    } else if (may_repeat && part.stride == 1 && part.first > 0 && part.last < part.pitch &&
-               part.pitch >= most_lanes + 2) {
+    } else if (part.first > 0 && part.last < part.pitch && part.pitch >= most_lanes + 2) {
       changed += sweep_short<kind>(part, steps, row);
       continue;
     }
@@ -213,11 +186,11 @@ std::int64_t sweep_sites(const RowPart& shared) {
 
 template <int rule, int step_count, bool observed>
 std::int64_t sweep_turn(const RowPart& part) {
-  if (part.moves_x && part.moves_y) {
-    return sweep_sites<Kind{rule, step_count, observed, true, true}>(part);
+  if (part.colours == 1) {
+    return sweep_sites<Kind{rule, step_count, observed}>(part);
   }
-  return part.moves_x ? sweep_sites<Kind{rule, step_count, observed, true, false}>(part)
-                      : sweep_sites<Kind{rule, step_count, observed, false, true}>(part);
+  return part.moves_y ? sweep_sites<Kind{rule, step_count, observed, true, true}>(part)
+                      : sweep_sites<Kind{rule, step_count, observed, true, false}>(part);
 }
 
 /// The number of candidates as a constant: their loop unrolls. Nine to fifteen of the best candidate's are
@@ -247,7 +220,7 @@ std::int64_t sweep_rule(const RowPart& part) {
 
 template <bool observed, bool uniform, bool uniform_confidence>
 std::int64_t sweep_inside(const RowPart& part) {
-  return sweep_sites<Kind{InFloat::rule_steps, default_step_count, observed, true, true, true, uniform,
+  return sweep_sites<Kind{InFloat::rule_steps, default_step_count, observed, false, true, true, uniform,
                           uniform_confidence}>(part);
 }
 

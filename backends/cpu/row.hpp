@@ -19,10 +19,9 @@ struct NeighbourOffsets {
   return {{-pitch - 1, -pitch, -pitch + 1, -1, 1, pitch - 1, pitch, pitch + 1}};
 }
 
-/// Sites first ... last - 1 of one or more rows, or of their columns of one parity (level_data.hpp), all with
-/// the same kind of neighbours, all with an observation or all without. Their turn is the same: that of all
-/// x, all y, or both. Pointers are to site 0 of the first row. Parts shorter than a vector may read sites of
-/// their rows beyond first and last, whatever stands there; they write none of them.
+/// Sites first ... last - 1 of one or more rows, all with the same kind of neighbours, all with an
+/// observation or all without. Pointers are to site 0 of the first row. Parts shorter than a vector may read
+/// sites of their rows beyond first and last, whatever stands there; they write none of them.
 struct RowPart {
   NeighbourOffsets neighbours{};
   const float* dx = nullptr;
@@ -39,14 +38,12 @@ struct RowPart {
   float penalty = 0;
   const float* steps = nullptr; ///< 16 values
   int step_count = 0;           ///< 1 ... 16
-  float strength = 0;           ///< this and the next two: update.inc's Sweep
+  float colour = 0;             ///< this and the next three: update.inc's Sweep
+  float strength = 0;
   float number = 0;
   float seed = 0;
   int row = 0;
-  int column = 0; ///< of site 0
-  int stride = 0; ///< columns from one site to the next
-  /// Written where it is the component's turn. May be dx, dy if what moves does not see what moves and
-  /// `inside` is false; must not overlap anything else above.
+  /// Where it is not a component's turn it is written as it was. Must not overlap anything above.
   float* next_x = nullptr;
   float* next_y = nullptr;
   int first = 0;
@@ -54,10 +51,10 @@ struct RowPart {
   int rows = 1;
   std::ptrdiff_t pitch = 0; ///< floats from a row to the next
   int rule = 0;             ///< update.inc's number
-  bool moves_x = true;
-  bool moves_y = true;
-  bool observed = false; ///< false: both confidences are 0 all along the part; they are not read
-  /// The short path: Rule::steps with the default candidates, both components move, and the offsets are
+  int colours = 1;          ///< with more than one all rows are of one parity
+  bool moves_y = true;      ///< false: it is the turn of no site's y
+  bool observed = false;    ///< false: both confidences are 0 all along the part; they are not read
+  /// The short path: Rule::steps with the default candidates, one colour, and the offsets are
   /// inside_offsets(pitch).
   bool inside = false;
   /// Only with `inside`: all moduli that the part sees are this one; the arrays are not read.

@@ -7,9 +7,24 @@
 
 namespace hdmbench::openmp {
 
-RowPart Sweeper::rows_part(const Field& from, Field& to, const SweepState& state, int y, int phase) const {
-  const Layout& layout = data_.layout();
-  const std::size_t row = layout.start(y, phase);
+namespace {
+
+/// For sites of row y in the first or last column of the image or in neither.
+NeighbourOffsets neighbours(Extent extent, int y, bool west_outside, bool east_outside) {
+  const auto offset = [&](int dx, int dy) -> std::ptrdiff_t {
+    const bool outside =
+        (dx < 0 && west_outside) || (dx > 0 && east_outside) || y + dy < 0 || y + dy >= extent.height;
+    return outside ? 0 : dy * static_cast<std::ptrdiff_t>(extent.width) + dx;
+  };
+  return {{offset(-1, -1), offset(0, -1), offset(1, -1), offset(-1, 0), offset(1, 0), offset(-1, 1),
+           offset(0, 1), offset(1, 1)}};
+}
+
+} // namespace
+
+RowPart Sweeper::rows_part(const Field& from, Field& to, int number, int y) const {
+  const SweepState state = sweep_state(settings_, number);
+  const std::size_t row = data_.extent().index(0, y);
   RowPart part{};
   part.dx = from.x.data() + row;
   part.dy = from.y.data() + row;
@@ -17,26 +32,26 @@ RowPart Sweeper::rows_part(const Field& from, Field& to, const SweepState& state
   part.penalty = settings_.penalty;
   part.steps = settings_.steps.padded().data();
   part.step_count = settings_.steps.count();
+  part.colour = state.colour;
   part.strength = state.strength;
   part.number = state.number;
   part.seed = state.seed;
   part.row = y;
-  part.column = layout.column(0, phase);
-  part.stride = layout.stride;
   part.next_x = to.x.data() + row;
   part.next_y = to.y.data() + row;
-  part.pitch = layout.extent.width;
+  part.pitch = data_.extent().width;
   part.rule = static_cast<int>(settings_.rule);
+  part.colours = colours_;
   return part;
 }
 
-std::int64_t Sweeper::sweep_run(RowPart& part, int phase, const Run& run) const {
-  const Layout& layout = data_.layout();
+std::int64_t Sweeper::sweep_run(RowPart& part, const Run& run) const {
+  const Extent extent = data_.extent();
   const bool inside =
-      !run.west_outside && !run.east_outside && part.row > 0 && part.row + part.rows < layout.extent.height;
+      !run.west_outside && !run.east_outside && part.row > 0 && part.row + part.rows < extent.height;
   part.inside = inside && data_.has_short_path();
   if (!part.inside) {
-    part.neighbours = layout.neighbours(part.row, phase, run.west_outside, run.east_outside);
+    part.neighbours = neighbours(extent, part.row, run.west_outside, run.east_outside);
   }
   part.first = run.first;
   part.last = run.last;
@@ -51,29 +66,29 @@ std::int64_t Sweeper::sweep_run(RowPart& part, int phase, const Run& run) const 
 }
 
 std::int64_t Sweeper::row(const Field& from, Field& to, int number, int y) const {
-  const SweepState state = sweep_state(settings_, number);
-  const HdmInFloat::Sweep turn{state.colour, state.strength, state.number, state.seed};
+  RowPart part = rows_part(from, to, number, y);
+  // Whether it is the turn of any site of the row: two columns have all colours of one.
+  const HdmInFloat::Sweep turn{part.colour, part.strength, part.number, part.seed};
+  const HdmInFloat::Position even{0.0F, static_cast<float>(y)};
+  const HdmInFloat::Position odd{1.0F, static_cast<float>(y)};
+  const bool moves_x = HdmInFloat::moves_x(colours_, even, turn) || HdmInFloat::moves_x(colours_, odd, turn);
+  part.moves_y = HdmInFloat::moves_y(colours_, even, turn) || HdmInFloat::moves_y(colours_, odd, turn);
   std::int64_t changed = 0;
-  for (int phase = 0; phase < data_.layout().stride; ++phase) {
-    const HdmInFloat::Position at{static_cast<float>(phase), static_cast<float>(y)};
-    const bool moves_x = HdmInFloat::moves_x(colours_, at, turn);
-    const bool moves_y = HdmInFloat::moves_y(colours_, at, turn);
-    if (moves_x || moves_y) {
-      RowPart part = rows_part(from, to, state, y, phase);
-      part.moves_x = moves_x;
-      part.moves_y = moves_y;
-      for (const Run& run : data_.runs(y / Tiling::height, phase)) {
-        changed += sweep_run(part, phase, run);
-      }
-    }
+  if (!moves_x && !part.moves_y) {
+    std::copy_n(part.dx, part.pitch, part.next_x);
+    std::copy_n(part.dy, part.pitch, part.next_y);
+    return changed;
+  }
+  for (const Run& run : data_.runs(y / Tiling::height)) {
+    changed += sweep_run(part, run);
   }
   return changed;
 }
 
 std::int64_t Sweeper::tile(const Field& from, Field& to, int number, int tile_row, int tile_column) const {
-  const Rectangle sites = data_.tiling().rectangle(tile_row, 0, tile_column);
-  const TileKind& kind = data_.kind(data_.tiling().index(tile_row, 0, tile_column));
-  const int width = data_.layout().extent.width;
+  const Rectangle sites = data_.tiling().rectangle(tile_row, tile_column);
+  const TileKind& kind = data_.kind(data_.tiling().index(tile_row, tile_column));
+  const int width = data_.extent().width;
   const bool west = sites.first == 0;
   const bool east = sites.last == width && width > 1;
   const int begin = sites.first + (west ? 1 : 0);
@@ -94,18 +109,17 @@ std::int64_t Sweeper::tile(const Field& from, Field& to, int number, int tile_ro
 
 std::int64_t Sweeper::runs(const Field& from, Field& to, int number, int tile_row,
                            std::span<const Run> runs) const {
-  const SweepState state = sweep_state(settings_, number);
-  const int height = data_.layout().extent.height;
+  const int height = data_.extent().height;
   const int end = std::min((tile_row + 1) * Tiling::height, height);
   std::int64_t changed = 0;
   for (int y = tile_row * Tiling::height; y < end;) {
     // The first and the last row of the image by themselves, those between together.
     const bool at_border = y == 0 || y == height - 1;
     const int last_row = at_border ? y + 1 : std::min(end, height - 1);
-    RowPart part = rows_part(from, to, state, y, 0);
+    RowPart part = rows_part(from, to, number, y);
     part.rows = last_row - y;
     for (const Run& run : runs) {
-      changed += sweep_run(part, 0, run);
+      changed += sweep_run(part, run);
     }
     y = last_row;
   }

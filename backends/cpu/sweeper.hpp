@@ -19,7 +19,7 @@ public:
   Sweeper(SweepRow kernel, const Level& settings, const LevelData& data)
       : kernel_(kernel), settings_(settings), data_(data), colours_(sweeps_per_iteration(settings)) {}
 
-  /// Row y in sweep `number` of the level, as far as it is its sites' turn.
+  /// Row y in sweep `number` of the level.
   [[nodiscard]] std::int64_t row(const Field& from, Field& to, int number, int y) const;
   /// With simultaneous updates, a tile or `runs` of a row of tiles.
   [[nodiscard]] std::int64_t tile(const Field& from, Field& to, int number, int tile_row,
@@ -28,13 +28,11 @@ public:
                                   std::span<const Run> runs) const;
 
   [[nodiscard]] const LevelData& data() const { return data_; }
-  [[nodiscard]] int colours() const { return colours_; }
 
 private:
   /// All but what depends on where in the rows the sites are.
-  [[nodiscard]] RowPart rows_part(const Field& from, Field& to, const SweepState& state, int y,
-                                  int phase) const;
-  [[nodiscard]] std::int64_t sweep_run(RowPart& part, int phase, const Run& run) const;
+  [[nodiscard]] RowPart rows_part(const Field& from, Field& to, int number, int y) const;
+  [[nodiscard]] std::int64_t sweep_run(RowPart& part, const Run& run) const;
 
   SweepRow kernel_;
   const Level& settings_;
@@ -52,7 +50,7 @@ struct Band {
   return {static_cast<int>(count * thread / threads), static_cast<int>(count * (thread + 1) / threads)};
 }
 
-/// Two buffers of one field, and which of them is the newest. Coloured updates use one only.
+/// Two buffers of one field, and which of them is the newest.
 struct Fields {
   std::array<Field, 2> buffers;
   std::size_t newest = 0;
