@@ -54,13 +54,13 @@ LevelData::Arrays LevelData::arrays_of(const Level& level) {
                 level.confidence.y.data(),
                 curvature ? level.inverse_curvature.x.data() : nullptr,
                 curvature ? level.inverse_curvature.y.data() : nullptr};
-  std::ranges::transform(level.inputs, arrays.begin() + first_input,
+  std::ranges::transform(level.inputs, arrays.begin() + RowPart::first_input,
                          [](const ScalarField& input) { return input.values.data(); });
   return arrays;
 }
 
 void LevelData::make_room(const Arrays& from) {
-  for (std::size_t i = 0; i < array_count; ++i) {
+  for (std::size_t i = 0; i < arrays_.size(); ++i) {
     if (from[i] != nullptr) {
       own_[i].require(extent().sites());
       arrays_[i] = own_[i].data();
@@ -69,23 +69,26 @@ void LevelData::make_room(const Arrays& from) {
 }
 
 TileKind LevelData::classified(Rectangle tile) const {
-  tile_class::Classifier<ArrangedRows> sites(
-      {arrays_[modulus], arrays_[inverse_modulus], arrays_[confidence_x], arrays_[confidence_y], extent()});
+  tile_class::Classifier<ArrangedRows> sites({arrays_[RowPart::modulus], arrays_[RowPart::inverse_modulus],
+                                              arrays_[RowPart::confidence_x], arrays_[RowPart::confidence_y],
+                                              extent()});
   const std::size_t origin = extent().index(tile.first, tile.first_row);
   TileKind kind;
   if (sites.is_of_one_confidence(tile.first, tile.first_row, tile.last, tile.last_row,
-                                 arrays_[confidence_x][origin], arrays_[confidence_y][origin])) {
+                                 arrays_[RowPart::confidence_x][origin],
+                                 arrays_[RowPart::confidence_y][origin])) {
     kind.uniform_confidence = true;
-    kind.confidence_x = arrays_[confidence_x][origin];
-    kind.confidence_y = arrays_[confidence_y][origin];
+    kind.confidence_x = arrays_[RowPart::confidence_x][origin];
+    kind.confidence_y = arrays_[RowPart::confidence_y][origin];
     kind.observed = kind.confidence_x != 0.0F || kind.confidence_y != 0.0F;
   }
   if (short_path_ &&
       sites.is_of_one_material(tile.first, tile.first_row, tile.last, tile.last_row, extent().width,
-                               extent().height, arrays_[modulus][origin], arrays_[inverse_modulus][origin])) {
+                               extent().height, arrays_[RowPart::modulus][origin],
+                               arrays_[RowPart::inverse_modulus][origin])) {
     kind.uniform = true;
-    kind.modulus = arrays_[modulus][origin];
-    kind.inverse_modulus = arrays_[inverse_modulus][origin];
+    kind.modulus = arrays_[RowPart::modulus][origin];
+    kind.inverse_modulus = arrays_[RowPart::inverse_modulus][origin];
   }
   return kind;
 }
@@ -166,7 +169,7 @@ void LevelData::copy(const Level& level, int threads) {
   const auto width = static_cast<std::size_t>(level.extent.width);
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (int y = 0; y < level.extent.height; ++y) {
-    for (std::size_t i = 0; i < array_count; ++i) {
+    for (std::size_t i = 0; i < arrays_.size(); ++i) {
       if (from[i] != nullptr) {
         std::copy_n(from[i] + level.extent.index(0, y), width, own_[i].data() + level.extent.index(0, y));
       }
@@ -207,7 +210,7 @@ void LevelData::sample(const Level& level, const LevelData& full, Extent extent,
     const Rectangle tile = tiling_.rectangle(row, column);
     const int end = is_read(row, column) ? tile.last_row : tile.first_row;
     const std::size_t count =
-        known[at] == 0 ? array_count : inverse_modulus + 1; // what is read from beside it
+        known[at] == 0 ? arrays_.size() : RowPart::inverse_modulus + 1; // what is read from beside it
     for (std::size_t i = 0; i < count; ++i) {
       for (int y = tile.first_row; y < end && from[i] != nullptr; ++y) {
         const float* const source = from[i] + level.extent.index(0, rows[static_cast<std::size_t>(y)]);
@@ -223,26 +226,15 @@ void LevelData::sample(const Level& level, const LevelData& full, Extent extent,
 
 void LevelData::release_beyond(std::size_t bytes) {
   for (Buffer& buffer : own_) {
-    if (buffer.size() * sizeof(float) * array_count > bytes) {
+    if (buffer.size() * sizeof(float) * arrays_.size() > bytes) {
       buffer.release();
     }
   }
 }
 
 void LevelData::point(RowPart& part, std::size_t offset) const {
-  const auto at = [&](std::size_t array) {
-    return arrays_[array] == nullptr ? nullptr : arrays_[array] + offset;
-  };
-  part.modulus = at(modulus);
-  part.inverse_modulus = at(inverse_modulus);
-  part.target_x = at(target_x);
-  part.target_y = at(target_y);
-  part.confidence_x = at(confidence_x);
-  part.confidence_y = at(confidence_y);
-  part.inverse_curvature_x = at(curvature_x);
-  part.inverse_curvature_y = at(curvature_y);
-  for (std::size_t i = 0; i < array_count - first_input; ++i) {
-    part.inputs[i] = at(first_input + i);
+  for (std::size_t i = 0; i < arrays_.size(); ++i) {
+    part.arrays[i] = arrays_[i] == nullptr ? nullptr : arrays_[i] + offset;
   }
 }
 

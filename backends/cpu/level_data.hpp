@@ -21,19 +21,6 @@ struct Field {
   [[nodiscard]] std::array<float*, 2> components() { return {x.data(), y.data()}; }
 };
 
-/// What is known of all sites of a tile at once.
-struct TileKind {
-  bool observed = true;            ///< false: every confidence is 0
-  bool uniform_confidence = false; ///< one pair of confidences in the tile
-  float confidence_x = 0.0F;       ///< where uniform_confidence
-  float confidence_y = 0.0F;
-  bool uniform = false; ///< one modulus in the tile and in its rim
-  float modulus = 1.0F; ///< where uniform
-  float inverse_modulus = 1.0F;
-
-  bool operator==(const TileKind&) const = default;
-};
-
 /// Rows first_row ... last_row - 1, sites first ... last - 1.
 struct Rectangle {
   int first_row;
@@ -98,19 +85,7 @@ public:
   void point(RowPart& part, std::size_t offset) const;
 
 private:
-  enum Array {
-    modulus,
-    inverse_modulus,
-    target_x,
-    target_y,
-    confidence_x,
-    confidence_y,
-    curvature_x,
-    curvature_y,
-    first_input ///< of the energy's own, four at most
-  };
-  static constexpr std::size_t array_count = 12;
-  using Arrays = std::array<const float*, array_count>;
+  using Arrays = std::array<const float*, RowPart::array_count>;
 
   void prepare(const Level& level, Extent extent);
   [[nodiscard]] static Arrays arrays_of(const Level& level);
@@ -134,7 +109,7 @@ private:
   bool short_path_ = false;
   std::vector<TileKind> kinds_;
   std::vector<std::vector<Run>> runs_;
-  std::array<Buffer, array_count> own_;
+  std::array<Buffer, RowPart::array_count> own_;
   Arrays arrays_{};
 };
 

@@ -79,17 +79,18 @@ HDM_FUNCTION Site fetch_site(const RowPart& part, std::ptrdiff_t i) {
   if constexpr (kind.moves_y) {
     site.dy = fetch(part.dy, at, i);
   }
-  site.inverse_modulus =
-      kind.uniform ? everywhere(part.uniform_inverse_modulus) : fetch(part.inverse_modulus, at, i);
-  site.modulus = kind.uniform ? part.uniform_modulus : part.modulus[i];
-  site.target_x = kind.observed ? part.target_x[i] : real(0);
-  site.target_y = kind.observed ? part.target_y[i] : real(0);
-  site.confidence_x = confidence<kind>(part.confidence_x, part.uniform_confidence_x, i);
-  site.confidence_y = confidence<kind>(part.confidence_y, part.uniform_confidence_y, i);
+  site.inverse_modulus = kind.uniform ? everywhere(part.kind.inverse_modulus)
+                                      : fetch(part.arrays[RowPart::inverse_modulus], at, i);
+  site.modulus = kind.uniform ? part.kind.modulus : part.arrays[RowPart::modulus][i];
+  site.target_x = kind.observed ? part.arrays[RowPart::target_x][i] : real(0);
+  site.target_y = kind.observed ? part.arrays[RowPart::target_y][i] : real(0);
+  site.confidence_x = confidence<kind>(part.arrays[RowPart::confidence_x], part.kind.confidence_x, i);
+  site.confidence_y = confidence<kind>(part.arrays[RowPart::confidence_y], part.kind.confidence_y, i);
   site.penalty = kind.observed ? part.penalty : real(1);
-  site.inverse_curvature_x = has_curvature ? part.inverse_curvature_x[i] : real(0);
-  site.inverse_curvature_y = has_curvature ? part.inverse_curvature_y[i] : real(0);
-  InFloat::set_inputs(site, [&](int number) { return fetch(part.inputs[number], at, i); });
+  site.inverse_curvature_x = has_curvature ? part.arrays[RowPart::inverse_curvature_x][i] : real(0);
+  site.inverse_curvature_y = has_curvature ? part.arrays[RowPart::inverse_curvature_y][i] : real(0);
+  InFloat::set_inputs(site,
+                      [&](int number) { return fetch(part.arrays[RowPart::first_input + number], at, i); });
   return site;
 }
 
@@ -226,20 +227,20 @@ std::int64_t sweep_inside(const RowPart& part) {
 
 template <bool uniform>
 std::int64_t sweep_inside(const RowPart& part) {
-  if (!part.observed) {
+  if (!part.kind.observed) {
     return sweep_inside<false, uniform, false>(part);
   }
-  return part.uniform_confidence ? sweep_inside<true, uniform, true>(part)
-                                 : sweep_inside<true, uniform, false>(part);
+  return part.kind.uniform_confidence ? sweep_inside<true, uniform, true>(part)
+                                      : sweep_inside<true, uniform, false>(part);
 }
 
 } // namespace
 
 std::int64_t sweep_row(const RowPart& part) {
   if (part.inside) {
-    return part.uniform ? sweep_inside<true>(part) : sweep_inside<false>(part);
+    return part.kind.uniform ? sweep_inside<true>(part) : sweep_inside<false>(part);
   }
-  return part.observed ? sweep_rule<true>(part) : sweep_rule<false>(part);
+  return part.kind.observed ? sweep_rule<true>(part) : sweep_rule<false>(part);
 }
 
 } // namespace hdmbench::energies::HDMBENCH_ENERGY::HDMBENCH_INSTRUCTION_SET

@@ -19,22 +19,41 @@ struct NeighbourOffsets {
   return {{-pitch - 1, -pitch, -pitch + 1, -1, 1, pitch - 1, pitch, pitch + 1}};
 }
 
-/// Sites first ... last - 1 of one or more rows, all with the same kind of neighbours, all with an
-/// observation or all without. Pointers are to site 0 of the first row. Parts shorter than a vector may read
-/// sites of their rows beyond first and last, whatever stands there; they write none of them.
+/// What is known of all sites of a tile at once.
+struct TileKind {
+  bool observed = true;            ///< false: every confidence is 0; none is read
+  bool uniform_confidence = false; ///< one pair of confidences in the tile
+  float confidence_x = 0.0F;       ///< where uniform_confidence
+  float confidence_y = 0.0F;
+  bool uniform = false; ///< one modulus in the tile and in its rim
+  float modulus = 1.0F; ///< where uniform
+  float inverse_modulus = 1.0F;
+
+  bool operator==(const TileKind&) const = default;
+};
+
+/// Sites first ... last - 1 of one or more rows, all with the same kind of neighbours. Pointers are to site 0
+/// of the first row. Parts shorter than a vector may read sites of their rows beyond first and last, whatever
+/// stands there; they write none of them.
 struct RowPart {
+  /// What sites have beside their displacement.
+  enum Array {
+    modulus,
+    inverse_modulus,
+    target_x,
+    target_y,
+    confidence_x,
+    confidence_y,
+    inverse_curvature_x,
+    inverse_curvature_y,
+    first_input, ///< of the energy's own, four at most
+    array_count = first_input + 4
+  };
+
   NeighbourOffsets neighbours{};
   const float* dx = nullptr;
   const float* dy = nullptr;
-  const float* inverse_modulus = nullptr;
-  const float* modulus = nullptr;
-  const float* target_x = nullptr;
-  const float* target_y = nullptr;
-  const float* confidence_x = nullptr;
-  const float* confidence_y = nullptr;
-  const float* inputs[4] = {};                ///< the energy's own
-  const float* inverse_curvature_x = nullptr; ///< null where the rule does not need it
-  const float* inverse_curvature_y = nullptr;
+  const float* arrays[array_count] = {}; ///< null where the rule or the energy does not need it
   float penalty = 0;
   const float* steps = nullptr; ///< 16 values
   int step_count = 0;           ///< 1 ... 16
@@ -53,18 +72,10 @@ struct RowPart {
   int rule = 0;             ///< update.inc's number
   int colours = 1;          ///< with more than one all rows are of one parity
   bool moves_y = true;      ///< false: it is the turn of no site's y
-  bool observed = false;    ///< false: both confidences are 0 all along the part; they are not read
+  TileKind kind;            ///< of all tiles that the part is in
   /// The short path: Rule::steps with the default candidates, one colour, and the offsets are
-  /// inside_offsets(pitch).
+  /// inside_offsets(pitch). Then numbers that are uniform are read from `kind`, not from the arrays.
   bool inside = false;
-  /// Only with `inside`: all moduli that the part sees are this one; the arrays are not read.
-  bool uniform = false;
-  float uniform_modulus = 1;
-  float uniform_inverse_modulus = 1;
-  /// Only with `inside` and `observed`: all confidences are these; the arrays are not read.
-  bool uniform_confidence = false;
-  float uniform_confidence_x = 0;
-  float uniform_confidence_y = 0;
 };
 
 /// Returns the number of sites that changed.

@@ -55,13 +55,7 @@ std::int64_t Sweeper::sweep_run(RowPart& part, const Run& run) const {
   }
   part.first = run.first;
   part.last = run.last;
-  part.observed = run.kind.observed;
-  part.uniform = part.inside && run.kind.uniform;
-  part.uniform_modulus = run.kind.modulus;
-  part.uniform_inverse_modulus = run.kind.inverse_modulus;
-  part.uniform_confidence = part.inside && run.kind.uniform_confidence;
-  part.uniform_confidence_x = run.kind.confidence_x;
-  part.uniform_confidence_y = run.kind.confidence_y;
+  part.kind = run.kind;
   return kernel_(part);
 }
 

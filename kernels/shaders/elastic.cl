@@ -43,8 +43,7 @@ typedef struct {
 } Field;
 
 HDM_FUNCTION Force pair_at(Field field, int at) {
-  Force pair = {field.x[at], field.y[at]};
-  return pair;
+  return force_of(field.x[at], field.y[at]);
 }
 
 // What does not change of a level.
@@ -85,7 +84,7 @@ HDM_FUNCTION Force force_of_cell(Field from, Fixed fixed, int at, int corner, in
     float values[8] = {dx.top_left, dy.top_left, dx.top_right, dy.top_right,
                        dx.bottom_left, dy.bottom_left, dx.bottom_right, dy.bottom_right};
     global const float* stiffness = fixed.matrices + 64 * (size_t)masked + 2 * corner;
-    Force force = {0.0f, 0.0f};
+    Force force = force_of(0.0f, 0.0f);
     for (int column = 0; column < 8; ++column) {
       force.x = masked_force(force.x, stiffness[8 * column], values[column]);
       force.y = masked_force(force.y, stiffness[8 * column + 1], values[column]);
@@ -101,9 +100,9 @@ HDM_FUNCTION Force force_of_cell(Field from, Fixed fixed, int at, int corner, in
 
 HDM_FUNCTION Force relaxed_site(Force value, Fixed fixed, int at, Force residual) {
   global const float* response = fixed.response + at; // xx, xy, yy
-  Force moved = {relaxed(value.x, response[0], residual.x, response[fixed.plane], residual.y),
-                 relaxed(value.y, response[2 * fixed.plane], residual.y, response[fixed.plane], residual.x)};
-  return moved;
+  float across = response[fixed.plane];
+  return force_of(relaxed(value.x, response[0], residual.x, across, residual.y),
+                  relaxed(value.y, response[2 * fixed.plane], residual.y, across, residual.x));
 }
 
 HDM_FUNCTION void store(global float* to, size_t plane, int at, Force value) {
@@ -170,8 +169,7 @@ kernel void elastic_step(global const float* restrict f, global const float* res
   SITES_SIDE_BY_SIDE
   for (int x = lane; x < p.width; x += LANES) {
     int at = start + x;
-    Force nothing = {0.0f, 0.0f};
-    store(to, plane, at, relaxed_site(nothing, fixed, at, pair_at(from, at)));
+    store(to, plane, at, relaxed_site(force_of(0.0f, 0.0f), fixed, at, pair_at(from, at)));
   }
 
 #elif STEP == ELASTIC_RESTRICT

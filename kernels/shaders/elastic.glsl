@@ -9,8 +9,6 @@ struct CellForces {
   Force bottom_left, bottom_right;
 };
 
-Force null_force() { return Force(0.0, 0.0); }
-
 // The next two terms of the force of a masked cell on a corner that is moved so. `stiffness`: a texel of its matrix.
 Force more_masked_force(Force force, vec4 stiffness, vec2 moved) {
   force.x = masked_force(force.x, stiffness.x, moved.x);
@@ -34,7 +32,7 @@ CellForces forces_of_cell(bool may_be_masked, vec4 moments, vec4 more, vec2 top_
     // A loop, not a branch: rasterizers on the CPU execute both sides of a branch, but leave a loop when all are done.
     int corner = more.z > 0.0 ? 0 : 4;
     if (corner == 0) {
-      forces = CellForces(null_force(), null_force(), null_force(), null_force());
+      forces = CellForces(Force(0.0, 0.0), Force(0.0, 0.0), Force(0.0, 0.0), Force(0.0, 0.0));
     }
     for (; corner < 4; ++corner) {
       vec2 moved = corner < 2 ? (corner == 0 ? top_left : top_right) : (corner == 2 ? bottom_left : bottom_right);

@@ -38,8 +38,8 @@ void sweep_columns(int left, int first_row, int end) {
     above[i] = from_at(at - 1 + i);
   }
   for (int i = 0; i < COLUMNS; ++i) {
-    from_west[i] = null_force();
-    from_east[i] = null_force();
+    from_west[i] = Force(0.0, 0.0);
+    from_east[i] = Force(0.0, 0.0);
   }
   for (int y = first_row - 1; y < end; ++y) {
     for (int i = 0; i < COLUMNS + 2; ++i) {
@@ -69,7 +69,7 @@ Force masked_or(Force otherwise, float number, int corner, vec2 top_left, vec2 t
                 vec2 bottom_right) {
   HDM_PRECISE float before = number - 1.0;
   float found = max(before, 0.0);
-  Force force = more_masked_force(null_force(), matrix_at(found, 4 * corner), top_left);
+  Force force = more_masked_force(Force(0.0, 0.0), matrix_at(found, 4 * corner), top_left);
   force = more_masked_force(force, matrix_at(found, 4 * corner + 1), top_right);
   force = more_masked_force(force, matrix_at(found, 4 * corner + 2), bottom_left);
   force = more_masked_force(force, matrix_at(found, 4 * corner + 3), bottom_right);
