@@ -55,11 +55,12 @@ public:
     keep(band.last, south_line);
   }
 
-  /// use(y, residual) for every row of the band, from the north on; where neighbours are `kept` it may
-  /// overwrite row y of `values`. `load` may be null.
+  /// use(y, residual) for every row of the band, from the north on, after the residual was written to row y
+  /// of `to`; where that is null, to a row of this object. Where neighbours are `kept`, `use` may overwrite
+  /// row y of `values`. `load` may be null.
   template <typename Use>
   void residuals(const ElasticLevel& level, const RingedField& values, const RingedField* load, Band band,
-                 bool kept, const Use& use) {
+                 bool kept, RingedField* to, const Use& use) {
     if (band.first >= band.last) {
       return;
     }
@@ -71,11 +72,11 @@ public:
     cells(level, band.first - 1, row_at(band.first - 1), row_at(band.first));
     for (int y = band.first; y < band.last; ++y) {
       cells(level, y, row_at(y), row_at(y + 1));
-      const ElasticRow result = line(residual_line);
+      const ElasticRow result = to == nullptr ? line(residual_line) : row_of(level.grid, *to, y);
       rows_->residual(level.grid.sites.width,
                       load == nullptr ? ConstElasticRow{} : row_of(level.grid, *load, y), on_below(y - 1),
                       line(above_line), result);
-      use(y, ConstElasticRow(result));
+      use(y, result);
     }
   }
 
@@ -164,10 +165,11 @@ public:
       // other band's row is kept as it was.
       work.keep_neighbours(here.grid, values, band);
 #pragma omp barrier
-      work.residuals(here, values, load_of(level, field), band, true, [&](int y, ConstElasticRow residual) {
-        const ElasticRow to = row_of(here.grid, values, y);
-        rows_.relax(here.grid.sites.width, to, residual, response_of(here, y), to);
-      });
+      work.residuals(here, values, load_of(level, field), band, true, nullptr,
+                     [&](int y, const ElasticRow& residual) {
+                       const ElasticRow to = row_of(here.grid, values, y);
+                       rows_.relax(here.grid.sites.width, to, residual, response_of(here, y), to);
+                     });
     });
   }
 
@@ -195,8 +197,8 @@ public:
       return;
     }
     RingedField& free = residual_field(0);
-    const RingedField& load = fields_.at(0, ElasticField::load);
-    for_each_row(grid(0), [&](int y) { copy_free(0, y, row_of(grid(0), load, y), free); });
+    free = fields_.at(0, ElasticField::load);
+    for_each_row(grid(0), [&](int y) { keep_free(0, y, row_of(grid(0), free, y)); });
     restrict_from(0, free);
   }
 
@@ -281,21 +283,17 @@ private:
     field.require(grid(level));
     return field;
   }
-  /// Row y of a level, 0 where a component of the image may not move.
-  void copy_free(int level, int y, ConstElasticRow from, RingedField& field) const {
-    const ElasticLevel& here = level_at(level);
-    const ElasticRow to = row_of(here.grid, field, y);
-    std::copy_n(from.x, here.grid.sites.width, to.x);
-    std::copy_n(from.y, here.grid.sites.width, to.y);
+  /// 0 where a component of the image may not move.
+  void keep_free(int level, int y, const ElasticRow& row) const {
     if (level == 0) {
-      rows_.keep_free(here.grid.sites.width, response_of(here, y), to);
+      rows_.keep_free(grid(0).sites.width, response_of(level_at(0), y), row);
     }
   }
   void free_residual(int level, const RingedField& values, const RingedField* load, RingedField& to) const {
     const ElasticLevel& here = level_at(level);
     in_bands(here.grid.sites.height, here.grid.sites, [&](Band band, ElasticBand& work) {
-      work.residuals(here, values, load, band, false,
-                     [&](int y, ConstElasticRow residual) { copy_free(level, y, residual, to); });
+      work.residuals(here, values, load, band, false, &to,
+                     [&](int y, const ElasticRow& residual) { keep_free(level, y, residual); });
     });
   }
   /// The load of level + 1.

@@ -165,18 +165,20 @@ std::int64_t sweep_sites(const RowPart& shared) {
   }
   const Output to{part.next_x, part.next_y, 0};
   const int count = part.last - part.first;
+  constexpr bool repeats_sites =
+      kind.rule == InFloat::rule_steps && !kind.coloured; // others are compiled sooner
   std::int64_t changed = 0;
   for (int row = 0; row < part.rows; ++row) {
     int whole = part.last;
     // What is left of a row beyond whole vectors is one more vector, that computes some sites again: one by
     // one they would cost as much as 10 vectors.
-    if (count >= most_lanes) {
+    if (repeats_sites && count >= most_lanes) {
       whole -= count % most_lanes;
       if (whole < part.last) {
         changed +=
             sweep_span<kind>(part, steps, to, row, part.last - most_lanes, part.last, whole, part.last);
       }
-    } else if (part.first > 0 && part.last < part.pitch && part.pitch >= most_lanes + 2) {
+    } else if (repeats_sites && part.first > 0 && part.last < part.pitch && part.pitch >= most_lanes + 2) {
       changed += sweep_short<kind>(part, steps, row);
       continue;
     }
