@@ -8,7 +8,7 @@ namespace hdmbench::openmp {
 namespace {
 
 /// What classify.inc reads.
-struct ArrangedRows {
+struct ClassifiedRows {
   const float* moduli;
   const float* inverses;
   const float* confidences_x;
@@ -69,9 +69,9 @@ void LevelData::make_room(const Arrays& from) {
 }
 
 TileKind LevelData::classified(Rectangle tile) const {
-  tile_class::Classifier<ArrangedRows> sites({arrays_[RowPart::modulus], arrays_[RowPart::inverse_modulus],
-                                              arrays_[RowPart::confidence_x], arrays_[RowPart::confidence_y],
-                                              extent()});
+  tile_class::Classifier<ClassifiedRows> sites({arrays_[RowPart::modulus], arrays_[RowPart::inverse_modulus],
+                                                arrays_[RowPart::confidence_x],
+                                                arrays_[RowPart::confidence_y], extent()});
   const std::size_t origin = extent().index(tile.first, tile.first_row);
   TileKind kind;
   if (sites.is_of_one_confidence(tile.first, tile.first_row, tile.last, tile.last_row,

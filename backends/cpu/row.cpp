@@ -108,14 +108,21 @@ HDM_FUNCTION int sweep_site(const RowPart& part, const real* steps, const Output
   const std::ptrdiff_t i = row * part.pitch + in_row;
   const Site site = fetch_site<kind>(part, i);
   const InFloat::Position at = {static_cast<real>(in_row), static_cast<real>(part.row + row)};
-  const InFloat::Sweep sweep = {part.colour, part.strength, part.number, part.seed};
-  const InFloat::Displacement next = InFloat::swept_displacement(
-      kind.rule, kind.coloured ? part.colours : 1, true, site, at, sweep, steps, kind.step_count);
-  to.next_x[i - to.begin] = next.x;
-  to.next_y[i - to.begin] = kind.moves_y ? next.y : part.dy[i];
-  int changes = static_cast<int>(next.x != site.dx.centre); // a sum: with | GCC 12 leaves the loop scalar
+  const InFloat::Sweep sweep = {real(0), part.strength, part.number, part.seed};
+  const InFloat::Displacement next =
+      InFloat::moved_displacement(kind.rule, true, site, at, sweep, steps, kind.step_count);
+  // A sum and products: with | and conditions GCC 12 leaves the loop scalar.
+  int changes = 0;
+  const int odd = in_row & 1;
+  const int moves_x = kind.coloured ? part.moves_x[0] + odd * (part.moves_x[1] - part.moves_x[0]) : 1;
+  to.next_x[i - to.begin] = moves_x != 0 ? next.x : site.dx.centre;
+  changes += static_cast<int>(next.x != site.dx.centre) * moves_x;
   if constexpr (kind.moves_y) {
-    changes += static_cast<int>(next.y != site.dy.centre);
+    const int moves_y = kind.coloured ? part.moves_y[0] + odd * (part.moves_y[1] - part.moves_y[0]) : 1;
+    to.next_y[i - to.begin] = moves_y != 0 ? next.y : site.dy.centre;
+    changes += static_cast<int>(next.y != site.dy.centre) * moves_y;
+  } else {
+    to.next_y[i - to.begin] = part.dy[i];
   }
   return static_cast<int>(changes > 0);
 }
@@ -189,11 +196,12 @@ std::int64_t sweep_sites(const RowPart& shared) {
 
 template <int rule, int step_count, bool observed>
 std::int64_t sweep_turn(const RowPart& part) {
-  if (part.colours == 1) {
+  if (!part.coloured) {
     return sweep_sites<Kind{rule, step_count, observed}>(part);
   }
-  return part.moves_y ? sweep_sites<Kind{rule, step_count, observed, true, true}>(part)
-                      : sweep_sites<Kind{rule, step_count, observed, true, false}>(part);
+  return part.moves_y[0] != 0 || part.moves_y[1] != 0
+             ? sweep_sites<Kind{rule, step_count, observed, true, true}>(part)
+             : sweep_sites<Kind{rule, step_count, observed, true, false}>(part);
 }
 
 /// The number of candidates as a constant: their loop unrolls. Nine to fifteen of the best candidate's are

@@ -57,8 +57,7 @@ struct RowPart {
   float penalty = 0;
   const float* steps = nullptr; ///< 16 values
   int step_count = 0;           ///< 1 ... 16
-  float colour = 0;             ///< this and the next three: update.inc's Sweep
-  float strength = 0;
+  float strength = 0;           ///< this and the next two: update.inc's Sweep
   float number = 0;
   float seed = 0;
   int row = 0;
@@ -70,9 +69,10 @@ struct RowPart {
   int rows = 1;
   std::ptrdiff_t pitch = 0; ///< floats from a row to the next
   int rule = 0;             ///< update.inc's number
-  int colours = 1;          ///< with more than one all rows are of one parity
-  bool moves_y = true;      ///< false: it is the turn of no site's y
-  TileKind kind;            ///< of all tiles that the part is in
+  bool coloured = false;    ///< false: it is the turn of all components; the next two say nothing
+  int moves_x[2] = {};      ///< whether it is the turn of x in even and in odd columns of the rows
+  int moves_y[2] = {};
+  TileKind kind; ///< of all tiles that the part is in
   /// The short path: Rule::steps with the default candidates, one colour, and the offsets are
   /// inside_offsets(pitch). Then numbers that are uniform are read from `kind`, not from the arrays.
   bool inside = false;

@@ -32,7 +32,6 @@ RowPart Sweeper::rows_part(const Field& from, Field& to, int number, int y) cons
   part.penalty = settings_.penalty;
   part.steps = settings_.steps.padded().data();
   part.step_count = settings_.steps.count();
-  part.colour = state.colour;
   part.strength = state.strength;
   part.number = state.number;
   part.seed = state.seed;
@@ -41,7 +40,7 @@ RowPart Sweeper::rows_part(const Field& from, Field& to, int number, int y) cons
   part.next_y = to.y.data() + row;
   part.pitch = data_.extent().width;
   part.rule = static_cast<int>(settings_.rule);
-  part.colours = colours_;
+  part.coloured = colours_ > 1;
   return part;
 }
 
@@ -61,17 +60,20 @@ std::int64_t Sweeper::sweep_run(RowPart& part, const Run& run) const {
 
 std::int64_t Sweeper::row(const Field& from, Field& to, int number, int y) const {
   RowPart part = rows_part(from, to, number, y);
-  // Whether it is the turn of any site of the row: two columns have all colours of one.
-  const HdmInFloat::Sweep turn{part.colour, part.strength, part.number, part.seed};
-  const HdmInFloat::Position even{0.0F, static_cast<float>(y)};
-  const HdmInFloat::Position odd{1.0F, static_cast<float>(y)};
-  const bool moves_x = HdmInFloat::moves_x(colours_, even, turn) || HdmInFloat::moves_x(colours_, odd, turn);
-  part.moves_y = HdmInFloat::moves_y(colours_, even, turn) || HdmInFloat::moves_y(colours_, odd, turn);
   std::int64_t changed = 0;
-  if (!moves_x && !part.moves_y) {
-    std::copy_n(part.dx, part.pitch, part.next_x);
-    std::copy_n(part.dy, part.pitch, part.next_y);
-    return changed;
+  if (part.coloured) {
+    const SweepState state = sweep_state(settings_, number);
+    const HdmInFloat::Sweep turn{state.colour, state.strength, state.number, state.seed};
+    for (const int odd : {0, 1}) {
+      const HdmInFloat::Position at{static_cast<float>(odd), static_cast<float>(y)};
+      part.moves_x[odd] = HdmInFloat::moves_x(colours_, at, turn) ? 1 : 0;
+      part.moves_y[odd] = HdmInFloat::moves_y(colours_, at, turn) ? 1 : 0;
+    }
+    if (part.moves_x[0] + part.moves_x[1] + part.moves_y[0] + part.moves_y[1] == 0) {
+      std::copy_n(part.dx, part.pitch, part.next_x);
+      std::copy_n(part.dy, part.pitch, part.next_y);
+      return changed;
+    }
   }
   for (const Run& run : data_.runs(y / Tiling::height)) {
     changed += sweep_run(part, run);
