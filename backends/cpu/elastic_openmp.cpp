@@ -1,6 +1,6 @@
 #include "backends/cpu/cpu.hpp"
 
-#include "backends/cpu/elastic_answers.hpp"
+#include "backends/cpu/elastic_fields.hpp"
 #include "backends/cpu/sweeper.hpp"
 
 #include <omp.h>
@@ -55,12 +55,11 @@ public:
     keep(band.last, south_line);
   }
 
-  /// use(y, residual) for every row of the band, from the north on, after the residual was written to row y
-  /// of `to`; where that is null, to a row of this object. Where neighbours are `kept`, `use` may overwrite
-  /// row y of `values`. `load` may be null.
+  /// use(y, residual) for every row of the band, from the north on; where neighbours are `kept` it may
+  /// overwrite row y of `values`. `load` may be null.
   template <typename Use>
   void residuals(const ElasticLevel& level, const RingedField& values, const RingedField* load, Band band,
-                 bool kept, RingedField* to, const Use& use) {
+                 bool kept, const Use& use) {
     if (band.first >= band.last) {
       return;
     }
@@ -72,11 +71,53 @@ public:
     cells(level, band.first - 1, row_at(band.first - 1), row_at(band.first));
     for (int y = band.first; y < band.last; ++y) {
       cells(level, y, row_at(y), row_at(y + 1));
-      const ElasticRow result = to == nullptr ? line(residual_line) : row_of(level.grid, *to, y);
+      const ElasticRow result = line(residual_line);
       rows_->residual(level.grid.sites.width,
                       load == nullptr ? ConstElasticRow{} : row_of(level.grid, *load, y), on_below(y - 1),
                       line(above_line), result);
-      use(y, result);
+      use(y, ConstElasticRow(result));
+    }
+  }
+
+  /// The load of coarse rows `band` from fine rows: rows(first and last fine row, use), which has use(y,
+  /// residual) called for each of these in turn. A coarse row is written when it has its three.
+  template <typename Rows>
+  void restrict_rows(const ElasticLevel& fine, bool is_image, Band band, const RingedGrid& coarse,
+                     RingedField& load, const Rows& rows) {
+    const Extent sites = fine.grid.sites;
+    const auto write_coarse = [&](int y) {
+      const ElasticRow to = row_of(coarse, load, y);
+      const ElasticRow before = restricted(2 * y - 1);
+      const ElasticRow at = restricted(2 * y);
+      const ElasticRow after = restricted(2 * y + 1);
+      rows_->restrict_across(coarse.sites.width, before.x, at.x, after.x, to.x);
+      rows_->restrict_across(coarse.sites.width, before.y, at.y, after.y, to.y);
+    };
+    for (int y = 0; y < 3; ++y) {
+      clear(restricted(y));
+    }
+    const ElasticRow padded = line(padded_line);
+    clear(padded); // beyond the width it stays 0
+    const Band fine_rows{std::max(2 * band.first - 1, 0), std::min(2 * band.last, sites.height)};
+    rows(fine_rows, [&](int y, ConstElasticRow residual) {
+      std::copy_n(residual.x, sites.width, padded.x);
+      std::copy_n(residual.y, sites.width, padded.y);
+      if (is_image) {
+        rows_->keep_free(sites.width, response_of(fine, y), padded);
+      }
+      const ElasticRow to = restricted(y);
+      rows_->restrict_along(coarse.sites.width, padded.x, to.x);
+      rows_->restrict_along(coarse.sites.width, padded.y, to.y);
+      if (y % 2 != 0 && y / 2 >= band.first) { // row 2 Y + 1 completes coarse row Y
+        write_coarse(y / 2);
+      }
+    });
+    for (int y = sites.height / 2; y < band.last; ++y) { // those whose row 2 Y + 1 is not there
+      clear(restricted(2 * y + 1));
+      if (2 * y >= sites.height) {
+        clear(restricted(2 * y));
+      }
+      write_coarse(y);
     }
   }
 
@@ -88,7 +129,9 @@ private:
     residual_line,
     north_line,
     south_line,
-    line_count
+    padded_line,
+    restricted_line,
+    line_count = restricted_line + 3
   };
 
   /// Two components with room for the ring.
@@ -98,6 +141,13 @@ private:
   }
   /// Where row y of cells puts its forces on the sites below.
   [[nodiscard]] ElasticRow on_below(int y) { return line(y % 2 == 0 ? below_line : other_below_line); }
+  [[nodiscard]] ElasticRow restricted(int y) {
+    return line(restricted_line + static_cast<std::size_t>((y + 3) % 3));
+  }
+  void clear(ElasticRow row) const {
+    std::fill_n(row.x - 1, pitch_ - 2 * RingedGrid::margin, 0.0F);
+    std::fill_n(row.y - 1, pitch_ - 2 * RingedGrid::margin, 0.0F);
+  }
 
   /// Row y of cells: forces into above_line and on_below(y).
   void cells(const ElasticLevel& level, int y, ConstElasticRow above, ConstElasticRow below) {
@@ -152,7 +202,6 @@ public:
   void load(const ElasticHierarchy& hierarchy) override {
     ElasticInMemory::load(hierarchy);
     bands_.assign(static_cast<std::size_t>(threads_), ElasticBand(rows_, hierarchy));
-    residuals_.assign(hierarchy.levels.size(), {});
     const Extent image = grid(0).sites;
     sums_.resize(std::max<std::size_t>(1, image.sites() / 2 + 2 * static_cast<std::size_t>(image.width + 2)));
   }
@@ -165,11 +214,10 @@ public:
       // other band's row is kept as it was.
       work.keep_neighbours(here.grid, values, band);
 #pragma omp barrier
-      work.residuals(here, values, load_of(level, field), band, true, nullptr,
-                     [&](int y, const ElasticRow& residual) {
-                       const ElasticRow to = row_of(here.grid, values, y);
-                       rows_.relax(here.grid.sites.width, to, residual, response_of(here, y), to);
-                     });
+      work.residuals(here, values, load_of(level, field), band, true, [&](int y, ConstElasticRow residual) {
+        const ElasticRow to = row_of(here.grid, values, y);
+        rows_.relax(here.grid.sites.width, to, residual, response_of(here, y), to);
+      });
     });
   }
 
@@ -184,22 +232,32 @@ public:
   }
 
   void forces(ElasticField of, ElasticField to) override {
-    free_residual(0, fields_.at(0, of), nullptr, fields_.at(0, to));
+    const ElasticLevel& here = level_at(0);
+    RingedField& result = fields_.at(0, to);
+    const RingedField& values = fields_.at(0, of);
+    in_bands(here.grid.sites.height, here.grid.sites, [&](Band band, ElasticBand& work) {
+      work.residuals(here, values, nullptr, band, false, [&](int y, ConstElasticRow residual) {
+        const ElasticRow row = row_of(here.grid, result, y);
+        std::copy_n(residual.x, here.grid.sites.width, row.x);
+        std::copy_n(residual.y, here.grid.sites.width, row.y);
+        rows_.keep_free(here.grid.sites.width, response_of(here, y), row);
+      });
+    });
   }
 
   void restrict_residual(int level, ElasticField of) override {
-    free_residual(level, fields_.at(level, of), load_of(level, of), residual_field(level));
-    restrict_from(level, residual_field(level));
+    const RingedField& values = fields_.at(level, of);
+    restrict_from(level, [&](ElasticBand& work, Band fine, const auto& use) {
+      work.residuals(level_at(level), values, load_of(level, of), fine, false, use);
+    });
   }
   void restrict_load(int level) override {
-    if (level > 0) {
-      restrict_from(level, fields_.at(level, ElasticField::load));
-      return;
-    }
-    RingedField& free = residual_field(0);
-    free = fields_.at(0, ElasticField::load);
-    for_each_row(grid(0), [&](int y) { keep_free(0, y, row_of(grid(0), free, y)); });
-    restrict_from(0, free);
+    const RingedField& from = fields_.at(level, ElasticField::load);
+    restrict_from(level, [&](ElasticBand& /*work*/, Band fine, const auto& use) {
+      for (int y = fine.first; y < fine.last; ++y) {
+        use(y, row_of(grid(level), from, y));
+      }
+    });
   }
 
   void interpolate(int level) override {
@@ -210,17 +268,27 @@ public:
   }
 
   void solve_coarsest() override {
-    // So few sites that lanes bring nothing.
-    const ElasticAnswers<float> answers(*hierarchy_, fields_);
-    const RingedGrid& coarse = grid(coarsest());
+    const RingedGrid& sites = grid(coarsest());
+    const RingedField& load = fields_.at(coarsest(), ElasticField::load);
     RingedField& correction = fields_.at(coarsest(), ElasticField::correction);
-    for (int y = 0; y < coarse.sites.height; ++y) {
-      for (int x = 0; x < coarse.sites.width; ++x) {
-        const auto solved = answers.solve_coarsest(x, y);
-        correction.x[coarse.index(x, y)] = solved.x;
-        correction.y[coarse.index(x, y)] = solved.y;
+    const std::size_t size = 2 * sites.sites.sites();
+    std::vector<float> sums(size);
+    const auto for_each_site = [&](const auto& call) {
+      for (int y = 0; y < sites.sites.height; ++y) {
+        for (int x = 0; x < sites.sites.width; ++x) {
+          call(sites.sites.index(x, y), sites.index(x, y));
+        }
       }
-    }
+    };
+    for_each_site([&](std::size_t site, std::size_t at) {
+      const float* const column = hierarchy_->coarsest_inverse.data() + 2 * site * size;
+      rows_.add_column(static_cast<int>(size), column, load.x[at], sums.data());
+      rows_.add_column(static_cast<int>(size), column + size, load.y[at], sums.data());
+    });
+    for_each_site([&](std::size_t site, std::size_t at) {
+      correction.x[at] = sums[2 * site];
+      correction.y[at] = sums[2 * site + 1];
+    });
   }
 
   void advance(ElasticField to, ElasticField value, float factor, ElasticField direction) override {
@@ -277,37 +345,14 @@ private:
       }
     });
   }
-  /// What a level has to hand to the coarser one; made when it is first wanted.
-  [[nodiscard]] RingedField& residual_field(int level) {
-    RingedField& field = residuals_[static_cast<std::size_t>(level)];
-    field.require(grid(level));
-    return field;
-  }
-  /// 0 where a component of the image may not move.
-  void keep_free(int level, int y, const ElasticRow& row) const {
-    if (level == 0) {
-      rows_.keep_free(grid(0).sites.width, response_of(level_at(0), y), row);
-    }
-  }
-  void free_residual(int level, const RingedField& values, const RingedField* load, RingedField& to) const {
-    const ElasticLevel& here = level_at(level);
-    in_bands(here.grid.sites.height, here.grid.sites, [&](Band band, ElasticBand& work) {
-      work.residuals(here, values, load, band, false, &to,
-                     [&](int y, const ElasticRow& residual) { keep_free(level, y, residual); });
-    });
-  }
-  /// The load of level + 1.
-  void restrict_from(int level, const RingedField& fine) {
+  /// The load of level + 1 from what rows(work, fine rows, use) hands to use(y, row).
+  template <typename Rows>
+  void restrict_from(int level, const Rows& rows) {
     const RingedGrid& coarse = grid(level + 1);
     RingedField& load = fields_.at(level + 1, ElasticField::load);
-    for_each_row(coarse, [&](int y) {
-      // Beyond the last row there is one of the ring.
-      const ConstElasticRow before = row_of(grid(level), fine, 2 * y - 1);
-      const ConstElasticRow at = row_of(grid(level), fine, 2 * y);
-      const ConstElasticRow after = row_of(grid(level), fine, std::min(2 * y + 1, grid(level).sites.height));
-      const ElasticRow to = row_of(coarse, load, y);
-      rows_.restrict_rows(coarse.sites.width, before.x, at.x, after.x, to.x);
-      rows_.restrict_rows(coarse.sites.width, before.y, at.y, after.y, to.y);
+    in_bands(coarse.sites.height, grid(level).sites, [&](Band band, ElasticBand& work) {
+      work.restrict_rows(level_at(level), level == 0, band, coarse, load,
+                         [&](Band fine, const auto& use) { rows(work, fine, use); });
     });
   }
 
@@ -370,7 +415,6 @@ private:
   int threads_;
   const ElasticRows& rows_;
   std::size_t sites_worth_a_thread_;
-  std::vector<RingedField> residuals_;     ///< by level
   mutable std::vector<ElasticBand> bands_; ///< one a thread
   mutable std::vector<float> sums_;        ///< of dot()
 };

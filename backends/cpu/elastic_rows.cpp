@@ -129,14 +129,17 @@ void keep_free(int sites, const Response& given, ElasticRow values) {
   }
 }
 
-HDM_FUNCTION float restricted_at(const float* fine, int i) {
-  return InFloat::restricted(fine[2 * i - 1], fine[2 * i], fine[2 * i + 1]);
-}
-
-void restrict_rows(int sites, const float* before, const float* at, const float* after, float* to) {
+void restrict_along(int sites, const float* fine, float* to) {
 #pragma omp simd
   for (int i = 0; i < sites; ++i) {
-    to[i] = InFloat::restricted(restricted_at(before, i), restricted_at(at, i), restricted_at(after, i));
+    to[i] = InFloat::restricted(fine[2 * i - 1], fine[2 * i], fine[2 * i + 1]);
+  }
+}
+
+void restrict_across(int sites, const float* before, const float* at, const float* after, float* to) {
+#pragma omp simd
+  for (int i = 0; i < sites; ++i) {
+    to[i] = InFloat::restricted(before[i], at[i], after[i]);
   }
 }
 
@@ -219,9 +222,17 @@ void square_sums(int squares, const float* above, const float* below, float* to)
   }
 }
 
+void add_column(int count, const float* column, float load, float* sums) {
+#pragma omp simd
+  for (int i = 0; i < count; ++i) {
+    sums[i] = InFloat::with_term(sums[i], column[i], load);
+  }
+}
+
 } // namespace
 
-const ElasticRows elastic_rows{tensions,      forces,  masked_forces, residual,        relax,      keep_free,
-                               restrict_rows, correct, advance,       product_squares, square_sums};
+const ElasticRows elastic_rows{tensions,        forces,         masked_forces,   residual, relax,
+                               keep_free,       restrict_along, restrict_across, correct,  advance,
+                               product_squares, square_sums,    add_column};
 
 } // namespace hdmbench::openmp::HDMBENCH_INSTRUCTION_SET

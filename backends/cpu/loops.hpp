@@ -62,8 +62,9 @@ struct ElasticRows {
                 ElasticRow to);
   /// In place: 0 where a component may not move.
   void (*keep_free)(int sites, const Response& response, ElasticRow values);
-  /// From sites -1 ... 2 * sites - 1 of three fine rows.
-  void (*restrict_rows)(int sites, const float* before, const float* at, const float* after, float* to);
+  /// From fine sites -1 ... 2 * sites - 1 of a row.
+  void (*restrict_along)(int sites, const float* fine, float* to);
+  void (*restrict_across)(int sites, const float* before, const float* at, const float* after, float* to);
   /// In place; `straight` is null where every component may move. The fine row is `first` where that is
   /// `second`, else between the two.
   void (*correct)(int fine_sites, const float* first, const float* second, const float* straight,
@@ -74,6 +75,8 @@ struct ElasticRows {
                           float* to);
   /// Sums of 2 x 2 numbers; both rows have 2 * squares of them. `to` may be `above`.
   void (*square_sums)(int squares, const float* above, const float* below, float* to);
+  /// sums += column * load.
+  void (*add_column)(int rows, const float* column, float load, float* sums);
 };
 
 namespace baseline {

@@ -31,26 +31,61 @@ void fill(Known& coarsest) {
   }
 }
 
+/// Of a row of averages: sums of weights, and of weights times values.
+struct AveragesRow {
+  float* weight = nullptr;
+  float* value = nullptr;
+};
+
+/// Adds the sites of row `y`, every second one to its average, the others to both beside them by half.
+void add_to_averages(const Known& fine, int y, float share_of_row, AveragesRow sums) {
+  const int width = fine.extent.width;
+  const float* const weight = fine.weight.data() + fine.extent.index(0, y);
+  const float* const value = fine.value.data() + fine.extent.index(0, y);
+  int known = 0;
+#pragma omp simd reduction(+ : known)
+  for (int site = 0; site < width; ++site) {
+    known += weight[site] != 0.0F ? 1 : 0;
+  }
+  if (known == 0) { // most rows, where borders are observed
+    return;
+  }
+  const auto add = [&](int x, int site) {
+    const float share = (site == 2 * x ? 1.0F : 0.5F) * share_of_row * weight[site];
+    sums.weight[x] += share;
+    sums.value[x] += share * value[site];
+  };
+  const int last = width / 2;
+#pragma omp simd
+  for (int x = 1; x < last; ++x) {
+    add(x, 2 * x - 1);
+    add(x, 2 * x);
+    add(x, 2 * x + 1);
+  }
+  for (int site = 0; site <= std::min(1, width - 1); ++site) {
+    add(0, site);
+  }
+  for (int site = 2 * last - 1; last > 0 && site < width; ++site) {
+    add(last, site);
+  }
+}
+
 /// The mean over the 3 x 3 sites around each second one, nearer ones counting more.
 Known averaged(const Known& fine) {
-  const Extent sites = fine.extent;
-  Known coarse({sites.width / 2 + 1, sites.height / 2 + 1});
-#pragma omp parallel for if (sites.sites() > sites_worth_threads)
+  Known coarse({fine.extent.width / 2 + 1, fine.extent.height / 2 + 1});
+#pragma omp parallel for if (fine.extent.sites() > sites_worth_threads)
   for (int y = 0; y < coarse.extent.height; ++y) {
+    const std::size_t first = coarse.extent.index(0, y);
+    float* const weight = coarse.weight.data() + first;
+    float* const value = coarse.value.data() + first;
+    for (int j = std::max(2 * y - 1, 0); j <= std::min(2 * y + 1, fine.extent.height - 1); ++j) {
+      add_to_averages(fine, j, j == 2 * y ? 1.0F : 0.5F, {weight, value});
+    }
+#pragma omp simd
     for (int x = 0; x < coarse.extent.width; ++x) {
-      float weight = 0.0F;
-      float value = 0.0F;
-      for (int j = std::max(2 * y - 1, 0); j <= std::min(2 * y + 1, sites.height - 1); ++j) {
-        for (int i = std::max(2 * x - 1, 0); i <= std::min(2 * x + 1, sites.width - 1); ++i) {
-          const std::size_t at = sites.index(i, j);
-          const float share = (i == 2 * x ? 1.0F : 0.5F) * (j == 2 * y ? 1.0F : 0.5F) * fine.weight[at];
-          weight += share;
-          value += share * fine.value[at];
-        }
-      }
-      const std::size_t at = coarse.extent.index(x, y);
-      coarse.value[at] = weight > 0.0F ? value / weight : 0.0F;
-      coarse.weight[at] = std::min(weight, 1.0F);
+      const float mean = value[x] / weight[x];
+      value[x] = weight[x] > 0.0F ? mean : 0.0F;
+      weight[x] = std::min(weight[x], 1.0F);
     }
   }
   return coarse;
@@ -65,14 +100,20 @@ void fill(Known& fine, const Known& coarse) {
     float* const value = fine.value.data() + first;
     const float* const north = coarse.value.data() + coarse.extent.index(0, y / 2);
     const float* const south = coarse.value.data() + coarse.extent.index(0, y / 2 + y % 2);
-#pragma omp simd
-    for (int x = 0; x < fine.extent.width; ++x) {
-      const int west = x / 2;
-      const int east = x / 2 + x % 2;
+    const auto fill_site = [&](int x, int west, int east) {
       const float mean = 0.25F * ((north[west] + north[east]) + (south[west] + south[east]));
       const float missing = 1.0F - weight[x];
       const float both = weight[x] * value[x] + missing * mean;
       value[x] = missing > 0.0F ? both : value[x];
+    };
+    const int pairs = fine.extent.width / 2;
+#pragma omp simd
+    for (int pair = 0; pair < pairs; ++pair) {
+      fill_site(2 * pair, pair, pair);
+      fill_site(2 * pair + 1, pair, pair + 1);
+    }
+    if (fine.extent.width % 2 != 0) {
+      fill_site(2 * pairs, pairs, pairs);
     }
   }
 }
