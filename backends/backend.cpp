@@ -131,8 +131,8 @@ void Session::write(const VectorField& displacement) {
   if (pyramid_) {
     throw std::logic_error("write: called after load(pyramid)");
   }
-  if (displacement.extent != *extent_ || displacement.x.size() != extent_->sites() ||
-      displacement.y.size() != extent_->sites()) {
+  if (displacement.extent != *extent_ || displacement[0].size() != extent_->sites() ||
+      displacement[1].size() != extent_->sites()) {
     throw std::logic_error(fmt::format("write: the field is {} x {}, the level {} x {}",
                                        displacement.extent.width, displacement.extent.height, extent_->width,
                                        extent_->height));

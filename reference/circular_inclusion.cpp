@@ -86,8 +86,8 @@ ElasticProblem CircularInclusion::on_pixels(int side) const {
       const std::complex<double> z(x - middle, y - middle);
       const std::complex<double> moved = displacement(z);
       problem.modulus[at] = is_inside(z) ? parameters_.modulus_inside : parameters_.modulus_outside;
-      problem.prescribed.x[at] = moved.real();
-      problem.prescribed.y[at] = moved.imag();
+      problem.prescribed[0][at] = moved.real();
+      problem.prescribed[1][at] = moved.imag();
       problem.fixed_x[at] = x == 0 || y == 0 || x + 1 == side || y + 1 == side ? 1 : 0;
     }
   }

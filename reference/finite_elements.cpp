@@ -92,15 +92,15 @@ void check_support(const ElasticProblem& problem) {
   int first_row = -1;    // of a site fixed in x
   int first_column = -1; // of a site fixed in y
   bool turns = true;
-  const bool sprung = !problem.spring.x.empty();
+  const bool sprung = !problem.spring[0].empty();
   for (std::size_t i = 0; i < problem.extent.sites(); ++i) {
     const int row = static_cast<int>(i / width);
     const int column = static_cast<int>(i % width);
-    if (problem.fixed_x[i] != 0 || (sprung && problem.spring.x[i] > 0.0)) {
+    if (problem.fixed_x[i] != 0 || (sprung && problem.spring[0][i] > 0.0)) {
       turns = turns && (first_row < 0 || first_row == row);
       first_row = first_row < 0 ? row : first_row;
     }
-    if (problem.fixed_y[i] != 0 || (sprung && problem.spring.y[i] > 0.0)) {
+    if (problem.fixed_y[i] != 0 || (sprung && problem.spring[1][i] > 0.0)) {
       turns = turns && (first_column < 0 || first_column == column);
       first_column = first_column < 0 ? column : first_column;
     }
@@ -117,7 +117,7 @@ void check_support(const ElasticProblem& problem) {
 }
 
 double component(const ReferenceField& field, std::size_t index) {
-  return index % 2 == 0 ? field.x[index / 2] : field.y[index / 2];
+  return index % 2 == 0 ? field[0][index / 2] : field[1][index / 2];
 }
 
 } // namespace
@@ -145,16 +145,16 @@ ElasticProblem elastic_problem(const Level& level) {
                          .prescribed = ReferenceField(level.target),
                          .force = {}};
   const auto is_certain = [](float confidence) -> std::uint8_t { return confidence >= 1.0F ? 1 : 0; };
-  std::ranges::transform(level.confidence.x, problem.fixed_x.begin(), is_certain);
-  std::ranges::transform(level.confidence.y, problem.fixed_y.begin(), is_certain);
+  std::ranges::transform(level.confidence[0], problem.fixed_x.begin(), is_certain);
+  std::ranges::transform(level.confidence[1], problem.fixed_y.begin(), is_certain);
   if (has_springs(level)) {
     problem.spring = ReferenceField(level.extent);
     const auto stiffness = [](float modulus, float confidence) {
       return is_spring(confidence) ? spring_stiffness(modulus, confidence) : 0.0;
     };
     const std::vector<float>& moduli = level.modulus.values;
-    std::ranges::transform(moduli, level.confidence.x, problem.spring.x.begin(), stiffness);
-    std::ranges::transform(moduli, level.confidence.y, problem.spring.y.begin(), stiffness);
+    std::ranges::transform(moduli, level.confidence[0], problem.spring[0].begin(), stiffness);
+    std::ranges::transform(moduli, level.confidence[1], problem.spring[1].begin(), stiffness);
   }
   return problem;
 }
@@ -194,10 +194,10 @@ ElasticSystem assemble(const ElasticProblem& problem, const ElementRule& rule) {
       });
   for (std::size_t i = 0; i < system.unknown.size(); ++i) {
     const std::int32_t at = system.unknown[i];
-    if (at >= 0 && !problem.force.x.empty()) {
+    if (at >= 0 && !problem.force[0].empty()) {
       system.right_side[at] += component(problem.force, i);
     }
-    if (at >= 0 && !problem.spring.x.empty()) {
+    if (at >= 0 && !problem.spring[0].empty()) {
       entries.emplace_back(at, at, component(problem.spring, i));
       system.right_side[at] += component(problem.spring, i) * component(problem.prescribed, i);
     }
@@ -211,7 +211,7 @@ ReferenceField displacement_of(const ElasticProblem& problem, const ElasticSyste
   ReferenceField displacement(problem.extent);
   for (std::size_t i = 0; i < system.unknown.size(); ++i) {
     const std::int32_t at = system.unknown[i];
-    (i % 2 == 0 ? displacement.x : displacement.y)[i / 2] =
+    (i % 2 == 0 ? displacement[0] : displacement[1])[i / 2] =
         at < 0 ? component(problem.prescribed, i) : solution[at];
   }
   return displacement;
@@ -237,7 +237,7 @@ double elastic_energy(const ElasticProblem& problem, const ElementRule& rule,
                                [&](std::size_t index) { return component(displacement, index); });
         sum += values.dot(element * values);
       });
-  if (!problem.spring.x.empty()) {
+  if (!problem.spring[0].empty()) {
     for (std::size_t i = 0; i < 2 * problem.extent.sites(); ++i) {
       const bool fixed = (i % 2 == 0 ? problem.fixed_x : problem.fixed_y)[i / 2] != 0;
       const double way = component(displacement, i) - component(problem.prescribed, i);

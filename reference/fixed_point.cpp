@@ -267,8 +267,8 @@ FixedPoint solve_fixed_point(const Level& level) {
     result.held += solution.held();
     result.rounds = std::max(result.rounds, solution.rounds());
   };
-  add({'x', {{{1, 0}, {1, 1}, {1, -1}}}, level.target.x, level.confidence.x}, result.displacement.x);
-  add({'y', {{{0, 1}, {1, 1}, {1, -1}}}, level.target.y, level.confidence.y}, result.displacement.y);
+  add({'x', {{{1, 0}, {1, 1}, {1, -1}}}, level.target[0], level.confidence[0]}, result.displacement[0]);
+  add({'y', {{{0, 1}, {1, 1}, {1, -1}}}, level.target[1], level.confidence[1]}, result.displacement[1]);
   return result;
 }
 

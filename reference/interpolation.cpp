@@ -74,8 +74,8 @@ ReferenceField interpolate_conditions(const Level& level) {
   validate(level);
   ReferenceField field;
   field.extent = level.extent;
-  field.x = interpolate_component(level.extent, level.target.x, level.confidence.x);
-  field.y = interpolate_component(level.extent, level.target.y, level.confidence.y);
+  field[0] = interpolate_component(level.extent, level.target[0], level.confidence[0]);
+  field[1] = interpolate_component(level.extent, level.target[1], level.confidence[1]);
   return field;
 }
 

@@ -33,10 +33,10 @@ auto ThesisEnergyOf<Field>::at(int x, int y, Value centre) const -> Value {
     const int ny = y + dy;
     if (nx < 0 || nx >= extent.width || ny < 0 || ny >= extent.height) {
       // The value the centre had when the sweep began, not the candidate.
-      return Sample{displacement_.x[site], displacement_.y[site], mt};
+      return Sample{displacement_[0][site], displacement_[1][site], mt};
     }
     const auto at = extent.index(nx, ny);
-    return Sample{displacement_.x[at], displacement_.y[at], static_cast<double>(level_.modulus.values[at])};
+    return Sample{displacement_[0][at], displacement_[1][at], static_cast<double>(level_.modulus.values[at])};
   };
   const auto triple = [&](int dx, int dy) {
     const Sample s = sample(-dx, -dy);
@@ -47,10 +47,10 @@ auto ThesisEnergyOf<Field>::at(int x, int y, Value centre) const -> Value {
   const Value falling = triple(1, 1);
   const Value rising = triple(1, -1);
   const double penalty = static_cast<double>(level_.penalty);
-  const double observation_x = penalty * static_cast<double>(level_.confidence.x[site]) *
-                               std::abs(static_cast<double>(level_.target.x[site]) - centre.x);
-  const double observation_y = penalty * static_cast<double>(level_.confidence.y[site]) *
-                               std::abs(static_cast<double>(level_.target.y[site]) - centre.y);
+  const double observation_x = penalty * static_cast<double>(level_.confidence[0][site]) *
+                               std::abs(static_cast<double>(level_.target[0][site]) - centre.x);
+  const double observation_y = penalty * static_cast<double>(level_.confidence[1][site]) *
+                               std::abs(static_cast<double>(level_.target[1][site]) - centre.y);
   return {triple(1, 0).x + falling.x + rising.x + observation_x,
           triple(0, 1).y + falling.y + rising.y + observation_y};
 }
@@ -58,7 +58,7 @@ auto ThesisEnergyOf<Field>::at(int x, int y, Value centre) const -> Value {
 template <typename Field>
 auto ThesisEnergyOf<Field>::at(int x, int y) const -> Value {
   const auto site = level_.extent.index(x, y);
-  return at(x, y, {displacement_.x[site], displacement_.y[site]});
+  return at(x, y, {displacement_[0][site], displacement_[1][site]});
 }
 
 template class ThesisEnergyOf<VectorField>;

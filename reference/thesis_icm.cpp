@@ -78,7 +78,7 @@ double best_candidate(const Level& level, const Component& component, const std:
 }
 
 void require_extent(const ReferenceField& field, Extent extent) {
-  if (field.extent != extent || field.x.size() != extent.sites() || field.y.size() != extent.sites()) {
+  if (field.extent != extent || field[0].size() != extent.sites() || field[1].size() != extent.sites()) {
     throw InputError(fmt::format("the displacement is {} x {}, the level is {} x {}", field.extent.width,
                                  field.extent.height, extent.width, extent.height));
   }
@@ -100,15 +100,15 @@ Place place_of(int i, int coarse, int fine) {
 ReferenceField thesis_iteration(const Level& level, const ReferenceField& displacement) {
   validate(level);
   require_extent(displacement, level.extent);
-  const Component in_x{{{{1, 0}, {1, 1}, {1, -1}}}, level.target.x, level.confidence.x};
-  const Component in_y{{{{0, 1}, {1, 1}, {1, -1}}}, level.target.y, level.confidence.y};
+  const Component in_x{{{{1, 0}, {1, 1}, {1, -1}}}, level.target[0], level.confidence[0]};
+  const Component in_y{{{{0, 1}, {1, 1}, {1, -1}}}, level.target[1], level.confidence[1]};
   ReferenceField next(level.extent);
 #pragma omp parallel for schedule(static)
   for (int y = 0; y < level.extent.height; ++y) {
     for (int x = 0; x < level.extent.width; ++x) {
       const std::size_t site = level.extent.index(x, y);
-      next.x[site] = best_candidate(level, in_x, displacement.x, x, y);
-      next.y[site] = best_candidate(level, in_y, displacement.y, x, y);
+      next[0][site] = best_candidate(level, in_x, displacement[0], x, y);
+      next[1][site] = best_candidate(level, in_y, displacement[1], x, y);
     }
   }
   return next;
@@ -128,8 +128,8 @@ ReferenceField thesis_prolongation(const ReferenceField& coarse, Extent fine) {
         };
         return std::lerp(along(row.before), along(row.after), row.weight);
       };
-      result.x[fine.index(x, y)] = interpolated(coarse.x);
-      result.y[fine.index(x, y)] = interpolated(coarse.y);
+      result[0][fine.index(x, y)] = interpolated(coarse[0]);
+      result[1][fine.index(x, y)] = interpolated(coarse[1]);
     }
   }
   return result;

@@ -26,8 +26,8 @@ namespace {
 TEST(Deviation, IsTheRootOfTheMeanSquare) {
   const ReferenceField zero({2, 2});
   ReferenceField field({2, 2});
-  field.x = {3.0, 0.0, 0.0, 0.0};
-  field.y = {4.0, 0.0, 0.0, 1.0};
+  field[0] = {3.0, 0.0, 0.0, 0.0};
+  field[1] = {4.0, 0.0, 0.0, 1.0};
   EXPECT_DOUBLE_EQ(rmsd(field, zero), std::sqrt(26.0 / 4.0));
   const std::vector<std::uint8_t> last_two{0, 0, 1, 1};
   EXPECT_DOUBLE_EQ(rmsd(field, zero, last_two), std::sqrt(0.5));

@@ -280,7 +280,7 @@ TEST_P(BackendTest, SequentialUpdatesSeeNewValuesOrAreRefused) {
   test::begin(*session, problem);
   session->step(1);
   EXPECT_GT(compare(simultaneous, test::read(*session)).sites, 100);
-  EXPECT_EQ(simultaneous.x[0], test::read(*session).x[0])
+  EXPECT_EQ(simultaneous[0][0], test::read(*session)[0][0])
       << "the first site of the raster sees no new value yet";
 }
 

@@ -49,8 +49,8 @@ Cases rows_of_every_length() {
       std::ranges::fill(level.modulus.values, modulus);
       set_inverse_modulus(level);
     }
-    std::ranges::fill(level.confidence.x, kind < 2 ? 0.0F : 0.625F);
-    std::ranges::fill(level.confidence.y, kind < 2 ? 0.0F : 1.0F);
+    std::ranges::fill(level.confidence[0], kind < 2 ? 0.0F : 0.625F);
+    std::ranges::fill(level.confidence[1], kind < 2 ? 0.0F : 1.0F);
     one.name += fmt::format(", {} modulus, {}", kind % 2 == 1 ? "one" : "any",
                             kind < 2 ? "unobserved" : "observed alike");
     cases.push_back(std::move(one));
@@ -135,8 +135,8 @@ Cases tiles() {
     for (const int y : {30, 31, 32, 47, 48, 64}) {
       const std::size_t site = extent.index(x, y);
       Problem problem{.level = plain_level(extent), .start = start};
-      problem.level.confidence.y[site] = 0.5F;
-      problem.level.target.y[site] = 9.0F;
+      problem.level.confidence[1][site] = 0.5F;
+      problem.level.target[1][site] = 9.0F;
       cases.push_back(
           {.name = fmt::format("observation at {}, {}", x, y), .problem = problem, .calls = {1, 1}});
       problem.level = plain_level(extent);
@@ -160,9 +160,9 @@ BitCase pulled(Extent extent, int x, int y, std::vector<int> calls) {
   level.penalty = 1000.0F;
   level.confidence = VectorField(extent);
   const std::size_t site = extent.index(x, y);
-  level.confidence.x[site] = level.confidence.y[site] = 1.0F;
-  level.target.x[site] = 60.0F;
-  level.target.y[site] = -60.0F;
+  level.confidence[0][site] = level.confidence[1][site] = 1.0F;
+  level.target[0][site] = 60.0F;
+  level.target[1][site] = -60.0F;
   return {.name = fmt::format("pulled at {}, {}", x, y),
           .problem = {.level = std::move(level), .start = VectorField(extent)},
           .calls = std::move(calls)};
@@ -183,8 +183,8 @@ Cases waking() {
   for (const int x : {13, 16, 24, 63}) {
     for (const int y : {21, 24, 32}) {
       VectorField start(extent);
-      start.x[extent.index(x, y)] = 300.0F;
-      start.y[extent.index(x, y)] = -300.0F;
+      start[0][extent.index(x, y)] = 300.0F;
+      start[1][extent.index(x, y)] = -300.0F;
       cases.push_back({.name = fmt::format("spike at {}, {}", x, y),
                        .problem = {.level = plain_level(extent), .start = start},
                        .calls = {1, 1, 1, 1, 1, 1, 1, 1, 4, 4, 14}});
@@ -199,7 +199,7 @@ Cases waking() {
   const Scene square = load_scene("square", {.size = Extent{200, 200}});
   cases.push_back(from_scene(square, {1, 1, 1, 1, 5, 1, 1, 20, 1, 1, 60, 1, 1}));
   VectorField shifted = square.start_field();
-  shifted.x[square.extent().index(110, 80)] += 3.0F;
+  shifted[0][square.extent().index(110, 80)] += 3.0F;
   cases.push_back(from_scene(square, {30}));
   cases.back().again = std::move(shifted);
   return cases;

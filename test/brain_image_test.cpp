@@ -148,8 +148,8 @@ TEST_F(Colin, IsTheShippedSceneWithItsSliceClassesAndMargin) {
   const BrainSlice expected = read_brain(file_, 76, 4, 0.15, size);
   EXPECT_EQ(scene.labels.values, expected.tissue.values);
   EXPECT_EQ(scene.spacing, expected.spacing);
-  EXPECT_EQ(scene.full.confidence.x.front(), 1.0F);
-  EXPECT_EQ(scene.full.confidence.x[size.index(50, 40)], 0.0F);
+  EXPECT_EQ(scene.full.confidence[0].front(), 1.0F);
+  EXPECT_EQ(scene.full.confidence[0][size.index(50, 40)], 0.0F);
   const auto other =
       write("other.toml", fmt::format("size = [100, 80]\n[brain]\nfile = \"{}\"\nslice = 90\nclasses = 1\n"
                                       "margin = 0.3\n[[tissue]]\nlabel = 0\nmodulus = 1.0\n"

@@ -68,7 +68,7 @@ void for_each_near_tie(const Call& call) {
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     auto [level, start] = test::random_problem({5, 5}, Texture::smooth, seed, StepSet::parse("0,0.1"));
     level.confidence = VectorField(level.extent);
-    float& east = start.x[level.extent.index(3, 2)];
+    float& east = start[0][level.extent.index(3, 2)];
     const auto second_is_dearer = [&, &level = level, &start = start] {
       const std::vector<bounded::real> changes = changes_at(level, start, 2, 2);
       return changes[1].exact() > changes[0].exact();
@@ -100,7 +100,7 @@ Judged judge_misled(double factor) {
     const SiteAnswer expected = proofs_of(level).specified_answer(level, start, 0, 2, 2);
     for (const std::size_t favoured : {0, 1}) {
       const std::size_t chosen = misled_choice(changes, favoured, factor);
-      const float moved = start.x[level.extent.index(2, 2)] + level.steps.values()[chosen];
+      const float moved = start[0][level.extent.index(2, 2)] + level.steps.values()[chosen];
       if (moved != expected.x) {
         const bool holds = proofs_of(level).certify(level, start, 0, 2, 2, {moved, expected.y}).holds;
         ++(holds ? judged.certified : judged.refused);
@@ -143,9 +143,9 @@ TEST(Certificate, HoldsForAClosedFormThatIsUndecidedBetweenItsBranches) {
     auto [level, start] = test::random_problem({5, 5}, Texture::smooth, seed, {}, Rule::closed_form);
     level.strengths = {1.0F};
     const std::size_t middle = level.extent.index(2, 2);
-    level.confidence.x[middle] = 0.37F;
+    level.confidence[0][middle] = 0.37F;
     const auto answer = [&, &level = level, &start = start](float target) {
-      level.target.x[middle] = target;
+      level.target[0][middle] = target;
       return proofs_of(level).specified_answer(level, start, 0, 2, 2).x;
     };
     float target = answer(1e6F); // as far as the observation can pull: the branches meet here
@@ -229,8 +229,8 @@ TEST(Arithmetic, OfTheKernelsIsExplainedByRoundingAndAFaultIsNot) {
   const std::vector<faults::Fault> faults{
       {.name = "candidate_missing",
        .in_level = [](Level& level) { level.steps = StepSet::parse("0,-1,-0.1,1"); }},
-      {.name = "one_site_off", .in_read = [](VectorField& field) { field.x.back() += 0.05F; }},
-      {.name = "not_a_number", .in_read = [](VectorField& field) { field.y.front() = NAN; }}};
+      {.name = "one_site_off", .in_read = [](VectorField& field) { field[0].back() += 0.05F; }},
+      {.name = "not_a_number", .in_read = [](VectorField& field) { field[1].front() = NAN; }}};
   for (const faults::Fault& fault : faults) {
     EXPECT_GT(measure(faults::FaultyBackend(test::scalar(), fault)).beyond_bound, 0) << fault.name;
   }

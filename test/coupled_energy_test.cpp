@@ -144,7 +144,7 @@ TEST(CoupledEnergy, FusedOperationsAreCertifiedAndWrongAnswersAreNot) {
   test::couple(problem.level);
   for (int x = 1; x < 8; ++x) {
     const SiteAnswer right = proofs_of(problem.level).specified_answer(problem.level, problem.start, 0, x, 4);
-    if (problem.level.confidence.y[problem.level.extent.index(x, 4)] > 0.0F) {
+    if (problem.level.confidence[1][problem.level.extent.index(x, 4)] > 0.0F) {
       continue;
     }
     EXPECT_FALSE(proofs_of(problem.level)
@@ -180,8 +180,8 @@ TEST(CoupledEnergy, FaultsInItsTextAreCaught) {
       const faults::Planted planted = faults::plant(pipeline, fault);
       faults::TrialScene scene{.label = "coupled", .scene = pulled_scene({48, 37})};
       for (std::size_t i = 0; i < scene.scene.extent().sites(); i += 7) { // y moves, too
-        scene.scene.full.target.y[i] = 0.1F * static_cast<float>(i % 50);
-        scene.scene.full.confidence.y[i] = 0.5F;
+        scene.scene.full.target[1][i] = 0.1F * static_cast<float>(i % 50);
+        scene.scene.full.confidence[1][i] = 0.5F;
       }
       const faults::Trial trial = faults::try_out(planted, scalar(), std::span(&scene, 1), test::silent());
       if (!trial.ran() && !trial.seen.front()->reason.empty()) {

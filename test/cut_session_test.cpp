@@ -34,8 +34,8 @@ TEST(CutSession, GivesScalarsBits) {
   for (const Extent extent : {Extent{48, 48}, {1, 61}, {13, 90}, {50, 3}}) {
     // All sites observed, so that every site of a seam and of a halo has its own target.
     observed.push_back(test::random_bit_case(extent, test::Texture::tie_rich, 71));
-    std::ranges::fill(observed.back().problem.level.confidence.x, 1.0F);
-    std::ranges::fill(observed.back().problem.level.confidence.y, 0.5F);
+    std::ranges::fill(observed.back().problem.level.confidence[0], 1.0F);
+    std::ranges::fill(observed.back().problem.level.confidence[1], 0.5F);
     observed.back().calls = {1, 1, 3, 4, 5, 9, 40, 131}; // halos are renewed on the way
   }
   const test::ExpectedBits seams(std::move(observed));

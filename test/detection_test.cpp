@@ -24,15 +24,15 @@ TEST(ModulusProblem, TheAdjointIsTheDerivative) {
   for_each_site(level.extent, [&](int x, int y) {
     const std::size_t site = level.extent.index(x, y);
     const bool inside = std::hypot(x - 19, y - 21) < 9.0;
-    level.target.x[site] = static_cast<float>(0.1 * x + 0.002 * x * y);
-    level.target.y[site] = static_cast<float>(-0.05 * y + 0.001 * x * x);
-    level.confidence.x[site] = level.confidence.y[site] = inside ? 0.0F : 1.0F;
+    level.target[0][site] = static_cast<float>(0.1 * x + 0.002 * x * y);
+    level.target[1][site] = static_cast<float>(-0.05 * y + 0.001 * x * x);
+    level.confidence[0][site] = level.confidence[1][site] = inside ? 0.0F : 1.0F;
     if (inside) {
       unknown.push_back(site);
     }
   });
   VectorField observed = level.target;
-  for (float& value : observed.x) {
+  for (float& value : observed[0]) {
     value += static_cast<float>(0.2 * random());
   }
   const auto session = test::find("openmp").open_elastic({});

@@ -67,8 +67,8 @@ TEST(BeforeTheRun, WarnsFromTheseThresholdsOn) {
   const Scene sheet = pulled_scene({9, 9}, 1.0F);
   const Scene large = pulled_scene({60, 60}, 1.0F);
   const auto hold = [](Scene& scene) {
-    scene.full.confidence.x[1] = 0.01F;
-    scene.full.confidence.y[1] = 0.01F;
+    scene.full.confidence[0][1] = 0.01F;
+    scene.full.confidence[1][1] = 0.01F;
   };
   const Case cases[] = {
       {"undetermined", 20, plain_scene({5, 4}), [](Scene&) {}},
@@ -110,7 +110,7 @@ TEST(BeforeTheRun, ConditionsTravelOneSitePerIteration) {
     session->step(iterations);
     const VectorField field = test::read(*session);
     EXPECT_EQ(sites_of(diagnose(scene), "out-of-reach"),
-              static_cast<std::size_t>(std::ranges::count(field.x, 0.0F)))
+              static_cast<std::size_t>(std::ranges::count(field[0], 0.0F)))
         << iterations;
     EXPECT_EQ(has(diagnose(scene), "out-of-reach"), iterations == 32);
   }
@@ -154,7 +154,7 @@ TEST(BeforeTheRun, AStiffLayerIsMovedByNoCandidate) {
     set_inverse_modulus(scene.full);
     scene.schedule.iterations = 2000;
     const Solution solution = test::solved(scene);
-    const bool stays = solution.displacement.x[scene.extent().index(12, 12)] == 0.0F;
+    const bool stays = solution.displacement[0][scene.extent().index(12, 12)] == 0.0F;
     EXPECT_EQ(stays, ratio > 100.0F);
     EXPECT_EQ(has(diagnose(scene), "stiff-boundary"), stays);
   }
@@ -165,8 +165,8 @@ TEST(Folding, TheLeastDeterminantOfACellIsAtACorner) {
   std::uniform_real_distribution<float> uniform(-1.0F, 1.0F);
   for (int repeat = 0; repeat < 50; ++repeat) {
     VectorField field({2, 2});
-    std::ranges::generate(field.x, [&] { return uniform(engine); });
-    std::ranges::generate(field.y, [&] { return uniform(engine); });
+    std::ranges::generate(field[0], [&] { return uniform(engine); });
+    std::ranges::generate(field[1], [&] { return uniform(engine); });
     double least = std::numeric_limits<double>::infinity();
     for (int i = 0; i <= 10; ++i) {
       for (int j = 0; j <= 10; ++j) {
@@ -178,7 +178,8 @@ TEST(Folding, TheLeastDeterminantOfACellIsAtACorner) {
         const auto by_y = [&](const std::vector<float>& d) {
           return (1 - u) * static_cast<double>(d[2] - d[0]) + u * static_cast<double>(d[3] - d[1]);
         };
-        least = std::min(least, (1 + by_x(field.x)) * (1 + by_y(field.y)) - by_y(field.x) * by_x(field.y));
+        least =
+            std::min(least, (1 + by_x(field[0])) * (1 + by_y(field[1])) - by_y(field[0]) * by_x(field[1]));
       }
     }
     EXPECT_NEAR(static_cast<double>(least_area_ratios(field).values.front()), least, 1e-5);
@@ -241,14 +242,14 @@ TEST(AfterTheRun, ConditionsThatGiveWayAreToldFromThoseNotArrivedAt) {
 TEST(AfterTheRun, ValuesBeyondConditionsAndStartAreDivergence) {
   Scene scene = pulled_scene({11, 11}, 4.0F);
   VectorField field(scene.extent(), 0.0F);
-  field.x[60] = 4.9F; // a candidate of 1 px may overshoot
+  field[0][60] = 4.9F; // a candidate of 1 px may overshoot
   EXPECT_FALSE(has(diagnose_field(scene, field), "divergence"));
-  field.x[60] = 5.1F;
+  field[0][60] = 5.1F;
   EXPECT_EQ(sites_of(diagnose_field(scene, field), "divergence"), 1U);
-  field.x[60] = 4.2F;
+  field[0][60] = 4.2F;
   scene.schedule.rule = Rule::closed_form;
   EXPECT_EQ(sites_of(diagnose_field(scene, field), "divergence"), 1U);
-  field.x[60] = std::numeric_limits<float>::quiet_NaN();
+  field[0][60] = std::numeric_limits<float>::quiet_NaN();
   EXPECT_EQ(sites_of(diagnose_field(scene, field), "not-finite"), 1U);
 }
 

@@ -58,8 +58,8 @@ double reference_energy(const std::array<double, 4>& moduli, const Values& d, do
                          .force = {}};
   ReferenceField displacement(Extent{2, 2});
   for (std::size_t i = 0; i < 4; ++i) {
-    displacement.x[i] = d[2 * i];
-    displacement.y[i] = d[2 * i + 1];
+    displacement[0][i] = d[2 * i];
+    displacement[1][i] = d[2 * i + 1];
   }
   return elastic_energy(problem, ElementRule::plane_stress(nu), displacement);
 }

@@ -18,8 +18,8 @@ inline ReferenceField sampled(Extent extent, const Displacement& displacement) {
   ReferenceField field(extent);
   for_each_site(extent, [&](int x, int y) {
     const Vector value = displacement(x, y);
-    field.x[extent.index(x, y)] = value.x;
-    field.y[extent.index(x, y)] = value.y;
+    field[0][extent.index(x, y)] = value.x;
+    field[1][extent.index(x, y)] = value.y;
   });
   return field;
 }

@@ -101,14 +101,14 @@ TEST(ElasticSolve, EveryMethodAndBackendOfAScene) {
     const Scene scene = scene_of(level, method, effort);
     const Solution scalar = Solver(find_backend(registry, "scalar"), {}).solve(scene, progress);
     const Solution threaded = Solver(find_backend(registry, "openmp"), two_threads()).solve(scene, progress);
-    EXPECT_EQ(scalar.displacement.x, threaded.displacement.x) << method;
-    EXPECT_EQ(scalar.displacement.y, threaded.displacement.y) << method;
+    EXPECT_EQ(scalar.displacement[0], threaded.displacement[0]) << method;
+    EXPECT_EQ(scalar.displacement[1], threaded.displacement[1]) << method;
     const double now = distance(threaded.displacement, truth);
     EXPECT_LT(now, before) << method << " " << effort;
     before = now;
     for (std::size_t i = 0; i < level.extent.sites(); ++i) { // conditions stand to the bit
-      if (level.confidence.x[i] > 0.0F) {
-        ASSERT_EQ(threaded.displacement.x[i], level.target.x[i]);
+      if (level.confidence[0][i] > 0.0F) {
+        ASSERT_EQ(threaded.displacement[0][i], level.target[0][i]);
       }
     }
   }
@@ -121,8 +121,8 @@ std::string refusal(const Level& level) {
 
 void hold(Level& level, int x, int y, bool in_x, bool in_y) {
   const std::size_t at = level.extent.index(x, y);
-  level.confidence.x[at] = in_x ? 1.0F : level.confidence.x[at];
-  level.confidence.y[at] = in_y ? 0.5F : level.confidence.y[at]; // a spring holds, too
+  level.confidence[0][at] = in_x ? 1.0F : level.confidence[0][at];
+  level.confidence[1][at] = in_y ? 0.5F : level.confidence[1][at]; // a spring holds, too
 }
 
 TEST(ElasticConditions, AFreeSheetIsAnErrorThatSaysWhere) {

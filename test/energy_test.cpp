@@ -136,7 +136,7 @@ TEST(Energy, ExampleOfTheThesisHasZeroEnergy) {
   level.modulus.values[2] = 10.0F;
   set_inverse_modulus(level);
   VectorField displacement({3, 1});
-  displacement.x = {1.0F, 2.0F, 4.0F};
+  displacement[0] = {1.0F, 2.0F, 4.0F};
   EXPECT_EQ(20.0 / 10.0 * (2.0 - 1.0) - (4.0 - 2.0), 0.0);
   const HdmInFloat::Site site = gather<HdmInFloat>(level, displacement, 1, 0);
   EXPECT_EQ(HdmInFloat::residual(site.modulus * site.inverse_modulus.east, 1.0F, 2.0F, 4.0F), 0.0F);

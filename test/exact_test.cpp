@@ -96,13 +96,13 @@ TEST(Exactness, RefusesWhatRounds) {
       {[](Problem& p) { p.level.steps = StepSet::parse("0,-1,-0.25,1,1000000.1"); },
        " * 1000000.1: terms of"},
       {[](Problem& p) { p.level.modulus.values.front() = 3.0F; }, "sweep 0: 1 / 3 is not a power of two"},
-      {[](Problem& p) { p.level.target.y.back() = 0.1F; }, "x = 8, y = 6"},
-      {[](Problem& p) { p.start.x.back() = 0x1p22F; }, "x = 7, y = 5"},
+      {[](Problem& p) { p.level.target[1].back() = 0.1F; }, "x = 8, y = 6"},
+      {[](Problem& p) { p.start[0].back() = 0x1p22F; }, "x = 7, y = 5"},
       {[](Problem& p) { p.level.penalty = 0x1p28F; }, "268435460 * "},
       {[](Problem& p) { p.level.modulus.values[20] = p.level.modulus.values[21] = 0x1p-120F; },
        "leaves the range"},
-      {[](Problem& p) { p.start.y[30] = std::nanf(""); }, "is not finite"},
-      {[](Problem& p) { p.start.x[30] = 0x1p-140F; }, "x = 2, y = 2"}};
+      {[](Problem& p) { p.start[1][30] = std::nanf(""); }, "is not finite"},
+      {[](Problem& p) { p.start[0][30] = 0x1p-140F; }, "x = 2, y = 2"}};
   for (const auto& [change, says] : changes) {
     EXPECT_THAT(inexact_after(change), HasSubstr(says));
   }
@@ -123,17 +123,17 @@ TEST(Exactness, RefusesWhatOnlyAnotherOrderRounds) {
   same.modulus = ScalarField(level.extent, 1.0F);
   same.confidence = VectorField(level.extent);
   set_inverse_modulus(same);
-  for (float& value : field.x) {
+  for (float& value : field[0]) {
     value += 0x1p19F;
   }
   const VectorField rounded = test::swept(same, field, 0);
   VectorField moved_back = field;
-  for (float& value : moved_back.x) {
+  for (float& value : moved_back[0]) {
     value -= 0x1p19F;
   }
   const VectorField small = test::swept(same, moved_back, 0);
-  for (std::size_t i = 0; i < field.x.size(); ++i) {
-    EXPECT_EQ(rounded.x[i] - 0x1p19F, small.x[i]) << "the specified order rounds, too";
+  for (std::size_t i = 0; i < field[0].size(); ++i) {
+    EXPECT_EQ(rounded[0][i] - 0x1p19F, small[0][i]) << "the specified order rounds, too";
   }
   EXPECT_FALSE(proofs_of(same).first_inexact(same, moved_back, 0));
   EXPECT_TRUE(proofs_of(same).first_inexact(same, field, 0));

@@ -99,7 +99,7 @@ private:
 inline VectorField some_displacement(Extent extent) {
   VectorField field(extent);
   std::mt19937 random(1);
-  for (auto* component : {&field.x, &field.y}) {
+  for (auto* component : {&field[0], &field[1]}) {
     std::ranges::generate(*component,
                           [&random] { return static_cast<float>(random() % 2001) * 0.05F - 50.0F; });
   }

@@ -23,8 +23,8 @@ using testing::HasSubstr;
 
 double largest_difference(const ReferenceField& a, const ReferenceField& b) {
   double largest = 0.0;
-  for (std::size_t i = 0; i < a.x.size(); ++i) {
-    largest = std::max({largest, std::abs(a.x[i] - b.x[i]), std::abs(a.y[i] - b.y[i])});
+  for (std::size_t i = 0; i < a[0].size(); ++i) {
+    largest = std::max({largest, std::abs(a[0][i] - b[0][i]), std::abs(a[1][i] - b[1][i])});
   }
   return largest;
 }
@@ -248,35 +248,35 @@ TEST(FiniteElements, ASpringSharesTheWayWithTheTissue) {
               .confidence = VectorField({2, 2}),
               .modulus = ScalarField({2, 2}, 3.0F)};
   // The left side is held, the right one pulled by 1 pixel; y is held everywhere.
-  level.target.x = {0.0F, 1.0F, 0.0F, 1.0F};
-  level.confidence.y = {1.0F, 1.0F, 1.0F, 1.0F};
+  level.target[0] = {0.0F, 1.0F, 0.0F, 1.0F};
+  level.confidence[1] = {1.0F, 1.0F, 1.0F, 1.0F};
   for (const float confidence : {0.2F, 0.5F, 0.9F}) {
-    level.confidence.x = {1.0F, confidence, 1.0F, confidence};
+    level.confidence[0] = {1.0F, confidence, 1.0F, confidence};
     set_inverse_modulus(level);
     const ReferenceField field =
         solve_finite_elements(elastic_problem(level), ElementRule::plane_stress(0.0));
     // The square resists with its modulus over its height of one pixel, half of it on each of the two sites.
     const double share = static_cast<double>(confidence);
     const double spring = share / (1.0 - share);
-    EXPECT_NEAR(field.x[1], spring / (spring + 0.5), 1e-6);
+    EXPECT_NEAR(field[0][1], spring / (spring + 0.5), 1e-6);
   }
 }
 
 TEST(FiniteElements, ObservedComponentsAreKept) {
   Level level = random_problem({20, 15}, Texture::smooth, 3).level;
-  for (auto* const confidences : {&level.confidence.x, &level.confidence.y}) {
+  for (auto* const confidences : {&level.confidence[0], &level.confidence[1]}) {
     std::ranges::transform(*confidences, confidences->begin(),
                            [](float confidence) { return confidence > 0.0F ? 1.0F : 0.0F; });
   }
   const ReferenceField field = solve_finite_elements(elastic_problem(level), ElementRule::plane_stress(0.3));
   int kept = 0;
   for (std::size_t i = 0; i < level.extent.sites(); ++i) {
-    if (level.confidence.x[i] > 0.0F) {
-      EXPECT_EQ(field.x[i], static_cast<double>(level.target.x[i]));
+    if (level.confidence[0][i] > 0.0F) {
+      EXPECT_EQ(field[0][i], static_cast<double>(level.target[0][i]));
       ++kept;
     }
-    if (level.confidence.y[i] > 0.0F) {
-      EXPECT_EQ(field.y[i], static_cast<double>(level.target.y[i]));
+    if (level.confidence[1][i] > 0.0F) {
+      EXPECT_EQ(field[1][i], static_cast<double>(level.target[1][i]));
     }
   }
   EXPECT_GT(kept, 20);

@@ -22,7 +22,7 @@ using testing::HasSubstr;
 Level random_level(Extent extent, test::Texture texture, std::uint64_t seed, float penalty) {
   Level level = test::random_problem(extent, texture, seed).level;
   level.penalty = penalty;
-  level.confidence.x[0] = level.confidence.y[0] = 1.0F;
+  level.confidence[0][0] = level.confidence[1][0] = 1.0F;
   return level;
 }
 
@@ -39,9 +39,9 @@ Level homogeneous_level(Extent extent) {
 
 void observe(Level& level, int x, int y, float dx, float dy, float confidence = 1.0F) {
   const auto i = level.extent.index(x, y);
-  level.target.x[i] = dx;
-  level.target.y[i] = dy;
-  level.confidence.x[i] = level.confidence.y[i] = confidence;
+  level.target[0][i] = dx;
+  level.target[1][i] = dy;
+  level.confidence[0][i] = level.confidence[1][i] = confidence;
 }
 
 /// No displacement of a site alone lowers its energy; and where that is a parabola, the site is at its
@@ -50,7 +50,7 @@ void expect_minima(const Level& level, const ReferenceField& field) {
   const ThesisEnergyOf<ReferenceField> energy(level, field);
   for_each_site(level.extent, [&](int x, int y) {
     const auto i = level.extent.index(x, y);
-    const auto at = [&](double step) { return energy.at(x, y, {field.x[i] + step, field.y[i] + step}); };
+    const auto at = [&](double step) { return energy.at(x, y, {field[0][i] + step, field[1][i] + step}); };
     const auto here = at(0.0);
     for (const double step : {-1.0, -0.1, -1e-3, 1e-3, 0.1, 1.0}) {
       ASSERT_GT(at(step).x, here.x) << "x = " << x << ", y = " << y << ", step " << step;
@@ -64,9 +64,9 @@ void expect_minima(const Level& level, const ReferenceField& field) {
       return reach > 0.01 ? 0.5 * reach * (after - before) / (before + after - 2.0 * here.*component) : 0.0;
     };
     using Value = ThesisEnergyOf<ReferenceField>::Value;
-    EXPECT_NEAR(distance_to_vertex(&Value::x, field.x[i], level.target.x[i], level.confidence.x[i]), 0.0,
+    EXPECT_NEAR(distance_to_vertex(&Value::x, field[0][i], level.target[0][i], level.confidence[0][i]), 0.0,
                 1e-9);
-    EXPECT_NEAR(distance_to_vertex(&Value::y, field.y[i], level.target.y[i], level.confidence.y[i]), 0.0,
+    EXPECT_NEAR(distance_to_vertex(&Value::y, field[1][i], level.target[1][i], level.confidence[1][i]), 0.0,
                 1e-9);
   });
 }
@@ -87,8 +87,8 @@ TEST(FixedPoint, IterationsInDoubleStayThere) {
     level.steps = StepSet::parse("0,-1,1,-0.1,0.1,-0.01,0.01,-0.001,0.001,-0.0001,0.0001");
     const FixedPoint fixed = solve_fixed_point(level);
     const ReferenceField next = thesis_iteration(level, fixed.displacement);
-    EXPECT_EQ(next.x, fixed.displacement.x);
-    EXPECT_EQ(next.y, fixed.displacement.y);
+    EXPECT_EQ(next[0], fixed.displacement[0]);
+    EXPECT_EQ(next[1], fixed.displacement[1]);
   }
 }
 
@@ -107,16 +107,16 @@ std::string refusal(const Level& level) {
 TEST(FixedPoint, LevelsWithoutAUniqueFieldAreRefused) {
   Level level = homogeneous_level({6, 5});
   EXPECT_THAT(refusal(level), HasSubstr("no site has a known displacement in x"));
-  level.confidence.x[3] = 0.25F;
+  level.confidence[0][3] = 0.25F;
   EXPECT_THAT(refusal(level), HasSubstr("no site has a known displacement in y"));
-  level.confidence.y[3] = 0.25F;
+  level.confidence[1][3] = 0.25F;
   EXPECT_EQ(refusal(level), "accepted");
 
   Level column = homogeneous_level({1, 4});
   observe(column, 0, 1, 2.0F, 1.0F);
   EXPECT_THAT(refusal(column), HasSubstr("in x at x = 0, y = 0 is not known"));
   for (int y = 0; y < 4; ++y) {
-    column.confidence.x[column.extent.index(0, y)] = 1.0F;
+    column.confidence[0][column.extent.index(0, y)] = 1.0F;
   }
   EXPECT_EQ(refusal(column), "accepted");
 
@@ -135,9 +135,9 @@ Level level_of(Extent extent, const std::function<float(int, int)>& target,
   set_inverse_modulus(level);
   for_each_site(extent, [&](int x, int y) {
     const auto i = extent.index(x, y);
-    level.target.x[i] = target(x, y);
-    level.target.y[i] = -target(x, y);
-    level.confidence.x[i] = level.confidence.y[i] = is_observed(x, y) ? 0.5F : 0.0F;
+    level.target[0][i] = target(x, y);
+    level.target[1][i] = -target(x, y);
+    level.confidence[0][i] = level.confidence[1][i] = is_observed(x, y) ? 0.5F : 0.0F;
   });
   return level;
 }
@@ -157,8 +157,8 @@ TEST(Interpolation, LinearFieldsAreMet) {
        std::initializer_list<std::function<bool(int, int)>>{on_border, on_ellipse_or_border, at_sides}) {
     const ReferenceField field = interpolate_conditions(level_of(extent, linear, where));
     for_each_site(extent, [&](int x, int y) {
-      EXPECT_NEAR(field.x[extent.index(x, y)], static_cast<double>(linear(x, y)), 1e-14);
-      EXPECT_NEAR(field.y[extent.index(x, y)], -static_cast<double>(linear(x, y)), 1e-14);
+      EXPECT_NEAR(field[0][extent.index(x, y)], static_cast<double>(linear(x, y)), 1e-14);
+      EXPECT_NEAR(field[1][extent.index(x, y)], -static_cast<double>(linear(x, y)), 1e-14);
     });
   }
 }
@@ -171,7 +171,7 @@ TEST(Interpolation, RowAndColumnAreBlendedByTheDistanceToTheirNearerEnds) {
   const Level level = level_of(
       {6, 5}, [](int x, int) { return x == 1 ? 40.0F : 10.0F; }, where);
   const ReferenceField field = interpolate_conditions(level);
-  EXPECT_NEAR(field.x[level.extent.index(1, 2)], (10.0 / 1.0 + 40.0 / 2.0) / (1.0 / 1.0 + 1.0 / 2.0), 1e-13);
+  EXPECT_NEAR(field[0][level.extent.index(1, 2)], (10.0 / 1.0 + 40.0 / 2.0) / (1.0 / 1.0 + 1.0 / 2.0), 1e-13);
 }
 
 } // namespace

@@ -31,11 +31,11 @@ TEST(StateHash, SeesEveryBitButTheSignOfZero) {
   const VectorField zero({3, 2});
   VectorField field({3, 2}, -0.0F);
   EXPECT_EQ(state_hash(field), state_hash(zero));
-  field.y.back() = std::numeric_limits<float>::denorm_min();
+  field[1].back() = std::numeric_limits<float>::denorm_min();
   EXPECT_NE(state_hash(field), state_hash(zero));
   EXPECT_NE(state_hash(VectorField({2, 3})), state_hash(zero));
   VectorField swapped = field;
-  std::swap(swapped.x, swapped.y);
+  std::swap(swapped[0], swapped[1]);
   EXPECT_NE(state_hash(swapped), state_hash(field));
 }
 
@@ -49,8 +49,8 @@ TEST(StateHash, OfALevelSeesAllThatIsLoaded) {
   };
   const auto nudge = [](float& value) { value = std::nextafter(value, 1e9F); };
   EXPECT_FALSE(differs([](Level&) {}));
-  EXPECT_TRUE(differs([&](Level& level) { nudge(level.target.y.back()); }));
-  EXPECT_TRUE(differs([&](Level& level) { nudge(level.confidence.x.back()); }));
+  EXPECT_TRUE(differs([&](Level& level) { nudge(level.target[1].back()); }));
+  EXPECT_TRUE(differs([&](Level& level) { nudge(level.confidence[0].back()); }));
   EXPECT_TRUE(differs([&](Level& level) { nudge(level.modulus.values.back()); }));
   EXPECT_TRUE(differs([&](Level& level) { nudge(level.inverse_modulus.values.back()); }));
   EXPECT_TRUE(differs([&](Level& level) { nudge(level.penalty); }));
@@ -125,13 +125,13 @@ GoldenResult check(const GoldenEntry& golden, const Scene& scene, const Backend&
 
 /// One unit in the last place of one number.
 const Fault one_ulp{.name = "one_ulp",
-                    .in_read = [](VectorField& field) { field.x[0] = std::nextafter(field.x[0], 100.0F); }};
+                    .in_read = [](VectorField& field) { field[0][0] = std::nextafter(field[0][0], 100.0F); }};
 
 TEST(Golden, PlantedFaultsAreSeenAtTheirLevel) {
   std::vector<Fault> faults;
   faults.push_back({.name = "one_ulp_on_level_2", .in_read = [](VectorField& field) {
                       if (field.extent.width == 32) {
-                        field.x.back() = std::nextafter(field.x.back(), 100.0F);
+                        field[0].back() = std::nextafter(field[0].back(), 100.0F);
                       }
                     }});
   faults.push_back({.name = "skipped_sweep_on_level_2", .in_level = [](Level& level) {
@@ -151,7 +151,7 @@ TEST(Golden, PlantedFaultsAreSeenAtTheirLevel) {
 TEST(Golden, OtherInputsAreNotBlamedOnTheSweep) {
   const GoldenEntry& entry = entry_of("circular", "icm");
   Scene scene = scene_of(entry);
-  scene.full.target.x[5] = std::nextafter(scene.full.target.x[5], 100.0F);
+  scene.full.target[0][5] = std::nextafter(scene.full.target[0][5], 100.0F);
   const GoldenResult result = check(entry, scene, test::find("openmp"));
   EXPECT_THAT(result.inputs_reason, HasSubstr("the scene itself is another one"));
   for (const GoldenOutcome& outcome : result.outcomes) {

@@ -43,8 +43,8 @@ TEST_F(ImageFiles, VectorsHaveTwoOrThreeComponents) {
   for (const auto& [sizes, pixels] : {std::pair{"2 2 1", "1 2 3 4"}, std::pair{"3 2 1", "1 2 9 3 4 9"}}) {
     const auto field = read_vector(write_nrrd("v.nrrd", "float", sizes, pixels, vector_kind)).pixels;
     EXPECT_EQ(field.extent, (Extent{2, 1}));
-    EXPECT_EQ(field.x, (std::vector<float>{1, 3}));
-    EXPECT_EQ(field.y, (std::vector<float>{2, 4}));
+    EXPECT_EQ(field[0], (std::vector<float>{1, 3}));
+    EXPECT_EQ(field[1], (std::vector<float>{2, 4}));
   }
   const auto vectors = write_nrrd("v.nrrd", "float", "2 2 1", "1 2 3 4", vector_kind);
   expect_refusal([&] { (void)read_scalar(vectors); }, "2 components");
@@ -112,9 +112,9 @@ TEST_F(ImageFiles, DisplacementsComeBackFromAnywhereInSpace) {
     }
     EXPECT_NEAR(read.placement.thickness, 3.0, 1e-12);
     ASSERT_EQ(read.pixels.extent, field.extent);
-    for (std::size_t site = 0; site < field.x.size(); ++site) {
-      EXPECT_NEAR(read.pixels.x[site], field.x[site], 1e-4);
-      EXPECT_NEAR(read.pixels.y[site], field.y[site], 1e-4);
+    for (std::size_t site = 0; site < field[0].size(); ++site) {
+      EXPECT_NEAR(read.pixels[0][site], field[0][site], 1e-4);
+      EXPECT_NEAR(read.pixels[1][site], field[1][site], 1e-4);
     }
   }
   EXPECT_THAT(
@@ -136,7 +136,7 @@ TEST_F(ImageFiles, WhatCannotBeWrittenLeavesNothing) {
   expect_refusal([&] { write_displacement(path("gone") / "d.nrrd", field, 1.0); }, "does not exist");
   expect_refusal([&] { write_displacement(path("d.nrrd"), field, 0.0); }, "0 mm");
   VectorField infinite = field;
-  infinite.y[4] = HUGE_VALF;
+  infinite[1][4] = HUGE_VALF;
   expect_refusal([&] { write_displacement(path("d.nrrd"), infinite, 1.0); }, "x = 1, y = 1");
   expect_refusal([&] { write_magnitude_png(path("p.png"), infinite, 1.0); }, "x = 1, y = 1");
   EXPECT_TRUE(files().empty());
@@ -155,12 +155,12 @@ TEST_F(ImageFiles, PicturesAreRoundedAndClampedAndMagnitudesGetBrighter) {
   EXPECT_EQ(files().size(), 1U);
   VectorField field({102, 1});
   for (std::size_t x = 0; x < 102; ++x) {
-    field.x[x] = 0.6F * static_cast<float>(x);
-    field.y[x] = -0.8F * static_cast<float>(x);
+    field[0][x] = 0.6F * static_cast<float>(x);
+    field[1][x] = -0.8F * static_cast<float>(x);
   }
   write_magnitude_png(path("m.png"), field, 100.0);
   const auto red_green = read_vector(path("m.png")).pixels;
-  const auto brightness = [&](std::size_t x) { return 0.3F * red_green.x[x] + 0.6F * red_green.y[x]; };
+  const auto brightness = [&](std::size_t x) { return 0.3F * red_green[0][x] + 0.6F * red_green[1][x]; };
   EXPECT_EQ(brightness(0), 0.0F);
   for (std::size_t x = 1; x <= 100; ++x) {
     EXPECT_GT(brightness(x), brightness(x - 1)) << x;
@@ -267,10 +267,10 @@ TEST_F(ImageScene, ModuliTargetsAndConfidencesComeFromImagesAndThenFromCondition
   const Scene scene = load("[image]\nmodulus = \"modulus.nrrd\"\ntarget = \"target.nrrd\"\n"
                            "confidence = \"confidence.nrrd\"\n[[condition]]\nwhere = \"left\"\ndy = -4.0\n");
   EXPECT_EQ(scene.full.modulus.values, (std::vector<float>{1, 2, 3, 4, 5, 6.5}));
-  EXPECT_EQ(scene.full.target.x, (std::vector<float>{1, 3, 5, 7, 9, 11}));
-  EXPECT_EQ(scene.full.target.y, (std::vector<float>{-4, 4, 6, -4, 10, 12}));
-  EXPECT_EQ(scene.full.confidence.x, (std::vector<float>{0, 0.5, 0, 0, 0, 1}));
-  EXPECT_EQ(scene.full.confidence.y, (std::vector<float>{1, 0, 0, 1, 0, 0.25}));
+  EXPECT_EQ(scene.full.target[0], (std::vector<float>{1, 3, 5, 7, 9, 11}));
+  EXPECT_EQ(scene.full.target[1], (std::vector<float>{-4, 4, 6, -4, 10, 12}));
+  EXPECT_EQ(scene.full.confidence[0], (std::vector<float>{0, 0.5, 0, 0, 0, 1}));
+  EXPECT_EQ(scene.full.confidence[1], (std::vector<float>{1, 0, 0, 1, 0, 0.25}));
 }
 
 TEST_F(ImageScene, SizeResamplesAndSpacingIsThatOfTheFilesPixels) {

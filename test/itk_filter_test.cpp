@@ -82,8 +82,8 @@ Field::Pointer to_itk(const VectorField& pixels, const Geometry& geometry) {
   for (std::size_t site = 0; site < pixels.extent.sites(); ++site) {
     for (unsigned axis = 0; axis < 2; ++axis) {
       field->GetBufferPointer()[site][axis] =
-          static_cast<float>(geometry.spacing * (direction(axis, 0) * double{pixels.x[site]} +
-                                                 direction(axis, 1) * double{pixels.y[site]}));
+          static_cast<float>(geometry.spacing * (direction(axis, 0) * double{pixels[0][site]} +
+                                                 direction(axis, 1) * double{pixels[1][site]}));
     }
   }
   return field;
@@ -96,8 +96,8 @@ VectorField to_pixels(const Field& field, const Geometry& geometry) {
   const Direction inverse(geometry.direction().GetInverse());
   for (std::size_t site = 0; site < pixels.extent.sites(); ++site) {
     const auto index = inverse * itk::Vector<double, 2>(field.GetBufferPointer()[site]) / geometry.spacing;
-    pixels.x[site] = static_cast<float>(index[0]);
-    pixels.y[site] = static_cast<float>(index[1]);
+    pixels[0][site] = static_cast<float>(index[0]);
+    pixels[1][site] = static_cast<float>(index[1]);
   }
   return pixels;
 }
@@ -120,8 +120,8 @@ struct Pipeline {
         confidence(geometry.allocate<Filter::ConfidenceImageType>(extent)), filter(Filter::New()) {
     for (std::size_t site = 0; site < extent.sites(); ++site) {
       labels->GetBufferPointer()[site] = scene.full.modulus.values[site] > 25.0F ? 1 : 0;
-      confidence->GetBufferPointer()[site][0] = scene.full.confidence.x[site];
-      confidence->GetBufferPointer()[site][1] = scene.full.confidence.y[site];
+      confidence->GetBufferPointer()[site][0] = scene.full.confidence[0][site];
+      confidence->GetBufferPointer()[site][1] = scene.full.confidence[1][site];
     }
     filter->SetInput(displacement);
     filter->SetLabels(labels);

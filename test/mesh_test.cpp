@@ -60,8 +60,8 @@ TEST(MeshImage, AnAffineFieldIsMetInADistortedMesh) {
   for (int y = 0; y < 40; ++y) {
     for (int x = 0; x < 60; ++x) {
       const auto site = image.displacement.extent.index(x, y);
-      ASSERT_NEAR(image.displacement.x[site], u(x, y), 1e-5) << x << "," << y;
-      ASSERT_NEAR(image.displacement.y[site], v(x, y), 1e-5) << x << "," << y;
+      ASSERT_NEAR(image.displacement[0][site], u(x, y), 1e-5) << x << "," << y;
+      ASSERT_NEAR(image.displacement[1][site], v(x, y), 1e-5) << x << "," << y;
       ASSERT_EQ(image.mask.values[site], 255.0F);
     }
   }
@@ -93,8 +93,8 @@ TEST(MeshImage, TheInverseMapIsFoundInAnyConvexElement) {
     const MeshImage image = element_image(mesh, {.extent = {21, 21}});
     for (std::size_t site = 0; site < image.mask.values.size(); ++site) {
       if (image.mask.values[site] != 0.0F) {
-        const double r = double{image.displacement.x[site]};
-        const double s = double{image.displacement.y[site]};
+        const double r = double{image.displacement[0][site]};
+        const double s = double{image.displacement[1][site]};
         const std::array<double, 4> h{(1 - r) * (1 - s) / 4, (1 + r) * (1 - s) / 4, (1 + r) * (1 + s) / 4,
                                       (1 - r) * (1 + s) / 4};
         double x = 0.0;
@@ -128,7 +128,7 @@ TEST(MeshImage, NearestNodeIsThatOfAskingEveryNode) {
         const bool reached = distance(*nearest) <= reach;
         const auto site = image.displacement.extent.index(x, y);
         ASSERT_EQ(image.mask.values[site] != 0.0F, reached) << x << "," << y << " reach " << reach;
-        ASSERT_EQ(double{image.displacement.x[site]}, reached ? nearest->u : 0.0);
+        ASSERT_EQ(double{image.displacement[0][site]}, reached ? nearest->u : 0.0);
       }
     }
   }

@@ -112,7 +112,7 @@ TEST(Cascade, NoticesThatAccelerationDiverges) {
     const Scene scene = with(slanting_layers(contrast), "cascade", 4);
     const Solution solution = solve_on("openmp", scene);
     EXPECT_TRUE(std::ranges::any_of(solution.levels, &LevelResult::repeated)) << contrast;
-    for (const auto* component : {&solution.displacement.x, &solution.displacement.y}) {
+    for (const auto* component : {&solution.displacement[0], &solution.displacement[1]}) {
       for (const float value : *component) {
         ASSERT_LE(std::abs(value), 1.1 * 50.0) << contrast;
       }
@@ -126,12 +126,12 @@ TEST(Solve, TheSquareReachesItsBorderValues) {
   EXPECT_EQ(solution.levels.size(), 7U);
   for (int y = 0; y < 64; ++y) {
     // A pinned site comes to rest within half the smallest step.
-    EXPECT_NEAR(solution.displacement.x[scene.extent().index(0, y)], -50.0F, 0.0501F);
-    EXPECT_NEAR(solution.displacement.x[scene.extent().index(63, y)], 0.0F, 0.0501F);
-    EXPECT_NEAR(solution.displacement.y[scene.extent().index(y, 63)], 50.0F, 0.0501F);
+    EXPECT_NEAR(solution.displacement[0][scene.extent().index(0, y)], -50.0F, 0.0501F);
+    EXPECT_NEAR(solution.displacement[0][scene.extent().index(63, y)], 0.0F, 0.0501F);
+    EXPECT_NEAR(solution.displacement[1][scene.extent().index(y, 63)], 50.0F, 0.0501F);
   }
   // Softer in the middle: more of the displacement happens there than in as wide a strip of normal matter.
-  const auto dx = [&](int x) { return solution.displacement.x[scene.extent().index(x, 32)]; };
+  const auto dx = [&](int x) { return solution.displacement[0][scene.extent().index(x, 32)]; };
   EXPECT_GT(dx(37) - dx(27), dx(15) - dx(5));
 }
 

@@ -86,8 +86,8 @@ inline void write_person(const std::filesystem::path& folder, int side, const Pl
     target.values[site] = static_cast<float>(gray(x - 1.5, y + 0.5) + noise * random());
     labels.values[site] = std::hypot(x - middle, y - middle) < 0.39 * side ? 1 : 0;
     region.values[site] = std::hypot(x - 0.53125 * side, y - 0.46875 * side) < 0.125 * side ? 1.0F : 0.0F;
-    positions.x[site] = static_cast<float>(x) + 0.5F;
-    positions.y[site] = static_cast<float>(y);
+    positions[0][site] = static_cast<float>(x) + 0.5F;
+    positions[1][site] = static_cast<float>(y);
   });
   write_scalar(folder / "source.nrrd", source, 1.0, placement);
   write_scalar(folder / "target.nrrd", target, 1.0);

@@ -78,7 +78,7 @@ void expect_kept(const Scene& scene, const ReferenceField& truth, const std::str
 
 /// Every observation of `level` as a spring of so many pixels.
 void weaken(Level& level, double deviation) {
-  for (std::vector<float>* const confidences : {&level.confidence.x, &level.confidence.y}) {
+  for (std::vector<float>* const confidences : {&level.confidence[0], &level.confidence[1]}) {
     for (float& confidence : *confidences) {
       confidence = confidence > 0.0F ? confidence_of_deviation(deviation) : 0.0F;
     }
@@ -113,14 +113,14 @@ TEST(Planner, GivesWhatIsAskedForAndCostsMoreTheMoreIsAsked) {
 TEST(Planner, AConditionOnOnePixelIsNotLost) {
   Scene scene = shipped("square", 200);
   const std::size_t lonely = scene.full.extent.index(101, 67); // on no sampled image
-  scene.full.target.x[lonely] = 30.0F;
-  scene.full.confidence.x[lonely] = 1.0F;
+  scene.full.target[0][lonely] = 30.0F;
+  scene.full.confidence[0][lonely] = 1.0F;
   const ReferenceField truth = truth_of(scene);
   for (const double asked : {2.0, 0.1}) {
     const Plan found = plan(scene, {.accuracy = asked});
     EXPECT_TRUE(found.met) << found.outcome;
     EXPECT_LE(error_of(found.solution, truth), asked);
-    EXPECT_EQ(found.solution.displacement.x[lonely], 30.0F);
+    EXPECT_EQ(found.solution.displacement[0][lonely], 30.0F);
   }
 }
 
@@ -208,8 +208,8 @@ TEST(Planner, OnlyRatiosOfModuliMatter) {
       Scene scaled = scene;
       scale_moduli(scaled, std::ldexp(1.0F, exponent));
       const Solution found = solved(scaled);
-      EXPECT_EQ(found.displacement.x, usual.displacement.x) << method << ", 2^" << exponent;
-      EXPECT_EQ(found.displacement.y, usual.displacement.y) << method << ", 2^" << exponent;
+      EXPECT_EQ(found.displacement[0], usual.displacement[0]) << method << ", 2^" << exponent;
+      EXPECT_EQ(found.displacement[1], usual.displacement[1]) << method << ", 2^" << exponent;
       EXPECT_EQ(found.estimated_error, usual.estimated_error) << method << ", 2^" << exponent;
     }
   }
@@ -225,7 +225,7 @@ TEST(Planner, AFieldThatCannotBeOneMeetsNothing) {
   EXPECT_TRUE(made.met);
   for (const float value :
        {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN(), 1e18F}) {
-    made.solution.displacement.x[70] = value;
+    made.solution.displacement[0][70] = value;
     made.solution.estimated_error = 0.01;
     conclude(made, scene, request, 1.0);
     EXPECT_FALSE(made.met) << value;
@@ -242,8 +242,8 @@ TEST(Planner, FieldsWithoutStrainAreKnown) {
   for (const bool sprung : {false, true}) {
     Scene scene = scene_of(elastic_level({40, 33}, Tissue::inclusion, Held::border, 5.0, 61),
                            elastic_full_multigrid, 8);
-    std::ranges::fill(scene.full.target.x, 3.0F);
-    std::ranges::fill(scene.full.target.y, -3.0F);
+    std::ranges::fill(scene.full.target[0], 3.0F);
+    std::ranges::fill(scene.full.target[1], -3.0F);
     if (sprung) {
       weaken(scene.full, 1.0);
     }

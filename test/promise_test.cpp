@@ -113,10 +113,10 @@ Scene varied_scene(std::uint64_t seed, int fewest_pixels = 32, int most_pixels =
   };
   const auto give = [&](int x, int y, double dx, double dy) {
     const std::size_t at = extent.index(x, y);
-    scene.full.target.x[at] = static_cast<float>(dx);
-    scene.full.target.y[at] = static_cast<float>(dy);
-    scene.full.confidence.x[at] = 1.0F;
-    scene.full.confidence.y[at] = 1.0F;
+    scene.full.target[0][at] = static_cast<float>(dx);
+    scene.full.target[1][at] = static_cast<float>(dy);
+    scene.full.confidence[0][at] = 1.0F;
+    scene.full.confidence[1][at] = 1.0F;
   };
   const int sides = whole(1, 15); // a set of four
   for_each_site(extent, [&](int x, int y) {

@@ -42,18 +42,18 @@ TEST(Pyramid, ProlongationKeepsAffineFieldsAndCorners) {
       return n > 1 ? static_cast<float>(i) / static_cast<float>(n - 1) : 0.0F;
     };
     for_each_site(coarse, [&](int x, int y) {
-      field.x[coarse.index(x, y)] =
+      field[0][coarse.index(x, y)] =
           3.0F + 8.0F * fraction(x, coarse.width) - 4.0F * fraction(y, coarse.height);
-      field.y[coarse.index(x, y)] = -field.x[coarse.index(x, y)];
+      field[1][coarse.index(x, y)] = -field[0][coarse.index(x, y)];
     });
     const VectorField result = prolongate(field, fine, Alignment::corner);
     for_each_site(fine, [&](int x, int y) {
       const float expected = 3.0F + 8.0F * fraction(x, fine.width) - 4.0F * fraction(y, fine.height);
-      EXPECT_NEAR(result.x[fine.index(x, y)], expected, 5e-6F);
-      EXPECT_NEAR(result.y[fine.index(x, y)], -expected, 5e-6F);
+      EXPECT_NEAR(result[0][fine.index(x, y)], expected, 5e-6F);
+      EXPECT_NEAR(result[1][fine.index(x, y)], -expected, 5e-6F);
     });
-    EXPECT_EQ(result.x.front(), field.x.front());
-    EXPECT_EQ(result.x.back(), field.x.back());
+    EXPECT_EQ(result[0].front(), field[0].front());
+    EXPECT_EQ(result[0].back(), field[0].back());
   }
 }
 
@@ -67,8 +67,8 @@ TEST(Pyramid, LevelsSampleTheFullImage) {
     const auto to = extent.index(x, y);
     EXPECT_EQ(level.modulus.values[to], problem.level.modulus.values[from]);
     EXPECT_EQ(level.inverse_modulus.values[to], problem.level.inverse_modulus.values[from]);
-    EXPECT_EQ(level.target.x[to], problem.level.target.x[from]);
-    EXPECT_EQ(level.confidence.y[to], problem.level.confidence.y[from]);
+    EXPECT_EQ(level.target[0][to], problem.level.target[0][from]);
+    EXPECT_EQ(level.confidence[1][to], problem.level.confidence[1][from]);
   });
 }
 
@@ -88,15 +88,15 @@ TEST(ThesisIcm, EverySiteTakesTheFirstBestCandidateOfTheThesisEnergy) {
         Energy::Value lowest{1e300, 1e300};
         Energy::Value best{};
         for (const float step : level.steps.values()) {
-          const Energy::Value to{field.x[i] + double{step}, field.y[i] + double{step}};
+          const Energy::Value to{field[0][i] + double{step}, field[1][i] + double{step}};
           const auto found = energy.at(x, y, to);
           tied += found.x == lowest.x ? 1 : 0;
           best.x = found.x < lowest.x ? to.x : best.x;
           best.y = found.y < lowest.y ? to.y : best.y;
           lowest = {std::min(found.x, lowest.x), std::min(found.y, lowest.y)};
         }
-        ASSERT_EQ(next.x[i], best.x) << x << ", " << y << ", iteration " << iteration;
-        ASSERT_EQ(next.y[i], best.y) << x << ", " << y << ", iteration " << iteration;
+        ASSERT_EQ(next[0][i], best.x) << x << ", " << y << ", iteration " << iteration;
+        ASSERT_EQ(next[1][i], best.y) << x << ", " << y << ", iteration " << iteration;
       });
       field = next;
     }
@@ -113,8 +113,8 @@ TEST(ThesisProlongation, IsThatOfTheKernelsToFloatRounding) {
     // Values up to 10, weights rounded to float once, six operations.
     const double tolerance = 10.0 * 8.0 * static_cast<double>(std::numeric_limits<float>::epsilon());
     for (std::size_t i = 0; i < fine.sites(); ++i) {
-      ASSERT_NEAR(thesis.x[i], static_cast<double>(kernels.x[i]), tolerance);
-      ASSERT_NEAR(thesis.y[i], static_cast<double>(kernels.y[i]), tolerance);
+      ASSERT_NEAR(thesis[0][i], static_cast<double>(kernels[0][i]), tolerance);
+      ASSERT_NEAR(thesis[1][i], static_cast<double>(kernels[1][i]), tolerance);
     }
   }
 }

@@ -269,7 +269,7 @@ bool is_finite(const std::vector<float>& values) {
 void expect_readable_image(const fs::path& file) {
   if (content(file).substr(0, 2000).find("kinds: vector") != std::string::npos) {
     const VectorField field = read_vector(file).pixels;
-    EXPECT_TRUE(is_finite(field.x) && is_finite(field.y)) << file;
+    EXPECT_TRUE(is_finite(field[0]) && is_finite(field[1])) << file;
   } else {
     EXPECT_TRUE(is_finite(read_scalar(file).pixels.values)) << file;
   }

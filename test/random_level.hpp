@@ -88,12 +88,12 @@ inline Problem random_problem(Extent extent, Texture texture, std::uint64_t seed
     } else if (texture == Texture::extreme) {
       problem.level.modulus.values[i] = static_cast<float>(std::abs(spread(13)));
     }
-    problem.level.target.x[i] = displacement();
-    problem.level.target.y[i] = displacement();
-    problem.level.confidence.x[i] = confidence();
-    problem.level.confidence.y[i] = confidence();
-    problem.start.x[i] = displacement();
-    problem.start.y[i] = displacement();
+    problem.level.target[0][i] = displacement();
+    problem.level.target[1][i] = displacement();
+    problem.level.confidence[0][i] = confidence();
+    problem.level.confidence[1][i] = confidence();
+    problem.start[0][i] = displacement();
+    problem.start[1][i] = displacement();
   }
   set_inverse_modulus(problem.level);
   set_inverse_curvature(problem.level);
@@ -140,10 +140,10 @@ inline Level elastic_level(Extent extent, Tissue tissue, Held held, double contr
     const std::size_t at = extent.index(x, y);
     const double along = static_cast<double>(x) / extent.width;
     const double down = static_cast<double>(y) / extent.height;
-    level.target.x[at] = static_cast<float>(5.0 * std::sin(turn + 3.0 * along + down));
-    level.target.y[at] = static_cast<float>(5.0 * std::cos(turn - along + 4.0 * down));
-    level.confidence.x[at] = in_x ? 1.0F : level.confidence.x[at];
-    level.confidence.y[at] = in_y ? 1.0F : level.confidence.y[at];
+    level.target[0][at] = static_cast<float>(5.0 * std::sin(turn + 3.0 * along + down));
+    level.target[1][at] = static_cast<float>(5.0 * std::cos(turn - along + 4.0 * down));
+    level.confidence[0][at] = in_x ? 1.0F : level.confidence[0][at];
+    level.confidence[1][at] = in_y ? 1.0F : level.confidence[1][at];
   };
   for (int y = 0; y < extent.height; ++y) {
     for (int x = 0; x < extent.width; ++x) {
@@ -168,7 +168,7 @@ inline Level elastic_level(Extent extent, Tissue tissue, Held held, double contr
     }
   }
   if (held == Held::springs) {
-    for (auto* const confidences : {&level.confidence.x, &level.confidence.y}) {
+    for (auto* const confidences : {&level.confidence[0], &level.confidence[1]}) {
       for (std::size_t i = 0; i < confidences->size(); ++i) {
         const bool corner = i == 0 || i + 1 == confidences->size();
         float& confidence = (*confidences)[i];
@@ -189,7 +189,7 @@ inline Level elastic_level(Extent extent, Tissue tissue, Held held, double contr
 inline VectorField random_field(Extent extent, std::uint64_t seed) {
   Uniform uniform(seed);
   VectorField field(extent);
-  for (auto* values : {&field.x, &field.y}) {
+  for (auto* values : {&field[0], &field[1]}) {
     for (float& value : *values) {
       value = static_cast<float>(2.0 * uniform() - 1.0);
     }

@@ -215,14 +215,14 @@ TEST(LevelRefusals, SayWhatIsWrong) {
   EXPECT_EQ(test::refusal([&] { validate(good); }), "accepted");
   for (const float bad : {std::nanf(""), HUGE_VALF, -1.0F}) {
     refused(good.modulus.values[9], bad, "x = 2, y = 1");
-    refused(good.confidence.y[9], bad, "x = 2, y = 1");
+    refused(good.confidence[1][9], bad, "x = 2, y = 1");
     refused(good.penalty, bad, "penalty K");
   }
   refused(good.modulus.values[9], 0.0F, "modulus");
   refused(good.modulus.values[9], 1e-39F, "its inverse");
-  refused(good.confidence.x[9], 1.5F, "confidence");
-  refused(good.target.x[9], std::nanf(""), "target");
-  refused(good.target.y[9], -HUGE_VALF, "x = 2, y = 1");
+  refused(good.confidence[0][9], 1.5F, "confidence");
+  refused(good.target[0][9], std::nanf(""), "target");
+  refused(good.target[1][9], -HUGE_VALF, "x = 2, y = 1");
   Level other = good;
   other.target = VectorField({5, 7});
   EXPECT_THAT(test::refusal([&] { validate(other); }), HasSubstr("5 x 7"));

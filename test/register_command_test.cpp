@@ -52,8 +52,8 @@ TEST_F(RegisterCommand, WritesAFieldPicturesAndARow) {
     EXPECT_EQ(field.placement.origin, placement.origin);
     EXPECT_EQ(field.placement.axes, placement.axes);
     EXPECT_EQ(row["placement"]["origin"], nlohmann::json(placement.origin));
-    EXPECT_NEAR(field.pixels.x[field.pixels.extent.index(32, 20)], 1.5F, 0.4F);
-    EXPECT_NEAR(field.pixels.y[field.pixels.extent.index(32, 20)], -0.5F, 0.4F);
+    EXPECT_NEAR(field.pixels[0][field.pixels.extent.index(32, 20)], 1.5F, 0.4F);
+    EXPECT_NEAR(field.pixels[1][field.pixels.extent.index(32, 20)], -0.5F, 0.4F);
   }
 }
 

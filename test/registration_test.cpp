@@ -33,7 +33,7 @@ double rmsd(const VectorField& a, const VectorField& b, int margin = 0) {
   for (int y = margin; y < a.extent.height - margin; ++y) {
     for (int x = margin; x < a.extent.width - margin; ++x) {
       const std::size_t site = a.extent.index(x, y);
-      sum += std::pow(double{a.x[site]} - b.x[site], 2) + std::pow(double{a.y[site]} - b.y[site], 2);
+      sum += std::pow(double{a[0][site]} - b[0][site], 2) + std::pow(double{a[1][site]} - b[1][site], 2);
       ++count;
     }
   }
@@ -72,10 +72,10 @@ TEST(SiteSprings, HoldAsFiniteElementsSay) {
     springs.xx.values[site] = static_cast<float>(3.0 * along_x * along_x);
     springs.xy.values[site] = static_cast<float>(3.0 * along_x * along_y);
     springs.yy.values[site] = static_cast<float>(3.0 * along_y * along_y);
-    start.x[site] = static_cast<float>(random());
-    start.y[site] = static_cast<float>(random());
-    pull.x[site] = static_cast<float>(random());
-    pull.y[site] = static_cast<float>(random());
+    start[0][site] = static_cast<float>(random());
+    start[1][site] = static_cast<float>(random());
+    pull[0][site] = static_cast<float>(random());
+    pull[1][site] = static_cast<float>(random());
     problem.modulus[site] = static_cast<double>(level.modulus.values[site]);
   }
   const auto session = test::find("openmp").open_elastic({});
@@ -89,14 +89,16 @@ TEST(SiteSprings, HoldAsFiniteElementsSay) {
   // sheet, must give `found` back.
   constexpr double hold = 1e-3;
   for (std::size_t site = 0; site < extent.sites(); ++site) {
-    const double way_x = double{found.x[site]} - start.x[site];
-    const double way_y = double{found.y[site]} - start.y[site];
-    problem.force.x[site] = pull.x[site] - springs.xx.values[site] * way_x - springs.xy.values[site] * way_y;
-    problem.force.y[site] = pull.y[site] - springs.xy.values[site] * way_x - springs.yy.values[site] * way_y;
-    problem.prescribed.x[site] = found.x[site];
-    problem.prescribed.y[site] = found.y[site];
-    problem.spring.x[site] = hold;
-    problem.spring.y[site] = hold;
+    const double way_x = double{found[0][site]} - start[0][site];
+    const double way_y = double{found[1][site]} - start[1][site];
+    problem.force[0][site] =
+        pull[0][site] - springs.xx.values[site] * way_x - springs.xy.values[site] * way_y;
+    problem.force[1][site] =
+        pull[1][site] - springs.xy.values[site] * way_x - springs.yy.values[site] * way_y;
+    problem.prescribed[0][site] = found[0][site];
+    problem.prescribed[1][site] = found[1][site];
+    problem.spring[0][site] = hold;
+    problem.spring[1][site] = hold;
   }
   const ReferenceField back = solve_finite_elements(problem, ElementRule::plane_stress(0.3));
   EXPECT_LT(rmsd(back.to_float(), found), 2e-3);
@@ -187,7 +189,7 @@ TEST(Overlap, IsThatOfTheLabelsSeenThroughTheDisplacement) {
   ASSERT_EQ(still.size(), 2U) << "label 5 is in one of them only";
   EXPECT_EQ(still[0].label, 1);
   EXPECT_DOUBLE_EQ(still[0].dice, 0.5);
-  std::ranges::fill(displacement.x, 2.0F);
+  std::ranges::fill(displacement[0], 2.0F);
   for (const auto& overlap : overlaps_of(source, target, displacement)) {
     EXPECT_DOUBLE_EQ(overlap.dice, 1.0) << overlap.label;
   }
@@ -200,12 +202,12 @@ TEST(Elastix, FindsAKnownShift) {
   // Tissue moves by (3, -2): target(x) = source(x - (3, -2)).
   const ScalarField source = textured({96, 90});
   VectorField back(source.extent);
-  std::ranges::fill(back.x, -3.0F);
-  std::ranges::fill(back.y, 2.0F);
+  std::ranges::fill(back[0], -3.0F);
+  std::ranges::fill(back[1], 2.0F);
   const ScalarField target = pulled_back(source, back);
   VectorField truth(source.extent);
-  std::ranges::fill(truth.x, 3.0F);
-  std::ranges::fill(truth.y, -2.0F);
+  std::ranges::fill(truth[0], 3.0F);
+  std::ranges::fill(truth[1], -2.0F);
   EXPECT_LT(rmsd(register_with_elastix(source, target, {}).displacement, truth, 12), 0.5);
   ScalarField unseen(source.extent);
   for_each_site(source.extent, [&](int x, int y) {
@@ -236,13 +238,13 @@ TEST(Conventionally, EveryMethodRecoversADeformationAndAlgorithmFiveTheRegion) {
   const PlantedPair cut =
       plant(scene, PlantedOptions{.kind = Planted::resection, .amplitude = 4.0, .seed = seed});
   const VectorField confidence = confidence_of(cut.source, cut.target, cut.truth, cut.region);
-  for (std::size_t site = 0; site < confidence.x.size(); ++site) {
-    ASSERT_GE(confidence.x[site], 0.0F);
-    ASSERT_LT(confidence.x[site], 1.0F);
+  for (std::size_t site = 0; site < confidence[0].size(); ++site) {
+    ASSERT_GE(confidence[0][site], 0.0F);
+    ASSERT_LT(confidence[0][site], 1.0F);
     ASSERT_TRUE(cut.region.values[site] == 0.0F ||
-                (confidence.x[site] == 0.0F && confidence.y[site] == 0.0F));
+                (confidence[0][site] == 0.0F && confidence[1][site] == 0.0F));
   }
-  EXPECT_GT(std::ranges::max(confidence.x), 0.1F);
+  EXPECT_GT(std::ranges::max(confidence[0]), 0.1F);
   EXPECT_LT(error_of(physical(scene, cut, "openmp"), cut, scene.labels).tissue, 0.5);
 }
 

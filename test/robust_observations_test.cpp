@@ -32,11 +32,11 @@ struct Observed {
     std::uniform_real_distribution<float> uniform(0.0F, 1.0F);
     Level& full = scene.full;
     for (std::size_t site = 0; site < full.extent.sites(); ++site) {
-      if (full.confidence.x[site] == 0.0F && full.confidence.y[site] == 0.0F && uniform(engine) < 0.25F) {
+      if (full.confidence[0][site] == 0.0F && full.confidence[1][site] == 0.0F && uniform(engine) < 0.25F) {
         const float wrong = uniform(engine) < 0.2F ? 10.0F + 10.0F * uniform(engine) : 0.0F;
-        full.target.x[site] = truth.x[site] + noise(engine) + wrong;
-        full.target.y[site] = truth.y[site] + noise(engine) - wrong;
-        full.confidence.x[site] = full.confidence.y[site] = confidence_of_deviation(2.0);
+        full.target[0][site] = truth[0][site] + noise(engine) + wrong;
+        full.target[1][site] = truth[1][site] + noise(engine) - wrong;
+        full.confidence[0][site] = full.confidence[1][site] = confidence_of_deviation(2.0);
       }
     }
   }

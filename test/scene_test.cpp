@@ -1,5 +1,6 @@
 #include "harness/scene/scene.hpp"
 
+#include "harness/scene/method.hpp"
 #include "harness/scene/outline.hpp"
 #include "test/files.hpp"
 
@@ -47,15 +48,15 @@ TEST(ShippedScenes, TheSquareIsTheThesiss) {
   EXPECT_EQ(scene.schedule.iterations, 50);
   EXPECT_FALSE(scene.schedule.start_level.has_value());
   for (int i = 0; i < 300; ++i) {
-    EXPECT_EQ(full.target.x[full.extent.index(0, i)], -50.0F);
-    EXPECT_EQ(full.confidence.x[full.extent.index(0, i)], 1.0F);
-    EXPECT_EQ(full.confidence.x[full.extent.index(299, i)], 1.0F);
-    EXPECT_EQ(full.target.x[full.extent.index(299, i)], 0.0F);
-    EXPECT_EQ(full.confidence.y[full.extent.index(i, 0)], 1.0F);
-    EXPECT_EQ(full.target.y[full.extent.index(i, 299)], 50.0F);
+    EXPECT_EQ(full.target[0][full.extent.index(0, i)], -50.0F);
+    EXPECT_EQ(full.confidence[0][full.extent.index(0, i)], 1.0F);
+    EXPECT_EQ(full.confidence[0][full.extent.index(299, i)], 1.0F);
+    EXPECT_EQ(full.target[0][full.extent.index(299, i)], 0.0F);
+    EXPECT_EQ(full.confidence[1][full.extent.index(i, 0)], 1.0F);
+    EXPECT_EQ(full.target[1][full.extent.index(i, 299)], 50.0F);
   }
-  EXPECT_EQ(std::ranges::count(full.confidence.x, 1.0F), 600);
-  EXPECT_EQ(std::ranges::count(full.confidence.y, 1.0F), 600);
+  EXPECT_EQ(std::ranges::count(full.confidence[0], 1.0F), 600);
+  EXPECT_EQ(std::ranges::count(full.confidence[1], 1.0F), 600);
   EXPECT_EQ(full.modulus.values[full.extent.index(150, 150)], 10.0F);
   EXPECT_EQ(full.modulus.values[full.extent.index(20, 150)], 20.0F);
   EXPECT_EQ(load_scene("square-modified").schedule.start_level, 5);
@@ -69,13 +70,13 @@ TEST(ShippedScenes, TheSquareIsTheThesiss) {
 TEST(ShippedScenes, TheCircularBorderMovesOutwardSideBySide) {
   const Level full = load_scene("circular").full;
   for (int i = 0; i < 300; ++i) {
-    EXPECT_EQ(full.target.x[full.extent.index(0, i)], -50.0F);
-    EXPECT_EQ(full.target.x[full.extent.index(299, i)], 50.0F);
-    EXPECT_EQ(full.target.y[full.extent.index(i, 0)], -50.0F);
-    EXPECT_EQ(full.target.y[full.extent.index(i, 299)], 50.0F);
+    EXPECT_EQ(full.target[0][full.extent.index(0, i)], -50.0F);
+    EXPECT_EQ(full.target[0][full.extent.index(299, i)], 50.0F);
+    EXPECT_EQ(full.target[1][full.extent.index(i, 0)], -50.0F);
+    EXPECT_EQ(full.target[1][full.extent.index(i, 299)], 50.0F);
   }
-  EXPECT_EQ(std::ranges::count(full.confidence.x, 1.0F), 2 * 300);
-  EXPECT_EQ(std::ranges::count(full.confidence.y, 1.0F), 2 * 300);
+  EXPECT_EQ(std::ranges::count(full.confidence[0], 1.0F), 2 * 300);
+  EXPECT_EQ(std::ranges::count(full.confidence[1], 1.0F), 2 * 300);
 }
 
 TEST(ShippedScenes, TheRadialExpansionFallsLinearlyFromTheOutlineToTheImageBorder) {
@@ -84,13 +85,13 @@ TEST(ShippedScenes, TheRadialExpansionFallsLinearlyFromTheOutlineToTheImageBorde
   for (int x = 256; x < 300; ++x) {
     const auto i = full.extent.index(x, 150);
     const double radius = x - 149.5;
-    EXPECT_NEAR(full.target.x[i], 20.0 * (149.5 - radius) / (149.5 - 101.7), 0.5) << x;
-    EXPECT_NEAR(full.target.y[i], 0.0, 0.5) << x;
-    EXPECT_EQ(full.confidence.x[i], 1.0F);
-    EXPECT_EQ(full.confidence.y[i], 1.0F);
+    EXPECT_NEAR(full.target[0][i], 20.0 * (149.5 - radius) / (149.5 - 101.7), 0.5) << x;
+    EXPECT_NEAR(full.target[1][i], 0.0, 0.5) << x;
+    EXPECT_EQ(full.confidence[0][i], 1.0F);
+    EXPECT_EQ(full.confidence[1][i], 1.0F);
   }
-  EXPECT_EQ(full.confidence.x[full.extent.index(150, 150)], 0.0F);
-  EXPECT_EQ(full.target.x[full.extent.index(299, 150)], 0.0F);
+  EXPECT_EQ(full.confidence[0][full.extent.index(150, 150)], 0.0F);
+  EXPECT_EQ(full.target[0][full.extent.index(299, 150)], 0.0F);
 }
 
 /// In a process of its own, which ends with status 0 if loading took no more than 24.5 bytes a site.
@@ -124,12 +125,12 @@ TEST(SceneFile, OutwardOnTheBorderPointsAwayFromTheCentre) {
   const Level full = load_scene(folder.write("border.toml", text).string()).full;
   for (int x = 0; x < 8; ++x) {
     const auto i = full.extent.index(x, 0);
-    EXPECT_NEAR(std::hypot(full.target.x[i], full.target.y[i]), 5.0, 1e-5);
-    EXPECT_NEAR(full.target.x[i] * (0 - 2.5), full.target.y[i] * (x - 3.5), 1e-4);
-    EXPECT_LT(full.target.y[i], 0.0F);
+    EXPECT_NEAR(std::hypot(full.target[0][i], full.target[1][i]), 5.0, 1e-5);
+    EXPECT_NEAR(full.target[0][i] * (0 - 2.5), full.target[1][i] * (x - 3.5), 1e-4);
+    EXPECT_LT(full.target[1][i], 0.0F);
   }
-  EXPECT_EQ(std::ranges::count(full.confidence.x, 1.0F), 2 * 8 + 2 * 4);
-  EXPECT_EQ(std::ranges::count(full.confidence.y, 1.0F), 2 * 8 + 2 * 4);
+  EXPECT_EQ(std::ranges::count(full.confidence[0], 1.0F), 2 * 8 + 2 * 4);
+  EXPECT_EQ(std::ranges::count(full.confidence[1], 1.0F), 2 * 8 + 2 * 4);
 }
 
 TEST(SceneFile, TheElasticEnergyHasMethodsAndDeviations) {
@@ -144,7 +145,7 @@ TEST(SceneFile, TheElasticEnergyHasMethodsAndDeviations) {
   const Scene chosen = with("[schedule]\nmethod = \"conjugate-gradients\"\niterations = 5\n");
   EXPECT_EQ(chosen.schedule.method, "conjugate-gradients");
   EXPECT_EQ(chosen.schedule.iterations, 5);
-  EXPECT_EQ(with("deviation = 2.0\n").full.confidence.x.front(), 0.2F)
+  EXPECT_EQ(with("deviation = 2.0\n").full.confidence[0].front(), 0.2F)
       << "a spring a quarter as stiff as the tissue";
 }
 
@@ -172,8 +173,8 @@ TEST(Outline, DistancesAndNormalsOfADisc) {
       EXPECT_NEAR(outline.distance.values[i], radius - 20.0, 1.0);
       EXPECT_EQ(outline.distance.values[i] < 0.0F, static_cast<bool>(inside[i]));
       if (radius > 18.0) {
-        const double nx = static_cast<double>(outline.normal.x[i]);
-        const double ny = static_cast<double>(outline.normal.y[i]);
+        const double nx = static_cast<double>(outline.normal[0][i]);
+        const double ny = static_cast<double>(outline.normal[1][i]);
         EXPECT_GT((nx * (x - 40) + ny * (y - 40)) / radius, 0.995);
       }
     }

@@ -31,8 +31,8 @@ inline Scene plain_scene(Extent extent) {
 /// Gives the x displacement of a column, the same in all rows.
 inline void know_column(Scene& scene, int column, float dx) {
   for (int y = 0; y < scene.extent().height; ++y) {
-    scene.full.target.x[scene.extent().index(column, y)] = dx;
-    scene.full.confidence.x[scene.extent().index(column, y)] = 1.0F;
+    scene.full.target[0][scene.extent().index(column, y)] = dx;
+    scene.full.confidence[0][scene.extent().index(column, y)] = 1.0F;
   }
 }
 
@@ -43,8 +43,8 @@ inline Scene pulled_scene(Extent extent, float dx) {
   know_column(scene, 0, 0.0F);
   know_column(scene, extent.width - 1, dx);
   for (int x = 0; x < extent.width; ++x) {
-    scene.full.confidence.y[extent.index(x, 0)] = 1.0F;
-    scene.full.confidence.y[extent.index(x, extent.height - 1)] = 1.0F;
+    scene.full.confidence[1][extent.index(x, 0)] = 1.0F;
+    scene.full.confidence[1][extent.index(x, extent.height - 1)] = 1.0F;
   }
   return scene;
 }
@@ -85,8 +85,8 @@ inline VectorField swept(const Level& level, const VectorField& from, int number
   VectorField next(level.extent);
   for_each_site(level.extent, [&](int x, int y) {
     const HdmInFloat::Displacement moved = swept_site<HdmInFloat>(level, from, number, x, y);
-    next.x[level.extent.index(x, y)] = moved.x;
-    next.y[level.extent.index(x, y)] = moved.y;
+    next[0][level.extent.index(x, y)] = moved.x;
+    next[1][level.extent.index(x, y)] = moved.y;
   });
   return next;
 }

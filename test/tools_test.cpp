@@ -54,8 +54,8 @@ TEST_F(Positions, OfAnImageAreDisplacementPlusThePixel) {
   for (int y = 0; y < 5; ++y) {
     for (int x = 0; x < 7; ++x) {
       const auto site = positions.extent.index(x, y);
-      positions.x[site] += static_cast<float>(x);
-      positions.y[site] += static_cast<float>(y);
+      positions[0][site] += static_cast<float>(x);
+      positions[1][site] += static_cast<float>(y);
     }
   }
   write_vector(path("positions.nrrd"), positions, 0.5);
@@ -98,8 +98,8 @@ TEST(EnergyPlane, EveryValueIsTheTotalEnergy) {
     for (std::size_t second = 0; second < 5; ++second) {
       for (std::size_t first = 0; first < 5; ++first) {
         VectorField field = problem.start;
-        field.y[field.extent.index(sites[0].x, sites[0].y)] = plane.values[first];
-        field.y[field.extent.index(sites[1].x, sites[1].y)] = plane.values[second];
+        field[1][field.extent.index(sites[0].x, sites[0].y)] = plane.values[first];
+        field[1][field.extent.index(sites[1].x, sites[1].y)] = plane.values[second];
         const double total = total_energy(problem.level, field);
         EXPECT_NEAR(plane.at(first, second), total, 1e-9 * total);
         EXPECT_NEAR(total, mean_energy(problem.level, field) * 63.0, 1e-4 * total) << "as the kernels say";
@@ -136,8 +136,8 @@ TEST(Tune, WhatHoldsTheConditionsIsAsGood) {
 
 TEST(Tune, TheRmsdCountsWhereTheTruthIsDefined) {
   VectorField displacement({2, 2});
-  displacement.x = {3.0F, 0.0F, 0.0F, 1.0F};
-  displacement.y = {4.0F, 0.0F, 0.0F, 1.0F};
+  displacement[0] = {3.0F, 0.0F, 0.0F, 1.0F};
+  displacement[1] = {4.0F, 0.0F, 0.0F, 1.0F};
   const ReferenceField truth(Extent{2, 2});
   EXPECT_DOUBLE_EQ(rmsd(ReferenceField(displacement), truth), std::sqrt((25.0 + 2.0) / 4.0));
   const std::vector<std::uint8_t> counted{1, 1, 0, 0};
@@ -183,7 +183,7 @@ TEST_F(Tools, ExportCanHaveTheFiniteElements) {
   expect_good("export square --size 20 --fem --output " + at("scene"), "displacement-fem.nrrd");
   const auto field = read_vector(path("scene/displacement-fem.nrrd")).pixels;
   EXPECT_EQ(field.extent, (Extent{20, 20}));
-  EXPECT_EQ(field.x[field.extent.index(0, 7)], -50.0F) << "as prescribed";
+  EXPECT_EQ(field[0][field.extent.index(0, 7)], -50.0F) << "as prescribed";
 }
 
 TEST_F(Tools, FemToImage) {
@@ -193,8 +193,8 @@ TEST_F(Tools, FemToImage) {
   expect_good(both + " --size 21x21 --output " + at("o.nrrd"), "441 of 441 pixels are defined");
   const auto image = read_vector(path("o.nrrd"));
   EXPECT_EQ(image.spacing, 0.5);
-  EXPECT_FLOAT_EQ(image.pixels.x[image.pixels.extent.index(7, 3)], 3.5F) << "millimetres";
-  EXPECT_FLOAT_EQ(image.pixels.y[image.pixels.extent.index(7, 3)], 0.75F);
+  EXPECT_FLOAT_EQ(image.pixels[0][image.pixels.extent.index(7, 3)], 3.5F) << "millimetres";
+  EXPECT_FLOAT_EQ(image.pixels[1][image.pixels.extent.index(7, 3)], 0.75F);
 
   expect_good(both + " --size 12 --origin -1,0 --pixel 1 --output " + at("o.nrrd") + " --mask " + at("m.png"),
               "121 of 144 pixels are defined, 23 undefined ones are 0");
@@ -211,8 +211,8 @@ TEST_F(Tools, PositionsToDisplacements) {
               "largest displacement 5.385 px");
   const auto image = read_vector(path("o.nrrd"));
   EXPECT_EQ(image.spacing, 0.5);
-  EXPECT_EQ(image.pixels.x, (std::vector<float>{0, 0, 0, 1}));
-  EXPECT_EQ(image.pixels.y, (std::vector<float>{0, 0, 0, -2.5}));
+  EXPECT_EQ(image.pixels[0], (std::vector<float>{0, 0, 0, 1}));
+  EXPECT_EQ(image.pixels[1], (std::vector<float>{0, 0, 0, -2.5}));
 }
 
 TEST_F(Tools, EnergyPlot) {

@@ -116,11 +116,11 @@ struct Spoilt {
 
 TEST_F(Tradeoff, PlantedFaultsAreKeptWithTheirReason) {
   const auto spoil = [](float value) {
-    return [value](VectorField& field) { field.x[field.x.size() / 2] += value; };
+    return [value](VectorField& field) { field[0][field[0].size() / 2] += value; };
   };
   const std::vector<Spoilt> cases{
       {{.name = "one bit",
-        .in_read = [](VectorField& field) { field.y.back() = std::nextafter(field.y.back(), 99.0F); }},
+        .in_read = [](VectorField& field) { field[1].back() = std::nextafter(field[1].back(), 99.0F); }},
        JudgedStatus::unverified,
        "sites differ from scalar"},
       {{.name = "nan", .in_read = spoil(std::nanf(""))}, JudgedStatus::failed, "not finite"},

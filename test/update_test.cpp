@@ -51,10 +51,10 @@ TEST(ClosedForm, LandsOnTheMinimiserOrAsFarFromItAsTheRelaxationSays) {
               return energy.at(x, y, {d, 0.0}).x;
             },
             -11, 11);
-        EXPECT_NEAR(minimal.x[at], lowest, 2e-5) << "K = " << penalty << ", " << x << ", " << y;
-        pulled += site.confidence_x > 0.0F && minimal.x[at] != site.target_x ? 1 : 0;
+        EXPECT_NEAR(minimal[0][at], lowest, 2e-5) << "K = " << penalty << ", " << x << ", " << y;
+        pulled += site.confidence_x > 0.0F && minimal[0][at] != site.target_x ? 1 : 0;
         if (site.confidence_x == 0.0F) {
-          EXPECT_NEAR(quarter.x[at], site.dx.centre + 0.25 * (lowest - site.dx.centre), 2e-5);
+          EXPECT_NEAR(quarter[0][at], site.dx.centre + 0.25 * (lowest - site.dx.centre), 2e-5);
         }
       }
     }
@@ -68,9 +68,9 @@ TEST(ClosedForm, AHeldComponentTakesTheTargetItselfAtAnyRelaxation) {
   for (const float relaxation : {0.3F, 1.0F, 1.9F}) {
     problem.level.strengths = {relaxation};
     const VectorField field = swept(problem, 1);
-    for (std::size_t i = 0; i < field.x.size(); ++i) {
-      if (problem.level.confidence.x[i] > 0.01F) {
-        ASSERT_EQ(field.x[i], problem.level.target.x[i]) << i << ", relaxation " << relaxation;
+    for (std::size_t i = 0; i < field[0].size(); ++i) {
+      if (problem.level.confidence[0][i] > 0.01F) {
+        ASSERT_EQ(field[0][i], problem.level.target[0][i]) << i << ", relaxation " << relaxation;
       }
     }
   }
@@ -82,8 +82,8 @@ void sweep_in_place_backwards(const Level& level, int number, VectorField& field
   for (int y = level.extent.height - 1; y >= 0; --y) {
     for (int x = level.extent.width - 1; x >= 0; --x) {
       const HdmInFloat::Displacement moved = swept_site<HdmInFloat>(level, field, number, x, y);
-      field.x[level.extent.index(x, y)] = moved.x;
-      field.y[level.extent.index(x, y)] = moved.y;
+      field[0][level.extent.index(x, y)] = moved.x;
+      field[1][level.extent.index(x, y)] = moved.y;
     }
   }
 }
@@ -97,7 +97,7 @@ TEST(Colours, WhatMovesDoesNotSeeWhatElseMoves) {
       sweep_in_place_backwards(problem.level, number, field);
     }
     const VectorField expected = swept(problem, sweeps_per_iteration(problem.level));
-    EXPECT_EQ(field.x == expected.x && field.y == expected.y, update != Update::simultaneous);
+    EXPECT_EQ(field[0] == expected[0] && field[1] == expected[1], update != Update::simultaneous);
   }
 }
 
@@ -180,8 +180,8 @@ TEST(Annealing, TakesACandidateWithTheProbabilityOfItsEnergy) {
         swept(flat_problem(StepSet::parse("0,0.1"), static_cast<float>(inverse_temperature), 9), 1);
     const double draws = 2.0 * side * side;
     const double taken =
-        static_cast<double>(std::ranges::count_if(field.x, [](float d) { return d != 0.0F; }) +
-                            std::ranges::count_if(field.y, [](float d) { return d != 0.0F; }));
+        static_cast<double>(std::ranges::count_if(field[0], [](float d) { return d != 0.0F; }) +
+                            std::ranges::count_if(field[1], [](float d) { return d != 0.0F; }));
     const double exponent = 24.0 * 0.1 * 0.1 * inverse_temperature;
     const double probability = 0.5 * std::exp(-exponent);
     const double five_sigma = 5.0 * std::sqrt(probability * (1.0 - probability) / draws);
@@ -200,15 +200,15 @@ TEST(SequentialIcm, EverySiteTakesTheCandidateOfItsLowestEnergy) {
     const ThesisEnergy energy(problem.level, field);
     for_each_site(extent, [&](int x, int y) {
       const std::size_t at = extent.index(x, y);
-      const auto found = energy.at(x, y, {after.x[at], after.y[at]});
+      const auto found = energy.at(x, y, {after[0][at], after[1][at]});
       for (const float step : problem.level.steps.values()) { // 0 is one of them: not above where it stood
         const auto other =
-            energy.at(x, y, {double{field.x[at]} + double{step}, double{field.y[at]} + double{step}});
+            energy.at(x, y, {double{field[0][at]} + double{step}, double{field[1][at]} + double{step}});
         ASSERT_LE(found.x, other.x) << x << ", " << y << ", step " << step;
         ASSERT_LE(found.y, other.y) << x << ", " << y << ", step " << step;
       }
-      field.x[at] = after.x[at];
-      field.y[at] = after.y[at];
+      field[0][at] = after[0][at];
+      field[1][at] = after[1][at];
     });
   }
 }
@@ -216,7 +216,7 @@ TEST(SequentialIcm, EverySiteTakesTheCandidateOfItsLowestEnergy) {
 /// Lengths in another unit give the same field in that unit, to the bit where the unit is a power of two.
 TEST(EveryRule, HasNoUnitOfLengthOrModulus) {
   const auto scale = [](VectorField& field, float factor) {
-    for (auto* const values : {&field.x, &field.y}) {
+    for (auto* const values : {&field[0], &field[1]}) {
       std::ranges::for_each(*values, [factor](float& value) { value *= factor; });
     }
   };

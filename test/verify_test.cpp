@@ -49,7 +49,7 @@ TEST(Verify, EveryModeThatSaysSomething) {
   EXPECT_EQ(comparisons.back().sweeps, comparisons.front().sweeps);
 
   Scene with_start = square;
-  with_start.start.emplace(square.extent()).x[0] = 1.0F;
+  with_start.start.emplace(square.extent())[0][0] = 1.0F;
   EXPECT_EQ(modes_of(test::verified(with_start, test::scalar())),
             (std::vector{Mode::resync, Mode::free, Mode::active}));
   EXPECT_FALSE(why_left_out(Mode::pyramid, with_start).empty());
@@ -91,7 +91,7 @@ TEST(Verify, FollowsTheElasticEnergyStepByStep) {
 TEST(Verify, TheFirstDifferenceIsWhereItWasPlanted) {
   const FaultyBackend faulty(test::scalar(), {.name = "one_site", .in_read = [](VectorField& field) {
                                                 if (field.extent.width == 24) {
-                                                  field.x[field.extent.index(5, 7)] += 0.5F;
+                                                  field[0][field.extent.index(5, 7)] += 0.5F;
                                                 }
                                               }});
   const Scene scene = make_scene({24, 19}, test::Texture::smooth);
@@ -114,7 +114,7 @@ TEST(Verify, MistrustsASceneOnWhichNothingCanGoWrong) {
   Scene prescribed = make_scene({24, 19}, test::Texture::smooth);
   prescribed.full.confidence = VectorField(prescribed.extent(), 1.0F);
   prescribed.start = prescribed.full.target;
-  prescribed.full.confidence.x[0] = 0.0F;
+  prescribed.full.confidence[0][0] = 0.0F;
   prescribed.schedule.start_level = 0;
   Scene elastic = load_scene("random", {.size = Extent{33, 20}});
   use_method(elastic, find_method(elastic_conjugate_gradients), 1);

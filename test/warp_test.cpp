@@ -22,8 +22,8 @@ TEST(Warp, IntegerTranslationIsExact) {
     const ScalarField picture = some_picture(extent);
     for (const auto& [dx, dy] : {std::pair{0, 0}, {3, 0}, {-4, 7}, {0, -18}, {40, 0}}) {
       VectorField displacement(extent);
-      std::ranges::fill(displacement.x, static_cast<float>(dx));
-      std::ranges::fill(displacement.y, static_cast<float>(dy));
+      std::ranges::fill(displacement[0], static_cast<float>(dx));
+      std::ranges::fill(displacement[1], static_cast<float>(dy));
       const ScalarField warped = warp(picture, displacement);
       for_each_site(extent, [&, dx = dx, dy = dy](int x, int y) {
         const bool arrives = x - dx >= 0 && x - dx < extent.width && y - dy >= 0 && y - dy < extent.height;
@@ -41,8 +41,8 @@ TEST(Warp, LinearMapOfALinearPictureIsExact) {
   for_each_site(extent, [&](int x, int y) {
     const std::size_t site = extent.index(x, y);
     picture.values[site] = 10.0F + 3.0F * static_cast<float>(x) + 2.0F * static_cast<float>(y);
-    displacement.x[site] = 0.5F * static_cast<float>(x - 20);
-    displacement.y[site] = -0.25F * static_cast<float>(y - 16);
+    displacement[0][site] = 0.5F * static_cast<float>(x - 20);
+    displacement[1][site] = -0.25F * static_cast<float>(y - 16);
   });
   const ScalarField warped = warp(picture, displacement);
   for (int y = 4; y <= 26; ++y) {
@@ -66,18 +66,18 @@ TEST(Warp, FoldsAreDrawn) {
   EXPECT_LE(high, std::ranges::max(picture.values) + 1e-3F);
   VectorField mirrored(extent);
   for_each_site(extent,
-                [&](int x, int y) { mirrored.x[extent.index(x, y)] = static_cast<float>(63 - 2 * x); });
+                [&](int x, int y) { mirrored[0][extent.index(x, y)] = static_cast<float>(63 - 2 * x); });
   const ScalarField mirror = warp(picture, mirrored);
   for (int x = 0; x < 64; ++x) {
     EXPECT_EQ(mirror.values[extent.index(x, 5)], picture.values[extent.index(63 - x, 5)]);
   }
-  std::ranges::fill(mirrored.x, 1e30F);
+  std::ranges::fill(mirrored[0], 1e30F);
   EXPECT_EQ(std::ranges::max(warp(picture, mirrored).values), 0.0F);
 }
 
 TEST(Warp, RefusesWhatIsNoDisplacement) {
   VectorField displacement({4, 4});
-  displacement.x[5] = std::numeric_limits<float>::quiet_NaN();
+  displacement[0][5] = std::numeric_limits<float>::quiet_NaN();
   expect_refusal([&] { (void)warp(ScalarField({4, 4}), displacement); }, "x = 1, y = 1");
   expect_refusal([&] { (void)warp(ScalarField({4, 5}), VectorField({4, 4})); }, "4 x 5");
 }

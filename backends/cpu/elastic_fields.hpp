@@ -45,8 +45,8 @@ public:
     RingedField& to = at(level, field);
     for (int y = 0; y < grid.sites.height; ++y) {
       const std::size_t from = grid.sites.index(0, y);
-      std::copy_n(values.x.data() + from, grid.sites.width, to.x.data() + grid.index(0, y));
-      std::copy_n(values.y.data() + from, grid.sites.width, to.y.data() + grid.index(0, y));
+      std::copy_n(values[0].data() + from, grid.sites.width, to.x.data() + grid.index(0, y));
+      std::copy_n(values[1].data() + from, grid.sites.width, to.y.data() + grid.index(0, y));
     }
   }
   void read(int level, ElasticField field, VectorField& values) const {
@@ -55,8 +55,8 @@ public:
     values = VectorField(grid.sites);
     for (int y = 0; y < grid.sites.height; ++y) {
       const std::size_t to = grid.sites.index(0, y);
-      std::copy_n(from.x.data() + grid.index(0, y), grid.sites.width, values.x.data() + to);
-      std::copy_n(from.y.data() + grid.index(0, y), grid.sites.width, values.y.data() + to);
+      std::copy_n(from.x.data() + grid.index(0, y), grid.sites.width, values[0].data() + to);
+      std::copy_n(from.y.data() + grid.index(0, y), grid.sites.width, values[1].data() + to);
     }
   }
 

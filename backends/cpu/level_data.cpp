@@ -48,12 +48,12 @@ LevelData::Arrays LevelData::arrays_of(const Level& level) {
   const bool curvature = needs_inverse_curvature(level.rule);
   Arrays arrays{level.modulus.values.data(),
                 level.inverse_modulus.values.data(),
-                level.target.x.data(),
-                level.target.y.data(),
-                level.confidence.x.data(),
-                level.confidence.y.data(),
-                curvature ? level.inverse_curvature.x.data() : nullptr,
-                curvature ? level.inverse_curvature.y.data() : nullptr};
+                level.target[0].data(),
+                level.target[1].data(),
+                level.confidence[0].data(),
+                level.confidence[1].data(),
+                curvature ? level.inverse_curvature[0].data() : nullptr,
+                curvature ? level.inverse_curvature[1].data() : nullptr};
   std::ranges::transform(level.inputs, arrays.begin() + RowPart::first_input,
                          [](const ScalarField& input) { return input.values.data(); });
   return arrays;

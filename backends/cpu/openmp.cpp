@@ -61,16 +61,16 @@ private:
   void do_write(const VectorField& displacement) override {
     Field& field = fields().current();
     for_each_row([&](std::size_t at, std::size_t width) {
-      std::copy_n(displacement.x.data() + at, width, field.x.data() + at);
-      std::copy_n(displacement.y.data() + at, width, field.y.data() + at);
+      std::copy_n(displacement[0].data() + at, width, field.x.data() + at);
+      std::copy_n(displacement[1].data() + at, width, field.y.data() + at);
     });
     wake_all(full_);
   }
   void do_read(VectorField& displacement) override {
     const Field& field = fields().current();
     for_each_row([&](std::size_t at, std::size_t width) {
-      std::copy_n(field.x.data() + at, width, displacement.x.data() + at);
-      std::copy_n(field.y.data() + at, width, displacement.y.data() + at);
+      std::copy_n(field.x.data() + at, width, displacement[0].data() + at);
+      std::copy_n(field.y.data() + at, width, displacement[1].data() + at);
     });
   }
   std::int64_t do_changed() override { return changed_; }

@@ -30,8 +30,8 @@ std::int64_t sweep(const Level& level, int number, const VectorField& from, Vect
           InFloat::swept_displacement(rule, colours, true, site, at, turn, steps, step_count);
       changed += (next.x != site.dx.centre || next.y != site.dy.centre) ? 1 : 0;
       const std::size_t index = level.extent.index(x, y);
-      to.x[index] = next.x;
-      to.y[index] = next.y;
+      to[0][index] = next.x;
+      to[1][index] = next.y;
     }
   }
   return changed;

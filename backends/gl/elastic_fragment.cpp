@@ -92,8 +92,8 @@ public:
     for (int y = 0; y < values.extent.height; ++y) {
       auto at = static_cast<std::size_t>(4 * (part.first + y * part.pitch));
       for (std::size_t i = values.extent.index(0, y); i < values.extent.index(0, y + 1); ++i, at += 4) {
-        pixels_[at] = values.x[i];
-        pixels_[at + 1] = values.y[i];
+        pixels_[at] = values[0][i];
+        pixels_[at + 1] = values[1][i];
       }
     }
     texture(to).upload(pixels_.data());
@@ -103,9 +103,9 @@ public:
     pixels_.resize(4 * values.extent.sites());
     texture(array).draw_into();
     gl_.ReadPixels(1, 1, values.extent.width, values.extent.height, GL_RGBA, GL_FLOAT, pixels_.data());
-    for (std::size_t i = 0; i < values.x.size(); ++i) {
-      values.x[i] = pixels_[4 * i];
-      values.y[i] = pixels_[4 * i + 1];
+    for (std::size_t i = 0; i < values[0].size(); ++i) {
+      values[0][i] = pixels_[4 * i];
+      values[1][i] = pixels_[4 * i + 1];
     }
   }
 

@@ -50,13 +50,13 @@ public:
     const Texels texels{.columns = level.rule == Rule::steps && vertex_textures_ ? 2 : 1};
     std::vector<GLfloat> second;
     if (texels.columns == 2) {
-      pixels_ = interleaved({level.target.x, level.target.y, level.confidence.x, level.confidence.y});
+      pixels_ = interleaved({level.target[0], level.target[1], level.confidence[0], level.confidence[1]});
       second = interleaved_pairs(level.inverse_modulus.values, level.modulus.values, level.extent);
     } else {
       pixels_ =
-          interleaved({level.target.x, level.target.y, level.modulus.values, level.inverse_modulus.values});
-      second = interleaved({level.confidence.x, level.confidence.y, level.inverse_curvature.x,
-                            level.inverse_curvature.y}); // empty where the rule needs none
+          interleaved({level.target[0], level.target[1], level.modulus.values, level.inverse_modulus.values});
+      second = interleaved({level.confidence[0], level.confidence[1], level.inverse_curvature[0],
+                            level.inverse_curvature[1]}); // empty where the rule needs none
     }
     level_.emplace(gl_, level, texels, pixels_.data(), second.data(), leaves_out(level));
     inverse_modulus_ = level.inverse_modulus.values;
@@ -67,9 +67,9 @@ public:
   void write(const VectorField& displacement) {
     FragmentLevel& level = *level_;
     if (level.texels.columns == 2) {
-      pixels_ = interleaved_pairs(displacement.x, displacement.y, displacement.extent);
+      pixels_ = interleaved_pairs(displacement[0], displacement[1], displacement.extent);
     } else { // b is what thesis Tab. 6.2 leaves free
-      pixels_ = interleaved({displacement.x, displacement.y, inverse_modulus_, {}});
+      pixels_ = interleaved({displacement[0], displacement[1], inverse_modulus_, {}});
     }
     level.now().upload(pixels_.data());
     level.wake_all();
@@ -93,8 +93,8 @@ public:
     std::size_t i = 0;
     for (std::size_t row = 0; row < pixels_.size(); row += pitch) {
       for (std::size_t at = row; at < row + step * static_cast<std::size_t>(extent.width); at += step) {
-        displacement.x[i] = pixels_[at];
-        displacement.y[i] = pixels_[at + 1];
+        displacement[0][i] = pixels_[at];
+        displacement[1][i] = pixels_[at + 1];
         ++i;
       }
     }

@@ -63,7 +63,7 @@ public:
 
   void write(const VectorField& displacement) {
     displacements_.newest = 0;
-    write_sites(device_, *displacements_.field(), 0, layout_, {displacement.x, displacement.y});
+    write_sites(device_, *displacements_.field(), 0, layout_, {displacement[0], displacement[1]});
     Commands commands;
     levels_.front()->wake_all(commands);
     device_.run(commands);
@@ -193,10 +193,10 @@ private:
     make_room(full_, layout_, curvature);
     write_sites(device_, *full_.material, 0, layout_, {level.modulus.values, level.inverse_modulus.values});
     write_sites(device_, *full_.observation, 0, layout_,
-                {level.target.x, level.target.y, level.confidence.x, level.confidence.y});
+                {level.target[0], level.target[1], level.confidence[0], level.confidence[1]});
     if (curvature) {
       write_sites(device_, *full_.inverse_curvature, 0, layout_,
-                  {level.inverse_curvature.x, level.inverse_curvature.y});
+                  {level.inverse_curvature[0], level.inverse_curvature[1]});
     }
   }
 

@@ -87,10 +87,10 @@ public:
     for (std::size_t plane = 0; plane < planes(); ++plane) {
       for_each_site(part, [&](std::size_t site, std::size_t at) {
         if (has_planes()) {
-          rows[at] = plane == 0 ? values.x[site] : values.y[site];
+          rows[at] = plane == 0 ? values[0][site] : values[1][site];
         } else {
-          rows[2 * at] = values.x[site];
-          rows[2 * at + 1] = values.y[site];
+          rows[2 * at] = values[0][site];
+          rows[2 * at + 1] = values[1][site];
         }
       });
       device_.write(slot(to), offset(part, plane), std::as_bytes(std::span(rows)));
@@ -104,10 +104,10 @@ public:
       device_.read(slot(from), offset(part, plane), std::as_writable_bytes(std::span(rows)));
       for_each_site(part, [&](std::size_t site, std::size_t at) {
         if (has_planes()) {
-          (plane == 0 ? values.x : values.y)[site] = rows[at];
+          (plane == 0 ? values[0] : values[1])[site] = rows[at];
         } else {
-          values.x[site] = rows[2 * at];
-          values.y[site] = rows[2 * at + 1];
+          values[0][site] = rows[2 * at];
+          values[1][site] = rows[2 * at + 1];
         }
       });
     }

@@ -26,16 +26,16 @@ void write_sites(ComputeDevice& device, const Array& to, std::size_t first, cons
 
 void read_sites(ComputeDevice& device, const Array& from, const SiteLayout& layout, VectorField& to) {
   if (layout.has_planes) {
-    device.read(from, layout.origin * sizeof(float), std::as_writable_bytes(std::span(to.x)));
+    device.read(from, layout.origin * sizeof(float), std::as_writable_bytes(std::span(to[0])));
     device.read(from, (layout.origin + layout.plane) * sizeof(float),
-                std::as_writable_bytes(std::span(to.y)));
+                std::as_writable_bytes(std::span(to[1])));
     return;
   }
   std::vector<std::array<float, 2>> texels(layout.extent.sites());
   device.read(from, 0, std::as_writable_bytes(std::span(texels)));
   for (std::size_t i = 0; i < texels.size(); ++i) {
-    to.x[i] = texels[i][0];
-    to.y[i] = texels[i][1];
+    to[0][i] = texels[i][0];
+    to[1][i] = texels[i][1];
   }
 }
 

@@ -129,8 +129,8 @@ void copy(const Rectangle& part, std::span<const float> from, const Rectangle& f
 
 void copy(const Rectangle& part, const VectorField& from, const Rectangle& from_sites, VectorField& to,
           const Rectangle& to_sites) {
-  copy(part, from.x, from_sites, to.x, to_sites);
-  copy(part, from.y, from_sites, to.y, to_sites);
+  copy(part, from[0], from_sites, to[0], to_sites);
+  copy(part, from[1], from_sites, to[1], to_sites);
 }
 
 VectorField part_of(const VectorField& field, const Rectangle& part) {

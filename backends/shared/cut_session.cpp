@@ -98,7 +98,7 @@ void CutSession::do_step(int /*first*/, int sweeps) {
   do_read(after);
   changed_ = 0;
   for (std::size_t at = 0; at < extent_.sites(); ++at) {
-    changed_ += before.x[at] != after.x[at] || before.y[at] != after.y[at] ? 1 : 0;
+    changed_ += before[0][at] != after[0][at] || before[1][at] != after[1][at] ? 1 : 0;
   }
 }
 

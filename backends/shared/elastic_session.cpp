@@ -9,7 +9,7 @@ ScalarField ElasticSession::dot_squares(ElasticField first, ElasticField second,
   read(0, second, b);
   ScalarField sums(a.extent);
   for (std::size_t at = 0; at < sums.values.size(); ++at) {
-    sums.values[at] = ElasticInFloat::site_product(a.x[at], b.x[at], a.y[at], b.y[at]);
+    sums.values[at] = ElasticInFloat::site_product(a[0][at], b[0][at], a[1][at], b[1][at]);
   }
   for (int done = 0; done < height; ++done) {
     sums = square_sums(sums);

@@ -20,8 +20,8 @@ public:
   }
 
   [[nodiscard]] bool any_other_confidence(int y, int first, int end, float of_x, float of_y) const {
-    return any_other(full_.confidence.x, y, first, end, of_x) ||
-           any_other(full_.confidence.y, y, first, end, of_y);
+    return any_other(full_.confidence[0], y, first, end, of_x) ||
+           any_other(full_.confidence[1], y, first, end, of_y);
   }
   [[nodiscard]] bool any_other_modulus(int y, int first, int end, float modulus) const {
     return any_other(full_.modulus.values, y, first, end, modulus);

@@ -61,8 +61,8 @@ VectorField field_of(const Field& image, Extent extent) {
   VectorField field(extent);
   const auto* const pixels = image.GetBufferPointer();
   for (std::size_t site = 0; site < extent.sites(); ++site) {
-    field.x[site] = static_cast<float>(pixels[site][0]);
-    field.y[site] = static_cast<float>(pixels[site][1]);
+    field[0][site] = static_cast<float>(pixels[site][0]);
+    field[1][site] = static_cast<float>(pixels[site][1]);
   }
   return field;
 }

@@ -87,7 +87,7 @@ Explanation explain(const RegionSheet& sheet, const VectorField& observed, doubl
 double white_noise_of(const VectorField& field) {
   ScalarField component(field.extent);
   double square = 0.0;
-  for (const std::vector<float>* values : {&field.x, &field.y}) {
+  for (const std::vector<float>* values : {&field[0], &field[1]}) {
     component.values = *values;
     square += 0.5 * std::pow(noise_of(component), 2);
   }
@@ -101,8 +101,8 @@ void add_noise(std::vector<float>& values, double deviation, GaussianNoise& rand
 }
 
 VectorField with_noise(VectorField field, double deviation, GaussianNoise& random) {
-  add_noise(field.x, deviation, random);
-  add_noise(field.y, deviation, random);
+  add_noise(field[0], deviation, random);
+  add_noise(field[1], deviation, random);
   return field;
 }
 
@@ -261,7 +261,7 @@ void require_detectable(const RegionSheet& sheet, const Scene& scene, const Vect
                                  tissue, needed, smallest));
   }
   double variance = 0.0;
-  for (const std::vector<float>* values : {&part.x, &part.y}) {
+  for (const std::vector<float>* values : {&part[0], &part[1]}) {
     const Eigen::ArrayXd all =
         Eigen::Map<const Eigen::ArrayXf>(values->data(), std::ssize(*values)).cast<double>();
     variance += (all - all.mean()).square().mean();

@@ -29,7 +29,7 @@ VectorField wandering(Extent extent, GaussianNoise& random) {
   VectorField way(extent);
   // What the Gaussian leaves of white noise.
   const auto unit = static_cast<float>(border_error * 2.0 * std::sqrt(M_PI) * border_length);
-  for (auto* const component : {&way.x, &way.y}) {
+  for (auto* const component : {&way[0], &way[1]}) {
     ScalarField noise(extent);
     for (float& value : noise.values) {
       value = unit * static_cast<float>(random());
@@ -146,8 +146,8 @@ InclusionScan::InclusionScan(const RegionSheet& sheet, const VectorField& refere
 VectorField InclusionScan::inexcusable(const VectorField& a, const VectorField& b) const {
   VectorField difference(sheet_.extent());
   for (const std::size_t site : sheet_.inside()) {
-    difference.x[site] = a.x[site] - b.x[site];
-    difference.y[site] = a.y[site] - b.y[site];
+    difference[0][site] = a[0][site] - b[0][site];
+    difference[1][site] = a[1][site] - b[1][site];
   }
   for (const VectorField& excuse : excuses_) {
     add(difference, -static_cast<float>(product(excuse, difference)), excuse);
@@ -281,8 +281,8 @@ VectorField InclusionScan::nothing_hidden(GaussianNoise& random) const {
   for_each_site(extent, [&](int x, int y) {
     const std::size_t site = extent.index(x, y);
     level.modulus.values[site] =
-        sample(sheet_.modulus().values, extent, static_cast<float>(x) + right + border.x[site],
-               static_cast<float>(y) + down + border.y[site]) *
+        sample(sheet_.modulus().values, extent, static_cast<float>(x) + right + border[0][site],
+               static_cast<float>(y) + down + border[1][site]) *
         static_cast<float>(factors[sheet_.label(site)]);
   });
   sheet_.loosen(level);

@@ -57,7 +57,7 @@ double robust_deviation(const ScalarField& differences, const VectorField& slope
   std::vector<float> magnitudes;
   for (std::size_t site = 0; site < differences.values.size(); ++site) {
     const bool seen = unseen.values.empty() || unseen.values[site] == 0.0F;
-    if (seen && std::abs(slope.x[site]) + std::abs(slope.y[site]) > 2.0F) {
+    if (seen && std::abs(slope[0][site]) + std::abs(slope[1][site]) > 2.0F) {
       magnitudes.push_back(std::abs(differences.values[site]));
     }
   }
@@ -95,12 +95,12 @@ public:
     const VectorField solution = regularised(displacement, evidence);
     double square = 0.0;
     for (std::size_t site = 0; site < extent.sites(); ++site) {
-      const float step_x = solution.x[site] - displacement.x[site];
-      const float step_y = solution.y[site] - displacement.y[site];
+      const float step_x = solution[0][site] - displacement[0][site];
+      const float step_y = solution[1][site] - displacement[1][site];
       const float length = std::hypot(step_x, step_y);
       const float share = length > longest_step ? static_cast<float>(longest_step) / length : 1.0F;
-      displacement.x[site] += share * step_x;
-      displacement.y[site] += share * step_y;
+      displacement[0][site] += share * step_x;
+      displacement[1][site] += share * step_y;
       square += static_cast<double>(share * length) * static_cast<double>(share * length);
     }
     return {.level = level_,
@@ -141,7 +141,7 @@ private:
         sites += 1.0;
       }
       if (is_inside(site) || at_border || is_still) {
-        held.confidence.x[site] = held.confidence.y[site] = 1.0F;
+        held.confidence[0][site] = held.confidence[1][site] = 1.0F;
       }
     });
     const auto middle_x = static_cast<float>(sum_x / std::max(sites, 1.0));
@@ -156,8 +156,8 @@ private:
         const std::size_t site = extent.index(x, y);
         const float from_x = is_inside(site) ? static_cast<float>(x) - middle_x : 0.0F;
         const float from_y = is_inside(site) ? static_cast<float>(y) - middle_y : 0.0F;
-        strained.x[site] = strain.xx * from_x + strain.xy * from_y;
-        strained.y[site] = strain.xy * from_x + strain.yy * from_y;
+        strained[0][site] = strain.xx * from_x + strain.xy * from_y;
+        strained[1][site] = strain.xy * from_x + strain.yy * from_y;
       });
       solver.pull(std::move(strained), no_force);
       solver.full_multigrid();
@@ -171,8 +171,8 @@ private:
       session_.write(0, ElasticField::displacement, drive.displacement);
       session_.forces(ElasticField::displacement, ElasticField::load);
       session_.read(0, ElasticField::load, drive.force);
-      std::ranges::for_each(drive.force.x, [&](float& force) { force /= unit; });
-      std::ranges::for_each(drive.force.y, [&](float& force) { force /= unit; });
+      std::ranges::for_each(drive.force[0], [&](float& force) { force /= unit; });
+      std::ranges::for_each(drive.force[1], [&](float& force) { force /= unit; });
     }
   }
 
@@ -229,12 +229,12 @@ private:
   [[nodiscard]] static double twice_energy(const VectorField& solution, const VectorField& start,
                                            const Evidence& evidence) {
     VectorField force = evidence.pull;
-    for (std::size_t site = 0; site < force.x.size(); ++site) {
-      const float way_x = solution.x[site] - start.x[site];
-      const float way_y = solution.y[site] - start.y[site];
-      force.x[site] -=
+    for (std::size_t site = 0; site < force[0].size(); ++site) {
+      const float way_x = solution[0][site] - start[0][site];
+      const float way_y = solution[1][site] - start[1][site];
+      force[0][site] -=
           evidence.structure.xx.values[site] * way_x + evidence.structure.xy.values[site] * way_y;
-      force.y[site] -=
+      force[1][site] -=
           evidence.structure.xy.values[site] * way_x + evidence.structure.yy.values[site] * way_y;
     }
     return product(force, solution);
@@ -250,13 +250,13 @@ private:
       const float yy = evidence.structure.yy.values[site] + sheet_.modulus.values[site];
       const float determinant = xx * yy - xy * xy;
       along_x.values[site] =
-          displacement.x[site] + (yy * evidence.pull.x[site] - xy * evidence.pull.y[site]) / determinant;
+          displacement[0][site] + (yy * evidence.pull[0][site] - xy * evidence.pull[1][site]) / determinant;
       along_y.values[site] =
-          displacement.y[site] + (xx * evidence.pull.y[site] - xy * evidence.pull.x[site]) / determinant;
+          displacement[1][site] + (xx * evidence.pull[1][site] - xy * evidence.pull[0][site]) / determinant;
     }
     VectorField result(sheet_.extent);
-    result.x = blurred(along_x, options_.gaussian).values;
-    result.y = blurred(along_y, options_.gaussian).values;
+    result[0] = blurred(along_x, options_.gaussian).values;
+    result[1] = blurred(along_y, options_.gaussian).values;
     return result;
   }
 
@@ -270,11 +270,11 @@ private:
     for (int y = 0; y < extent.height; ++y) {
       for (int x = 0; x < extent.width; ++x) {
         const std::size_t site = extent.index(x, y);
-        const float to_x = static_cast<float>(x) + displacement.x[site];
-        const float to_y = static_cast<float>(y) + displacement.y[site];
+        const float to_x = static_cast<float>(x) + displacement[0][site];
+        const float to_y = static_cast<float>(y) + displacement[1][site];
         differences.values[site] = expected.values[site] - seen.values[site];
-        slope.x[site] = 0.5F * (source_slope_.x[site] + sample(target_slope_.x, extent, to_x, to_y));
-        slope.y[site] = 0.5F * (source_slope_.y[site] + sample(target_slope_.y, extent, to_x, to_y));
+        slope[0][site] = 0.5F * (source_slope_[0][site] + sample(target_slope_[0], extent, to_x, to_y));
+        slope[1][site] = 0.5F * (source_slope_[1][site] + sample(target_slope_[1], extent, to_x, to_y));
       }
     }
     Evidence evidence{{ScalarField(extent), ScalarField(extent), ScalarField(extent)}, VectorField(extent)};
@@ -296,16 +296,16 @@ private:
       if (!seen_here) {
         continue;
       }
-      const float slope_x = slope.x[site];
-      const float slope_y = slope.y[site];
+      const float slope_x = slope[0][site];
+      const float slope_y = slope[1][site];
       const float most = static_cast<float>(largest_spring) * sheet_.modulus.values[site];
       const float full = unit * match;
       const float weight = std::min(full, most / std::max(slope_x * slope_x + slope_y * slope_y, 1e-6F));
       evidence.structure.xx.values[site] = weight * slope_x * slope_x;
       evidence.structure.xy.values[site] = weight * slope_x * slope_y;
       evidence.structure.yy.values[site] = weight * slope_y * slope_y;
-      evidence.pull.x[site] = weight * slope_x * differences.values[site];
-      evidence.pull.y[site] = weight * slope_y * differences.values[site];
+      evidence.pull[0][site] = weight * slope_x * differences.values[site];
+      evidence.pull[1][site] = weight * slope_y * differences.values[site];
     }
     evidence.difference = std::sqrt(robust / weights);
     evidence.outliers = outliers / static_cast<double>(extent.sites());

@@ -32,8 +32,8 @@ Evidence evidence_of(const ScalarField& source, const ScalarField& target, const
   Evidence evidence{ScalarField(source.extent), ScalarField(source.extent), ScalarField(source.extent)};
   for (std::size_t site = 0; site < source.values.size(); ++site) {
     const float difference = expected.values[site] - seen.values[site];
-    evidence.along_x.values[site] = slope.x[site] * slope.x[site];
-    evidence.along_y.values[site] = slope.y[site] * slope.y[site];
+    evidence.along_x.values[site] = slope[0][site] * slope[0][site];
+    evidence.along_y.values[site] = slope[1][site] * slope[1][site];
     evidence.match.values[site] = difference * difference;
   }
   evidence.along_x = blurred(evidence.along_x, patch);
@@ -81,8 +81,8 @@ VectorField confidence_of(const ScalarField& source, const ScalarField& target,
       const float share = most_believed * match * match * excess / (excess + 4.0F * evidence.noise);
       return share < least_believed ? 0.0F : share;
     };
-    confidence.x[site] = believed(evidence.along_x.values[site]);
-    confidence.y[site] = believed(evidence.along_y.values[site]);
+    confidence[0][site] = believed(evidence.along_x.values[site]);
+    confidence[1][site] = believed(evidence.along_y.values[site]);
   }
   return confidence;
 }

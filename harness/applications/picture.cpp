@@ -60,17 +60,17 @@ void require_picture(const ScalarField& picture, std::string_view which) {
 
 double product(const VectorField& a, const VectorField& b) {
   double sum = 0.0;
-  for (std::size_t site = 0; site < a.x.size(); ++site) {
-    sum += static_cast<double>(a.x[site]) * static_cast<double>(b.x[site]) +
-           static_cast<double>(a.y[site]) * static_cast<double>(b.y[site]);
+  for (std::size_t site = 0; site < a[0].size(); ++site) {
+    sum += static_cast<double>(a[0][site]) * static_cast<double>(b[0][site]) +
+           static_cast<double>(a[1][site]) * static_cast<double>(b[1][site]);
   }
   return sum;
 }
 
 void add(VectorField& field, float factor, const VectorField& more) {
-  for (std::size_t site = 0; site < field.x.size(); ++site) {
-    field.x[site] += factor * more.x[site];
-    field.y[site] += factor * more.y[site];
+  for (std::size_t site = 0; site < field[0].size(); ++site) {
+    field[0][site] += factor * more[0][site];
+    field[1][site] += factor * more[1][site];
   }
 }
 
@@ -119,8 +119,8 @@ VectorField gradient(const ScalarField& picture) {
       const int bottom = std::min(y + 1, extent.height - 1);
       const auto value = [&](int column, int row) { return picture.values[extent.index(column, row)]; };
       const std::size_t site = extent.index(x, y);
-      result.x[site] = (value(right, y) - value(left, y)) / static_cast<float>(right - left);
-      result.y[site] = (value(x, bottom) - value(x, top)) / static_cast<float>(bottom - top);
+      result[0][site] = (value(right, y) - value(left, y)) / static_cast<float>(right - left);
+      result[1][site] = (value(x, bottom) - value(x, top)) / static_cast<float>(bottom - top);
     }
   }
   return result;
@@ -170,10 +170,10 @@ void blend_moduli(ScalarField& modulus, const ScalarField& region, float resista
 
 VectorField doubled(const VectorField& displacement, Extent extent) {
   VectorField result(extent);
-  for (const auto component : {&VectorField::x, &VectorField::y}) {
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
     for_each_site(extent, [&](int x, int y) {
-      (result.*component)[extent.index(x, y)] =
-          2.0F * sample(displacement.*component, displacement.extent, 0.5F * static_cast<float>(x),
+      result[axis][extent.index(x, y)] =
+          2.0F * sample(displacement[axis], displacement.extent, 0.5F * static_cast<float>(x),
                         0.5F * static_cast<float>(y));
     });
   }
@@ -187,8 +187,8 @@ ScalarField pulled_back(const ScalarField& picture, const VectorField& displacem
   for (int y = 0; y < extent.height; ++y) {
     for (int x = 0; x < extent.width; ++x) {
       const std::size_t site = extent.index(x, y);
-      result.values[site] = sample(picture.values, extent, static_cast<float>(x) + displacement.x[site],
-                                   static_cast<float>(y) + displacement.y[site]);
+      result.values[site] = sample(picture.values, extent, static_cast<float>(x) + displacement[0][site],
+                                   static_cast<float>(y) + displacement[1][site]);
     }
   }
   return result;

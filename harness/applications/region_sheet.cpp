@@ -39,8 +39,8 @@ Strain strain_at(const VectorField& field, std::size_t corner, double r, double 
         static_cast<double>(values[corner + width + 1]) - static_cast<double>(values[corner + 1]);
     return std::array{std::lerp(top, bottom, s), std::lerp(left, right, r)};
   };
-  const auto [xx, xy] = slopes(field.x);
-  const auto [yx, yy] = slopes(field.y);
+  const auto [xx, xy] = slopes(field[0]);
+  const auto [yx, yy] = slopes(field[1]);
   return {xx, yy, xy + yx};
 }
 
@@ -115,8 +115,8 @@ double ModulusProblem::misfit(std::span<const double> logarithms, const VectorFi
   const VectorField found = displacement(logarithms);
   VectorField difference(level_.extent);
   for (const std::size_t site : unknown_) {
-    difference.x[site] = found.x[site] - observed.x[site];
-    difference.y[site] = found.y[site] - observed.y[site];
+    difference[0][site] = found[0][site] - observed[0][site];
+    difference[1][site] = found[1][site] - observed[1][site];
   }
   slopes(found, difference, derivative);
   return 0.5 * product(difference, difference);
@@ -177,16 +177,16 @@ VectorField RegionSheet::part_of(const VectorField& of_image) const {
   }
   VectorField part(extent());
   for (std::size_t site = 0; site < extent().sites(); ++site) {
-    part.x[site] = of_image.x[site_of_image(site)];
-    part.y[site] = of_image.y[site_of_image(site)];
+    part[0][site] = of_image[0][site_of_image(site)];
+    part[1][site] = of_image[1][site_of_image(site)];
   }
   return part;
 }
 
 void RegionSheet::put_back(const VectorField& part, VectorField& of_image) const {
   for (std::size_t site = 0; site < extent().sites(); ++site) {
-    of_image.x[site_of_image(site)] = part.x[site];
-    of_image.y[site_of_image(site)] = part.y[site];
+    of_image[0][site_of_image(site)] = part[0][site];
+    of_image[1][site_of_image(site)] = part[1][site];
   }
 }
 
@@ -198,15 +198,15 @@ Level RegionSheet::with_border(const VectorField& observed) const {
   Level level = sheet_;
   level.target = observed;
   for (std::size_t site = 0; site < extent().sites(); ++site) {
-    level.confidence.x[site] = level.confidence.y[site] = gentle_hold(site);
+    level.confidence[0][site] = level.confidence[1][site] = gentle_hold(site);
   }
   ElasticSolver solver(level, poisson_, session_);
   solver.full_multigrid();
   level.target = solver.displacement();
   for (std::size_t site = 0; site < extent().sites(); ++site) {
     const float known = index_[site] < 0 ? 1.0F : 0.0F;
-    level.confidence.x[site] = known;
-    level.confidence.y[site] = known;
+    level.confidence[0][site] = known;
+    level.confidence[1][site] = known;
   }
   return level;
 }
@@ -216,7 +216,7 @@ void RegionSheet::loosen(Level& level) const {
     const std::size_t site = extent().index(x, y);
     const bool is_rim = x == 0 || y == 0 || x == extent().width - 1 || y == extent().height - 1;
     if (index_[site] < 0 && !is_rim) {
-      level.confidence.x[site] = level.confidence.y[site] = gentle_hold(site);
+      level.confidence[0][site] = level.confidence[1][site] = gentle_hold(site);
     }
   });
 }
@@ -230,8 +230,8 @@ VectorField RegionSheet::displacement(const Level& level, double poisson,
 double RegionSheet::distance(const VectorField& a, const VectorField& b) const {
   double sum = 0.0;
   for (const std::size_t site : inside_) {
-    sum += std::pow(static_cast<double>(a.x[site]) - static_cast<double>(b.x[site]), 2) +
-           std::pow(static_cast<double>(a.y[site]) - static_cast<double>(b.y[site]), 2);
+    sum += std::pow(static_cast<double>(a[0][site]) - static_cast<double>(b[0][site]), 2) +
+           std::pow(static_cast<double>(a[1][site]) - static_cast<double>(b[1][site]), 2);
   }
   return std::sqrt(sum / static_cast<double>(inside_.size()));
 }

@@ -21,7 +21,7 @@ Scene square_from_rough_start(Extent extent) {
   scene.source.clear();
   std::mt19937 source(1);
   VectorField& start = scene.start.emplace(extent);
-  for (auto* const values : {&start.x, &start.y}) {
+  for (auto* const values : {&start[0], &start[1]}) {
     for (float& value : *values) {
       value = 20.0F * (static_cast<float>(source() >> 8) * 0x1p-23F - 1.0F);
     }

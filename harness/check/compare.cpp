@@ -13,26 +13,26 @@ FieldDifference compare(const VectorField& expected, const VectorField& found) {
     throw std::logic_error("compare: the fields have different extents");
   }
   FieldDifference result;
-  for (std::size_t i = 0; i < expected.x.size(); ++i) {
+  for (std::size_t i = 0; i < expected[0].size(); ++i) {
     if (!differs(expected, found, i)) {
       continue;
     }
     ++result.sites;
     result.first = result.first.value_or(i);
-    if (!std::isfinite(found.x[i]) || !std::isfinite(found.y[i])) {
+    if (!std::isfinite(found[0][i]) || !std::isfinite(found[1][i])) {
       ++result.not_finite;
       continue;
     }
-    result.largest = std::max({result.largest, std::abs(static_cast<double>(expected.x[i]) - found.x[i]),
-                               std::abs(static_cast<double>(expected.y[i]) - found.y[i])});
+    result.largest = std::max({result.largest, std::abs(static_cast<double>(expected[0][i]) - found[0][i]),
+                               std::abs(static_cast<double>(expected[1][i]) - found[1][i])});
   }
   return result;
 }
 
 double largest_magnitude(const VectorField& field) {
   double largest = 0.0;
-  for (std::size_t i = 0; i < field.x.size(); ++i) {
-    largest = std::max(largest, std::hypot(static_cast<double>(field.x[i]), field.y[i]));
+  for (std::size_t i = 0; i < field[0].size(); ++i) {
+    largest = std::max(largest, std::hypot(static_cast<double>(field[0][i]), field[1][i]));
   }
   return largest;
 }

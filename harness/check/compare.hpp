@@ -20,7 +20,7 @@ struct FieldDifference {
 [[nodiscard]] FieldDifference compare(const VectorField& expected, const VectorField& found);
 /// Whether a component of the site does.
 [[nodiscard]] inline bool differs(const VectorField& expected, const VectorField& found, std::size_t site) {
-  return !(expected.x[site] == found.x[site] && expected.y[site] == found.y[site]);
+  return !(expected[0][site] == found[0][site] && expected[1][site] == found[1][site]);
 }
 
 /// The length of the longest vector; 0 for an empty field.

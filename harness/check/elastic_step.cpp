@@ -14,7 +14,7 @@ void SteppedElasticSession::write(int level, ElasticField field, const VectorFie
   take({"write", level, field, [&](ElasticSession& session) { session.write(level, field, values); },
         [&](const Bounded&, int x, int y) {
           const std::size_t at = values.extent.index(x, y);
-          return Bounded::Answer{values.x[at], values.y[at]};
+          return Bounded::Answer{values[0][at], values[1][at]};
         },
         level});
 }

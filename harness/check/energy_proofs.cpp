@@ -153,17 +153,17 @@ Certificate certificate(const Level& level, const VectorField& before, int numbe
                               site.penalty * site.confidence_x,
                               site.inverse_curvature_x};
     const bool moves = InFloat::moves_x(colours, position, turn);
-    share_x = moves ? judge(level, component, turn.strength, before.x[i], found.x) : never;
+    share_x = moves ? judge(level, component, turn.strength, before[0][i], found.x) : never;
   }
   if (found.y != expected.y || (InFloat::couples && found.x != expected.x)) {
     const Component component{site.dy.centre,
-                              Bounded::gradient_after(prior, step_to(level, before.x[i], found.x)),
+                              Bounded::gradient_after(prior, step_to(level, before[0][i], found.x)),
                               prior.curvature_y,
                               site.target_y,
                               site.penalty * site.confidence_y,
                               site.inverse_curvature_y};
     const bool moves = InFloat::moves_y(colours, position, turn);
-    share_y = moves                   ? judge(level, component, turn.strength, before.y[i], found.y)
+    share_y = moves                   ? judge(level, component, turn.strength, before[1][i], found.y)
               : found.y == expected.y ? 0.0
                                       : never;
   }

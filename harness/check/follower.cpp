@@ -13,8 +13,8 @@ constexpr double least_free_share = 0.01;
 
 /// Of the components, those without any observation.
 double free_share(const VectorField& confidence) {
-  const auto free = std::ranges::count(confidence.x, 0.0F) + std::ranges::count(confidence.y, 0.0F);
-  return static_cast<double>(free) / (2.0 * static_cast<double>(confidence.x.size()));
+  const auto free = std::ranges::count(confidence[0], 0.0F) + std::ranges::count(confidence[1], 0.0F);
+  return static_cast<double>(free) / (2.0 * static_cast<double>(confidence[0].size()));
 }
 
 /// Keeps the site where it is the first that differs, or the first without an explanation.
@@ -24,8 +24,8 @@ void keep_first(Comparison& comparison, FirstDifference first, std::size_t site,
     const auto width = static_cast<std::size_t>(expected.extent.width);
     first.x = static_cast<int>(site % width);
     first.y = static_cast<int>(site / width);
-    first.expected = {expected.x[site], expected.y[site]};
-    first.found = {found.x[site], found.y[site]};
+    first.expected = {expected[0][site], expected[1][site]};
+    first.found = {found[0][site], found[1][site]};
     first.certificate = certificate;
     comparison.first = first;
   }
@@ -43,7 +43,7 @@ void count_field(Comparison& comparison, const VectorField& reference, const Fie
 void judge_step(Comparison& comparison, const VectorField& expected, const VectorField& found,
                 const FirstDifference& place, const std::function<Certificate(int x, int y)>& certify) {
   const auto width = static_cast<std::size_t>(expected.extent.width);
-  for (std::size_t site = 0; site < expected.x.size(); ++site) {
+  for (std::size_t site = 0; site < expected[0].size(); ++site) {
     if (!differs(expected, found, site)) {
       continue;
     }

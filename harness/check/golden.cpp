@@ -52,8 +52,8 @@ public:
   /// Extent, then all x, then all y.
   void add(const VectorField& field) {
     add(field.extent);
-    add_each(field.x);
-    add_each(field.y);
+    add_each(field[0]);
+    add_each(field[1]);
   }
 
   [[nodiscard]] std::uint64_t value() const { return hash_; }
@@ -120,7 +120,7 @@ void judge(GoldenOutcome& outcome, const std::vector<GoldenLevel>& expected, boo
 
 bool is_finite(const VectorField& field) {
   const auto finite = [](float value) { return std::isfinite(value); };
-  return std::ranges::all_of(field.x, finite) && std::ranges::all_of(field.y, finite);
+  return std::ranges::all_of(field[0], finite) && std::ranges::all_of(field[1], finite);
 }
 
 constexpr int schema = 1; // of a golden file

@@ -248,11 +248,11 @@ ProbeRow fused_in_sweep(std::string text, Rule rule, Session& session) {
   level.rule = rule;
   level.strengths = ties ? std::vector<float>{} : std::vector<float>{0.9F};
   for (std::size_t i = 0; i < extent.sites(); ++i) {
-    before.x[i] = on_grid();
-    before.y[i] = on_grid();
+    before[0][i] = on_grid();
+    before[1][i] = on_grid();
     level.modulus.values[i] = ties ? 1.0F : 0.5F + static_cast<float>(engine() % 1000) / 700.0F;
-    level.target.x[i] = static_cast<float>(grid * static_cast<double>(engine() % 10));
-    level.confidence.x[i] = engine() % 10 == 0 ? 0.7F : 0.0F;
+    level.target[0][i] = static_cast<float>(grid * static_cast<double>(engine() % 10));
+    level.confidence[0][i] = engine() % 10 == 0 ? 0.7F : 0.0F;
   }
   set_inverse_modulus(level);
   if (needs_inverse_curvature(rule)) {
@@ -271,7 +271,7 @@ ProbeRow fused_in_sweep(std::string text, Rule rule, Session& session) {
     const SiteAnswer specified = proofs_of(level).specified_answer(level, before, 0, x, y);
     const SiteAnswer fused = proofs_of(level).fused_answer(level, before, 0, x, y);
     question.answers.insert(question.answers.end(), {{specified.x, fused.x}, {specified.y, fused.y}});
-    found.insert(found.end(), {swept.x[extent.index(x, y)], swept.y[extent.index(x, y)]});
+    found.insert(found.end(), {swept[0][extent.index(x, y)], swept[1][extent.index(x, y)]});
   });
   return judged(question, found);
 }

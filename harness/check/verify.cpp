@@ -33,8 +33,8 @@ VectorField specified(const ReferenceStep& step, const VectorField& before) {
   VectorField answers(before.extent);
   for_each_site(before.extent, [&](int x, int y) {
     const SiteAnswer answer = proofs_of(step.level).specified_answer(step.level, before, step.number, x, y);
-    answers.x[before.extent.index(x, y)] = answer.x;
-    answers.y[before.extent.index(x, y)] = answer.y;
+    answers[0][before.extent.index(x, y)] = answer.x;
+    answers[1][before.extent.index(x, y)] = answer.y;
   });
   return answers;
 }
@@ -83,7 +83,7 @@ struct Follower {
                    const std::size_t at = field.extent.index(x, y);
                    Certificate certificate =
                        proofs_of(step.level)
-                           .certify(step.level, before, step.number, x, y, {field.x[at], field.y[at]});
+                           .certify(step.level, before, step.number, x, y, {field[0][at], field[1][at]});
                    certificate.holds = certificate.holds && !exact; // there is no rounding to explain it
                    return certificate;
                  });

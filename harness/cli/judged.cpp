@@ -138,7 +138,7 @@ int run_accuracy(Arguments& arguments, Call& call) {
     bool pictured = call.json.empty() || !have_images();
     for (const Judged& row : accuracy.rows) {
       own.push_back(to_json(scene, row));
-      if (!pictured && row.method == "icm" && !row.field.x.empty()) {
+      if (!pictured && row.method == "icm" && !row.field[0].empty()) {
         own.back()["differences"] = write_difference(scene, accuracy.truths, row, folder);
         pictured = true;
       }

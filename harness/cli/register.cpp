@@ -81,9 +81,9 @@ void write_files(const PairArguments& arguments, const Call& call, const Picture
                          largest_difference);
   pictures.signed_values("jacobian", "change of area: blue smaller (full: a fold), red larger",
                          area_change_map(outcome.displacement), 1.0);
-  if (!outcome.confidence.x.empty()) {
+  if (!outcome.confidence[0].empty()) {
     ScalarField believed(extent);
-    std::ranges::transform(outcome.confidence.x, outcome.confidence.y, believed.values.begin(),
+    std::ranges::transform(outcome.confidence[0], outcome.confidence[1], believed.values.begin(),
                            [](float x, float y) { return 255.0F * (x + y); });
     pictures.gray("confidence", "where the registration is believed: white most", believed);
   }

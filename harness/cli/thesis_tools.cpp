@@ -141,8 +141,8 @@ std::array<double, 2> range_around(const Level& level, const std::array<std::siz
                                    std::array<float, 2> here, Component component) {
   double low = std::min(here[0], here[1]);
   double high = std::max(here[0], here[1]);
-  const auto& target = component == Component::x ? level.target.x : level.target.y;
-  const auto& confidence = component == Component::x ? level.confidence.x : level.confidence.y;
+  const auto& target = component == Component::x ? level.target[0] : level.target[1];
+  const auto& confidence = component == Component::x ? level.confidence[0] : level.confidence[1];
   for (const std::size_t site : indices) {
     if (confidence[site] > 0.0F) {
       low = std::min(low, double{target[site]});
@@ -183,7 +183,7 @@ int plot(EnergyArguments& arguments, Call& call) {
   const VectorField displacement = displacement_of(scene, arguments);
   const std::array<std::size_t, 2> indices{extent.index(options.sites[0].x, options.sites[0].y),
                                            extent.index(options.sites[1].x, options.sites[1].y)};
-  const auto& component = options.component == Component::x ? displacement.x : displacement.y;
+  const auto& component = options.component == Component::x ? displacement[0] : displacement[1];
   const std::array<float, 2> here{component[indices[0]], component[indices[1]]};
   const auto range = arguments.range.empty() ? range_around(scene.full, indices, here, options.component)
                                              : std::array<double, 2>{arguments.range[0], arguments.range[1]};

@@ -316,8 +316,8 @@ private:
     ForEachPixel(field, [&](std::size_t site, const DisplacementType& physical) {
       const double x = physical[0];
       const double y = physical[1];
-      pixels.x[site] = static_cast<float>((direction(0, 0) * x + direction(1, 0) * y) / spacing);
-      pixels.y[site] = static_cast<float>((direction(0, 1) * x + direction(1, 1) * y) / spacing);
+      pixels[0][site] = static_cast<float>((direction(0, 0) * x + direction(1, 0) * y) / spacing);
+      pixels[1][site] = static_cast<float>((direction(0, 1) * x + direction(1, 1) * y) / spacing);
     });
     return pixels;
   }
@@ -328,8 +328,8 @@ private:
     const double spacing = this->GetInput()->GetSpacing()[0];
     ImageRegionIterator<DisplacementFieldType> pixel(&field, field.GetLargestPossibleRegion());
     for (std::size_t site = 0; !pixel.IsAtEnd(); ++pixel, ++site) {
-      const double x = displacement.x[site];
-      const double y = displacement.y[site];
+      const double x = displacement[0][site];
+      const double y = displacement[1][site];
       DisplacementType physical;
       physical[0] = static_cast<ComponentType>((direction(0, 0) * x + direction(0, 1) * y) * spacing);
       physical[1] = static_cast<ComponentType>((direction(1, 0) * x + direction(1, 1) * y) * spacing);
@@ -356,8 +356,8 @@ private:
     if (const auto* const confidence = this->GetConfidenceImage()) {
       full.target = this->ToPixels(*this->GetObservationImage());
       ForEachPixel(*confidence, [&](std::size_t site, const auto& value) {
-        full.confidence.x[site] = value[0];
-        full.confidence.y[site] = value[1];
+        full.confidence[0][site] = value[0];
+        full.confidence[1][site] = value[1];
       });
     }
     full.modulus = hdmbench::ScalarField(extent);

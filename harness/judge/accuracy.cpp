@@ -71,7 +71,7 @@ void add_thesis_methods(const Scene& scene, std::span<const Backend* const> back
     // Of the reference, whose bits those have that agree with it, and of those that do not.
     for (std::size_t i = 0; i < backends.size(); ++i) {
       Judged& row = judge.rows()[first + i];
-      if (!row.field.x.empty() && (i == 0 || row.status == JudgedStatus::unverified)) {
+      if (!row.field[0].empty() && (i == 0 || row.status == JudgedStatus::unverified)) {
         constexpr int stride = 10;
         row.arithmetic = measure_arithmetic(icm, *backends[i], options.session, stride, progress);
       }

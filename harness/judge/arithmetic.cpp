@@ -52,8 +52,8 @@ private:
 
   void judge_site(const VectorField& after, int x, int y) {
     const std::size_t i = level_.extent.index(x, y);
-    const Steps in_x = steps(before_.x[i], after.x[i], in_double_.x[i]);
-    const Steps in_y = steps(before_.y[i], after.y[i], in_double_.y[i]);
+    const Steps in_x = steps(before_[0][i], after[0][i], in_double_[0][i]);
+    const Steps in_y = steps(before_[1][i], after[1][i], in_double_[1][i]);
     if (in_x.same && in_y.same) {
       return;
     }
@@ -64,8 +64,8 @@ private:
     }
     // Whatever was chosen had the smaller float energy, so it cannot be dearer by more than both errors.
     const auto moved = [&](float step_x, float step_y) -> ThesisEnergy::Value {
-      return {static_cast<double>(before_.x[i]) + static_cast<double>(step_x),
-              static_cast<double>(before_.y[i]) + static_cast<double>(step_y)};
+      return {static_cast<double>(before_[0][i]) + static_cast<double>(step_x),
+              static_cast<double>(before_[1][i]) + static_cast<double>(step_y)};
     };
     const auto exact = energy_.at(x, y, moved(in_x.exact, in_y.exact));
     const auto found = energy_.at(x, y, moved(*in_x.found, *in_y.found));

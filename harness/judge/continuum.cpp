@@ -25,8 +25,8 @@ constexpr double modulus_outside = 20.0; // MPa
 nlohmann::json distance(const ReferenceField& a, const ReferenceField& b) {
   const ReferenceField apart = difference(a, b);
   double largest = 0.0;
-  for (std::size_t i = 0; i < apart.x.size(); ++i) {
-    largest = std::max(largest, std::hypot(apart.x[i], apart.y[i]));
+  for (std::size_t i = 0; i < apart[0].size(); ++i) {
+    largest = std::max(largest, std::hypot(apart[0][i], apart[1][i]));
   }
   return {{"rmsd", rmsd(a, b)}, {"largest", largest}};
 }
@@ -42,10 +42,10 @@ Scene scene_of(const ElasticProblem& problem) {
                 .modulus = ScalarField(problem.extent)};
   for (std::size_t i = 0; i < problem.extent.sites(); ++i) {
     const bool held = problem.fixed_x[i] != 0;
-    scene.full.confidence.x[i] = scene.full.confidence.y[i] = held ? 1.0F : 0.0F;
+    scene.full.confidence[0][i] = scene.full.confidence[1][i] = held ? 1.0F : 0.0F;
     scene.full.modulus.values[i] = static_cast<float>(problem.modulus[i]);
     if (!held) { // known to the judge only
-      scene.full.target.x[i] = scene.full.target.y[i] = 0.0F;
+      scene.full.target[0][i] = scene.full.target[1][i] = 0.0F;
     }
   }
   set_inverse_modulus(scene.full);

@@ -49,9 +49,9 @@ ReferenceField difference(const ReferenceField& a, const ReferenceField& b) {
                                  a.extent.width, a.extent.height, b.extent.width, b.extent.height));
   }
   ReferenceField result = a;
-  for (std::size_t i = 0; i < a.x.size(); ++i) {
-    result.x[i] -= b.x[i];
-    result.y[i] -= b.y[i];
+  for (std::size_t i = 0; i < a[0].size(); ++i) {
+    result[0][i] -= b[0][i];
+    result[1][i] -= b[1][i];
   }
   return result;
 }
@@ -60,9 +60,9 @@ double rmsd(const ReferenceField& a, const ReferenceField& b, SiteMask counted) 
   const ReferenceField error = difference(a, b);
   double sum = 0.0;
   std::size_t sites = 0;
-  for (std::size_t i = 0; i < error.x.size(); ++i) {
+  for (std::size_t i = 0; i < error[0].size(); ++i) {
     if (counted.empty() || counted[i] != 0) {
-      sum += error.x[i] * error.x[i] + error.y[i] * error.y[i];
+      sum += error[0][i] * error[0][i] + error[1][i] * error[1][i];
       ++sites;
     }
   }
@@ -85,7 +85,7 @@ Truths find_truths(const Scene& scene, Progress& progress) {
   truths.elsewhere.resize(truths.interface.size());
   const VectorField& confidence = scene.full.confidence;
   for (std::size_t i = 0; i < truths.interface.size(); ++i) {
-    const bool free = !(confidence.x[i] > 0.0F && confidence.y[i] > 0.0F);
+    const bool free = !(confidence[0][i] > 0.0F && confidence[1][i] > 0.0F);
     truths.elsewhere[i] = free && truths.interface[i] == 0 ? 1 : 0;
     truths.interface[i] = free ? truths.interface[i] : 0;
   }

@@ -175,7 +175,7 @@ private:
                 {"readback_seconds", median_seconds(samples, &Timings::readback)}});
     if (const std::optional<std::size_t> peak = memory.bytes()) {
       const std::size_t others =
-          options_.resident_before_scene + (expected_.x.size() + expected_.y.size()) * sizeof(float);
+          options_.resident_before_scene + (expected_[0].size() + expected_[1].size()) * sizeof(float);
       row["peak_memory_bytes"] = *peak;
       row["bytes_per_site"] = (static_cast<double>(*peak) - static_cast<double>(others)) / sites;
     }

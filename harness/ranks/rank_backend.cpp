@@ -223,8 +223,8 @@ Scene sleeping_pieces(int ranks) {
   const Cut cut = Sharing{.ranks = ranks, .pieces = ranks, .fewest_sites = 1}.level(extent, false).cut;
   const Rectangle& first = cut.pieces.front().owned;
   const std::size_t site = extent.index(first.width - cut.halo - 1, first.height - cut.halo - 1);
-  level.target.x[site] = level.target.y[site] = pull;
-  level.confidence.x[site] = level.confidence.y[site] = 1.0F;
+  level.target[0][site] = level.target[1][site] = pull;
+  level.confidence[0][site] = level.confidence[1][site] = 1.0F;
   return scene;
 }
 

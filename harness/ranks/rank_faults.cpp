@@ -106,8 +106,8 @@ Fault unwoken_tiles() {
                 for_each_site(after.extent, [&](int x, int y) {
                   if (tiles->rests(x, y)) {
                     const std::size_t site = after.extent.index(x, y);
-                    after.x[site] = before.x[site];
-                    after.y[site] = before.y[site];
+                    after[0][site] = before[0][site];
+                    after[1][site] = before[1][site];
                   }
                 });
                 (void)tiles->sweep(before, after);

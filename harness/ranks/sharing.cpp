@@ -146,12 +146,12 @@ std::vector<float> redistribute(Exchange& exchange, std::size_t rank, std::span<
 
 VectorField redistribute(Exchange& exchange, std::size_t rank, std::span<const Rectangle> held,
                          std::span<const Rectangle> wanted, const VectorField& own) {
-  std::vector<float> both = own.x;
-  both.insert(both.end(), own.y.begin(), own.y.end());
+  std::vector<float> both = own[0];
+  both.insert(both.end(), own[1].begin(), own[1].end());
   const std::vector<float> values = redistribute(exchange, rank, held, wanted, both, 2);
   VectorField field(wanted[rank].extent());
-  std::copy_n(values.begin(), field.x.size(), field.x.begin());
-  std::copy_n(values.end() - static_cast<std::ptrdiff_t>(field.y.size()), field.y.size(), field.y.begin());
+  std::copy_n(values.begin(), field[0].size(), field[0].begin());
+  std::copy_n(values.end() - static_cast<std::ptrdiff_t>(field[1].size()), field[1].size(), field[1].begin());
   return field;
 }
 

@@ -62,12 +62,12 @@ void set(const Condition& condition, std::size_t site, std::optional<double> dx,
          Level& level) {
   const auto confidence = static_cast<float>(condition.confidence);
   if (dx) {
-    level.target.x[site] = static_cast<float>(*dx);
-    level.confidence.x[site] = confidence;
+    level.target[0][site] = static_cast<float>(*dx);
+    level.confidence[0][site] = confidence;
   }
   if (dy) {
-    level.target.y[site] = static_cast<float>(*dy);
-    level.confidence.y[site] = confidence;
+    level.target[1][site] = static_cast<float>(*dy);
+    level.confidence[1][site] = confidence;
   }
 }
 
@@ -142,8 +142,8 @@ void apply_outside(TomlReader& scene, const Condition& condition, const LabelFie
     if (inside[site]) {
       return;
     }
-    const double nx = static_cast<double>(outline.normal.x[site]);
-    const double ny = static_cast<double>(outline.normal.y[site]);
+    const double nx = static_cast<double>(outline.normal[0][site]);
+    const double ny = static_cast<double>(outline.normal[1][site]);
     const double from_outline = std::max(0.0, static_cast<double>(outline.distance.values[site]));
     const double to_border = distance_to_border(x, y, nx, ny, extent);
     const double path = from_outline + to_border;

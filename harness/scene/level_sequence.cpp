@@ -57,8 +57,9 @@ bool has_left_range(const std::vector<float>& begin, const std::vector<float>& t
 
 LevelSequence::LevelSequence(const Scene& scene) : scene_(scene), extents_(pyramid_extents(scene.extent())) {
   const auto moves = [](float component) { return component != 0.0F; };
-  has_start_ = scene.start &&
-               (std::ranges::any_of(scene.start->x, moves) || std::ranges::any_of(scene.start->y, moves));
+  has_start_ = scene.start && std::ranges::any_of(scene.start->planes, [&](const auto& components) {
+                 return std::ranges::any_of(components, moves);
+               });
   const int coarsest = static_cast<int>(extents_.size()) - 1;
   for (int level = std::min(scene.schedule.start_level.value_or(coarsest), coarsest); level >= 0; --level) {
     const bool near =
@@ -154,12 +155,12 @@ VectorField LevelSequence::begin(int level, const VectorField& computed_before) 
     return prolongate(computed_before, extent(level), scene_.schedule.alignment);
   }
   VectorField moved = scene_.start_at(computed_before.extent);
-  std::ranges::transform(computed_before.x, moved.x, moved.x.begin(), std::minus());
-  std::ranges::transform(computed_before.y, moved.y, moved.y.begin(), std::minus());
+  std::ranges::transform(computed_before[0], moved[0], moved[0].begin(), std::minus());
+  std::ranges::transform(computed_before[1], moved[1], moved[1].begin(), std::minus());
   moved = prolongate(moved, extent(level), scene_.schedule.alignment);
   const VectorField own = scene_.start_at(extent(level));
-  std::ranges::transform(own.x, moved.x, moved.x.begin(), std::plus());
-  std::ranges::transform(own.y, moved.y, moved.y.begin(), std::plus());
+  std::ranges::transform(own[0], moved[0], moved[0].begin(), std::plus());
+  std::ranges::transform(own[1], moved[1], moved[1].begin(), std::plus());
   return moved;
 }
 
@@ -170,8 +171,8 @@ bool has_diverged(const Level& level, const VectorField& begin, const VectorFiel
   const bool is_accelerated =
       level.rule == Rule::closed_form &&
       std::ranges::any_of(level.strengths, [](float strength) { return strength > 1.0F; });
-  return is_accelerated && (has_left_range(begin.x, level.target.x, level.confidence.x, end.x) ||
-                            has_left_range(begin.y, level.target.y, level.confidence.y, end.y));
+  return is_accelerated && (has_left_range(begin[0], level.target[0], level.confidence[0], end[0]) ||
+                            has_left_range(begin[1], level.target[1], level.confidence[1], end[1]));
 }
 
 void StopRule::report(std::int64_t changed, const Level& level, const VectorField& displacement) {

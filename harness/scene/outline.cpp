@@ -119,8 +119,8 @@ Outline find_outline(const std::vector<bool>& inside, Extent extent) {
       const double length = std::hypot(gx, gy);
       if (length > 0.0) {
         const auto i = extent.index(x, y);
-        outline.normal.x[i] = static_cast<float>(gx / length);
-        outline.normal.y[i] = static_cast<float>(gy / length);
+        outline.normal[0][i] = static_cast<float>(gx / length);
+        outline.normal[1][i] = static_cast<float>(gy / length);
       }
     }
   }

@@ -358,12 +358,12 @@ Content read_random_content(TomlReader& table, Level& level, VectorField& start)
     level.modulus.values[i] =
         moduli.empty() ? static_cast<float>(modulus[0] + (modulus[1] - modulus[0]) * source.uniform())
                        : source.one_of(moduli);
-    level.target.x[i] = displacement();
-    level.target.y[i] = displacement();
-    level.confidence.x[i] = confidence();
-    level.confidence.y[i] = confidence();
-    start.x[i] = displacement();
-    start.y[i] = displacement();
+    level.target[0][i] = displacement();
+    level.target[1][i] = displacement();
+    level.confidence[0][i] = confidence();
+    level.confidence[1][i] = confidence();
+    start[0][i] = displacement();
+    start[1][i] = displacement();
   }
   Content content;
   show_moduli(level.modulus, content);
@@ -381,8 +381,8 @@ void read_vector_images(TomlReader& image, const std::filesystem::path& folder, 
     require_filled(image, key, found.padded && key == "deviation", found.pixels.extent); // 0 would be certain
     into = std::move(found.pixels);
     require_extent(image, key, into.extent, full.extent);
-    std::ranges::for_each(into.x, check);
-    std::ranges::for_each(into.y, check);
+    std::ranges::for_each(into[0], check);
+    std::ranges::for_each(into[1], check);
   };
   image.refuse_unless(scene.energy->is_of_cells(), "deviation");
   image.refuse_unless(!scene.energy->is_of_cells(), "start");

@@ -143,9 +143,9 @@ std::string why_absurd(const Scene& scene, const VectorField& field) {
   const Level& full = scene.full;
   double given = scene.start ? largest_component(*scene.start) : 0.0; // what drives a field, pixels
   for (std::size_t i = 0; i < full.extent.sites(); ++i) {
-    given =
-        std::max({given, full.confidence.x[i] > 0.0F ? std::abs(static_cast<double>(full.target.x[i])) : 0.0,
-                  full.confidence.y[i] > 0.0F ? std::abs(static_cast<double>(full.target.y[i])) : 0.0});
+    given = std::max({given,
+                      full.confidence[0][i] > 0.0F ? std::abs(static_cast<double>(full.target[0][i])) : 0.0,
+                      full.confidence[1][i] > 0.0F ? std::abs(static_cast<double>(full.target[1][i])) : 0.0});
   }
   const double sides = static_cast<double>(full.extent.width) + static_cast<double>(full.extent.height);
   const bool is_absurd = found > 100.0 * sides * std::max(given, 1.0);

@@ -117,7 +117,7 @@ EnergyPlane energy_plane(const Level& level, VectorField displacement, const Ene
     plane.values.push_back(
         static_cast<float>(std::lerp(options.low, options.high, double(i) / (options.points - 1))));
   }
-  auto& component = options.component == Component::x ? displacement.x : displacement.y;
+  auto& component = options.component == Component::x ? displacement[0] : displacement[1];
   float& first = component[level.extent.index(options.sites[0].x, options.sites[0].y)];
   float& second = component[level.extent.index(options.sites[1].x, options.sites[1].y)];
   plane.energy.reserve(plane.values.size() * plane.values.size());

@@ -29,7 +29,7 @@ std::string name_of(const Names& names, Enumerator enumerator) {
 
 bool is_zero(const VectorField& field) {
   const auto zero = [](float value) { return value == 0.0F; };
-  return std::ranges::all_of(field.x, zero) && std::ranges::all_of(field.y, zero);
+  return std::ranges::all_of(field[0], zero) && std::ranges::all_of(field[1], zero);
 }
 
 /// The method with the options that it takes.
@@ -74,7 +74,7 @@ std::string scene_text(const Scene& scene, bool with_start) {
 /// 255 where either component is certain.
 ScalarField confidence_picture(const VectorField& confidence) {
   ScalarField picture(confidence.extent);
-  std::ranges::transform(confidence.x, confidence.y, picture.values.begin(),
+  std::ranges::transform(confidence[0], confidence[1], picture.values.begin(),
                          [](float x, float y) { return 255.0F * std::max(x, y); });
   return picture;
 }

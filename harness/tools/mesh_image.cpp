@@ -47,8 +47,8 @@ MeshImage undefined_image(Extent extent) {
 }
 
 void define(MeshImage& image, std::size_t site, double u, double v) {
-  image.displacement.x[site] = static_cast<float>(u);
-  image.displacement.y[site] = static_cast<float>(v);
+  image.displacement[0][site] = static_cast<float>(u);
+  image.displacement[1][site] = static_cast<float>(v);
   image.undefined -= image.mask.values[site] == 0.0F ? 1 : 0;
   image.mask.values[site] = 255.0F;
 }

@@ -80,8 +80,8 @@ VectorField read_text(const std::filesystem::path& file) {
   }
   VectorField positions;
   positions.extent = extent;
-  positions.x = read_component(lines, "X", extent);
-  positions.y = read_component(lines, "Y", extent);
+  positions[0] = read_component(lines, "X", extent);
+  positions[1] = read_component(lines, "Y", extent);
   if (lines.next()) {
     lines.fail("more rows than Height says");
   }
@@ -107,8 +107,8 @@ VectorField displacements_from_positions(const VectorField& positions) {
   VectorField displacement(positions.extent);
   for_each_site(positions.extent, [&](int x, int y) {
     const auto site = positions.extent.index(x, y);
-    displacement.x[site] = static_cast<float>(double{positions.x[site]} - x);
-    displacement.y[site] = static_cast<float>(double{positions.y[site]} - y);
+    displacement[0][site] = static_cast<float>(double{positions[0][site]} - x);
+    displacement[1][site] = static_cast<float>(double{positions[1][site]} - y);
   });
   return displacement;
 }

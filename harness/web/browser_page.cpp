@@ -71,10 +71,10 @@ json data_of(const Scene& scene) {
          {"height", level.extent.height},
          {"sweeps", sweeps},
          {"strengths", level.strengths},
-         {"arrays", base64_of({&level.modulus.values, &level.inverse_modulus.values, &level.target.x,
-                               &level.target.y, &level.confidence.x, &level.confidence.y,
-                               &level.inverse_curvature.x, &level.inverse_curvature.y})},
-         {"start", base64_of({&start.x, &start.y})},
+         {"arrays", base64_of({&level.modulus.values, &level.inverse_modulus.values, &level.target[0],
+                               &level.target[1], &level.confidence[0], &level.confidence[1],
+                               &level.inverse_curvature[0], &level.inverse_curvature[1]})},
+         {"start", base64_of({&start[0], &start[1]})},
          {"entries", base64_of({&projection})}});
     session->load(level);
     session->write(begin);

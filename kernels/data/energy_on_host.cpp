@@ -47,8 +47,8 @@ void set_inverse_curvature(Level& level, int y) {
   for (int x = 0; x < level.extent.width; ++x) {
     const std::size_t at = level.extent.index(x, y);
     const PriorAtSite found = prior(level, level.target, x, y); // whatever the displacement
-    level.inverse_curvature.x[at] = 1.0F / found.curvature_x;
-    level.inverse_curvature.y[at] = 1.0F / found.curvature_y;
+    level.inverse_curvature[0][at] = 1.0F / found.curvature_x;
+    level.inverse_curvature[1][at] = 1.0F / found.curvature_y;
   }
 }
 

@@ -1,22 +1,30 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <compare>
 #include <cstddef>
 #include <vector>
 
 namespace hdmbench {
 
-/// Width and height of a pixel grid, each >= 1. Site (x, y) has index y * width + x; y grows downwards.
+/// The sites of an image or a volume along x, y and z, each >= 1: pixels where depth is 1, else voxels. Site
+/// (x, y, z) has index (z * height + y) * width + x; y grows downwards.
 struct Extent {
   int width = 0;
   int height = 0;
+  int depth = 1;
 
+  /// Of which a displacement has components: 2 where depth is 1, else 3.
+  [[nodiscard]] std::size_t axes() const { return depth > 1 ? 3 : 2; }
   [[nodiscard]] std::size_t sites() const {
-    return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+    return static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
+           static_cast<std::size_t>(depth);
   }
-  [[nodiscard]] std::size_t index(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+  [[nodiscard]] std::size_t index(int x, int y, int z = 0) const {
+    const auto row =
+        static_cast<std::size_t>(z) * static_cast<std::size_t>(height) + static_cast<std::size_t>(y);
+    return row * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
   }
   auto operator<=>(const Extent&) const = default;
 };
@@ -33,39 +41,48 @@ struct ScalarField {
   std::vector<float> values;
 };
 
-/// Two floats per site, planar: displacement or target (pixels of the full resolution image on every level),
-/// or confidence (0 ... 1).
-struct VectorField {
-  VectorField() = default;
-  explicit VectorField(Extent extent_, float fill = 0.0F)
-      : extent(extent_), x(extent_.sites(), fill), y(extent_.sites(), fill) {}
+/// A vector per site, a plane of numbers for each axis of the extent; the planes of other axes are empty.
+template <typename Number>
+struct Planes {
+  Planes() = default;
+  explicit Planes(Extent extent_, Number fill = 0) : extent(extent_) {
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      planes[axis].assign(extent.sites(), fill);
+    }
+  }
+
+  [[nodiscard]] std::vector<Number>& operator[](std::size_t axis) { return planes[axis]; }
+  [[nodiscard]] const std::vector<Number>& operator[](std::size_t axis) const { return planes[axis]; }
 
   Extent extent;
-  std::vector<float> x;
-  std::vector<float> y;
+  std::array<std::vector<Number>, 3> planes;
 };
 
-/// Two doubles per site, planar: a displacement in pixels where float would round too much.
-struct DoubleField {
-  DoubleField() = default;
-  explicit DoubleField(Extent extent_, double fill = 0.0)
-      : extent(extent_), x(extent_.sites(), fill), y(extent_.sites(), fill) {}
+/// Displacement or target (pixels of the full resolution image on every level), or confidence (0 ... 1).
+struct VectorField : Planes<float> {
+  using Planes::Planes;
+};
+
+/// A displacement in pixels where float would round too much.
+struct DoubleField : Planes<double> {
+  using Planes::Planes;
   /// The same values in double.
-  explicit DoubleField(const VectorField& field)
-      : extent(field.extent), x(field.x.begin(), field.x.end()), y(field.y.begin(), field.y.end()) {}
+  explicit DoubleField(const VectorField& field) {
+    extent = field.extent;
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      planes[axis].assign(field[axis].begin(), field[axis].end());
+    }
+  }
 
   /// Rounded to float.
   [[nodiscard]] VectorField to_float() const {
     const auto round = [](double value) { return static_cast<float>(value); };
     VectorField field(extent);
-    std::transform(x.begin(), x.end(), field.x.begin(), round);
-    std::transform(y.begin(), y.end(), field.y.begin(), round);
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      std::transform(planes[axis].begin(), planes[axis].end(), field[axis].begin(), round);
+    }
     return field;
   }
-
-  Extent extent;
-  std::vector<double> x;
-  std::vector<double> y;
 };
 
 } // namespace hdmbench

@@ -38,19 +38,19 @@ gather(const Level& level, const VectorField& displacement, int x, int y, const 
                       each(values[west]),       each(values[at]),    each(values[east]),
                       each(values[south_west]), each(values[south]), each(values[south_east])};
   };
-  const bool curvature_known = !level.inverse_curvature.x.empty() && needs_inverse_curvature(level.rule);
+  const bool curvature_known = !level.inverse_curvature[0].empty() && needs_inverse_curvature(level.rule);
   typename Arithmetic::Site site; // every member is set below
-  site.dx = pick(displacement.x, same);
-  site.dy = pick(displacement.y, same);
+  site.dx = pick(displacement[0], same);
+  site.dy = pick(displacement[1], same);
   site.inverse_modulus = pick(level.inverse_modulus.values, inverse);
   site.modulus = level.modulus.values[at];
-  site.target_x = level.target.x[at];
-  site.target_y = level.target.y[at];
-  site.confidence_x = level.confidence.x[at];
-  site.confidence_y = level.confidence.y[at];
+  site.target_x = level.target[0][at];
+  site.target_y = level.target[1][at];
+  site.confidence_x = level.confidence[0][at];
+  site.confidence_y = level.confidence[1][at];
   site.penalty = level.penalty;
-  site.inverse_curvature_x = curvature_known ? level.inverse_curvature.x[at] : 0.0F;
-  site.inverse_curvature_y = curvature_known ? level.inverse_curvature.y[at] : 0.0F;
+  site.inverse_curvature_x = curvature_known ? level.inverse_curvature[0][at] : 0.0F;
+  site.inverse_curvature_y = curvature_known ? level.inverse_curvature[1][at] : 0.0F;
   Arithmetic::set_inputs(
       site, [&](int number) { return pick(level.inputs[static_cast<std::size_t>(number)].values, same); });
   return site;

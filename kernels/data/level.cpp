@@ -89,8 +89,8 @@ void set_inverse_modulus(Level& level) {
 void set_inverse_curvature(Level& level) {
   const Extent extent = level.extent;
   level.inverse_curvature.extent = extent;
-  level.inverse_curvature.x.resize(extent.sites());
-  level.inverse_curvature.y.resize(extent.sites());
+  level.inverse_curvature[0].resize(extent.sites());
+  level.inverse_curvature[1].resize(extent.sites());
 #pragma omp parallel for if (extent.sites() > sites_worth_threads)
   for (int y = 0; y < extent.height; ++y) {
     level.energy->host->set_inverse_curvature(level, y);
@@ -118,10 +118,10 @@ Undetermined find_undetermined(int thickness, std::span<const float> confidence)
 }
 
 void validate(const VectorField& field, Extent extent, const char* what) {
-  require_size(field.x.size(), field.extent, extent, what);
-  require_size(field.y.size(), field.extent, extent, what);
-  require(field.x, extent, what, "finite", is_finite);
-  require(field.y, extent, what, "finite", is_finite);
+  require_size(field[0].size(), field.extent, extent, what);
+  require_size(field[1].size(), field.extent, extent, what);
+  require(field[0], extent, what, "finite", is_finite);
+  require(field[1], extent, what, "finite", is_finite);
 }
 
 void validate(const Level& level) {
@@ -135,8 +135,8 @@ void validate(const Level& level) {
   validate(level.target, level.extent, "the target displacement");
   validate(level.confidence, level.extent, "the confidence");
   const auto in_unit_interval = [](float value) { return value >= 0.0F && value <= 1.0F; };
-  require(level.confidence.x, level.extent, "the confidence in x", "within 0 ... 1", in_unit_interval);
-  require(level.confidence.y, level.extent, "the confidence in y", "within 0 ... 1", in_unit_interval);
+  require(level.confidence[0], level.extent, "the confidence in x", "within 0 ... 1", in_unit_interval);
+  require(level.confidence[1], level.extent, "the confidence in y", "within 0 ... 1", in_unit_interval);
   require_size(level.modulus.values.size(), level.modulus.extent, level.extent, "the modulus");
   require(level.modulus.values, level.extent, "the modulus (MPa)",
           "positive and finite, and so must its inverse as a 32-bit float",

@@ -128,10 +128,10 @@ Level sample_level(const Level& full, Extent extent, Alignment alignment, Materi
               .strengths = full.strengths,
               .seed = full.seed};
   const Sampler sample(full.extent, extent, alignment);
-  sample(full.target.x, level.target.x);
-  sample(full.target.y, level.target.y);
-  sample(full.confidence.x, level.confidence.x);
-  sample(full.confidence.y, level.confidence.y);
+  sample(full.target[0], level.target[0]);
+  sample(full.target[1], level.target[1]);
+  sample(full.confidence[0], level.confidence[0]);
+  sample(full.confidence[1], level.confidence[1]);
   if (material == Material::mean) {
     set_mean_modulus(full, alignment, level);
   } else {
@@ -168,7 +168,7 @@ SiteCounts count_site_kinds(const Level& full, Extent extent, Alignment alignmen
     for (int x = 0; x < extent.width; ++x) {
       const std::size_t at =
           full.extent.index(columns[static_cast<std::size_t>(x)], rows[static_cast<std::size_t>(y)]);
-      const bool is_unobserved = full.confidence.x[at] == 0.0F && full.confidence.y[at] == 0.0F;
+      const bool is_unobserved = full.confidence[0][at] == 0.0F && full.confidence[1][at] == 0.0F;
       const bool same = is_uniform(x, y);
       uniform += same && !is_unobserved ? 1 : 0;
       unobserved += !same && is_unobserved ? 1 : 0;
@@ -243,16 +243,16 @@ void Projection::all_rows(std::array<float*, 2> to, int threads) const {
 VectorField prolongate(const VectorField& coarse, Extent fine, Alignment alignment) {
   VectorField result(fine);
   const int threads = fine.sites() > sites_worth_threads ? omp_get_max_threads() : 1;
-  Projection({coarse.x.data(), coarse.y.data()}, coarse.extent, fine, alignment)
-      .all_rows({result.x.data(), result.y.data()}, threads);
+  Projection({coarse[0].data(), coarse[1].data()}, coarse.extent, fine, alignment)
+      .all_rows({result[0].data(), result[1].data()}, threads);
   return result;
 }
 
 VectorField sample_field(const VectorField& full, Extent extent, Alignment alignment) {
   VectorField result(extent);
   const Sampler sample(full.extent, extent, alignment);
-  sample(full.x, result.x);
-  sample(full.y, result.y);
+  sample(full[0], result[0]);
+  sample(full[1], result[1]);
   return result;
 }
 

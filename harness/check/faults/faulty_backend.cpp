@@ -156,8 +156,8 @@ class FusedSession final : public Session {
       for_each_site(level_.extent, [&](int x, int y) {
         const SiteAnswer next = proofs_of(level_).fused_answer(level_, before, number, x, y);
         const std::size_t at = level_.extent.index(x, y);
-        current_.x[at] = next.x;
-        current_.y[at] = next.y;
+        current_[0][at] = next.x;
+        current_[1][at] = next.y;
       });
       changed_ = compare(before, current_).sites;
     }

@@ -21,8 +21,8 @@ void each_of(std::vector<float>& values, float (*change)(float)) {
 /// change() of every component of every site.
 std::function<void(VectorField&)> each(float (*change)(float)) {
   return [change](VectorField& field) {
-    each_of(field.x, change);
-    each_of(field.y, change);
+    each_of(field[0], change);
+    each_of(field[1], change);
   };
 }
 
@@ -31,16 +31,16 @@ float one_ulp_up(float value) {
 }
 
 void copy_site(const VectorField& from, std::size_t site, VectorField& to) {
-  to.x[site] = from.x[site];
-  to.y[site] = from.y[site];
+  to[0][site] = from[0][site];
+  to[1][site] = from[1][site];
 }
 
 void turn_upside_down(VectorField& field) {
   const VectorField upright = field;
   for_each_site(field.extent, [&](int x, int y) {
     const std::size_t from = field.extent.index(x, field.extent.height - 1 - y);
-    field.x[field.extent.index(x, y)] = upright.x[from];
-    field.y[field.extent.index(x, y)] = upright.y[from];
+    field[0][field.extent.index(x, y)] = upright[0][from];
+    field[1][field.extent.index(x, y)] = upright[1][from];
   });
 }
 
@@ -72,7 +72,7 @@ auto in_double(int missing_rows) {
   return [missing_rows](const VectorField& a, const VectorField& b) {
     double sum = 0.0;
     for (std::size_t i = 0; i < a.extent.index(0, a.extent.height - missing_rows); ++i) {
-      sum += static_cast<double>(a.x[i]) * b.x[i] + static_cast<double>(a.y[i]) * b.y[i];
+      sum += static_cast<double>(a[0][i]) * b[0][i] + static_cast<double>(a[1][i]) * b[1][i];
     }
     return static_cast<float>(sum);
   };
@@ -114,12 +114,13 @@ std::vector<Fault> session_faults() {
        .in_dot = in_double(0)},
       in_read("one-site-one-ulp", "one ulp at one site",
               [](VectorField& field) {
-                float& value = field.x[field.x.size() / 2];
+                float& value = field[0][field[0].size() / 2];
                 value = one_ulp_up(value);
               }),
-      in_read(
-          "nan-at-one-site", "NaN at one site",
-          [](VectorField& field) { field.y[field.y.size() / 2] = std::numeric_limits<float>::quiet_NaN(); }),
+      in_read("nan-at-one-site", "NaN at one site",
+              [](VectorField& field) {
+                field[1][field[1].size() / 2] = std::numeric_limits<float>::quiet_NaN();
+              }),
       in_step("skipped-sweep", "no sweep is done", [](int) { return 0; }),
       in_sweep("swapped-buffers", "every other time the field before the sweep is handed out",
                [swapped = false](VectorField& after, const VectorField& before) mutable {
@@ -181,7 +182,7 @@ std::vector<Fault> session_faults() {
                     [](std::int64_t changed) { return changed + 1; }),
       in_active_sweep("tile-never-wakes", "active: a tile that did not change is never looked at again",
                       [older = VectorField()](VectorField& after, const VectorField& before) mutable {
-                        for (std::size_t site = 0; site < after.x.size(); ++site) {
+                        for (std::size_t site = 0; site < after[0].size(); ++site) {
                           if (older.extent == before.extent && !differs(older, before, site)) {
                             copy_site(before, site, after);
                           }
@@ -191,7 +192,7 @@ std::vector<Fault> session_faults() {
       in_active_sweep("sleeping-tile-from-the-older-buffer",
                       "active: a tile that did not change is not written, and its buffer has something older",
                       [older = VectorField()](VectorField& after, const VectorField& before) mutable {
-                        for (std::size_t site = 0; site < after.x.size(); ++site) {
+                        for (std::size_t site = 0; site < after[0].size(); ++site) {
                           if (older.extent == after.extent && !differs(before, after, site)) {
                             copy_site(older, site, after);
                           }

@@ -68,7 +68,7 @@ std::vector<Case> usual_cases() {
 
 /// Pulled so little that coarse levels come to rest within a few iterations.
 TrialScene pulled_by_2_px(Scene scene) {
-  for (auto* const values : {&scene.full.target.x, &scene.full.target.y}) {
+  for (auto* const values : {&scene.full.target[0], &scene.full.target[1]}) {
     std::ranges::transform(*values, values->begin(), [](float pull) { return 0.04F * pull; });
   }
   return {.label = fmt::format("{}, 2 px", scene.name), .scene = std::move(scene)};
@@ -90,9 +90,9 @@ TrialScene sleeping_tiles() {
   for (const Rectangle& sites : pulls) {
     for_each_site(sites.extent(), [&](int x, int y) {
       const std::size_t site = scene.extent().index(sites.left + x, sites.top + y);
-      full.target.x[site] = &sites == &pulls[4] ? 0.0F : pull;
-      full.target.y[site] = pull;
-      full.confidence.x[site] = full.confidence.y[site] = 1.0F;
+      full.target[0][site] = &sites == &pulls[4] ? 0.0F : pull;
+      full.target[1][site] = pull;
+      full.confidence[0][site] = full.confidence[1][site] = 1.0F;
     });
   }
   scene.schedule.start_level = 0;

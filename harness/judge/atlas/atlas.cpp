@@ -51,7 +51,7 @@ Outcome solve(const Problem& problem, const Series& series, double knob, Solver&
 
 bool is_finite(const VectorField& field) {
   const auto finite = [](float value) { return std::isfinite(value); };
-  return std::ranges::all_of(field.x, finite) && std::ranges::all_of(field.y, finite);
+  return std::ranges::all_of(field[0], finite) && std::ranges::all_of(field[1], finite);
 }
 
 Point judge(const Entry& entry, const Problem& problem, const Outcome& outcome, double knob) {
@@ -69,8 +69,8 @@ ScalarField draw(const PictureWanted& wanted, const Problem& problem, const Vect
     return area_change_map(field);
   }
   ScalarField picture(field.extent);
-  for (std::size_t i = 0; i < field.x.size(); ++i) {
-    picture.values[i] = static_cast<float>(static_cast<double>(field.x[i]) - problem.truth.x[i]);
+  for (std::size_t i = 0; i < field[0].size(); ++i) {
+    picture.values[i] = static_cast<float>(static_cast<double>(field[0][i]) - problem.truth[0][i]);
   }
   return picture;
 }

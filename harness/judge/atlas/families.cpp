@@ -22,8 +22,8 @@ namespace {
 
 template <typename Field, typename Change>
 void for_each_value(Field& field, const Change& change) {
-  std::ranges::for_each(field.x, change);
-  std::ranges::for_each(field.y, change);
+  std::ranges::for_each(field[0], change);
+  std::ranges::for_each(field[1], change);
 }
 
 using Step = std::function<void(Problem& problem, double knob)>;
@@ -54,10 +54,10 @@ bool in_moat(Extent extent, int x, int y) {
 /// Prescribes both components of a site, confidence 1.
 void hold(Scene& scene, int x, int y, float dx, float dy) {
   const std::size_t site = scene.extent().index(x, y);
-  scene.full.target.x[site] = dx;
-  scene.full.target.y[site] = dy;
-  scene.full.confidence.x[site] = 1.0F;
-  scene.full.confidence.y[site] = 1.0F;
+  scene.full.target[0][site] = dx;
+  scene.full.target[1][site] = dy;
+  scene.full.confidence[0][site] = 1.0F;
+  scene.full.confidence[1][site] = 1.0F;
 }
 
 /// A scene that no unique answer belongs to has an empty truth: every method has to refuse it.
@@ -105,7 +105,7 @@ void add_offset(Problem& problem, double offset) {
 void trust_left_border(Problem& problem, double confidence) {
   Level& level = problem.scene.full;
   for (int y = 0; y < level.extent.height; ++y) {
-    level.confidence.x[level.extent.index(0, y)] = static_cast<float>(confidence);
+    level.confidence[0][level.extent.index(0, y)] = static_cast<float>(confidence);
   }
 }
 
@@ -113,11 +113,11 @@ void trust_left_border(Problem& problem, double confidence) {
 void know_few(Problem& problem, double count) {
   Scene& scene = problem.scene;
   const int middle = scene.extent().width / 2;
-  std::ranges::fill(scene.full.confidence.y, 0.0F);
-  std::ranges::fill(scene.full.target.y, 0.0F);
-  std::ranges::fill(scene.start.emplace(scene.extent()).y, 10.0F);
+  std::ranges::fill(scene.full.confidence[1], 0.0F);
+  std::ranges::fill(scene.full.target[1], 0.0F);
+  std::ranges::fill(scene.start.emplace(scene.extent())[1], 10.0F);
   for (int i = 0; i < static_cast<int>(count); ++i) {
-    scene.full.confidence.y[scene.extent().index(middle + (i % 2 == 0 ? i / 2 : -1 - i / 2), 0)] = 1.0F;
+    scene.full.confidence[1][scene.extent().index(middle + (i % 2 == 0 ? i / 2 : -1 - i / 2), 0)] = 1.0F;
   }
 }
 
@@ -214,10 +214,10 @@ double moving_percent(const Problem&, const Outcome& outcome) {
 
 double mean_dy(const Problem&, const Outcome& outcome) {
   double sum = 0.0;
-  for (const float value : outcome.displacement.y) {
+  for (const float value : outcome.displacement[1]) {
     sum += static_cast<double>(value);
   }
-  return std::abs(sum) / static_cast<double>(outcome.displacement.y.size());
+  return std::abs(sum) / static_cast<double>(outcome.displacement[1].size());
 }
 
 double folded_percent(const Problem&, const Outcome& outcome) {

@@ -31,7 +31,7 @@ void check_range(const Scene& scene, const VectorField& displacement, Warnings& 
       range.include(component.start_of(i));
     }
     Seen beyond;
-    const auto& values = displacement.*component.part;
+    const auto& values = displacement[component.axis];
     for (std::size_t i = 0; i < values.size(); ++i) {
       const double value = static_cast<double>(values[i]);
       const double way = std::max(range.least - value, value - range.most);
@@ -71,9 +71,9 @@ void check_met(const Scene& scene, const VectorField& displacement, Warnings& wa
     };
     const Level& level = scene.full;
     const PriorAtSite prior = level.energy->host->prior(level, displacement, x, y);
-    check(level.confidence.x[at], level.target.x[at], displacement.x[at], prior.gradient_x,
+    check(level.confidence[0][at], level.target[0][at], displacement[0][at], prior.gradient_x,
           prior.curvature_x);
-    check(level.confidence.y[at], level.target.y[at], displacement.y[at], prior.gradient_y,
+    check(level.confidence[1][at], level.target[1][at], displacement[1][at], prior.gradient_y,
           prior.curvature_y);
   });
   for (const auto& [kind, missed] : {std::pair("gives-way", overruled), {"not-met", not_arrived}}) {
@@ -160,8 +160,8 @@ Warnings diagnose(const Scene& scene, const Solution& solution) {
   Warnings warnings;
   const VectorField& field = solution.displacement;
   const auto is_wild = [](float value) { return !std::isfinite(value); };
-  const auto wild = static_cast<std::size_t>(std::ranges::count_if(field.x, is_wild) +
-                                             std::ranges::count_if(field.y, is_wild));
+  const auto wild = static_cast<std::size_t>(std::ranges::count_if(field[0], is_wild) +
+                                             std::ranges::count_if(field[1], is_wild));
   if (wild > 0) {
     warn(warnings, "not-finite", wild);
     return warnings;

@@ -82,8 +82,8 @@ double spacing_of(Extent full, Extent level) {
 /// 1 where a component is observed, else 0.
 VectorField observed(const VectorField& confidence) {
   VectorField mask(confidence.extent);
-  for (const auto part : {&VectorField::x, &VectorField::y}) {
-    std::ranges::transform(confidence.*part, (mask.*part).begin(),
+  for (std::size_t axis = 0; axis < confidence.extent.axes(); ++axis) {
+    std::ranges::transform(confidence[axis], mask[axis].begin(),
                            [](float value) { return value > 0.0F ? 1.0F : 0.0F; });
   }
   return mask;
@@ -107,16 +107,16 @@ void check_reach(const Scene& scene, Warnings& warnings) {
                                    : prolongate(informed, level.extent, schedule.alignment);
     const auto way = static_cast<float>(levels.iterations(index) * sweeps_per_iteration(level));
     informed = VectorField(level.extent);
-    for (const auto part : {&VectorField::x, &VectorField::y}) {
-      std::ranges::transform(distance_to_nearest(level.extent, known.*part),
-                             distance_to_nearest(level.extent, before.*part), (informed.*part).begin(),
+    for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+      std::ranges::transform(distance_to_nearest(level.extent, known[axis]),
+                             distance_to_nearest(level.extent, before[axis]), informed[axis].begin(),
                              [&](float to_known, float to_present) {
                                return to_known + 1.0F <= way || to_present <= way ? 1.0F : 0.0F;
                              });
     }
   }
   for (const Component& component : components(scene)) {
-    const auto missed = static_cast<std::size_t>(std::ranges::count(informed.*component.part, 0.0F));
+    const auto missed = static_cast<std::size_t>(std::ranges::count(informed[component.axis], 0.0F));
     if (component.known.any && missed > 0) { // else undetermined
       warn(warnings, "out-of-reach", missed, "all"_a = scene.extent().sites(), "component"_a = component.name,
            "farthest"_a = std::ranges::max(distance_to_nearest(scene.extent(), component.confidence)),
@@ -150,8 +150,8 @@ void check_lost_conditions(const Scene& scene, Warnings& warnings) {
   VectorField present =
       prolongate(observed(levels.sample(coarse).confidence), scene.extent(), scene.schedule.alignment);
   for (const Component& component : components(scene)) {
-    std::vector<float>& there = present.*component.part;
-    std::ranges::transform(there, known.*component.part, there.begin(), std::multiplies());
+    std::vector<float>& there = present[component.axis];
+    std::ranges::transform(there, known[component.axis], there.begin(), std::multiplies());
     const std::vector<float> to_present = distance_to_nearest(scene.extent(), there);
     std::size_t lost = 0;
     for (std::size_t i = 0; i < to_present.size(); ++i) {

@@ -34,10 +34,10 @@ Gradient gradient_in_cell(const VectorField& displacement, int x, int y, double 
   };
   const std::size_t first = extent.index(x, y);
   const auto row = static_cast<std::size_t>(extent.width);
-  return {.xx = along(displacement.x, first, 1, row, s),
-          .xy = along(displacement.x, first, row, 1, r),
-          .yx = along(displacement.y, first, 1, row, s),
-          .yy = along(displacement.y, first, row, 1, r)};
+  return {.xx = along(displacement[0], first, 1, row, s),
+          .xy = along(displacement[0], first, row, 1, r),
+          .yx = along(displacement[1], first, 1, row, s),
+          .yy = along(displacement[1], first, row, 1, r)};
 }
 
 struct Strain {

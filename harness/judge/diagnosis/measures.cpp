@@ -21,10 +21,10 @@ void Range::include(double value) {
 
 std::array<Component, 2> components(const Scene& scene) {
   const Level& full = scene.full;
-  const auto component = [&](char name, std::vector<float> VectorField::*part, int thickness) {
-    Component result{name, part, thickness, full.target.*part, full.confidence.*part, {}};
+  const auto component = [&](char name, std::size_t axis, int thickness) {
+    Component result{name, axis, thickness, full.target[axis], full.confidence[axis], {}};
     if (scene.start) {
-      result.start = (*scene.start).*part;
+      result.start = (*scene.start)[axis];
     }
     for (std::size_t i = 0; i < result.target.size(); ++i) {
       if (result.confidence[i] > 0.0F) {
@@ -33,8 +33,7 @@ std::array<Component, 2> components(const Scene& scene) {
     }
     return result;
   };
-  return {component('x', &VectorField::x, full.extent.width),
-          component('y', &VectorField::y, full.extent.height)};
+  return {component('x', 0, full.extent.width), component('y', 1, full.extent.height)};
 }
 
 StepSizes step_sizes(const StepSet& steps) {
@@ -100,8 +99,8 @@ VectorField everywhere(const AtSite& at_site, const Level& level, const VectorFi
   VectorField result(level.extent);
   for_each_site(level.extent, [&](int x, int y) {
     const auto [of_x, of_y] = at_site(level, displacement, x, y);
-    result.x[level.extent.index(x, y)] = static_cast<float>(of_x);
-    result.y[level.extent.index(x, y)] = static_cast<float>(of_y);
+    result[0][level.extent.index(x, y)] = static_cast<float>(of_x);
+    result[1][level.extent.index(x, y)] = static_cast<float>(of_y);
   });
   return result;
 }
@@ -118,10 +117,10 @@ double stripes_squared(const VectorField& missing) {
   };
   for_each_site(extent, [&](int x, int y) {
     if (x > 0 && x + 1 < extent.width) {
-      add(missing.x, extent.index(x, y), 1);
+      add(missing[0], extent.index(x, y), 1);
     }
     if (y > 0 && y + 1 < extent.height) {
-      add(missing.y, extent.index(x, y), static_cast<std::size_t>(extent.width));
+      add(missing[1], extent.index(x, y), static_cast<std::size_t>(extent.width));
     }
   });
   return sum;
@@ -177,7 +176,7 @@ double accumulated_square(std::span<const float> missing, std::span<const float>
 RestState measure_rest(const Scene& scene, const VectorField& displacement) {
   const Level& level = scene.full;
   RestState state{.missing = everywhere(level.energy->host->missing, level, displacement)};
-  const double square = squared_sum(state.missing.x) + squared_sum(state.missing.y);
+  const double square = squared_sum(state.missing[0]) + squared_sum(state.missing[1]);
   const auto sites = static_cast<double>(level.extent.sites());
   state.rms = std::sqrt(square / sites);
   const double stripes = stripes_squared(state.missing);
@@ -186,9 +185,9 @@ RestState measure_rest(const Scene& scene, const VectorField& displacement) {
   if (level.rule == Rule::steps) {
     const VectorField next = everywhere(level.energy->host->improved, level, displacement);
     const VectorField second = everywhere(level.energy->host->improved, level, next);
-    for (std::size_t i = 0; i < next.x.size(); ++i) {
-      const bool moves = next.x[i] != displacement.x[i] || next.y[i] != displacement.y[i];
-      const bool returns = second.x[i] == displacement.x[i] && second.y[i] == displacement.y[i];
+    for (std::size_t i = 0; i < next[0].size(); ++i) {
+      const bool moves = next[0][i] != displacement[0][i] || next[1][i] != displacement[1][i];
+      const bool returns = second[0][i] == displacement[0][i] && second[1][i] == displacement[1][i];
       state.moving += moves ? 1 : 0;
       state.swapping += moves && returns ? 1 : 0;
     }
@@ -198,8 +197,8 @@ RestState measure_rest(const Scene& scene, const VectorField& displacement) {
 
 double accumulated_distance(const Scene& scene, const VectorField& missing) {
   const Level& level = scene.full;
-  return std::sqrt(accumulated_square(missing.x, level.confidence.x, level.extent) +
-                   accumulated_square(missing.y, level.confidence.y, level.extent));
+  return std::sqrt(accumulated_square(missing[0], level.confidence[0], level.extent) +
+                   accumulated_square(missing[1], level.confidence[1], level.extent));
 }
 
 } // namespace hdmbench

@@ -55,9 +55,9 @@ struct Range {
 
 /// One component of a scene at full resolution.
 struct Component {
-  char name;                             ///< 'x' or 'y'
-  std::vector<float> VectorField::*part; ///< of any field
-  int thickness;                         ///< sites across the image in its direction
+  char name;        ///< 'x' or 'y'
+  std::size_t axis; ///< of any field
+  int thickness;    ///< sites across the image in its direction
   std::span<const float> target;
   std::span<const float> confidence;
   std::span<const float> start; ///< empty: 0 everywhere

@@ -42,8 +42,8 @@ VectorField deformation(const Scene& scene,
     if (const auto way = prescribed(x, y, scene.labels.values[site])) {
       problem.fixed_x[node] = 1;
       problem.fixed_y[node] = 1;
-      problem.prescribed.x[node] = (*way)[0] / mesh_width;
-      problem.prescribed.y[node] = (*way)[1] / mesh_width;
+      problem.prescribed[0][node] = (*way)[0] / mesh_width;
+      problem.prescribed[1][node] = (*way)[1] / mesh_width;
     }
   });
   const VectorField on_mesh =
@@ -54,8 +54,8 @@ VectorField deformation(const Scene& scene,
     const auto at_x = static_cast<float>(x / mesh_width);
     const auto at_y = static_cast<float>(y / mesh_width);
     const auto unit = static_cast<float>(mesh_width);
-    field.x[site] = unit * sample(on_mesh.x, problem.extent, at_x, at_y);
-    field.y[site] = unit * sample(on_mesh.y, problem.extent, at_x, at_y);
+    field[0][site] = unit * sample(on_mesh[0], problem.extent, at_x, at_y);
+    field[1][site] = unit * sample(on_mesh[1], problem.extent, at_x, at_y);
   });
   return field;
 }
@@ -141,8 +141,8 @@ Place origin_of(const VectorField& truth, double x, double y) {
   for (int iteration = 0; iteration < 60; ++iteration) {
     const auto at_x = static_cast<float>(from.x);
     const auto at_y = static_cast<float>(from.y);
-    from.x = 0.5 * (from.x + x - static_cast<double>(sample(truth.x, truth.extent, at_x, at_y)));
-    from.y = 0.5 * (from.y + y - static_cast<double>(sample(truth.y, truth.extent, at_x, at_y)));
+    from.x = 0.5 * (from.x + x - static_cast<double>(sample(truth[0], truth.extent, at_x, at_y)));
+    from.y = 0.5 * (from.y + y - static_cast<double>(sample(truth[1], truth.extent, at_x, at_y)));
   }
   return from;
 }
@@ -258,10 +258,10 @@ PlantedField plant(const Scene& scene, const PlantedInclusion& options) {
       });
   double largest = 0.0;
   for (std::size_t site = 0; site < extent.sites(); ++site) {
-    largest = std::max(largest, std::hypot(static_cast<double>(field.observed.x[site]),
-                                           static_cast<double>(field.observed.y[site])));
+    largest = std::max(largest, std::hypot(static_cast<double>(field.observed[0][site]),
+                                           static_cast<double>(field.observed[1][site])));
   }
-  for (auto* const component : {&field.observed.x, &field.observed.y}) {
+  for (auto* const component : {&field.observed[0], &field.observed[1]}) {
     for (float& value : *component) {
       value += static_cast<float>(options.noise * largest * random());
     }

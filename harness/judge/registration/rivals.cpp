@@ -50,8 +50,8 @@ double dice_of(const VectorField& displacement, const VectorField& truth, const 
     std::vector<int> landed(extent.sites(), no_label);
     for_each_site(extent, [&](int x, int y) {
       const std::size_t site = extent.index(x, y);
-      const auto column = static_cast<int>(std::lround(static_cast<float>(x) + by.x[site]));
-      const auto row = static_cast<int>(std::lround(static_cast<float>(y) + by.y[site]));
+      const auto column = static_cast<int>(std::lround(static_cast<float>(x) + by[0][site]));
+      const auto row = static_cast<int>(std::lround(static_cast<float>(y) + by[1][site]));
       if (column >= 0 && row >= 0 && column < extent.width && row < extent.height) {
         landed[extent.index(column, row)] = labels.values[site];
       }
@@ -76,8 +76,8 @@ VectorField given_outside(const Scene& scene, const PlantedPair& pair, bool look
   given.full.confidence = VectorField(scene.extent());
   for (std::size_t site = 0; site < scene.extent().sites(); ++site) {
     const float known = pair.region.values[site] == 0.0F ? 1.0F : 0.0F;
-    given.full.confidence.x[site] = known;
-    given.full.confidence.y[site] = known;
+    given.full.confidence[0][site] = known;
+    given.full.confidence[1][site] = known;
   }
   if (looks_different) {
     blend_moduli(given.full.modulus, pair.region, 0.05F); // as Algorithm 6 does
@@ -116,8 +116,8 @@ RegistrationError error_of(const VectorField& displacement, const PlantedPair& p
     if (labels.values[site] <= 0) {
       continue;
     }
-    const double x = static_cast<double>(displacement.x[site]) - static_cast<double>(pair.truth.x[site]);
-    const double y = static_cast<double>(displacement.y[site]) - static_cast<double>(pair.truth.y[site]);
+    const double x = static_cast<double>(displacement[0][site]) - static_cast<double>(pair.truth[0][site]);
+    const double y = static_cast<double>(displacement[1][site]) - static_cast<double>(pair.truth[1][site]);
     const double square = x * x + y * y;
     tissue.add(square);
     all.push_back(std::sqrt(square));
@@ -168,8 +168,8 @@ std::vector<Overlap> overlaps_of(const LabelField& source, const LabelField& tar
   std::vector<int> there(extent.sites());
   for_each_site(extent, [&](int x, int y) {
     const std::size_t site = extent.index(x, y);
-    const auto to_x = std::lround(static_cast<float>(x) + displacement.x[site]);
-    const auto to_y = std::lround(static_cast<float>(y) + displacement.y[site]);
+    const auto to_x = std::lround(static_cast<float>(x) + displacement[0][site]);
+    const auto to_y = std::lround(static_cast<float>(y) + displacement[1][site]);
     there[site] = target.values[extent.index(std::clamp(static_cast<int>(to_x), 0, extent.width - 1),
                                              std::clamp(static_cast<int>(to_y), 0, extent.height - 1))];
   });

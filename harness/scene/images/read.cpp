@@ -142,8 +142,8 @@ Image<VectorField> read_vector(const std::filesystem::path& file, const ReadOpti
   fit(image, options.size, images::linear_at);
   VectorField field;
   field.extent = image.pixels[0].extent;
-  field.x = std::move(image.pixels[0].values);
-  field.y = std::move(image.pixels[1].values);
+  field[0] = std::move(image.pixels[0].values);
+  field[1] = std::move(image.pixels[1].values);
   return {std::move(field), image.spacing, image.placement, image.padded};
 }
 
@@ -151,7 +151,7 @@ Image<VectorField> read_displacement(const std::filesystem::path& file) {
   const auto image = read_slice(file, {}, true);
   Image<VectorField> result{VectorField(image.pixels[0].extent), image.spacing, image.placement};
   const auto& axes = image.placement.axes;
-  for (std::size_t site = 0; site < result.pixels.x.size(); ++site) {
+  for (std::size_t site = 0; site < result.pixels[0].size(); ++site) {
     double x = 0.0;
     double y = 0.0;
     for (std::size_t i = 0; i < image.pixels.size(); ++i) {
@@ -159,8 +159,8 @@ Image<VectorField> read_displacement(const std::filesystem::path& file) {
       x += axes[0][i] * component;
       y += axes[1][i] * component;
     }
-    result.pixels.x[site] = static_cast<float>(x / image.spacing);
-    result.pixels.y[site] = static_cast<float>(y / image.spacing);
+    result.pixels[0][site] = static_cast<float>(x / image.spacing);
+    result.pixels[1][site] = static_cast<float>(y / image.spacing);
   }
   return result;
 }

@@ -64,8 +64,8 @@ ScalarField warp(const ScalarField& picture, const VectorField& displacement) {
   const auto corner = [&](int column, int row) {
     const std::size_t site =
         extent.index(std::clamp(column, 0, extent.width - 1), std::clamp(row, 0, extent.height - 1));
-    return Corner{std::clamp(double(column), -0.5, extent.width - 0.5) + double{displacement.x[site]},
-                  std::clamp(double(row), -0.5, extent.height - 0.5) + double{displacement.y[site]},
+    return Corner{std::clamp(double(column), -0.5, extent.width - 0.5) + double{displacement[0][site]},
+                  std::clamp(double(row), -0.5, extent.height - 0.5) + double{displacement[1][site]},
                   double{picture.values[site]}};
   };
   Arrivals arrivals(extent);

@@ -79,7 +79,7 @@ void write_displacement(const std::filesystem::path& file, const VectorField& di
   values.reserve(3 * displacement.extent.sites());
   for (std::size_t site = 0; site < displacement.extent.sites(); ++site) {
     for (const double component :
-         placement.vector(displacement.x[site] * spacing, displacement.y[site] * spacing)) {
+         placement.vector(displacement[0][site] * spacing, displacement[1][site] * spacing)) {
       values.push_back(static_cast<float>(component));
     }
   }
@@ -99,7 +99,7 @@ void write_vector(const std::filesystem::path& file, const VectorField& field, d
                   const Placement& placement) {
   std::vector<float> values;
   for (std::size_t site = 0; site < field.extent.sites(); ++site) {
-    values.insert(values.end(), {field.x[site], field.y[site]});
+    values.insert(values.end(), {field[0][site], field[1][site]});
   }
   images::write_pixels(file, geometry_of(file, field.extent, 2, spacing, placement), values);
 }
@@ -125,7 +125,7 @@ void write_png(const std::filesystem::path& file, const ScalarField& picture) {
 void write_magnitude_png(const std::filesystem::path& file, const VectorField& displacement, double largest) {
   validate(displacement, displacement.extent, "the displacement to write");
   write_colours(file, displacement.extent, [&](std::size_t site) {
-    const double magnitude = std::hypot(displacement.x[site], displacement.y[site]);
+    const double magnitude = std::hypot(displacement[0][site], displacement[1][site]);
     return colour_of(magnitude > 0.0 ? magnitude / largest : 0.0);
   });
 }

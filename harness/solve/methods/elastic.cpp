@@ -87,16 +87,16 @@ void ElasticSolver::pull(VectorField start, const VectorField& forces_there) {
   const SiteSprings& springs = *sheet_.springs;
   const bool held = !springs.xx.values.empty();
   for (std::size_t at = 0; at < full.extent.sites(); ++at) {
-    const double x = start_.x[at];
-    const double y = start_.y[at];
-    double along_x = forces_there.x[at];
-    double along_y = forces_there.y[at];
+    const double x = start_[0][at];
+    const double y = start_[1][at];
+    double along_x = forces_there[0][at];
+    double along_y = forces_there[1][at];
     if (held) { // they pulled from 0
       along_x += springs.xx.values[at] * x + springs.xy.values[at] * y;
       along_y += springs.xy.values[at] * x + springs.yy.values[at] * y;
     }
-    load.x[at] = full.confidence.x[at] >= 1.0F ? 0.0F : static_cast<float>(load.x[at] + unit * along_x);
-    load.y[at] = full.confidence.y[at] >= 1.0F ? 0.0F : static_cast<float>(load.y[at] + unit * along_y);
+    load[0][at] = full.confidence[0][at] >= 1.0F ? 0.0F : static_cast<float>(load[0][at] + unit * along_x);
+    load[1][at] = full.confidence[1][at] >= 1.0F ? 0.0F : static_cast<float>(load[1][at] + unit * along_y);
   }
   session_.write(0, ElasticField::load, load);
   session_.write(0, ElasticField::displacement, VectorField(full.extent));
@@ -259,8 +259,8 @@ VectorField ElasticSolver::displacement() const {
   VectorField field;
   session_.read(0, ElasticField::displacement, field);
   if (sprung_) {
-    std::ranges::transform(field.x, start_.x, field.x.begin(), std::plus<>());
-    std::ranges::transform(field.y, start_.y, field.y.begin(), std::plus<>());
+    std::ranges::transform(field[0], start_[0], field[0].begin(), std::plus<>());
+    std::ranges::transform(field[1], start_[1], field[1].begin(), std::plus<>());
   }
   return field;
 }
@@ -276,8 +276,8 @@ double ElasticSolver::settle(const Level& full, const std::vector<RigidMotion>& 
   // What the springs do about a way.
   const auto pulled = [&](VectorField way) {
     for (std::size_t at = 0; at < full.extent.sites(); ++at) {
-      way.x[at] = static_cast<float>(spring(full.confidence.x, at) * way.x[at]);
-      way.y[at] = static_cast<float>(spring(full.confidence.y, at) * way.y[at]);
+      way[0][at] = static_cast<float>(spring(full.confidence[0], at) * way[0][at]);
+      way[1][at] = static_cast<float>(spring(full.confidence[1], at) * way[1][at]);
     }
     return way;
   };
@@ -298,15 +298,15 @@ double ElasticSolver::settle(const Level& full, const std::vector<RigidMotion>& 
         y += amounts[i] * motion.y_at(column);
       }
       const std::size_t at = full.extent.index(column, row);
-      field.x[at] = static_cast<float>(x);
-      field.y[at] = static_cast<float>(y);
+      field[0][at] = static_cast<float>(x);
+      field[1][at] = static_cast<float>(y);
     });
     return field;
   };
   VectorField missing = full.target;
   const VectorField field = displacement();
-  std::ranges::transform(missing.x, field.x, missing.x.begin(), std::minus<>());
-  std::ranges::transform(missing.y, field.y, missing.y.begin(), std::minus<>());
+  std::ranges::transform(missing[0], field[0], missing[0].begin(), std::minus<>());
+  std::ranges::transform(missing[1], field[1], missing[1].begin(), std::minus<>());
   const VectorField pull = pulled(std::move(missing));
   const auto count = static_cast<Eigen::Index>(motions.size());
   Eigen::MatrixXd matrix(count, count);
@@ -324,8 +324,8 @@ double ElasticSolver::settle(const Level& full, const std::vector<RigidMotion>& 
     return 0.0;
   }
   const VectorField moved = moved_by(amounts);
-  std::ranges::transform(start_.x, moved.x, start_.x.begin(), std::plus<>());
-  std::ranges::transform(start_.y, moved.y, start_.y.begin(), std::plus<>());
+  std::ranges::transform(start_[0], moved[0], start_[0].begin(), std::plus<>());
+  std::ranges::transform(start_[1], moved[1], start_[1].begin(), std::plus<>());
   session_.write(0, ElasticField::direction, moved);
   return std::sqrt(2.0) * root_mean_square(session_.dot(ElasticField::direction, ElasticField::direction));
 }

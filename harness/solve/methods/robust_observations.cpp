@@ -41,11 +41,11 @@ float weighted(float confidence, double weight) {
 Level reweighted(const Level& full, const VectorField& displacement, double forgiven) {
   Level level = full;
   for (std::size_t site = 0; site < full.extent.sites(); ++site) {
-    const double x = way(full.target.x, full.confidence.x, displacement.x, site);
-    const double y = way(full.target.y, full.confidence.y, displacement.y, site);
+    const double x = way(full.target[0], full.confidence[0], displacement[0], site);
+    const double y = way(full.target[1], full.confidence[1], displacement[1], site);
     const double weight = 1.0 / std::sqrt(1.0 + (x * x + y * y) / (forgiven * forgiven));
-    level.confidence.x[site] = weighted(full.confidence.x[site], weight);
-    level.confidence.y[site] = weighted(full.confidence.y[site], weight);
+    level.confidence[0][site] = weighted(full.confidence[0][site], weight);
+    level.confidence[1][site] = weighted(full.confidence[1][site], weight);
   }
   return level;
 }

@@ -132,12 +132,12 @@ Interpolated interpolate_to_image(const VectorField& coarse, const Level& sample
                                   Alignment alignment) {
   const Extent extent = full.extent;
   const Extent sites = coarse.extent;
-  const Projection projection({coarse.x.data(), coarse.y.data()}, sites, extent, alignment);
+  const Projection projection({coarse[0].data(), coarse[1].data()}, sites, extent, alignment);
   const std::vector<Interpolation> columns = interpolations(sites.width, extent.width, alignment);
   const std::vector<Interpolation> rows = interpolations(sites.height, extent.height, alignment);
   Interpolated result;
   result.field.extent = extent;
-  const std::array components{&result.field.x, &result.field.y};
+  const std::array components{&result.field[0], &result.field[1]};
 #pragma omp parallel for if (extent.sites() >                                                                \
                              sites_worth_threads) // to fill them with 0 takes a third of the time
   for (std::size_t i = 0; i < components.size(); ++i) {
@@ -151,7 +151,7 @@ Interpolated interpolate_to_image(const VectorField& coarse, const Level& sample
     for (int y = 0; y < extent.height; ++y) {
       Imposed& own = of_rows[static_cast<std::size_t>(y)];
       const Interpolation& row = rows[static_cast<std::size_t>(y)];
-      projection.row(y, coarse_rows, {result.field.x.data(), result.field.y.data()});
+      projection.row(y, coarse_rows, {result.field[0].data(), result.field[1].data()});
       const auto component = [&](const std::vector<float>& target, const std::vector<float>& confidence,
                                  const std::vector<float>& known, std::vector<float>& to) {
         const std::size_t first = extent.index(0, y);
@@ -174,8 +174,8 @@ Interpolated interpolate_to_image(const VectorField& coarse, const Level& sample
           }
         }
       };
-      component(full.target.x, full.confidence.x, sampled.confidence.x, result.field.x);
-      component(full.target.y, full.confidence.y, sampled.confidence.y, result.field.y);
+      component(full.target[0], full.confidence[0], sampled.confidence[0], result.field[0]);
+      component(full.target[1], full.confidence[1], sampled.confidence[1], result.field[1]);
     }
   }
   Imposed imposed;

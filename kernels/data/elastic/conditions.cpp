@@ -152,8 +152,8 @@ VectorField extended_conditions(const Level& level) {
     extend(known);
     return std::move(known.value);
   };
-  field.x = extended(level.target.x, level.confidence.x);
-  field.y = extended(level.target.y, level.confidence.y);
+  field[0] = extended(level.target[0], level.confidence[0]);
+  field[1] = extended(level.target[1], level.confidence[1]);
   return field;
 }
 

@@ -24,8 +24,8 @@ public:
   /// Takes the components of a site whose confidence is `least` or more.
   void add(const Level& level, int x, int y, float least) {
     const std::size_t at = level.extent.index(x, y);
-    know(level.confidence.x[at] >= least, y, row_);
-    know(level.confidence.y[at] >= least, x, column_);
+    know(level.confidence[0][at] >= least, y, row_);
+    know(level.confidence[1][at] >= least, x, column_);
   }
   [[nodiscard]] bool is_free() const { return row_ < 0 || column_ < 0 || turns_; }
   /// "can move in x", "can turn about x = 3, y = 4"; empty: it is held.

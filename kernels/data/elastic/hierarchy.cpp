@@ -292,7 +292,7 @@ auto springs_of(const Level& full) {
     const auto stiffness = [&](float confidence) {
       return is_spring(confidence) ? spring_stiffness(full.modulus.values[at], confidence) : 0.0;
     };
-    return SpringAt{stiffness(full.confidence.x[at]), 0.0, stiffness(full.confidence.y[at])};
+    return SpringAt{stiffness(full.confidence[0][at]), 0.0, stiffness(full.confidence[1][at])};
   };
 }
 
@@ -301,7 +301,7 @@ auto springs_of(const Level& full) {
 Prescribed::Prescribed(const Level& full, const RingedGrid& grid) {
   for (std::size_t xy = 0; xy < 2; ++xy) {
     component[xy].resize(grid.size());
-    const std::vector<float>& confidence = xy == 0 ? full.confidence.x : full.confidence.y;
+    const std::vector<float>& confidence = xy == 0 ? full.confidence[0] : full.confidence[1];
 #pragma omp parallel for if (full.extent.sites() > sites_worth_threads)
     for (int y = 0; y < full.extent.height; ++y) {
       const float* const from = confidence.data() + full.extent.index(0, y);

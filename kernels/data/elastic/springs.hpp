@@ -36,8 +36,8 @@ struct SiteSprings {
 }
 
 [[nodiscard]] inline bool has_springs(const Level& level) {
-  return std::ranges::any_of(level.confidence.x, is_spring) ||
-         std::ranges::any_of(level.confidence.y, is_spring);
+  return std::ranges::any_of(level.confidence[0], is_spring) ||
+         std::ranges::any_of(level.confidence[1], is_spring);
 }
 
 } // namespace hdmbench
