@@ -49,14 +49,14 @@ EXPORTED("load") void load(int width, int height, int rule, int update, float pe
 EXPORTED("array") float* array(int index) {
   std::vector<float>* const all[] = {&level.modulus.values,
                                      &level.inverse_modulus.values,
-                                     &level.target.x,
-                                     &level.target.y,
-                                     &level.confidence.x,
-                                     &level.confidence.y,
-                                     &level.inverse_curvature.x,
-                                     &level.inverse_curvature.y,
-                                     &field.x,
-                                     &field.y};
+                                     &level.target[0],
+                                     &level.target[1],
+                                     &level.confidence[0],
+                                     &level.confidence[1],
+                                     &level.inverse_curvature[0],
+                                     &level.inverse_curvature[1],
+                                     &field[0],
+                                     &field[1]};
   return all[index]->data();
 }
 
@@ -92,8 +92,8 @@ EXPORTED("project") void project(const float* columns) {
             from[coarse.extent.index(west, south)], from[coarse.extent.index(east, south)],
             columns[4 * x + 2], rows[4 * y + 2]);
       };
-      field.x[level.extent.index(x, y)] = component(coarse.x);
-      field.y[level.extent.index(x, y)] = component(coarse.y);
+      field[0][level.extent.index(x, y)] = component(coarse[0]);
+      field[1][level.extent.index(x, y)] = component(coarse[1]);
     }
   }
 }
