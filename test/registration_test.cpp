@@ -173,26 +173,6 @@ TEST(Registration, GivesTheSameBitsOnEveryBackend) {
   EXPECT_GE(compared, 1);
 }
 
-TEST(Overlap, IsThatOfTheLabelsSeenThroughTheDisplacement) {
-  const Extent extent{20, 10};
-  LabelField source{extent, std::vector<int>(extent.sites())};
-  LabelField target = source;
-  for_each_site(extent, [&](int x, int y) {
-    const std::size_t site = extent.index(x, y);
-    source.values[site] = x >= 4 && x < 8 ? 1 : x >= 8 && x < 12 ? 2 : x == 19 ? 5 : 0;
-    target.values[site] = x >= 6 && x < 10 ? 1 : x >= 10 && x < 14 ? 2 : 0;
-  });
-  VectorField displacement(extent);
-  const auto still = overlaps_of(source, target, displacement);
-  ASSERT_EQ(still.size(), 2U) << "label 5 is in one of them only";
-  EXPECT_EQ(still[0].label, 1);
-  EXPECT_DOUBLE_EQ(still[0].dice, 0.5);
-  std::ranges::fill(displacement.x, 2.0F);
-  for (const auto& overlap : overlaps_of(source, target, displacement)) {
-    EXPECT_DOUBLE_EQ(overlap.dice, 1.0) << overlap.label;
-  }
-}
-
 TEST(Elastix, FindsAKnownShift) {
   if (!have_images() || !is_installed("elastix") || !is_installed("transformix")) {
     GTEST_SKIP() << "elastix is not on PATH: install Debian's package elastix";
