@@ -194,23 +194,20 @@ TEST(Elastix, FindsAKnownShift) {
   EXPECT_LT(rmsd(register_with_elastix(source, target, unseen).displacement, truth, 12), 0.8);
 }
 
-TEST(Conventionally, EveryMethodRecoversADeformationAndAlgorithmFiveTheRegion) {
+TEST(Conventionally, ADeformationIsRecoveredAndByAlgorithmFiveTheRegion) {
   if (!have_images()) {
     GTEST_SKIP() << "built without ITK (HDMBENCH_IMAGES=OFF)";
   }
   const Scene scene = small_brain(80);
   const PlantedPair pair = plant(scene, PlantedOptions{.amplitude = 4.0, .noise = 0.01, .seed = seed});
   const double before = error_of(VectorField(scene.extent()), pair, scene.labels).tissue;
-  for (const Conventional method : {Conventional::b_splines, Conventional::demons}) {
-    SCOPED_TRACE(conventional_names[static_cast<std::size_t>(method)]);
-    const auto found = register_conventionally(pair.source, pair.target, {}, method, test::silent());
-    EXPECT_LT(error_of(found.displacement, pair, scene.labels).tissue, 0.6 * before);
-    const auto again = register_conventionally(pair.source, pair.target, {}, method, test::silent());
-    EXPECT_EQ(compare(found.displacement, again.displacement).sites, 0) << "the same bits each time";
-  }
+  const auto found = register_conventionally(pair.source, pair.target, {}, test::silent());
+  EXPECT_LT(error_of(found.displacement, pair, scene.labels).tissue, 0.6 * before);
+  const auto again = register_conventionally(pair.source, pair.target, {}, test::silent());
+  EXPECT_EQ(compare(found.displacement, again.displacement).sites, 0) << "the same bits each time";
   expect_refusal(
       [&] {
-        (void)register_conventionally(pair.source, ScalarField({80, 15}), {}, {}, test::silent());
+        (void)register_conventionally(pair.source, ScalarField({80, 15}), {}, test::silent());
       },
       "the source is 80 x 80 pixels, the target 80 x 15");
   const PlantedPair cut =
