@@ -228,7 +228,9 @@ json plan_row(const Scene& scene, const Request& request, const Plan& plan) {
            {"asked_seconds", request.seconds},
            {"estimated_px", plan.solution.estimated_error}};
   for (const PlanStep& step : plan.steps) {
-    row["steps"].push_back({{"action", step.action},
+    row["steps"].push_back({{"width", step.extent.width},
+                            {"height", step.extent.height},
+                            {"action", step.action},
                             {"reason", step.reason},
                             {"moved", step.moved},
                             {"seconds", step.seconds},
@@ -353,8 +355,9 @@ int run_scene(Arguments& arguments, Call& call) {
   if (plan) {
     row["plan"] = plan_row(scene, request, *plan);
     if (arguments.explain) {
-      fmt::print("{}\n", table_text(row["plan"]["steps"],
-                                    "action:step|moved:moved px|expected_error:error px|seconds|reason:why"));
+      fmt::print("{}\n",
+                 table_text(row["plan"]["steps"],
+                            "size|action:step|moved:moved px|expected_error:error px|seconds|reason:why"));
     }
     fmt::print("  {}; {:.3g} sweeps over the full resolution in all\n", plan->outcome,
                fine_sweep_equivalents(*plan));

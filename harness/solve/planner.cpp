@@ -1,18 +1,24 @@
 #include "harness/solve/planner.hpp"
 
 #include "harness/scene/method.hpp"
+#include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/methods/robust_observations.hpp"
+#include "harness/solve/methods/sampled_image.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/stopwatch.hpp"
+#include "kernels/data/elastic/conditions.hpp"
+#include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/modulus.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string_view>
 #include <utility>
 
 namespace hdmbench {
@@ -22,11 +28,309 @@ namespace {
 /// Thin stiff layers take most: 37 at a contrast of 1000 to 1e-4 px.
 constexpr int most_steps = 100;
 
+/// A sampled image has more sites a side than this.
+constexpr int fewest_sites = 16;
+
+/// The interpolation of a sampled image is taken when this many times its expected error is within the
+/// request: between two levels there is one difference, and it can be small by chance.
+constexpr double caution_before_interpolation = 2.0;
+
+/// Of that error: what it turns out to be on most scenes. What is asked for is compared with the whole of it.
+constexpr double likely_share = 0.5;
+
+/// The full image, then those with 4, 8, ... pixels a cell.
+std::vector<Extent> sampled_extents(Extent full) {
+  std::vector<Extent> extents{full};
+  for (int stride = 4;; stride *= 2) {
+    const Extent extent = sampled_extent(full, stride);
+    if (std::min(extent.width, extent.height) <= fewest_sites) {
+      return extents;
+    }
+    extents.push_back(extent);
+  }
+}
+
+/// First and last sites coincide on all sampled images: conditions are on borders.
+constexpr Alignment alignment = Alignment::corner;
+
+/// Indices spread evenly over a fine axis, both ends among them, each with that which stands for it on the
+/// coarse one.
+std::vector<std::pair<int, int>> looked_at(int coarse, int fine) {
+  constexpr int most = 33; // so that to judge a sampled image of a large one takes no longer
+  const int count = std::min(fine, most);
+  std::vector<std::pair<int, int>> indices;
+  for (int i = 0; i < count; ++i) {
+    const int index = count > 1 ? static_cast<int>(static_cast<long long>(i) * (fine - 1) / (count - 1)) : 0;
+    const double position = fine > 1 ? static_cast<double>(index) * (coarse - 1) / (fine - 1) : 0.0;
+    indices.emplace_back(index,
+                         sampled_index(static_cast<int>(std::lround(position)), coarse, fine, alignment));
+  }
+  return indices;
+}
+
+/// Whether a solution of a sampled image is a fair start for finer ones (thesis 9.4): the nearest sampled
+/// site has the modulus of nine in ten sites, and observes half of the observed components.
+bool is_fair_start(const Level& full, Extent extent) {
+  std::size_t sites = 0;
+  std::size_t same_modulus = 0;
+  std::size_t observed = 0;
+  std::size_t still_observed = 0;
+  for (const auto& [row, to_row] : looked_at(extent.height, full.extent.height)) {
+    for (const auto& [column, to_column] : looked_at(extent.width, full.extent.width)) {
+      const std::size_t at = full.extent.index(column, row);
+      const std::size_t there = full.extent.index(to_column, to_row);
+      ++sites;
+      same_modulus += full.modulus.values[at] == full.modulus.values[there] ? 1 : 0;
+      for (const auto* confidence : {&full.confidence.x, &full.confidence.y}) {
+        observed += (*confidence)[at] > 0.0F ? 1 : 0;
+        still_observed += (*confidence)[at] > 0.0F && (*confidence)[there] > 0.0F ? 1 : 0;
+      }
+    }
+  }
+  return 10 * same_modulus >= 9 * sites && 2 * still_observed >= observed;
+}
+
 void require_positive(const std::optional<double>& value, const char* what) {
   if (value && !(*value > 0.0 && std::isfinite(*value))) {
     throw InputError(fmt::format("{} is {}, it must be above 0", what, *value));
   }
 }
+
+bool is_held(const Level& level) {
+  try {
+    require_held(level);
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+class Planner {
+public:
+  Planner(const Scene& scene, const Request& request, ElasticSession& session, Progress& progress)
+      : scene_(scene), request_(request), session_(session), progress_(progress),
+        extents_(sampled_extents(scene.extent())) {}
+
+  Plan run() {
+    if (!solve_sampled()) {
+      solve_image();
+    }
+    conclude(plan_, scene_, request_, clock_.seconds(), mistrust_);
+    return std::move(plan_);
+  }
+
+private:
+  void note(Extent extent, std::string action, std::string reason, double moved, double error) {
+    plan_.steps.push_back({.extent = extent,
+                           .action = std::move(action),
+                           .reason = std::move(reason),
+                           .moved = moved,
+                           .expected_error = error,
+                           .seconds = clock_.seconds()});
+    progress_.describe(
+        fmt::format("{} {} x {}: {}", scene_.name, extent.width, extent.height, plan_.steps.back().action));
+  }
+
+  void add_work(const ElasticSolver& solver) {
+    Solution& solution = plan_.solution;
+    std::vector<LevelResult> levels = solver.work(); // the coarsest first, as other methods have them
+    std::ranges::reverse(levels);
+    solution.levels.insert(solution.levels.end(), levels.begin(), levels.end());
+    solution.timings.add(solver.timings());
+  }
+
+  /// A coarse image of the scene.
+  struct Sampled {
+    BlockModuli blocks{};
+    Level level{};
+    VectorField field{}; ///< its displacement, pixels
+  };
+
+  /// Solves images that sample every fourth, eighth, ... pixel, from the coarsest that shows the scene, until
+  /// their differences say that the next finer one would not move the field by more than what is asked for.
+  /// False where none is good enough.
+  bool solve_sampled() {
+    std::size_t fair = 0; // the coarsest that is a fair start, all finer ones being fair too
+    while (fair + 1 < extents_.size() && is_fair_start(scene_.full, extents_[fair + 1])) {
+      ++fair;
+    }
+    if (fair == 0) {
+      return false;
+    }
+    // One coarser than that says how fast differences fall, and blocks of moduli show more than sites.
+    const std::size_t start = std::min(fair + 1, extents_.size() - 1);
+    const BlockModuli finest =
+        block_moduli(scene_.full.modulus, scene_.full.inverse_modulus, extents_[1], alignment);
+    if (largest_mixture(finest) > most_mixed) {
+      return false;
+    }
+    std::optional<Sampled> before;
+    double moved_before = 0.0;
+    for (std::size_t at = start; at > 0; --at) {
+      const Extent extent = extents_[at];
+      Sampled now{.blocks =
+                      at == 1 ? finest : block_moduli(finest.mean, finest.inverse_mean, extent, alignment)};
+      now.level = sampled_image(scene_.full, now.blocks, BlockMean::geometric, alignment);
+      if (has_springs(now.level)) {
+        return false; // a sampled spring would stand for as many as there are pixels a cell
+      }
+      if (!is_held(now.level)) {
+        continue;
+      }
+      const double begin = clock_.seconds();
+      now.field = solve(now.level);
+      const double seconds = clock_.seconds() - begin;
+      const double moved =
+          before ? rms_difference(prolongate(before->field, extent, alignment), now.field) : 0.0;
+      const double error = moved > 0.0 ? error_of_cells(moved, moved_before) : unknown;
+      note(extent, "sampled image", before ? "the next finer one" : "one coarser than what shows the scene",
+           moved, error);
+      // Four times the sites, the work of a site being the same.
+      const bool no_time = !has_time_for(4.0 * seconds);
+      double in_all = unknown;
+      if (before && (is_accurate(error) || no_time)) {
+        in_all = with_hidden(error, *before); // cheaper there, and hardly ever less
+        if (!is_accurate(in_all) && !no_time) {
+          in_all = with_hidden(error, now);
+        }
+      }
+      if ((is_accurate(in_all) || no_time) && take_interpolation(now, in_all, no_time)) {
+        return true;
+      }
+      // The finest of them would halve the error at best, once for each level.
+      const double best = error * std::ldexp(1.0, -static_cast<int>(at - 1));
+      if (!request_.seconds && error < unknown && !is_accurate(best)) {
+        return false;
+      }
+      before = std::move(now);
+      moved_before = moved;
+    }
+    return false;
+  }
+
+  /// An error with what the field owes to layers that are thinner than the cells of a sampled image.
+  double with_hidden(double error, const Sampled& sampled) {
+    const double hidden = rms_difference(
+        solve(sampled_image(scene_.full, sampled.blocks, BlockMean::arithmetic, alignment)), sampled.field);
+    const double in_all = std::hypot(error, hidden);
+    note(sampled.level.extent, "upper moduli", "how much depends on what is thinner than a cell", hidden,
+         in_all);
+    return in_all;
+  }
+
+  /// Full multigrid alone can be far off on a coarse image, too, so steps of conjugate gradients follow,
+  /// until what is left matters little to the request.
+  VectorField solve(const Level& sampled) {
+    ElasticSolver solver(sampled, scene_.poisson, session_);
+    const double enough = request_.accuracy ? share_of_steps * *request_.accuracy : unknown;
+    solve_within(enough, most_steps, contrast_of(sampled.modulus), solver);
+    add_work(solver);
+    return solver.displacement();
+  }
+
+  /// Of sites, from that of components, pixels.
+  static double distance_of(const ElasticSolver::Step& step) { return std::sqrt(2.0) * step.change; }
+
+  [[nodiscard]] bool has_time_for(double seconds) const {
+    return !request_.seconds || clock_.seconds() + seconds <= *request_.seconds;
+  }
+
+  [[nodiscard]] bool is_accurate(double error) const {
+    return request_.accuracy && caution_before_interpolation * error <= *request_.accuracy;
+  }
+
+  /// False where the image has conditions that the sampled one does not know and that matter.
+  bool take_interpolation(const Sampled& sampled, double error, bool no_time) {
+    require_held(scene_.full);
+    Interpolated interpolated = interpolate_to_image(sampled.field, sampled.level, scene_.full, alignment);
+    if (interpolated.has_springs) {
+      return false;
+    }
+    const double in_all = interpolated.error(error);
+    if (!no_time && !is_accurate(in_all)) {
+      return false;
+    }
+    plan_.solution.displacement = std::move(interpolated.field);
+    if (in_all < unknown) {
+      plan_.solution.estimated_error = likely_share * in_all;
+    }
+    note(scene_.extent(), "interpolation",
+         no_time ? "the time is up" : "finer images are expected to move the field by less than is asked for",
+         0.0, in_all);
+    return true;
+  }
+
+  /// Full multigrid, then conjugate gradients until the steps say that it is enough.
+  void solve_image() {
+    std::optional<RobustObservations> robust;
+    if (scene_.robust) {
+      robust = find_robust_observations(scene_, session_, progress_);
+      plan_.solution.levels.assign(robust->work.rbegin(), robust->work.rend());
+      plan_.solution.timings = robust->timings;
+      note(scene_.extent(), "observations",
+           fmt::format("weighed anew {} times: those far away are forgiven", robust->rounds), robust->moved,
+           unknown);
+    }
+    ElasticSolver solver(robust ? robust->level : scene_.full, scene_.poisson, session_);
+    note(scene_.extent(), "levels", "moments of the moduli and cut cells on all levels", 0.0, unknown);
+    const double set_up = clock_.seconds();
+    solver.full_multigrid();
+    note(scene_.extent(), "multigrid", "from the coarsest level up, a W cycle on each", 0.0, unknown);
+    RemainingError error(contrast_of(scene_.full.modulus));
+    double last = clock_.seconds() - set_up; // a step costs no more than full multigrid
+    bool at_rest = false;
+    for (int i = 0;; ++i) {
+      const double before = clock_.seconds();
+      const bool accurate = request_.accuracy && error.is_within(*request_.accuracy);
+      if (accurate || !has_time_for(last)) {
+        break;
+      }
+      if (i == most_steps) {
+        mistrust_ = fmt::format("{} steps of conjugate gradients did not come to an end", most_steps);
+        break;
+      }
+      const ElasticSolver::Step step = solver.conjugate_gradients();
+      if (step.ended) {
+        at_rest = step.at_rest;
+        mistrust_ = at_rest ? "" : "moduli or springs differ so much that float32 has no further step";
+        note(scene_.extent(), "end", at_rest ? "what is left is rounding" : mistrust_, 0.0, unknown);
+        break;
+      }
+      const double moved = distance_of(step);
+      error.add(moved);
+      last = clock_.seconds() - before;
+      note(scene_.extent(), "gradients",
+           i == 0              ? std::string("says how far full multigrid was from the end")
+           : request_.accuracy ? fmt::format("{:.3g} px are asked for", *request_.accuracy)
+                               : std::string("there is time left"),
+           moved, error.estimate());
+    }
+    solver.settle(robust ? robust->level : scene_.full, free_motions(scene_.full));
+    plan_.solution.displacement = solver.displacement();
+    add_work(solver);
+    const double largest = largest_component(plan_.solution.displacement);
+    const double rounding = solver.rounding(largest, contrast_of(scene_.full.modulus));
+    if (!std::isfinite(rounding)) {
+      mistrust_ = "moduli differ more than float32 can tell";
+    } else if ((error.is_known() && mistrust_.empty()) || at_rest) {
+      // No field was seen closer to the truth than this, whatever the moduli.
+      plan_.solution.estimated_error = std::hypot(error.is_known() ? error.estimate() : 0.0, rounding);
+    }
+  }
+
+  /// Of the accuracy asked for: what steps may leave on a sampled image.
+  static constexpr double share_of_steps = 0.5;
+  static constexpr double unknown = std::numeric_limits<double>::infinity();
+
+  Clock clock_;
+  const Scene& scene_;
+  const Request& request_;
+  ElasticSession& session_;
+  Progress& progress_;
+  std::vector<Extent> extents_;
+  Plan plan_;
+  std::string mistrust_; ///< why the estimate cannot be believed; empty: it can
+};
 
 } // namespace
 
@@ -63,73 +367,14 @@ Plan solve_as_needed(const Scene& scene, const Request& request, const Backend& 
     throw InputError(
         "an accuracy is a distance from finite elements, which the elastic energy alone comes near");
   }
+  if (const std::optional<Scene> scaled = with_safe_moduli(scene)) {
+    return solve_as_needed(*scaled, request, backend, options, progress);
+  }
   if (const std::string why = why_not_solved(scene, backend); !why.empty()) {
     throw InputError(fmt::format("{} {}; use --backend scalar", backend.name(), why));
   }
   const auto session = backend.open_elastic(options);
-  const Clock clock;
-  Plan plan;
-  std::string mistrust; // why the estimate cannot be believed; empty: it can
-  const auto note = [&](std::string action, std::string reason, double moved, double error) {
-    progress.describe(fmt::format("{}: {}", scene.name, action));
-    plan.steps.push_back({.action = std::move(action),
-                          .reason = std::move(reason),
-                          .moved = moved,
-                          .expected_error = error,
-                          .seconds = clock.seconds()});
-  };
-  constexpr double unknown = std::numeric_limits<double>::infinity();
-  // Full multigrid, then conjugate gradients until the steps say that it is enough.
-  const TakeSteps take = [&](ElasticSolver& solver, const RobustObservations* robust) {
-    if (robust != nullptr) {
-      note("observations",
-           fmt::format("weighed anew {} times: those far away are forgiven; then the levels", robust->rounds),
-           robust->moved, unknown);
-    } else {
-      note("levels", "moments of the moduli and cut cells on all levels", 0.0, unknown);
-    }
-    const double set_up = clock.seconds();
-    solver.full_multigrid();
-    note("multigrid", "from the coarsest level up, a W cycle on each", 0.0, unknown);
-    const double contrast = contrast_of(scene.full.modulus);
-    RemainingError error(contrast);
-    double last = clock.seconds() - set_up; // a step costs no more than full multigrid
-    bool at_rest = false;
-    for (int i = 0;; ++i) {
-      const double before = clock.seconds();
-      const bool accurate = request.accuracy && error.is_within(*request.accuracy);
-      if (accurate || (request.seconds && before + last > *request.seconds)) {
-        break;
-      }
-      if (i == most_steps) {
-        mistrust = fmt::format("{} steps of conjugate gradients did not come to an end", most_steps);
-        break;
-      }
-      const ElasticSolver::Step step = solver.conjugate_gradients();
-      if (step.ended) {
-        at_rest = step.at_rest;
-        mistrust = at_rest ? "" : "moduli or springs differ so much that float32 has no further step";
-        note("end", at_rest ? "what is left is rounding" : mistrust, 0.0, unknown);
-        break;
-      }
-      const double moved = std::sqrt(2.0) * step.change; // of sites, from that of components
-      error.add(moved);
-      last = clock.seconds() - before;
-      note("gradients",
-           i == 0             ? std::string("says how far full multigrid was from the end")
-           : request.accuracy ? fmt::format("{:.3g} px are asked for", *request.accuracy)
-                              : std::string("there is time left"),
-           moved, error.estimate());
-    }
-    const bool is_estimated = at_rest || (error.is_known() && mistrust.empty());
-    if (!std::isfinite(solver.rounding(1.0, contrast))) {
-      mistrust = "moduli differ more than float32 can tell";
-    }
-    return is_estimated ? std::optional(error.is_known() ? error.estimate() : 0.0) : std::nullopt;
-  };
-  plan.solution = solve_image(scene, *session, progress, take);
-  conclude(plan, scene, request, clock.seconds(), mistrust);
-  return plan;
+  return Planner(scene, request, *session, progress).run();
 }
 
 } // namespace hdmbench

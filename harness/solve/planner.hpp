@@ -21,14 +21,15 @@ struct Request {
 
 /// One thing that was done on the way.
 struct PlanStep {
-  std::string action;          ///< "levels", "multigrid", "gradients"
+  Extent extent;               ///< of the image it was done on
+  std::string action;          ///< "sampled image", "interpolation", "gradients"
   std::string reason;          ///< why, in words, with the figures that decided
   double moved = 0.0;          ///< RMS of the way the field moved, pixels
   double expected_error = 0.0; ///< as Request::accuracy, after it, as far as is known there; else infinite
   double seconds = 0.0;        ///< since the beginning
 };
 
-/// A field as accurate as requested, in no more steps than that takes, and how it was found.
+/// A field as accurate as requested, at no more cost than that takes, and how it was found.
 struct Plan {
   Solution solution; ///< with estimated_error, where there is one
   std::vector<PlanStep> steps;
@@ -45,10 +46,11 @@ void conclude(Plan& plan, const Scene& scene, const Request& request, double sec
 /// Work of the plan in sweeps over the full resolution.
 [[nodiscard]] double fine_sweep_equivalents(const Plan& plan);
 
-/// Solves a scene with the elastic energy as accurately as is asked for: by full multigrid, and conjugate
-/// gradients until their steps say that it is enough. Throws InputError where the scene has another energy, a
-/// figure of the request is not positive or the backend does not compute the energy, and as ElasticSolver
-/// does.
+/// Solves a scene with the elastic energy as accurately as is asked for. Where little is asked for, images
+/// that sample the scene are solved until their differences say that a finer one is not needed; else the plan
+/// is full multigrid and conjugate gradients until their steps say that it is enough. Throws InputError where
+/// the scene has another energy, a figure of the request is not positive or the backend does not compute the
+/// energy, and as ElasticSolver does.
 [[nodiscard]] Plan solve_as_needed(const Scene& scene, const Request& request, const Backend& backend,
                                    const SessionOptions& options, Progress& progress);
 

@@ -2,8 +2,10 @@
 
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
+#include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/methods/robust_observations.hpp"
+#include "harness/solve/methods/solver.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/springs.hpp"
@@ -351,8 +353,8 @@ void solve_within(double accuracy, int most_steps, double contrast, ElasticSolve
 namespace {
 
 /// Takes the steps of the schedule's method, each of `sites` of progress. `largest`: component of the
-/// targets, pixels; `contrast`: contrast_of() the sheet. Returns what they leave of the error, pixels,
-/// beside rounding, where the method tells.
+/// targets, pixels; `contrast`: contrast_of() the sheet. Returns the error that is left, pixels, where the
+/// method tells.
 std::optional<double> follow(const Schedule& schedule, double largest, double contrast, double sites,
                              ElasticSolver& solver, Progress& progress) {
   if (schedule.method == elastic_sweeps) {
@@ -365,9 +367,10 @@ std::optional<double> follow(const Schedule& schedule, double largest, double co
   const bool gradients = schedule.method == elastic_conjugate_gradients;
   solver.full_multigrid(gradients || schedule.iterations > 0);
   const int steps = schedule.iterations - (gradients ? 0 : 1); // the first cycle is full multigrid's own
+  const double rounding = solver.rounding(largest, contrast);
   const double least = 0.01 * largest * std::numeric_limits<float>::epsilon(); // it changes nothing
   RemainingError error(contrast);
-  CyclesError of_cycles(contrast, solver.rounding(largest, contrast));
+  CyclesError of_cycles(contrast, rounding);
   for (int done = 0; done < steps; ++done) {
     const ElasticSolver::Step step = gradients ? solver.conjugate_gradients() : solver.cycle();
     progress.advance(sites);
@@ -375,7 +378,7 @@ std::optional<double> follow(const Schedule& schedule, double largest, double co
       return std::nullopt;
     }
     if (step.ended) {
-      return error.is_known() ? error.estimate() : 0.0;
+      return std::hypot(error.is_known() ? error.estimate() : 0.0, rounding);
     }
     const double moved = std::sqrt(2.0) * step.change; // of sites, from that of components
     error.add(moved);
@@ -387,60 +390,46 @@ std::optional<double> follow(const Schedule& schedule, double largest, double co
   if (!error.is_known()) {
     return std::nullopt;
   }
-  return gradients ? error.estimate() : of_cycles.estimate();
+  return std::hypot(gradients ? error.estimate() : of_cycles.estimate(), rounding);
 }
 
-/// Returns the scene with its moduli scaled by a power of two where float could not hold products of them:
-/// its displacement is the same. None where they are usual, or scaled already.
-std::optional<Scene> with_safe_moduli(const Scene& scene) {
-  const int exponent = exponent_to_safe_moduli(modulus_range(scene.full.modulus));
-  if (exponent == 0) {
-    return std::nullopt;
+/// By the scene's method on the image itself.
+Solution solve_whole(const Scene& scene, ElasticSession& session, Progress& progress) {
+  std::optional<RobustObservations> robust;
+  if (scene.robust) {
+    robust = find_robust_observations(scene, session, progress);
   }
-  std::optional<Scene> scaled = scene;
-  scale_moduli(scaled->full, exponent);
-  return scaled;
+  ElasticSolver solver(robust ? robust->level : scene.full, scene.poisson, session);
+  const std::optional<double> error =
+      follow(scene.schedule, largest_component(scene.full.target), contrast_of(scene.full.modulus),
+             static_cast<double>(scene.extent().sites()), solver, progress);
+  solver.settle(robust ? robust->level : scene.full, free_motions(scene.full));
+  Solution solution;
+  if (robust) {
+    solution.levels = std::move(robust->work);
+    solution.timings = robust->timings;
+  }
+  add_work(solution.levels, solver.work());
+  solution.timings.add(solver.timings());
+  if (error && std::isfinite(*error)) {
+    solution.estimated_error = error;
+  }
+  {
+    const Stopwatch watch(solution.timings.readback);
+    solution.displacement = solver.displacement();
+  }
+  return solution;
 }
 
 } // namespace
 
-Solution solve_image(const Scene& scene, ElasticSession& session, Progress& progress,
-                     const TakeSteps& take_steps) {
-  if (const std::optional<Scene> scaled = with_safe_moduli(scene)) {
-    return solve_image(*scaled, session, progress, take_steps);
-  }
-  Solution solution;
-  std::optional<RobustObservations> robust;
-  if (scene.robust) {
-    robust = find_robust_observations(scene, session, progress);
-    solution.levels = std::move(robust->work);
-    solution.timings = robust->timings;
-  }
-  const Level& level = robust ? robust->level : scene.full;
-  ElasticSolver solver(level, scene.poisson, session);
-  const std::optional<double> left = take_steps(solver, robust ? &*robust : nullptr);
-  solver.settle(level, free_motions(scene.full));
-  add_work(solution.levels, solver.work());
-  std::ranges::reverse(solution.levels); // the coarsest first, as other methods have them
-  solution.timings.add(solver.timings());
-  const double rounding =
-      solver.rounding(largest_component(scene.full.target), contrast_of(scene.full.modulus));
-  if (left && std::isfinite(rounding)) {
-    // No field was seen closer to the truth than rounding, whatever the moduli.
-    solution.estimated_error = std::hypot(*left, rounding);
-  }
-  const Stopwatch watch(solution.timings.readback);
-  solution.displacement = solver.displacement();
-  return solution;
-}
-
 Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& progress,
                        const SolveOptions& options) {
-  Solution solution =
-      solve_image(scene, session, progress, [&](ElasticSolver& solver, const RobustObservations* /*robust*/) {
-        return follow(scene.schedule, largest_component(scene.full.target), contrast_of(scene.full.modulus),
-                      static_cast<double>(scene.extent().sites()), solver, progress);
-      });
+  if (const std::optional<Scene> scaled = with_safe_moduli(scene)) {
+    return solve_elastic(*scaled, session, progress, options);
+  }
+  Solution solution = solve_whole(scene, session, progress);
+  std::ranges::reverse(solution.levels); // the coarsest first, as other methods have them
   if (options.level_done) {
     options.level_done(solution.levels.back(), solution.displacement);
   }

@@ -6,7 +6,6 @@
 #include "harness/solve/solve.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -98,18 +97,6 @@ private:
 /// Full multigrid, then conjugate gradients until what is left is within `accuracy`, pixels, at most so many
 /// steps. `contrast`: contrast_of() the sheet.
 void solve_within(double accuracy, int most_steps, double contrast, ElasticSolver& solver);
-
-struct RobustObservations; // robust_observations.hpp
-
-/// Takes steps on the solver of a scene's image. Returns what they leave of the error, pixels, beside what
-/// rounding does; none: it is not known. Is told what the scene's robust observations came to; null: it has
-/// none.
-using TakeSteps = std::function<std::optional<double>(ElasticSolver& solver, const RobustObservations*)>;
-
-/// Solves the image of the scene by steps, on moduli that float can hold products of. `levels` of the result
-/// begin with the coarsest. Throws as ElasticSolver and find_robust_observations do.
-[[nodiscard]] Solution solve_image(const Scene& scene, ElasticSession& session, Progress& progress,
-                                   const TakeSteps& take_steps);
 
 /// The scene by the method that its schedule names. Throws as ElasticSolver does.
 [[nodiscard]] Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& progress,

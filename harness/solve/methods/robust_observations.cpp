@@ -1,5 +1,6 @@
 #include "harness/solve/methods/robust_observations.hpp"
 
+#include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
@@ -33,17 +34,6 @@ float weighted(float confidence, double weight) {
   }
   const auto share = static_cast<double>(confidence);
   return static_cast<float>(weight * share / (1.0 - share + weight * share));
-}
-
-/// Of two fields of one extent: the root of the mean square of the distance, pixels.
-double rms_difference(const VectorField& a, const VectorField& b) {
-  double squares = 0.0;
-  for (std::size_t i = 0; i < a.x.size(); ++i) {
-    const auto x = static_cast<double>(a.x[i]) - static_cast<double>(b.x[i]);
-    const auto y = static_cast<double>(a.y[i]) - static_cast<double>(b.y[i]);
-    squares += x * x + y * y;
-  }
-  return std::sqrt(squares / static_cast<double>(a.x.size()));
 }
 
 } // namespace

@@ -3,6 +3,7 @@
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "kernels/data/input_error.hpp"
+#include "kernels/data/modulus.hpp"
 
 #include <fmt/format.h>
 
@@ -14,6 +15,16 @@ std::string why_not_solved(const Scene& scene, const Backend& backend) {
   }
   const bool lacks_energy = scene.energy->is_of_cells() && !backend.has_elastic();
   return lacks_energy ? fmt::format("does not compute the {} energy", scene.energy->name) : "";
+}
+
+std::optional<Scene> with_safe_moduli(const Scene& scene) {
+  const int exponent = exponent_to_safe_moduli(modulus_range(scene.full.modulus));
+  if (exponent == 0) {
+    return std::nullopt;
+  }
+  std::optional<Scene> scaled = scene;
+  scale_moduli(scaled->full, exponent);
+  return scaled;
 }
 
 Solver::Solver(const Backend& backend, const SessionOptions& options)

@@ -7,12 +7,17 @@
 #include "harness/solve/solve.hpp"
 
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace hdmbench {
 
 /// Why the backend cannot solve the scene, as a part of a sentence; empty: it can, or is not there at all.
 [[nodiscard]] std::string why_not_solved(const Scene& scene, const Backend& backend);
+
+/// Returns the scene with its moduli scaled by a power of two where float could not hold products of them:
+/// its displacement is the same. None where they are usual, or scaled already.
+[[nodiscard]] std::optional<Scene> with_safe_moduli(const Scene& scene);
 
 /// Solves scenes by whatever method their schedule names, on one backend. Keeps its sessions open between
 /// solutions, so that shaders are compiled once.
