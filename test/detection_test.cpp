@@ -85,40 +85,6 @@ TEST(Detection, TheDiscHasTheSignOfWhatIsHidden) {
   EXPECT_GE(right, 14) << "of 16\n" << told;
 }
 
-TEST(LabelDoubt, ThePictureTellsAWrongLabelFromHiddenTissue) {
-  const Scene scene = small_brain(96);
-  ScalarField picture(scene.extent());
-  GaussianNoise random(seed);
-  for (std::size_t site = 0; site < picture.values.size(); ++site) {
-    picture.values[site] = static_cast<float>(60.0 * scene.labels.values[site] + 8.0 * random());
-  }
-  // A disc of label 2 that the labels call 1.
-  Scene wrong = scene;
-  Detection found;
-  found.largest = 5.0;
-  found.x = 30.0;
-  found.y = 48.0;
-  found.radius = 6.0;
-  for_each_site(scene.extent(), [&](int x, int y) {
-    const std::size_t site = scene.extent().index(x, y);
-    if (std::hypot(x - found.x, y - found.y) <= 5.0) {
-      wrong.labels.values[site] = 1;
-      wrong.full.modulus.values[site] = 20.0F;
-      picture.values[site] = static_cast<float>(120.0 + 8.0 * random());
-    }
-  });
-  const LabelDoubt doubt = doubt_labels(picture, wrong, found);
-  EXPECT_TRUE(doubt.is_serious()) << doubt.share << " against " << doubt.usual;
-  EXPECT_EQ(doubt.label, 2);
-  // Soft tissue is not explained by a stiffer label, and elsewhere the labels are right.
-  Detection other = found;
-  other.largest = -5.0;
-  EXPECT_FALSE(doubt_labels(picture, wrong, other).is_serious());
-  other = found;
-  other.x = 66.0;
-  EXPECT_FALSE(doubt_labels(picture, wrong, other).is_serious());
-}
-
 TEST(Detection, FindsAStiffSpotAndNoneWhereThereIsNone) {
   const Scene scene = small_brain(96);
   const auto session = test::find("openmp").open_elastic({});

@@ -20,11 +20,10 @@ namespace {
 
 using faults::Expected;
 using faults::Planted;
-using faults::Trial;
 using faults::TrialScene;
 using testing::HasSubstr;
 
-Trial try_on(const Planted& planted, const TrialScene& scene) {
+nlohmann::json try_on(const Planted& planted, const TrialScene& scene) {
   return faults::try_out(planted, test::scalar(), std::span(&scene, 1), test::silent());
 }
 
@@ -43,17 +42,18 @@ TEST_P(PlantedFault, TurnsVerifyRedUnlessItIsAControl) {
     if (!concerns(GetParam(), scene)) {
       continue;
     }
-    const Trial trial = try_on(GetParam(), scene);
-    EXPECT_EQ(trial.not_planted, "");
-    EXPECT_EQ(trial.seen.front()->error, "");
-    ran = ran || trial.ran();
+    const nlohmann::json row = try_on(GetParam(), scene);
+    const nlohmann::json seen = row["scenes"][0];
+    EXPECT_EQ(row["not_planted"], "");
+    EXPECT_NE(seen["verdict"], "error") << seen["reason"];
+    ran = ran || row["ran"];
     if (control) {
-      EXPECT_TRUE(trial.as_expected()) << scene.label << ": " << text(*trial.seen.front());
-      EXPECT_FALSE(scene.scene.exact && trial.ran() && trial.seen.front()->verdict != Verdict::agree);
-    } else if (trial.caught()) {
+      EXPECT_TRUE(row["as_expected"]) << scene.label << ": " << seen["verdict"];
+      EXPECT_FALSE(scene.scene.exact && row["ran"] && seen["verdict"] != "agree");
+    } else if (row["caught"]) {
       return;
     } else if (!ran) {
-      GTEST_SKIP() << trial.seen.front()->reason;
+      GTEST_SKIP() << seen["reason"];
     }
   }
   EXPECT_NE(GetParam().expected, Expected::disagree) << "caught nowhere";
@@ -81,12 +81,13 @@ TEST(Faults, WhatIsNotThereIsNotPlanted) {
       {{.name = "no shader", .edits = {{.find = "x", .shader = "mass of the moon"}}}, "no shader"},
       {{.name = "no call", .calls = {{.function = "glDispatchCompute"}}}, "never been made"}};
   for (const auto& [fault, message] : all) {
-    const Trial trial = try_on(faults::plant(faults::Pipeline::fragment, fault), all_scenes().front());
-    if (trial.seen.front()->verdict == Verdict::skipped && trial.not_planted.empty()) {
-      GTEST_SKIP() << trial.seen.front()->reason;
+    const nlohmann::json row = try_on(faults::plant(faults::Pipeline::fragment, fault), all_scenes().front());
+    const nlohmann::json seen = row["scenes"][0];
+    if (seen["verdict"] == "skipped" && row["not_planted"] == "") {
+      GTEST_SKIP() << seen["reason"];
     }
-    EXPECT_THAT(trial.not_planted, HasSubstr(message)) << fault.name;
-    EXPECT_FALSE(trial.as_expected()) << fault.name;
+    EXPECT_THAT(row["not_planted"].get<std::string>(), HasSubstr(message)) << fault.name;
+    EXPECT_FALSE(row["as_expected"]) << fault.name;
   }
 }
 

@@ -193,27 +193,8 @@ struct Setting {
 TEST(ItkFilter, EverySettingReachesTheSolver) {
   const Setting settings[] = {
       {[](auto& p) { p.filter->SetNumberOfIterations(90); }, [](auto& s) { s.schedule.iterations = 90; }},
-      {[](auto& p) { p.filter->SetStartLevel(2); }, [](auto& s) { s.schedule.start_level = 2; }},
-      {[](auto& p) { p.filter->SetAlignment(Alignment::center); },
-       [](auto& s) { s.schedule.alignment = Alignment::center; }},
       {[](auto& p) { p.filter->SetPenalty(3.0); }, [](auto& s) { s.full.penalty = 3.0F; }},
-      {[](auto& p) { p.filter->SetStepSet("fine"); }, [](auto& s) { s.full.steps = StepSet::parse("fine"); }},
       {[](auto& p) {
-         p.filter->SetBackend("scalar");
-         p.filter->DuringIterationUpdateOn();
-       },
-       [](auto& s) { s.full.update = Update::sequential; }},
-      {[](auto& p) {
-         p.filter->SetStopCriterion(Stop::energy);
-         p.filter->SetEpsilon(1e-2);
-       },
-       [](auto& s) {
-         s.schedule.stop = Stop::energy;
-         s.schedule.epsilon = 1e-2;
-       }},
-      {[](auto& p) {
-         p.filter->DuringIterationUpdateOff();
-         p.filter->SetStopCriterion(Stop::fixed);
          p.filter->SetNumberOfIterations(9);
          p.filter->SetEnergy("elastic");
          p.filter->SetPoissonRatio(0.2);
@@ -300,9 +281,7 @@ TEST(ItkFilterRefusals, HaveAReason) {
       {"there is no backend \"abacus\"; the backends are scalar",
        [](auto& p) { p.filter->SetBackend("abacus"); }},
       {"openmp has no device \"none\"", [](auto& p) { p.filter->SetDevice("none"); }},
-      {"\"one\" is not a number", [](auto& p) { p.filter->SetStepSet("0,one"); }},
       {"NumberOfIterations is -1", [](auto& p) { p.filter->SetNumberOfIterations(-1); }},
-      {"SetBackend(\"scalar\")", [](auto& p) { p.filter->SetDuringIterationUpdate(true); }},
       {"Poisson",
        [](auto& p) {
          p.filter->SetEnergy("elastic");

@@ -175,26 +175,6 @@ TEST(Registration, GivesTheSameBitsOnEveryBackend) {
   EXPECT_GE(compared, 1);
 }
 
-TEST(Overlap, IsThatOfTheLabelsSeenThroughTheDisplacement) {
-  const Extent extent{20, 10};
-  LabelField source{extent, std::vector<int>(extent.sites())};
-  LabelField target = source;
-  for_each_site(extent, [&](int x, int y) {
-    const std::size_t site = extent.index(x, y);
-    source.values[site] = x >= 4 && x < 8 ? 1 : x >= 8 && x < 12 ? 2 : x == 19 ? 5 : 0;
-    target.values[site] = x >= 6 && x < 10 ? 1 : x >= 10 && x < 14 ? 2 : 0;
-  });
-  VectorField displacement(extent);
-  const auto still = overlaps_of(source, target, displacement);
-  ASSERT_EQ(still.size(), 2U) << "label 5 is in one of them only";
-  EXPECT_EQ(still[0].label, 1);
-  EXPECT_DOUBLE_EQ(still[0].dice, 0.5);
-  std::ranges::fill(displacement[0], 2.0F);
-  for (const auto& overlap : overlaps_of(source, target, displacement)) {
-    EXPECT_DOUBLE_EQ(overlap.dice, 1.0) << overlap.label;
-  }
-}
-
 TEST(Elastix, FindsAKnownShift) {
   if (!have_images() || !is_installed("elastix") || !is_installed("transformix")) {
     GTEST_SKIP() << "elastix is not on PATH: install Debian's package elastix";
@@ -216,23 +196,20 @@ TEST(Elastix, FindsAKnownShift) {
   EXPECT_LT(rmsd(register_with_elastix(source, target, unseen).displacement, truth, 12), 0.8);
 }
 
-TEST(Conventionally, EveryMethodRecoversADeformationAndAlgorithmFiveTheRegion) {
+TEST(Conventionally, ADeformationIsRecoveredAndByAlgorithmFiveTheRegion) {
   if (!have_images()) {
     GTEST_SKIP() << "built without ITK (HDMBENCH_IMAGES=OFF)";
   }
   const Scene scene = small_brain(80);
   const PlantedPair pair = plant(scene, PlantedOptions{.amplitude = 4.0, .noise = 0.01, .seed = seed});
   const double before = error_of(VectorField(scene.extent()), pair, scene.labels).tissue;
-  for (const Conventional method : {Conventional::b_splines, Conventional::demons}) {
-    SCOPED_TRACE(conventional_names[static_cast<std::size_t>(method)]);
-    const auto found = register_conventionally(pair.source, pair.target, {}, method, test::silent());
-    EXPECT_LT(error_of(found.displacement, pair, scene.labels).tissue, 0.6 * before);
-    const auto again = register_conventionally(pair.source, pair.target, {}, method, test::silent());
-    EXPECT_EQ(compare(found.displacement, again.displacement).sites, 0) << "the same bits each time";
-  }
+  const auto found = register_conventionally(pair.source, pair.target, {}, test::silent());
+  EXPECT_LT(error_of(found.displacement, pair, scene.labels).tissue, 0.6 * before);
+  const auto again = register_conventionally(pair.source, pair.target, {}, test::silent());
+  EXPECT_EQ(compare(found.displacement, again.displacement).sites, 0) << "the same bits each time";
   expect_refusal(
       [&] {
-        (void)register_conventionally(pair.source, ScalarField({80, 15}), {}, {}, test::silent());
+        (void)register_conventionally(pair.source, ScalarField({80, 15}), {}, test::silent());
       },
       "the source is 80 x 80 pixels, the target 80 x 15");
   const PlantedPair cut =

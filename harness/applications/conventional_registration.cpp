@@ -7,20 +7,16 @@
 #include <fmt/format.h>
 #include <itkBSplineSmoothingOnUpdateDisplacementFieldTransform.h>
 #include <itkBSplineSmoothingOnUpdateDisplacementFieldTransformParametersAdaptor.h>
-#include <itkDiffeomorphicDemonsRegistrationFilter.h>
 #include <itkGradientDescentOptimizerv4.h>
-#include <itkHistogramMatchingImageFilter.h>
 #include <itkImageMaskSpatialObject.h>
 #include <itkImageRegistrationMethodv4.h>
 #include <itkMattesMutualInformationImageToImageMetricv4.h>
-#include <itkMultiResolutionPDEDeformableRegistration.h>
 #include <itkRegistrationParameterScalesFromPhysicalShift.h>
 #include <itkShrinkImageFilter.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <vector>
 
 namespace hdmbench {
 
@@ -32,17 +28,9 @@ using Metric = itk::MattesMutualInformationImageToImageMetricv4<Gray, Gray>;
 
 constexpr int smallest_level_side = 24;        // pixels
 constexpr unsigned threads = 1;                // ITK's sums depend on them
-constexpr int most_levels = 4;                 // of the pictures; fewer where they are small
-constexpr unsigned most_iterations = 60;       // per level; of demons half on the finest
+constexpr unsigned most_levels = 4;            // of the pictures; fewer where they are small
+constexpr unsigned most_iterations = 60;       // per level
 constexpr double control_point_spacing = 10.0; // B-splines, pixels of every level
-constexpr double demons_smoothing = 2.5;       // of the demons' displacement, pixels
-
-struct Pictures {
-  const ScalarField& source;
-  const ScalarField& target;
-  const ScalarField& unseen;
-  int levels = 1;
-};
 
 /// Pixels have sides of 1 and begin at 0.
 template <typename Value>
@@ -67,8 +55,8 @@ VectorField field_of(const Field& image, Extent extent) {
   return field;
 }
 
-int levels_of(Extent extent) {
-  int levels = 1;
+unsigned levels_of(Extent extent) {
+  unsigned levels = 1;
   while (levels < most_levels && (std::min(extent.width, extent.height) >> levels) >= smallest_level_side) {
     ++levels;
   }
@@ -97,11 +85,11 @@ Metric::Pointer metric_of(const Gray& fixed, const ScalarField& unseen) {
 
 /// The updates of the displacement are made smooth by cubic B-splines, whose control points have the same
 /// distance in pixels of every level.
-VectorField by_b_splines(const Pictures& pictures) {
+VectorField by_b_splines(const ScalarField& source, const ScalarField& target, const ScalarField& unseen) {
   using Splines = itk::BSplineSmoothingOnUpdateDisplacementFieldTransform<double, 2>;
   using Adaptor = itk::BSplineSmoothingOnUpdateDisplacementFieldTransformParametersAdaptor<Splines>;
   using Registration = itk::ImageRegistrationMethodv4<Gray, Gray, Splines>;
-  const auto fixed = image_of<double>(pictures.source);
+  const auto fixed = image_of<double>(source);
   const auto still = Field::New();
   still->CopyInformation(fixed);
   still->SetRegions(fixed->GetLargestPossibleRegion());
@@ -110,7 +98,7 @@ VectorField by_b_splines(const Pictures& pictures) {
   const auto transform = Splines::New();
   transform->SetDisplacementField(still);
 
-  const auto metric = metric_of(*fixed, pictures.unseen);
+  const auto metric = metric_of(*fixed, unseen);
   const auto scales = itk::RegistrationParameterScalesFromPhysicalShift<Metric>::New();
   scales->SetMetric(metric);
   const auto optimizer = itk::GradientDescentOptimizerv4::New();
@@ -123,7 +111,7 @@ VectorField by_b_splines(const Pictures& pictures) {
   optimizer->SetNumberOfIterations(most_iterations);
   optimizer->SetNumberOfWorkUnits(threads);
 
-  const auto levels = static_cast<unsigned>(pictures.levels);
+  const unsigned levels = levels_of(source.extent);
   Registration::ShrinkFactorsArrayType shrink(levels);
   Registration::SmoothingSigmasArrayType blur(levels);
   Registration::TransformParametersAdaptorsContainerType adaptors;
@@ -145,14 +133,14 @@ VectorField by_b_splines(const Pictures& pictures) {
       return static_cast<unsigned>(std::max(4.0, std::round(side / pixels)));
     };
     Splines::ArrayType mesh; // of the updates; their sum stays as it is
-    mesh[0] = cells_along(pictures.source.extent.width);
-    mesh[1] = cells_along(pictures.source.extent.height);
+    mesh[0] = cells_along(source.extent.width);
+    mesh[1] = cells_along(source.extent.height);
     adaptor->SetMeshSizeForTheUpdateField(mesh);
     adaptors.push_back(adaptor.GetPointer());
   }
   const auto registration = Registration::New();
   registration->SetFixedImage(fixed);
-  registration->SetMovingImage(image_of<double>(pictures.target));
+  registration->SetMovingImage(image_of<double>(target));
   registration->SetMetric(metric);
   registration->SetOptimizer(optimizer);
   registration->SetInitialTransform(transform);
@@ -163,48 +151,20 @@ VectorField by_b_splines(const Pictures& pictures) {
   registration->SetTransformParametersAdaptorsPerLevel(adaptors);
   registration->SetNumberOfWorkUnits(threads);
   registration->Update();
-  return field_of(*transform->GetDisplacementField(), pictures.source.extent);
-}
-
-VectorField by_demons(const Pictures& pictures) {
-  const auto fixed = image_of<double>(pictures.source);
-  const auto matched = itk::HistogramMatchingImageFilter<Gray, Gray>::New();
-  matched->SetReferenceImage(fixed);
-  matched->SetInput(image_of<double>(pictures.target));
-  matched->SetNumberOfHistogramLevels(256);
-  matched->SetNumberOfMatchPoints(15);
-  matched->ThresholdAtMeanIntensityOn();
-  matched->Update();
-  const auto demons = itk::DiffeomorphicDemonsRegistrationFilter<Gray, Gray, Field>::New();
-  demons->SetStandardDeviations(demons_smoothing);
-  demons->SetNumberOfWorkUnits(threads);
-  const auto levels = itk::MultiResolutionPDEDeformableRegistration<Gray, Gray, Field, double>::New();
-  levels->SetRegistrationFilter(demons);
-  levels->SetFixedImage(fixed);
-  levels->SetMovingImage(matched->GetOutput());
-  levels->SetNumberOfLevels(static_cast<unsigned>(pictures.levels));
-  std::vector<unsigned> iterations(static_cast<std::size_t>(pictures.levels), most_iterations);
-  iterations.back() /= 2;
-  levels->SetNumberOfIterations(iterations.data());
-  levels->Update();
-  return field_of(*levels->GetOutput(), pictures.source.extent);
+  return field_of(*transform->GetDisplacementField(), source.extent);
 }
 
 } // namespace
 
 ConventionalRegistration register_conventionally(const ScalarField& source, const ScalarField& target,
-                                                 const ScalarField& unseen, Conventional method,
-                                                 Progress& progress) {
+                                                 const ScalarField& unseen, Progress& progress) {
   require_pair(source, target);
   const auto start = std::chrono::steady_clock::now();
-  const Pictures pictures{source, target, unseen, levels_of(source.extent)};
   ConventionalRegistration result;
   try {
-    result.displacement = method == Conventional::demons ? by_demons(pictures) : by_b_splines(pictures);
+    result.displacement = by_b_splines(source, target, unseen);
   } catch (const itk::ExceptionObject& error) {
-    throw InputError(fmt::format("registration by {}: {}",
-                                 conventional_names[static_cast<std::size_t>(method)],
-                                 images::own_words(error)));
+    throw InputError(fmt::format("registration by B-splines: {}", images::own_words(error)));
   }
   progress.advance(1.0);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

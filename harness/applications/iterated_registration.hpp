@@ -16,7 +16,7 @@ struct IteratedOptions {
   double blur = 0.7;      ///< standard deviation of the Gaussian on every level, its pixels
   double stiffness = 3.0; ///< weight of the strain energy against squared differences in units of the noise
   /// Above 0: no physics but a Gaussian of this standard deviation over the displacement, pixels of a level,
-  /// as demons have it. To see what physics is worth.
+  /// as others have it. To see what physics is worth.
   double gaussian = 0.0;
   double smallest_step = 0.05; ///< pixels, RMS: less ends a level
 };

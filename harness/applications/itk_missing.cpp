@@ -8,7 +8,7 @@
 namespace hdmbench {
 
 ConventionalRegistration register_conventionally(const ScalarField&, const ScalarField&, const ScalarField&,
-                                                 Conventional, Progress&) {
+                                                 Progress&) {
   throw MissingFile("conventional registration: this hdmbench was built without image support; install "
                     "libinsighttoolkit5-dev and configure with -DHDMBENCH_IMAGES=ON");
 }

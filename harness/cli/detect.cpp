@@ -72,10 +72,10 @@ int run_detect(Arguments& arguments, Call& call) {
   const IteratedRegistration registered =
       register_iteratively(data.source, data.target, data.scene, {}, {}, *session, progress);
   const Similarity after = similarity(data.source, pulled_back(data.target, registered.displacement));
-  for (const Warning& doubt :
+  for (const Warning& warning :
        diagnose(data.source, data.target, similarity(data.source, data.target), after)) {
-    if (doubt.kind == no_likeness) {
-      throw InputError(fmt::format("detect: {} {}", doubt.message, doubt.advice));
+    if (warning.kind == no_likeness) {
+      throw InputError(fmt::format("detect: {} {}", warning.message, warning.advice));
     }
   }
   const Detection found = detect_modulus(data.source, data.target, registered.displacement, data.region,
@@ -109,10 +109,6 @@ int run_detect(Arguments& arguments, Call& call) {
               {"contrast_deviation", found.contrast_deviation},
               {"contrast_undetermined", is_undetermined(found)},
               {"contrast_at_limit", is_at_limit(found)}});
-  const LabelDoubt doubt = doubt_labels(data.source, data.scene, found);
-  if (doubt.is_serious()) {
-    row.update({{"looks_like", doubt.label}, {"doubted", doubt.share}});
-  }
   const auto name = [&](const char* file) { return beside(call.json, arguments.output, file); };
   write_scalar(arguments.output / "modulus.nrrd", found.modulus, data.scene.spacing, data.placement);
   write_scalar(arguments.output / "detection.nrrd", found.significance, data.scene.spacing, data.placement);
@@ -129,13 +125,6 @@ int run_detect(Arguments& arguments, Call& call) {
       found.significance, strong, data.source);
   row["pictures"] = pictures.written();
 
-  const std::string warning =
-      doubt.is_serious()
-          ? fmt::format(
-                "\n  The picture itself shows another tissue there: {:.0f} % of the disc look like label {}, "
-                "which would explain it. A wrong label?",
-                100.0 * doubt.share, doubt.label)
-          : "";
   fmt::print(
       "{}\n\n  {} sites of the region; error of the displacement, as white noise, {:.3g} px\n"
       "  unexplained by the labels' moduli {:.3g} px, by those found {:.3g} px\n"
@@ -145,11 +134,10 @@ int run_detect(Arguments& arguments, Call& call) {
       data.scene.title, region_sites, found.noise, found.unexplained_before, found.unexplained, found.largest,
       as_much_by_chance, found.by_chance.size(), largest_by_chance, found.x, found.y,
       found.position_deviation, found.radius, contrast_text(found));
-  fmt::print(
-      "  {}{}\n\n  {:.3g} s ({:.3g} of them the registration)\n  {}: MPa; beside it deviation.nrrd, the "
-      "standard deviation of its logarithm, and detection.nrrd, standard deviations\n",
-      verdict(as_much_by_chance > 0, found), warning, seconds, registered.seconds,
-      (arguments.output / "modulus.nrrd").string());
+  fmt::print("  {}\n\n  {:.3g} s ({:.3g} of them the registration)\n  {}: MPa; beside it deviation.nrrd, the "
+             "standard deviation of its logarithm, and detection.nrrd, standard deviations\n",
+             verdict(as_much_by_chance > 0, found), seconds, registered.seconds,
+             (arguments.output / "modulus.nrrd").string());
   call.write(json::array({without_nulls(row)}));
   return success;
 }

@@ -10,10 +10,9 @@ namespace hdmbench::commands {
 
 namespace {
 
-using faults::Expected;
 using faults::Planted;
-using faults::Trial;
 using faults::TrialScene;
+
 struct Arguments {
   std::vector<std::string> scenes;
   std::vector<std::string> faults;
@@ -36,22 +35,22 @@ std::vector<Planted> chosen(const std::vector<std::string>& names, std::vector<P
   return all;
 }
 
-/// What people are told of a trial in one word.
-std::string outcome(const Trial& trial) {
-  if (!trial.not_planted.empty()) {
+// Rows are as faults::try_out() has them.
+
+/// What people are told of a fault in one word.
+std::string outcome(const json& row) {
+  if (row["not_planted"] != "") {
     return "NOT PLANTED";
   }
-  if (!trial.ran() && trial.as_expected()) {
+  if (!row["ran"] && row["as_expected"]) {
     return "not run";
   }
-  const bool is_control = trial.planted.expected == Expected::let_through;
-  if (trial.as_expected()) {
-    return is_control ? "let through" : "yes";
-  }
-  return is_control ? "NOT LET THROUGH" : "NO";
+  const std::string yes = row["expected"] == "disagree" ? "yes" : "let through";
+  const std::string no = row["expected"] == "disagree" ? "NO" : "NOT LET THROUGH";
+  return row["as_expected"] ? yes : no;
 }
 
-/// Where verify disagreed; else the verdicts there were, each once. `row`: as json_row() has it.
+/// Where verify disagreed; else the verdicts there were, each once.
 std::string seen_on(const json& row) {
   json where = json::array();
   std::set<std::string> verdicts;
@@ -69,37 +68,38 @@ std::string seen_on(const json& row) {
 }
 
 /// Why something was not run, not planted or broke off, each reason once.
-std::set<std::string> reasons(const std::vector<Trial>& trials) {
+std::set<std::string> reasons(const json& rows) {
   std::set<std::string> lines;
-  for (const Trial& trial : trials) {
-    const std::string name = fmt::format("  {} on {}", trial.planted.name, trial.planted.backend);
-    if (!trial.not_planted.empty()) {
-      lines.insert(fmt::format("{} is not planted: {}\n", name, trial.not_planted));
+  for (const json& row : rows) {
+    const auto backend = row["backend"].get<std::string>();
+    const std::string name = fmt::format("  {} on {}", row["fault"].get<std::string>(), backend);
+    if (row["not_planted"] != "") {
+      lines.insert(fmt::format("{} is not planted: {}\n", name, row["not_planted"].get<std::string>()));
     }
-    for (const auto& seen : trial.seen) {
-      if (seen && !seen->error.empty()) {
-        lines.insert(fmt::format("{}: {}\n", name, seen->error));
-      } else if (seen && seen->verdict == Verdict::skipped) {
-        lines.insert(fmt::format("  {} is skipped: {}\n", trial.planted.backend, seen->reason));
-      } else if (seen && seen->verdict == Verdict::mistrusted && !trial.as_expected()) {
-        lines.insert(fmt::format("{}: mistrusted: {}\n", name, seen->reason));
+    for (const json& seen : row["scenes"]) {
+      const auto reason = seen["reason"].get<std::string>();
+      if (seen["verdict"] == "error") {
+        lines.insert(fmt::format("{}: {}\n", name, reason));
+      } else if (seen["verdict"] == name_of(Verdict::skipped) && reason != "") {
+        lines.insert(fmt::format("  {} is skipped: {}\n", backend, reason));
+      } else if (seen["verdict"] == name_of(Verdict::mistrusted) && !row["as_expected"]) {
+        lines.insert(fmt::format("{}: mistrusted: {}\n", name, reason));
       }
     }
   }
   return lines;
 }
 
-/// How many were caught, and how many only where every number is exact. `rows`: as json_row() has them.
-void print_sum(const std::vector<Trial>& trials, const json& rows) {
-  const auto count = [&](Expected expected, bool only_good) {
-    return std::ranges::count_if(trials, [&](const Trial& trial) {
-      const bool judged = trial.ran() || !trial.as_expected();
-      return trial.planted.expected == expected && judged && (trial.as_expected() || !only_good);
+/// How many were caught, and how many only where every number is exact.
+void print_sum(const json& rows) {
+  const auto count = [&](std::string_view expected, bool only_good) {
+    return std::ranges::count_if(rows, [&](const json& row) {
+      const bool is_good = row["as_expected"];
+      return row["expected"] == expected && (is_good ? row["ran"].get<bool>() : !only_good);
     });
   };
-  fmt::print("\n{} of {} planted faults caught, {} of {} controls let through\n",
-             count(Expected::disagree, true), count(Expected::disagree, false),
-             count(Expected::let_through, true), count(Expected::let_through, false));
+  fmt::print("\n{} of {} planted faults caught, {} of {} controls let through\n", count("disagree", true),
+             count("disagree", false), count("let through", true), count("let through", false));
   const auto exact = std::ranges::count_if(rows, [](const json& row) {
     return row["expected"] == "disagree" && row["caught"] &&
            std::ranges::none_of(row["scenes"], [](const json& scene) {
@@ -137,27 +137,26 @@ int try_faults(const Arguments& arguments, const Call& call, const std::vector<P
   }
   progress.set_total(static_cast<double>(total));
 
-  std::vector<Trial> trials;
   json rows = json::array();
   json shown = json::array();
   for (const Planted& planted : list) {
-    const Trial& trial = trials.emplace_back(faults::try_out(planted, reference, scenes, progress));
-    rows.push_back(json_row(trial, scenes));
-    if (!arguments.brief || !trial.as_expected()) {
-      shown.push_back(rows.back());
-      shown.back().update({{"seen", seen_on(rows.back())}, {"caught", outcome(trial)}});
+    const json& row = rows.emplace_back(faults::try_out(planted, reference, scenes, progress));
+    if (!arguments.brief || !row["as_expected"]) {
+      shown.push_back(row);
+      shown.back().update({{"seen", seen_on(row)}, {"caught", outcome(row)}});
     }
   }
   progress.clear();
   if (!shown.empty()) {
     fmt::print("{}", table_text(shown, "fault|backend:planted on|layer|seen:verify disagrees on|caught"));
   }
-  print_sum(trials, rows);
-  for (const std::string& reason : reasons(trials)) {
+  print_sum(rows);
+  for (const std::string& reason : reasons(rows)) {
     fmt::print("{}", reason);
   }
+  const bool good = std::ranges::all_of(rows, [](const json& row) { return row["as_expected"].get<bool>(); });
   call.write(std::move(rows));
-  return std::ranges::all_of(trials, &Trial::as_expected) ? success : disagreement;
+  return good ? success : disagreement;
 }
 
 /// In one process what is computed has the mistakes, on ranks what they tell each other.

@@ -18,7 +18,6 @@ namespace {
 struct Arguments {
   PairArguments pair;
   bool iterate = false;
-  std::string conventional{conventional_names.front()};
 };
 
 /// What a registration came to.
@@ -100,18 +99,15 @@ void write_files(const PairArguments& arguments, const Call& call, const Picture
 
 Outcome register_region(const Arguments& arguments, const PictureData& data, const Backend& backend,
                         Progress& progress) {
-  const auto* const found = std::ranges::find(conventional_names, arguments.conventional);
-  const auto method = static_cast<Conventional>(found - conventional_names.begin());
-  progress.describe(fmt::format("register: ITK's {}", arguments.conventional));
+  progress.describe("register: ITK's B-splines");
   const ConventionalRegistration first =
-      register_conventionally(data.source, data.target, data.region, method, progress);
+      register_conventionally(data.source, data.target, data.region, progress);
   Outcome outcome;
   progress.describe(fmt::format("register: {} on {}", data.scene.name, backend.name()));
   Solution solution = make_physical(data.source, data.target, first.displacement, data.region, data.scene,
                                     backend, arguments.pair.scene.session, outcome.confidence, progress);
   outcome.displacement = std::move(solution.displacement);
-  outcome.row = {{"conventional", arguments.conventional},
-                 {"conventional_seconds", first.seconds},
+  outcome.row = {{"conventional_seconds", first.seconds},
                  {"seconds", first.seconds + solution.timings.total()},
                  {"energy", data.scene.energy->name}};
   return outcome;
@@ -147,9 +143,7 @@ int run_register(Arguments& arguments, Call& call) {
   const ScheduleOverrides& schedule = arguments.pair.scene.schedule;
   if (arguments.iterate) {
     const bool is_idle = schedule.energy != nullptr && !schedule.energy->is_of_cells();
-    std::vector<std::string> idle = schedule_options(*call.command, {is_idle ? "" : "--energy"});
-    idle.emplace_back("--conventional");
-    refuse_idle(*call.command, idle,
+    refuse_idle(*call.command, schedule_options(*call.command, {is_idle ? "" : "--energy"}),
                 "--iterate looks at the pictures itself, and solves the elastic energy its way");
   }
   const PictureData data = arguments.pair.load();
@@ -213,8 +207,7 @@ int run_register(Arguments& arguments, Call& call) {
              table_text(measures, "what:|before|after"), largest, folds, row["seconds"].get<double>(),
              arguments.iterate
                  ? ""
-                 : fmt::format(" ({:.3g} of them ITK's {})", row["conventional_seconds"].get<double>(),
-                               arguments.conventional));
+                 : fmt::format(" ({:.3g} of them ITK's)", row["conventional_seconds"].get<double>()));
   fmt::print("  {}: the displacement in millimetres; beside it {} pictures\n",
              (arguments.pair.output / "displacement.nrrd").string(), row["pictures"].size());
   if (!warnings.empty()) {
@@ -235,9 +228,6 @@ void add_register(CLI::App& program, Call& call) {
       "the pictures have no likeness.",
       run_register);
   own.pair.add_to(command, call, false);
-  add_option(command, "--conventional", own.conventional,
-             "ITK's registration that says what is observed: b-splines or demons")
-      ->check(CLI::IsMember(std::vector<std::string>(conventional_names.begin(), conventional_names.end())));
   add_flag(command, "--iterate", own.iterate,
            "No ITK: estimate, solve with the elastic energy and look again, from coarse to fine; "
            "exit status 1 where it does not converge");

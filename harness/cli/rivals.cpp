@@ -16,11 +16,10 @@ struct Arguments {
   int detection = 0; ///< pairs of cases; 0: registration
   bool pictures = false;
   bool spread = false;
-  std::string other; ///< scene; empty: the pair is planted
   fs::path output;
 };
 
-/// What one of the three things that rivals does comes to.
+/// What one of the two things that rivals does comes to.
 struct Found {
   const char* command; ///< as result files call it
   json rows;
@@ -55,20 +54,6 @@ Found compare(const Arguments& arguments, const Scene& scene, const Backend& bac
     all.insert(all.end(), rows.begin(), rows.end());
   }
   return {"rivals", std::move(all)};
-}
-
-/// Their labels mean the same tissues, or nothing is said.
-Found compare_people(const Arguments& arguments, const Scene& scene, const Backend& backend,
-                     Progress& progress) {
-  SceneArguments other = arguments.scene;
-  other.scene = arguments.other;
-  json rows = hdmbench::compare_people(scene, other.load(), !arguments.quick, backend,
-                                       arguments.scene.session, progress);
-  progress.clear();
-  fmt::print("{} to {}, {} x {}: overlap of the labels (Dice)\n\n{}\n", scene.name, arguments.other,
-             scene.extent().width, scene.extent().height,
-             table_text(rows, "method|dice:labels, mean|correlation|folds|seconds"));
-  return {"people", std::move(rows)};
 }
 
 Found look(const Arguments& arguments, const Scene& scene, const Backend& backend, Progress& progress) {
@@ -121,7 +106,7 @@ int run_rivals(Arguments& arguments, Call& call) {
     throw InputError(fmt::format("{} has no elastic energy", backend.name()));
   }
   Progress progress;
-  const auto& run = !arguments.other.empty() ? compare_people : arguments.detection > 0 ? look : compare;
+  const auto& run = arguments.detection > 0 ? look : compare;
   Found found = run(arguments, scene, backend, progress);
   if (!arguments.quick && arguments.detection == 0 && !is_installed("elastix")) {
     fmt::print("{} was not compared: there is no elastix on PATH (Debian's package elastix)\n", by_elastix);
@@ -151,22 +136,15 @@ void add_rivals(CLI::App& program, Call& call) {
       add_option(command, "--planted", own.kinds, "What deforms: growth, resection, pressure, with commas")
           ->delimiter(',')
           ->check(CLI::IsMember(std::vector<std::string>(planted_names.begin(), planted_names.end())));
-  CLI::Option* const output = add_output_folder(
+  add_output_folder(
       command, own.output,
       "Write the pictures of each pair to this folder, for register; with --pictures those of the "
       "first inclusion, for detect");
-  CLI::Option* const other =
-      add_option(command, "--other", own.other,
-                 "Nothing is planted: register to the picture of this scene, another person of whom a "
-                 "label is the same tissue")
-          ->excludes(planted)
-          ->excludes(output);
   CLI::Option* const detection = add_option(command, "--detection", own.detection,
                                             "So many cases with a hidden inclusion, and as many without")
                                      ->check(CLI::Range(1, 1'000'000))
                                      ->excludes(quick)
-                                     ->excludes(planted)
-                                     ->excludes(other);
+                                     ->excludes(planted);
   add_flag(command, "--spread", own.spread, "Radius 3 to 15 pixels and contrast 1.5 to 10, another each case")
       ->needs(detection);
   add_flag(command, "--pictures", own.pictures,

@@ -72,11 +72,6 @@ public:
   static_assert(TLabelImage::ImageDimension == 2 && std::is_integral_v<LabelType>,
                 "the labels are a 2-D image of integers");
 
-  using StopCriterionEnum = hdmbench::Stop;
-  using AlignmentEnum = hdmbench::Alignment;
-  /** Number of the level that is beyond every pyramid: start where it is coarsest. */
-  static constexpr int CoarsestLevel = 64;
-
   /** Which tissue. */
   itkSetInputMacro(Labels, LabelImageType);
   itkGetInputMacro(Labels, LabelImageType);
@@ -105,39 +100,19 @@ public:
   /** What the field minimises, by the name that scene files use: "hdm" (the thesis; default) or "elastic",
    * the strain energy of plane stress, as finite elements do. The latter begins with the observation, not
    * with the input, prescribes a component where its confidence is 1 and pulls at it by a spring where it is
-   * below, and has no use for StopCriterion, Epsilon, StartLevel, Alignment, Penalty, StepSet and
-   * DuringIterationUpdate. */
+   * below, and has no use for Penalty. */
   itkSetStringMacro(Energy);
   itkGetStringMacro(Energy);
   /** Of all tissues, above -1 and at most 0.5; of the elastic energy. Default 0.3. */
   itkSetMacro(PoissonRatio, double);
   itkGetConstMacro(PoissonRatio, double);
-  /** Per level: exact with StopCriterionEnum::fixed, else at most. Of the elastic energy: steps of conjugate
-   * gradients at most; they end where only rounding is left. Default 50. */
+  /** Per level. Of the elastic energy: steps of conjugate gradients at most; they end where only rounding is
+   * left. Default 50. */
   itkSetMacro(NumberOfIterations, int);
   itkGetConstMacro(NumberOfIterations, int);
-  /** When a level ends: fixed (default), still (no site changed), energy (see Epsilon). */
-  itkSetEnumMacro(StopCriterion, StopCriterionEnum);
-  itkGetEnumMacro(StopCriterion, StopCriterionEnum);
-  /** For StopCriterionEnum::energy: the change of the mean energy of one iteration. Default 1e-6. */
-  itkSetMacro(Epsilon, double);
-  itkGetConstMacro(Epsilon, double);
-  /** First level computed, 0 the full resolution alone. Default CoarsestLevel. */
-  itkSetMacro(StartLevel, int);
-  itkGetConstMacro(StartLevel, int);
-  /** How coarse sites stand for fine ones. Default corner. */
-  itkSetEnumMacro(Alignment, AlignmentEnum);
-  itkGetEnumMacro(Alignment, AlignmentEnum);
-  /** Sites read what their neighbours became in the same iteration: backend "scalar" only. Default off. */
-  itkSetMacro(DuringIterationUpdate, bool);
-  itkGetConstMacro(DuringIterationUpdate, bool);
-  itkBooleanMacro(DuringIterationUpdate);
   /** K > 0, the weight of the observation. Default 1000. */
   itkSetMacro(Penalty, double);
   itkGetConstMacro(Penalty, double);
-  /** Candidate steps in pixels: "default", "thesis", "fine" or numbers with commas between. */
-  itkSetStringMacro(StepSet);
-  itkGetStringMacro(StepSet);
   /** "scalar", "openmp" (default), "gl-fragment", "gl-fragment-osmesa", "gl-compute", "vulkan-compute". */
   itkSetStringMacro(Backend);
   itkGetStringMacro(Backend);
@@ -177,24 +152,16 @@ protected:
     if ((this->GetObservationImage() != nullptr) != (this->GetConfidenceImage() != nullptr)) {
       itkExceptionMacro(<< "SetObservationImage() and SetConfidenceImage(): give both or none");
     }
-    if (m_NumberOfIterations < 0 || m_StartLevel < 0 || !(m_Epsilon >= 0.0)) {
-      itkExceptionMacro(<< "NumberOfIterations is " << m_NumberOfIterations << ", StartLevel " << m_StartLevel
-                        << ", Epsilon " << m_Epsilon << ": none may be negative");
+    if (m_NumberOfIterations < 0) {
+      itkExceptionMacro(<< "NumberOfIterations is " << m_NumberOfIterations << ", it may not be negative");
     }
     if (!(m_PoissonRatio > -1.0 && m_PoissonRatio <= 0.5)) {
       itkExceptionMacro(<< "PoissonRatio is " << m_PoissonRatio << ", it must be above -1 and at most 0.5");
     }
     try {
-      (void)hdmbench::StepSet::parse(m_StepSet);
       const auto backends = hdmbench::make_backends();
-      const auto& backend = hdmbench::find_backend(backends, m_Backend);
+      (void)hdmbench::find_backend(backends, m_Backend);
       (void)hdmbench::find_energy(m_Energy);
-      if (!backend.supports(this->UpdateOfSites())) {
-        itkExceptionMacro(
-            << m_Backend
-            << " cannot update during an iteration, only scalar can: call SetBackend(\"scalar\") "
-               "or DuringIterationUpdateOff()");
-      }
     } catch (const hdmbench::InputError& error) {
       itkExceptionMacro(<< error.what());
     }
@@ -267,13 +234,7 @@ protected:
     print("Energy", m_Energy);
     print("PoissonRatio", m_PoissonRatio);
     print("NumberOfIterations", m_NumberOfIterations);
-    print("StartLevel", m_StartLevel);
-    print("StopCriterion", static_cast<int>(m_StopCriterion));
-    print("Epsilon", m_Epsilon);
-    print("Alignment", static_cast<int>(m_Alignment));
-    print("DuringIterationUpdate", m_DuringIterationUpdate);
     print("Penalty", m_Penalty);
-    print("StepSet", m_StepSet);
     print("Backend", m_Backend);
     print("Device", m_Device);
     print("DeviceUsed", m_DeviceUsed);
@@ -301,10 +262,6 @@ private:
   static hdmbench::Extent ExtentOf(const TImage& image) {
     const auto size = image.GetLargestPossibleRegion().GetSize();
     return {static_cast<int>(size[0]), static_cast<int>(size[1])};
-  }
-
-  hdmbench::Update UpdateOfSites() const {
-    return m_DuringIterationUpdate ? hdmbench::Update::sequential : hdmbench::Update::simultaneous;
   }
 
   /** Along rows and columns, in pixels. The direction is orthonormal: its inverse is its transpose, which for
@@ -340,17 +297,11 @@ private:
   hdmbench::Scene MakeScene() const {
     hdmbench::Scene scene;
     const hdmbench::VectorField& start = scene.start.emplace(this->ToPixels(*this->GetInput()));
-    scene.schedule = {.iterations = m_NumberOfIterations,
-                      .stop = m_StopCriterion,
-                      .epsilon = m_Epsilon,
-                      .start_level = m_StartLevel,
-                      .alignment = m_Alignment};
+    scene.schedule.iterations = m_NumberOfIterations;
     const hdmbench::Extent extent = start.extent;
     hdmbench::Level& full = scene.full;
     full.extent = extent;
     full.penalty = static_cast<float>(m_Penalty);
-    full.steps = hdmbench::StepSet::parse(m_StepSet);
-    full.update = this->UpdateOfSites();
     full.target = hdmbench::VectorField(extent);
     full.confidence = hdmbench::VectorField(extent);
     if (const auto* const confidence = this->GetConfidenceImage()) {
@@ -406,15 +357,9 @@ private:
 
   std::map<LabelType, double> m_Moduli;
   int m_NumberOfIterations = 50;
-  StopCriterionEnum m_StopCriterion = StopCriterionEnum::fixed;
-  double m_Epsilon = 1e-6;
-  int m_StartLevel = CoarsestLevel;
-  AlignmentEnum m_Alignment = AlignmentEnum::corner;
-  bool m_DuringIterationUpdate = false;
   double m_Penalty = 1000.0;
   std::string m_Energy = "hdm";
   double m_PoissonRatio = 0.3;
-  std::string m_StepSet = "default";
   std::string m_Backend = "openmp";
   std::string m_Device;
 

@@ -155,7 +155,6 @@ const registration = tables(
     "after.correlation before.mutual_information after.mutual_information largest_displacement folds converged looks"],
   ["Against planted truth", (row) => row.planted,
     "scene size planted amplitude noise method tissue tissue_95 region dice folds seconds"],
-  ["Between two people", (row) => row.overlaps, "scene size other method dice correlation folds seconds"],
   KNOBS);
 
 /// Something is hidden where the contrast is not 1; a threshold of the score finds some of it, and raises alarms
@@ -188,6 +187,6 @@ function roc(rows) {
 
 const detection = tables(
   ["", (row) => is_number(row.as_much_by_chance), "scene size backend device seconds x y position_deviation radius " +
-    "contrast largest as_much_by_chance simulations unexplained_before unexplained looks_like"],
+    "contrast largest as_much_by_chance simulations unexplained_before unexplained"],
   ["Does chance find as much?", (row) => is_number(row.score), roc],
   KNOBS);

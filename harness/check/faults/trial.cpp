@@ -99,22 +99,45 @@ TrialScene sleeping_tiles() {
   return {.label = "sleeping tiles", .scene = std::move(scene), .tiles_sleep = true};
 }
 
-Seen worst_of(const std::vector<Comparison>& comparisons) {
-  Seen worst;
-  worst.reason = comparisons.front().reason;
+/// What they come to: the worst verdict, its reason, and the sums of what differed.
+nlohmann::json worst_of(const std::vector<Comparison>& comparisons) {
+  Verdict verdict = Verdict::skipped;
+  std::string reason = comparisons.front().reason;
+  std::int64_t differing = 0;
+  std::int64_t uncertified = 0;
+  std::int64_t counts = 0;
   for (const Comparison& comparison : comparisons) {
     if (comparison.verdict == Verdict::skipped) {
       continue;
     }
-    if (worst.verdict == Verdict::skipped || comparison.verdict > worst.verdict) {
-      worst.verdict = comparison.verdict;
-      worst.reason = comparison.reason;
+    if (verdict == Verdict::skipped || comparison.verdict > verdict) {
+      verdict = comparison.verdict;
+      reason = comparison.reason;
     }
-    worst.sites_differing += comparison.sites_differing;
-    worst.uncertified += comparison.uncertified;
-    worst.counts_differing += comparison.counts_differing;
+    differing += comparison.sites_differing;
+    uncertified += comparison.uncertified;
+    counts += comparison.counts_differing;
   }
-  return worst;
+  return {{"verdict", name_of(verdict)},
+          {"sites_differing", differing},
+          {"uncertified", uncertified},
+          {"counts_differing", counts},
+          {"reason", reason}};
+}
+
+/// What the verdicts of its scenes come to.
+void judge(Expected expected, nlohmann::json& row) {
+  const auto saw = [&](std::string_view verdict) {
+    return std::ranges::any_of(row["scenes"],
+                               [&](const nlohmann::json& seen) { return seen["verdict"] == verdict; });
+  };
+  const bool caught = saw(name_of(Verdict::disagree));
+  const bool ran = caught || saw(name_of(Verdict::agree)) || saw(name_of(Verdict::certified));
+  const bool broke_off = saw("error");
+  const bool good = expected == Expected::disagree
+                        ? caught || (!ran && !broke_off)
+                        : !caught && !broke_off && !saw(name_of(Verdict::mistrusted));
+  row.update({{"ran", ran}, {"caught", caught}, {"as_expected", good && row["not_planted"] == ""}});
 }
 
 } // namespace
@@ -135,25 +158,6 @@ std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names, std:
   return scenes;
 }
 
-std::string_view text(const Seen& seen) {
-  return seen.error.empty() ? name_of(seen.verdict) : "error";
-}
-
-bool Trial::saw(Verdict verdict) const {
-  return std::ranges::any_of(
-      seen, [verdict](const auto& one) { return one && one->error.empty() && one->verdict == verdict; });
-}
-
-bool Trial::as_expected() const {
-  const bool broke_off =
-      std::ranges::any_of(seen, [](const auto& one) { return one && !one->error.empty(); });
-  if (!not_planted.empty()) {
-    return false;
-  }
-  return planted.expected == Expected::disagree ? caught() || (!ran() && !broke_off)
-                                                : !caught() && !broke_off && !saw(Verdict::mistrusted);
-}
-
 bool concerns(const Planted& planted, const TrialScene& scene) {
   if ((!planted.method.empty() && planted.method != scene.scene.schedule.method) ||
       scene.tiles_sleep != (planted.part == Part::sleep)) {
@@ -167,68 +171,51 @@ bool concerns(const Planted& planted, const TrialScene& scene) {
          (planted.part == Part::levels ? pyramid->levels.size() > 1 : coarse_level_count(*pyramid, 8) > 0);
 }
 
-Trial try_out(const Planted& planted, const Backend& reference, std::span<const TrialScene> scenes,
-              Progress& progress) {
-  Trial trial{.planted = planted, .device = {}, .seen = {}, .not_planted = {}};
+nlohmann::json try_out(const Planted& planted, const Backend& reference, std::span<const TrialScene> scenes,
+                       Progress& progress) {
+  nlohmann::json row{{"fault", planted.name},
+                     {"what", planted.what},
+                     {"backend", planted.backend},
+                     {"device", ""},
+                     {"layer", name_of(planted.layer)},
+                     {"expected", name_of(planted.expected)},
+                     {"not_planted", ""},
+                     {"scenes", nlohmann::json::array()}};
   Progress silent(false);
-  for (const TrialScene& scene : scenes) {
-    std::optional<Seen>& seen = trial.seen.emplace_back();
-    if (!concerns(planted, scene)) {
+  for (const TrialScene& trial : scenes) {
+    if (!concerns(planted, trial)) {
       continue;
     }
-    progress.describe(fmt::format("{} on {}: {}", planted.name, planted.backend, scene.label));
-    seen.emplace();
+    progress.describe(fmt::format("{} on {}: {}", planted.name, planted.backend, trial.label));
+    nlohmann::json seen{{"scene", trial.label},
+                        {"width", trial.scene.extent().width},
+                        {"height", trial.scene.extent().height},
+                        {"method", trial.scene.schedule.method},
+                        {"exact", trial.scene.exact},
+                        {"verdict", name_of(Verdict::skipped)},
+                        {"reason", ""}};
     try {
       const std::unique_ptr<Backend> faulty = planted.make();
       const Backend* const backends[] = {faulty.get()};
       std::vector<Comparison> comparisons = verify(
-          scene.scene, reference, backends, {.session = {}, .iteration_limit = iteration_limit}, silent);
+          trial.scene, reference, backends, {.session = {}, .iteration_limit = iteration_limit}, silent);
       if (planted.bitwise) {
         std::ranges::for_each(comparisons, excuse_nothing);
       }
-      trial.device = comparisons.front().device;
-      seen = worst_of(comparisons);
-      if (planted.require_planted && seen->verdict != Verdict::skipped) {
+      row["device"] = comparisons.front().device.name;
+      seen.update(worst_of(comparisons));
+      if (planted.require_planted && seen["verdict"] != name_of(Verdict::skipped)) {
         planted.require_planted();
       }
     } catch (const NotPlanted& error) {
-      trial.not_planted = error.what();
+      row["not_planted"] = error.what();
     } catch (const DeviceError& error) {
-      seen->error = error.what();
+      seen.update({{"verdict", "error"}, {"reason", error.what()}});
     }
+    row["scenes"].push_back(std::move(seen));
     progress.advance(1.0);
   }
-  return trial;
-}
-
-nlohmann::json json_row(const Trial& trial, std::span<const TrialScene> scenes) {
-  const Planted& planted = trial.planted;
-  nlohmann::json row{{"fault", planted.name},
-                     {"what", planted.what},
-                     {"backend", planted.backend},
-                     {"device", trial.device.name},
-                     {"layer", name_of(planted.layer)},
-                     {"expected", name_of(planted.expected)},
-                     {"caught", trial.caught()},
-                     {"as_expected", trial.as_expected()},
-                     {"not_planted", trial.not_planted},
-                     {"scenes", nlohmann::json::array()}};
-  for (std::size_t i = 0; i < trial.seen.size(); ++i) {
-    if (trial.seen[i]) {
-      const Seen& seen = *trial.seen[i];
-      const Scene& scene = scenes[i].scene;
-      row["scenes"].push_back({{"scene", scenes[i].label},
-                               {"width", scene.extent().width},
-                               {"height", scene.extent().height},
-                               {"method", scene.schedule.method},
-                               {"exact", scene.exact},
-                               {"verdict", text(seen)},
-                               {"sites_differing", seen.sites_differing},
-                               {"uncertified", seen.uncertified},
-                               {"counts_differing", seen.counts_differing},
-                               {"reason", seen.error.empty() ? seen.reason : seen.error}});
-    }
-  }
+  judge(planted.expected, row);
   return row;
 }
 

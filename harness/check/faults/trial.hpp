@@ -82,42 +82,18 @@ struct TrialScene {
 [[nodiscard]] std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names,
                                                    std::optional<Extent> size);
 
-/// What verify said of a planted fault on one scene, all modes together: the worst verdict, its reason, and
-/// the sums of what differed; skipped where all are.
-struct Seen : Comparison {
-  std::string error; ///< the driver's words where it refused to go on; then there is no verdict
-};
-
-/// "disagree", or "error".
-[[nodiscard]] std::string_view text(const Seen& seen);
-
-/// One planted fault on all scenes.
-struct Trial {
-  Planted planted;
-  Device device;                         ///< it ran on
-  std::vector<std::optional<Seen>> seen; ///< per scene; none: the scene is not for this fault
-  std::string not_planted;               ///< why not; empty: it was
-
-  /// Whether verify said this of one scene at least; what broke off has no verdict.
-  [[nodiscard]] bool saw(Verdict verdict) const;
-  /// Whether there is a verdict that is worth anything.
-  [[nodiscard]] bool ran() const { return saw(Verdict::agree) || saw(Verdict::certified) || caught(); }
-  [[nodiscard]] bool caught() const { return saw(Verdict::disagree); }
-  /// Whether verify did what Planted::expected says, or nothing could be run. A control on a scene that is
-  /// mistrusted did not: what is let through there says nothing.
-  [[nodiscard]] bool as_expected() const;
-};
-
 /// Scenes that `planted` is for.
 [[nodiscard]] bool concerns(const Planted& planted, const TrialScene& scene);
 
-/// Verifies the backend with the fault against `reference`, a few iterations per level.
-[[nodiscard]] Trial try_out(const Planted& planted, const Backend& reference,
-                            std::span<const TrialScene> scenes, Progress& progress);
-
-/// One row of `faults`' results: {"fault", "what", "backend", "device", "layer", "expected", "caught",
-/// "as_expected", "not_planted", "scenes": [{"scene", "width", "height", "method", "exact", "verdict",
-/// "sites_differing", "uncertified", "counts_differing", "reason"}]}.
-[[nodiscard]] nlohmann::json json_row(const Trial& trial, std::span<const TrialScene> scenes);
+/// Verifies the backend with the fault against `reference`, a few iterations per level. One row of `faults`'
+/// results: {"fault", "what", "backend", "device", "layer", "expected", "ran", "caught", "as_expected",
+/// "not_planted", "scenes": [{"scene", "width", "height", "method", "exact", "verdict", "sites_differing",
+/// "uncertified", "counts_differing", "reason"}]}. "scenes" has those that `planted` is for, with the worst
+/// verdict of all modes, "skipped" where all are, "error" where the driver refused to go on. "ran": there is
+/// a verdict that is worth anything. "as_expected": verify did what Planted::expected says, or nothing could
+/// be run. A control on a scene that is mistrusted did not: what is let through there says nothing.
+/// "not_planted": why not; empty: it was.
+[[nodiscard]] nlohmann::json try_out(const Planted& planted, const Backend& reference,
+                                     std::span<const TrialScene> scenes, Progress& progress);
 
 } // namespace hdmbench::faults

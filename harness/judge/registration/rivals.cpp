@@ -7,7 +7,6 @@
 #include "harness/measure/median.hpp"
 #include "harness/scene/sites.hpp"
 #include "harness/solve/methods/solver.hpp"
-#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
@@ -162,60 +161,6 @@ json compare_rivals(const Scene& scene, const PlantedOptions& planted, bool slow
   return rows;
 }
 
-std::vector<Overlap> overlaps_of(const LabelField& source, const LabelField& target,
-                                 const VectorField& displacement) {
-  const Extent extent = source.extent;
-  std::vector<int> there(extent.sites());
-  for_each_site(extent, [&](int x, int y) {
-    const std::size_t site = extent.index(x, y);
-    const auto to_x = std::lround(static_cast<float>(x) + displacement[0][site]);
-    const auto to_y = std::lround(static_cast<float>(y) + displacement[1][site]);
-    there[site] = target.values[extent.index(std::clamp(static_cast<int>(to_x), 0, extent.width - 1),
-                                             std::clamp(static_cast<int>(to_y), 0, extent.height - 1))];
-  });
-  std::vector<Overlap> overlaps;
-  for (const auto& [label, count] : count_labels(source.values, there)) {
-    const bool in_both =
-        std::ranges::count(source.values, label) > 0 && std::ranges::count(target.values, label) > 0;
-    if (label > 0 && in_both) {
-      overlaps.push_back({label, count.dice()});
-    }
-  }
-  return overlaps;
-}
-
-json compare_people(const Scene& scene, const Scene& other, bool slow, const Backend& backend,
-                    const SessionOptions& session, Progress& progress) {
-  for (const Scene* const one : {&scene, &other}) {
-    if (one->picture.values.empty() || one->labels.values.empty() || one->extent() != scene.extent()) {
-      throw InputError(
-          fmt::format("{}: two people can only be compared by pictures with labels, of one size", one->name));
-    }
-  }
-  const ScalarField nowhere(scene.extent());
-  json rows = json::array();
-  for (const RegisteredPair& registered :
-       register_every_way({scene.picture, other.picture, nowhere, false}, scene, slow, backend, session,
-                          fmt::format("rivals {} to {}", scene.name, other.name), progress)) {
-    const std::vector<Overlap> overlaps = overlaps_of(scene.labels, other.labels, registered.displacement);
-    if (overlaps.empty()) {
-      throw InputError(fmt::format("{} and {} have no label above 0 in common", scene.name, other.name));
-    }
-    double dice = 0.0;
-    for (const Overlap& overlap : overlaps) {
-      dice += overlap.dice / static_cast<double>(overlaps.size());
-    }
-    json& row = rows.emplace_back(registered.row);
-    row.update({{"other", other.name},
-                {"dice", dice},
-                {"overlaps", overlaps},
-                {"correlation",
-                 similarity(scene.picture, pulled_back(other.picture, registered.displacement)).correlation},
-                {"folds", folds_of(registered.displacement, scene.labels)}});
-  }
-  return rows;
-}
-
 PlantedInclusion any_inclusion(std::uint32_t seed) {
   GaussianNoise random(seed);
   const auto between = [&](double least, double most) {
@@ -233,11 +178,10 @@ json look_for(const PlantedInclusion& inclusion, const Search& search) {
   const PlantedField field = plant(scene, planted);
   Progress silent(false);
   const DetectionOptions quick{.repetitions = 0};
-  const PlantedPair pair =
-      pictures_of(scene, field, pictures ? inclusion.noise : PlantedOptions{}.noise, inclusion.seed);
   Detection found;
   double seconds = 0.0;
   if (pictures) {
+    const PlantedPair pair = pictures_of(scene, field, inclusion.noise, inclusion.seed);
     const IteratedRegistration registered =
         register_iteratively(pair.source, pair.target, scene, {}, {}, session, silent);
     seconds = registered.seconds;
@@ -264,7 +208,6 @@ json look_for(const PlantedInclusion& inclusion, const Search& search) {
               {"place_score", place_score},
               {"distance", std::hypot(found.x - field.x, found.y - field.y)},
               {"found_contrast", found.contrast},
-              {"doubted", doubt_labels(pair.source, scene, found).is_serious()},
               {"seconds", seconds + found.seconds}});
   return row;
 }

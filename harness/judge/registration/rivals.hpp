@@ -31,27 +31,6 @@ inline constexpr std::string_view truth_outside = "the truth given outside the r
                                             const Backend& backend, const SessionOptions& session,
                                             Progress& progress);
 
-/// How much of one label two pictures have in common.
-struct Overlap {
-  int label = 0;
-  double dice = 0.0; ///< 0 ... 1
-};
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Overlap, label, dice)
-
-/// Of each label above 0 that both have: twice the sites where `source` at x and `target` at x + d(x), to the
-/// nearest site, are of that label, over those of either.
-[[nodiscard]] std::vector<Overlap> overlaps_of(const LabelField& source, const LabelField& target,
-                                               const VectorField& displacement);
-
-/// Every way from the picture of `scene` to that of `other`, another person. Nobody knows the true
-/// displacement; what can be said is whether one label, which must be the same tissue in both, lies on the
-/// same label: rows as of register_every_way with {other, dice, overlaps, correlation, folds}, where dice is
-/// the mean over the overlaps and the correlation that of the pictures afterwards. Throws InputError where
-/// they have not the same size, or one has no picture or labels.
-[[nodiscard]] nlohmann::json compare_people(const Scene& scene, const Scene& other, bool slow,
-                                            const Backend& backend, const SessionOptions& session,
-                                            Progress& progress);
-
 /// Of a radius of 3 to 15 pixels and a contrast of 1.5 to 10, even on a logarithmic scale, by the seed.
 [[nodiscard]] PlantedInclusion any_inclusion(std::uint32_t seed);
 
@@ -68,7 +47,7 @@ struct Search {
 /// (magnitude of the most significant disc, standard deviations), by_chance (the largest of its simulations
 /// with nothing hidden), place_score (the score where the inclusion is: what there is to be found), distance
 /// (of the disc that explains the displacement best from the inclusion's centre, pixels), found_contrast (of
-/// that disc), doubted (the picture shows another tissue there than the label says), seconds}.
+/// that disc), seconds}.
 [[nodiscard]] nlohmann::json look_for(const PlantedInclusion& inclusion, const Search& search);
 
 /// Cases 1, 2, ... as `inclusion_of` their number, each with its inclusion and without.

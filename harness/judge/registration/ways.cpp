@@ -49,12 +49,9 @@ std::vector<RegisteredPair> register_every_way(const PairToRegister& pair, const
   const ScalarField unseen = told ? pair.region : ScalarField{};
   Progress silent(false);
   std::map<std::string_view, Found> found;
-  const auto conventionally = [&](Conventional method) {
-    return [&, method] {
-      ConventionalRegistration result =
-          register_conventionally(pair.source, pair.target, unseen, method, silent);
-      return Found{std::move(result.displacement), result.seconds};
-    };
+  const auto conventionally = [&] {
+    ConventionalRegistration result = register_conventionally(pair.source, pair.target, unseen, silent);
+    return Found{std::move(result.displacement), result.seconds};
   };
   const auto iterate = [&](const ScalarField& not_seen, const IteratedOptions& options) {
     IteratedRegistration result =
@@ -75,9 +72,8 @@ std::vector<RegisteredPair> register_every_way(const PairToRegister& pair, const
   const bool has_region = std::ranges::any_of(pair.region.values, [](float value) { return value != 0.0F; });
   const std::vector<Way> ways{
       {not_registered, true, false, [&] { return Found{VectorField(scene.extent())}; }},
-      {by_b_splines, slow, told, conventionally(Conventional::b_splines)},
+      {by_b_splines, slow, told, conventionally},
       {algorithm_5, slow, true, [&] { return physically(found.at(by_b_splines)); }},
-      {"ITK demons", true, false, conventionally(Conventional::demons)},
       {by_elastix, slow && is_installed("elastix"), told, by_elastix_itself},
       {algorithm_6, true, told, [&] { return iterate(unseen, {}); }},
       {gaussian_6, true, told, [&] { return iterate(unseen, smooth); }},

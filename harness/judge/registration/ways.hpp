@@ -35,7 +35,7 @@ struct PairToRegister {
   bool looks_different = false; ///< the region does, afterwards: the others do not look there either
 };
 
-/// Every way of a table, in its order. All but demons are told the region where it looks different. The
+/// Every way of a table, in its order. All are told the region where it looks different. The
 /// scene's moduli and Poisson's ratio are those of the solver, which minimises the elastic energy whatever
 /// the scene's own. Without `slow` those are left out that take mutual information, ITK's and elastix's, and
 /// so Algorithm 5; elastix's without elastix on this machine. `caption` begins what is shown as progress.
