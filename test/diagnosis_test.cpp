@@ -182,7 +182,10 @@ TEST(Folding, TheLeastDeterminantOfACellIsAtACorner) {
             std::min(least, (1 + by_x(field[0])) * (1 + by_y(field[1])) - by_y(field[0]) * by_x(field[1]));
       }
     }
-    EXPECT_NEAR(static_cast<double>(least_area_ratios(field).values.front()), least, 1e-5);
+    const float ratio = least_area_ratios(field).values.front();
+    EXPECT_NEAR(static_cast<double>(ratio), least, 1e-5);
+    EXPECT_EQ(area_change_map(field).values, std::vector<float>(4, ratio - 1.0F))
+        << "all four have this cell";
   }
 }
 

@@ -16,7 +16,6 @@
 #include "reference/finite_elements.hpp"
 
 #include <array>
-#include <cmath>
 #include <iterator>
 #include <limits>
 
@@ -33,7 +32,6 @@ struct Arguments {
   bool explain = false;
   std::size_t sites_per_rank = 0; ///< of Sharing
   int halo = 0;                   ///< the same
-  bool strains = false;
 
   [[nodiscard]] bool asks() const { return !accuracy.empty() || !within.empty(); }
   /// Of a scene whose pixels have sides of `spacing` millimetres. Throws InputError.
@@ -50,19 +48,11 @@ struct Arguments {
 };
 
 constexpr std::array picture_names{"before", "after", "grid", "magnitude", "jacobian"};
-constexpr std::array strain_names{"strain-xx", "strain-yy", "strain-xy", "von-mises", "area-change"};
-
-/// What goes to the output folder: the field, the pictures, then, where asked for, the strains.
-std::vector<std::string> file_names(const Scene& scene, bool strains) {
+/// What goes to the output folder: the field, then the pictures.
+std::vector<std::string> file_names(const Scene& scene) {
   std::vector<std::string> names{scene.name + ".nrrd"};
   for (std::size_t i = 0; is_inspected(scene.extent()) && i < picture_names.size(); ++i) {
     names.push_back(fmt::format("{}-{}.png", scene.name, picture_names.at(i)));
-  }
-  for (std::size_t i = 0; strains && i < strain_names.size(); ++i) {
-    names.push_back(fmt::format("{}-{}.nrrd", scene.name, strain_names.at(i)));
-    if (i + 1 < strain_names.size()) { // the area's picture is every run's
-      names.push_back(fmt::format("{}-{}.png", scene.name, strain_names.at(i)));
-    }
   }
   return names;
 }
@@ -77,32 +67,6 @@ void write_pictures(const Scene& scene, const VectorField& displacement, const f
   write_magnitude_png(folder / names[4], displacement, std::max(largest_magnitude(displacement), 1e-6));
   // Full blue is a fold, full red a doubled area.
   write_signed_png(folder / names[5], scene.extent(), area_change_map(displacement).values, 1.0);
-}
-
-/// Strains, von Mises stress and change of area of the scene's sheet: the numbers, and pictures. Prints where
-/// they are largest. `names`: of the files, as file_names() has them.
-void write_strains(const Scene& scene, const VectorField& displacement, const fs::path& folder,
-                   std::span<const std::string> names) {
-  const Strains strains = strains_of(displacement, scene.full.modulus, scene.poisson);
-  const ScalarField area = area_change_map(displacement);
-  json rows = json::array();
-  for (std::size_t i = 0; i < strain_names.size(); ++i) {
-    const ScalarField& field =
-        *std::array{&strains.xx, &strains.yy, &strains.xy, &strains.von_mises, &area}.at(i);
-    const auto at = std::ranges::max_element(field.values, {}, [](float value) { return std::abs(value); });
-    const auto site = at - field.values.begin();
-    write_scalar(folder / names[2 * i], field, scene.spacing, scene.placement);
-    if (2 * i + 1 < names.size()) {
-      write_signed_png(folder / names[2 * i + 1], field.extent, field.values,
-                       std::max(std::abs(static_cast<double>(*at)), 1e-30));
-    }
-    rows.push_back({{"strains", strain_names.at(i)},
-                    {"value", *at},
-                    {"x", site % field.extent.width},
-                    {"y", site / field.extent.width}});
-  }
-  fmt::print("{}  von-mises: MPa, plane stress, Poisson ratio {:.4g}; area-change: det(I + grad d) - 1\n",
-             table_text(rows, "strains|value:farthest from 0|x|y"), scene.poisson);
 }
 
 /// `counted`: whether solution.levels have counts of changes.
@@ -199,9 +163,6 @@ void require_meaning(const Arguments& arguments, const Call& call) {
   } else {
     refuse_idle(command, {"--explain"}, "it explains a plan, which --accuracy or --within ask for");
   }
-  if (arguments.strains && !have_images()) {
-    throw InputError("--strains needs image support, which this build has not (-DHDMBENCH_IMAGES=ON)");
-  }
 }
 
 /// What each rank did, on the first one; nothing on the others. Collective.
@@ -259,16 +220,13 @@ void write_files(const Arguments& arguments, const Call& call, const Scene& scen
     fmt::print("  No files are written: this build has no image support (-DHDMBENCH_IMAGES=ON).\n");
     return;
   }
-  std::vector<std::string> names = file_names(scene, arguments.strains);
+  std::vector<std::string> names = file_names(scene);
   write_displacement(arguments.output / names[0], displacement, scene.spacing, scene.placement);
   fmt::print("  {}: the displacement in millimetres\n", (arguments.output / names[0]).string());
   const bool inspected = is_inspected(scene.extent());
   if (inspected) {
     write_pictures(scene, displacement, arguments.output, names);
     fmt::print("  beside it {}, {}, {}, {} and {}\n", names[1], names[2], names[3], names[4], names[5]);
-  }
-  if (arguments.strains) {
-    write_strains(scene, displacement, arguments.output, std::span(names).subspan(1 + picture_names.size()));
   }
   for (std::string& name : names) {
     name = beside(call.json, arguments.output, name);
@@ -278,7 +236,6 @@ void write_files(const Arguments& arguments, const Call& call, const Scene& scen
     for (std::size_t i = 0; i < picture_names.size(); ++i) {
       row["pictures"][picture_names[i]] = names[1 + i];
     }
-    row["strains"] = std::vector(names.begin() + 1 + picture_names.size(), names.end());
   }
 }
 
@@ -291,9 +248,6 @@ int run_scene(Arguments& arguments, Call& call) {
   const Scene scene = load_for(arguments);
   const Request request = arguments.request(scene.spacing);
   const bool inspected = is_inspected(scene.extent());
-  if (arguments.strains && !inspected) {
-    throw InputError("--strains is for images of at most 4096 x 4096 sites");
-  }
   const auto registry = make_backends();
   SessionOptions session = arguments.scene.session;
   std::optional<RankBackend> shared;
@@ -304,8 +258,7 @@ int run_scene(Arguments& arguments, Call& call) {
   const Backend& backend = shared ? *shared : arguments.scene.choose(registry, scene);
   const Device device = backend.device(session);
   if (have_images() && call.speaks()) {
-    require_folder(arguments.output, file_names(scene, arguments.strains),
-                   files_of_scene(arguments.scene.scene));
+    require_folder(arguments.output, file_names(scene), files_of_scene(arguments.scene.scene));
   }
 
   progress.set_total(site_updates(scene));
@@ -402,8 +355,6 @@ void add_run(CLI::App& program, Call& call) {
   own.scene.add_scene_to(command);
   own.scene.add_backend_to(command);
   add_output_folder(command, own.output);
-  add_flag(command, "--strains", own.strains,
-           "Write strains, von Mises stress and change of area as well, as NRRD and PNG");
   add_json(command, call);
   {
     const OptionGroup group(command, "No more than the scene needs");

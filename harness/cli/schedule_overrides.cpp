@@ -2,7 +2,6 @@
 
 #include "harness/cli/arguments.hpp"
 #include "harness/scene/joined.hpp"
-#include "harness/scene/method.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -60,22 +59,29 @@ void ScheduleOverrides::add_to(CLI::App& command) {
         ->check(CLI::Range(1e-6, 1e6)); // PositiveNumber would name the largest double
   }
   add("--method", method, "How the scene is solved (see methods)");
-  add("--iterations", iterations,
+  add("--iterations", options.iterations,
       "Effort of the method: iterations per level, exact or at most (see --stop), or what methods says");
-  add("--relaxation", relaxation, "Of closed-form: how far a site moves towards its minimum");
-  add("--temperatures", temperatures, "Of annealing: HIGHEST,LOWEST in units of the energy")
+  add("--relaxation", options.relaxation, "Of closed-form: how far a site moves towards its minimum");
+  const auto take_temperatures = [this](const std::vector<double>& two) {
+    options.cooling = Cooling{.highest = two.at(0), .lowest = two.at(1)};
+  };
+  command
+      .add_option_function<std::vector<double>>("--temperatures", take_temperatures,
+                                                "Of annealing: HIGHEST,LOWEST in units of the energy")
       ->delimiter(',')
       ->expected(2);
-  add("--seed", seed, "Of annealing: 0 ... 4092");
+  add("--seed", options.seed, "Of annealing: 0 ... 4092");
   add("--start-level", start_level, "First level computed; 0 is the full resolution");
   add_choice("--stop", stop, stop_names,
              "When a level ends: fixed, still (no site changed) or energy (thesis 5.3)");
   add("--epsilon", epsilon, "Change of the mean energy that ends a level with --stop energy")
       ->check(CLI::Range(0.0, 1e6));
   add_choice("--alignment", alignment, alignment_names, "Of the pyramid's levels: corner or center");
-  add_choice("--update", update, update_names,
+  add_choice("--update", options.update, update_names,
              "Of icm: simultaneous, coloured, four-coloured, or sequential (scalar only)");
-  add("--steps", steps, "Candidates: default, thesis, fine, or numbers such as 0,-1,1");
+  command.add_option_function<std::string>(
+      "--steps", [this](const std::string& text) { options.steps = StepSet::parse(text); },
+      "Candidates: default, thesis, fine, or numbers such as 0,-1,1");
   add("--penalty", penalty, "K > 0 of the observation term");
   add("--prior-weight", prior_weight,
       "alpha of the thesis, (3.17), above 0 and below 1: U = alpha prior + (1 - alpha) observation");
@@ -104,13 +110,6 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
     throw InputError("--robust is for --energy elastic");
   }
   scene.robust = robust ? robust : scene.robust;
-  MethodOptions options{.iterations = iterations, .update = update, .relaxation = relaxation, .seed = seed};
-  if (steps) {
-    options.steps = StepSet::parse(*steps);
-  }
-  if (!temperatures.empty()) {
-    options.cooling = Cooling{.highest = temperatures.at(0), .lowest = temperatures.at(1)};
-  }
   set_options(scene, options);
   if (stop && of_cells) {
     throw InputError(fmt::format("{} ends after its {}; leave out --stop", scene.schedule.method,
@@ -129,7 +128,7 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
   set_weight(scene, {.penalty = penalty.value_or(scene.weight.penalty),
                      .prior_weight = prior_weight.value_or(scene.weight.prior_weight)});
   const bool own_numbers =
-      !chosen && !steps && !penalty && !prior_weight && !start_level && !alignment && !energy;
+      !chosen && !options.steps && !penalty && !prior_weight && !start_level && !alignment && !energy;
   const bool provable = scene.full.update != Update::sequential;
   scene.exact = scene.exact && own_numbers && provable; // the file vouches for nothing else
 }

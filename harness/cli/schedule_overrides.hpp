@@ -1,7 +1,7 @@
 #pragma once
 
 #include "harness/cli/commands.hpp"
-#include "harness/scene/scene.hpp"
+#include "harness/scene/method.hpp"
 
 #include <optional>
 #include <string>
@@ -15,16 +15,11 @@ struct ScheduleOverrides {
   bool is_of_run = false;                   ///< whether the command has --robust, likewise
   const RegisteredEnergy* energy = nullptr; ///< null: the scene's, or that of the method
   std::optional<std::string> method{};      ///< harness/scene/method.hpp
-  std::optional<int> iterations{};
-  std::optional<double> relaxation{};
-  std::vector<double> temperatures{}; ///< highest, lowest; empty: the method's own
-  std::optional<int> seed{};
+  MethodOptions options{};                  ///< of the method
   std::optional<int> start_level{};
   std::optional<Stop> stop{};
   std::optional<double> epsilon{};
   std::optional<Alignment> alignment{};
-  std::optional<Update> update{};
-  std::optional<std::string> steps{};
   std::optional<double> penalty{};
   std::optional<double> prior_weight{};
   std::optional<double> robust{}; ///< Scene::robust

@@ -25,7 +25,6 @@ struct MeshArguments {
   std::string size;
   std::vector<double> origin;
   std::optional<double> pixel;
-  std::string interpolation;
   double reach = 1.0;
   fs::path output;
   fs::path mask;
@@ -44,17 +43,12 @@ PixelGrid grid_of(const MeshArguments& arguments, const Mesh& mesh) {
 }
 
 int convert_mesh(MeshArguments& arguments, Call& call) {
-  const bool by_element =
-      arguments.interpolation.empty() ? !arguments.elements.empty() : arguments.interpolation == "element";
+  const bool by_element = !arguments.elements.empty();
   if (by_element) {
     refuse_idle(*call.command, {"--reach"},
-                "shape functions do not look for the nearest node; --interpolation nearest does");
+                "shape functions do not look for the nearest node; leave out --elements for that");
   }
-  if (by_element && arguments.elements.empty()) {
-    throw InputError("--interpolation element needs the element list: --elements FILE");
-  }
-  const Mesh mesh = read_mesh(arguments.nodes,
-                              arguments.elements.empty() ? std::nullopt : std::optional(arguments.elements));
+  const Mesh mesh = read_mesh(arguments.nodes, by_element ? std::optional(arguments.elements) : std::nullopt);
   const PixelGrid grid = grid_of(arguments, mesh);
   const MeshImage image =
       by_element ? element_image(mesh, grid) : nearest_node_image(mesh, grid, arguments.reach);
@@ -215,7 +209,8 @@ void add_fem_to_image(CLI::App& program, Call& call) {
               "result count as millimetres.",
               convert_mesh);
   add_option(command, "nodes", own.nodes, "Node list")->required();
-  add_option(command, "--elements", own.elements, "Element list");
+  add_option(command, "--elements", own.elements,
+             "Element list: by its shape functions, else by the nearest node");
   add_option(command, "--size", own.size, "Image size: 300 (square) or 257x130")->required();
   CLI::Option* const pixel =
       add_option(command, "--pixel", own.pixel, "Side of a pixel in the result's unit");
@@ -227,10 +222,7 @@ void add_fem_to_image(CLI::App& program, Call& call) {
           ->expected(2)
           ->needs(pixel);
   pixel->needs(origin);
-  add_option(command, "--interpolation", own.interpolation,
-             "nearest (node; default without elements) or element (shape functions; default with)")
-      ->check(CLI::IsMember({"nearest", "element"}));
-  add_option(command, "--reach", own.reach, "With nearest: pixels beyond which a node is too far away");
+  add_option(command, "--reach", own.reach, "Without --elements: pixels beyond which a node is too far away");
   add_output(command, "--output", own.output, "Displacement image, .nrrd or .mha")->required();
   add_output(command, "--mask", own.mask, "Also a PNG of where the displacement is defined");
 }

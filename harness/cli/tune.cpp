@@ -62,9 +62,6 @@ void print(const Tuning& tuning, double penalty) {
 
 int run_tune(Arguments& arguments, Call& call) {
   const bool against_elements = arguments.truth == "fem";
-  if (arguments.method == "simplex") {
-    refuse_idle(*call.command, {"--search-seed"}, "chance is for --search annealing");
-  }
   if (against_elements) {
     refuse_idle(*call.command, {"--mask"}, "it belongs to a truth from a file, --truth FILE.nrrd");
   }
@@ -131,7 +128,6 @@ void add_tune(CLI::App& program, Call& call) {
   add_option(command, "--range", own.range, "alpha is sought in low,high (default: 0.01,0.99)")
       ->delimiter(',')
       ->expected(2);
-  add_option(command, "--search-seed", own.search.seed, "Of --search annealing");
   add_option(command, "--truth", own.truth,
              "fem (finite elements, plane stress, the scene's Poisson ratio), or a displacement image "
              "in millimetres");

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -13,8 +12,7 @@ struct TuneOptions {
   SearchMethod method = SearchMethod::simplex;
   double low = 0.01; ///< alpha is sought in low ... high, 0 < low < high < 1
   double high = 0.99;
-  int evaluations = 40;   ///< of the search, after the scan, about the most that are made; >= 1
-  std::uint64_t seed = 1; ///< of annealing
+  int evaluations = 40; ///< of the search, after the scan, about the most that are made; >= 1
 };
 
 struct Evaluation {

@@ -2,7 +2,7 @@
 
 #include "kernels/data/field.hpp"
 
-/// What a displacement does to the image: areas and strains, from its gradient.
+/// What a displacement does to the image: areas, from its gradient.
 namespace hdmbench {
 
 /// The area that a pixel takes after x -> x + d(x), relative to before: det(I + grad d), below 0 where the
@@ -14,18 +14,5 @@ namespace hdmbench {
 /// least_area_ratios as a map with one value per site: the least of the cells around it, minus 1, so that 0
 /// is unchanged, -1 a fold, 1 a doubled area. All 0 where there is no cell.
 [[nodiscard]] ScalarField area_change_map(const VectorField& displacement);
-
-/// What a displacement does to the tissue, small strains: one value per site, from the points of its pixel at
-/// which finite elements take its modulus (the nearest Gauss point of every cell around it).
-struct Strains {
-  ScalarField xx;        ///< relative change of length along x
-  ScalarField yy;        ///< the same along y
-  ScalarField xy;        ///< half the change of the right angle between them, radians
-  ScalarField von_mises; ///< of the stress, plane stress, MPa
-};
-
-/// Of a sheet with `modulus` (MPa) and Poisson ratio `poisson`. All 0 where there is no cell: an image one
-/// site thick.
-[[nodiscard]] Strains strains_of(const VectorField& displacement, const ScalarField& modulus, double poisson);
 
 } // namespace hdmbench
