@@ -4,7 +4,6 @@
 #include "harness/applications/picture.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/cli/pair_arguments.hpp"
-#include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/registration/ways.hpp"
 #include "harness/scene/images/images.hpp"

@@ -1,6 +1,5 @@
 #include "harness/check/compare.hpp"
 #include "harness/cli/arguments.hpp"
-#include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/measure/memory_use.hpp"
 #include "harness/ranks/message_passing.hpp"

@@ -3,7 +3,7 @@
 #include "harness/applications/detection.hpp"
 #include "harness/applications/iterated_registration.hpp"
 #include "harness/applications/picture.hpp"
-#include "harness/judge/diagnosis/deformation.hpp"
+#include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/scene/sites.hpp"
 #include "harness/solve/methods/solver.hpp"
