@@ -4,7 +4,6 @@
 #include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
-#include "harness/solve/methods/robust_observations.hpp"
 #include "harness/solve/methods/sampled_image.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/stopwatch.hpp"
@@ -262,16 +261,7 @@ private:
 
   /// Full multigrid, then conjugate gradients until the steps say that it is enough.
   void solve_image() {
-    std::optional<RobustObservations> robust;
-    if (scene_.robust) {
-      robust = find_robust_observations(scene_, session_, progress_);
-      plan_.solution.levels.assign(robust->work.rbegin(), robust->work.rend());
-      plan_.solution.timings = robust->timings;
-      note(scene_.extent(), "observations",
-           fmt::format("weighed anew {} times: those far away are forgiven", robust->rounds), robust->moved,
-           unknown);
-    }
-    ElasticSolver solver(robust ? robust->level : scene_.full, scene_.poisson, session_);
+    ElasticSolver solver(scene_.full, scene_.poisson, session_);
     note(scene_.extent(), "levels", "moments of the moduli and cut cells on all levels", 0.0, unknown);
     const double set_up = clock_.seconds();
     solver.full_multigrid();
@@ -305,7 +295,7 @@ private:
                                : std::string("there is time left"),
            moved, error.estimate());
     }
-    solver.settle(robust ? robust->level : scene_.full, free_motions(scene_.full));
+    solver.settle(scene_.full, free_motions(scene_.full));
     plan_.solution.displacement = solver.displacement();
     add_work(solver);
     const double largest = largest_component(plan_.solution.displacement);
