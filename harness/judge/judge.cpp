@@ -4,7 +4,6 @@
 #include "harness/measure/median.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/row_fields.hpp"
-#include "harness/solve/field_norms.hpp"
 #include "harness/solve/planner.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/level.hpp"

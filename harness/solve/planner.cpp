@@ -1,7 +1,6 @@
 #include "harness/solve/planner.hpp"
 
 #include "harness/scene/method.hpp"
-#include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/methods/sampled_image.hpp"
@@ -102,6 +101,17 @@ bool is_held(const Level& level) {
   } catch (const InputError&) {
     return false;
   }
+}
+
+/// Of two fields of one extent: the root of the mean square of the distance, pixels.
+double rms_difference(const VectorField& a, const VectorField& b) {
+  double squares = 0.0;
+  for (std::size_t i = 0; i < a.x.size(); ++i) {
+    const auto x = static_cast<double>(a.x[i]) - static_cast<double>(b.x[i]);
+    const auto y = static_cast<double>(a.y[i]) - static_cast<double>(b.y[i]);
+    squares += x * x + y * y;
+  }
+  return std::sqrt(squares / static_cast<double>(a.x.size()));
 }
 
 class Planner {

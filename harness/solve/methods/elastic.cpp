@@ -2,7 +2,6 @@
 
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
-#include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/stopwatch.hpp"
