@@ -5,7 +5,6 @@
 
 #include "backends/registry.hpp"
 #include "harness/check/faults/faulty_backend.hpp"
-#include "harness/judge/continuum.hpp"
 #include "harness/scene/method.hpp"
 #include "kernels/data/input_error.hpp"
 #include "test/sessions.hpp"
@@ -59,7 +58,6 @@ TEST(Accuracy, JudgesEveryMethodAndBackend) {
     if (row.method == "icm" && row.variant.empty()) {
       first = first == nullptr ? &row : first;
       EXPECT_EQ(row.deviations.to_fem, first->deviations.to_fem) << row.backend;
-      ASSERT_EQ(row.arithmetic.has_value(), &row == first) << row.backend << " has the reference's bits";
     }
   }
   for (const char* method : {"fem", "fem-coarse", "fixed-point", "interpolation", "icm", "sequential"}) {
@@ -67,8 +65,6 @@ TEST(Accuracy, JudgesEveryMethodAndBackend) {
   }
   EXPECT_EQ(std::ranges::count_if(accuracy.rows, [](const auto& row) { return !row.variant.empty(); }), 5);
   ASSERT_NE(first, nullptr);
-  EXPECT_EQ(first->arithmetic->beyond_bound, 0);
-  EXPECT_TRUE(first->convergence);
 }
 
 Scene elastic_scene(Extent size) {

@@ -73,9 +73,8 @@ TEST(Detection, TheDiscHasTheSignOfWhatIsHidden) {
           scene,
           PlantedInclusion{
               .radius = 7.0, .contrast = contrast, .amplitude = 8.0, .region_share = 0.18, .seed = number});
-      const Detection found =
-          detect_modulus(field.observed, field.region, scene,
-                         {.iterations = 1, .fields = 6, .repetitions = 0}, *session, test::silent());
+      const Detection found = detect_modulus(field.observed, field.region, scene,
+                                             {.iterations = 1, .fields = 6}, *session, test::silent());
       EXPECT_EQ(found.largest > 0.0, found.contrast > 1.0) << "seed " << number;
       right += (found.contrast > 1.0) == (contrast > 1.0) &&
                std::hypot(found.x - field.x, found.y - field.y) < 4.0;

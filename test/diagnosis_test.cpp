@@ -1,6 +1,5 @@
 #include "harness/judge/diagnosis/diagnosis.hpp"
 
-#include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/judge/diagnosis/measures.hpp"
 #include "harness/judge/truths.hpp"
 #include "reference/fixed_point.hpp"

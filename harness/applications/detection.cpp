@@ -23,7 +23,6 @@ constexpr double smallest_jump = 0.03;  // of log modulus: below, total variatio
 constexpr double pull_to_labels = 0.02;
 constexpr double least_noise = 1e-3; // pixels: what a displacement is worth that has no noise
 constexpr int fewest_simulations = 3;
-constexpr double wide = 3.0; // what deviations are averaged over, standard deviation, pixels
 
 /// The total variation of the logarithms, 0 outside the region, and a weak pull to 0. Adds its derivative.
 double add_variation(const RegionSheet& sheet, double smoothness, std::span<const double> at,
@@ -186,7 +185,6 @@ public:
     const std::size_t corner = sheet_.site_of_image(0);
     const auto image_width = static_cast<std::size_t>(scene.extent().width);
     Detection result{.modulus = scene.full.modulus,
-                     .deviation = ScalarField(scene.extent()),
                      .significance = ScalarField(scene.extent()),
                      .noise = noise,
                      .unexplained_before = sheet_.distance(expected_, observed_),
@@ -199,39 +197,16 @@ public:
                      .position_deviation = disc.position_deviation,
                      .contrast_deviation = disc.logarithm_deviation,
                      .by_chance = std::move(scan.by_chance)};
-    const ScalarField deviation = deviation_of(found, noise);
     for (std::size_t i = 0; i < sheet_.inside().size(); ++i) {
       const std::size_t site = sheet_.inside()[i];
       const std::size_t at = sheet_.site_of_image(site);
       result.modulus.values[at] *= static_cast<float>(std::exp(found.logarithms[i]));
-      result.deviation.values[at] = deviation.values[site];
       result.significance.values[at] = scan.significance.values[site];
     }
     return result;
   }
 
 private:
-  /// Of the logarithms, if the moduli that were found are the true ones.
-  [[nodiscard]] ScalarField deviation_of(const Explanation& found, double noise) {
-    ScalarField square(sheet_.extent());
-    for (int repetition = 0; repetition < options_.repetitions; ++repetition) {
-      progress_.describe(
-          fmt::format("detect: how sure the modulus is, {} of {}", repetition + 1, options_.repetitions));
-      const Explanation again =
-          explain(sheet_, with_noise(found.displacement, noise, random_), noise, options_);
-      for (std::size_t i = 0; i < again.logarithms.size(); ++i) {
-        square.values[sheet_.inside()[i]] +=
-            static_cast<float>(std::pow(again.logarithms[i] - found.logarithms[i], 2) / options_.repetitions);
-      }
-      progress_.advance(1.0);
-    }
-    ScalarField deviation = blurred(square, wide);
-    for (float& value : deviation.values) {
-      value = std::sqrt(std::max(value, 0.0F));
-    }
-    return deviation;
-  }
-
   const RegionSheet& sheet_;
   VectorField observed_;
   const DetectionOptions& options_;

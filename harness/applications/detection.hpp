@@ -16,13 +16,11 @@ struct DetectionOptions {
   int iterations = 40; ///< of L-BFGS
   int fields = 40;     ///< displacements with noise and nothing hidden, which significance is measured by
   int pairs = 19;      ///< the same of simulated pictures: each is registered. At least 3, as fields
-  int repetitions = 6; ///< with new noise, which the uncertainty of the modulus is made from
   std::uint32_t seed = 1;
 };
 
 struct Detection {
-  ScalarField modulus;   ///< MPa; outside the region that of the labels
-  ScalarField deviation; ///< standard deviation of log modulus by noise, 0 outside the region
+  ScalarField modulus; ///< MPa; outside the region that of the labels
   /// Of the most significant disc around each site, standard deviations of what is found where nothing is
   /// hidden: above 0 stiffer than the label says, below softer.
   ScalarField significance;

@@ -373,11 +373,6 @@ IteratedRegistration register_iteratively(const ScalarField& source, const Scala
       progress.advance(static_cast<double>(displacement.extent.sites()));
     }
     result.noise = registration.noise();
-    VectorField shown = displacement;
-    for (int finer = level - 1; finer >= 0; --finer) {
-      shown = doubled(shown, levels[static_cast<std::size_t>(finer)].source.extent);
-    }
-    result.strip.push_back(std::move(shown));
   }
   result.displacement = std::move(displacement);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

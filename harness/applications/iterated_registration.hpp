@@ -33,9 +33,8 @@ struct RegistrationIteration {
 struct IteratedRegistration {
   VectorField displacement; ///< pixels; tissue at x of the source is at x + d(x) of the target
   std::vector<RegistrationIteration> iterations;
-  std::vector<VectorField> strip; ///< the displacement after each level, full resolution, the coarsest first
-  bool converged = false;         ///< on the full resolution the last step was below smallest_step
-  double noise = 0.0;             ///< standard deviation in the pictures that was found, gray values
+  bool converged = false; ///< on the full resolution the last step was below smallest_step
+  double noise = 0.0;     ///< standard deviation in the pictures that was found, gray values
   double seconds = 0.0;
 };
 

@@ -22,13 +22,6 @@ struct SiteAnswer {
   float y = 0.0F;
 };
 
-/// Largest possible error of the float32 energy change U_t(d_t + step) - U_t(d_t) that a device computes at
-/// one site, per component, in the unit of the energy.
-struct EnergyBound {
-  double x = 0.0;
-  double y = 0.0;
-};
-
 /// An operation of a sweep that float32 does not hold whatever the order of operations.
 struct InexactOperation {
   int x = 0;
@@ -60,11 +53,6 @@ struct EnergyProofs {
   /// answer holds, ties included. Annealing is a random walk: its answers agree to the bit or not at all.
   Certificate (*certify)(const Level& level, const VectorField& before, int number, int x, int y,
                          SiteAnswer found);
-
-  /// Running error analysis (bounded_real.hpp) of exact arithmetic on the same displacements, targets,
-  /// confidences and moduli; 1 / m enters with the rounding of the host.
-  EnergyBound (*energy_change_bound)(const Level& level, const VectorField& displacement, int x, int y,
-                                     float step_x, float step_y);
 
   /// Proves that sweep `number` of `level` over `before` is exact in float32, at every site and for every
   /// candidate, chosen or not; else the first operation that is not, sites in raster order. With it no

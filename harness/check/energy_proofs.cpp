@@ -171,21 +171,6 @@ Certificate certificate(const Level& level, const VectorField& before, int numbe
   return {.holds = largest <= 1.0, .gap_over_bound = largest};
 }
 
-EnergyBound change_bound(const Level& level, const VectorField& displacement, int x, int y, float step_x,
-                         float step_y) {
-  const Bounded::Site site = gather<Bounded>(level, displacement, x, y, [](float inverse_modulus) {
-    return bounded::real(inverse_modulus,
-                         bounded::unit_roundoff * static_cast<double>(inverse_modulus) * bounded::inflation);
-  });
-  const Bounded::Prior prior = Bounded::prior_of(site);
-  return {Bounded::energy_change(step_x, prior.gradient_x, prior.curvature_x, site.target_x - site.dx.centre,
-                                 site.penalty * site.confidence_x)
-              .error(),
-          Bounded::energy_change(step_y, Bounded::gradient_after(prior, step_x), prior.curvature_y,
-                                 site.target_y - site.dy.centre, site.penalty * site.confidence_y)
-              .error()};
-}
-
 std::optional<InexactOperation> inexact_operation(const Level& level, const VectorField& before, int number) {
   int x = 0;
   int y = 0;
@@ -208,6 +193,6 @@ std::optional<InexactOperation> inexact_operation(const Level& level, const Vect
 
 } // namespace
 
-const EnergyProofs proofs{answer, answer_if_fused, certificate, change_bound, inexact_operation};
+const EnergyProofs proofs{answer, answer_if_fused, certificate, inexact_operation};
 
 } // namespace hdmbench::energies::HDMBENCH_ENERGY

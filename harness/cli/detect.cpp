@@ -61,8 +61,8 @@ int run_detect(Arguments& arguments, Call& call) {
   const auto registry = make_backends();
   const Backend& backend = arguments.scene.choose(registry, data.scene);
   const Device device = backend.device(arguments.scene.session);
-  arguments.require_output(std::vector<std::string>{"modulus.nrrd", "deviation.nrrd", "detection.nrrd",
-                                                    "source.png", "detection.png"});
+  arguments.require_output(
+      std::vector<std::string>{"modulus.nrrd", "detection.nrrd", "source.png", "detection.png"});
   const auto session = backend.open_elastic(arguments.scene.session);
   if (session == nullptr) {
     throw InputError(fmt::format("{} has no elastic energy, which detect solves with", backend.name()));
@@ -112,9 +112,7 @@ int run_detect(Arguments& arguments, Call& call) {
   const auto name = [&](const char* file) { return beside(call.json, arguments.output, file); };
   write_scalar(arguments.output / "modulus.nrrd", found.modulus, data.scene.spacing, data.placement);
   write_scalar(arguments.output / "detection.nrrd", found.significance, data.scene.spacing, data.placement);
-  write_scalar(arguments.output / "deviation.nrrd", found.deviation, data.scene.spacing, data.placement);
   row["modulus"] = name("modulus.nrrd");
-  row["deviation"] = name("deviation.nrrd");
   row["detection"] = name("detection.nrrd");
   Pictures pictures(arguments.output, call.json);
   pictures.gray("source", "source", data.source);
@@ -134,8 +132,8 @@ int run_detect(Arguments& arguments, Call& call) {
       data.scene.title, region_sites, found.noise, found.unexplained_before, found.unexplained, found.largest,
       as_much_by_chance, found.by_chance.size(), largest_by_chance, found.x, found.y,
       found.position_deviation, found.radius, contrast_text(found));
-  fmt::print("  {}\n\n  {:.3g} s ({:.3g} of them the registration)\n  {}: MPa; beside it deviation.nrrd, the "
-             "standard deviation of its logarithm, and detection.nrrd, standard deviations\n",
+  fmt::print("  {}\n\n  {:.3g} s ({:.3g} of them the registration)\n  {}: MPa; beside it detection.nrrd, "
+             "standard deviations\n",
              verdict(as_much_by_chance > 0, found), seconds, registered.seconds,
              (arguments.output / "modulus.nrrd").string());
   call.write(json::array({without_nulls(row)}));

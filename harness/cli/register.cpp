@@ -4,7 +4,6 @@
 #include "harness/applications/picture.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/cli/pair_arguments.hpp"
-#include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/registration/ways.hpp"
 #include "harness/scene/images/images.hpp"
@@ -23,9 +22,8 @@ struct Arguments {
 /// What a registration came to.
 struct Outcome {
   VectorField displacement;
-  VectorField confidence;         ///< of Algorithm 5
-  std::vector<VectorField> strip; ///< of Algorithm 6
-  json row;                       ///< as it stands in the result file
+  VectorField confidence; ///< of Algorithm 5
+  json row;               ///< as it stands in the result file
 };
 
 ScalarField difference_of(const ScalarField& a, const ScalarField& b) {
@@ -52,10 +50,6 @@ std::vector<std::string> output_files() {
        {"source", "target", "warped", "checkerboard-before", "checkerboard-after", "grid",
         "difference-before", "difference-after", "jacobian", "confidence"}) {
     files.push_back(fmt::format("{}.png", picture));
-  }
-  constexpr int most_levels = 32;
-  for (int level = 1; level <= most_levels; ++level) {
-    files.push_back(fmt::format("level-{}.png", level));
   }
   return files;
 }
@@ -85,11 +79,6 @@ void write_files(const PairArguments& arguments, const Call& call, const Picture
     std::ranges::transform(outcome.confidence[0], outcome.confidence[1], believed.values.begin(),
                            [](float x, float y) { return 255.0F * (x + y); });
     pictures.gray("confidence", "where the registration is believed: white most", believed);
-  }
-  for (std::size_t level = 0; level < outcome.strip.size(); ++level) {
-    pictures.gray(fmt::format("level-{}", level + 1),
-                  fmt::format("after level {} of {}", level + 1, outcome.strip.size()),
-                  warp(data.source, outcome.strip[level]));
   }
   outcome.row["pictures"] = pictures.written();
   write_displacement(arguments.output / "displacement.nrrd", outcome.displacement, data.scene.spacing,
@@ -135,7 +124,6 @@ Outcome register_iterated(const Arguments& arguments, const PictureData& data, c
                                          {"step", iteration.step}});
   }
   outcome.displacement = std::move(found.displacement);
-  outcome.strip = std::move(found.strip);
   return outcome;
 }
 

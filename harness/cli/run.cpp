@@ -1,6 +1,5 @@
 #include "harness/check/compare.hpp"
 #include "harness/cli/arguments.hpp"
-#include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/measure/memory_use.hpp"
 #include "harness/ranks/message_passing.hpp"
@@ -8,7 +7,6 @@
 #include "harness/scene/file_output.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
-#include "harness/solve/methods/robust_observations.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/planner.hpp"
 #include "harness/solve/solve.hpp"
@@ -90,8 +88,7 @@ double mean_energy_of(const Scene& scene, const VectorField& displacement) {
   if (!scene.energy->is_of_cells()) {
     return mean_energy(scene.full, displacement);
   }
-  const Level& level = scene.robust ? reweighted(scene.full, displacement, *scene.robust) : scene.full;
-  const double twice = elastic_energy(elastic_problem(level), ElementRule::plane_stress(scene.poisson),
+  const double twice = elastic_energy(elastic_problem(scene.full), ElementRule::plane_stress(scene.poisson),
                                       ReferenceField(displacement));
   return twice / 2.0 / static_cast<double>(scene.extent().sites());
 }
@@ -351,7 +348,6 @@ void add_run(CLI::App& program, Call& call) {
               "against the result.",
               run_scene);
   own.scene.schedule.takes_energy = true;
-  own.scene.schedule.is_of_run = true;
   own.scene.add_scene_to(command);
   own.scene.add_backend_to(command);
   add_output_folder(command, own.output);

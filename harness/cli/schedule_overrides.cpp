@@ -52,12 +52,6 @@ void ScheduleOverrides::add_to(CLI::App& command) {
                         fmt::join(choices, " or ")))
         ->check(CLI::IsMember(std::vector<std::string>(names.begin(), names.end())));
   }
-  if (is_of_run) {
-    add("--robust", robust,
-        "Of the elastic energy: observations with a confidence below 1 that are further away than this many "
-        "pixels are forgiven")
-        ->check(CLI::Range(1e-6, 1e6)); // PositiveNumber would name the largest double
-  }
   add("--method", method, "How the scene is solved (see methods)");
   add("--iterations", options.iterations,
       "Effort of the method: iterations per level, exact or at most (see --stop), or what methods says");
@@ -106,10 +100,6 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
                                  "out --start-level, --epsilon, --alignment, --penalty and --prior-weight",
                                  scene.energy->name));
   }
-  if (robust && !of_cells) {
-    throw InputError("--robust is for --energy elastic");
-  }
-  scene.robust = robust ? robust : scene.robust;
   set_options(scene, options);
   if (stop && of_cells) {
     throw InputError(fmt::format("{} ends after its {}; leave out --stop", scene.schedule.method,

@@ -12,7 +12,6 @@ namespace hdmbench::commands {
 /// What the user may change about every scene's schedule.
 struct ScheduleOverrides {
   bool takes_energy = false;                ///< whether the command has --energy; say so before add_to()
-  bool is_of_run = false;                   ///< whether the command has --robust, likewise
   const RegisteredEnergy* energy = nullptr; ///< null: the scene's, or that of the method
   std::optional<std::string> method{};      ///< harness/scene/method.hpp
   MethodOptions options{};                  ///< of the method
@@ -22,7 +21,6 @@ struct ScheduleOverrides {
   std::optional<Alignment> alignment{};
   std::optional<double> penalty{};
   std::optional<double> prior_weight{};
-  std::optional<double> robust{}; ///< Scene::robust
 
   void add_to(CLI::App& command);
   /// With `other_method` in place of `method`, where there is one. Throws InputError.

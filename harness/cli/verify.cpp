@@ -4,6 +4,7 @@
 #include "harness/check/probe.hpp"
 #include "harness/cli/gates.hpp"
 #include "harness/ranks/rank_backend.hpp"
+#include "harness/report/ci_files.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/solve.hpp"
@@ -21,7 +22,8 @@ namespace {
 constexpr int quick_iterations = 10;
 
 struct VerifyArguments : CommonArguments {
-  std::string reference{}; ///< empty: scalar
+  std::filesystem::path junit{}; ///< empty: nobody asked for it
+  std::string reference{};       ///< empty: scalar
   std::string required_tier{name_of(Tier::certified)};
   Gates gates{};
 
@@ -241,6 +243,9 @@ int verify_scenes(const VerifyArguments& arguments, const Call& call,
   if (required == Tier::bitwise && count(Verdict::certified) > 0) {
     fmt::print("--require-tier bitwise: certified is not enough\n");
   }
+  if (call.speaks()) {
+    report::write_junit(arguments.junit, rows);
+  }
   call.write(std::move(rows), arguments.quick);
   return is_good ? success : disagreement;
 }
@@ -321,6 +326,7 @@ void add_verify(CLI::App& program, Call& call) {
   add_option(command, "--require-tier", own.required_tier,
              "certified: differences that rounding explains pass. bitwise: none does")
       ->check(CLI::IsMember({"certified", "bitwise"}));
+  add_output(command, "--junit", own.junit, "Write the comparisons to this file as JUnit XML, too, for CI");
   add_option(
       command, "--reference", own.reference,
       "Backend that the others are compared with (default: scalar, which takes minutes beyond 4096 x 4096)");

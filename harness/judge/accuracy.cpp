@@ -44,40 +44,13 @@ void note_limit(const Scene& scene, Judged& row) {
   }
 }
 
-Convergence converge(Scene scene, Judge& judge, Progress& progress) {
-  constexpr std::array iterations{1,  2,   3,   5,   7,   10,  15,  20,  30,  50,
-                                  70, 100, 150, 200, 250, 350, 500, 700, 1000};
-  Convergence result;
-  for (const int count : iterations) {
-    progress.describe(fmt::format("{}: {} iterations a level", scene.name, count));
-    scene.schedule.iterations = count;
-    const ReferenceField field = judge.solve(scene);
-    result.iterations_per_level.push_back(count);
-    result.rmsd_to_fem.push_back(rmsd(field, judge.truths().elastic.displacement));
-    result.rmsd_to_fixed_point.push_back(rmsd(field, judge.truths().fixed_point.displacement));
-  }
-  return result;
-}
-
 /// Both designs of the thesis, and what differs from that for GPUs.
-void add_thesis_methods(const Scene& scene, std::span<const Backend* const> backends,
-                        const AccuracyOptions& options, Judge& judge, Progress& progress) {
+void add_thesis_methods(const Scene& scene, bool quick, Judge& judge) {
   // The thesis's GPU design: simultaneous, a fixed number of iterations.
   Scene icm = scene;
   icm.full.update = Update::simultaneous;
   icm.schedule.stop = Stop::fixed;
-  const std::size_t first = judge.add(Setting{{.method = method_name(icm)}, icm});
-  if (!options.quick) {
-    // Of the reference, whose bits those have that agree with it, and of those that do not.
-    for (std::size_t i = 0; i < backends.size(); ++i) {
-      Judged& row = judge.rows()[first + i];
-      if (!row.field[0].empty() && (i == 0 || row.status == JudgedStatus::unverified)) {
-        constexpr int stride = 10;
-        row.arithmetic = measure_arithmetic(icm, *backends[i], options.session, stride, progress);
-      }
-    }
-    judge.rows()[first].convergence = converge(icm, judge, progress);
-  }
+  judge.add(Setting{{.method = method_name(icm)}, icm});
   // Its CPU design: in place, until nothing moves. Two neighbours can pass a step to and fro for ever,
   // because no site's energy is part of a common one; so there is a limit.
   Scene in_place = scene;
@@ -86,7 +59,7 @@ void add_thesis_methods(const Scene& scene, std::span<const Backend* const> back
   in_place.schedule.iterations = std::max(in_place.schedule.iterations, 1000);
   note_limit(in_place,
              judge.rows()[judge.add(Setting{{.method = method_name(in_place)}, in_place, Where::reference})]);
-  for (const Variant& variant : options.quick ? std::span<const Variant>() : std::span(variants)) {
+  for (const Variant& variant : quick ? std::span<const Variant>() : std::span(variants)) {
     Setting setting{
         {.method = method_name(icm), .variant = variant.name, .note = variant.note}, icm, Where::main_place};
     variant.change(setting.scene);
@@ -106,7 +79,7 @@ SceneAccuracy measure_accuracy(const Scene& scene, std::span<const Backend* cons
     }
   }
   if (!scene.energy->is_of_cells()) {
-    add_thesis_methods(scene, backends, options, judge, progress);
+    add_thesis_methods(scene, options.quick, judge);
   } else {
     for (const Method& method : scene.energy->methods) {
       Setting setting{{.method = std::string(method.name)}, scene};

@@ -1,6 +1,5 @@
-#include "harness/judge/continuum.hpp"
+#include "harness/judge/accuracy.hpp"
 
-#include "harness/judge/truths.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "reference/circular_inclusion.hpp"

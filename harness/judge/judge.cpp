@@ -4,7 +4,6 @@
 #include "harness/measure/median.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/row_fields.hpp"
-#include "harness/solve/field_norms.hpp"
 #include "harness/solve/planner.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/level.hpp"
@@ -18,8 +17,6 @@
 #include <numeric>
 
 namespace hdmbench {
-
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Convergence, iterations_per_level, rmsd_to_fem, rmsd_to_fixed_point)
 
 nlohmann::json to_json(const Scene& scene, const Judged& judged) {
   nlohmann::json row{{"scene", scene.name},
@@ -41,11 +38,7 @@ nlohmann::json to_json(const Scene& scene, const Judged& judged) {
                      {"seconds", judged.seconds},
                      {"poisson_used", judged.poisson_used},
                      {"asked", judged.asked},
-                     {"estimated_error", judged.estimated},
-                     {"convergence", judged.convergence}};
-  if (judged.arithmetic) {
-    row["arithmetic"]["resynchronised"] = *judged.arithmetic;
-  }
+                     {"estimated_error", judged.estimated}};
   if (!judged.seconds.empty()) {
     const Deviations& deviations = judged.deviations;
     row.update({{"seconds_median", median(judged.seconds)},
@@ -189,10 +182,6 @@ void Judge::add(const Rival& rival) {
   if (sample(row, [&] { field = rival.solve(); })) {
     measure_field(row, std::move(field));
   }
-}
-
-ReferenceField Judge::solve(const Scene& scene) {
-  return ReferenceField(main_place(scene.full.update).solver.solve(scene, progress_).displacement);
 }
 
 Judge::Found Judge::solve_on(Place& place, const Setting& setting, Progress& progress) const {

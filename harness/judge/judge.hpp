@@ -1,7 +1,6 @@
 #pragma once
 
 #include "backends/backend.hpp"
-#include "harness/judge/arithmetic.hpp"
 #include "harness/judge/truths.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/solve/methods/solver.hpp"
@@ -37,13 +36,6 @@ inline constexpr std::array<std::string_view, 4> status_names{"ok", "unverified"
   return status_names.at(static_cast<std::size_t>(status));
 }
 
-/// The whole pyramid run with different numbers of iterations per level (thesis Figs. 5.3a, 5.8a, 5.11, ...).
-struct Convergence {
-  std::vector<int> iterations_per_level;
-  std::vector<double> rmsd_to_fem;         ///< Poisson ratio of the scene, pixels
-  std::vector<double> rmsd_to_fixed_point; ///< pixels
-};
-
 /// One setting of one method or rival on one backend, against the truths.
 struct Judged {
   std::string method; ///< of harness/scene/method.hpp, a rival's name, or what a command calls it
@@ -67,8 +59,6 @@ struct Judged {
   std::optional<double> asked{};                  ///< the accuracy that was asked for, pixels
   std::optional<double> estimated{};              ///< the method's own estimate, pixels
   bool is_on_front = false; ///< median seconds against RMSD to FEM nu 0, over all rows of status ok
-  std::optional<ArithmeticError> arithmetic{}; ///< of icm
-  std::optional<Convergence> convergence{};
 
   /// Sets the status, and why it is not ok.
   void fail(JudgedStatus why, std::string what) {
@@ -134,9 +124,6 @@ public:
   /// the first of the new rows.
   std::size_t add(const Setting& setting);
   void add(const Rival& rival);
-
-  /// The field of a scene on its main place, neither timed nor judged.
-  [[nodiscard]] ReferenceField solve(const Scene& scene);
 
 private:
   /// A backend with its sessions, or why it is not there.

@@ -70,9 +70,6 @@ double rmsd(const ReferenceField& a, const ReferenceField& b, SiteMask counted) 
 }
 
 Truths find_truths(const Scene& scene, Progress& progress) {
-  if (scene.robust) {
-    throw InputError(fmt::format("{} forgives observations (robust); the truths here do not", scene.name));
-  }
   Truths truths;
   progress.describe(fmt::format("{}: finite elements and the exact fixed point", scene.name));
   const auto solve = [](SolvedTruth& truth, const auto& solver) {

@@ -1,5 +1,6 @@
 #include "harness/report/ci_files.hpp"
 
+#include "harness/report/html.hpp"
 #include "harness/report/results.hpp"
 #include "harness/scene/file_output.hpp"
 
@@ -9,6 +10,45 @@
 #include <algorithm>
 
 namespace hdmbench::report {
+
+/// "300x300"
+static std::string short_size(const nlohmann::json& row) {
+  std::string size = size_of(row);
+  std::erase(size, ' ');
+  return size;
+}
+
+void write_junit(const std::filesystem::path& file, const nlohmann::json& rows) {
+  if (file.empty()) {
+    return;
+  }
+  std::string cases;
+  int failures = 0;
+  int skipped = 0;
+  for (const nlohmann::json& row : rows) {
+    const std::string verdict = text_of(row, "verdict");
+    const std::string backend = text_of(row, "backend");
+    const std::string method = text_of(row, "method");
+    cases += fmt::format(R"(  <testcase classname="{}.{}.{}" name="{} {}">)", escape(text_of(row, "scene")),
+                         short_size(row), escape(method), escape(backend), escape(text_of(row, "mode")));
+    if (verdict == "skipped") {
+      ++skipped;
+      cases += fmt::format(R"(<skipped message="{}"/>)", escape(text_of(row, "reason")));
+    } else if (verdict != "agree" && verdict != "certified") {
+      ++failures;
+      cases +=
+          fmt::format(R"(<failure message="{}: {} sites differ, {} counts are wrong. {}">{}</failure>)",
+                      escape(verdict), row.value("sites_differing", 0L), row.value("counts_differing", 0L),
+                      escape(text_of(row, "reason")), escape(text_of(row, "repeat")));
+    }
+    cases += "</testcase>\n";
+  }
+  write_text(
+      file,
+      fmt::format("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n <testsuite name=\"hdmbench "
+                  "verify\" tests=\"{}\" failures=\"{}\" skipped=\"{}\">\n{} </testsuite>\n</testsuites>\n",
+                  rows.size(), failures, skipped, cases));
+}
 
 void write_google_benchmark(const std::filesystem::path& file, const Context& context,
                             const nlohmann::json& rows) {
@@ -21,10 +61,8 @@ void write_google_benchmark(const std::filesystem::path& file, const Context& co
     const std::string threads = row.value("threads", nlohmann::json()).is_null()
                                     ? std::string()
                                     : fmt::format("/threads:{}", row.at("threads").get<int>());
-    std::string size = size_of(row);
-    std::erase(size, ' '); // "300x300"
-    const std::string name = fmt::format("{}/{}/{}/{}{}", text_of(row, "scene"), size, text_of(row, "method"),
-                                         text_of(row, "backend"), threads);
+    const std::string name = fmt::format("{}/{}/{}/{}{}", text_of(row, "scene"), short_size(row),
+                                         text_of(row, "method"), text_of(row, "backend"), threads);
     const auto samples = row.at("seconds").get<std::vector<double>>();
     const bool fails = samples.empty() || row.value("valid", nlohmann::json()) == false;
     for (std::size_t i = 0; i < std::max<std::size_t>(1, samples.size()); ++i) {

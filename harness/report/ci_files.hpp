@@ -9,10 +9,18 @@
 
 namespace hdmbench::report {
 
+/// Results in the two formats that continuous integration elsewhere reads. `rows` are the results of a
+/// command as its own JSON has them; nothing is written where `file` is empty, as nobody asked for it. Both
+/// throw InputError as write_text() does.
+
+/// Writes rows of `verify` as JUnit XML: a comparison is a test case, named backend and mode in a class named
+/// after scene, size and method. Disagreeing and mistrusted ones fail, and say the command line that repeats
+/// them.
+void write_junit(const std::filesystem::path& file, const nlohmann::json& rows);
+
 /// Writes rows of `bench` in Google Benchmark's JSON schema (its compare.py, dashboards): a sample is a
 /// repetition, `real_time` are seconds of a whole solution without set-up, reported in milliseconds. A row
-/// that is not valid is an error. Nothing is written where `file` is empty, as nobody asked for it. Throws
-/// InputError as write_text() does.
+/// that is not valid is an error.
 void write_google_benchmark(const std::filesystem::path& file, const Context& context,
                             const nlohmann::json& rows);
 

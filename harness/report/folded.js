@@ -3,24 +3,7 @@
 
 // Accuracy
 
-const CONVERGED_TO = [["rmsd_to_fem", "finite elements"], ["rmsd_to_fixed_point", "fixed point"]];
-
-function convergence(rows) {
-  const series = rows.flatMap((row) => CONVERGED_TO.map(([key, truth]) => {
-    const steps = row.convergence.iterations_per_level.map((iterations, i) =>
-      ({ iterations, px: row.convergence[key]?.[i] }));
-    return series_of({ scene: row.scene, "distance to": truth }, steps, {
-      x: (step) => step.iterations,
-      y: (step) => step.px,
-      tell: (step) => `${step.iterations} iterations a level: ${number(step.px)} px`,
-    });
-  }));
-  return [el("h3", {}, "What more iterations bring"),
-    logPlot(series, { label: "convergence", x: { title: "iterations a level" }, y: { title: "px" } })];
-}
-
 function accuracy(rows, data) {
-  const curves = rows.filter((row) => row.convergence?.iterations_per_level?.length > 1);
   const draw = ({ scene }) => {
     const here = rows.filter((row) => scene_of(row) === scene);
     const differences = here.filter((row) => row.differences?.pictures).map((row) => [
@@ -30,9 +13,8 @@ function accuracy(rows, data) {
   };
   return [
     text("Finite elements (FEM) are the truth of the model; the fixed point, where every site sits at its own minimum, " +
-      "is that of the optimisation; double is that of the arithmetic. Root mean squares over all sites, in pixels."),
+      "is that of the optimisation. Root mean squares over all sites, in pixels."),
     chosen_view({ scene: ["Scene", options(rows, scene_of)] }, draw),
-    curves.length > 0 && convergence(curves),
     el("h3", {}, "The thesis, 2008, at 300 × 300"),
     table_of(data.published.accuracy, PAGE.tables.thesis_accuracy),
   ];

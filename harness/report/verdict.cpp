@@ -129,11 +129,6 @@ constexpr std::array checks{
             return is_ours(row) && says(row, "status", "ok") && !flag_of(row, "valid").value_or(false);
           },
           method_on_scene, "fields are not finite, or not scalar's"},
-    Check{bad, "judged",
-          [](const json& row) {
-            return number_of(row, "arithmetic.resynchronised.beyond_bound").value_or(0.0) > 0.0;
-          },
-          on_scene, "runs in float32 leave the derived bound"},
     Check{unsure, "judged",
           [](const json& row) {
             return is_ours(row) && !says(row, "status", "ok") &&

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include <optional>
+#include <utility>
 
 /// What rows of result files are written with beside nlohmann's own.
 namespace nlohmann {
@@ -25,9 +26,23 @@ struct adl_serializer<std::optional<Value>> {
 namespace hdmbench {
 
 /// "direction" has the unit vectors along rows, along columns and through slices.
-void to_json(nlohmann::json& written, const Placement& placement);
+inline void to_json(nlohmann::json& written, const Placement& placement) {
+  written = {{"origin", placement.origin}, {"direction", placement.axes}, {"thickness", placement.thickness}};
+}
 
-/// Without the members of objects that are null, at any depth.
-[[nodiscard]] nlohmann::json without_nulls(nlohmann::json value);
+/// Without the members of objects that are null, at any depth. As deep as our own documents, so recursion
+/// does.
+// NOLINTNEXTLINE(misc-no-recursion)
+[[nodiscard]] inline nlohmann::json without_nulls(nlohmann::json value) {
+  for (auto member = value.begin(); value.is_structured() && member != value.end();) {
+    if (value.is_object() && member->is_null()) {
+      member = value.erase(member);
+    } else {
+      *member = without_nulls(std::move(*member));
+      ++member;
+    }
+  }
+  return value;
+}
 
 } // namespace hdmbench

@@ -192,9 +192,6 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   }
   scene.placement = content.placement;
   reader.read("poisson", scene.poisson);
-  if (scene.energy->is_of_cells()) {
-    reader.read("robust", scene.robust);
-  }
   std::optional<StepSet> steps = read_numbers_of_sites(reader, scene);
   TomlReader schedule = reader.table("schedule");
   read_schedule(schedule, std::move(steps), !options.size, scene);

@@ -96,9 +96,6 @@ struct Scene {
   const RegisteredEnergy* stated_energy = nullptr;  ///< that the scene file names itself; null: none
   double poisson =
       0.3; ///< Poisson's ratio of all tissues, for finite elements and elastic energy; HDM has none
-  /// Of the elastic energy: a spring's pull grows up to a way of about so many pixels and stays as strong
-  /// beyond (harness/solve/methods/robust_observations.hpp). > 0; none: it grows without end.
-  std::optional<double> robust{};
   /// Declared, and checked by verify: every intermediate of every sweep is exact in float32, so that no
   /// compiler's choice of operations can change a bit.
   bool exact = false;

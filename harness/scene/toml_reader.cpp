@@ -52,7 +52,6 @@ const std::array keys{
     Key{"", "steps", of_hdm},
     Key{"", "poisson", {}, [](double value) { return value > -1.0 && value <= 0.5; }, "in (-1, 0.5]"},
     Key{"", "energy"},
-    Key{"", "robust", of_elastic, is_positive, "above 0 (pixels)"},
     Key{"", "spacing", {}, is_positive, "positive (millimetres per pixel)"},
     Key{"", "exact"},
     Key{"", "schedule"},

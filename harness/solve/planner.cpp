@@ -1,10 +1,8 @@
 #include "harness/solve/planner.hpp"
 
 #include "harness/scene/method.hpp"
-#include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
-#include "harness/solve/methods/robust_observations.hpp"
 #include "harness/solve/methods/sampled_image.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/stopwatch.hpp"
@@ -103,6 +101,17 @@ bool is_held(const Level& level) {
   } catch (const InputError&) {
     return false;
   }
+}
+
+/// Of two fields of one extent: the root of the mean square of the distance, pixels.
+double rms_difference(const VectorField& a, const VectorField& b) {
+  double squares = 0.0;
+  for (std::size_t i = 0; i < a.x.size(); ++i) {
+    const auto x = static_cast<double>(a.x[i]) - static_cast<double>(b.x[i]);
+    const auto y = static_cast<double>(a.y[i]) - static_cast<double>(b.y[i]);
+    squares += x * x + y * y;
+  }
+  return std::sqrt(squares / static_cast<double>(a.x.size()));
 }
 
 class Planner {
@@ -262,16 +271,7 @@ private:
 
   /// Full multigrid, then conjugate gradients until the steps say that it is enough.
   void solve_image() {
-    std::optional<RobustObservations> robust;
-    if (scene_.robust) {
-      robust = find_robust_observations(scene_, session_, progress_);
-      plan_.solution.levels.assign(robust->work.rbegin(), robust->work.rend());
-      plan_.solution.timings = robust->timings;
-      note(scene_.extent(), "observations",
-           fmt::format("weighed anew {} times: those far away are forgiven", robust->rounds), robust->moved,
-           unknown);
-    }
-    ElasticSolver solver(robust ? robust->level : scene_.full, scene_.poisson, session_);
+    ElasticSolver solver(scene_.full, scene_.poisson, session_);
     note(scene_.extent(), "levels", "moments of the moduli and cut cells on all levels", 0.0, unknown);
     const double set_up = clock_.seconds();
     solver.full_multigrid();
@@ -305,7 +305,7 @@ private:
                                : std::string("there is time left"),
            moved, error.estimate());
     }
-    solver.settle(robust ? robust->level : scene_.full, free_motions(scene_.full));
+    solver.settle(scene_.full, free_motions(scene_.full));
     plan_.solution.displacement = solver.displacement();
     add_work(solver);
     const double largest = largest_component(plan_.solution.displacement);

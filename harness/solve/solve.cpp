@@ -2,13 +2,13 @@
 
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
-#include "harness/solve/field_norms.hpp"
 #include "harness/solve/stopwatch.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace hdmbench {
@@ -133,6 +133,17 @@ Solution solve(const Scene& scene, Session& session, Progress& progress, const S
     progress.advance(static_cast<double>(level.extent.sites()) * limit);
   }
   return solution;
+}
+
+double largest_component(const VectorField& field) {
+  float largest = 0.0F;
+  for (const auto* const component : {&field.x, &field.y}) {
+    for (const float value : *component) {
+      largest =
+          std::isnan(value) ? std::numeric_limits<float>::infinity() : std::max(largest, std::abs(value));
+    }
+  }
+  return static_cast<double>(largest);
 }
 
 std::string why_absurd(const Scene& scene, const VectorField& field) {

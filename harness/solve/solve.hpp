@@ -64,6 +64,9 @@ struct SolveOptions {
 [[nodiscard]] Solution solve(const Scene& scene, Session& session, Progress& progress,
                              const SolveOptions& options = {});
 
+/// The largest |component|, pixels; infinite where one is not a number, 0 of an empty field.
+[[nodiscard]] double largest_component(const VectorField& field);
+
 /// Says why no energy can have this field; empty: it can. The limit is far beyond any lever that the image
 /// has room for.
 [[nodiscard]] std::string why_absurd(const Scene& scene, const VectorField& field);

@@ -110,122 +110,138 @@ Result compute(Session& session) {
   return result;
 }
 
-const Result& expected() {
-  static const Result result = compute(*make_scalar()->open({}));
-  return result;
-}
+/// How a computation ended.
+struct Ending {
+  bool right = false;    ///< with the right bits
+  bool told = false;     ///< with a DeviceError
+  std::string message{}; ///< empty where it is right
+};
 
-std::unique_ptr<Session> open(const Backend& backend) {
-  return backend.open({.device = {}, .work = Work::active});
+/// Computes in the session, which is opened where there is none.
+Ending ending(const Backend& backend, std::unique_ptr<Session>& session) {
+  static const Result expected = compute(*make_scalar()->open({}));
+  try {
+    if (session == nullptr) {
+      session = backend.open({.device = {}, .work = Work::active});
+    }
+    const bool right = compute(*session) == expected;
+    return {.right = right, .message = right ? "" : "no error, and wrong bits"};
+  } catch (const DeviceError& error) {
+    return {.told = true, .message = error.what()};
+  } catch (const std::exception& error) {
+    return {.message = fmt::format("no DeviceError: {}", error.what())};
+  }
 }
 
 /// What is wrong with a session without a fault and with what it leaves; empty: nothing.
 std::string wrong_with_next(const Backend& backend) {
-  try {
-    if (compute(*open(backend)) != expected()) {
-      return "the next session computes something else";
-    }
-  } catch (const std::exception& error) {
-    return fmt::format("the next session: {}", error.what());
-  }
-  return fmt::format("{}", fmt::join(take_complaints(), "; "));
+  std::unique_ptr<Session> session;
+  const Ending next = ending(backend, session);
+  session.reset();
+  return next.right ? fmt::format("{}", fmt::join(faults().take_complaints(), "; "))
+                    : fmt::format("the next session: {}", next.message);
 }
 
-/// Whether a message says which call failed, and why. What may go unnoticed is said by a later call, if at
-/// all.
+/// Whether a message says which call failed, and why. What cleans up is said by a later call, if at all.
 bool explains(const std::string& message, const Kind& kind, const Call& call) {
   const auto has = [&](std::string_view word) { return message.find(word) != std::string::npos; };
-  const bool named = call.words.empty() ? has(call.name) : std::ranges::any_of(call.words, has);
-  return has(kind.reason) && (named || call.can_fail_unnoticed);
+  if (!has(kind.reason) || call.cleans_up || has(call.name)) {
+    return has(kind.reason);
+  }
+  // What Vulkan-Hpp throws has the name of its method.
+  static const std::map<std::string, std::string, std::less<>> methods{
+      {"vkQueueSubmit", "Queue::submit"},
+      {"vkBindBufferMemory", "Buffer::bindMemory"},
+      {"vkBeginCommandBuffer", "CommandBuffer::begin"},
+      {"vkEndCommandBuffer", "CommandBuffer::end"}};
+  const auto known = methods.find(call.name);
+  std::string method = call.name.substr(2);
+  method.front() = static_cast<char>(method.front() - 'A' + 'a');
+  return kind.api == "Vulkan" && has(known != methods.end() ? known->second : "::" + method);
 }
 
 /// One run, in which the `at`-th call fails; then the session goes on if it can, or the next one has to.
-void fail_once(Row& row, const Backend& backend, const Kind& kind, int at,
+void fail_once(Row& row, const Backend& backend, const Kind& kind, std::size_t at,
                const std::set<std::string, std::less<>>& needed, test::CapturedStream& printed) {
-  arm(kind, at);
+  faults().arm(kind, at);
   std::unique_ptr<Session> session;
-  bool right = false; // although a call failed
-  bool went_on = false;
-  std::string wrong;
-  try {
-    session = open(backend);
-    right = compute(*session) == expected();
-    const bool over = !tally().struck; // what is left is to clean up
+  const Ending first = ending(backend, session);
+  const bool over = !faults().struck; // what is left is to clean up
+  if (!first.told) {
     session.reset();
-    const Call& call = tally().call;
-    const bool unnoticed =
-        over || call.can_fail_unnoticed || (kind.name == missing && !needed.contains(call.name));
-    wrong = !right ? "no error, and wrong bits" : !unnoticed ? "no error, although the call is needed" : "";
-  } catch (const DeviceError& error) {
-    wrong = explains(error.what(), kind, tally().call) ? "" : error.what();
-  } catch (const std::exception& error) {
-    wrong = fmt::format("no DeviceError: {}", error.what());
   }
-  if (!tally().struck) {
+  if (!faults().struck) {
     throw std::logic_error(fmt::format("{} of {}: there is no such call", at, kind.name));
   }
+  const Call call = *faults().struck;
+  const bool unnoticed = over || call.cleans_up || (kind.name == missing && !needed.contains(call.name));
+  std::string wrong;
+  if (first.right) {
+    wrong = unnoticed ? "" : "no error, although the call is needed";
+  } else {
+    wrong = first.told && explains(first.message, kind, call) ? "" : first.message;
+  }
+  bool went_on = false;
   if (session != nullptr && wrong.empty()) {
-    try {
-      went_on = compute(*session) == expected();
-      wrong = went_on ? "" : "the session went on, with wrong bits";
-    } catch (const DeviceError&) { // says so again
-    } catch (const std::exception& error) {
-      wrong = fmt::format("the session went on: {}", error.what());
-    }
+    const Ending second = ending(backend, session);
+    went_on = second.right;
+    wrong = second.told ? "" : second.message; // it may say so again
   }
   session.reset();
-  const std::string complaints = fmt::format("{}", fmt::join(take_complaints(), "; "));
+  const std::string complaints = fmt::format("{}", fmt::join(faults().take_complaints(), "; "));
   wrong = wrong.empty() ? complaints : wrong;
-  const std::string call = tally().call.name;
-  disarm();
+  faults().disarm();
   wrong = wrong.empty() && !went_on ? wrong_with_next(backend) : wrong;
   const std::string said = printed.take();
   wrong = said.empty() ? wrong : said;
   ++row.failed;
   row.went_on += went_on ? 1 : 0;
   if (!wrong.empty()) {
-    row.unclean.push_back(fmt::format("{} {}: {}", at, call, wrong));
+    row.unclean.push_back(fmt::format("{} {}: {}", at, call.name, wrong));
   } else {
-    ++(right ? row.succeeded : row.clean);
+    ++(first.right ? row.succeeded : row.clean);
   }
 }
 
 /// The numbers, 1, 2, ..., of the first two and of the last call of each function.
-std::vector<int> outermost_calls(const std::vector<std::string>& names) {
-  std::map<std::string, std::vector<int>> calls;
+std::vector<std::size_t> outermost_calls(const std::vector<std::string>& names) {
+  std::map<std::string, std::vector<std::size_t>> calls;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    calls[names[i]].push_back(static_cast<int>(i) + 1);
+    calls[names[i]].push_back(i + 1);
   }
-  std::set<int> numbers;
+  std::set<std::size_t> numbers;
   for (const auto& [name, all] : calls) {
     numbers.insert({all.front(), all[std::min<std::size_t>(1, all.size() - 1)], all.back()});
   }
   return {numbers.begin(), numbers.end()};
 }
 
-/// All runs of one kind on one backend. `turn`: of `turns` kinds that share outermost_calls() it is this
-/// one's; 0: it befalls every call.
-Row row_of(const Backend& backend, const Kind& kind, std::size_t turn, std::size_t turns) {
+/// All runs of one kind on one backend. `quick`: of the kinds that let one call of this API fail, each takes
+/// its share of the outermost calls.
+Row row_of(const Backend& backend, const Kind& kind, bool quick) {
   test::CapturedStream printed(stdout); // by drivers and the validation layers of Vulkan
-  arm(kind, 0);
+  faults().arm(kind, 0);
   if (const std::string wrong = wrong_with_next(backend); !wrong.empty()) {
     throw std::runtime_error(fmt::format("without any fault: {}", wrong));
   }
-  const auto needed = tally().called;
+  const auto needed = faults().called;
+  std::vector<std::size_t> numbers(faults().names.size());
+  std::iota(numbers.begin(), numbers.end(), 1);
   Row row{.backend = std::string(backend.name()),
           .api = std::string(kind.api),
           .kind = std::string(kind.name),
-          .calls = tally().calls};
-  std::vector<int> numbers(static_cast<std::size_t>(row.calls));
-  std::iota(numbers.begin(), numbers.end(), 1);
-  if (turn > 0) {
-    const std::vector<int> outermost = outermost_calls(tally().names);
+          .calls = static_cast<std::int64_t>(numbers.size())};
+  if (quick && kind.name != missing) {
+    const auto shares = [&](const Kind& other) { return other.api == kind.api && other.name != missing; };
+    const auto turns = static_cast<std::size_t>(std::ranges::count_if(kinds(), shares));
+    const std::vector<std::size_t> outermost = outermost_calls(faults().names);
     numbers.clear();
-    for (std::size_t i = turn - 1; i < outermost.size(); i += turns) {
+    for (auto i = static_cast<std::size_t>(std::count_if(kinds().data(), &kind, shares));
+         i < outermost.size(); i += turns) {
       numbers.push_back(outermost[i]);
     }
   }
-  for (const int at : numbers) {
+  for (const std::size_t at : numbers) {
     fmt::format_to_n(running.data(), running.size() - 1, "{}, {} {}, call {}{}", row.backend, row.api,
                      row.kind, at, '\0');
     alarm(seconds_until_hung);
@@ -233,34 +249,6 @@ Row row_of(const Backend& backend, const Kind& kind, std::size_t turn, std::size
   }
   alarm(0);
   return row;
-}
-
-/// `quick`: kinds that befall the same calls share the outermost ones.
-std::vector<Row> rows_of(const Backend& backend, const Subject& subject, bool quick) {
-  std::vector<Row> rows;
-  Progress progress;
-  for (const std::string_view api : subject.apis) {
-    const auto is_of_api = [&](const Kind& kind) { return kind.api == api && kind.name != missing; };
-    const auto turns = static_cast<std::size_t>(std::ranges::count_if(kinds(), is_of_api));
-    std::size_t turn = 0;
-    for (const Kind& kind : kinds()) {
-      if (kind.api == api) {
-        progress.describe(fmt::format("{}: {}", subject.backend, kind.name));
-        rows.push_back(row_of(backend, kind, quick && is_of_api(kind) ? ++turn : 0, turns));
-      }
-    }
-  }
-  return rows;
-}
-
-void print(const std::vector<Row>& rows) {
-  fmt::print("{}", table_text(rows, "backend|api:API|kind:what happens|calls|failed|clean:clean errors|"
-                                    "succeeded:succeeded anyway|went_on:session went on"));
-  for (const Row& row : rows) {
-    for (const std::string& what : row.unclean) {
-      fmt::print("  NOT CLEAN: {}, {} {}, call {}\n", row.backend, row.api, row.kind, what);
-    }
-  }
 }
 
 int run(int argc, char** argv) {
@@ -295,9 +283,21 @@ int run(int argc, char** argv) {
       fmt::print("{} is not there: {}\n", subject.backend, error.what());
       continue;
     }
-    std::ranges::move(rows_of(backend, subject, quick), std::back_inserter(rows));
+    Progress progress;
+    for (const Kind& kind : kinds()) {
+      if (std::ranges::find(subject.apis, kind.api) != subject.apis.end()) {
+        progress.describe(fmt::format("{}: {}", subject.backend, kind.name));
+        rows.push_back(row_of(backend, kind, quick));
+      }
+    }
   }
-  print(rows);
+  fmt::print("{}", table_text(rows, "backend|api:API|kind:what happens|calls|failed|clean:clean errors|"
+                                    "succeeded:succeeded anyway|went_on:session went on"));
+  for (const Row& row : rows) {
+    for (const std::string& what : row.unclean) {
+      fmt::print("  NOT CLEAN: {}, {} {}, call {}\n", row.backend, row.api, row.kind, what);
+    }
+  }
   write_results(file, "failing-calls", run_context(quick ? "failing_calls --quick" : "failing_calls", quick),
                 rows);
   if (rows.empty()) {

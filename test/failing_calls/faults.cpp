@@ -10,7 +10,6 @@
 #include <array>
 #include <cstdlib>
 #include <stdexcept>
-#include <tuple>
 #include <utility>
 
 namespace hdmbench::failing_calls {
@@ -33,156 +32,101 @@ constexpr std::array all_kinds{
     Kind{"OpenCL", "CL_OUT_OF_HOST_MEMORY", -6, "CL_OUT_OF_HOST_MEMORY"},
 };
 
-using Object = std::tuple<std::string, const void*, std::uint64_t>; // type, owner, handle
-
-struct State {
-  const Kind* kind = nullptr;
-  int at = 0;
-  std::string only;               ///< name of the call that fails, instead of `at`
-  std::vector<std::string> names; ///< of functions that were asked for
-  Tally tally;
-  std::set<Object> alive;
-  const void* current = nullptr;
-  bool binding_failed = false; ///< since the last time that it did not
-  std::vector<std::string> complaints;
-
-  /// HDMBENCH_FAILING_CALL="OpenGL/GL_OUT_OF_MEMORY/glReadPixels" arms any program.
-  State() {
-    const char* const variable = std::getenv("HDMBENCH_FAILING_CALL");
-    const std::string_view text = variable == nullptr ? "" : variable;
-    for (const Kind& one : all_kinds) {
-      const std::string prefix = fmt::format("{}/{}/", one.api, one.name);
-      if (text.starts_with(prefix)) {
-        kind = &one;
-        only = text.substr(prefix.size());
-      }
-    }
-    if (kind == nullptr && !text.empty()) {
-      throw std::invalid_argument(fmt::format("HDMBENCH_FAILING_CALL={} is no API/kind/call", text));
-    }
-  }
-};
-
-State& state() {
-  static State instance;
-  return instance;
-}
-
-/// The call with this number fails if it is its turn.
-bool strikes(int number, const Call& call) {
-  State& s = state();
-  s.tally.calls = std::max(s.tally.calls, number);
-  const bool again = s.kind->name == missing || !s.tally.struck;
-  const bool mine = s.only.empty() ? number == s.at : s.only == call.name && again;
-  if (mine) {
-    s.tally.struck = true;
-    s.tally.call = call;
-  }
-  return mine;
-}
-
 } // namespace
 
 std::span<const Kind> kinds() {
   return all_kinds;
 }
 
-void arm(const Kind& kind, int at) {
-  state().kind = &kind;
-  state().at = at;
-  state().only.clear();
-  state().names.clear();
-  state().tally = {};
+Faults& faults() {
+  static Faults instance;
+  return instance;
 }
 
-void disarm() {
-  state().kind = nullptr;
+Faults::Faults() {
+  const char* const variable = std::getenv("HDMBENCH_FAILING_CALL");
+  const std::string_view text = variable == nullptr ? "" : variable;
+  for (const Kind& one : all_kinds) {
+    const std::string prefix = fmt::format("{}/{}/", one.api, one.name);
+    if (text.starts_with(prefix)) {
+      kind_ = &one;
+      only_ = text.substr(prefix.size());
+    }
+  }
+  if (kind_ == nullptr && !text.empty()) {
+    throw std::invalid_argument(fmt::format("HDMBENCH_FAILING_CALL={} is no API/kind/call", text));
+  }
 }
 
-const Tally& tally() {
-  return state().tally;
+void Faults::arm(const Kind& kind, std::size_t at) {
+  kind_ = &kind;
+  at_ = at;
+  only_.clear();
+  names.clear();
+  struck.reset();
+  called.clear();
 }
 
-bool fails(std::string_view api, const Call& call) {
-  const Kind* const kind = state().kind;
-  if (kind == nullptr || kind->api != api || kind->name == missing) {
+/// The call with this number fails if it is its turn.
+bool Faults::strikes(std::size_t number, const Call& call) {
+  const bool again = kind_->name == missing || !struck;
+  const bool mine = only_.empty() ? number == at_ : only_ == call.name && again;
+  if (mine) {
+    struck = call;
+  }
+  return mine;
+}
+
+std::optional<std::int64_t> Faults::failure(std::string_view api, const Call& call) {
+  if (kind_ == nullptr || kind_->api != api || kind_->name == missing) {
+    return {};
+  }
+  names.push_back(call.name);
+  return strikes(names.size(), call) ? std::optional(kind_->code) : std::nullopt;
+}
+
+bool Faults::is_missing(std::string_view api, std::string_view name) {
+  if (kind_ == nullptr || kind_->api != api || kind_->name != missing) {
     return false;
   }
-  state().tally.names.push_back(call.name);
-  return strikes(state().tally.calls + 1, call);
-}
-
-bool is_missing(std::string_view api, std::string_view name) {
-  State& s = state();
-  if (s.kind == nullptr || s.kind->api != api || s.kind->name != missing) {
-    return false;
+  auto found = std::ranges::find(names, name);
+  if (found == names.end()) {
+    found = names.emplace(names.end(), name);
   }
-  auto found = std::ranges::find(s.names, name);
-  if (found == s.names.end()) {
-    found = s.names.emplace(s.names.end(), name);
-  }
-  return strikes(static_cast<int>(found - s.names.begin()) + 1, {.name = std::string(name)});
+  return strikes(static_cast<std::size_t>(found - names.begin()) + 1, {.name = std::string(name)});
 }
 
-std::int64_t code() {
-  return state().kind->code;
-}
-
-void note_call(std::string_view name) {
-  if (!state().tally.called.contains(name)) {
-    state().tally.called.emplace(name);
-  }
-}
-
-void complain(std::string what) {
-  state().complaints.push_back(std::move(what));
-}
-
-std::vector<std::string> take_complaints() {
-  State& s = state();
-  for (const auto& [type, owner, handle] : s.alive) {
+std::vector<std::string> Faults::take_complaints() {
+  for (const auto& [type, owner, handle] : alive_) {
     complain(fmt::format("{} is left", type));
   }
-  s.alive.clear();
-  if (s.current != nullptr && !s.binding_failed) {
+  alive_.clear();
+  if (current != 0 && !binding_failed) {
     complain("a context was left current");
   }
-  return std::exchange(s.complaints, {});
+  return std::exchange(complaints_, {});
 }
 
-void made(std::string_view type, const void* owner, std::uint64_t handle) {
-  if (!state().alive.emplace(type, owner, handle).second) {
+void Faults::made(std::string_view type, std::uint64_t owner, std::uint64_t handle) {
+  if (!alive_.emplace(type, owner, handle).second) {
     complain(fmt::format("{} was made again while it was alive", type));
   }
 }
 
-void gone(std::string_view type, const void* owner, std::uint64_t handle) {
-  if (state().alive.erase({std::string(type), owner, handle}) == 0) {
+void Faults::gone(std::string_view type, std::uint64_t owner, std::uint64_t handle) {
+  if (alive_.erase({std::string(type), owner, handle}) == 0) {
     complain(fmt::format("{} was destroyed that was not alive", type));
   }
-}
-
-void owner_gone(const void* owner) {
-  std::erase_if(state().alive, [&](const Object& object) {
-    const auto& [type, its_owner, handle] = object;
-    if (its_owner == owner && !state().binding_failed) {
-      complain(fmt::format("{} was left when its context was destroyed", type));
+  if (type != "Context") {
+    return;
+  }
+  std::erase_if(alive_, [&](const auto& object) {
+    const auto& [its_type, its_owner, its_handle] = object;
+    if (its_owner == handle && !binding_failed) {
+      complain(fmt::format("{} was left when its context was destroyed", its_type));
     }
-    return its_owner == owner;
+    return its_owner == handle;
   });
-}
-
-void set_current(const void* context) {
-  state().current = context;
-  state().binding_failed = false;
-}
-
-void could_not_set_current() {
-  state().binding_failed = true;
-}
-
-const void* current() {
-  return state().current;
 }
 
 } // namespace hdmbench::failing_calls

@@ -1,15 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
-/// What the stand-ins for libEGL, libOSMesa, libvulkan and libOpenCL share with the program that tests with
-/// them: which call fails, how many there were, and what they made and have not destroyed. One thread only.
-/// Lives in a shared library of its own, so that there is one of it in a process.
 namespace hdmbench::failing_calls {
 
 /// A way to fail.
@@ -24,54 +23,61 @@ inline constexpr std::string_view missing = "function missing";
 
 [[nodiscard]] std::span<const Kind> kinds();
 
-/// A call that can fail.
 struct Call {
-  std::string name;
-  std::vector<std::string> words{}; ///< one of them must be in the message; empty: the name
-  bool can_fail_unnoticed = false;  ///< it cleans up
+  std::string name;       ///< of the function
+  bool cleans_up = false; ///< its failure may go unnoticed
 };
 
-/// From now on the `at`-th (1, 2, ...) call that `kind` can befall fails, of missing functions the `at`-th
-/// name. 0: none does. Forgets what was counted.
-void arm(const Kind& kind, int at);
-/// All calls succeed.
-void disarm();
+/// What the stand-ins share with the program that tests with them: which call fails, which ones there were,
+/// and what they made and have not destroyed. For one thread only. Handles are pointers or names of OpenGL;
+/// 0 is none.
+class Faults {
+public:
+  /// HDMBENCH_FAILING_CALL="OpenGL/GL_OUT_OF_MEMORY/glReadPixels" arms any program. Throws
+  /// std::invalid_argument where that is no API/kind/call.
+  Faults();
 
-struct Tally {
-  int calls = 0;                               ///< that could have failed
-  std::vector<std::string> names{};            ///< of these, in order; none of functions that are missing
-  bool struck = false;                         ///< one did
-  Call call{};                                 ///< that one
-  std::set<std::string, std::less<>> called{}; ///< functions, the failing ones included
+  /// From now on the `at`-th (1, 2, ...) call that `kind` can befall fails, of missing functions the `at`-th
+  /// name. 0: none does. Forgets what was counted.
+  void arm(const Kind& kind, std::size_t at);
+  /// All calls succeed.
+  void disarm() { kind_ = nullptr; }
+  /// What was done wrong since this was last asked, in words: calls without a context, what was destroyed
+  /// twice or never made, what is left of all that was made, a context still current.
+  [[nodiscard]] std::vector<std::string> take_complaints();
+
+  // Since arm().
+  std::vector<std::string> names;            ///< of the calls that could fail, or of what could be missing
+  std::optional<Call> struck;                ///< the call that failed, or what was missing
+  std::set<std::string, std::less<>> called; ///< functions, the failing ones included
+
+  // For the stand-ins.
+
+  /// Counts a call of an API that can fail. Returns the driver's code where it has to fail.
+  [[nodiscard]] std::optional<std::int64_t> failure(std::string_view api, const Call& call);
+  /// Whether this function has to be missing from "OpenGL" (EGL's extensions with it) or "Vulkan".
+  [[nodiscard]] bool is_missing(std::string_view api, std::string_view name);
+  void complain(std::string what) { complaints_.push_back(std::move(what)); }
+  /// An object came to be. `owner`, a context, tells its names from those of another one.
+  void made(std::string_view type, std::uint64_t owner, std::uint64_t handle);
+  /// An object went, and with it what it owns, which should have gone before, unless the context could not be
+  /// made current for that.
+  void gone(std::string_view type, std::uint64_t owner, std::uint64_t handle);
+
+  std::uint64_t current = 0;   ///< the OpenGL context of this thread
+  bool binding_failed = false; ///< since a context was made current the last time
+
+private:
+  [[nodiscard]] bool strikes(std::size_t number, const Call& call);
+
+  const Kind* kind_ = nullptr;
+  std::size_t at_ = 0;
+  std::string only_; ///< name of the call that fails, instead of `at_`
+  std::set<std::tuple<std::string, std::uint64_t, std::uint64_t>> alive_; ///< type, owner, handle
+  std::vector<std::string> complaints_;
 };
-/// Since arm().
-[[nodiscard]] const Tally& tally();
 
-/// What was done wrong since this was last asked, in words: calls without a context, what was destroyed twice
-/// or never made, what is left of all that was made, a context still current.
-[[nodiscard]] std::vector<std::string> take_complaints();
-
-// For the stand-ins.
-
-/// Whether this call of an API has to fail, or this function of OpenGL, EGL or Vulkan to be missing. Counts
-/// it.
-[[nodiscard]] bool fails(std::string_view api, const Call& call);
-[[nodiscard]] bool is_missing(std::string_view api, std::string_view name);
-/// Of the kind that made it fail.
-[[nodiscard]] std::int64_t code();
-/// Counts a function that was called, whether it can fail or not.
-void note_call(std::string_view name);
-void complain(std::string what);
-/// An object came to be or went. `owner` tells the names of two contexts apart.
-void made(std::string_view type, const void* owner, std::uint64_t handle);
-void gone(std::string_view type, const void* owner, std::uint64_t handle);
-/// A context goes and takes what it owns along; whatever that is should have gone before, unless the context
-/// could not be made current for it.
-void owner_gone(const void* owner);
-/// The OpenGL context of this thread, null: none.
-void set_current(const void* context);
-/// It stayed what it was.
-void could_not_set_current();
-[[nodiscard]] const void* current();
+/// The one of this process: a shared library of its own holds it.
+[[nodiscard]] Faults& faults();
 
 } // namespace hdmbench::failing_calls

@@ -1,6 +1,5 @@
 #include "harness/judge/atlas/atlas.hpp"
 
-#include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/truths.hpp"
 #include "harness/scene/images/images.hpp"

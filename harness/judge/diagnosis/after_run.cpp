@@ -1,4 +1,3 @@
-#include "harness/judge/diagnosis/deformation.hpp"
 #include "harness/judge/diagnosis/measures.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"

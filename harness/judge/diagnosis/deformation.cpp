@@ -1,4 +1,4 @@
-#include "harness/judge/diagnosis/deformation.hpp"
+#include "harness/judge/diagnosis/diagnosis.hpp"
 
 #include "harness/scene/sites.hpp"
 

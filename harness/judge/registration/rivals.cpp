@@ -3,7 +3,7 @@
 #include "harness/applications/detection.hpp"
 #include "harness/applications/iterated_registration.hpp"
 #include "harness/applications/picture.hpp"
-#include "harness/judge/diagnosis/deformation.hpp"
+#include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/scene/sites.hpp"
 #include "harness/solve/methods/solver.hpp"
@@ -177,7 +177,6 @@ json look_for(const PlantedInclusion& inclusion, const Search& search) {
   planted.noise = pictures ? 0.0 : inclusion.noise;
   const PlantedField field = plant(scene, planted);
   Progress silent(false);
-  const DetectionOptions quick{.repetitions = 0};
   Detection found;
   double seconds = 0.0;
   if (pictures) {
@@ -185,10 +184,10 @@ json look_for(const PlantedInclusion& inclusion, const Search& search) {
     const IteratedRegistration registered =
         register_iteratively(pair.source, pair.target, scene, {}, {}, session, silent);
     seconds = registered.seconds;
-    found = detect_modulus(pair.source, pair.target, registered.displacement, field.region, scene, quick,
+    found = detect_modulus(pair.source, pair.target, registered.displacement, field.region, scene, {},
                            session, silent);
   } else {
-    found = detect_modulus(field.observed, field.region, scene, quick, session, silent);
+    found = detect_modulus(field.observed, field.region, scene, {}, session, silent);
   }
   double place_score = 0.0;
   for_each_site(scene.extent(), [&](int x, int y) {

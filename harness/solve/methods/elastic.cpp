@@ -2,9 +2,7 @@
 
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
-#include "harness/solve/field_norms.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
-#include "harness/solve/methods/robust_observations.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/conditions.hpp"
@@ -395,22 +393,14 @@ std::optional<double> follow(const Schedule& schedule, double largest, double co
 
 /// By the scene's method on the image itself.
 Solution solve_whole(const Scene& scene, ElasticSession& session, Progress& progress) {
-  std::optional<RobustObservations> robust;
-  if (scene.robust) {
-    robust = find_robust_observations(scene, session, progress);
-  }
-  ElasticSolver solver(robust ? robust->level : scene.full, scene.poisson, session);
+  ElasticSolver solver(scene.full, scene.poisson, session);
   const std::optional<double> error =
       follow(scene.schedule, largest_component(scene.full.target), contrast_of(scene.full.modulus),
              static_cast<double>(scene.extent().sites()), solver, progress);
-  solver.settle(robust ? robust->level : scene.full, free_motions(scene.full));
+  solver.settle(scene.full, free_motions(scene.full));
   Solution solution;
-  if (robust) {
-    solution.levels = std::move(robust->work);
-    solution.timings = robust->timings;
-  }
-  add_work(solution.levels, solver.work());
-  solution.timings.add(solver.timings());
+  solution.levels = solver.work();
+  solution.timings = solver.timings();
   if (error && std::isfinite(*error)) {
     solution.estimated_error = error;
   }
