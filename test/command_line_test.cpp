@@ -284,8 +284,24 @@ TEST(CommandLine, WithoutOpenGlItSaysSo) {
                    AllOf(HasSubstr("gl-fragment: skipped: "), Not(HasSubstr("0 skipped"))), no_driver);
 }
 
-TEST(CommandLine, BenchWritesWhatTheCiOfOthersReads) {
+TEST(CommandLine, VerifyAndBenchWriteWhatTheCiOfOthersReads) {
   const test::TemporaryFolder folder;
+  const auto junit = folder.path() / "verify.xml";
+  test::expect_run(0, "verify tie-rich --sizes 24 --backends openmp --junit " + junit.string());
+  EXPECT_THAT(read_file(junit),
+              AllOf(HasSubstr(R"(tests="3" failures="0" skipped="1")"),
+                    HasSubstr(R"(<testcase classname="tie-rich.24x24.icm" name="openmp resync">)")));
+  const nlohmann::json bad{{"scene", "a<b"},        {"width", 3},
+                           {"height", 4},           {"method", "icm"},
+                           {"backend", "openmp"},   {"mode", "free"},
+                           {"verdict", "disagree"}, {"sites_differing", 7},
+                           {"reason", "\"x\""},     {"repeat", "hdmbench verify 'a<b'"}};
+  report::write_junit(junit, nlohmann::json::array({bad}));
+  EXPECT_THAT(read_file(junit),
+              AllOf(HasSubstr(R"(failures="1")"), HasSubstr(R"(classname="a&lt;b.3x4.icm")"),
+                    HasSubstr("disagree: 7 sites differ, 0 counts are wrong. &quot;x&quot;\">hdmbench verify "
+                              "&#39;a&lt;b&#39;")));
+
   const auto own = folder.path() / "bench.json";
   const auto google = folder.path() / "google.json";
   test::expect_run(0,

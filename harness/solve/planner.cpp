@@ -106,12 +106,13 @@ bool is_held(const Level& level) {
 /// Of two fields of one extent: the root of the mean square of the distance, pixels.
 double rms_difference(const VectorField& a, const VectorField& b) {
   double squares = 0.0;
-  for (std::size_t i = 0; i < a.x.size(); ++i) {
-    const auto x = static_cast<double>(a.x[i]) - static_cast<double>(b.x[i]);
-    const auto y = static_cast<double>(a.y[i]) - static_cast<double>(b.y[i]);
-    squares += x * x + y * y;
+  for (std::size_t axis = 0; axis < a.extent.axes(); ++axis) {
+    for (std::size_t i = 0; i < a[axis].size(); ++i) {
+      const auto difference = static_cast<double>(a[axis][i]) - static_cast<double>(b[axis][i]);
+      squares += difference * difference;
+    }
   }
-  return std::sqrt(squares / static_cast<double>(a.x.size()));
+  return std::sqrt(squares / static_cast<double>(a.extent.sites()));
 }
 
 class Planner {

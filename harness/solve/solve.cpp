@@ -137,8 +137,8 @@ Solution solve(const Scene& scene, Session& session, Progress& progress, const S
 
 double largest_component(const VectorField& field) {
   float largest = 0.0F;
-  for (const auto* const component : {&field.x, &field.y}) {
-    for (const float value : *component) {
+  for (const std::vector<float>& component : field.planes) {
+    for (const float value : component) {
       largest =
           std::isnan(value) ? std::numeric_limits<float>::infinity() : std::max(largest, std::abs(value));
     }
