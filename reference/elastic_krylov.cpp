@@ -1,4 +1,4 @@
-#include "reference/elastic_krylov.hpp"
+#include "reference/finite_elements.hpp"
 
 #include "kernels/data/input_error.hpp"
 

@@ -1,4 +1,4 @@
-#include "reference/thesis_icm.hpp"
+#include "reference/thesis_energy.hpp"
 
 #include "kernels/data/input_error.hpp"
 

@@ -548,9 +548,9 @@ std::vector<Way> ways_of(const Backend& backend, Group group) {
       ways.push_back({fmt::format("{}, {}", work_names[static_cast<std::size_t>(work)], name), options});
     }
   };
-  const std::vector<int> others = has_threads ? std::vector{3, 4, 6, 7, 8} : std::vector<int>{};
+  const std::vector<int> others{3, 4, 6, 7, 8};
   const std::vector<int> usual = has_threads ? std::vector{1, 2, 5} : std::vector{1};
-  for (const int threads : group == Group::layouts ? others : usual) {
+  for (const int threads : group == Group::layouts && has_threads ? others : usual) {
     add(fmt::format("{} threads", threads), {.device = {}, .threads = threads});
   }
   return ways;

@@ -1,7 +1,7 @@
 // The program as a user types it: exit status, messages, files.
 
 #include "harness/report/ci_files.hpp"
-#include "harness/scene/file_input.hpp"
+#include "harness/scene/files.hpp"
 #include "test/files.hpp"
 #include "test/program.hpp"
 

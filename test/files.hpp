@@ -1,7 +1,7 @@
 #pragma once
 
+#include "harness/scene/files.hpp"
 #include "harness/scene/images/images.hpp"
-#include "harness/scene/temporary_directory.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>

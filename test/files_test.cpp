@@ -1,7 +1,6 @@
 // What is read and where it is written: links, pipes, devices, modes, full disks.
 
-#include "harness/scene/file_input.hpp"
-#include "harness/scene/file_output.hpp"
+#include "harness/scene/files.hpp"
 #include "kernels/data/input_error.hpp"
 #include "test/files.hpp"
 

@@ -1,6 +1,6 @@
 #include "harness/judge/truths.hpp"
 #include "kernels/data/input_error.hpp"
-#include "reference/elastic_krylov.hpp"
+#include "reference/finite_elements.hpp"
 #include "test/elastic_checks.hpp"
 #include "test/files.hpp"
 #include "test/random_level.hpp"

@@ -3,7 +3,6 @@
 #include "reference/fixed_point.hpp"
 #include "reference/interpolation.hpp"
 #include "reference/thesis_energy.hpp"
-#include "reference/thesis_icm.hpp"
 #include "test/files.hpp"
 #include "test/random_level.hpp"
 

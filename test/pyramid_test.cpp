@@ -4,7 +4,6 @@
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/pyramid.hpp"
 #include "reference/thesis_energy.hpp"
-#include "reference/thesis_icm.hpp"
 #include "test/random_level.hpp"
 
 #include <gtest/gtest.h>

@@ -175,27 +175,6 @@ TEST(Registration, GivesTheSameBitsOnEveryBackend) {
   EXPECT_GE(compared, 1);
 }
 
-TEST(Elastix, FindsAKnownShift) {
-  if (!have_images() || !is_installed("elastix") || !is_installed("transformix")) {
-    GTEST_SKIP() << "elastix is not on PATH: install Debian's package elastix";
-  }
-  // Tissue moves by (3, -2): target(x) = source(x - (3, -2)).
-  const ScalarField source = textured({96, 90});
-  VectorField back(source.extent);
-  std::ranges::fill(back[0], -3.0F);
-  std::ranges::fill(back[1], 2.0F);
-  const ScalarField target = pulled_back(source, back);
-  VectorField truth(source.extent);
-  std::ranges::fill(truth[0], 3.0F);
-  std::ranges::fill(truth[1], -2.0F);
-  EXPECT_LT(rmsd(register_with_elastix(source, target, {}).displacement, truth, 12), 0.5);
-  ScalarField unseen(source.extent);
-  for_each_site(source.extent, [&](int x, int y) {
-    unseen.values[source.extent.index(x, y)] = std::hypot(x - 48, y - 45) < 12 ? 1.0F : 0.0F;
-  });
-  EXPECT_LT(rmsd(register_with_elastix(source, target, unseen).displacement, truth, 12), 0.8);
-}
-
 TEST(Conventionally, ADeformationIsRecoveredAndByAlgorithmFiveTheRegion) {
   if (!have_images()) {
     GTEST_SKIP() << "built without ITK (HDMBENCH_IMAGES=OFF)";

@@ -1,7 +1,7 @@
 #include "harness/scene/scene.hpp"
 
 #include "harness/scene/method.hpp"
-#include "harness/scene/outline.hpp"
+#include "harness/scene/sites.hpp"
 #include "test/files.hpp"
 
 #include <fmt/format.h>

@@ -112,6 +112,8 @@ void judge(GoldenOutcome& outcome, const std::vector<GoldenLevel>& expected, boo
     outcome.verdict = Verdict::disagree;
     outcome.first_difference = first->first;
     outcome.reason = first->second + (is_golden ? "" : " (scalar's)");
+  } else if (!outcome.is_sound) { // in one piece alone
+    outcome.first_difference = outcome.levels.back().level;
   } else if (!is_golden) {
     outcome.verdict = Verdict::mistrusted;
     outcome.reason = "as scalar, but there is nothing golden to compare with";
@@ -260,7 +262,6 @@ GoldenOutcome GoldenSolver::solve(const Scene& scene, Progress& progress) {
   const auto doubt = [&](std::string reason) {
     outcome.is_sound = false;
     outcome.verdict = Verdict::disagree;
-    outcome.first_difference = outcome.levels.back().level;
     outcome.reason = std::move(reason);
   };
   (void)solver_->solve(
@@ -268,6 +269,7 @@ GoldenOutcome GoldenSolver::solve(const Scene& scene, Progress& progress) {
         outcome.levels.push_back({result.level, result.iterations, state_hash(displacement)});
         if (outcome.is_sound && !is_finite(displacement)) {
           doubt(fmt::format("level {}: a number is not finite", result.level));
+          outcome.first_difference = result.level;
         }
       }});
   if (outcome.is_sound && !scene.energy->is_of_cells() && LevelSequence(scene).pyramid()) {
@@ -292,7 +294,7 @@ GoldenResult check_golden(const Scene& scene, std::span<GoldenSolver> solvers, c
   const bool is_golden = golden != nullptr && result.inputs_reason.empty();
   const std::vector<GoldenLevel> expected = is_golden ? golden->levels : result.outcomes.front().levels;
   for (GoldenOutcome& outcome : result.outcomes) {
-    if (outcome.verdict == Verdict::agree) {
+    if (outcome.verdict != Verdict::skipped && !outcome.first_difference) {
       judge(outcome, expected, is_golden);
     }
   }

@@ -1,11 +1,10 @@
 #include "harness/cli/arguments.hpp"
 
 #include "harness/ranks/message_passing.hpp"
-#include "harness/scene/file_output.hpp"
+#include "harness/scene/files.hpp"
 #include "harness/scene/images/images.hpp"
-#include "harness/scene/joined.hpp"
 #include "harness/scene/method.hpp"
-#include "harness/scene/nearest_name.hpp"
+#include "harness/scene/names.hpp"
 #include "harness/solve/solve.hpp"
 
 #include <unistd.h>

@@ -7,8 +7,8 @@
 #include "harness/ranks/rank_backend.hpp"
 #include "harness/report/ci_files.hpp"
 #include "harness/report/published.hpp"
+#include "harness/scene/files.hpp"
 #include "harness/scene/method.hpp"
-#include "harness/scene/temporary_directory.hpp"
 #include "harness/solve/methods/solver.hpp"
 
 #include <cmath>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "harness/cli/arguments.hpp"
-#include "harness/scene/temporary_directory.hpp"
+#include "harness/scene/files.hpp"
 
 #include <filesystem>
 #include <optional>

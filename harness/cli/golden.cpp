@@ -1,7 +1,6 @@
 #include "harness/check/golden.hpp"
 #include "harness/cli/gates.hpp"
-#include "harness/scene/file_input.hpp"
-#include "harness/scene/file_output.hpp"
+#include "harness/scene/files.hpp"
 
 #include <fmt/ranges.h>
 

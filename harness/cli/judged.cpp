@@ -5,8 +5,8 @@
 #include "harness/judge/tradeoff.hpp"
 #include "harness/report/published.hpp"
 #include "harness/scene/images/images.hpp"
-#include "harness/scene/joined.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/scene/names.hpp"
 
 #include <array>
 #include <cstdio>

@@ -4,7 +4,7 @@
 #include "harness/cli/arguments.hpp"
 #include "harness/ranks/message_passing.hpp"
 #include "harness/scene/images/images.hpp"
-#include "harness/scene/nearest_name.hpp"
+#include "harness/scene/names.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <build_information.hpp>

@@ -1,7 +1,7 @@
 #include "harness/cli/pair_arguments.hpp"
 
 #include "harness/applications/picture.hpp"
-#include "harness/scene/file_output.hpp"
+#include "harness/scene/files.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/sites.hpp"
 

@@ -1,7 +1,7 @@
 #include "harness/judge/registration/rivals.hpp"
 #include "backends/shared/elastic_session.hpp"
 #include "harness/cli/arguments.hpp"
-#include "harness/scene/file_output.hpp"
+#include "harness/scene/files.hpp"
 #include "harness/scene/images/images.hpp"
 
 namespace hdmbench::commands {
@@ -108,9 +108,6 @@ int run_rivals(Arguments& arguments, Call& call) {
   Progress progress;
   const auto& run = arguments.detection > 0 ? look : compare;
   Found found = run(arguments, scene, backend, progress);
-  if (!arguments.quick && arguments.detection == 0 && !is_installed("elastix")) {
-    fmt::print("{} was not compared: there is no elastix on PATH (Debian's package elastix)\n", by_elastix);
-  }
   call.write(std::move(found.rows), arguments.quick, found.command);
   return success;
 }
@@ -129,9 +126,8 @@ void add_rivals(CLI::App& program, Call& call) {
   add_option(command, "--size", own.scene.size, "Image size: 300 (square) or 257x130");
   own.scene.add_orientation_to(command);
   own.scene.add_backend_to(command);
-  CLI::Option* const quick =
-      add_flag(command, "--quick", own.quick,
-               "Without mutual information: ITK's, elastix's, and so without Algorithm 5");
+  CLI::Option* const quick = add_flag(command, "--quick", own.quick,
+                                      "Without mutual information: ITK's, and so without Algorithm 5");
   CLI::Option* const planted =
       add_option(command, "--planted", own.kinds, "What deforms: growth, resection, pressure, with commas")
           ->delimiter(',')

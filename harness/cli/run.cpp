@@ -4,7 +4,7 @@
 #include "harness/measure/memory_use.hpp"
 #include "harness/ranks/message_passing.hpp"
 #include "harness/ranks/rank_backend.hpp"
-#include "harness/scene/file_output.hpp"
+#include "harness/scene/files.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/solver.hpp"

@@ -1,7 +1,7 @@
 #include "harness/cli/schedule_overrides.hpp"
 
 #include "harness/cli/arguments.hpp"
-#include "harness/scene/joined.hpp"
+#include "harness/scene/names.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>

@@ -3,7 +3,7 @@
 #include "harness/check/compare.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/judge/truths.hpp"
-#include "harness/scene/file_output.hpp"
+#include "harness/scene/files.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/solve/solve.hpp"
 #include "harness/tools/energy_plane.hpp"

@@ -7,7 +7,7 @@
 #include "harness/solve/planner.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/level.hpp"
-#include "reference/elastic_krylov.hpp"
+#include "reference/finite_elements.hpp"
 #include "reference/fixed_point.hpp"
 
 #include <fmt/format.h>

@@ -3,7 +3,7 @@
 #include "harness/measure/median.hpp"
 #include "harness/scene/method.hpp"
 #include "kernels/data/input_error.hpp"
-#include "reference/elastic_krylov.hpp"
+#include "reference/finite_elements.hpp"
 
 #include <fmt/format.h>
 

@@ -7,7 +7,7 @@
 #include "kernels/data/pyramid.hpp"
 #include "reference/finite_elements.hpp"
 #include "reference/fixed_point.hpp"
-#include "reference/thesis_icm.hpp"
+#include "reference/thesis_energy.hpp"
 
 #include <fmt/format.h>
 

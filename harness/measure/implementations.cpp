@@ -4,7 +4,7 @@
 #include "backends/shared/subprocess.hpp"
 #include "harness/check/verify.hpp"
 #include "harness/measure/result_file.hpp"
-#include "harness/scene/temporary_directory.hpp"
+#include "harness/scene/files.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

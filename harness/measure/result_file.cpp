@@ -1,8 +1,7 @@
 #include "harness/measure/result_file.hpp"
 
 #include "backends/cpu/cpu.hpp"
-#include "harness/scene/file_input.hpp"
-#include "harness/scene/file_output.hpp"
+#include "harness/scene/files.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <build_information.hpp>

@@ -2,7 +2,7 @@
 
 #include "harness/report/html.hpp"
 #include "harness/report/results.hpp"
-#include "harness/scene/file_output.hpp"
+#include "harness/scene/files.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

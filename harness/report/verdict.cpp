@@ -1,7 +1,7 @@
 #include "harness/report/verdict.hpp"
 
 #include "harness/report/table.hpp"
-#include "harness/scene/joined.hpp"
+#include "harness/scene/names.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,5 @@
 #include "harness/scene/scene_content.hpp"
 
-#include "harness/scene/outline.hpp"
 #include "harness/scene/sites.hpp"
 #include "kernels/data/elastic/springs.hpp"
 

@@ -1,6 +1,4 @@
-#include "harness/scene/file_input.hpp"
-#include "harness/scene/file_output.hpp"
-#include "harness/scene/temporary_directory.hpp"
+#include "harness/scene/files.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>

@@ -250,10 +250,13 @@ void use_energy(Scene& scene, const RegisteredEnergy& energy) {
   if (scene.energy == &energy) {
     return;
   }
+  const bool keeps_schedule = energy.has(find_method(scene.schedule.method, scene.energy));
   scene.energy = &energy;
-  scene.schedule = {};
   set_energy_of_sites(scene);
-  use_method(scene, energy.methods.front());
+  if (!keeps_schedule) {
+    scene.schedule = {};
+    use_method(scene, energy.methods.front());
+  }
 }
 
 void use_method(Scene& scene, const Method& method, std::optional<int> iterations) {

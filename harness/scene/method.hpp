@@ -99,7 +99,8 @@ bool register_energy(const RegisteredEnergy& energy);
 /// Gives scene.full what scene.energy sweeps over: Level::energy and its inputs.
 void set_energy_of_sites(Scene& scene);
 
-/// Makes `scene` minimise the energy by its usual method; nothing changes where it minimises it already.
+/// Makes `scene` minimise the energy: as its schedule says where the energy has that method, too, else by the
+/// energy's usual one.
 void use_energy(Scene& scene, const RegisteredEnergy& energy);
 
 /// Makes `scene` use the method, and the first energy that has it where the scene's own does not: schedule,

@@ -1,5 +1,3 @@
-#include "harness/scene/outline.hpp"
-
 #include "harness/scene/sites.hpp"
 
 #include <algorithm>

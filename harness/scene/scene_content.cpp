@@ -1,6 +1,6 @@
 #include "harness/scene/scene_content.hpp"
 
-#include "harness/scene/file_input.hpp"
+#include "harness/scene/files.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
 #include "kernels/data/elastic/springs.hpp"

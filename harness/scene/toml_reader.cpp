@@ -1,6 +1,6 @@
 #include "harness/scene/toml_reader.hpp"
 
-#include "harness/scene/nearest_name.hpp"
+#include "harness/scene/names.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

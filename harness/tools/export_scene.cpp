@@ -1,7 +1,7 @@
 #include "harness/tools/export_scene.hpp"
 
 #include "harness/check/compare.hpp"
-#include "harness/scene/file_output.hpp"
+#include "harness/scene/files.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
 

@@ -1,6 +1,6 @@
 #include "harness/tools/field_lines.hpp"
 
-#include "harness/scene/file_input.hpp"
+#include "harness/scene/files.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>

@@ -1,6 +1,6 @@
 #include "harness/tools/positions.hpp"
 
-#include "harness/scene/file_input.hpp"
+#include "harness/scene/files.hpp"
 #include "harness/scene/sites.hpp"
 #include "harness/tools/field_lines.hpp"
 #include "kernels/data/input_error.hpp"

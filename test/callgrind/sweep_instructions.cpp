@@ -7,8 +7,8 @@
 #include "backends/shared/subprocess.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
+#include "harness/scene/files.hpp"
 #include "harness/scene/scene.hpp"
-#include "harness/scene/temporary_directory.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <CLI/CLI.hpp>

@@ -5,8 +5,8 @@
 
 #include "backends/backend.hpp"
 #include "harness/report/results.hpp"
+#include "harness/scene/files.hpp"
 #include "harness/scene/scene.hpp"
-#include "harness/scene/temporary_directory.hpp"
 #include "harness/tools/mesh_image.hpp"
 #include "harness/tools/positions.hpp"
 #include "kernels/data/input_error.hpp"

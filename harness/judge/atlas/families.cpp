@@ -1,7 +1,7 @@
 #include "harness/judge/atlas/atlas.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/truths.hpp"
-#include "harness/scene/joined.hpp"
+#include "harness/scene/names.hpp"
 #include "harness/scene/sites.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/fixed_point.hpp"

@@ -64,17 +64,12 @@ std::vector<RegisteredPair> register_every_way(const PairToRegister& pair, const
                                       backend, session, confidence, silent);
     return Found{std::move(solution.displacement), before.seconds + solution.timings.total()};
   };
-  const auto by_elastix_itself = [&] {
-    ElastixRegistration result = register_with_elastix(pair.source, pair.target, unseen);
-    return Found{std::move(result.displacement), result.seconds};
-  };
   const IteratedOptions smooth{.iterations = 60, .stiffness = 0.3, .gaussian = 2.0, .smallest_step = 0.01};
   const bool has_region = std::ranges::any_of(pair.region.values, [](float value) { return value != 0.0F; });
   const std::vector<Way> ways{
       {not_registered, true, false, [&] { return Found{VectorField(scene.extent())}; }},
       {by_b_splines, slow, told, conventionally},
       {algorithm_5, slow, true, [&] { return physically(found.at(by_b_splines)); }},
-      {by_elastix, slow && is_installed("elastix"), told, by_elastix_itself},
       {algorithm_6, true, told, [&] { return iterate(unseen, {}); }},
       {gaussian_6, true, told, [&] { return iterate(unseen, smooth); }},
       {algorithm_5_after_6, has_region, true,

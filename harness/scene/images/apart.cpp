@@ -2,7 +2,7 @@
 #include "harness/scene/images/pixels.hpp"
 
 #include "backends/shared/subprocess.hpp"
-#include "harness/scene/file_input.hpp"
+#include "harness/scene/files.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>

@@ -1,7 +1,6 @@
 #include "harness/scene/images/pixels.hpp"
 
-#include "harness/scene/file_input.hpp"
-#include "harness/scene/file_output.hpp"
+#include "harness/scene/files.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>

@@ -8,6 +8,21 @@
 
 namespace hdmbench {
 
+/// The texts of a range with `separator` between them. (fmt::join trips g++ 12's -Wstringop-overflow.)
+template <typename Texts>
+[[nodiscard]] std::string joined(const Texts& texts, std::string_view separator) {
+  std::string result;
+  bool first = true;
+  for (const std::string& text : texts) {
+    if (!first) {
+      result += separator;
+    }
+    result += text;
+    first = false;
+  }
+  return result;
+}
+
 /// How many letters must be put in, left out, replaced or exchanged with the next one to make `b` of `a`.
 [[nodiscard]] inline std::size_t letters_between(std::string_view a, std::string_view b) {
   std::vector<std::vector<std::size_t>> cost(a.size() + 1, std::vector<std::size_t>(b.size() + 1));

@@ -8,6 +8,14 @@
 
 namespace hdmbench {
 
+/// Throws MissingFile where there is no such file, InputError where it is a folder, or a device or a pipe,
+/// which may never end.
+void require_regular_file(const std::filesystem::path& file);
+
+/// The bytes of a regular file of at most 1 GiB. Throws as require_regular_file does, and InputError where it
+/// is larger or cannot be read.
+[[nodiscard]] std::string read_file(const std::filesystem::path& file);
+
 /// Lets `write` fill a file beside `target` (same extension) and renames it to `target` when that returns, so
 /// that nobody ever sees a half-written file. A symbolic link stays one: the file that it leads to is
 /// replaced, and keeps its mode. What is no regular file (a pipe, a device), and a file that is this
@@ -30,5 +38,19 @@ void require_folder(const std::filesystem::path& folder, std::span<const std::st
 
 /// write_atomically for a text.
 void write_text(const std::filesystem::path& target, std::string_view text);
+
+/// An empty folder that goes with the object. Throws InputError where none can be made.
+class TemporaryDirectory {
+public:
+  TemporaryDirectory();
+  TemporaryDirectory(const TemporaryDirectory&) = delete;
+  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
+  ~TemporaryDirectory();
+
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+private:
+  std::filesystem::path path_;
+};
 
 } // namespace hdmbench
