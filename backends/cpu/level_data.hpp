@@ -13,7 +13,7 @@
 
 namespace hdmbench::openmp {
 
-/// A displacement, row by row.
+/// One displacement of a level in the memory of the CPU, which lies there row by row.
 struct Field {
   Buffer x;
   Buffer y;

@@ -45,7 +45,7 @@ constexpr std::size_t inverse_curvature = 10;
 constexpr std::size_t entries = 11;
 constexpr std::size_t inputs = 12;
 
-/// Of the programs that measure and probe a device.
+/// The arrays of the programs that measure and probe a device.
 constexpr std::size_t target = 0;
 constexpr std::size_t source = 7;
 

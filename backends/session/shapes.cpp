@@ -7,11 +7,11 @@ namespace hdmbench {
 
 namespace {
 
-/// By the kind of device. On the rasterizers of a CPU and on PoCL these were measured against nine and five
-/// others: the first two are within 15 % of the fastest, the third is the fastest. Of coarse levels a group
-/// of 8, one vector, is the fastest there: at a barrier a CPU puts each vector aside (lavapipe, 8, 64, 256,
-/// 1024 invocations: 1.2, 1.3, 1.7, 3.3 ms). On hardware nothing was ever measured: a group has there as many
-/// invocations as keep the lanes of every GPU busy.
+/// There is a shape for each kind of device. Commit d76da19, which still measured shapes, compared those for
+/// CPUs with nine others on Mesa's rasterizers and with five on PoCL, on one AMD EPYC at 512 x 512: llvmpipe
+/// and PoCL have the fastest, lavapipe's takes 10 % longer than the fastest. Coarse levels are computed
+/// fastest there by a group of 8, one vector, because a CPU puts each vector aside at a barrier (lavapipe, 8,
+/// 64, 256, 1024 invocations: 1.2, 1.3, 1.7, 3.3 ms). Nobody has measured the shapes for GPUs.
 constexpr Shapes shaders_on_cpu{.sweep = {{32, 16}, 2}, .coarse_group = 8};
 constexpr Shapes shaders_on_gpu{.sweep = {{64, 16}, 1}, .coarse_group = 256};
 constexpr Shapes opencl_on_cpu{.sweep = {{64, 32}, 64, 16}}; // one work item a group

@@ -40,7 +40,7 @@ struct Installation {
 
 [[nodiscard]] Device describe(const vk::raii::PhysicalDevice& physical);
 
-/// Of texels.
+/// Returns the format of a texel of an array of this kind.
 [[nodiscard]] vk::Format format_of(Kind kind);
 
 /// A logical device with one queue. Throws DeviceError where it lacks a format or a feature that Vulkan

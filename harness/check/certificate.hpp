@@ -67,7 +67,7 @@ struct EnergyProofs {
   std::optional<InexactOperation> (*first_inexact)(const Level& level, const VectorField& before, int number);
 };
 
-/// Of the level's energy.
+/// Returns the proofs for the energy that the level has.
 [[nodiscard]] const EnergyProofs& proofs_of(const Level& level);
 
 } // namespace hdmbench

@@ -85,7 +85,7 @@ void change(Problem& problem, const std::vector<std::string>& by, double knob);
 
 [[nodiscard]] Problem problem_of(const Entry& entry, double knob);
 
-/// In Entry::measure.
+/// Returns the error of an outcome, in the unit that Entry::measure names.
 [[nodiscard]] double error_of(const Entry& entry, const Problem& problem, const Outcome& outcome);
 
 /// All entries, in the order of the page.
