@@ -8,7 +8,7 @@
 #include <petscksp.h>
 #endif
 
-#include <array>
+#include <algorithm>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -93,8 +93,8 @@ using Vector = Owned<Vec, VecDestroy>;
 using NullSpace = Owned<MatNullSpace, MatNullSpaceDestroy>;
 using Solver = Owned<KSP, KSPDestroy>;
 
-/// All components of all nodes, those that are prescribed as equations x = 0, so that blocks of two stay
-/// whole: GAMG joins nodes, not components.
+/// All components of all nodes, those that are prescribed as equations x = 0, so that the blocks of the
+/// nodes stay whole: GAMG joins nodes, not components.
 struct Rows {
   std::vector<PetscInt> begins;
   std::vector<PetscInt> columns;
@@ -128,11 +128,11 @@ struct Rows {
 void set_coordinates(Extent extent, Vec coordinates) {
   double* values = nullptr;
   require(VecGetArray(coordinates, &values), "VecGetArray");
-  for (std::size_t i = 0; i < extent.sites(); ++i) {
-    const auto width = static_cast<std::size_t>(extent.width);
-    values[2 * i] = static_cast<double>(i % width);
-    values[2 * i + 1] = static_cast<double>(i / width);
+  for (std::size_t site = 0; site < extent.sites(); ++site) {
+    const Point at = place(extent, site);
+    values = std::copy_n(at.begin(), extent.axes(), values);
   }
+  values -= extent.axes() * extent.sites();
   require(VecRestoreArray(coordinates, &values), "VecRestoreArray");
 }
 
@@ -149,19 +149,20 @@ IterativeSolution solve_finite_elements_by_multigrid(const ElasticProblem& probl
   const ElasticSystem system = assemble(problem, rule);
   Rows rows(system);
   const auto count = static_cast<PetscInt>(system.unknown.size());
+  const auto axes = static_cast<PetscInt>(problem.extent.axes());
 
   Matrix matrix;
   require(MatCreateSeqAIJWithArrays(PETSC_COMM_SELF, count, count, rows.begins.data(), rows.columns.data(),
                                     rows.values.data(), matrix.out()),
           "MatCreateSeqAIJWithArrays");
-  require(MatSetBlockSize(matrix.get(), 2), "MatSetBlockSize");
+  require(MatSetBlockSize(matrix.get(), axes), "MatSetBlockSize");
   require(MatSetOption(matrix.get(), MAT_SPD, PETSC_TRUE), "MatSetOption");
   Vector right_side;
   Vector solution;
   Vector coordinates;
   require(MatCreateVecs(matrix.get(), solution.out(), right_side.out()), "MatCreateVecs");
   require(VecDuplicate(solution.get(), coordinates.out()), "VecDuplicate");
-  require(VecSetBlockSize(coordinates.get(), 2), "VecSetBlockSize");
+  require(VecSetBlockSize(coordinates.get(), axes), "VecSetBlockSize");
   set_coordinates(problem.extent, coordinates.get());
   NullSpace rigid;
   require(MatNullSpaceCreateRigidBody(coordinates.get(), rigid.out()), "MatNullSpaceCreateRigidBody");

@@ -8,153 +8,245 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 
 namespace hdmbench {
 
 namespace {
 
-/// An element's eight components of displacement or force: x and y of each node in turn.
-using ElementVector = Eigen::Matrix<double, 8, 1>;
-using ElementMatrix = Eigen::Matrix<double, 8, 8>;
+/// An element's components of displacement or force, all of each node in turn: 8 or 24. Node n lies at the
+/// upper end along axis a where bit a of n is set.
+constexpr int most_components = 24;
+using ElementVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_components, 1>;
+using ElementMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_components, most_components>;
 
-/// Sites of an element's nodes relative to its top left one, in the order of (A.1)-(A.4).
-struct Corner {
-  int x;
-  int y;
-};
-constexpr std::array<Corner, 4> corners{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+Eigen::Index as_index(std::size_t number) {
+  return static_cast<Eigen::Index>(number);
+}
 
-/// Strain (xx, yy, xy) at a point from the displacements of the nodes: B.
-Eigen::Matrix<double, 3, 8> strain_matrix(const QuadraturePoint& point) {
-  Eigen::Matrix<double, 3, 8> strain = Eigen::Matrix<double, 3, 8>::Zero();
-  for (Eigen::Index node = 0; node < 4; ++node) {
-    // N = (1 + r r_node) (1 + s s_node) / 4, and a unit of r or s is half a pixel.
-    const double r_node = 2.0 * corners[static_cast<std::size_t>(node)].x - 1.0;
-    const double s_node = 2.0 * corners[static_cast<std::size_t>(node)].y - 1.0;
-    const double by_x = 2.0 * r_node * (1.0 + point.s * s_node) / 4.0;
-    const double by_y = 2.0 * s_node * (1.0 + point.r * r_node) / 4.0;
-    strain(0, 2 * node) = by_x;
-    strain(1, 2 * node + 1) = by_y;
-    strain(2, 2 * node) = by_y;
-    strain(2, 2 * node + 1) = by_x;
+/// Strain, in the order of ElementRule::elasticity, at a point from the displacements of the nodes: B.
+Eigen::MatrixXd strain_matrix(std::size_t axes, const Point& point) {
+  const std::size_t nodes = std::size_t{1} << axes;
+  Eigen::MatrixXd strain = Eigen::MatrixXd::Zero(as_index(axes * (axes + 1) / 2), as_index(axes * nodes));
+  for (std::size_t node = 0; node < nodes; ++node) {
+    // N = (1 + r r_node) (1 + s s_node) ... / nodes, and a unit of r is half a pixel.
+    const auto side = [node](std::size_t axis) { return (node >> axis & 1) != 0 ? 1.0 : -1.0; };
+    Point slope{}; // of N, by each axis
+    for (std::size_t axis = 0; axis < axes; ++axis) {
+      slope[axis] = 2.0 * side(axis) / static_cast<double>(nodes);
+      for (std::size_t other = 0; other < axes; ++other) {
+        slope[axis] *= other == axis ? 1.0 : 1.0 + point[other] * side(other);
+      }
+    }
+    std::size_t row = axes; // of the shears
+    for (std::size_t a = 0; a < axes; ++a) {
+      strain(as_index(a), as_index(axes * node + a)) = slope[a];
+      for (std::size_t b = a + 1; b < axes; ++b, ++row) {
+        strain(as_index(row), as_index(axes * node + a)) = slope[b];
+        strain(as_index(row), as_index(axes * node + b)) = slope[a];
+      }
+    }
   }
   return strain;
 }
 
-/// call(components, stiffness) for every element: x and y of its nodes as numbers of components of all sites,
-/// and the matrix between them, which is one per corner for modulus 1 in that corner's pixel, times the
-/// modulus.
+/// call(components, stiffness) for every element: those of its nodes as numbers of components of all sites,
+/// and the matrix between them, which is one per node for modulus 1 near that node, times the modulus.
 template <typename Call>
 void for_each_element(const ElasticProblem& problem, const ElementRule& rule, Call&& call) {
-  std::array<ElementMatrix, 4> per_corner;
-  per_corner.fill(ElementMatrix::Zero());
+  const Extent extent = problem.extent;
+  const std::size_t axes = extent.axes();
+  const std::size_t nodes = std::size_t{1} << axes;
+  const Eigen::Index size = as_index(axes * nodes);
+  std::vector<ElementMatrix> per_node(nodes, ElementMatrix::Zero(size, size));
   for (const QuadraturePoint& point : rule.points) {
-    const Eigen::Matrix<double, 3, 8> strain = strain_matrix(point);
-    const std::size_t corner = point.s < 0.0 ? (point.r < 0.0 ? 0 : 1) : (point.r < 0.0 ? 3 : 2);
-    // A quarter: the area of an element is 1, that of the unit coordinates 4.
-    per_corner[corner] += 0.25 * point.weight * strain.transpose() * rule.elasticity * strain;
+    const Eigen::MatrixXd strain = strain_matrix(axes, point.at);
+    // The area or volume of an element is 1, that of the unit coordinates is the number of nodes.
+    per_node[point.node] +=
+        point.weight / static_cast<double>(nodes) * strain.transpose() * rule.elasticity * strain;
   }
-  for (int y = 0; y + 1 < problem.extent.height; ++y) {
-    for (int x = 0; x + 1 < problem.extent.width; ++x) {
-      std::array<std::size_t, 8> components;
-      ElementMatrix stiffness = ElementMatrix::Zero();
-      for (std::size_t node = 0; node < 4; ++node) {
-        const std::size_t site = problem.extent.index(x + corners[node].x, y + corners[node].y);
-        components[2 * node] = 2 * site;
-        components[2 * node + 1] = 2 * site + 1;
-        stiffness += problem.modulus[site] * per_corner[node];
+  std::vector<std::size_t> components(axes * nodes);
+  ElementMatrix stiffness(size, size);
+  for (int z = 0; z + 1 < std::max(2, extent.depth); ++z) {
+    for (int y = 0; y + 1 < extent.height; ++y) {
+      for (int x = 0; x + 1 < extent.width; ++x) {
+        stiffness.setZero();
+        for (std::size_t node = 0; node < nodes; ++node) {
+          const auto bit = [node](std::size_t axis) { return static_cast<int>(node >> axis & 1); };
+          const std::size_t site = extent.index(x + bit(0), y + bit(1), z + bit(2));
+          for (std::size_t axis = 0; axis < axes; ++axis) {
+            components[axes * node + axis] = axes * site + axis;
+          }
+          stiffness += problem.modulus[site] * per_node[node];
+        }
+        call(components, stiffness);
       }
-      call(components, stiffness);
     }
   }
 }
 
 void check_material(const ElasticProblem& problem) {
-  if (problem.extent.width < 2 || problem.extent.height < 2) {
-    throw InputError(fmt::format("finite elements need at least 2 x 2 pixels, the image is {} x {}",
-                                 problem.extent.width, problem.extent.height));
+  const Extent extent = problem.extent;
+  const bool flat = extent.axes() == 2;
+  if (extent.width < 2 || extent.height < 2) {
+    throw InputError(flat ? fmt::format("finite elements need at least 2 x 2 pixels, the image is {} x {}",
+                                        extent.width, extent.height)
+                          : fmt::format("finite elements need at least 2 x 2 x 2 voxels, the volume is {} x "
+                                        "{} x {}",
+                                        extent.width, extent.height, extent.depth));
   }
   const auto bad = std::ranges::find_if_not(
       problem.modulus, [](double modulus) { return modulus > 0.0 && std::isfinite(modulus); });
   if (bad != problem.modulus.end()) {
-    const auto index = bad - problem.modulus.begin();
-    throw InputError(fmt::format("the modulus at x = {}, y = {} is {} MPa, it must be positive and finite",
-                                 index % problem.extent.width, index / problem.extent.width, *bad));
+    const Point at = place(extent, static_cast<std::size_t>(bad - problem.modulus.begin()));
+    throw InputError(fmt::format("the modulus at x = {}, y = {}{} is {} MPa, it must be positive and finite",
+                                 at[0], at[1], flat ? "" : fmt::format(", z = {}", at[2]), *bad));
   }
 }
 
-constexpr const char* free_to_move = "the conditions leave the elastic sheet free to move: ";
-
-/// A sheet can only move as a rigid body without straining: x by a - t y, y by b + t x. The conditions stop
-/// it where they determine a, b and t.
+/// A body can only move rigidly without straining: along every axis, and turning in the plane of every two.
+/// Each component that is held takes one such motion away; the conditions stop the body where none is left.
 void check_support(const ElasticProblem& problem) {
-  const auto width = static_cast<std::size_t>(problem.extent.width);
-  int first_row = -1;    // of a site fixed in x
-  int first_column = -1; // of a site fixed in y
-  bool turns = true;
+  const std::size_t axes = problem.extent.axes();
+  const std::string free_to_move =
+      fmt::format("the conditions leave the elastic {} free to move: ", axes == 2 ? "sheet" : "body");
+  const Eigen::Index motions = as_index(axes * (axes + 1) / 2);
+  Eigen::MatrixXd left = Eigen::MatrixXd::Identity(motions, motions); // a motion a column
+  Eigen::VectorXd moves(motions); // how far each of all motions moves a component
+  std::array<bool, 3> known{};
   const bool sprung = !problem.spring[0].empty();
-  for (std::size_t i = 0; i < problem.extent.sites(); ++i) {
-    const int row = static_cast<int>(i / width);
-    const int column = static_cast<int>(i % width);
-    if (problem.fixed_x[i] != 0 || (sprung && problem.spring[0][i] > 0.0)) {
-      turns = turns && (first_row < 0 || first_row == row);
-      first_row = first_row < 0 ? row : first_row;
-    }
-    if (problem.fixed_y[i] != 0 || (sprung && problem.spring[1][i] > 0.0)) {
-      turns = turns && (first_column < 0 || first_column == column);
-      first_column = first_column < 0 ? column : first_column;
+  for (std::size_t site = 0; site < problem.extent.sites() && left.cols() > 0; ++site) {
+    const Point at = place(problem.extent, site);
+    for (std::size_t axis = 0; axis < axes; ++axis) {
+      if (problem.fixed[axis][site] == 0 && !(sprung && problem.spring[axis][site] > 0.0)) {
+        continue;
+      }
+      known[axis] = true;
+      moves.setZero();
+      moves[as_index(axis)] = 1.0;
+      Eigen::Index turn = as_index(axes);
+      for (std::size_t a = 0; a < axes; ++a) {
+        for (std::size_t b = a + 1; b < axes; ++b, ++turn) { // a moves by -b, b by a
+          moves[turn] = axis == a ? -at[b] : axis == b ? at[a] : 0.0;
+        }
+      }
+      const Eigen::RowVectorXd by = moves.transpose() * left;
+      Eigen::Index stopped = 0;
+      // Coordinates are whole numbers: what rounding leaves of a motion that is stopped is far smaller.
+      if (left.cols() == 0 || by.cwiseAbs().maxCoeff(&stopped) <= 1e-9 * moves.norm()) {
+        continue;
+      }
+      const Eigen::VectorXd pivot = left.col(stopped) / by[stopped];
+      left -= pivot * by;
+      left.col(stopped) = left.rightCols<1>();
+      left.conservativeResize(Eigen::NoChange, left.cols() - 1);
+      left.colwise().normalize();
     }
   }
-  for (const auto& [first, component] : {std::pair{first_row, 'x'}, std::pair{first_column, 'y'}}) {
-    if (first < 0) {
-      throw InputError(fmt::format("{}no site has a known displacement in {}", free_to_move, component));
+  if (left.cols() == 0) {
+    return;
+  }
+  for (std::size_t axis = 0; axis < axes; ++axis) {
+    if (!known[axis]) {
+      throw InputError(fmt::format("{}no site has a known displacement in {}", free_to_move, "xyz"[axis]));
     }
   }
-  if (turns) {
-    throw InputError(fmt::format("{}it can turn about x = {}, y = {}; give x in two rows or y in two columns",
-                                 free_to_move, first_column, first_row));
-  }
+  throw InputError(axes == 2
+                       ? fmt::format("{}it can turn about x = {}, y = {}; give x in two rows or y in "
+                                     "two columns",
+                                     free_to_move, std::lround(-left(1, 0) / left(2, 0)),
+                                     std::lround(left(0, 0) / left(2, 0)))
+                       : fmt::format("{}it can turn; give all components at three sites that are not on one "
+                                     "line",
+                                     free_to_move));
 }
 
 double component(const ReferenceField& field, std::size_t index) {
-  return index % 2 == 0 ? field[0][index / 2] : field[1][index / 2];
+  const std::size_t axes = field.extent.axes();
+  return field[index % axes][index / axes];
 }
 
 } // namespace
 
-ElementRule ElementRule::plane_stress(double poisson_ratio) {
-  if (!(poisson_ratio > -1.0 && poisson_ratio <= 0.5)) {
-    throw InputError(
-        fmt::format("the Poisson ratio is {}, it must be above -1 and at most 0.5", poisson_ratio));
-  }
+Point place(Extent extent, std::size_t site) {
+  const auto width = static_cast<std::size_t>(extent.width);
+  const auto height = static_cast<std::size_t>(extent.height);
+  return {static_cast<double>(site % width), static_cast<double>(site / width % height),
+          static_cast<double>(site / (width * height))};
+}
+
+ElementRule ElementRule::of(Extent extent, double poisson_ratio) {
+  const std::size_t axes = extent.axes();
   const double nu = poisson_ratio;
-  const double at = 1.0 / std::sqrt(3.0);
+  if (!(nu > -1.0 && (nu < 0.5 || (nu == 0.5 && axes == 2)))) {
+    throw InputError(fmt::format("the Poisson ratio is {}, it must be above -1 and {} 0.5", nu,
+                                 axes == 2 ? "at most" : "in a volume below"));
+  }
+  const double twice_shear = 1.0 / (1.0 + nu); // 2 mu
+  const double lame =
+      nu * twice_shear / (1.0 - static_cast<double>(axes - 1) * nu); // of a sheet: plane stress
+  const Eigen::Index normal = as_index(axes);
+  const Eigen::Index strains = normal * (normal + 1) / 2;
   ElementRule rule;
-  rule.elasticity << 1.0, nu, 0.0, nu, 1.0, 0.0, 0.0, 0.0, (1.0 - nu) / 2.0;
-  rule.elasticity /= 1.0 - nu * nu;
-  rule.points = {{.r = -at, .s = -at}, {.r = at, .s = -at}, {.r = at, .s = at}, {.r = -at, .s = at}};
+  rule.elasticity = Eigen::MatrixXd::Identity(strains, strains) * (twice_shear / 2.0);
+  rule.elasticity.topLeftCorner(normal, normal).diagonal().setConstant(twice_shear);
+  rule.elasticity.topLeftCorner(normal, normal).array() += lame;
+  for (std::size_t node = 0; node < std::size_t{1} << axes; ++node) {
+    QuadraturePoint& point = rule.points.emplace_back();
+    point.node = node;
+    for (std::size_t axis = 0; axis < axes; ++axis) {
+      point.at[axis] = ((node >> axis & 1) != 0 ? 1.0 : -1.0) / std::sqrt(3.0);
+    }
+  }
   return rule;
+}
+
+ElasticProblem clamped_body(Extent extent, const std::function<double(const Point&)>& modulus,
+                            const std::function<Point(const Point&)>& displacement) {
+  ElasticProblem problem{.extent = extent,
+                         .modulus = std::vector<double>(extent.sites()),
+                         .fixed = Planes<std::uint8_t>(extent),
+                         .prescribed = ReferenceField(extent),
+                         .force = {}};
+  const Point last = place(extent, extent.sites() - 1);
+  for (std::size_t site = 0; site < extent.sites(); ++site) {
+    const Point at = place(extent, site);
+    const Point moved = displacement(at);
+    bool outermost = false;
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      outermost = outermost || at[axis] == 0.0 || at[axis] == last[axis];
+      problem.prescribed[axis][site] = moved[axis];
+    }
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      problem.fixed[axis][site] = outermost ? 1 : 0;
+    }
+    problem.modulus[site] = modulus(at);
+  }
+  return problem;
 }
 
 ElasticProblem elastic_problem(const Level& level) {
   validate(level);
   ElasticProblem problem{.extent = level.extent,
                          .modulus = {level.modulus.values.begin(), level.modulus.values.end()},
-                         .fixed_x = std::vector<std::uint8_t>(level.extent.sites()),
-                         .fixed_y = std::vector<std::uint8_t>(level.extent.sites()),
+                         .fixed = Planes<std::uint8_t>(level.extent),
                          .prescribed = ReferenceField(level.target),
                          .force = {}};
-  const auto is_certain = [](float confidence) -> std::uint8_t { return confidence >= 1.0F ? 1 : 0; };
-  std::ranges::transform(level.confidence[0], problem.fixed_x.begin(), is_certain);
-  std::ranges::transform(level.confidence[1], problem.fixed_y.begin(), is_certain);
-  if (has_springs(level)) {
+  const bool sprung = has_springs(level);
+  if (sprung) {
     problem.spring = ReferenceField(level.extent);
-    const auto stiffness = [](float modulus, float confidence) {
-      return is_spring(confidence) ? spring_stiffness(modulus, confidence) : 0.0;
-    };
-    const std::vector<float>& moduli = level.modulus.values;
-    std::ranges::transform(moduli, level.confidence[0], problem.spring[0].begin(), stiffness);
-    std::ranges::transform(moduli, level.confidence[1], problem.spring[1].begin(), stiffness);
+  }
+  const auto is_certain = [](float confidence) -> std::uint8_t { return confidence >= 1.0F ? 1 : 0; };
+  const auto stiffness = [](float modulus, float confidence) {
+    return is_spring(confidence) ? spring_stiffness(modulus, confidence) : 0.0;
+  };
+  for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+    const std::vector<float>& confidence = level.confidence[axis];
+    std::ranges::transform(confidence, problem.fixed[axis].begin(), is_certain);
+    if (sprung) {
+      std::ranges::transform(level.modulus.values, confidence, problem.spring[axis].begin(), stiffness);
+    }
   }
   return problem;
 }
@@ -162,36 +254,34 @@ ElasticProblem elastic_problem(const Level& level) {
 ElasticSystem assemble(const ElasticProblem& problem, const ElementRule& rule) {
   check_material(problem);
   check_support(problem);
+  const std::size_t axes = problem.extent.axes();
   ElasticSystem system;
-  system.unknown.assign(2 * problem.extent.sites(), -1);
+  system.unknown.assign(axes * problem.extent.sites(), -1);
   std::int32_t count = 0;
-  for (std::size_t i = 0; i < problem.extent.sites(); ++i) {
-    if (problem.fixed_x[i] == 0) {
-      system.unknown[2 * i] = count++;
-    }
-    if (problem.fixed_y[i] == 0) {
-      system.unknown[2 * i + 1] = count++;
+  for (std::size_t i = 0; i < system.unknown.size(); ++i) {
+    if (problem.fixed[i % axes][i / axes] == 0) {
+      system.unknown[i] = count++;
     }
   }
   system.lower.resize(count, count);
   system.right_side = Eigen::VectorXd::Zero(count);
   std::vector<Eigen::Triplet<double, std::int32_t>> entries;
-  entries.reserve(36 * problem.extent.sites());
-  for_each_element(
-      problem, rule, [&](const std::array<std::size_t, 8>& components, const ElementMatrix& element) {
-        for (std::size_t i = 0; i < 8; ++i) {
-          const std::int32_t row = system.unknown[components[i]];
-          for (std::size_t j = 0; j < 8 && row >= 0; ++j) {
-            const std::int32_t column = system.unknown[components[j]];
-            const double stiffness = element(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
-            if (column < 0) {
-              system.right_side[row] -= stiffness * component(problem.prescribed, components[j]);
-            } else if (row >= column) {
-              entries.emplace_back(row, column, stiffness);
-            }
-          }
-        }
-      });
+  entries.reserve((axes == 2 ? 36 : 300) * problem.extent.sites());
+  for_each_element(problem, rule,
+                   [&](const std::vector<std::size_t>& components, const ElementMatrix& element) {
+                     for (std::size_t i = 0; i < components.size(); ++i) {
+                       const std::int32_t row = system.unknown[components[i]];
+                       for (std::size_t j = 0; j < components.size() && row >= 0; ++j) {
+                         const std::int32_t column = system.unknown[components[j]];
+                         const double stiffness = element(as_index(i), as_index(j));
+                         if (column < 0) {
+                           system.right_side[row] -= stiffness * component(problem.prescribed, components[j]);
+                         } else if (row >= column) {
+                           entries.emplace_back(row, column, stiffness);
+                         }
+                       }
+                     }
+                   });
   for (std::size_t i = 0; i < system.unknown.size(); ++i) {
     const std::int32_t at = system.unknown[i];
     if (at >= 0 && !problem.force[0].empty()) {
@@ -209,10 +299,10 @@ ElasticSystem assemble(const ElasticProblem& problem, const ElementRule& rule) {
 ReferenceField displacement_of(const ElasticProblem& problem, const ElasticSystem& system,
                                const Eigen::VectorXd& solution) {
   ReferenceField displacement(problem.extent);
+  const std::size_t axes = problem.extent.axes();
   for (std::size_t i = 0; i < system.unknown.size(); ++i) {
     const std::int32_t at = system.unknown[i];
-    (i % 2 == 0 ? displacement[0] : displacement[1])[i / 2] =
-        at < 0 ? component(problem.prescribed, i) : solution[at];
+    displacement[i % axes][i / axes] = at < 0 ? component(problem.prescribed, i) : solution[at];
   }
   return displacement;
 }
@@ -231,15 +321,16 @@ double elastic_energy(const ElasticProblem& problem, const ElementRule& rule,
                       const ReferenceField& displacement) {
   double sum = 0.0;
   for_each_element(
-      problem, rule, [&](const std::array<std::size_t, 8>& components, const ElementMatrix& element) {
-        ElementVector values;
+      problem, rule, [&](const std::vector<std::size_t>& components, const ElementMatrix& element) {
+        ElementVector values(element.rows());
         std::ranges::transform(components, values.begin(),
                                [&](std::size_t index) { return component(displacement, index); });
         sum += values.dot(element * values);
       });
   if (!problem.spring[0].empty()) {
-    for (std::size_t i = 0; i < 2 * problem.extent.sites(); ++i) {
-      const bool fixed = (i % 2 == 0 ? problem.fixed_x : problem.fixed_y)[i / 2] != 0;
+    const std::size_t axes = problem.extent.axes();
+    for (std::size_t i = 0; i < axes * problem.extent.sites(); ++i) {
+      const bool fixed = problem.fixed[i % axes][i / axes] != 0;
       const double way = component(displacement, i) - component(problem.prescribed, i);
       sum += fixed ? 0.0 : component(problem.spring, i) * way * way;
     }

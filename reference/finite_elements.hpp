@@ -7,43 +7,54 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace hdmbench {
 
-/// Where an element is integrated: unit coordinates r, s in [-1, 1] as in (A.1)-(A.4), and the weight.
+/// A place or a vector along x, y and z, in pixels or voxels; z is 0 in an image.
+using Point = std::array<double, 3>;
+[[nodiscard]] Point place(Extent extent, std::size_t site);
+
+/// Where an element is integrated: unit coordinates r, s and t in [-1, 1] as in (A.1)-(A.4), and the weight.
 struct QuadraturePoint {
-  double r = 0.0;
-  double s = 0.0;
+  Point at{};
+  std::size_t node = 0; ///< whose modulus it has: bit a is set at the element's upper end along axis a
   double weight = 1.0;
 };
 
-/// The physics of a bilinear element (Q4) with sides of length 1.
+/// The physics of a bilinear (Q4) or trilinear (H8) element with sides of length 1.
 struct ElementRule {
-  /// Stress (xx, yy, xy) from strain (xx, yy, engineering shear xy) for Young's modulus 1.
-  Eigen::Matrix3d elasticity;
+  /// Stress (xx, yy, xy; xx, yy, zz, xy, xz, yz) from strain with engineering shears, for Young's modulus 1.
+  Eigen::MatrixXd elasticity;
   std::vector<QuadraturePoint> points;
 
-  /// Plane stress with 2 x 2 Gauss points; -1 < poisson_ratio <= 0.5, or InputError.
-  static ElementRule plane_stress(double poisson_ratio);
+  /// Of an image plane stress with 2 x 2 Gauss points, -1 < poisson_ratio <= 0.5; of a volume isotropic
+  /// elasticity with 2 x 2 x 2, -1 < poisson_ratio < 0.5; or InputError.
+  static ElementRule of(Extent extent, double poisson_ratio);
 };
 
-/// A sheet whose nodes are the sites of a pixel grid, (width - 1) x (height - 1) square elements of side 1.
-/// Every list has a value per node.
+/// A body whose nodes are the sites of a grid: a sheet of square elements of side 1 between the pixels of an
+/// image, or cubes between the voxels of a volume. Every list has a value per node.
 struct ElasticProblem {
-  Extent extent;                     ///< nodes, at least 2 x 2
-  std::vector<double> modulus;       ///< per node's pixel, > 0; a quadrature point has that of its pixel
-  std::vector<std::uint8_t> fixed_x; ///< per node, not 0 where the component is prescribed
-  std::vector<std::uint8_t> fixed_y;
-  ReferenceField prescribed; ///< displacement where fixed, pixels
-  ReferenceField force;      ///< load on every node, MPa * pixel * thickness; may be empty: none
-  /// Of a spring from every node to `prescribed`, MPa * thickness, >= 0; may be empty: none. Read where a
-  /// component is not fixed.
+  Extent extent;               ///< nodes, at least 2 along each axis
+  std::vector<double> modulus; ///< per node, > 0; a quadrature point has that of the nearest node
+  Planes<std::uint8_t> fixed;  ///< not 0 where the component is prescribed
+  ReferenceField prescribed;   ///< displacement where fixed, pixels
+  ReferenceField force;        ///< load on every node, MPa * pixel * thickness or voxel; may be empty: none
+  /// Of a spring from every node to `prescribed`, MPa * thickness or voxel, >= 0; may be empty: none. Read
+  /// where a component is not fixed.
   ReferenceField spring{};
 };
 
-/// The level as an elastic sheet: observed components prescribed where their confidence is 1, and pulled by
+/// A body whose outermost nodes are all prescribed, every value a function of the node's place.
+/// `prescribed` has the displacement of the nodes inside, too.
+[[nodiscard]] ElasticProblem clamped_body(Extent extent, const std::function<double(const Point&)>& modulus,
+                                          const std::function<Point(const Point&)>& displacement);
+
+/// The level as an elastic body: observed components prescribed where their confidence is 1, and pulled by
 /// springs (kernels/data/elastic/springs.hpp) where it is below.
 [[nodiscard]] ElasticProblem elastic_problem(const Level& level);
 
@@ -51,7 +62,7 @@ struct ElasticProblem {
 struct ElasticSystem {
   SparseMatrix lower; ///< lower triangle of the symmetric positive definite stiffness
   Eigen::VectorXd right_side;
-  std::vector<std::int32_t> unknown; ///< row of the x and y of every node in turn, -1 where prescribed
+  std::vector<std::int32_t> unknown; ///< row of every component of every node in turn, -1 where prescribed
 };
 
 /// Throws InputError as solve_finite_elements does, but for a system without a unique solution.
@@ -62,7 +73,8 @@ struct ElasticSystem {
                                              const Eigen::VectorXd& solution);
 
 /// The displacement of every node in pixels, from a direct factorisation. Throws InputError for less than
-/// 2 x 2 nodes, a modulus that is not above 0 and finite, or conditions that leave the sheet free to move.
+/// two nodes along an axis, a modulus that is not above 0 and finite, or conditions that leave the sheet free
+/// to move.
 [[nodiscard]] ReferenceField solve_finite_elements(const ElasticProblem& problem, const ElementRule& rule);
 
 /// Twice the elastic energy of a displacement, u' K u without loads and that of the springs: without them 0
@@ -91,7 +103,7 @@ void require_tolerance(double tolerance);
 [[nodiscard]] bool has_algebraic_multigrid();
 
 /// The same finite elements by conjugate gradients with smoothed aggregation (PETSc's GAMG, one process) that
-/// knows the rigid motions of the sheet: what a user of a multigrid library would set up. Its own figures
+/// knows the rigid motions of the body: what a user of a multigrid library would set up. Its own figures
 /// are left as they come, but for the smoother: Chebyshev with Jacobi. From 0 until the preconditioned
 /// residual is at most `tolerance` times the first one. Throws InputError as
 /// solve_finite_elements_iteratively does, and where the build has none.

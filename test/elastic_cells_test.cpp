@@ -52,8 +52,7 @@ Values forces_of(const InDouble::CellMoments& cell, const Values& d, double nu) 
 double reference_energy(const std::array<double, 4>& moduli, const Values& d, double nu) {
   ElasticProblem problem{.extent = {2, 2},
                          .modulus = {moduli.begin(), moduli.end()},
-                         .fixed_x = std::vector<std::uint8_t>(4),
-                         .fixed_y = std::vector<std::uint8_t>(4),
+                         .fixed = Planes<std::uint8_t>(Extent{2, 2}),
                          .prescribed = ReferenceField(Extent{2, 2}),
                          .force = {}};
   ReferenceField displacement(Extent{2, 2});
@@ -61,7 +60,7 @@ double reference_energy(const std::array<double, 4>& moduli, const Values& d, do
     displacement[0][i] = d[2 * i];
     displacement[1][i] = d[2 * i + 1];
   }
-  return elastic_energy(problem, ElementRule::plane_stress(nu), displacement);
+  return elastic_energy(problem, ElementRule::of(problem.extent, nu), displacement);
 }
 
 class ElasticCell : public testing::TestWithParam<double> {};

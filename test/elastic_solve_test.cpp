@@ -9,7 +9,6 @@
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/finite_elements.hpp"
-#include "test/elastic_checks.hpp"
 #include "test/files.hpp"
 #include "test/random_level.hpp"
 
@@ -42,7 +41,7 @@ std::unique_ptr<ElasticSession> open_session() {
 }
 
 ReferenceField truth_of(const Level& level, double poisson) {
-  return solve_finite_elements(elastic_problem(level), ElementRule::plane_stress(poisson));
+  return solve_finite_elements(elastic_problem(level), ElementRule::of(level.extent, poisson));
 }
 
 /// Pixels from the truth after full multigrid and at most `steps` of conjugate gradients.

@@ -37,7 +37,7 @@ Solution solved(const Scene& scene) {
 }
 
 ReferenceField truth_of(const Scene& scene) {
-  return solve_finite_elements(elastic_problem(scene.full), ElementRule::plane_stress(scene.poisson));
+  return solve_finite_elements(elastic_problem(scene.full), ElementRule::of(scene.extent(), scene.poisson));
 }
 
 /// Pixels from the truth.

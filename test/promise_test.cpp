@@ -199,7 +199,7 @@ TEST(Promise, OfTheElasticEnergyIsKept) {
     Scene scene = varied_scene(seed);
     use_energy(scene, find_energy("elastic"));
     const ReferenceField truth =
-        solve_finite_elements(elastic_problem(scene.full), ElementRule::plane_stress(scene.poisson));
+        solve_finite_elements(elastic_problem(scene.full), ElementRule::of(scene.extent(), scene.poisson));
     for (const double asked : asked_for) {
       promises.add(scene, asked,
                    solve_as_needed(scene, {.accuracy = asked}, test::find("openmp"), {}, test::silent()),

@@ -60,8 +60,7 @@ TEST(SiteSprings, HoldAsFiniteElementsSay) {
   VectorField pull(extent);
   ElasticProblem problem{.extent = extent,
                          .modulus = std::vector<double>(extent.sites()),
-                         .fixed_x = std::vector<std::uint8_t>(extent.sites()),
-                         .fixed_y = std::vector<std::uint8_t>(extent.sites()),
+                         .fixed = Planes<std::uint8_t>(extent),
                          .prescribed = ReferenceField(extent),
                          .force = ReferenceField(extent),
                          .spring = ReferenceField(extent)};
@@ -100,7 +99,7 @@ TEST(SiteSprings, HoldAsFiniteElementsSay) {
     problem.spring[0][site] = hold;
     problem.spring[1][site] = hold;
   }
-  const ReferenceField back = solve_finite_elements(problem, ElementRule::plane_stress(0.3));
+  const ReferenceField back = solve_finite_elements(problem, ElementRule::of(extent, 0.3));
   EXPECT_LT(rmsd(back.to_float(), found), 2e-3);
 }
 

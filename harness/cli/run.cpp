@@ -88,8 +88,9 @@ double mean_energy_of(const Scene& scene, const VectorField& displacement) {
   if (!scene.energy->is_of_cells()) {
     return mean_energy(scene.full, displacement);
   }
-  const double twice = elastic_energy(elastic_problem(scene.full), ElementRule::plane_stress(scene.poisson),
-                                      ReferenceField(displacement));
+  const double twice =
+      elastic_energy(elastic_problem(scene.full), ElementRule::of(scene.extent(), scene.poisson),
+                     ReferenceField(displacement));
   return twice / 2.0 / static_cast<double>(scene.extent().sites());
 }
 

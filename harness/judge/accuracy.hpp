@@ -32,7 +32,7 @@ struct SceneAccuracy {
                                               const std::filesystem::path& json_folder);
 
 /// A sheet with a round inclusion, whose displacement is known in closed form
-/// (reference/circular_inclusion.hpp) and prescribed on the border, on meshes of pixels: a row {energy,
+/// (reference/round_inclusion.hpp) and prescribed on the border, on meshes of pixels: a row {energy,
 /// width, height, contrast: modulus of the inclusion over that around it, poisson, stretch: how much longer
 /// the image gets, pixels, backend, device, method: that of `algebraic`} for each side, and four distances
 /// {rmsd, largest of any site} in pixels: `discretisation`, of finite elements on the pixels (direct, double)

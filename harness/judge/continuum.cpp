@@ -2,7 +2,7 @@
 
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/solver.hpp"
-#include "reference/circular_inclusion.hpp"
+#include "reference/round_inclusion.hpp"
 
 #include <fmt/format.h>
 
@@ -40,7 +40,7 @@ Scene scene_of(const ElasticProblem& problem) {
                 .confidence = VectorField(problem.extent),
                 .modulus = ScalarField(problem.extent)};
   for (std::size_t i = 0; i < problem.extent.sites(); ++i) {
-    const bool held = problem.fixed_x[i] != 0;
+    const bool held = problem.fixed[0][i] != 0;
     scene.full.confidence[0][i] = scene.full.confidence[1][i] = held ? 1.0F : 0.0F;
     scene.full.modulus.values[i] = static_cast<float>(problem.modulus[i]);
     if (!held) { // known to the judge only
@@ -60,12 +60,12 @@ nlohmann::json measure_continuum(double contrast, std::span<const int> sides, co
   Progress silent(false);
   for (const int side : sides) {
     progress.describe(fmt::format("continuum: contrast {:.6g}, {} x {}", contrast, side, side));
-    const ElasticProblem exact = CircularInclusion({.radius = radius_share * (side - 1),
-                                                    .modulus_inside = contrast * modulus_outside,
-                                                    .modulus_outside = modulus_outside,
-                                                    .poisson = poisson,
-                                                    .stretch = stretch / (side - 1)})
-                                     .on_pixels(side);
+    const ElasticProblem exact = RoundInclusion({.radius = radius_share * (side - 1),
+                                                 .modulus_inside = contrast * modulus_outside,
+                                                 .modulus_outside = modulus_outside,
+                                                 .poisson = poisson,
+                                                 .stretch = stretch / (side - 1)})
+                                     .on_sites(side);
     Scene scene = scene_of(exact);
     const ReferenceField fem = find_finite_elements(scene.full, poisson);
     use_energy(scene, energy_near(ReferenceSolution::finite_elements));

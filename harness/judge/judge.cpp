@@ -90,7 +90,7 @@ std::vector<Rival> rivals(const Scene& scene, const Truths& truths, bool quick) 
       for (const double tolerance : tolerances) {
         add(name, fmt::format("tolerance {:g}", tolerance), poisson,
             [&scene, poisson, tolerance, solver = solver] {
-              const ElementRule rule = ElementRule::plane_stress(poisson);
+              const ElementRule rule = ElementRule::of(scene.extent(), poisson);
               return solver(elastic_problem(scene.full), rule, tolerance).displacement;
             });
       }

@@ -90,7 +90,7 @@ Truths find_truths(const Scene& scene, Progress& progress) {
 }
 
 ReferenceField find_finite_elements(const Level& level, double poisson) {
-  return solve_finite_elements(elastic_problem(level), ElementRule::plane_stress(poisson));
+  return solve_finite_elements(elastic_problem(level), ElementRule::of(level.extent, poisson));
 }
 
 ReferenceField coarse_finite_elements(const Scene& scene, int elements, double poisson) {

@@ -30,8 +30,7 @@ VectorField deformation(const Scene& scene,
   ElasticProblem problem;
   problem.extent = {nodes(extent.width), nodes(extent.height)};
   problem.modulus.resize(problem.extent.sites());
-  problem.fixed_x.assign(problem.extent.sites(), 0);
-  problem.fixed_y.assign(problem.extent.sites(), 0);
+  problem.fixed = Planes<std::uint8_t>(problem.extent);
   problem.prescribed = ReferenceField(problem.extent);
   for_each_site(problem.extent, [&](int column, int row) {
     const double x = std::min(column * mesh_width, extent.width - 1.0);
@@ -40,14 +39,14 @@ VectorField deformation(const Scene& scene,
     const std::size_t node = problem.extent.index(column, row);
     problem.modulus[node] = modulus(x, y, static_cast<double>(scene.full.modulus.values[site]));
     if (const auto way = prescribed(x, y, scene.labels.values[site])) {
-      problem.fixed_x[node] = 1;
-      problem.fixed_y[node] = 1;
+      problem.fixed[0][node] = 1;
+      problem.fixed[1][node] = 1;
       problem.prescribed[0][node] = (*way)[0] / mesh_width;
       problem.prescribed[1][node] = (*way)[1] / mesh_width;
     }
   });
   const VectorField on_mesh =
-      solve_finite_elements(problem, ElementRule::plane_stress(planted_poisson)).to_float();
+      solve_finite_elements(problem, ElementRule::of(problem.extent, planted_poisson)).to_float();
   VectorField field(extent);
   for_each_site(extent, [&](int x, int y) {
     const std::size_t site = extent.index(x, y);
