@@ -270,7 +270,7 @@ TEST(FiniteElements, PlantedMistakesFailTheChecks) {
          {std::pair{"shear", shear}, std::pair{"coupling", coupling},
           std::pair{"point missing", point_missing}, std::pair{"weights", weights}}) {
       EXPECT_GT(energy_error(extent, rule, nu), 1e-3) << name;
-      EXPECT_LT(observed_order(rule, nu, extent.axes() == 2 ? 33 : 17), 1.5) << name;
+      EXPECT_LT(observed_order(rule, nu, extent.axes() == 2 ? 33 : 17), 1.0) << name;
     }
     ElementRule corners = good;
     for (QuadraturePoint& point : corners.points) {
