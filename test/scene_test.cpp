@@ -9,6 +9,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 
@@ -92,6 +93,27 @@ TEST(ShippedScenes, TheRadialExpansionFallsLinearlyFromTheOutlineToTheImageBorde
   }
   EXPECT_EQ(full.confidence[0][full.extent.index(150, 150)], 0.0F);
   EXPECT_EQ(full.target[0][full.extent.index(299, 150)], 0.0F);
+}
+
+TEST(ShippedScenes, TheMiddleSliceOfTheBallIsTheCircular) {
+  const Scene flat = load_scene("circular", {.size = Extent{41, 41}});
+  const Scene ball = load_scene("ball", {.size = Extent{41, 41, 41}});
+  const auto in_front = std::ptrdiff_t{20} * 41 * 41;
+  EXPECT_TRUE(std::equal(flat.labels.values.begin(), flat.labels.values.end(),
+                         ball.labels.values.begin() + in_front));
+  const Level& full = ball.full;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_EQ(std::ranges::count(full.confidence[axis], 1.0F), 2 * 41 * 41) << axis;
+    std::array<int, 3> place{7, 8, 9};
+    for (const float side : {-10.0F, 10.0F}) {
+      place.at(axis) = side < 0.0F ? 0 : 40;
+      EXPECT_EQ(full.target[axis][full.extent.index(place[0], place[1], place[2])], side) << axis;
+    }
+  }
+  const Level cube = load_scene("cube").full;
+  EXPECT_EQ(cube.extent, (Extent{64, 64, 64}));
+  EXPECT_EQ(cube.target[2].back(), 10.0F);
+  EXPECT_EQ(cube.confidence[2].front(), 1.0F);
 }
 
 /// In a process of its own, which ends with status 0 if loading took no more than 24.5 bytes a site.
@@ -179,6 +201,32 @@ TEST(Outline, DistancesAndNormalsOfADisc) {
       }
     }
   }
+}
+
+TEST(Outline, DistancesAndNormalsOfABallWhoseSlitIsClosed) {
+  const Extent extent{31, 29, 33};
+  std::vector<bool> inside(extent.sites());
+  const auto radius_at = [](int x, int y, int z) { return std::hypot(x - 15, y - 14, z - 16); };
+  for_each_site(extent, [&](int x, int y, int z) {
+    const bool is_slit = y == 14 && z > 16;
+    inside[extent.index(x, y, z)] = radius_at(x, y, z) <= 10.0 && !is_slit;
+  });
+  const std::vector<bool> closed = close_gaps(inside, extent, 3.0);
+  EXPECT_FALSE(inside[extent.index(15, 14, 20)]);
+  EXPECT_TRUE(closed[extent.index(15, 14, 20)]);
+  const Outline outline = find_outline(closed, extent);
+  for_each_site(extent, [&](int x, int y, int z) {
+    const double radius = radius_at(x, y, z);
+    const std::array<int, 3> from{x - 15, y - 14, z - 16};
+    if (radius > 11.0 && radius < 14.0 && y != 14) {
+      double cosine = 0.0;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        cosine += from.at(axis) / radius * outline.normal[axis][extent.index(x, y, z)];
+      }
+      EXPECT_GT(cosine, 0.96) << x << " " << y << " " << z;
+      EXPECT_NEAR(outline.distance.values[extent.index(x, y, z)], radius - 10.0, 1.0);
+    }
+  });
 }
 
 TEST(Outline, ClosingFillsNarrowGapsOnly) {

@@ -33,7 +33,7 @@ void add_session_to(CLI::App& command, SessionOptions& session) {
 
 void SceneArguments::add_scene_to(CLI::App& command) {
   add_option(command, "scene", scene, "Scene by name or TOML file")->required();
-  add_option(command, "--size", size, "Image size: 300 (square) or 257x130");
+  add_option(command, "--size", size, "Size: 300 (square), 257x130 or, of a volume, 64x64x64");
   schedule.add_to(command);
 }
 
@@ -83,8 +83,7 @@ std::string CommonArguments::repeat(std::string_view command, const Scene& scene
     backend = backend.substr(0, on);
   }
   if (!scene.source.empty()) {
-    line += fmt::format(" {} --size {}x{}", shell_word(scene.source), scene.extent().width,
-                        scene.extent().height);
+    line += fmt::format(" {} --size {}", shell_word(scene.source), scene.extent().text("x"));
   }
   return fmt::format("{} --backends {}{}{}{}", line, backend, session_words(), quick ? " --quick" : "",
                      schedule.text(methods.empty() ? std::nullopt : std::optional(scene.schedule.method)));
@@ -102,7 +101,8 @@ void CommonArguments::add_backends_to(CLI::App& command) {
 void CommonArguments::add_scenes_to(CLI::App& command) {
   add_option(command, "scenes", scenes,
              "Scenes by name or TOML file (none: all that the command is made for)");
-  add_option(command, "--sizes,--size", sizes, "Image sizes: 300 (square) or 257x130, several with commas")
+  add_option(command, "--sizes,--size", sizes,
+             "Sizes: 300 (square), 257x130 or, of volumes, 64x64x64, several with commas")
       ->delimiter(',');
   schedule.add_to(command);
   add_option(command, "--methods", methods,
@@ -205,13 +205,16 @@ Extent parse_size(const std::string& text) {
     int number = 0;
     const auto end = std::from_chars(digits.data(), digits.data() + digits.size(), number);
     if (end.ec != std::errc{} || end.ptr != digits.data() + digits.size() || number < 1) {
-      throw InputError(fmt::format("the size \"{}\" is not understood; give 300 or 257x130", text));
+      throw InputError(fmt::format("the size \"{}\" is not understood; give 300, 257x130 or 64x64x64", text));
     }
     return number;
   };
   const std::string_view view = text;
-  const std::size_t cross = view.find('x');
-  return {side(view.substr(0, cross)), side(cross == std::string_view::npos ? view : view.substr(cross + 1))};
+  const std::size_t cross = std::min(view.find('x'), view.size());
+  const std::size_t second = std::min(view.find('x', cross + 1), view.size());
+  return {side(view.substr(0, cross)),
+          cross == view.size() ? side(view) : side(view.substr(cross + 1, second - cross - 1)),
+          second == view.size() ? 1 : side(view.substr(second + 1))};
 }
 
 std::optional<Extent> parse_any_size(const std::string& text) {

@@ -92,7 +92,7 @@ struct CommonArguments {
                                                    const std::string& reference = {}) const;
 };
 
-/// "300" is 300 x 300, "257x130" is that. Throws InputError.
+/// "300" is 300 x 300, "257x130" and "64x64x64" are that. Throws InputError.
 [[nodiscard]] Extent parse_size(const std::string& text);
 /// The same; none where `text` is empty.
 [[nodiscard]] std::optional<Extent> parse_any_size(const std::string& text);

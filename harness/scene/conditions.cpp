@@ -12,29 +12,39 @@ namespace hdmbench {
 
 namespace {
 
-enum class Where { left, right, top, bottom, border, outside };
-constexpr std::array<std::string_view, 6> places{"left", "right", "top", "bottom", "border", "outside"};
+/// The sides of an axis stand together, the first one first.
+enum class Where { left, right, top, bottom, front, back, border, outside };
+constexpr std::array<std::string_view, 8> places{"left",  "right", "top",    "bottom",
+                                                 "front", "back",  "border", "outside"};
+
+using Components = std::array<std::optional<double>, 3>; ///< pixels; a component without a value stays free
+constexpr std::array<std::string_view, 3> components{"dx", "dy", "dz"};
 
 struct Condition {
   Where where{};
-  std::optional<double> dx{};
-  std::optional<double> dy{};
+  Components along{};
   std::optional<double> outward{};
   double closing = 0.0; ///< fraction of the image's shorter side
   double confidence = 1.0;
 };
 
-Condition read_condition(TomlReader& table, bool may_be_springs) {
+Condition read_condition(TomlReader& table, bool may_be_springs, Extent extent) {
   Condition condition;
   if (!table.has("where")) {
-    table.fail("where", "is missing: left, right, top, bottom, border or outside");
+    table.fail("where", "is missing: left, right, top, bottom, front, back, border or outside");
   }
   table.read("where", places, condition.where);
-  for (const auto& [key, value] : {std::pair{"dx", &condition.dx}, std::pair{"dy", &condition.dy},
-                                   std::pair{"outward", &condition.outward}}) {
-    table.read(key, *value);
-    require_possible_displacement(table, key, value->value_or(0.0));
+  if (extent.axes() == 2 && (condition.where == Where::front || condition.where == Where::back)) {
+    table.fail("where", "is a side that only volumes have");
   }
+  const auto read = [&](std::string_view key, std::optional<double>& value) {
+    table.read(key, value);
+    require_possible_displacement(table, key, value.value_or(0.0));
+  };
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+    read(components[axis], condition.along[axis]);
+  }
+  read("outward", condition.outward);
   table.read("confidence", condition.confidence);
   if (condition.where == Where::outside) {
     table.read("closing", condition.closing);
@@ -48,66 +58,70 @@ Condition read_condition(TomlReader& table, bool may_be_springs) {
         deviation ? static_cast<double>(confidence_of_deviation(*deviation)) : condition.confidence;
   }
   table.finish();
-  if (!condition.dx && !condition.dy && !condition.outward) {
+  const bool moves_along = condition.along != Components{};
+  if (!moves_along && !condition.outward) {
     table.fail("where", "has no displacement beside it: give dx, dy or outward");
   }
-  if (condition.outward && (condition.dx || condition.dy)) {
+  if (condition.outward && moves_along) {
     table.fail("outward", "cannot stand beside dx or dy");
   }
   return condition;
 }
 
-void set(const Condition& condition, std::size_t site, std::optional<double> dx, std::optional<double> dy,
-         Level& level) {
-  const auto confidence = static_cast<float>(condition.confidence);
-  if (dx) {
-    level.target[0][site] = static_cast<float>(*dx);
-    level.confidence[0][site] = confidence;
-  }
-  if (dy) {
-    level.target[1][site] = static_cast<float>(*dy);
-    level.confidence[1][site] = confidence;
+void set(const Condition& condition, std::size_t site, const Components& displacement, Level& level) {
+  for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+    if (displacement[axis]) {
+      level.target[axis][site] = static_cast<float>(*displacement[axis]);
+      level.confidence[axis][site] = static_cast<float>(condition.confidence);
+    }
   }
 }
 
 /// On one side, or away from the image centre by `outward` pixels.
 void apply_on_border(const Condition& condition, Level& level) {
   const Extent extent = level.extent;
-  const double centre_x = 0.5 * (extent.width - 1);
-  const double centre_y = 0.5 * (extent.height - 1);
-  const auto apply = [&](int x, int y) {
-    const std::size_t site = extent.index(x, y);
+  const std::array<int, 3> sides = extent.sides();
+  const auto apply = [&](int x, int y, int z) {
+    Components displacement = condition.along;
     if (condition.outward) {
-      const double distance = std::hypot(x - centre_x, y - centre_y);
+      const std::array<int, 3> place{x, y, z};
+      double distance = 0.0;
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        displacement[axis] = place[axis] - 0.5 * (sides[axis] - 1);
+        distance = std::hypot(distance, *displacement[axis]);
+      }
       const double scale = distance > 0.0 ? *condition.outward / distance : 0.0;
-      set(condition, site, (x - centre_x) * scale, (y - centre_y) * scale, level);
-    } else {
-      set(condition, site, condition.dx, condition.dy, level);
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        *displacement[axis] *= scale;
+      }
     }
+    set(condition, extent.index(x, y, z), displacement, level);
   };
-  const auto is_at = [&](Where side) { return condition.where == side || condition.where == Where::border; };
-  for (int y = 0; y < extent.height && is_at(Where::left); ++y) {
-    apply(0, y);
-  }
-  for (int y = 0; y < extent.height && is_at(Where::right); ++y) {
-    apply(extent.width - 1, y);
-  }
-  for (int x = 0; x < extent.width && is_at(Where::top); ++x) {
-    apply(x, 0);
-  }
-  for (int x = 0; x < extent.width && is_at(Where::bottom); ++x) {
-    apply(x, extent.height - 1);
+  for (std::size_t side = 0; side < 2 * extent.axes(); ++side) {
+    if (condition.where != Where::border && condition.where != static_cast<Where>(side)) {
+      continue;
+    }
+    std::array<int, 3> from{};
+    std::array<int, 3> to = sides;
+    from[side / 2] = side % 2 == 0 ? 0 : sides[side / 2] - 1;
+    to[side / 2] = from[side / 2] + 1;
+    for (int z = from[2]; z < to[2]; ++z) {
+      for (int y = from[1]; y < to[1]; ++y) {
+        for (int x = from[0]; x < to[0]; ++x) {
+          apply(x, y, z);
+        }
+      }
+    }
   }
 }
 
-/// Pixels from (x, y) along the unit vector n to the last row or column of pixel centres.
-double distance_to_border(double x, double y, double nx, double ny, Extent extent) {
+/// Pixels from a site along the unit vector n to the last pixel centres on its way.
+double distance_to_border(const std::array<int, 3>& place, const std::array<double, 3>& n, Extent extent) {
   double distance = std::numeric_limits<double>::infinity();
-  if (nx != 0.0) {
-    distance = std::min(distance, ((nx > 0.0 ? extent.width - 1 : 0) - x) / nx);
-  }
-  if (ny != 0.0) {
-    distance = std::min(distance, ((ny > 0.0 ? extent.height - 1 : 0) - y) / ny);
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+    if (n[axis] != 0.0) {
+      distance = std::min(distance, ((n[axis] > 0.0 ? extent.sides()[axis] - 1 : 0) - place[axis]) / n[axis]);
+    }
   }
   return std::isfinite(distance) ? distance : 0.0;
 }
@@ -122,11 +136,13 @@ void apply_outside(TomlReader& scene, const Condition& condition, const LabelFie
   if (std::ranges::find(inside, false) == inside.end()) {
     scene.fail("condition", "where = \"outside\": no pixel has label 0, so nothing is outside");
   }
-  inside = close_gaps(inside, extent, condition.closing * std::min(extent.width, extent.height));
+  const int shortest =
+      std::min({extent.width, extent.height, extent.depth > 1 ? extent.depth : extent.width});
+  inside = close_gaps(inside, extent, condition.closing * shortest);
   if (!condition.outward) {
     for (std::size_t site = 0; site < inside.size(); ++site) {
       if (!inside[site]) {
-        set(condition, site, condition.dx, condition.dy, level);
+        set(condition, site, condition.along, level);
       }
     }
     return;
@@ -136,18 +152,20 @@ void apply_outside(TomlReader& scene, const Condition& condition, const LabelFie
                "where = \"outside\": every pixel has label 0, so there is no outline to move outward");
   }
   const Outline outline = find_outline(inside, extent);
-  for_each_site(extent, [&](int x, int y) {
-    const auto site = extent.index(x, y);
+  for_each_site(extent, [&](int x, int y, int z) {
+    const auto site = extent.index(x, y, z);
     if (inside[site]) {
       return;
     }
-    const double nx = static_cast<double>(outline.normal[0][site]);
-    const double ny = static_cast<double>(outline.normal[1][site]);
+    std::array<double, 3> normal{};
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      normal[axis] = static_cast<double>(outline.normal[axis][site]);
+    }
     const double from_outline = std::max(0.0, static_cast<double>(outline.distance.values[site]));
-    const double to_border = distance_to_border(x, y, nx, ny, extent);
+    const double to_border = distance_to_border({x, y, z}, normal, extent);
     const double path = from_outline + to_border;
     const double length = path > 0.0 ? *condition.outward * to_border / path : 0.0;
-    set(condition, site, nx * length, ny * length, level);
+    set(condition, site, {normal[0] * length, normal[1] * length, normal[2] * length}, level);
   });
 }
 
@@ -155,7 +173,7 @@ void apply_outside(TomlReader& scene, const Condition& condition, const LabelFie
 
 void apply_conditions(TomlReader& scene, const LabelField& labels, bool may_be_springs, Level& level) {
   for (TomlReader& table : scene.tables("condition")) {
-    const Condition condition = read_condition(table, may_be_springs);
+    const Condition condition = read_condition(table, may_be_springs, level.extent);
     if (condition.where == Where::outside) {
       apply_outside(scene, condition, labels, level);
     } else {

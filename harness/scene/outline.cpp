@@ -1,6 +1,7 @@
 #include "harness/scene/sites.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -42,44 +43,50 @@ std::vector<double> squared_distance(const std::vector<bool>& flags, bool wanted
   constexpr double far = 1e12;
   std::vector<double> distance(extent.sites());
   std::ranges::transform(flags, distance.begin(), [&](bool flag) { return flag == wanted ? 0.0 : far; });
+  std::size_t stride = 1; // between neighbours along the axis
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+    const std::size_t side = static_cast<std::size_t>(extent.sides()[axis]);
 #pragma omp parallel for
-  for (int y = 0; y < extent.height; ++y) {
-    const auto row = distance.begin() + static_cast<std::ptrdiff_t>(extent.index(0, y));
-    std::vector<double> line(row, row + extent.width);
-    take_lower_envelope(line);
-    std::ranges::copy(line, row);
-  }
-#pragma omp parallel for
-  for (int x = 0; x < extent.width; ++x) {
-    std::vector<double> line(static_cast<std::size_t>(extent.height));
-    for (std::size_t y = 0; y < line.size(); ++y) {
-      line[y] = distance[extent.index(x, static_cast<int>(y))];
+    for (std::size_t number = 0; number < distance.size() / side; ++number) {
+      double* const first = distance.data() + number / stride * stride * side + number % stride;
+      std::vector<double> line(side);
+      for (std::size_t i = 0; i < side; ++i) {
+        line[i] = first[i * stride];
+      }
+      take_lower_envelope(line);
+      for (std::size_t i = 0; i < side; ++i) {
+        first[i * stride] = line[i];
+      }
     }
-    take_lower_envelope(line);
-    for (std::size_t y = 0; y < line.size(); ++y) {
-      distance[extent.index(x, static_cast<int>(y))] = line[y];
-    }
+    stride *= side;
   }
   return distance;
 }
 
-/// One pass of the 3 x 3 binomial filter, the border repeated.
+/// One pass of the binomial filter over the neighbours, the border repeated.
 std::vector<double> smooth(const std::vector<double>& values, Extent extent) {
   std::vector<double> result(values.size());
+  const int reach = extent.depth > 1 ? 1 : 0;
 #pragma omp parallel for
-  for (int y = 0; y < extent.height; ++y) {
+  for (int row = 0; row < extent.height * extent.depth; ++row) {
+    const int y = row % extent.height;
+    const int z = row / extent.height;
     for (int x = 0; x < extent.width; ++x) {
       const int left = std::max(x - 1, 0);
       const int right = std::min(x + 1, extent.width - 1);
       double sum = 0.0;
-      for (int dy = -1; dy <= 1; ++dy) {
-        const double weight = (dy == 0 ? 2.0 : 1.0) / 16.0;
-        const double* const row = values.data() + extent.index(0, std::clamp(y + dy, 0, extent.height - 1));
-        sum += weight * row[left];
-        sum += 2.0 * weight * row[x];
-        sum += weight * row[right];
+      for (int dz = -reach; dz <= reach; ++dz) {
+        const double share = reach == 0 ? 1.0 : dz == 0 ? 0.5 : 0.25;
+        for (int dy = -1; dy <= 1; ++dy) {
+          const double weight = share * (dy == 0 ? 2.0 : 1.0) / 16.0;
+          const double* const near = values.data() + extent.index(0, std::clamp(y + dy, 0, extent.height - 1),
+                                                                  std::clamp(z + dz, 0, extent.depth - 1));
+          sum += weight * near[left];
+          sum += 2.0 * weight * near[x];
+          sum += weight * near[right];
+        }
       }
-      result[extent.index(x, y)] = sum;
+      result[extent.index(x, y, z)] = sum;
     }
   }
   return result;
@@ -105,20 +112,23 @@ Outline find_outline(const std::vector<bool>& inside, Extent extent) {
     signed_distance = smooth(signed_distance, extent);
   }
   outline.normal = VectorField(extent); // not before: there is less memory in use now
-  const auto at = [&](int x, int y) {
-    return signed_distance[extent.index(std::clamp(x, 0, extent.width - 1),
-                                        std::clamp(y, 0, extent.height - 1))];
-  };
+  const std::array<int, 3> sides = extent.sides();
 #pragma omp parallel for
-  for (int y = 0; y < extent.height; ++y) {
+  for (int row = 0; row < extent.height * extent.depth; ++row) {
     for (int x = 0; x < extent.width; ++x) {
-      const double gx = at(x + 1, y) - at(x - 1, y);
-      const double gy = at(x, y + 1) - at(x, y - 1);
-      const double length = std::hypot(gx, gy);
-      if (length > 0.0) {
-        const auto i = extent.index(x, y);
-        outline.normal[0][i] = static_cast<float>(gx / length);
-        outline.normal[1][i] = static_cast<float>(gy / length);
+      const std::array<int, 3> place{x, row % extent.height, row / extent.height};
+      const std::size_t site = extent.index(place[0], place[1], place[2]);
+      std::array<double, 3> gradient{};
+      double length = 0.0;
+      std::size_t stride = 1;
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        const double after = signed_distance[site + (place[axis] + 1 < sides[axis] ? stride : 0)];
+        gradient[axis] = after - signed_distance[site - (place[axis] > 0 ? stride : 0)];
+        length = std::hypot(length, gradient[axis]);
+        stride *= static_cast<std::size_t>(sides[axis]);
+      }
+      for (std::size_t axis = 0; axis < extent.axes() && length > 0.0; ++axis) {
+        outline.normal[axis][site] = static_cast<float>(gradient[axis] / length);
       }
     }
   }
@@ -131,10 +141,12 @@ std::vector<bool> close_gaps(const std::vector<bool>& inside, Extent extent, dou
   }
   // A frame as wide as the radius, so that the dilated region can shrink back from the image border.
   const int frame = static_cast<int>(std::ceil(radius)) + 1;
-  const Extent framed{extent.width + 2 * frame, extent.height + 2 * frame};
+  const int above = extent.depth > 1 ? frame : 0;
+  const Extent framed{extent.width + 2 * frame, extent.height + 2 * frame, extent.depth + 2 * above};
+  const auto in_frame = [&](int x, int y, int z) { return framed.index(x + frame, y + frame, z + above); };
   std::vector<bool> region(framed.sites());
-  for_each_site(
-      extent, [&](int x, int y) { region[framed.index(x + frame, y + frame)] = inside[extent.index(x, y)]; });
+  for_each_site(extent,
+                [&](int x, int y, int z) { region[in_frame(x, y, z)] = inside[extent.index(x, y, z)]; });
   {
     const std::vector<double> to_region = squared_distance(region, true, framed);
     for (std::size_t i = 0; i < region.size(); ++i) {
@@ -143,9 +155,9 @@ std::vector<bool> close_gaps(const std::vector<bool>& inside, Extent extent, dou
   }
   const std::vector<double> to_outside = squared_distance(region, false, framed);
   std::vector<bool> closed(inside);
-  for_each_site(extent, [&](int x, int y) {
-    const auto i = extent.index(x, y);
-    closed[i] = closed[i] || to_outside[framed.index(x + frame, y + frame)] > radius * radius;
+  for_each_site(extent, [&](int x, int y, int z) {
+    const auto i = extent.index(x, y, z);
+    closed[i] = closed[i] || to_outside[in_frame(x, y, z)] > radius * radius;
   });
   return closed;
 }

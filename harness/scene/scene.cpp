@@ -87,12 +87,22 @@ std::optional<StepSet> read_numbers_of_sites(TomlReader& reader, Scene& scene) {
 
 /// The file's own where `options` have none.
 std::optional<Extent> read_size(TomlReader& scene, const SceneOptions& options) {
-  std::optional<std::array<double, 2>> own;
-  scene.read("size", own);
-  if (options.size || !own) {
-    return options.size;
+  std::optional<Extent> size = options.size;
+  if (scene.has("size")) {
+    std::vector<double> own = scene.numbers("size", 2, 3);
+    own.resize(3, 1.0);
+    const Extent stated{static_cast<int>(own[0]), static_cast<int>(own[1]), static_cast<int>(own[2])};
+    if (size && size->axes() != stated.axes()) {
+      scene.fail("size", fmt::format("is {}, and so it cannot be {}: one is a volume, the other is not",
+                                     stated.text(), size->text()));
+    }
+    size = size.value_or(stated);
   }
-  return Extent{static_cast<int>((*own)[0]), static_cast<int>((*own)[1])};
+  if (size && std::min({size->width, size->height, size->depth}) < (size->depth > 1 ? 2 : 1)) {
+    throw InputError(fmt::format("the size {} is not possible, each side must be at least {}", size->text(),
+                                 size->depth > 1 ? "2" : "1"));
+  }
+  return size;
 }
 
 /// Whether interpolation between the levels keeps displacements on dyadic grids: all weights are quarters.
@@ -108,7 +118,8 @@ bool interpolates_dyadically(const Scene& scene) {
   return std::adjacent_find(order.begin(), order.end(), [&](int above, int level) {
            const Extent coarse = levels.extent(above);
            const Extent fine = levels.extent(level);
-           return !is_dyadic(coarse.width, fine.width) || !is_dyadic(coarse.height, fine.height);
+           return !is_dyadic(coarse.width, fine.width) || !is_dyadic(coarse.height, fine.height) ||
+                  !is_dyadic(coarse.depth, fine.depth);
          }) == order.end();
 }
 
@@ -232,10 +243,9 @@ void set_weight(Scene& scene, const ObservationWeight& weight) {
 void set_start_level(Scene& scene, int level) {
   const int coarsest = coarsest_level(scene);
   if (level < 0 || level > coarsest) {
-    throw InputError(
-        fmt::format("the start level {} is none of the pyramid's: {} x {} pixels have the levels "
-                    "0 (full resolution) ... {}",
-                    level, scene.extent().width, scene.extent().height, coarsest));
+    throw InputError(fmt::format("the start level {} is none of the pyramid's: {} pixels have the levels "
+                                 "0 (full resolution) ... {}",
+                                 level, scene.extent().text(), coarsest));
   }
   scene.schedule.start_level = level;
 }
@@ -250,23 +260,22 @@ void require_memory(Extent extent) {
       static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
   if (needed > present) {
     throw InputError(
-        fmt::format("an image of {} x {} pixels needs about {:.0f} GiB of memory, this machine has {:.0f}",
-                    extent.width, extent.height, needed / 0x1p30, present / 0x1p30));
+        fmt::format("an image of {} pixels needs about {:.0f} GiB of memory, this machine has {:.0f}",
+                    extent.text(), needed / 0x1p30, present / 0x1p30));
   }
 }
 
 std::vector<std::string> shipped_scenes() {
   std::vector<std::string> names;
-  std::ranges::transform(scene_texts::all, std::back_inserter(names),
-                         [](const scene_texts::Text& scene) { return std::string(scene.name); });
+  for (const scene_texts::Text& scene : scene_texts::all) {
+    if (std::ranges::find(shipped_volumes, scene.name) == shipped_volumes.end()) {
+      names.emplace_back(scene.name);
+    }
+  }
   return names;
 }
 
 Scene load_scene(const std::string& scene, const SceneOptions& options) {
-  if (options.size && (options.size->width < 1 || options.size->height < 1)) {
-    throw InputError(fmt::format("the size {} x {} is not possible, each side must be at least 1",
-                                 options.size->width, options.size->height));
-  }
   const SceneText file = text_of(scene);
   try {
     const toml::table root = toml::parse(file.text, file.file_name);

@@ -135,8 +135,10 @@ inline constexpr int largest_bytes_per_site = 60;
 /// the kernel kills the program for it.
 void require_memory(Extent extent);
 
-/// The shipped scenes in the order of the thesis, the brain last.
+/// The shipped images in the order of the thesis, then the brain, then what is only for verify.
 [[nodiscard]] std::vector<std::string> shipped_scenes();
+/// The shipped volumes.
+inline constexpr std::array<std::string_view, 2> shipped_volumes{"cube", "ball"};
 
 /// The files that a scene is made of: the TOML file and what it names, where it is there. Nothing where it is
 /// no scene.

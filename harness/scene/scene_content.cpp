@@ -62,9 +62,7 @@ void assign_tissues(TomlReader& scene, const std::map<int, Tissue>& tissues, Con
       tissue = tissues.find(label);
     }
     if (tissue == tissues.end()) {
-      const auto width = static_cast<std::size_t>(extent.width);
-      scene.fail("tissue", fmt::format("none has the label {} of the pixel x = {}, y = {}", label, i % width,
-                                       i / width));
+      scene.fail("tissue", fmt::format("none has the label {} of the pixel {}", label, extent.place(i)));
     }
     content.modulus.values[i] = tissue->second.modulus;
     if (needs_picture) {
@@ -97,54 +95,59 @@ void show_moduli(const ScalarField& modulus, Content& content) {
 /// Fails where the image that `key` names leaves pixels free of a scene of that size, although 0 is no value.
 void require_filled(const TomlReader& image, std::string_view key, bool is_padded, Extent size) {
   if (is_padded) {
-    image.fail(key,
-               fmt::format("does not fill {} x {} pixels, which have another aspect, and beside the image 0 "
-                           "means nothing; give a size with the image's own aspect",
-                           size.width, size.height));
+    image.fail(key, fmt::format("does not fill {} pixels, which have another aspect, and beside the image 0 "
+                                "means nothing; give a size with the image's own aspect",
+                                size.text()));
   }
 }
 
 void require_extent(const TomlReader& table, std::string_view key, Extent found, Extent wanted) {
   if (found != wanted) {
-    table.fail(key, fmt::format("is {} x {}, the scene is {} x {}", found.width, found.height, wanted.width,
-                                wanted.height));
+    table.fail(key, fmt::format("is {}, the scene is {}", found.text(), wanted.text()));
   }
 }
 
 /// What a [[shape]] is painted with, and where.
 struct Shape {
-  enum class Kind { everything, rectangle, ellipse };
+  /// The flat ones, then those of volumes.
+  enum class Kind { everything, rectangle, ellipse, box, ellipsoid };
 
   Kind kind = Kind::everything;
   int label = 0;
-  Pair centre{0.5, 0.5};
-  Pair size{1.0, 1.0};
+  std::vector<double> centre{};
+  std::vector<double> size{};
 
-  /// Distance from the centre along an axis (0: x, 1: y) for each of its pixels, 1 on the outline.
+  /// Distance from the centre along an axis for each of its `count` sites, 1 on the outline.
   [[nodiscard]] std::vector<double> distances(std::size_t axis, int count) const {
-    std::vector<double> result;
-    for (int i = 0; i < count; ++i) {
+    std::vector<double> result(static_cast<std::size_t>(count));
+    for (int i = 0; i < count && axis < centre.size(); ++i) {
       const double fraction = count > 1 ? static_cast<double>(i) / (count - 1) : 0.5;
-      result.push_back(2.0 * std::abs(fraction - centre[axis]) / size[axis]);
+      result[static_cast<std::size_t>(i)] = 2.0 * std::abs(fraction - centre[axis]) / size[axis];
     }
     return result;
   }
 
-  /// At these distances along x and y.
-  [[nodiscard]] bool contains(double u, double v) const {
+  /// At these distances along the axes.
+  [[nodiscard]] bool contains(double u, double v, double w) const {
     // A hair more than 1, so that an outline through pixel centres is not decided by rounding.
     constexpr double outline = 1.0 + 1e-9;
-    return kind == Kind::everything ||
-           (kind == Kind::rectangle ? u <= outline && v <= outline : u * u + v * v <= outline);
+    return kind == Kind::rectangle || kind == Kind::box ? std::max({u, v, w}) <= outline
+                                                        : u * u + v * v + w * w <= outline;
   }
 };
 
-Shape read_shape(TomlReader& table) {
+Shape read_shape(TomlReader& table, std::size_t axes) {
+  constexpr std::array<std::string_view, 5> kinds{"everything", "rectangle", "ellipse", "box", "ellipsoid"};
   Shape shape{.label = table.get<int>("label")};
-  table.read("kind", std::array<std::string_view, 3>{"everything", "rectangle", "ellipse"}, shape.kind);
+  table.read("kind", kinds, shape.kind);
   if (shape.kind != Shape::Kind::everything) {
-    shape.centre = table.get<Pair>("centre");
-    shape.size = table.get<Pair>("size");
+    if ((shape.kind >= Shape::Kind::box) != (axes == 3)) {
+      table.fail("kind",
+                 axes == 3 ? "is flat, and the scene is a volume: take \"box\" or \"ellipsoid\""
+                           : "has three axes, and the scene is an image: take \"rectangle\" or \"ellipse\"");
+    }
+    shape.centre = table.numbers("centre", axes, axes);
+    shape.size = table.numbers("size", axes, axes);
   }
   table.finish();
   return shape;
@@ -193,8 +196,9 @@ SceneText text_of(const std::string& scene) {
   }
   const std::filesystem::path path(scene);
   if (!std::filesystem::exists(path)) {
-    throw MissingFile(fmt::format("there is no scene and no file \"{}\"; the shipped scenes are {}", scene,
-                                  fmt::join(shipped_scenes(), ", ")));
+    throw MissingFile(fmt::format("there is no scene and no file \"{}\"; the shipped scenes are {}, {}",
+                                  scene, fmt::join(shipped_scenes(), ", "),
+                                  fmt::join(shipped_volumes, ", ")));
   }
   return {path.stem().string(), scene, path.parent_path(), read_file(path)};
 }
@@ -302,22 +306,22 @@ Content read_shapes_content(TomlReader& scene, Extent size) {
   Content content{.labels = {size, std::vector<int>(size.sites(), unpainted)}, .modulus = {}, .picture = {}};
   std::vector<int>& labels = content.labels.values;
   for (TomlReader& table : scene.tables("shape")) {
-    const Shape shape = read_shape(table);
+    const Shape shape = read_shape(table, size.axes());
     const std::vector<double> columns = shape.distances(0, size.width);
+    const std::vector<double> rows = shape.distances(1, size.height);
     auto label = labels.begin();
-    for (const double row : shape.distances(1, size.height)) {
-      for (const double column : columns) {
-        *label = shape.contains(column, row) ? shape.label : *label;
-        ++label;
+    for (const double slice : shape.distances(2, size.depth)) {
+      for (const double row : rows) {
+        for (const double column : columns) {
+          *label = shape.contains(column, row, slice) ? shape.label : *label;
+          ++label;
+        }
       }
     }
   }
   if (const auto found = std::ranges::find(labels, unpainted); found != labels.end()) {
-    const auto site = found - labels.begin();
-    scene.fail(
-        "shape",
-        fmt::format("tables leave the pixel x = {}, y = {} unpainted; begin with kind = \"everything\"",
-                    site % size.width, site / size.width));
+    scene.fail("shape", fmt::format("tables leave the pixel {} unpainted; begin with kind = \"everything\"",
+                                    size.place(static_cast<std::size_t>(found - labels.begin()))));
   }
   assign_tissues(scene, read_tissues(scene, true), content, true);
   return content;
@@ -358,12 +362,15 @@ Content read_random_content(TomlReader& table, Level& level, VectorField& start)
     level.modulus.values[i] =
         moduli.empty() ? static_cast<float>(modulus[0] + (modulus[1] - modulus[0]) * source.uniform())
                        : source.one_of(moduli);
-    level.target[0][i] = displacement();
-    level.target[1][i] = displacement();
-    level.confidence[0][i] = confidence();
-    level.confidence[1][i] = confidence();
-    start[0][i] = displacement();
-    start[1][i] = displacement();
+    for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+      level.target[axis][i] = displacement();
+    }
+    for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+      level.confidence[axis][i] = confidence();
+    }
+    for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+      start[axis][i] = displacement();
+    }
   }
   Content content;
   show_moduli(level.modulus, content);
@@ -381,8 +388,9 @@ void read_vector_images(TomlReader& image, const std::filesystem::path& folder, 
     require_filled(image, key, found.padded && key == "deviation", found.pixels.extent); // 0 would be certain
     into = std::move(found.pixels);
     require_extent(image, key, into.extent, full.extent);
-    std::ranges::for_each(into[0], check);
-    std::ranges::for_each(into[1], check);
+    for (std::vector<float>& plane : into.planes) {
+      std::ranges::for_each(plane, check);
+    }
   };
   image.refuse_unless(scene.energy->is_of_cells(), "deviation");
   image.refuse_unless(!scene.energy->is_of_cells(), "start");

@@ -2,22 +2,30 @@
 
 #include "kernels/data/field.hpp"
 
+#include <concepts>
 #include <vector>
 
 namespace hdmbench {
 
-/// One small integer per pixel: which tissue.
+/// One small integer per site: which tissue.
 struct LabelField {
   Extent extent;
   std::vector<int> values;
 };
 
-/// call(x, y) for every site of an image, row by row.
+/// call(x, y) for every site of an image, row by row; call(x, y, z) also for those of a volume, slice by
+/// slice.
 template <typename Call>
 void for_each_site(Extent extent, const Call& call) {
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      call(x, y);
+  for (int z = 0; z < extent.depth; ++z) {
+    for (int y = 0; y < extent.height; ++y) {
+      for (int x = 0; x < extent.width; ++x) {
+        if constexpr (std::invocable<const Call&, int, int, int>) {
+          call(x, y, z);
+        } else {
+          call(x, y);
+        }
+      }
     }
   }
 }
@@ -25,7 +33,7 @@ void for_each_site(Extent extent, const Call& call) {
 /// The surroundings of a region's outline.
 struct Outline {
   ScalarField distance; ///< pixels to the outline, negative inside the region
-  VectorField normal;   ///< unit vectors away from the region, (0, 0) where there is no direction
+  VectorField normal;   ///< unit vectors away from the region, 0 where there is no direction
 };
 
 /// `inside` has one flag per site. Exact Euclidean distances (P. Felzenszwalb and D. Huttenlocher, "Distance
@@ -33,8 +41,9 @@ struct Outline {
 /// these do not follow the pixel staircase. The region must be neither empty nor everything.
 [[nodiscard]] Outline find_outline(const std::vector<bool>& inside, Extent extent);
 
-/// `inside` with every gap filled that a disc of `radius` pixels does not fit into from outside: a
-/// morphological closing, for a brain the envelope over its furrows. Beyond the image there is nothing.
+/// `inside` with every gap filled that a disc (of a volume: a ball) of `radius` pixels does not fit into from
+/// outside: a morphological closing, for a brain the envelope over its furrows. Beyond the image there is
+/// nothing.
 [[nodiscard]] std::vector<bool> close_gaps(const std::vector<bool>& inside, Extent extent, double radius);
 
 } // namespace hdmbench

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace hdmbench {
 
@@ -46,7 +47,7 @@ bool is_modulus(double value) {
 
 const std::array keys{
     Key{"", "title"},
-    Key{"", "size", {}, is_side, "whole numbers >= 1, [width, height]"},
+    Key{"", "size", {}, is_side, "whole numbers >= 1, [width, height] or [width, height, depth]"},
     Key{"", "penalty", of_hdm},
     Key{"", "prior_weight", of_hdm},
     Key{"", "steps", of_hdm},
@@ -108,6 +109,7 @@ const std::array keys{
     Key{"condition", "where"},
     Key{"condition", "dx"},
     Key{"condition", "dy"},
+    Key{"condition", "dz", "only volumes have it"},
     Key{"condition", "outward"},
     Key{"condition", "closing", "it belongs to where = \"outside\"",
         [](double value) { return value >= 0.0 && value < 1.0; }, "in [0, 1) (a fraction of the image)"},
@@ -170,11 +172,13 @@ double TomlReader::number(std::string_view key, const toml::node& node) const {
   return *value;
 }
 
-/// `count` 0: any number of them.
-std::vector<double> TomlReader::numbers(std::string_view key, std::size_t count) {
+std::vector<double> TomlReader::numbers(std::string_view key, std::size_t least, std::size_t most) {
   const toml::array* array = require(key).as_array();
-  if (array == nullptr || (count > 0 && array->size() != count)) {
-    fail(key, count > 0 ? "must be two numbers, [x, y]" : "must be a list of numbers");
+  if (array == nullptr || array->size() < least || array->size() > most) {
+    fail(key, most > 3     ? "must be a list of numbers"
+              : most == 2  ? "must be two numbers, [x, y]"
+              : least == 3 ? "must be three numbers, [x, y, z]"
+                           : "must be two numbers, [x, y], or three, [x, y, z]");
   }
   std::vector<double> values;
   for (const toml::node& node : *array) {
@@ -220,13 +224,13 @@ int TomlReader::get(std::string_view key) {
 
 template <>
 std::array<double, 2> TomlReader::get(std::string_view key) {
-  const std::vector<double> values = numbers(key, 2);
+  const std::vector<double> values = numbers(key, 2, 2);
   return {values[0], values[1]};
 }
 
 template <>
 std::vector<float> TomlReader::get(std::string_view key) {
-  const std::vector<double> values = numbers(key, 0);
+  const std::vector<double> values = numbers(key, 0, std::numeric_limits<std::size_t>::max());
   return {values.begin(), values.end()};
 }
 

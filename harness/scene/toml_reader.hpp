@@ -33,6 +33,9 @@ public:
   template <typename Value>
   [[nodiscard]] Value get(std::string_view key);
 
+  /// A list of so many numbers that must be there, one along each axis where at most three.
+  [[nodiscard]] std::vector<double> numbers(std::string_view key, std::size_t least, std::size_t most);
+
   /// Leaves `into` as it is where the key is not there.
   template <typename Value>
   void read(std::string_view key, Value& into) {
@@ -91,7 +94,6 @@ private:
   [[nodiscard]] const toml::node* find(std::string_view key);
   [[nodiscard]] const toml::node& require(std::string_view key);
   [[nodiscard]] double number(std::string_view key, const toml::node& node) const;
-  [[nodiscard]] std::vector<double> numbers(std::string_view key, std::size_t count);
 
   const toml::table& table_;
   std::string file_;

@@ -4,6 +4,8 @@
 #include <array>
 #include <compare>
 #include <cstddef>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace hdmbench {
@@ -25,6 +27,21 @@ struct Extent {
     const auto row =
         static_cast<std::size_t>(z) * static_cast<std::size_t>(height) + static_cast<std::size_t>(y);
     return row * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+  }
+  [[nodiscard]] std::array<int, 3> sides() const { return {width, height, depth}; }
+  /// "300 x 200", of a volume "64 x 48 x 32"; `by` stands between the sides.
+  [[nodiscard]] std::string text(std::string_view by = " x ") const {
+    std::string sides = std::to_string(width);
+    sides.append(by).append(std::to_string(height));
+    return depth > 1 ? sides.append(by).append(std::to_string(depth)) : sides;
+  }
+  /// "x = 3, y = 4", of a volume "x = 3, y = 4, z = 5": the site of that index, for messages.
+  [[nodiscard]] std::string place(std::size_t site) const {
+    const auto across = static_cast<std::size_t>(width);
+    const auto down = static_cast<std::size_t>(height);
+    const std::string in_slice =
+        "x = " + std::to_string(site % across) + ", y = " + std::to_string(site / across % down);
+    return depth > 1 ? in_slice + ", z = " + std::to_string(site / (across * down)) : in_slice;
   }
   auto operator<=>(const Extent&) const = default;
 };
